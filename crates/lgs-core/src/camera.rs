@@ -1,0 +1,116 @@
+//! A pinhole camera with OpenCV axes: x right, y down, z forward.
+
+use glam::{Mat4, Vec3, Vec4};
+
+/// A pinhole camera. Pixels are continuous coordinates, the centre of pixel (i, j) being (i + 0.5, j + 0.5).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Image width in pixels.
+    pub width: u32,
+    /// Image height in pixels.
+    pub height: u32,
+    /// Focal length along x, in pixels.
+    pub fx: f32,
+    /// Focal length along y, in pixels.
+    pub fy: f32,
+    /// Principal point, x, in pixels.
+    pub cx: f32,
+    /// Principal point, y, in pixels.
+    pub cy: f32,
+    /// Rigid transform from world to camera axes (OpenCV).
+    pub camera_from_world: Mat4,
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target` with world z up; `fov_x` is the horizontal field of view in radians.
+    ///
+    /// A view along the z axis falls back to y as the up direction.
+    #[must_use]
+    pub fn look_at(eye: [f32; 3], target: [f32; 3], fov_x: f32, width: u32, height: u32) -> Self {
+        let eye = Vec3::from(eye);
+        let forward = (Vec3::from(target) - eye).try_normalize().unwrap_or(Vec3::Y);
+        let up = if forward.z.abs() > 0.999 { Vec3::Y } else { Vec3::Z };
+        let right = forward.cross(up).normalize();
+        let down = forward.cross(right);
+        let world_from_camera = Mat4::from_cols(right.extend(0.0), down.extend(0.0), forward.extend(0.0), eye.extend(1.0));
+        let focal = width as f32 / (2.0 * (0.5 * fov_x).tan());
+        Self {
+            width,
+            height,
+            fx: focal,
+            fy: focal,
+            cx: 0.5 * width as f32,
+            cy: 0.5 * height as f32,
+            camera_from_world: world_from_camera.inverse(),
+        }
+    }
+
+    /// The camera of a pose with OpenGL/Blender axes (x right, y up, z backwards), given camera-to-world, row by row.
+    #[must_use]
+    pub fn camera_from_world_of_opengl(world_from_camera: [[f32; 4]; 4]) -> Mat4 {
+        let rows = world_from_camera.map(Vec4::from);
+        let pose = Mat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let flip = Mat4::from_diagonal(Vec4::new(1.0, -1.0, -1.0, 1.0));
+        (pose * flip).inverse()
+    }
+
+    /// The centre of projection, in world units.
+    #[must_use]
+    pub fn center_in_world(&self) -> [f32; 3] {
+        self.camera_from_world.inverse().w_axis.truncate().into()
+    }
+
+    /// The pixel that a world point projects to, and its depth along the viewing axis. Behind the camera the pixel means nothing.
+    #[must_use]
+    pub fn pixel_from_world(&self, point: [f32; 3]) -> ([f32; 2], f32) {
+        let p = self.camera_from_world.transform_point3(Vec3::from(point));
+        ([self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy], p.z)
+    }
+
+    /// The unit direction in world axes of the ray through a pixel position.
+    #[must_use]
+    pub fn ray_direction_in_world(&self, pixel: [f32; 2]) -> [f32; 3] {
+        let d = Vec3::new((pixel[0] - self.cx) / self.fx, (pixel[1] - self.cy) / self.fy, 1.0);
+        let rotation = glam::Mat3::from_mat4(self.camera_from_world).transpose();
+        (rotation * d).normalize().into()
+    }
+
+    /// The same view at another image size; focal lengths and principal point scale with each axis.
+    #[must_use]
+    pub fn resized(&self, width: u32, height: u32) -> Self {
+        let (sx, sy) = (width as f32 / self.width as f32, height as f32 / self.height as f32);
+        Self { width, height, fx: self.fx * sx, fy: self.fy * sy, cx: self.cx * sx, cy: self.cy * sy, ..*self }
+    }
+
+    /// Number of pixels.
+    #[must_use]
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn look_at_and_the_opengl_pose_agree() {
+        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.7, 40, 30);
+        // Blender camera at (0, -4, 0) looking along +y: right = +x, up = +z, backwards = -y.
+        let pose = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, -4.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+        let other = Camera::camera_from_world_of_opengl(pose);
+        assert!(camera.camera_from_world.abs_diff_eq(other, 1e-5), "{:?} {other:?}", camera.camera_from_world);
+        let (up, _) = camera.pixel_from_world([0.0, 0.0, 0.5]);
+        assert!(up[1] < camera.cy, "world up is towards row 0");
+    }
+
+    #[test]
+    fn a_ray_through_a_projected_point_meets_it() {
+        let camera = Camera::look_at([2.0, -3.0, 1.5], [0.1, 0.2, 0.3], 0.9, 64, 48);
+        let point = Vec3::new(0.4, -0.2, 0.6);
+        let (pixel, _) = camera.pixel_from_world(point.into());
+        let direction = Vec3::from(camera.ray_direction_in_world(pixel));
+        let expected = (point - Vec3::from(camera.center_in_world())).normalize();
+        assert!((direction - expected).length() < 1e-5);
+    }
+}

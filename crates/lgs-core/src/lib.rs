@@ -1,0 +1,30 @@
+//! Values and geometry that every other crate shares: cameras, Gaussian clouds, images, nearest neighbours and seeded random streams.
+//!
+//! ```
+//! use lgs_core::{Camera, GaussianCloud};
+//! let camera = Camera::look_at([0.0, -3.0, 1.0], [0.0; 3], 0.8, 64, 48);
+//! let cloud = GaussianCloud::isotropic(vec![[0.0; 3]], 0.1, [0.5; 3], 0.9);
+//! assert_eq!(cloud.len(), 1);
+//! let (pixel, depth) = camera.pixel_from_world([0.0; 3]);
+//! assert!((pixel[0] - 32.0).abs() < 1e-3 && depth > 3.0);
+//! ```
+//!
+//! Invariant: no files, no threads, no clock and no global state. A position is `[f32; 3]` in world units, a rotation is a
+//! quaternion `[w, x, y, z]`, and raw (pre-activation) parameters say so in their names.
+
+mod camera;
+mod cloud;
+mod image;
+pub mod linear;
+mod neighbors;
+mod streams;
+pub mod testing;
+
+pub use camera::Camera;
+pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
+pub use image::Image;
+pub use neighbors::{nearest_indices, k_nearest, mean_squared_neighbor_distance};
+pub use streams::{Stream, stream};
+
+/// The zeroth real spherical harmonic, which turns a DC coefficient into a colour: `rgb = 0.5 + SH_C0 · dc`.
+pub const SH_C0: f32 = 0.282_094_79;
