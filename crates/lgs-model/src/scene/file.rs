@@ -1,0 +1,180 @@
+//! `lagrangian.safetensors`: a Lagrangian scene as one file.
+
+use std::path::Path;
+
+use lgs_core::{CloudError, GaussianCloud};
+use lgs_dynamics::{Supports, System, SystemConfig};
+
+use super::{LagrangianScene, MotionConfig, ObjectModel};
+use crate::tensor_file::{TensorFile, TensorFileError};
+
+/// Format name and version of the file.
+const FORMAT: &str = "lagrangegs-scene/1";
+
+/// Why a scene could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The file itself.
+    #[error(transparent)]
+    File(#[from] TensorFileError),
+    /// The Gaussians do not fit together.
+    #[error("{path}: {part} Gaussians: {source}")]
+    Cloud {
+        /// File.
+        path: std::path::PathBuf,
+        /// Static or moving.
+        part: &'static str,
+        /// Defect.
+        source: CloudError,
+    },
+}
+
+/// Adds a cloud's arrays under a prefix.
+pub fn insert_cloud(file: &mut TensorFile, prefix: &str, cloud: &GaussianCloud) {
+    let n = cloud.len();
+    file.insert(format!("{prefix}.means"), &[n, 3], cloud.means.as_flattened());
+    file.insert(format!("{prefix}.rotations"), &[n, 4], cloud.rotations.as_flattened());
+    file.insert(format!("{prefix}.log_scales"), &[n, 3], cloud.log_scales.as_flattened());
+    file.insert(format!("{prefix}.raw_opacities"), &[n, 1], &cloud.raw_opacities);
+    file.insert(format!("{prefix}.sh"), &[n, cloud.sh_stride() / 3, 3], &cloud.sh);
+}
+
+/// Reads the arrays that [`insert_cloud`] wrote.
+///
+/// # Errors
+/// If an array is absent or has another shape.
+pub fn read_cloud(file: &TensorFile, prefix: &str) -> Result<GaussianCloud, TensorFileError> {
+    let name = format!("{prefix}.sh");
+    let (shape, sh) = file.values(&name)?;
+    let degree = (0..=3).find(|&d| shape.len() == 3 && shape[1] == lgs_core::sh_coefficients(d) && shape[2] == 3);
+    let Some(sh_degree) = degree else {
+        return Err(file.field(&name, "shape [n, 1 | 4 | 9 | 16, 3]", format!("{shape:?}")));
+    };
+    Ok(GaussianCloud {
+        means: file.rows(&format!("{prefix}.means"))?,
+        rotations: file.rows(&format!("{prefix}.rotations"))?,
+        log_scales: file.rows(&format!("{prefix}.log_scales"))?,
+        raw_opacities: file.rows::<1>(&format!("{prefix}.raw_opacities"))?.into_iter().map(|[o]| o).collect(),
+        sh: sh.to_vec(),
+        sh_degree,
+    })
+}
+
+/// Writes a scene, atomically.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn save_scene(scene: &LagrangianScene, path: &Path) -> Result<(), SceneError> {
+    Ok(scene_to_tensors(scene, FORMAT).save(path)?)
+}
+
+/// Reads a scene.
+///
+/// # Errors
+/// If the file cannot be read, is damaged, of another version, or its arrays do not fit together.
+pub fn load_scene(path: &Path) -> Result<LagrangianScene, SceneError> {
+    let file = TensorFile::load(path, FORMAT)?;
+    scene_from_tensors(&file, path)
+}
+
+/// A scene as named tensors; also the body of a checkpoint.
+#[must_use]
+pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
+    let mut file = TensorFile::new(format);
+    insert_cloud(&mut file, "static", &scene.statics);
+    insert_cloud(&mut file, "mover", &scene.movers);
+    file.insert("mover.velocities", &[scene.movers.len(), 3], scene.velocities.as_flattened());
+    file.insert("background", &[1, 3], &scene.background);
+    file.set_metadata("motion", json(&scene.motion));
+    file.set_metadata("objects", scene.objects.len().to_string());
+    for (index, object) in scene.objects.iter().enumerate() {
+        let prefix = format!("object.{index}");
+        file.set_metadata(&format!("{prefix}.system"), json(&object.system.config));
+        file.insert_indices(format!("{prefix}.rows"), &[2], &[object.members.start as u32, object.members.end as u32]);
+        for entry in object.system.layout() {
+            file.insert(format!("{prefix}.{}", entry.name), &entry.shape, &object.system.params[entry.range.clone()]);
+        }
+        if let Some(supports) = &object.supports {
+            file.insert_indices(format!("{prefix}.supports"), &[object.members.len(), supports.k], &supports.indices);
+        }
+    }
+    file
+}
+
+/// The scene that [`scene_to_tensors`] stored.
+///
+/// # Errors
+/// If a part is absent or does not fit.
+pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianScene, SceneError> {
+    let statics = read_cloud(file, "static")?;
+    let movers = read_cloud(file, "mover")?;
+    for (part, cloud) in [("static", &statics), ("moving", &movers)] {
+        cloud.validate().map_err(|source| SceneError::Cloud { path: path.to_owned(), part, source })?;
+    }
+    let velocities = file.rows("mover.velocities")?;
+    if velocities.len() != movers.len() {
+        return Err(file.field("mover.velocities", &format!("{} rows", movers.len()), velocities.len().to_string()).into());
+    }
+    let background = file.rows::<3>("background")?.first().copied().unwrap_or([1.0; 3]);
+    let motion = read_motion(file)?;
+    let count: usize = file.metadata_json("objects")?;
+    let mut objects = Vec::new();
+    let mut next_row = 0;
+    for index in 0..count {
+        let object = read_object(file, index, next_row, movers.len())?;
+        next_row = object.members.end;
+        objects.push(object);
+    }
+    if next_row != movers.len() {
+        return Err(file.field("objects", &format!("rows up to {}", movers.len()), next_row.to_string()).into());
+    }
+    Ok(LagrangianScene { statics, movers, velocities, objects, motion, background })
+}
+
+fn read_motion(file: &TensorFile) -> Result<MotionConfig, TensorFileError> {
+    let motion: MotionConfig = file.metadata_json("motion")?;
+    let sane = motion.dt > 0.0 && motion.dt.is_finite() && motion.time_window > 0.0 && motion.time_window / motion.dt < 1e6;
+    if sane { Ok(motion) } else { Err(file.field("motion", "a positive step and window", format!("{motion:?}"))) }
+}
+
+fn read_object(file: &TensorFile, index: usize, first_row: usize, movers: usize) -> Result<ObjectModel, TensorFileError> {
+    let prefix = format!("object.{index}");
+    let rows_name = format!("{prefix}.rows");
+    let (_, rows) = file.indices(&rows_name)?;
+    let members = match rows {
+        &[start, end] if start as usize == first_row && start <= end && end as usize <= movers => start as usize..end as usize,
+        _ => return Err(file.field(&rows_name, &format!("a range from {first_row} within {movers}"), format!("{rows:?}"))),
+    };
+    let config: SystemConfig = file.metadata_json(&format!("{prefix}.system"))?;
+    let mut system = System::zeros(config);
+    for entry in system.layout() {
+        let name = format!("{prefix}.{}", entry.name);
+        let (shape, values) = file.values(&name)?;
+        if shape != entry.shape {
+            return Err(file.field(&name, &format!("shape {:?}", entry.shape), format!("{shape:?}")));
+        }
+        system.params[entry.range].copy_from_slice(values);
+    }
+    let supports = read_supports(file, &format!("{prefix}.supports"), members.len())?;
+    Ok(ObjectModel { system, members, supports })
+}
+
+fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option<Supports>, TensorFileError> {
+    if !file.names().any(|n| n == name) {
+        return Ok(None);
+    }
+    let (shape, indices) = file.indices(name)?;
+    if shape.len() != 2 || shape[0] != members || shape[1] == 0 {
+        return Err(file.field(name, &format!("shape [{members}, k]"), format!("{shape:?}")));
+    }
+    if let Some(bad) = indices.iter().find(|&&i| i as usize >= members) {
+        return Err(file.field(name, &format!("indices below {members}"), bad.to_string()));
+    }
+    Ok(Some(Supports::new(indices.to_vec(), shape[1])))
+}
+
+fn json<T: serde::Serialize>(value: &T) -> String {
+    // These are plain structs of numbers, strings and enums: serialisation cannot fail.
+    serde_json::to_string(value).unwrap_or_default()
+}

@@ -1,0 +1,109 @@
+//! The Lagrangian scene: static Gaussians, moving Gaussians with their initial velocity, and one TD-LNN per object.
+//!
+//! Moving Gaussians are stored object by object, so that an object is a range of rows. Exports and renders list the static Gaussians
+//! first and the moving ones behind them, at every time in the same order.
+
+mod file;
+mod motion;
+
+use std::ops::Range;
+
+use lgs_core::GaussianCloud;
+use lgs_dynamics::{Supports, System, VelocityPolicy};
+use serde::{Deserialize, Serialize};
+
+pub use file::{SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};
+pub use motion::{Motion, SceneState};
+
+/// How the moving Gaussians are rolled out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionConfig {
+    /// Time step Δτ, in units of normalised time.
+    pub dt: f32,
+    /// End of the captured window, τ_max.
+    pub time_window: f32,
+    /// Neighbours of a support of local rigid alignment (Eq. 6), the particle itself not counted; 0 turns alignment off.
+    pub alignment_neighbors: usize,
+    /// What alignment does to velocities (reference section 8.7).
+    pub velocity_policy: VelocityPolicy,
+}
+
+impl MotionConfig {
+    /// The times that a scene can be asked for: from −τ_max to 3 τ_max.
+    #[must_use]
+    pub fn time_range(&self) -> (f32, f32) {
+        (-self.time_window, 3.0 * self.time_window)
+    }
+}
+
+/// One object: its potential and force, and the moving Gaussians that follow them.
+#[derive(Clone, Debug)]
+pub struct ObjectModel {
+    /// U and Q.
+    pub system: System,
+    /// Rows of the moving Gaussians.
+    pub members: Range<usize>,
+    /// Supports of local rigid alignment within the object, if alignment is on.
+    pub supports: Option<Supports>,
+}
+
+/// A trained scene whose motion is a Lagrangian system.
+#[derive(Clone, Debug)]
+pub struct LagrangianScene {
+    /// Gaussians that never move.
+    pub statics: GaussianCloud,
+    /// Moving Gaussians as they are at t = 0, object by object.
+    pub movers: GaussianCloud,
+    /// Initial velocity of each moving Gaussian, world units per unit of time.
+    pub velocities: Vec<[f32; 3]>,
+    /// Objects in the order of their rows.
+    pub objects: Vec<ObjectModel>,
+    /// Integration settings.
+    pub motion: MotionConfig,
+    /// Colour behind the Gaussians.
+    pub background: [f32; 3],
+}
+
+impl LagrangianScene {
+    /// Number of Gaussians, static and moving.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.statics.len() + self.movers.len()
+    }
+
+    /// Whether the scene has no Gaussian at all.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Computes the supports of every object from the moving Gaussians at t = 0.
+    pub fn rebuild_supports(&mut self) {
+        for object in &mut self.objects {
+            object.supports = supports_of(&self.movers.means[object.members.clone()], self.motion.alignment_neighbors);
+        }
+    }
+
+    /// All Gaussians, the moving ones in `state`: static first, then moving, object by object.
+    #[must_use]
+    pub fn cloud_at(&self, state: &SceneState) -> GaussianCloud {
+        let mut cloud = self.statics.clone();
+        if cloud.is_empty() {
+            cloud.sh_degree = self.movers.sh_degree;
+        }
+        cloud.means.extend_from_slice(&state.q);
+        cloud.rotations.extend(
+            state.rotation.iter().zip(&self.movers.rotations).map(|(&r, &r0)| lgs_core::linear::quat_mul(r, lgs_core::linear::quat_normalize(r0))),
+        );
+        cloud.log_scales.extend_from_slice(&self.movers.log_scales);
+        cloud.raw_opacities.extend_from_slice(&self.movers.raw_opacities);
+        cloud.sh.extend_from_slice(&self.movers.sh);
+        cloud
+    }
+}
+
+/// Supports of the k nearest neighbours, or none if alignment is off or the object is a single point.
+pub(crate) fn supports_of(points: &[[f32; 3]], neighbors: usize) -> Option<Supports> {
+    (neighbors > 0 && points.len() > 1).then(|| Supports::nearest(points, neighbors))
+}

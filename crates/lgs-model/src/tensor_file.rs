@@ -1,0 +1,305 @@
+//! Named tensors and string metadata in one safetensors file: the form of checkpoints and models.
+//!
+//! Writing is atomic. Reading checks the format name and version, every tensor's presence, type and shape, and that floats are finite;
+//! each defect is an error of its own that names the file and the tensor.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use safetensors::{Dtype, SafeTensors, tensor::TensorView};
+
+/// Why a tensor file could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TensorFileError {
+    /// The file could not be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// File.
+        path: PathBuf,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The file could not be written.
+    #[error("cannot write the file: {0}")]
+    Write(#[from] lgs_data::files::FileError),
+    /// The bytes are not a whole safetensors file (truncated, or something else).
+    #[error("{path} is damaged or not a tensor file: {reason}")]
+    Damaged {
+        /// File.
+        path: PathBuf,
+        /// What the parser found.
+        reason: String,
+    },
+    /// Another kind of file, or another version of this one.
+    #[error("{path}: expected `{expected}`, found `{found}`")]
+    Format {
+        /// File.
+        path: PathBuf,
+        /// Format name and version asked for.
+        expected: String,
+        /// Format name and version found.
+        found: String,
+    },
+    /// A tensor or a metadata entry is absent.
+    #[error("{path}: `{field}` is missing")]
+    Missing {
+        /// File.
+        path: PathBuf,
+        /// Name asked for.
+        field: String,
+    },
+    /// A tensor or a metadata entry has another type, shape or value than expected.
+    #[error("{path}: `{field}`: expected {expected}, found {found}")]
+    Field {
+        /// File.
+        path: PathBuf,
+        /// Its name.
+        field: String,
+        /// Expected.
+        expected: String,
+        /// Found.
+        found: String,
+    },
+}
+
+/// One tensor: shape and values.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TensorValues {
+    /// 32-bit floats.
+    F32(Vec<f32>),
+    /// 32-bit unsigned integers.
+    U32(Vec<u32>),
+}
+
+/// Named tensors and metadata, in name order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TensorFile {
+    format: String,
+    path: PathBuf,
+    metadata: BTreeMap<String, String>,
+    tensors: BTreeMap<String, (Vec<usize>, TensorValues)>,
+}
+
+/// Metadata key of the format name and version.
+const FORMAT_KEY: &str = "format";
+
+impl TensorFile {
+    /// An empty file of a format such as `lagrangegs-scene/1`.
+    #[must_use]
+    pub fn new(format: &str) -> Self {
+        Self { format: format.to_owned(), ..Self::default() }
+    }
+
+    /// Adds a metadata entry.
+    pub fn set_metadata(&mut self, key: &str, value: impl Into<String>) {
+        self.metadata.insert(key.to_owned(), value.into());
+    }
+
+    /// Adds a float tensor.
+    ///
+    /// # Panics
+    /// If the shape does not multiply to the number of values (a bug, not an input).
+    pub fn insert(&mut self, name: impl Into<String>, shape: &[usize], values: &[f32]) {
+        assert_eq!(shape.iter().product::<usize>(), values.len(), "shape of the tensor");
+        self.tensors.insert(name.into(), (shape.to_vec(), TensorValues::F32(values.to_vec())));
+    }
+
+    /// Adds an index tensor.
+    ///
+    /// # Panics
+    /// If the shape does not multiply to the number of values (a bug, not an input).
+    pub fn insert_indices(&mut self, name: impl Into<String>, shape: &[usize], values: &[u32]) {
+        assert_eq!(shape.iter().product::<usize>(), values.len(), "shape of the tensor");
+        self.tensors.insert(name.into(), (shape.to_vec(), TensorValues::U32(values.to_vec())));
+    }
+
+    /// Names of all tensors.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.tensors.keys().map(String::as_str)
+    }
+
+    /// Writes the file under a temporary name and renames it.
+    ///
+    /// # Errors
+    /// If the folder cannot be written or the disk is full; the path keeps what it held.
+    pub fn save(&self, path: &Path) -> Result<(), TensorFileError> {
+        let bytes = self.to_bytes(path)?;
+        Ok(lgs_data::files::write_atomically(path, |w| w.write_all(&bytes))?)
+    }
+
+    fn to_bytes(&self, path: &Path) -> Result<Vec<u8>, TensorFileError> {
+        let raw: Vec<(&String, &Vec<usize>, Dtype, Vec<u8>)> = self
+            .tensors
+            .iter()
+            .map(|(name, (shape, values))| match values {
+                TensorValues::F32(v) => (name, shape, Dtype::F32, v.iter().flat_map(|x| x.to_le_bytes()).collect()),
+                TensorValues::U32(v) => (name, shape, Dtype::U32, v.iter().flat_map(|x| x.to_le_bytes()).collect()),
+            })
+            .collect();
+        let damaged = |e: safetensors::SafeTensorError| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() };
+        let mut views = Vec::with_capacity(raw.len());
+        for (name, shape, dtype, bytes) in &raw {
+            views.push((name.as_str(), TensorView::new(*dtype, (*shape).clone(), bytes).map_err(damaged)?));
+        }
+        // One JSON string under one key: the library keeps metadata in a hash map, and files must be the same byte for byte.
+        let mut metadata = self.metadata.clone();
+        metadata.insert(FORMAT_KEY.to_owned(), self.format.clone());
+        let json = serde_json::to_string(&metadata).map_err(|e| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() })?;
+        safetensors::serialize(views, Some(HashMap::from([("lagrangegs".to_owned(), json)]))).map_err(damaged)
+    }
+
+    /// Reads a file of a format.
+    ///
+    /// # Errors
+    /// If it cannot be read, is damaged, or is of another format or version.
+    pub fn load(path: &Path, format: &str) -> Result<Self, TensorFileError> {
+        let bytes = std::fs::read(path).map_err(|source| TensorFileError::Read { path: path.to_owned(), source })?;
+        let damaged = |reason: String| TensorFileError::Damaged { path: path.to_owned(), reason };
+        let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|e| damaged(e.to_string()))?;
+        let json = header.metadata().as_ref().and_then(|m| m.get("lagrangegs").cloned()).unwrap_or_else(|| "{}".to_owned());
+        let mut metadata: BTreeMap<String, String> = serde_json::from_str(&json).map_err(|e| damaged(e.to_string()))?;
+        let found = metadata.remove(FORMAT_KEY).unwrap_or_else(|| "no format name".to_owned());
+        if found != format {
+            return Err(TensorFileError::Format { path: path.to_owned(), expected: format.to_owned(), found });
+        }
+        let parsed = SafeTensors::deserialize(&bytes).map_err(|e| damaged(e.to_string()))?;
+        let mut file = Self { format: found, path: path.to_owned(), metadata, tensors: BTreeMap::new() };
+        for (name, view) in parsed.tensors() {
+            let words = view.data().as_chunks::<4>().0;
+            let values = match view.dtype() {
+                Dtype::F32 => TensorValues::F32(words.iter().map(|w| f32::from_le_bytes(*w)).collect()),
+                Dtype::U32 => TensorValues::U32(words.iter().map(|w| u32::from_le_bytes(*w)).collect()),
+                other => return Err(file.field(&name, "F32 or U32", format!("{other:?}"))),
+            };
+            file.tensors.insert(name, (view.shape().to_vec(), values));
+        }
+        Ok(file)
+    }
+
+    /// A metadata entry.
+    ///
+    /// # Errors
+    /// If it is absent.
+    pub fn metadata(&self, key: &str) -> Result<&str, TensorFileError> {
+        self.metadata.get(key).map(String::as_str).ok_or_else(|| self.missing(key))
+    }
+
+    /// A metadata entry, parsed from JSON.
+    ///
+    /// # Errors
+    /// If it is absent or does not parse.
+    pub fn metadata_json<T: serde::de::DeserializeOwned>(&self, key: &str) -> Result<T, TensorFileError> {
+        let text = self.metadata(key)?;
+        serde_json::from_str(text).map_err(|e| self.field(key, "a valid entry", e.to_string()))
+    }
+
+    /// A float tensor of any shape, finite.
+    ///
+    /// # Errors
+    /// If it is absent, of another type or not finite.
+    pub fn values(&self, name: &str) -> Result<(&[usize], &[f32]), TensorFileError> {
+        match self.tensors.get(name) {
+            None => Err(self.missing(name)),
+            Some((shape, TensorValues::F32(values))) => match values.iter().position(|v| !v.is_finite()) {
+                None => Ok((shape, values)),
+                Some(at) => Err(self.field(name, "finite values", format!("{} at index {at}", values[at]))),
+            },
+            Some(_) => Err(self.field(name, "F32", "U32".to_owned())),
+        }
+    }
+
+    /// A float tensor with rows of `D` values: `[n, D]`.
+    ///
+    /// # Errors
+    /// As [`Self::values`], and if the shape is another.
+    pub fn rows<const D: usize>(&self, name: &str) -> Result<Vec<[f32; D]>, TensorFileError> {
+        let (shape, values) = self.values(name)?;
+        if shape.len() != 2 || shape[1] != D {
+            return Err(self.field(name, &format!("shape [n, {D}]"), format!("{shape:?}")));
+        }
+        Ok(values.as_chunks::<D>().0.to_vec())
+    }
+
+    /// An index tensor of any shape.
+    ///
+    /// # Errors
+    /// If it is absent or of another type.
+    pub fn indices(&self, name: &str) -> Result<(&[usize], &[u32]), TensorFileError> {
+        match self.tensors.get(name) {
+            None => Err(self.missing(name)),
+            Some((shape, TensorValues::U32(values))) => Ok((shape, values)),
+            Some(_) => Err(self.field(name, "U32", "F32".to_owned())),
+        }
+    }
+
+    /// An error about a field of this file.
+    #[must_use]
+    pub fn field(&self, field: &str, expected: &str, found: String) -> TensorFileError {
+        TensorFileError::Field { path: self.path.clone(), field: field.to_owned(), expected: expected.to_owned(), found }
+    }
+
+    fn missing(&self, field: &str) -> TensorFileError {
+        TensorFileError::Missing { path: self.path.clone(), field: field.to_owned() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> TensorFile {
+        let mut file = TensorFile::new("sample/1");
+        file.set_metadata("step", "12");
+        file.set_metadata("stage", "source");
+        file.insert("means", &[2, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        file.insert_indices("supports", &[2], &[7, 8]);
+        file
+    }
+
+    #[test]
+    fn a_file_round_trips_and_is_the_same_bytes_every_time() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("sample.safetensors");
+        sample().save(&path).expect("save");
+        let first = std::fs::read(&path).expect("bytes");
+        sample().save(&path).expect("save again");
+        assert_eq!(first, std::fs::read(&path).expect("bytes"));
+        let back = TensorFile::load(&path, "sample/1").expect("load");
+        assert_eq!(back.rows::<3>("means").expect("means"), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        assert_eq!(back.indices("supports").expect("supports").1, [7, 8]);
+        assert_eq!(back.metadata_json::<u32>("step").expect("step"), 12);
+    }
+
+    #[test]
+    fn a_file_cut_at_any_byte_is_an_error() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("cut.safetensors");
+        sample().save(&path).expect("save");
+        let whole = std::fs::read(&path).expect("bytes");
+        for length in 0..whole.len() {
+            std::fs::write(&path, &whole[..length]).expect("cut");
+            assert!(TensorFile::load(&path, "sample/1").is_err(), "cut at {length}");
+        }
+    }
+
+    #[test]
+    fn defects_name_the_file_and_the_field() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("bad.safetensors");
+        let mut file = sample();
+        file.insert("weights", &[1], &[f32::NAN]);
+        file.save(&path).expect("save");
+        let version = TensorFile::load(&path, "sample/2").expect_err("version").to_string();
+        assert!(version.contains("bad.safetensors") && version.contains("sample/1"), "{version}");
+        let back = TensorFile::load(&path, "sample/1").expect("load");
+        for (error, field) in [
+            (back.values("weights").map(|_| ()).expect_err("nan"), "weights"),
+            (back.values("absent").map(|_| ()).expect_err("absent"), "absent"),
+            (back.rows::<4>("means").map(|_| ()).expect_err("shape"), "means"),
+        ] {
+            let text = error.to_string();
+            assert!(text.contains("bad.safetensors") && text.contains(field), "{text}");
+        }
+    }
+}
