@@ -1,0 +1,251 @@
+//! Sizes and choices of the deformation network (`reference-systems.md` §3.1–3.4), and where each parameter lies in the flat vector.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::encoding::encoded_width;
+use super::network::DELTAS;
+
+/// How the network's third output changes a Gaussian's scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScaleMode {
+    /// `exp(log_scale) + Δs`, floored: DefGS.
+    Additive,
+    /// `exp(log_scale + Δs)`.
+    Exponent,
+    /// The scale never changes: a rigid body's Gaussians only move and turn, which is what a Lagrangian scene can represent.
+    Fixed,
+}
+
+/// How the output layer starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeadInit {
+    /// As every other layer, uniform in ±1/√fan_in: DefGS.
+    Uniform,
+    /// A hundredth of that: motion starts near rest.
+    Small,
+    /// Zero: motion starts at rest.
+    Zero,
+}
+
+/// The deformation network.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DeformationConfig {
+    /// Hidden layers (paper: 8). More bends trajectories more finely and costs proportionally.
+    pub depth: usize,
+    /// Units per hidden layer (paper: 256).
+    pub width: usize,
+    /// The input enters again after this layer, counted from 0 (paper: 4); `depth` or more: never.
+    pub skip_layer: usize,
+    /// Frequencies of the position encoding (paper: 10). Fewer make neighbours move alike.
+    pub position_frequencies: usize,
+    /// Frequencies of the time encoding (paper: 6). Fewer make trajectories smoother.
+    pub time_frequencies: usize,
+    /// Hidden units of the time network (paper: 256).
+    pub time_hidden: usize,
+    /// Outputs of the time network (paper: 30); 0: the time encoding enters directly.
+    pub time_features: usize,
+    /// What happens to scales (paper: additive).
+    pub scale_mode: ScaleMode,
+    /// How the output layer starts (paper: uniform).
+    pub head_init: HeadInit,
+    /// Multiplies the outputs by the time, so that nothing is displaced at t = 0 and the canonical Gaussians are the first frame
+    /// (paper: false).
+    pub anchored: bool,
+    /// Centres positions on the initial Gaussians and divides by their half extent before encoding (paper: false).
+    pub normalised_positions: bool,
+}
+
+impl Default for DeformationConfig {
+    fn default() -> Self {
+        Self::quick()
+    }
+}
+
+impl DeformationConfig {
+    /// DefGS for synthetic scenes, exactly (§3.1–3.2).
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            depth: 8,
+            width: 256,
+            skip_layer: 4,
+            position_frequencies: 10,
+            time_frequencies: 6,
+            time_hidden: 256,
+            time_features: 30,
+            scale_mode: ScaleMode::Additive,
+            head_init: HeadInit::Uniform,
+            anchored: false,
+            normalised_positions: false,
+        }
+    }
+
+    /// A network whose cost on a CPU is below the rasterizer's, with smooth motion that starts at rest.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            depth: 4,
+            width: 64,
+            skip_layer: 2,
+            position_frequencies: 4,
+            time_frequencies: 4,
+            time_hidden: 64,
+            time_features: 24,
+            scale_mode: ScaleMode::Fixed,
+            head_init: HeadInit::Small,
+            anchored: true,
+            normalised_positions: true,
+        }
+    }
+
+    /// What is wrong with the sizes, as (field, reason).
+    ///
+    /// # Errors
+    /// The first field out of range.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        let ranges = [
+            ("depth", self.depth, 1, 32),
+            ("width", self.width, 1, 4096),
+            ("position_frequencies", self.position_frequencies, 0, 16),
+            ("time_frequencies", self.time_frequencies, 0, 16),
+            ("time_hidden", self.time_hidden, 1, 4096),
+            ("time_features", self.time_features, 0, 4096),
+        ];
+        match ranges.into_iter().find(|&(_, value, low, high)| value < low || value > high) {
+            Some((field, value, low, high)) => Err((field, format!("{value} is not between {low} and {high}"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Numbers per encoded position.
+    #[must_use]
+    pub fn position_width(&self) -> usize {
+        encoded_width(3, self.position_frequencies)
+    }
+
+    /// Numbers that stand for the time at the network's input.
+    #[must_use]
+    pub fn time_width(&self) -> usize {
+        if self.time_features > 0 { self.time_features } else { encoded_width(1, self.time_frequencies) }
+    }
+
+    /// Whether layer `index` reads the input beside the layer before it.
+    #[must_use]
+    pub fn reads_input(&self, index: usize) -> bool {
+        index == 0 || index == self.skip_layer + 1
+    }
+
+    /// Where the parameters lie.
+    #[must_use]
+    pub fn layout(&self) -> NetworkLayout {
+        NetworkLayout::new(self)
+    }
+}
+
+/// One named parameter in the flat vector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParamRange {
+    /// Its name in files.
+    pub name: String,
+    /// `[out, in]` for a weight, `[out]` for a bias.
+    pub shape: Vec<usize>,
+    /// Where it lies.
+    pub range: Range<usize>,
+}
+
+/// A linear layer's place: weight `[out, in]`, row by row, then bias `[out]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearRange {
+    /// Inputs.
+    pub inputs: usize,
+    /// Outputs.
+    pub outputs: usize,
+    /// First float of the weight.
+    pub weight: usize,
+    /// First float of the bias.
+    pub bias: usize,
+}
+
+/// Places of all layers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkLayout {
+    /// The time network's two layers, if there is one.
+    pub time: Option<[LinearRange; 2]>,
+    /// Hidden layers. Where a layer reads the input its columns are position, time, then the layer before.
+    pub layers: Vec<LinearRange>,
+    /// The output layer: Δx (3), Δrotation (4), Δscale (3).
+    pub head: LinearRange,
+    /// Floats in all.
+    pub len: usize,
+}
+
+impl NetworkLayout {
+    fn new(config: &DeformationConfig) -> Self {
+        let mut len = 0;
+        let mut linear = |inputs: usize, outputs: usize| {
+            let range = LinearRange { inputs, outputs, weight: len, bias: len + inputs * outputs };
+            len += inputs * outputs + outputs;
+            range
+        };
+        let time_encoding = encoded_width(1, config.time_frequencies);
+        let time = (config.time_features > 0)
+            .then(|| [linear(time_encoding, config.time_hidden), linear(config.time_hidden, config.time_features)]);
+        let input = config.position_width() + config.time_width();
+        let layers = (0..config.depth)
+            .map(|i| {
+                let own = if i == 0 { 0 } else { config.width };
+                linear(own + if config.reads_input(i) { input } else { 0 }, config.width)
+            })
+            .collect();
+        let head = linear(config.width, DELTAS);
+        Self { time, layers, head, len }
+    }
+
+    /// Every layer with its name.
+    #[must_use]
+    pub fn linears(&self) -> Vec<(String, &LinearRange)> {
+        let time = self.time.iter().flatten().enumerate().map(|(i, l)| (format!("time.{i}"), l));
+        let layers = self.layers.iter().enumerate().map(|(i, l)| (format!("layer.{i}"), l));
+        time.chain(layers).chain([("head".to_owned(), &self.head)]).collect()
+    }
+
+    /// Names, shapes and ranges of all parameters.
+    #[must_use]
+    pub fn params(&self) -> Vec<ParamRange> {
+        let entries = self.linears().into_iter().flat_map(|(name, l)| {
+            [
+                ParamRange { name: format!("{name}.weight"), shape: vec![l.outputs, l.inputs], range: l.weight..l.bias },
+                ParamRange { name: format!("{name}.bias"), shape: vec![l.outputs], range: l.bias..l.bias + l.outputs },
+            ]
+        });
+        entries.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_paper_network_has_the_published_number_of_parameters() {
+        // reference-systems.md §4.8
+        assert_eq!(DeformationConfig::paper().layout().len, 522_280);
+    }
+
+    #[test]
+    fn parameters_tile_the_vector() {
+        let layout = DeformationConfig::quick().layout();
+        let mut end = 0;
+        for param in layout.params() {
+            assert_eq!(param.range.start, end, "{}", param.name);
+            assert_eq!(param.range.len(), param.shape.iter().product::<usize>());
+            end = param.range.end;
+        }
+        assert_eq!(end, layout.len);
+    }
+}
