@@ -1,1 +1,28 @@
-//! placeholder
+//! A differentiable rasterizer of 3D Gaussians on the CPU, and the photometric loss that trains through it.
+//!
+//! ```
+//! use lgs_core::{Camera, GaussianCloud};
+//! use lgs_render::{Splats, rasterize, rasterize_vjp};
+//! let cloud = GaussianCloud::isotropic(vec![[0.0; 3]], 0.2, [0.9, 0.4, 0.1], 0.8);
+//! let camera = Camera::look_at([0.0, -3.0, 0.0], [0.0; 3], 0.8, 32, 32);
+//! let splats = Splats::from(&cloud);
+//! let drawn = rasterize(&splats, &camera, [1.0; 3]);
+//! assert!(drawn.transmittance[16 * 32 + 16] < 0.3);
+//! let v_image = vec![[1.0; 3]; 32 * 32];
+//! let v = rasterize_vjp(&splats, &camera, [1.0; 3], &drawn, &v_image, &vec![0.0; 32 * 32]);
+//! assert!(v.raw_opacities[0] < 0.0, "covering a white background darkens the image");
+//! ```
+//!
+//! Not here: optimisers, densification, culling by the caller's rules, and anything that knows of time.
+
+mod blend;
+mod project;
+mod rasterize;
+mod sh;
+mod simd;
+mod splats;
+mod tiles;
+
+pub use project::{ALPHA_MAX, ALPHA_MIN, BLUR, NEAR, TRANSMITTANCE_STOP};
+pub use rasterize::{Rasterized, rasterize, rasterize_vjp};
+pub use splats::{SplatGradients, Splats};

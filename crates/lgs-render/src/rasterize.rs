@@ -1,0 +1,245 @@
+//! The drivers: project → tile → blend, and back. They own parallelism and memory; the stages are pure functions.
+//!
+//! Deterministic for any number of threads: every parallel task writes its own output, and sums run over tiles within a band, then over
+//! the bands of a Gaussian, in order.
+
+use crate::blend::{Blend, BlendVjp, PIXELS, Plane, TileCotangent, TileImage, TileList};
+use crate::project::{ImageCotangent, ParameterCotangent, Projected, View, pixel, project, project_vjp, radius};
+use crate::splats::{SplatGradients, Splats};
+use crate::tiles::{TILE, Tiling, tile};
+use lgs_core::{Camera, Image};
+use pulp::Arch;
+use rayon::prelude::*;
+
+/// Gaussians handed to a thread at a time.
+const CHUNK: usize = 256;
+
+/// A rendered image, and what the backward pass needs of the forward one.
+#[derive(Clone, Debug)]
+pub struct Rasterized {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Colour over the background, row by row; not clamped.
+    pub image: Vec<[f32; 3]>,
+    /// What is left of the background in each pixel, in [0, 1].
+    pub transmittance: Vec<f32>,
+    /// Projected centres, pixels; zero for Gaussians behind the near plane.
+    pub means2d: Vec<[f32; 2]>,
+    /// Three standard deviations, rounded up to pixels; 0 for a Gaussian that cannot touch the image.
+    pub radii: Vec<u32>,
+    projected: Vec<Projected>,
+    tiling: Tiling,
+    tiles: Vec<TileImage>,
+}
+
+impl Rasterized {
+    /// Whether a Gaussian reaches some pixel with an alpha of at least 1/255, occlusion aside.
+    #[must_use]
+    pub fn is_visible(&self, index: usize) -> bool {
+        self.radii[index] > 0
+    }
+
+    /// A copy of the colours as an image.
+    #[must_use]
+    pub fn to_image(&self) -> Image {
+        Image { width: self.width, height: self.height, pixels: self.image.clone() }
+    }
+
+    /// Expected depth `Σ α T z` of each pixel, world units, not divided by the accumulated opacity.
+    #[must_use]
+    pub fn expected_depth(&self) -> Vec<f32> {
+        let tiles = blend_tiles(&self.projected, &self.tiling, self.size(), |g| [g.depth, 0.0, 0.0]);
+        let mut depth = vec![0.0; self.image.len()];
+        for_pixels(&mut depth, self.size(), |tile, at| tiles[tile].color[0].0[at]);
+        depth
+    }
+
+    fn size(&self) -> [usize; 2] {
+        [self.width as usize, self.height as usize]
+    }
+}
+
+/// Draws Gaussians over a background.
+///
+/// # Panics
+/// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than are stored.
+#[must_use]
+pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rasterized {
+    splats.assert_consistent();
+    let (view, size) = (View::from(camera), [camera.width as usize, camera.height as usize]);
+    let n = splats.len();
+    let projected: Vec<Projected> =
+        (0..n).into_par_iter().with_min_len(CHUNK).map(|i| project(splats, &view, i).unwrap_or_default()).collect();
+    let tiling = tile(&projected, size[0], size[1]);
+    let tiles = blend_tiles(&projected, &tiling, size, |g| g.color);
+    let mut image = vec![[0.0; 3]; camera.pixels()];
+    for_pixels(&mut image, size, |tile, at| {
+        let transmittance = tiles[tile].transmittance.0[at].abs();
+        std::array::from_fn(|channel| transmittance.mul_add(background[channel], tiles[tile].color[channel].0[at]))
+    });
+    let mut transmittance = vec![0.0; camera.pixels()];
+    for_pixels(&mut transmittance, size, |tile, at| tiles[tile].transmittance.0[at].abs());
+    Rasterized {
+        width: camera.width,
+        height: camera.height,
+        image,
+        transmittance,
+        means2d: (0..n).map(|i| if projected[i].reach > 0.0 { projected[i].mean } else { pixel(splats, &view, i) }).collect(),
+        radii: projected.iter().zip(&tiling.entries).map(|(g, e)| if e.count > 0 { radius(g).max(1) } else { 0 }).collect(),
+        projected,
+        tiling,
+        tiles,
+    }
+}
+
+/// Pulls cotangents of image and transmittance back to the parameters of the Gaussians.
+///
+/// `splats`, `camera` and `background` must be those of the forward pass.
+///
+/// # Panics
+/// If a cotangent has another length than the image has pixels.
+#[must_use]
+pub fn rasterize_vjp(
+    splats: &Splats,
+    camera: &Camera,
+    background: [f32; 3],
+    forward: &Rasterized,
+    v_image: &[[f32; 3]],
+    v_transmittance: &[f32],
+) -> SplatGradients {
+    assert_eq!(v_image.len(), forward.image.len(), "pixels of the image's cotangent");
+    assert_eq!(v_transmittance.len(), forward.image.len(), "pixels of the transmittance's cotangent");
+    let bands = blend_vjp(forward, background, v_image, v_transmittance);
+    let (view, n, stride) = (View::from(camera), splats.len(), 3 * splats.sh_coefficients);
+    let mut v_sh = vec![0.0; splats.sh.len()];
+    let parameters: Vec<Option<ParameterCotangent>> = v_sh
+        .par_chunks_mut(stride.max(1))
+        .with_min_len(CHUNK)
+        .enumerate()
+        .map(|(i, v_sh)| {
+            let v = gather(&forward.tiling, &bands, i)?;
+            Some(project_vjp(splats, &view, (i, &forward.projected[i]), &v, v_sh))
+        })
+        .collect();
+    let mut out = SplatGradients {
+        means: vec![[0.0; 3]; n],
+        rotations: vec![[0.0; 4]; n],
+        log_scales: vec![[0.0; 3]; n],
+        raw_opacities: vec![0.0; n],
+        sh: v_sh,
+        means2d: vec![[0.0; 2]; n],
+    };
+    for (i, v) in parameters.into_iter().enumerate() {
+        if let Some(v) = v {
+            out.means[i] = v.mean;
+            out.rotations[i] = v.rotation;
+            out.log_scales[i] = v.log_scale;
+            out.raw_opacities[i] = v.raw_opacity;
+            out.means2d[i] = v.mean2d;
+        }
+    }
+    out
+}
+
+fn tile_list<'a>(projected: &'a [Projected], tiling: &'a Tiling, [width, height]: [usize; 2], tile: usize) -> TileList<'a> {
+    let (row, column) = (tile / tiling.columns, tile % tiling.columns);
+    let band = &tiling.bands[row];
+    let origin = [column * TILE, row * TILE];
+    TileList {
+        projected,
+        items: &band.items,
+        members: band.tile(column),
+        origin,
+        size: [TILE.min(width - origin[0]), TILE.min(height - origin[1])],
+    }
+}
+
+fn blend_tiles(
+    projected: &[Projected],
+    tiling: &Tiling,
+    size: [usize; 2],
+    channels: impl Fn(&Projected) -> [f32; 3] + Sync,
+) -> Vec<TileImage> {
+    let arch = Arch::new();
+    (0..tiling.columns * tiling.bands.len())
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|tile| arch.dispatch(Blend { list: tile_list(projected, tiling, size, tile), channels: &channels }))
+        .collect()
+}
+
+/// Fills an image from `value(tile, pixel of the tile)`.
+fn for_pixels<T: Send>(image: &mut [T], [width, _]: [usize; 2], value: impl Fn(usize, usize) -> T + Sync) {
+    let columns = width.div_ceil(TILE);
+    image.par_chunks_mut(width.max(1)).with_min_len(TILE).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            *pixel = value((y / TILE) * columns + x / TILE, (y % TILE) * TILE + x % TILE);
+        }
+    });
+}
+
+/// Cotangents of each band's items.
+fn blend_vjp(forward: &Rasterized, background: [f32; 3], v_image: &[[f32; 3]], v_transmittance: &[f32]) -> Vec<Vec<ImageCotangent>> {
+    let (arch, size, columns) = (Arch::new(), forward.size(), forward.tiling.columns);
+    let by_tile: Vec<Vec<ImageCotangent>> = (0..forward.tiles.len())
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|tile| {
+            let (list, image) = (tile_list(&forward.projected, &forward.tiling, size, tile), &forward.tiles[tile]);
+            let v = tile_cotangent(&list, image, size[0], background, v_image, v_transmittance);
+            arch.dispatch(BlendVjp { list, image, v })
+        })
+        .collect();
+    let sum_band = |(row, tiles): (usize, &[Vec<ImageCotangent>])| {
+        let band = &forward.tiling.bands[row];
+        let mut sums = vec![ImageCotangent::default(); band.items.len()];
+        for (column, entries) in tiles.iter().enumerate() {
+            for (&position, entry) in band.tile(column).iter().zip(entries) {
+                sums[position as usize].accumulate(entry);
+            }
+        }
+        sums
+    };
+    by_tile.par_chunks(columns.max(1)).enumerate().map(sum_band).collect()
+}
+
+fn tile_cotangent(
+    list: &TileList,
+    image: &TileImage,
+    width: usize,
+    background: [f32; 3],
+    v_image: &[[f32; 3]],
+    v_transmittance: &[f32],
+) -> TileCotangent {
+    let mut v = TileCotangent { color: [Plane::ZERO; 3], remainder: Plane::ZERO };
+    for y in 0..list.size[1] {
+        let start = (list.origin[1] + y) * width + list.origin[0];
+        for x in 0..list.size[0] {
+            let (at, pixel) = (y * TILE + x, v_image[start + x]);
+            let mut v_t = v_transmittance[start + x];
+            for channel in 0..3 {
+                v.color[channel].0[at] = pixel[channel];
+                v_t += background[channel] * pixel[channel];
+            }
+            v.remainder.0[at] = v_t * image.transmittance.0[at].abs();
+        }
+    }
+    debug_assert_eq!(PIXELS, v.remainder.0.len());
+    v
+}
+
+/// Sum over the bands of a Gaussian; `None` if it was not drawn.
+fn gather(tiling: &Tiling, bands: &[Vec<ImageCotangent>], index: usize) -> Option<ImageCotangent> {
+    let entries = tiling.entries[index];
+    if entries.count == 0 {
+        return None;
+    }
+    let mut sum = ImageCotangent::default();
+    for e in 0..usize::from(entries.count) {
+        let position = tiling.positions[entries.first as usize + e];
+        sum.accumulate(&bands[usize::from(entries.band) + e][position as usize]);
+    }
+    Some(sum)
+}
