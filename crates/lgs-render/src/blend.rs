@@ -257,9 +257,10 @@ impl WithSimd for BlendVjp<'_> {
                     let in_front = simd.mul_f32s(transmittance[at], inverse);
                     let weight = simd.mul_f32s(alpha, in_front);
                     let shade = fma(simd, color[0], red[at], fma(simd, color[1], green[at], simd.mul_f32s(color[2], blue[at])));
-                    // ∂/∂α = T shade - (light from behind) / (1 - α); times α for the exponent.
-                    let v =
-                        simd.mul_f32s(alpha, simd.mul_f32s(inverse, simd.sub_f32s(simd.mul_f32s(transmittance[at], shade), behind[at])));
+                    // ∂/∂α = T shade - (light from behind) / (1 - α); times α for the exponent, which a clamped α does not see.
+                    let v_alpha = simd.mul_f32s(inverse, simd.sub_f32s(simd.mul_f32s(transmittance[at], shade), behind[at]));
+                    let unclamped = simd.select_f32s(simd.less_than_f32s(raw, alpha_max), alpha, zero);
+                    let v = simd.mul_f32s(unclamped, v_alpha);
                     behind[at] = fma(simd, weight, shade, behind[at]);
                     transmittance[at] = in_front;
                     v_color[0] = fma(simd, weight, red[at], v_color[0]);

@@ -16,13 +16,16 @@
 //! Not here: optimisers, densification, culling by the caller's rules, and anything that knows of time.
 
 mod blend;
+mod photometric;
 mod project;
 mod rasterize;
 mod sh;
 mod simd;
 mod splats;
 mod tiles;
+mod window;
 
+pub use photometric::{DEFAULT_LAMBDA, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};
 pub use project::{ALPHA_MAX, ALPHA_MIN, BLUR, NEAR, TRANSMITTANCE_STOP};
 pub use rasterize::{Rasterized, rasterize, rasterize_vjp};
 pub use splats::{SplatGradients, Splats};

@@ -3,8 +3,9 @@
 mod common;
 
 use common::{Vector, vectors};
+use lgs_core::Image;
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
-use lgs_render::{Splats, rasterize, rasterize_vjp};
+use lgs_render::{Splats, psnr, rasterize, rasterize_vjp, ssim, ssim_vjp};
 
 const MAX_ABS: f64 = 2e-4;
 const RELATIVE_L2: f64 = 1e-5;
@@ -53,4 +54,18 @@ fn check_kernel(vector: &Vector) {
     check("grad_log_scales", v.log_scales.as_flattened());
     check("grad_quats", v.rotations.as_flattened());
     check("grad_means", v.means.as_flattened());
+}
+
+#[test]
+fn ssim_conformance_of_the_slice_kernel() {
+    for vector in vectors("ssim") {
+        let shape = vector.shape("a");
+        let image = |name| Image { width: shape[1] as u32, height: shape[0] as u32, pixels: vector.rows::<3>(name) };
+        let (a, b) = (image("a"), image("b"));
+        let (value, v) = ssim_vjp(&a, &b);
+        assert_eq!(value, ssim(&a, &b));
+        assert_values_close(&format!("{}: ssim", vector.name), &[value], &vector.get("ssim"), MAX_ABS, RELATIVE_L2);
+        assert_values_close(&format!("{}: psnr", vector.name), &[psnr(&a, &b)], &vector.get("psnr"), MAX_ABS, RELATIVE_L2);
+        assert_gradient_close(&format!("{}: grad_a", vector.name), v.as_flattened(), &vector.get("grad_a"));
+    }
 }
