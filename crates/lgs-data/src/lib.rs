@@ -1,1 +1,19 @@
-//! placeholder
+//! Everything of LagrangeGS that touches a user's files, checkpoints excepted: splat files, camera lists, image sets and synthetic scenes.
+//!
+//! ```no_run
+//! use lgs_data::dataset::{Dataset, LoadOptions};
+//! let dataset = Dataset::load("scenes/fan".as_ref(), &LoadOptions::default(), &|_, _| {})?;
+//! println!("{} training images", dataset.splits["train"].len());
+//! # Ok::<(), lgs_data::dataset::DatasetError>(())
+//! ```
+//!
+//! Invariants: a reader returns plain core values or one error that names the file, the field, what was expected and what was found,
+//! and checks sizes before it allocates. A writer leaves either the whole file or none. Nothing is ever written into a dataset folder
+//! that already holds something. The crate knows nothing of training, and its synthetic scenes share no code with the rasterizer or the
+//! integrators, so that they can judge both.
+
+pub mod cameras;
+pub mod dataset;
+pub mod files;
+pub mod ply;
+pub mod synth;

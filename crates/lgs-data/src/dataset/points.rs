@@ -1,0 +1,155 @@
+//! Where the first Gaussians go: the points that a set ships, or random ones in a box inferred from the cameras.
+//!
+//! The box is a cube. Its centre is the point nearest to all viewing axes in the least-squares sense (with a weak pull to a point in front
+//! of the cameras, which decides when the axes are parallel). Half its side is what the median camera sees at the centre's depth,
+//! `distance · tan(fov / 2)`, at most 0.9 of the camera's distance, so that points do not sit on the lenses.
+//!
+//! Where images have an alpha channel, random points are carved: a point survives if it is opaque in every earliest training image (one per
+//! camera) whose view it lies in. Their colour is the mean of what those images show there, or grey.
+
+use super::{Dataset, DatasetError, Frame};
+use crate::ply::{self, Points};
+use glam::{Mat3, Vec3};
+use lgs_core::stream;
+use rand::RngExt;
+use std::path::Path;
+
+/// Candidates tried per point asked for before carving gives up.
+const MAX_TRIES: usize = 200;
+
+/// An axis-aligned cube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneBox {
+    /// Centre, world units.
+    pub center: [f32; 3],
+    /// Half the side, world units.
+    pub half_side: f32,
+}
+
+impl Dataset {
+    /// The shipped points, or `count` random ones in [`Self::scene_box`] with grey colours; the same seed gives the same points.
+    #[must_use]
+    pub fn initial_points(&self, count: usize, seed: u64) -> Points {
+        if let Some(points) = &self.init_points {
+            return points.clone();
+        }
+        let cube = self.scene_box();
+        let mut rng = stream(seed, "initial points", 0);
+        let positions: Vec<[f32; 3]> = (0..count).map(|_| random_point(&cube, &mut rng)).collect();
+        Points { colors: vec![[0.5; 3]; positions.len()], positions }
+    }
+
+    /// As [`Self::initial_points`], but carved by the alpha of the earliest training images and coloured by them.
+    ///
+    /// Fewer than `count` points come back only if the silhouettes share next to no volume of the box.
+    #[must_use]
+    pub fn carved_points(&self, count: usize, seed: u64) -> Points {
+        if let Some(points) = &self.init_points {
+            return points.clone();
+        }
+        let cube = self.scene_box();
+        let views = earliest_frames(self.split("train"));
+        let mut rng = stream(seed, "carved points", 0);
+        let mut points = Points::default();
+        for _ in 0..count * MAX_TRIES {
+            if points.positions.len() == count {
+                break;
+            }
+            let point = random_point(&cube, &mut rng);
+            if let Some(color) = seen_color(&views, point, self.background) {
+                points.positions.push(point);
+                points.colors.push(color);
+            }
+        }
+        points
+    }
+
+    /// The cube that the training cameras look at.
+    #[must_use]
+    pub fn scene_box(&self) -> SceneBox {
+        let frames = self.cameras(if self.splits.contains_key("train") { "train" } else { self.splits.keys().next().map_or("train", String::as_str) });
+        let views: Vec<(Vec3, Vec3, f32)> = frames.iter().map(|frame| view_of(frame)).collect();
+        if views.is_empty() {
+            return SceneBox { center: [0.0; 3], half_side: 1.0 };
+        }
+        let center = point_nearest_to_axes(&views);
+        let mut halves: Vec<f32> = views
+            .iter()
+            .map(|&(eye, _, half_tan)| {
+                let distance = eye.distance(center);
+                (distance * half_tan).min(0.9 * distance)
+            })
+            .collect();
+        halves.sort_by(f32::total_cmp);
+        SceneBox { center: center.into(), half_side: halves[halves.len() / 2].max(1e-3) }
+    }
+}
+
+/// Reads `points3d.ply` if there is one.
+pub(super) fn shipped(root: &Path) -> Result<Option<Points>, DatasetError> {
+    let path = root.join("points3d.ply");
+    if path.exists() { Ok(Some(ply::read_points(&path)?)) } else { Ok(None) }
+}
+
+/// 1.1 times the largest distance of a camera from the mean of all.
+pub(super) fn camera_extent(frames: &[Frame]) -> f32 {
+    let centers: Vec<Vec3> = frames.iter().map(|frame| Vec3::from(frame.camera.center_in_world())).collect();
+    let mean = centers.iter().fold(Vec3::ZERO, |sum, &c| sum + c) / centers.len().max(1) as f32;
+    1.1 * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)
+}
+
+fn random_point(cube: &SceneBox, rng: &mut lgs_core::Stream) -> [f32; 3] {
+    cube.center.map(|c| c + rng.random_range(-1.0f32..1.0) * cube.half_side)
+}
+
+/// Centre, viewing axis and the larger half tangent of the field of view.
+fn view_of(frame: &Frame) -> (Vec3, Vec3, f32) {
+    let camera = &frame.camera;
+    let axis = camera.camera_from_world.row(2).truncate();
+    let half_tan = (0.5 * camera.width as f32 / camera.fx).max(0.5 * camera.height as f32 / camera.fy);
+    (Vec3::from(camera.center_in_world()), axis.normalize_or(Vec3::Z), half_tan)
+}
+
+fn point_nearest_to_axes(views: &[(Vec3, Vec3, f32)]) -> Vec3 {
+    const PULL: f32 = 1e-3;
+    let count = views.len() as f32;
+    let mean_eye = views.iter().map(|v| v.0).sum::<Vec3>() / count;
+    let spread = views.iter().map(|v| v.0.distance(mean_eye)).fold(0.0, f32::max).max(1.0);
+    let ahead = mean_eye + views.iter().map(|v| v.1).sum::<Vec3>() / count * spread;
+    let (mut matrix, mut target) = (Mat3::from_diagonal(Vec3::splat(PULL)), PULL * ahead);
+    for &(eye, axis, _) in views {
+        let across = Mat3::IDENTITY - Mat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+        matrix += across * (1.0 / count);
+        target += across * eye / count;
+    }
+    matrix.inverse() * target
+}
+
+/// The earliest frame of every camera whose first time is the split's first time.
+fn earliest_frames(frames: &[Frame]) -> Vec<&Frame> {
+    let first = frames.iter().map(|f| f.time).fold(f32::INFINITY, f32::min);
+    frames.iter().filter(|f| f.time <= first).collect()
+}
+
+/// The mean colour of a point in the views that it lies in; nothing if one of them shows it transparent or none sees it.
+fn seen_color(views: &[&Frame], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
+    let (mut sum, mut seen) = ([0.0; 3], 0);
+    for frame in views {
+        let camera = &frame.camera;
+        let ([x, y], depth) = camera.pixel_from_world(point);
+        if depth <= 0.0 || x < 0.0 || y < 0.0 || x >= camera.width as f32 || y >= camera.height as f32 {
+            continue;
+        }
+        let at = 4 * (y as usize * camera.width as usize + x as usize);
+        let pixel = &frame.rgba[at..at + 4];
+        if pixel[3] < 128 {
+            return None;
+        }
+        seen += 1;
+        let alpha = f32::from(pixel[3]) / 255.0;
+        for c in 0..3 {
+            sum[c] += f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha);
+        }
+    }
+    (seen > 0).then(|| sum.map(|v| v / seen as f32))
+}

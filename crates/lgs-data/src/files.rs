@@ -1,0 +1,136 @@
+//! Writing files so that a crash, a full disk or an unwritable folder never leaves half of one.
+//!
+//! The contents go to a temporary file in the destination's own folder, are flushed to the disk and renamed over the destination. A rename
+//! within one folder is atomic, so a reader sees the old file or the new one. Errors say what failed and end with the path.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A file operation that failed.
+#[derive(Debug, thiserror::Error)]
+#[error("can't {action}: {reason}: {}", path.display())]
+pub struct FileError {
+    /// What was attempted, as in "can't …".
+    pub action: &'static str,
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the operating system says.
+    pub reason: io::Error,
+}
+
+impl FileError {
+    /// An error of `action` on `path`.
+    #[must_use]
+    pub fn new(action: &'static str, path: &Path, reason: io::Error) -> Self {
+        Self { action, path: path.to_path_buf(), reason }
+    }
+}
+
+/// Writes a file through a temporary one beside it: either all of it arrives or the destination stays as it was.
+///
+/// # Errors
+/// If the folder can't be written, `fill` fails or the disk is full; the temporary file is removed.
+pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), FileError> {
+    write_and_rename(path, fill).map_err(|reason| FileError::new("write file", path, reason))
+}
+
+/// [`write_atomically`], creating the folders that lead to `path` first.
+///
+/// # Errors
+/// As there, or if a folder can't be created.
+pub fn write_with_parents(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), FileError> {
+    let folder = folder_of(path);
+    fs::create_dir_all(folder).map_err(|reason| FileError::new("create folder", folder, reason))?;
+    write_atomically(path, fill)
+}
+
+/// Reads a whole file.
+///
+/// # Errors
+/// If it can't be read.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
+    fs::read(path).map_err(|reason| FileError::new("read file", path, reason))
+}
+
+/// The folder a path lies in; `.` for a bare name.
+#[must_use]
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+fn write_and_rename(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if path.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "there is a folder of that name"));
+    }
+    let folder = folder_of(path);
+    let temporary = temporary_builder(0o666).tempfile_in(folder)?;
+    let mut writer = BufWriter::with_capacity(1 << 16, temporary);
+    fill(&mut writer)?;
+    let temporary = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+    temporary.as_file().sync_all()?;
+    temporary.persist(path).map_err(|e| e.error)?;
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Names of temporary files and folders; `mode` is narrowed by the user's umask, so that results are as readable as any other file.
+pub(crate) fn temporary_builder(mode: u32) -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".partial-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
+    #[cfg(not(unix))]
+    let _ = mode;
+    builder
+}
+
+/// Makes a rename durable. Not every file system can; the rename itself has happened, so a refusal is no error.
+fn sync_folder(folder: &Path) {
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_litter() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.bin");
+        write_atomically(&path, |w| w.write_all(b"old")).unwrap();
+        let error = write_atomically(&path, |w| {
+            w.write_all(b"new")?;
+            Err(io::Error::new(io::ErrorKind::StorageFull, "no space left on device"))
+        })
+        .unwrap_err();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+        let message = error.to_string();
+        assert!(message.contains("no space") && message.ends_with("a.bin"), "{message}");
+    }
+
+    #[test]
+    fn a_missing_folder_is_an_error_unless_parents_are_asked_for() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("x/y/a.bin");
+        assert!(write_atomically(&path, |w| w.write_all(b"1")).unwrap_err().to_string().ends_with("a.bin"));
+        write_with_parents(&path, |w| w.write_all(b"1")).unwrap();
+        assert_eq!(read_bytes(&path).unwrap(), b"1");
+        assert!(read_bytes(&dir.path().join("none")).unwrap_err().to_string().ends_with("none"));
+    }
+
+    #[test]
+    fn a_file_where_a_folder_should_be_and_the_reverse_are_errors() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        write_atomically(&path, |w| w.write_all(b"1")).unwrap();
+        assert!(write_with_parents(&path.join("b"), |w| w.write_all(b"1")).is_err());
+        assert!(write_atomically(dir.path(), |w| w.write_all(b"1")).is_err());
+    }
+}

@@ -1,0 +1,174 @@
+//! The vertices of a polygon file as columns that are looked up by name.
+//!
+//! The number of bytes (or words, in an ASCII file) is compared with what the header announces before anything is allocated, so a header
+//! that lies about its count costs nothing.
+
+use super::PlyProblem;
+use super::header::{Encoding, Header, Property, Scalar};
+
+/// Words of an ASCII file or rows of a binary one.
+enum Values<'a> {
+    Words(Vec<&'a str>),
+    Rows { bytes: &'a [u8], stride: usize, big_endian: bool },
+}
+
+/// The vertices of a file.
+pub(super) struct Table<'a> {
+    columns: Vec<(String, Scalar, usize)>,
+    count: usize,
+    values: Values<'a>,
+}
+
+impl<'a> Table<'a> {
+    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, PlyProblem> {
+        let header = Header::parse(bytes)?;
+        let position = header.elements.iter().position(|e| e.name == "vertex").ok_or(PlyProblem::NoVertices)?;
+        let body = &bytes[header.end..];
+        let mut before = 0u128;
+        for element in &header.elements[..position] {
+            let (_, width) = columns_of(&element.properties, header.encoding)?;
+            before += width as u128 * u128::from(element.count);
+        }
+        let vertex = &header.elements[position];
+        let (columns, width) = columns_of(&vertex.properties, header.encoding)?;
+        let extent = Extent { before, needed: width as u128 * u128::from(vertex.count), last: position + 1 == header.elements.len() };
+        let values = match header.encoding {
+            Encoding::Ascii => Values::Words(words(body, &extent, vertex.count)?),
+            binary => {
+                extent.check(body.len(), vertex.count, "bytes")?;
+                let bytes = &body[before as usize..][..extent.needed as usize];
+                Values::Rows { bytes, stride: width, big_endian: binary == Encoding::BigEndian }
+            }
+        };
+        Ok(Self { columns, count: if width == 0 { 0 } else { vertex.count as usize }, values })
+    }
+
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|(name, ..)| name.as_str())
+    }
+
+    /// `N` float properties of every vertex, finite.
+    pub(super) fn floats<const N: usize>(&self, names: [&str; N]) -> Result<Vec<[f32; N]>, PlyProblem> {
+        let flat = self.float_rows(&names)?;
+        Ok(flat.as_chunks().0.to_vec())
+    }
+
+    /// Float properties of every vertex, finite, vertex by vertex.
+    pub(super) fn float_rows(&self, names: &[&str]) -> Result<Vec<f32>, PlyProblem> {
+        let float = |s| matches!(s, Scalar::F32 | Scalar::F64);
+        let columns = names.iter().map(|name| self.column(name, "float or double", float)).collect::<Result<Vec<_>, _>>()?;
+        let mut rows = Vec::with_capacity(self.count * columns.len());
+        for index in 0..self.count {
+            for (&column, &name) in columns.iter().zip(names) {
+                let value = self.value(index, column)? as f32;
+                if !value.is_finite() {
+                    return Err(PlyProblem::NonFinite { property: name.to_owned(), index, found: value });
+                }
+                rows.push(value);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Three byte properties of every vertex, scaled to [0, 1].
+    pub(super) fn colors(&self, names: [&str; 3]) -> Result<Vec<[f32; 3]>, PlyProblem> {
+        let mut columns = [0; 3];
+        for (column, name) in columns.iter_mut().zip(names) {
+            *column = self.column(name, "uchar", |s| s == Scalar::U8)?;
+        }
+        let mut colors = Vec::with_capacity(self.count);
+        for index in 0..self.count {
+            let mut color = [0.0; 3];
+            for (channel, &column) in color.iter_mut().zip(&columns) {
+                *channel = self.value(index, column)? as f32 / 255.0;
+            }
+            colors.push(color);
+        }
+        Ok(colors)
+    }
+
+    fn column(&self, name: &str, expected: &'static str, fits: impl Fn(Scalar) -> bool) -> Result<usize, PlyProblem> {
+        let column = self.names().position(|other| other == name).ok_or_else(|| PlyProblem::Missing(name.to_owned()))?;
+        let scalar = self.columns[column].1;
+        if fits(scalar) {
+            Ok(column)
+        } else {
+            Err(PlyProblem::Type { property: name.to_owned(), expected, found: format!("{scalar:?}") })
+        }
+    }
+
+    fn value(&self, index: usize, column: usize) -> Result<f64, PlyProblem> {
+        let (name, scalar, offset) = &self.columns[column];
+        match &self.values {
+            Values::Words(words) => {
+                let word = words[index * self.columns.len() + column];
+                let wrong = || PlyProblem::Number { property: name.clone(), index, found: word.chars().take(40).collect() };
+                word.parse().map_err(|_| wrong())
+            }
+            Values::Rows { bytes, stride, big_endian } => {
+                let bytes = &bytes[index * stride + offset..][..scalar.size()];
+                Ok(decode(*scalar, bytes, *big_endian))
+            }
+        }
+    }
+}
+
+/// Where the vertices lie among the values.
+struct Extent {
+    before: u128,
+    needed: u128,
+    last: bool,
+}
+
+impl Extent {
+    fn check(&self, present: usize, count: u64, unit: &'static str) -> Result<(), PlyProblem> {
+        let found = (present as u128).saturating_sub(self.before);
+        if found < self.needed || (self.last && found > self.needed) {
+            return Err(PlyProblem::Count { count, expected: self.needed, found: found as u64, unit });
+        }
+        Ok(())
+    }
+}
+
+/// Columns with their offsets, and the width of a row: in bytes, or in words for ASCII.
+fn columns_of(properties: &[Property], encoding: Encoding) -> Result<(Vec<(String, Scalar, usize)>, usize), PlyProblem> {
+    let mut width = 0;
+    let mut columns = Vec::with_capacity(properties.len());
+    for property in properties {
+        let list = || PlyProblem::Type { property: property.name.clone(), expected: "a single value", found: "list".into() };
+        let scalar = property.scalar.ok_or_else(list)?;
+        columns.push((property.name.clone(), scalar, width));
+        width += if encoding == Encoding::Ascii { 1 } else { scalar.size() };
+    }
+    Ok((columns, width))
+}
+
+fn words<'a>(body: &'a [u8], extent: &Extent, count: u64) -> Result<Vec<&'a str>, PlyProblem> {
+    let text = std::str::from_utf8(body).map_err(|e| PlyProblem::Number {
+        property: "vertex".into(),
+        index: 0,
+        found: format!("bytes that are not text at {}", e.valid_up_to()),
+    })?;
+    let words: Vec<&str> = text.split_ascii_whitespace().collect();
+    extent.check(words.len(), count, "values")?;
+    Ok(words[extent.before as usize..][..extent.needed as usize].to_vec())
+}
+
+fn decode(scalar: Scalar, bytes: &[u8], big_endian: bool) -> f64 {
+    let mut raw = [0; 8];
+    raw[..bytes.len()].copy_from_slice(bytes);
+    if big_endian {
+        raw[..bytes.len()].reverse();
+    }
+    let bits = u64::from_le_bytes(raw);
+    match scalar {
+        Scalar::I8 => f64::from(bits as u8 as i8),
+        Scalar::U8 => f64::from(bits as u8),
+        Scalar::I16 => f64::from(bits as u16 as i16),
+        Scalar::U16 => f64::from(bits as u16),
+        Scalar::I32 => f64::from(bits as u32 as i32),
+        Scalar::U32 => f64::from(bits as u32),
+        Scalar::F32 => f64::from(f32::from_bits(bits as u32)),
+        Scalar::F64 => f64::from_bits(bits),
+    }
+}

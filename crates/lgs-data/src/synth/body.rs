@@ -1,0 +1,134 @@
+//! Rigid bodies made of textured solids, the scenes they form, and what a ray sees in one.
+
+use super::motion::{Motion, Pose};
+use super::shape::{Ray, Shape};
+use super::texture::Texture;
+use glam::{DMat3, DVec3};
+
+/// A textured solid in the axes of its body.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    pub(super) shape: Shape,
+    pub(super) center: DVec3,
+    /// Body axes from the solid's axes.
+    pub(super) rotation: DMat3,
+    pub(super) texture: Texture,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    pub(super) name: &'static str,
+    pub(super) motion: Motion,
+    pub(super) parts: Vec<Part>,
+    /// A point in body axes that has to stay in view.
+    pub(super) center: DVec3,
+}
+
+/// Movers, and parts that stand still in world axes.
+#[derive(Clone, Debug)]
+pub(super) struct Stage {
+    pub(super) bodies: Vec<Body>,
+    pub(super) fixed: Vec<Part>,
+}
+
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hit {
+    pub(super) distance: f64,
+    pub(super) color: DVec3,
+    /// Tells parts apart, for finding edges: number of the body and of its part.
+    pub(super) part: (u16, u16),
+}
+
+/// The body number of fixed parts.
+const FIXED: u16 = u16::MAX;
+
+impl Part {
+    pub(super) fn new(shape: Shape, center: DVec3, texture: Texture) -> Self {
+        Self { shape, center, rotation: DMat3::IDENTITY, texture }
+    }
+
+    pub(super) fn turned(self, axis: DVec3, angle: f64) -> Self {
+        Self { rotation: DMat3::from_axis_angle(axis, angle) * self.rotation, ..self }
+    }
+
+    /// A body ray in the solid's axes.
+    fn local(&self, ray: &Ray) -> Ray {
+        let inverse = self.rotation.transpose();
+        Ray { origin: inverse * (ray.origin - self.center), direction: inverse * ray.direction }
+    }
+
+    /// Whether a point in body axes is strictly inside.
+    pub(super) fn contains(&self, p: DVec3) -> bool {
+        self.shape.contains(self.rotation.transpose() * (p - self.center))
+    }
+
+    fn bound(&self) -> f64 {
+        self.center.length() + self.shape.bound()
+    }
+}
+
+impl Body {
+    /// Radius of a sphere around the body's origin that holds it.
+    fn bound(&self) -> f64 {
+        self.parts.iter().map(Part::bound).fold(0.0, f64::max)
+    }
+}
+
+/// The movers of a stage at one time, ready for rays.
+pub(super) struct Snapshot<'a> {
+    movers: Vec<(&'a Body, Pose, f64)>,
+}
+
+impl<'a> Snapshot<'a> {
+    pub(super) fn new(stage: &'a Stage, t: f64) -> Self {
+        Self { movers: stage.bodies.iter().map(|body| (body, body.motion.pose(t), body.bound())).collect() }
+    }
+
+    /// The first mover that a ray meets.
+    pub(super) fn hit(&self, ray: &Ray) -> Option<Hit> {
+        let mut best = None;
+        for (number, (body, pose, bound)) in self.movers.iter().enumerate() {
+            if passes_by(ray, pose.position, *bound) {
+                continue;
+            }
+            let inverse = pose.rotation.transpose();
+            let local = Ray { origin: inverse * (ray.origin - pose.position), direction: inverse * ray.direction };
+            nearest(&local, &body.parts, number as u16, &mut best);
+        }
+        best
+    }
+}
+
+/// The first fixed part that a ray meets.
+pub(super) fn hit_fixed(stage: &Stage, ray: &Ray) -> Option<Hit> {
+    let mut best = None;
+    nearest(ray, &stage.fixed, FIXED, &mut best);
+    best
+}
+
+fn nearest(ray: &Ray, parts: &[Part], body: u16, best: &mut Option<Hit>) {
+    let mut found = None;
+    let mut limit = best.map_or(f64::INFINITY, |hit| hit.distance);
+    for (number, part) in parts.iter().enumerate() {
+        if let Some((distance, normal)) = part.shape.hit(&part.local(ray))
+            && distance < limit
+        {
+            limit = distance;
+            found = Some((number, normal));
+        }
+    }
+    if let Some((number, normal)) = found {
+        let part = &parts[number];
+        let color = part.texture.color(ray.origin + limit * ray.direction, part.rotation * normal);
+        *best = Some(Hit { distance: limit, color, part: (body, number as u16) });
+    }
+}
+
+/// Whether a ray misses a sphere.
+fn passes_by(ray: &Ray, center: DVec3, radius: f64) -> bool {
+    let to_center = center - ray.origin;
+    let along = to_center.dot(ray.direction) / ray.direction.length_squared();
+    to_center.length_squared() > radius * radius && (along < 0.0 || (to_center - along * ray.direction).length_squared() > radius * radius)
+}

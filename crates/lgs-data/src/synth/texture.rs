@@ -1,0 +1,58 @@
+//! Colours as smooth functions of a position in the body's own axes.
+//!
+//! Two colours alternate in soft blobs, and a third washes over them at twice the wavelength, so that no two places look alike and every
+//! rotation and displacement shows. The wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can
+//! reproduce at 160 pixels.
+//!
+//! Shading is soft and fixed to the body: a lamp that rides along. With a lamp in the world the colour of a turning surface would change
+//! with time, which neither the models nor the paper they follow claim to describe, and the error would hide the motion that is judged.
+
+use glam::DVec3;
+
+/// A pattern.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Texture {
+    /// The two colours that alternate, and the wash.
+    pub(super) colors: [DVec3; 3],
+    /// Wavelength of the alternation, world units.
+    pub(super) wavelength: f64,
+    /// Strength of the alternation: 0 is plain.
+    pub(super) contrast: f64,
+    /// Shifts the pattern, radians.
+    pub(super) phase: f64,
+}
+
+/// Directions of the three waves of a blob pattern; oblique, so that no face of a box is parallel to one.
+const WAVES: [DVec3; 3] = [DVec3::new(0.80, 0.36, 0.48), DVec3::new(-0.48, 0.80, 0.36), DVec3::new(0.36, -0.48, 0.80)];
+/// Towards the lamp, body axes.
+const LAMP: DVec3 = DVec3::new(0.36, -0.48, 0.80);
+
+impl Texture {
+    /// A pattern of two hex colours (`0xRRGGBB`) with a wash of a third.
+    pub(super) fn new(colors: [u32; 3], wavelength: f64) -> Self {
+        Self { colors: colors.map(rgb), wavelength, contrast: 1.0, phase: 0.0 }
+    }
+
+    /// With a weaker or stronger alternation.
+    pub(super) fn with_contrast(self, contrast: f64) -> Self {
+        Self { contrast, ..self }
+    }
+
+    /// The shaded colour at a point with a unit normal, both in body axes; channels in [0, 1].
+    pub(super) fn color(&self, p: DVec3, normal: DVec3) -> DVec3 {
+        let mix = 0.5 + 0.5 * self.contrast * (1.6 * self.waves(p, self.wavelength, self.phase)).tanh();
+        let wash = 0.5 + 0.5 * self.waves(p, 2.3 * self.wavelength, 1.7 - self.phase);
+        let base = self.colors[0].lerp(self.colors[1], mix).lerp(self.colors[2], 0.7 * wash.clamp(0.0, 1.0));
+        let light = 0.80 + 0.20 * normal.dot(LAMP);
+        (base * light).clamp(DVec3::ZERO, DVec3::ONE)
+    }
+
+    fn waves(&self, p: DVec3, wavelength: f64, phase: f64) -> f64 {
+        let k = std::f64::consts::TAU / wavelength;
+        WAVES.iter().enumerate().map(|(i, w)| (k * w.dot(p) + phase + 2.1 * i as f64).sin()).sum::<f64>() / 1.5
+    }
+}
+
+fn rgb(hex: u32) -> DVec3 {
+    DVec3::new(f64::from(hex >> 16 & 255), f64::from(hex >> 8 & 255), f64::from(hex & 255)) / 255.0
+}

@@ -1,0 +1,153 @@
+//! What really happened: points of the surfaces carried along by the motion, and the law with its constants.
+//!
+//! On disk: `ground_truth.safetensors` with `times` [T] f32, `points` [T, P, 3] f32 and `object` [P] i64 (−1 for what stands still), and
+//! `scene.json` with the law.
+
+use super::SynthError;
+use super::body::{Part, Stage};
+use crate::files;
+use glam::DVec3;
+use lgs_core::stream;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde_json::Value;
+use std::path::Path;
+
+const FILE: &str = "ground_truth.safetensors";
+const LAW_FILE: &str = "scene.json";
+
+/// Points carried along by a scene's motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroundTruth {
+    /// Times, increasing `[T]`.
+    pub times: Vec<f32>,
+    /// Positions `[T][P]`, world units.
+    pub points: Vec<Vec<[f32; 3]>>,
+    /// The object of every point, −1 for what stands still `[P]`.
+    pub object: Vec<i32>,
+    /// The contents of `scene.json`: scene, seed, and for every object its law and constants.
+    pub law: Value,
+}
+
+impl GroundTruth {
+    /// Reads the ground truth of a dataset folder; nothing if it has none.
+    ///
+    /// # Errors
+    /// If there is one and it can't be read.
+    pub fn load(folder: &Path) -> Result<Option<Self>, SynthError> {
+        let path = folder.join(FILE);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let law_path = folder.join(LAW_FILE);
+        let law = serde_json::from_slice(&files::read_bytes(&law_path)?)
+            .map_err(|e| SynthError::Truth { path: law_path, reason: format!("malformed JSON: {e}") })?;
+        let bytes = files::read_bytes(&path)?;
+        parse(&bytes, law).map(Some).map_err(|reason| SynthError::Truth { path, reason })
+    }
+
+    /// Writes both files into a folder.
+    pub(super) fn save(&self, folder: &Path) -> Result<(), SynthError> {
+        let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+        let flat: Vec<f32> = self.points.iter().flatten().flatten().copied().collect();
+        let object: Vec<u8> = self.object.iter().flat_map(|&o| i64::from(o).to_le_bytes()).collect();
+        let (times, points) = (bytes(&self.times), bytes(&flat));
+        let path = folder.join(FILE);
+        let wrong = |e: safetensors::SafeTensorError| SynthError::Truth { path: path.clone(), reason: e.to_string() };
+        let tensors = [
+            ("times", TensorView::new(Dtype::F32, vec![self.times.len()], &times).map_err(wrong)?),
+            ("points", TensorView::new(Dtype::F32, vec![self.times.len(), self.object.len(), 3], &points).map_err(wrong)?),
+            ("object", TensorView::new(Dtype::I64, vec![self.object.len()], &object).map_err(wrong)?),
+        ];
+        let file = safetensors::serialize(tensors, None).map_err(wrong)?;
+        files::write_atomically(&path, |w| w.write_all(&file))?;
+        let law = format!("{:#}\n", self.law);
+        files::write_atomically(&folder.join(LAW_FILE), |w| w.write_all(law.as_bytes()))?;
+        Ok(())
+    }
+
+    /// Numbers of the moving objects, each once, increasing.
+    #[must_use]
+    pub fn objects(&self) -> Vec<i32> {
+        let mut objects: Vec<i32> = self.object.iter().copied().filter(|&o| o >= 0).collect();
+        objects.sort_unstable();
+        objects.dedup();
+        objects
+    }
+
+    /// The trajectories of one object's points `[T][n]`.
+    #[must_use]
+    pub fn trajectories(&self, object: i32) -> Vec<Vec<[f32; 3]>> {
+        let own = |row: &Vec<[f32; 3]>| row.iter().zip(&self.object).filter(|&(_, &o)| o == object).map(|(&p, _)| p).collect();
+        self.points.iter().map(own).collect()
+    }
+}
+
+/// Follows `count` surface points of every mover, and of all fixed parts together, through the given times.
+pub(super) fn follow(stage: &Stage, times: &[f64], count: usize, seed: u64, law: Value) -> GroundTruth {
+    let mut object = Vec::new();
+    let mut points = vec![Vec::new(); times.len()];
+    for (number, body) in stage.bodies.iter().enumerate() {
+        let on_body = surface_points(&body.parts, count, seed, number as u64);
+        object.extend(vec![number as i32; on_body.len()]);
+        for (row, &t) in points.iter_mut().zip(times) {
+            let pose = body.motion.pose(t);
+            row.extend(on_body.iter().map(|&p| (pose.rotation * p + pose.position).as_vec3().to_array()));
+        }
+    }
+    if !stage.fixed.is_empty() {
+        let still = surface_points(&stage.fixed, count, seed, stage.bodies.len() as u64);
+        object.extend(vec![-1; still.len()]);
+        points.iter_mut().for_each(|row| row.extend(still.iter().map(|p| p.as_vec3().to_array())));
+    }
+    GroundTruth { times: times.iter().map(|&t| t as f32).collect(), points, object, law }
+}
+
+/// Points of the surface of a union of parts, uniform by area, in body axes.
+fn surface_points(parts: &[Part], count: usize, seed: u64, body: u64) -> Vec<DVec3> {
+    use rand::RngExt;
+    let mut rng = stream(seed, "ground truth points", body);
+    let total: f64 = parts.iter().map(|part| part.shape.area()).sum();
+    let mut points = Vec::with_capacity(count);
+    while points.len() < count {
+        let mut pick: f64 = rng.random_range(0.0..total);
+        let mut number = 0;
+        while number + 1 < parts.len() && pick >= parts[number].shape.area() {
+            pick -= parts[number].shape.area();
+            number += 1;
+        }
+        let part = &parts[number];
+        let p = part.rotation * part.shape.surface_point(&mut rng) + part.center;
+        if !parts.iter().any(|other| other.contains(p)) {
+            points.push(p);
+        }
+    }
+    points
+}
+
+fn parse(bytes: &[u8], law: Value) -> Result<GroundTruth, String> {
+    let file = SafeTensors::deserialize(bytes).map_err(|e| e.to_string())?;
+    let tensor = |name: &str, dtype: Dtype| {
+        let tensor = file.tensor(name).map_err(|e| format!("tensor `{name}`: {e}"))?;
+        if tensor.dtype() == dtype { Ok(tensor) } else { Err(format!("tensor `{name}`: expected {dtype:?}, found {:?}", tensor.dtype())) }
+    };
+    let (times, points, object) = (tensor("times", Dtype::F32)?, tensor("points", Dtype::F32)?, tensor("object", Dtype::I64)?);
+    let (steps, count) = (times.data().len() / 4, object.data().len() / 8);
+    if points.shape() != [steps, count, 3] {
+        return Err(format!("tensor `points`: expected shape [{steps}, {count}, 3], found {:?}", points.shape()));
+    }
+    let positions: Vec<[f32; 3]> = floats("points", points.data())?.as_chunks().0.to_vec();
+    Ok(GroundTruth {
+        times: floats("times", times.data())?,
+        points: if count == 0 { vec![Vec::new(); steps] } else { positions.chunks_exact(count).map(<[_]>::to_vec).collect() },
+        object: object.data().as_chunks().0.iter().map(|&b| i64::from_le_bytes(b) as i32).collect(),
+        law,
+    })
+}
+
+fn floats(name: &str, data: &[u8]) -> Result<Vec<f32>, String> {
+    let values: Vec<f32> = data.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+    match values.iter().position(|v| !v.is_finite()) {
+        Some(at) => Err(format!("tensor `{name}`: value {at} is not finite")),
+        None => Ok(values),
+    }
+}
