@@ -1,1 +1,35 @@
-//! placeholder
+//! Learned Lagrangian dynamics of particles: a system of potential and force, its rollouts, reversal, edits and local rigid alignment, each with
+//! its gradient.
+//!
+//! ```
+//! use lgs_dynamics::{RolloutSpec, State, System, SystemConfig, rollout};
+//! let system = System::init(SystemConfig { hidden: 16, ..SystemConfig::paper() }, 7);
+//! let start = State::at_start(vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0]]);
+//! let states = rollout(&system, &start, &RolloutSpec::new(0.01, 75));
+//! assert_eq!(states.len(), 76);
+//! ```
+//!
+//! Invariant: no images, no files, no clock. No function takes a time, so a system can't depend on it. Every fast function `f` on slices has a
+//! backward pass `f_vjp` beside it and gives the same bits for any number of threads.
+
+mod align;
+mod batch;
+mod block;
+mod field;
+mod kabsch;
+mod network;
+mod reversal;
+mod rollout;
+mod state;
+mod supports;
+mod system;
+mod twist;
+
+pub use align::{Alignment, align, align_vjp};
+pub use batch::{AccelerationGradients, acceleration_vjp};
+pub use kabsch::{kabsch, kabsch_vjp};
+pub use reversal::rollout_reversed;
+pub use rollout::{RolloutGradients, StateCotangents, rollout, rollout_vjp};
+pub use state::{Edit, Reversal, RolloutSpec, State, VelocityPolicy};
+pub use supports::{Supports, SupportsError};
+pub use system::{ForceKind, Normalisation, ParamEntry, PotentialKind, System, SystemConfig};

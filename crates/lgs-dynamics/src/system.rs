@@ -1,0 +1,229 @@
+//! What a system is made of: the two networks' kinds and sizes, the normalisation (reference G5) and one flat vector of parameters.
+//!
+//! `U = σ_a σ_o û(x̂)` and `Q` follow reference §8.2 C with `x̂ = (q − μ)/σ_o`, so that `∇U = σ_a ∇û` exactly. The `Mlp` force is
+//! `σ_a q̂(x̂, v/σ_v)`; the `Structured` one is `(σ_a/σ_v)(−softplus(d̂ − 6) v + ŵ × v)` with `[d̂, ŵ]` a network of position alone: Rayleigh
+//! damping and a gyroscopic term, whose power is never positive. Neither takes a time: the flow is autonomous.
+
+use crate::network::MlpShape;
+use lgs_core::stream;
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Shift of the raw damping, so that a zero output means (almost) no damping: `softplus(−6) = 0.0025`.
+pub(crate) const DAMPING_SHIFT: f32 = 6.0;
+
+/// Last layer of U at the start, relative to the usual initialisation: motion begins close to straight lines (reference G7).
+const POTENTIAL_OUTPUT_SCALE: f32 = 0.01;
+
+/// The function class of the potential.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PotentialKind {
+    /// A network, as in the paper.
+    Mlp,
+    /// A network plus `g·x̂ + ½ x̂ᵀ S x̂`, with which uniform gravity and springs are exact.
+    QuadraticMlp,
+}
+
+/// The function class of the force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ForceKind {
+    /// No force: the system is conservative.
+    None,
+    /// A network of position and velocity, as in the paper.
+    Mlp,
+    /// Damping and a gyroscopic term, with coefficients that are a network of position.
+    Structured,
+}
+
+/// The fixed affine map between world units and the O(1) numbers that the networks see (reference G5).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normalisation {
+    /// μ: centre of the trajectories, world units.
+    pub center: [f32; 3],
+    /// σ_o: half diagonal of the trajectories' box, world units.
+    pub length: f32,
+    /// σ_v: root mean square speed, world units per unit of time.
+    pub speed: f32,
+    /// σ_a: root mean square acceleration, world units per squared unit of time.
+    pub acceleration: f32,
+}
+
+impl Normalisation {
+    /// The networks see world coordinates.
+    #[must_use]
+    pub const fn identity() -> Self {
+        Self { center: [0.0; 3], length: 1.0, speed: 1.0, acceleration: 1.0 }
+    }
+}
+
+impl Default for Normalisation {
+    fn default() -> Self {
+        Self::identity()
+    }
+}
+
+/// Kinds, sizes and normalisation of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SystemConfig {
+    /// Function class of U.
+    pub potential: PotentialKind,
+    /// Function class of Q.
+    pub force: ForceKind,
+    /// Units of each hidden layer (paper: 128).
+    pub hidden: usize,
+    /// Hidden layers of each network (paper: 3).
+    pub hidden_layers: usize,
+    /// Scales of the motion.
+    pub normalisation: Normalisation,
+}
+
+impl SystemConfig {
+    /// The paper's networks on world coordinates.
+    #[must_use]
+    pub const fn paper() -> Self {
+        Self { potential: PotentialKind::Mlp, force: ForceKind::Mlp, hidden: 128, hidden_layers: 3, normalisation: Normalisation::identity() }
+    }
+
+    /// Number of parameters.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        Layout::of(self).len
+    }
+}
+
+/// One named array inside the flat parameter vector.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ParamEntry {
+    /// For instance `potential.0.weight`.
+    pub name: String,
+    /// Where it lies.
+    pub range: Range<usize>,
+    /// `[out, in]` of a weight, `[out]` of a bias.
+    pub shape: Vec<usize>,
+}
+
+/// Where the networks lie in the parameter vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    pub(crate) potential: MlpShape,
+    /// Start of the linear (3) and quadratic (xx, yy, zz, xy, xz, yz) coefficients.
+    pub(crate) quadratic: Option<usize>,
+    pub(crate) force: Option<MlpShape>,
+    pub(crate) len: usize,
+}
+
+impl Layout {
+    pub(crate) fn of(config: &SystemConfig) -> Self {
+        let mlp = |start, inputs, outputs| MlpShape { start, inputs, hidden: config.hidden, hidden_layers: config.hidden_layers, outputs };
+        let potential = mlp(0, 3, 1);
+        let mut len = potential.len();
+        let quadratic = (config.potential == PotentialKind::QuadraticMlp).then_some(len);
+        len += if quadratic.is_some() { 9 } else { 0 };
+        let force = match config.force {
+            ForceKind::None => None,
+            ForceKind::Mlp => Some(mlp(len, 6, 3)),
+            ForceKind::Structured => Some(mlp(len, 3, 4)),
+        };
+        len += force.map_or(0, |f| f.len());
+        Self { potential, quadratic, force, len }
+    }
+}
+
+/// A Lagrangian system: `a = −β ∇U(q) + γ Q(q, v)` (Eq. 4 and 9).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct System {
+    /// Kinds, sizes and normalisation.
+    pub config: SystemConfig,
+    /// All parameters, laid out as [`System::layout`] says.
+    pub params: Vec<f32>,
+}
+
+impl System {
+    /// A system before training: hidden layers uniform in ±1/√inputs, the last layer of U a hundredth of that, the last layer of Q and the
+    /// quadratic terms zero.
+    #[must_use]
+    pub fn init(config: SystemConfig, seed: u64) -> Self {
+        let layout = Layout::of(&config);
+        let mut params = vec![0.0; layout.len];
+        init_network(&layout.potential, POTENTIAL_OUTPUT_SCALE, &mut params, &mut stream(seed, "potential", 0));
+        if let Some(force) = &layout.force {
+            init_network(force, 0.0, &mut params, &mut stream(seed, "force", 0));
+        }
+        Self { config, params }
+    }
+
+    /// The named arrays of the parameter vector, in order, without gaps.
+    #[must_use]
+    pub fn layout(&self) -> Vec<ParamEntry> {
+        let layout = Layout::of(&self.config);
+        let mut entries = network_entries("potential", &layout.potential);
+        if let Some(start) = layout.quadratic {
+            entries.push(ParamEntry { name: "potential.linear".into(), range: start..start + 3, shape: vec![3] });
+            entries.push(ParamEntry { name: "potential.quadratic".into(), range: start + 3..start + 9, shape: vec![6] });
+        }
+        if let Some(force) = &layout.force {
+            entries.extend(network_entries("force", force));
+        }
+        entries
+    }
+}
+
+fn init_network(shape: &MlpShape, output_scale: f32, params: &mut [f32], rng: &mut lgs_core::Stream) {
+    for layer in 0..=shape.hidden_layers {
+        let scale = if layer == shape.hidden_layers { output_scale } else { 1.0 };
+        let bound = scale / (shape.layer_inputs(layer) as f32).sqrt();
+        for range in [shape.weight(layer), shape.bias(layer)] {
+            for value in &mut params[range] {
+                *value = bound * (2.0 * rng.random::<f32>() - 1.0);
+            }
+        }
+    }
+}
+
+fn network_entries(network: &str, shape: &MlpShape) -> Vec<ParamEntry> {
+    (0..=shape.hidden_layers)
+        .flat_map(|layer| {
+            let (outputs, inputs) = (shape.layer_outputs(layer), shape.layer_inputs(layer));
+            let weight = ParamEntry { name: format!("{network}.{layer}.weight"), range: shape.weight(layer), shape: vec![outputs, inputs] };
+            let bias = ParamEntry { name: format!("{network}.{layer}.bias"), range: shape.bias(layer), shape: vec![outputs] };
+            [weight, bias]
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layout_covers_every_parameter_once_and_has_the_papers_sizes() {
+        for potential in [PotentialKind::Mlp, PotentialKind::QuadraticMlp] {
+            for force in [ForceKind::None, ForceKind::Mlp, ForceKind::Structured] {
+                let system = System::init(SystemConfig { potential, force, hidden: 16, ..SystemConfig::paper() }, 1);
+                let mut at = 0;
+                for entry in system.layout() {
+                    assert_eq!(entry.range.start, at, "{}", entry.name);
+                    assert_eq!(entry.range.len(), entry.shape.iter().product::<usize>(), "{}", entry.name);
+                    at = entry.range.end;
+                }
+                assert_eq!(at, system.params.len());
+            }
+        }
+        assert_eq!(SystemConfig::paper().parameters(), 33_665 + 34_307);
+    }
+
+    #[test]
+    fn the_seed_decides_the_start_and_the_force_starts_at_zero() {
+        let config = SystemConfig { hidden: 8, ..SystemConfig::paper() };
+        assert_eq!(System::init(config, 5), System::init(config, 5));
+        assert_ne!(System::init(config, 5), System::init(config, 6));
+        let system = System::init(config, 5);
+        let last = system.layout().into_iter().find(|e| e.name == "force.3.weight").unwrap();
+        assert!(system.params[last.range].iter().all(|&w| w == 0.0));
+    }
+}
