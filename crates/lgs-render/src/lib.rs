@@ -19,9 +19,11 @@ mod blend;
 mod photometric;
 mod project;
 mod rasterize;
+pub mod reference;
 mod sh;
 mod simd;
 mod splats;
+pub mod tensor;
 mod tiles;
 mod window;
 

@@ -7,9 +7,9 @@
 use lgs_core::SH_C0;
 use lgs_core::linear::{dot, norm, scale, sub};
 
-const C1: f32 = 0.488_602_52;
-const C2: [f32; 5] = [1.092_548_5, -1.092_548_5, 0.315_391_57, -1.092_548_5, 0.546_274_24];
-const C3: [f32; 7] = [-0.590_043_6, 2.890_611_4, -0.457_045_8, 0.373_176_34, -0.457_045_8, 1.445_305_7, -0.590_043_6];
+pub(crate) const C1: f32 = 0.488_602_52;
+pub(crate) const C2: [f32; 5] = [1.092_548_5, -1.092_548_5, 0.315_391_57, -1.092_548_5, 0.546_274_24];
+pub(crate) const C3: [f32; 7] = [-0.590_043_6, 2.890_611_4, -0.457_045_8, 0.373_176_34, -0.457_045_8, 1.445_305_7, -0.590_043_6];
 
 /// Values of the 16 basis functions at a unit direction; those above `degree` are zero.
 pub(crate) fn basis([x, y, z]: [f32; 3], degree: usize) -> [f32; 16] {

@@ -1,0 +1,202 @@
+//! What the rasterizer does at the edges of its input, and that it does not depend on threads.
+
+use burn::tensor::{Device, Tensor};
+use lgs_core::testing::assert_values_close;
+use lgs_core::{Camera, GaussianCloud, stream};
+use lgs_render::tensor::SplatTensors;
+use lgs_render::{ALPHA_MAX, Rasterized, SplatGradients, Splats, photometric_vjp, rasterize, rasterize_vjp};
+use rand::RngExt;
+
+const BACKGROUND: [f32; 3] = [0.2, 0.5, 0.8];
+
+fn camera(width: u32, height: u32) -> Camera {
+    Camera::look_at([0.3, -3.2, 1.1], [0.0; 3], 0.7, width, height)
+}
+
+fn random_cloud(count: usize, seed: u64) -> GaussianCloud {
+    let mut rng = stream(seed, "behaviour", 0);
+    let mut uniform = |low: f32, high: f32| rng.random_range(low..high);
+    let mut cloud = GaussianCloud { sh_degree: 1, ..GaussianCloud::default() };
+    for _ in 0..count {
+        cloud.means.push(std::array::from_fn(|_| uniform(-1.0, 1.0)));
+        cloud.rotations.push(std::array::from_fn(|_| uniform(-1.0, 1.0)));
+        cloud.log_scales.push(std::array::from_fn(|_| uniform(-3.5, -1.5)));
+        cloud.raw_opacities.push(uniform(-3.0, 5.0));
+        cloud.sh.extend((0..12).map(|_| uniform(-0.6, 0.6)));
+    }
+    cloud
+}
+
+fn draw(cloud: &GaussianCloud, camera: &Camera) -> Rasterized {
+    rasterize(&Splats::from(cloud), camera, BACKGROUND)
+}
+
+fn gradients(cloud: &GaussianCloud, camera: &Camera, drawn: &Rasterized) -> SplatGradients {
+    let v_image: Vec<[f32; 3]> = (0..camera.pixels()).map(|i| [0, 1, 2].map(|c| ((i * 7 + c) % 11) as f32 / 11.0 - 0.4)).collect();
+    let v_transmittance: Vec<f32> = (0..camera.pixels()).map(|i| (i % 5) as f32 / 5.0 - 0.5).collect();
+    rasterize_vjp(&Splats::from(cloud), camera, BACKGROUND, drawn, &v_image, &v_transmittance)
+}
+
+fn assert_finite(v: &SplatGradients) {
+    let arrays = [
+        v.means.as_flattened(),
+        v.rotations.as_flattened(),
+        v.log_scales.as_flattened(),
+        &v.raw_opacities,
+        &v.sh,
+        v.means2d.as_flattened(),
+    ];
+    assert!(arrays.iter().all(|a| a.iter().all(|x| x.is_finite())));
+}
+
+#[test]
+fn no_gaussians_leave_the_background() {
+    let (cloud, camera) = (GaussianCloud::default(), camera(19, 35));
+    let drawn = draw(&cloud, &camera);
+    assert!(drawn.image.iter().all(|&p| p == BACKGROUND) && drawn.transmittance.iter().all(|&t| t == 1.0));
+    assert_eq!(gradients(&cloud, &camera, &drawn), SplatGradients::default());
+}
+
+#[test]
+fn gaussians_behind_the_camera_or_nearly_transparent_are_not_drawn() {
+    let camera = camera(20, 20);
+    let behind = GaussianCloud::isotropic(vec![[0.6, -6.4, 2.2], [0.3, -3.1, 1.07]], 0.5, [1.0; 3], 0.9);
+    let faint = GaussianCloud::isotropic(vec![[0.0; 3]], 0.5, [1.0; 3], 0.9 / 255.0);
+    for cloud in [behind, faint] {
+        let drawn = draw(&cloud, &camera);
+        assert!(drawn.image.iter().all(|&p| p == BACKGROUND));
+        assert!((0..cloud.len()).all(|i| !drawn.is_visible(i)));
+        let v = gradients(&cloud, &camera, &drawn);
+        assert!(v.means.as_flattened().iter().chain(&v.sh).all(|&x| x == 0.0));
+    }
+}
+
+#[test]
+fn a_huge_gaussian_covers_every_pixel_evenly() {
+    let camera = camera(70, 33);
+    for log_scale in [3.0, 8.0, 60.0] {
+        let mut cloud = GaussianCloud::isotropic(vec![[0.0; 3]], 1.0, [0.9, 0.1, 0.4], 0.999_99);
+        cloud.log_scales = vec![[log_scale; 3]];
+        let drawn = draw(&cloud, &camera);
+        assert!(drawn.image.as_flattened().iter().all(|v| v.is_finite()));
+        if log_scale < 10.0 {
+            assert!(drawn.transmittance.iter().all(|&t| (t - (1.0 - ALPHA_MAX)).abs() < 2e-3), "scale e^{log_scale}");
+        }
+        assert_finite(&gradients(&cloud, &camera, &drawn));
+    }
+}
+
+#[test]
+fn a_needle_seen_from_its_side_stays_thin() {
+    // 400 px long and 0.5 px wide at 45°: the quadratic form cancels to a part in 10⁶.
+    let camera = Camera { camera_from_world: glam::Mat4::IDENTITY, width: 64, height: 64, fx: 64.0, fy: 64.0, cx: 32.0, cy: 32.0 };
+    let mut cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 4.0]], 1.0, [1.0; 3], 0.9);
+    let half = 0.5_f32.sqrt().acos() / 2.0;
+    cloud.rotations = vec![[half.cos(), 0.0, 0.0, half.sin()]];
+    cloud.log_scales = vec![[25.0_f32.ln(), 0.001_f32.ln(), 0.001_f32.ln()]];
+    let drawn = draw(&cloud, &camera);
+    for i in 0..64 {
+        let along = drawn.transmittance[i * 64 + i];
+        assert!(along < 0.12, "pixel {i} of the diagonal: {along}");
+        if i + 4 < 64 {
+            assert_eq!(drawn.transmittance[i * 64 + i + 4], 1.0, "pixel {i} beside it");
+        }
+    }
+    assert_finite(&gradients(&cloud, &camera, &drawn));
+}
+
+#[test]
+fn values_that_are_not_finite_are_not_drawn() {
+    let camera = camera(16, 16);
+    let cloud = GaussianCloud::isotropic(vec![[0.0; 3]; 4], 0.3, [0.5; 3], 0.5);
+    let mut broken = cloud.clone();
+    broken.means[0][1] = f32::NAN;
+    broken.log_scales[1][0] = f32::INFINITY;
+    broken.raw_opacities[2] = f32::NAN;
+    broken.rotations[3] = [f32::NAN; 4];
+    let drawn = draw(&broken, &camera);
+    assert!(drawn.image.as_flattened().iter().all(|v| v.is_finite()));
+    let v = gradients(&broken, &camera, &drawn);
+    assert!(v.means[..3].as_flattened().iter().all(|&x| x == 0.0));
+}
+
+#[test]
+fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
+    let cloud = random_cloud(120, 3);
+    let device = Device::flex();
+    let floats = |values: &[f32]| Tensor::<1>::from_floats(values, &device);
+    let n = cloud.len();
+    let tensors = SplatTensors {
+        means: floats(cloud.means.as_flattened()).reshape([n, 3]),
+        rotations: floats(cloud.rotations.as_flattened()).reshape([n, 4]),
+        log_scales: floats(cloud.log_scales.as_flattened()).reshape([n, 3]),
+        raw_opacities: floats(&cloud.raw_opacities),
+        sh: floats(&cloud.sh).reshape([n, 4, 3]),
+        means2d_probe: Tensor::zeros([n, 2], &device),
+    };
+    for (width, height) in [(1, 1), (17, 31), (33, 16), (64, 47)] {
+        let camera = camera(width, height);
+        let drawn = draw(&cloud, &camera);
+        let (image, transmittance) = lgs_render::reference::rasterize(&tensors, &camera, BACKGROUND, 1);
+        // A pair within a rounding of alpha = 1/255 may be decided either way.
+        let check = |found: &[f32], expected: burn::tensor::TensorData| {
+            assert_values_close(&format!("{width}×{height}"), found, &expected.try_to_vec::<f32>().expect("f32"), 5e-3, 1e-4);
+        };
+        check(drawn.image.as_flattened(), image.into_data());
+        check(&drawn.transmittance, transmittance.into_data());
+        assert_finite(&gradients(&cloud, &camera, &drawn));
+    }
+}
+
+#[test]
+fn blending_stops_before_the_gaussian_that_would_exhaust_the_light() {
+    let camera = Camera { camera_from_world: glam::Mat4::IDENTITY, width: 1, height: 1, fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5 };
+    let mut cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0], [0.0, 0.0, 4.0]], 9.0, [0.0; 3], 0.5);
+    cloud.raw_opacities = vec![(0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.1_f32 / 0.9).ln()];
+    let drawn = draw(&cloud, &camera);
+    // 0.02² = 4e-4; the third would leave 8e-6 and stops the pixel; the faint fourth comes too late although it would fit.
+    assert!((drawn.transmittance[0] - 4e-4).abs() < 1e-5, "{}", drawn.transmittance[0]);
+    let v = gradients(&cloud, &camera, &drawn);
+    assert!(v.raw_opacities[1] != 0.0 && v.raw_opacities[2] == 0.0 && v.raw_opacities[3] == 0.0);
+}
+
+#[test]
+fn hidden_gaussians_do_not_change_the_image() {
+    let camera = camera(40, 40);
+    let wall = GaussianCloud::isotropic(vec![[0.0; 3], [0.0, 0.02, 0.0], [0.0, 0.04, 0.0]], 30.0, [0.3, 0.6, 0.2], 0.99);
+    let mut with_hidden = wall.clone();
+    let hidden = GaussianCloud::isotropic(vec![[0.0, 40.0, -5.0]], 1.0, [1.0, 0.0, 0.0], 0.9);
+    with_hidden.means.extend(&hidden.means);
+    with_hidden.rotations.extend(&hidden.rotations);
+    with_hidden.log_scales.extend(&hidden.log_scales);
+    with_hidden.raw_opacities.extend(&hidden.raw_opacities);
+    with_hidden.sh.extend(&hidden.sh);
+    assert_eq!(draw(&wall, &camera).image, draw(&with_hidden, &camera).image);
+}
+
+#[test]
+fn the_expected_depth_of_an_opaque_layer_is_its_distance() {
+    let camera = Camera { camera_from_world: glam::Mat4::IDENTITY, width: 8, height: 8, fx: 8.0, fy: 8.0, cx: 4.0, cy: 4.0 };
+    let cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 3.0]], 100.0, [0.5; 3], 0.95);
+    let drawn = draw(&cloud, &camera);
+    for (depth, transmittance) in drawn.expected_depth().iter().zip(&drawn.transmittance) {
+        assert!((depth - 3.0 * (1.0 - transmittance)).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn one_thread_and_many_give_the_same_bits() {
+    let (cloud, camera) = (random_cloud(900, 5), camera(150, 90));
+    let target = vec![[0.4, 0.3, 0.6]; camera.pixels()];
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let drawn = draw(&cloud, &camera);
+            let v = gradients(&cloud, &camera, &drawn);
+            let loss = photometric_vjp(&drawn.image, &target, 150, 90, 0.2);
+            (drawn.image, drawn.transmittance, drawn.radii, v, loss)
+        })
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(5));
+}

@@ -1,0 +1,91 @@
+//! Finite differences of the whole rasterizer and of the photometric loss.
+
+use lgs_core::{Camera, GaussianCloud, stream};
+use lgs_render::{Splats, photometric, photometric_vjp, rasterize, rasterize_vjp};
+use rand::RngExt;
+
+const BACKGROUND: [f32; 3] = [0.9, 0.5, 0.1];
+
+/// Large soft Gaussians: no pixel is near the 1/255 cut-off or the stop, where the image is not smooth.
+fn soft_cloud() -> GaussianCloud {
+    let mut rng = stream(11, "soft", 0);
+    let mut uniform = |low: f32, high: f32| rng.random_range(low..high);
+    let mut cloud = GaussianCloud { sh_degree: 3, ..GaussianCloud::default() };
+    for _ in 0..6 {
+        cloud.means.push(std::array::from_fn(|_| uniform(-0.5, 0.5)));
+        cloud.rotations.push(std::array::from_fn(|_| uniform(-1.0, 1.0)));
+        cloud.log_scales.push(std::array::from_fn(|_| uniform(0.0, 0.7)));
+        cloud.raw_opacities.push(uniform(-1.0, 0.5));
+        cloud.sh.extend((0..48).map(|_| uniform(-0.15, 0.15)));
+    }
+    cloud
+}
+
+struct Probe {
+    camera: Camera,
+    v_image: Vec<[f32; 3]>,
+    v_transmittance: Vec<f32>,
+}
+
+impl Probe {
+    fn new() -> Self {
+        let camera = Camera::look_at([0.3, -3.2, 0.8], [0.0; 3], 0.5, 21, 18);
+        let mut rng = stream(12, "weights", 0);
+        let v_image = (0..camera.pixels()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
+        let v_transmittance = (0..camera.pixels()).map(|_| rng.random_range(-1.0..1.0)).collect();
+        Self { camera, v_image, v_transmittance }
+    }
+
+    fn loss(&self, cloud: &GaussianCloud) -> f64 {
+        let drawn = rasterize(&Splats::from(cloud), &self.camera, BACKGROUND);
+        let weighted = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
+        weighted(drawn.image.as_flattened(), self.v_image.as_flattened()) + weighted(&drawn.transmittance, &self.v_transmittance)
+    }
+}
+
+fn check(name: &str, found: &[f32], step: f32, values: impl Fn(&mut GaussianCloud) -> &mut [f32]) {
+    let (probe, cloud) = (Probe::new(), soft_cloud());
+    let scale = found.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+    assert!(scale > 0.0, "{name} has no gradient");
+    for i in 0..found.len() {
+        let moved = |d: f32| {
+            let mut other = cloud.clone();
+            values(&mut other)[i] += d;
+            probe.loss(&other)
+        };
+        let slope = ((moved(step) - moved(-step)) / (2.0 * f64::from(step))) as f32;
+        assert!((slope - found[i]).abs() < 0.01 * scale, "{name}[{i}]: difference quotient {slope}, gradient {}", found[i]);
+    }
+}
+
+#[test]
+fn gradients_match_difference_quotients() {
+    let (probe, cloud) = (Probe::new(), soft_cloud());
+    let splats = Splats::from(&cloud);
+    let drawn = rasterize(&splats, &probe.camera, BACKGROUND);
+    let v = rasterize_vjp(&splats, &probe.camera, BACKGROUND, &drawn, &probe.v_image, &probe.v_transmittance);
+    check("means", v.means.as_flattened(), 1e-2, |c| c.means.as_flattened_mut());
+    check("rotations", v.rotations.as_flattened(), 1e-2, |c| c.rotations.as_flattened_mut());
+    check("log_scales", v.log_scales.as_flattened(), 1e-2, |c| c.log_scales.as_flattened_mut());
+    check("raw_opacities", &v.raw_opacities, 1e-2, |c| &mut c.raw_opacities);
+    check("sh", &v.sh, 1e-2, |c| &mut c.sh);
+}
+
+#[test]
+fn the_gradient_of_the_photometric_loss_matches_difference_quotients() {
+    let (width, height) = (13, 9);
+    let mut rng = stream(13, "images", 0);
+    let mut image = || -> Vec<[f32; 3]> { (0..width * height).map(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0))).collect() };
+    let (a, b) = (image(), image());
+    let (loss, v) = photometric_vjp(&a, &b, width, height, 0.2);
+    assert_eq!(loss, photometric(&a, &b, width, height, 0.2));
+    for i in (0..a.len() * 3).step_by(7) {
+        let moved = |d: f32| {
+            let mut other = a.clone();
+            other.as_flattened_mut()[i] += d;
+            f64::from(photometric(&other, &b, width, height, 0.2))
+        };
+        let slope = ((moved(2e-3) - moved(-2e-3)) / 4e-3) as f32;
+        assert!((slope - v.as_flattened()[i]).abs() < 1e-4, "value {i}: {slope} {}", v.as_flattened()[i]);
+    }
+}
