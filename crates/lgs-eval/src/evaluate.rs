@@ -1,0 +1,159 @@
+//! All metrics of a run in one pass.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use lgs_core::Camera;
+use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::synth::GroundTruth;
+use lgs_dynamics::{Edit, Reversal};
+use lgs_model::source::SourceModel;
+use lgs_model::{LagrangianScene, Motion};
+
+use crate::image_score::{ForegroundRule, ImageScore};
+use crate::metrics::{ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, SCHEMA, SplitMetrics};
+use crate::physics::Truth;
+use crate::physics::cycle::cycle_errors;
+use crate::physics::energy::energy_drift;
+use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, spread_against_truth};
+use crate::physics::fall::fall_time_exponent;
+use crate::physics::force::forces_and_objects;
+use crate::physics::trajectory::trajectory_errors;
+use crate::split_score::{FrameRow, aggregate, foreground_rule, score_frames};
+
+/// What is evaluated, and against what.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// The Lagrangian scene.
+    pub scene: &'a LagrangianScene,
+    /// The model it was distilled from.
+    pub source: Option<&'a dyn SourceModel>,
+    /// True images.
+    pub dataset: Option<&'a Dataset>,
+    /// True motion.
+    pub truth: Option<&'a GroundTruth>,
+}
+
+/// What to compute.
+#[derive(Clone, Copy, Debug)]
+pub struct EvalOptions {
+    /// How negative times are reached.
+    pub reversal: Reversal,
+}
+
+impl Default for EvalOptions {
+    fn default() -> Self {
+        Self { reversal: Reversal::Exact }
+    }
+}
+
+/// Computes every figure that can be had; `progress` gets frames done and frames in all, from several threads.
+#[must_use]
+pub fn evaluate(subject: &Subject<'_>, options: &EvalOptions, progress: &(dyn Fn(usize, usize) + Sync)) -> Metrics {
+    let scene = subject.scene;
+    let mut motion = Motion::new(scene, Edit::default(), options.reversal);
+    let rule = subject.dataset.map(foreground_rule);
+    let rows = score_splits(subject, &mut motion, rule.unwrap_or(ForegroundRule::Opacity), progress);
+    Metrics {
+        schema: SCHEMA,
+        splits: rows.iter().map(|(name, (_, rows))| (name.clone(), split_metrics(rows))).collect(),
+        physics: physics(subject, &mut motion, &rows, rule),
+        foreground: rule,
+        footprint: Footprint {
+            static_gaussians: scene.statics.len(),
+            moving_gaussians: scene.movers.len(),
+            objects: scene.objects.len(),
+        },
+        frames: rows.iter().map(|(name, (frames, rows))| (name.clone(), frame_metrics(frames, rows))).collect(),
+        ..Metrics::default()
+    }
+}
+
+type ScoredSplits<'a> = BTreeMap<String, (&'a [Frame], Vec<FrameRow>)>;
+
+fn score_splits<'a>(
+    subject: &Subject<'a>,
+    motion: &mut Motion<'_>,
+    rule: ForegroundRule,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> ScoredSplits<'a> {
+    let Some(dataset) = subject.dataset else { return BTreeMap::new() };
+    let total = dataset.splits.values().map(Vec::len).sum();
+    let done = AtomicUsize::new(0);
+    let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+    let score = |(name, frames): (&String, &'a Vec<Frame>)| {
+        let rows = score_frames(subject.source, (subject.scene, &mut *motion), frames, (subject.scene.background, rule), &tick);
+        (name.clone(), (frames.as_slice(), rows))
+    };
+    dataset.splits.iter().map(score).collect()
+}
+
+fn split_metrics(rows: &[FrameRow]) -> SplitMetrics {
+    let lagrangian: Vec<ImageScore> = rows.iter().map(|r| r.lagrangian).collect();
+    let source: Option<Vec<ImageScore>> = rows.iter().map(|r| r.source).collect();
+    SplitMetrics { source: source.and_then(|s| aggregate(&s)), lagrangian: aggregate(&lagrangian) }
+}
+
+fn frame_metrics(frames: &[Frame], rows: &[FrameRow]) -> Vec<FrameMetrics> {
+    let one = |row: &FrameRow| {
+        let frame = &frames[row.index];
+        FrameMetrics {
+            name: frame.name.clone(),
+            time: frame.time,
+            camera: frame.camera_id,
+            source: row.source.as_ref().map(Into::into),
+            lagrangian: (&row.lagrangian).into(),
+        }
+    };
+    rows.iter().map(one).collect()
+}
+
+fn physics(subject: &Subject<'_>, motion: &mut Motion<'_>, rows: &ScoredSplits<'_>, rule: Option<ForegroundRule>) -> Physics {
+    let scene = subject.scene;
+    let truth = subject.truth.and_then(Truth::new);
+    let (force_ratio, objects) = forces_and_objects(scene, motion);
+    let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
+    let cameras = subject.dataset.map(distinct_cameras).unwrap_or_default();
+    let extent = (!cameras.is_empty()).then(|| pixel_extent(scene, motion, &cameras, scene.background)).flatten();
+    Physics {
+        cycle_error: cycle_errors(scene),
+        extent_ratio_max: extent.map(|r| r.max),
+        extent_ratio_min: extent.map(|r| r.min),
+        extent_against_truth: extent_against_truth(subject, motion, rows, (rule, truth.as_ref())),
+        trajectory_error,
+        trajectory_detail,
+        energy_drift: energy_drift(scene, 0.0),
+        energy_change_with_force: energy_drift(scene, 1.0),
+        fall_time_exponent: fall_time_exponent(scene, 1.0),
+        fall_time_exponent_without_force: fall_time_exponent(scene, 0.0),
+        force_ratio,
+        objects,
+    }
+}
+
+fn extent_against_truth(
+    subject: &Subject<'_>,
+    motion: &mut Motion<'_>,
+    rows: &ScoredSplits<'_>,
+    (rule, truth): (Option<ForegroundRule>, Option<&Truth<'_>>),
+) -> ExtentAgainstTruth {
+    let window = subject.scene.motion.time_window;
+    let beyond = rows.values().flat_map(|(frames, rows)| rows.iter().map(|row| (frames[row.index].time, &row.lagrangian)));
+    let pixels = pixel_extent_against_images(beyond.filter(|&(t, _)| rule == Some(ForegroundRule::Opacity) && t > window));
+    let spread = truth.and_then(|truth| spread_against_truth(subject.scene, motion, truth));
+    let reach = truth.and_then(|truth| reach_against_truth(subject.scene, motion, truth));
+    ExtentAgainstTruth {
+        pixels_max: pixels.map(|r| r.max),
+        pixels_min: pixels.map(|r| r.min),
+        spread_max: spread.map(|r| r.max),
+        spread_min: spread.map(|r| r.min),
+        reach: reach.map(|(reach, _)| reach),
+        reach_p99: reach.map(|(_, p99)| p99),
+    }
+}
+
+/// Every camera of a dataset once, by its number.
+fn distinct_cameras(dataset: &Dataset) -> Vec<Camera> {
+    let by_number: BTreeMap<usize, Camera> = dataset.splits.values().flatten().map(|f| (f.camera_id, f.camera)).collect();
+    by_number.into_values().collect()
+}

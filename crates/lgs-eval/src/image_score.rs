@@ -1,0 +1,184 @@
+//! Scores of one rendered image against the true one (reference sections 2.5, 7.1 and G47).
+//!
+//! Both images are rounded to 8 bits first, as if they had been written and read back. An object scene is mostly background, which any
+//! model paints perfectly, so PSNR is also taken over the foreground alone: the union of the true and the predicted one. With alpha in
+//! the images the true foreground is `alpha > 0.5` and the predicted one `1 − transmittance > 0.5`. Opaque images say nothing about
+//! what is background, so both are then the pixels whose colour differs from the background colour by more than
+//! [`CONTENT_THRESHOLD`]; for a room that is nearly everything. That second mask is always scored too (`psnr_content`), because
+//! some sets paint a white floor that is opaque but as flattering as an empty background.
+
+use lgs_core::Image;
+use serde::{Deserialize, Serialize};
+
+/// Smallest mean squared error that counts: identical images score 100 dB instead of infinity.
+const MSE_FLOOR: f64 = 1e-10;
+
+/// Opacity above which a pixel is foreground (G46, G47).
+const OPACITY_THRESHOLD: f32 = 0.5;
+
+/// A pixel differs from the background if a channel does by more than this: 10 of 255 levels, above compression and resampling noise.
+pub const CONTENT_THRESHOLD: f32 = 10.0 / 255.0;
+
+/// How foreground is told from background.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ForegroundRule {
+    /// By opacity: the images have an alpha channel.
+    Opacity,
+    /// By difference from the background colour: the images are opaque.
+    Colour,
+}
+
+/// An image with the foreground it shows.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Colours, rounded to 8 bits.
+    pub image: Image,
+    /// Whether each pixel is foreground.
+    pub foreground: Vec<bool>,
+    /// Whether each pixel differs from the background colour.
+    pub content: Vec<bool>,
+}
+
+impl Picture {
+    /// Rounds an image and finds its foreground; `opacity` is `[height · width]`, in [0, 1].
+    #[must_use]
+    pub fn new(image: &Image, opacity: impl Iterator<Item = f32>, background: [f32; 3], rule: ForegroundRule) -> Self {
+        let image = image.quantized();
+        let content: Vec<bool> = image.pixels.iter().map(|&p| differs(p, background)).collect();
+        let foreground = match rule {
+            ForegroundRule::Opacity => opacity.map(|o| o > OPACITY_THRESHOLD).collect(),
+            ForegroundRule::Colour => content.clone(),
+        };
+        assert_eq!(foreground.len(), image.pixels.len(), "opacity and pixels");
+        Self { image, foreground, content }
+    }
+
+    /// Number of foreground pixels.
+    #[must_use]
+    pub fn foreground_pixels(&self) -> usize {
+        self.foreground.iter().filter(|&&inside| inside).count()
+    }
+}
+
+fn differs(pixel: [f32; 3], background: [f32; 3]) -> bool {
+    pixel.iter().zip(background).any(|(p, b)| (p - b).abs() > CONTENT_THRESHOLD)
+}
+
+/// Scores of one image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageScore {
+    /// Mean squared error over all pixels and channels.
+    pub mse: f64,
+    /// PSNR over all pixels, dB.
+    pub psnr: f64,
+    /// PSNR over the union of both foregrounds, dB; nothing if there is none in either.
+    pub psnr_foreground: Option<f64>,
+    /// PSNR over the pixels of either image that differ from the background colour, dB.
+    pub psnr_content: Option<f64>,
+    /// Structural similarity.
+    pub ssim: f64,
+    /// Foreground pixels of the prediction.
+    pub predicted_pixels: usize,
+    /// Foreground pixels of the truth.
+    pub true_pixels: usize,
+}
+
+/// Scores a prediction; both pictures must have one size.
+#[must_use]
+pub fn score(predicted: &Picture, truth: &Picture) -> ImageScore {
+    let squared = squared_errors(&predicted.image, &truth.image);
+    let mse = masked_mse(&squared, |_| true).unwrap_or(0.0);
+    let union = |a: &[bool], b: &[bool]| masked_mse(&squared, |i| a[i] || b[i]).map(psnr_of_mse);
+    ImageScore {
+        mse,
+        psnr: psnr_of_mse(mse),
+        psnr_foreground: union(&predicted.foreground, &truth.foreground),
+        psnr_content: union(&predicted.content, &truth.content),
+        ssim: f64::from(lgs_render::ssim(&predicted.image, &truth.image)),
+        predicted_pixels: predicted.foreground_pixels(),
+        true_pixels: truth.foreground_pixels(),
+    }
+}
+
+/// `20 log10(1/√mse)`, with identical images at 100 dB.
+#[must_use]
+pub fn psnr_of_mse(mse: f64) -> f64 {
+    -10.0 * mse.max(MSE_FLOOR).log10()
+}
+
+/// Mean squared difference of every pixel over its channels.
+fn squared_errors(a: &Image, b: &Image) -> Vec<f64> {
+    assert_eq!((a.width, a.height), (b.width, b.height), "image sizes");
+    let error = |(p, q): (&[f32; 3], &[f32; 3])| (0..3).map(|c| f64::from(p[c] - q[c]).powi(2)).sum::<f64>() / 3.0;
+    a.pixels.iter().zip(&b.pixels).map(error).collect()
+}
+
+fn masked_mse(squared: &[f64], inside: impl Fn(usize) -> bool) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for (i, error) in squared.iter().enumerate().filter(|&(i, _)| inside(i)) {
+        debug_assert!(i < squared.len());
+        sum += error;
+        count += 1;
+    }
+    (count > 0).then(|| sum / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WHITE: [f32; 3] = [1.0; 3];
+
+    fn picture(pixels: Vec<[f32; 3]>, opacity: &[f32], rule: ForegroundRule) -> Picture {
+        let side = (pixels.len() as f32).sqrt() as u32;
+        Picture::new(&Image { width: side, height: side, pixels }, opacity.iter().copied(), WHITE, rule)
+    }
+
+    #[test]
+    fn a_tenth_of_error_everywhere_is_twenty_decibels() {
+        let a = picture(vec![[0.2; 3]; 256], &[1.0; 256], ForegroundRule::Opacity);
+        let b = picture(vec![[0.3; 3]; 256], &[1.0; 256], ForegroundRule::Opacity);
+        let s = score(&a, &b);
+        // 0.2 and 0.3 round to 51/255 and 77/255 (76.5 rounds up).
+        let expected = -20.0 * (26.0_f64 / 255.0).log10();
+        assert!((s.psnr - expected).abs() < 1e-4, "{s:?}");
+        assert!((s.psnr_foreground.expect("foreground") - expected).abs() < 1e-4);
+    }
+
+    #[test]
+    fn identical_images_score_a_hundred_decibels_and_full_similarity() {
+        let a = picture((0..256).map(|i| [i as f32 / 255.0; 3]).collect(), &[1.0; 256], ForegroundRule::Opacity);
+        let s = score(&a, &a);
+        assert_eq!(s.psnr, 100.0);
+        assert!((s.ssim - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_foreground_is_the_union_of_both() {
+        let mut opacity_a = vec![0.0; 256];
+        let mut opacity_b = opacity_a.clone();
+        let (mut a, mut b) = (vec![WHITE; 256], vec![WHITE; 256]);
+        (opacity_a[0], a[0]) = (1.0, [0.0; 3]);
+        (opacity_b[1], b[1]) = (1.0, [0.0; 3]);
+        let s = score(&picture(a, &opacity_a, ForegroundRule::Opacity), &picture(b, &opacity_b, ForegroundRule::Opacity));
+        assert_eq!(s.psnr_foreground, Some(0.0), "both pixels of the union are wrong by one");
+        assert!((s.psnr - -10.0 * (2.0_f64 / 256.0).log10()).abs() < 1e-9);
+        assert_eq!((s.predicted_pixels, s.true_pixels), (1, 1));
+    }
+
+    #[test]
+    fn opaque_images_take_what_differs_from_the_background() {
+        let mut pixels = vec![WHITE; 256];
+        pixels[7] = [0.5; 3];
+        pixels[8] = [0.99; 3];
+        let a = picture(pixels, &[1.0; 256], ForegroundRule::Colour);
+        assert_eq!(a.foreground_pixels(), 1);
+    }
+
+    #[test]
+    fn an_empty_foreground_has_no_score() {
+        let a = picture(vec![WHITE; 256], &[0.0; 256], ForegroundRule::Opacity);
+        assert_eq!(score(&a, &a).psnr_foreground, None);
+    }
+}

@@ -1,0 +1,215 @@
+//! The contents of `metrics.json`, schema 1 (see the contract), and of `eval --json`.
+//!
+//! PSNR in dB; errors and ratios are fractions; times in units of the captured sequence; `null` where a figure can't be had.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::image_score::{ForegroundRule, ImageScore};
+
+/// Version of the layout.
+pub(crate) const SCHEMA: u32 = 1;
+
+/// All figures of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Metrics {
+    /// Version of the layout, [`SCHEMA`].
+    pub schema: u32,
+    /// Image figures by split.
+    pub splits: BTreeMap<String, SplitMetrics>,
+    /// Figures of the motion.
+    pub physics: Physics,
+    /// What it took.
+    pub cost: Cost,
+    /// How foreground was told from background; nothing without images.
+    pub foreground: Option<ForegroundRule>,
+    /// What the scene consists of.
+    pub footprint: Footprint,
+    /// Image figures of every frame, by split, in the order of the dataset.
+    pub frames: BTreeMap<String, Vec<FrameMetrics>>,
+}
+
+/// Both models on one split.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SplitMetrics {
+    /// The source model.
+    pub source: Option<SplitScore>,
+    /// The Lagrangian scene.
+    pub lagrangian: Option<SplitScore>,
+}
+
+/// One model on one split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SplitScore {
+    /// Mean over images of PSNR.
+    pub psnr: Option<f64>,
+    /// PSNR of the mean squared error over all images ("MAEPSNR" of the published tables).
+    pub psnr_of_mean_mse: Option<f64>,
+    /// Mean over images of PSNR over the union of true and predicted foreground.
+    pub psnr_foreground: Option<f64>,
+    /// Mean over images of PSNR over the pixels that differ from the background colour in either image.
+    pub psnr_content: Option<f64>,
+    /// Mean over images of SSIM.
+    pub ssim: Option<f64>,
+    /// Mean over images of LPIPS; there are no weights for it yet.
+    pub lpips_vgg: Option<f64>,
+    /// Number of images.
+    pub frames: usize,
+}
+
+/// One image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameMetrics {
+    /// Name in the dataset.
+    pub name: String,
+    /// Time.
+    pub time: f32,
+    /// Which camera.
+    pub camera: usize,
+    /// The source model on it.
+    pub source: Option<FrameModelScore>,
+    /// The Lagrangian scene on it.
+    pub lagrangian: FrameModelScore,
+}
+
+/// One model on one image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameModelScore {
+    /// PSNR over all pixels.
+    pub psnr: Option<f64>,
+    /// PSNR over the foreground.
+    pub psnr_foreground: Option<f64>,
+    /// SSIM.
+    pub ssim: Option<f64>,
+    /// Foreground pixels, predicted over true; nothing where the truth shows none.
+    pub foreground_ratio: Option<f64>,
+}
+
+impl From<&ImageScore> for FrameModelScore {
+    fn from(score: &ImageScore) -> Self {
+        Self {
+            psnr: crate::finite(score.psnr),
+            psnr_foreground: score.psnr_foreground.and_then(crate::finite),
+            ssim: crate::finite(score.ssim),
+            foreground_ratio: (score.true_pixels > 0).then(|| score.predicted_pixels as f64 / score.true_pixels as f64),
+        }
+    }
+}
+
+/// Figures of the motion.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Physics {
+    /// Forward to τ_max and back again (G45).
+    pub cycle_error: CycleError,
+    /// Foreground pixels relative to t = 0, mean over views, maximum over (0, 3 τ_max] (G46).
+    pub extent_ratio_max: Option<f64>,
+    /// The same, minimum.
+    pub extent_ratio_min: Option<f64>,
+    /// Extent of the moving objects and of their paths, over the truth's.
+    pub extent_against_truth: ExtentAgainstTruth,
+    /// Mean position error over the truth's mean path length, by time.
+    pub trajectory_error: BTreeMap<String, Option<f64>>,
+    /// More about the same, by time.
+    pub trajectory_detail: BTreeMap<String, TrajectoryDetail>,
+    /// Largest change of the mean U + T over [0, 3 τ_max] without Q, over the largest mean T.
+    pub energy_drift: Option<f64>,
+    /// The same with Q: what the force dissipates counts here.
+    pub energy_change_with_force: Option<f64>,
+    /// Falling time ∝ β^slope (G43); empty where nothing falls from rest.
+    pub fall_time_exponent: FallTime,
+    /// The same without Q (γ = 0).
+    pub fall_time_exponent_without_force: FallTime,
+    /// Mean ‖Q‖ over mean ‖∇U‖ at the states visited in [0, τ_max] (G42).
+    pub force_ratio: Option<f64>,
+    /// Every object.
+    pub objects: Vec<ObjectSummary>,
+}
+
+/// Cycle errors: Σ‖q₀ − q̂₀‖ / Σ path length, over moving Gaussians.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CycleError {
+    /// The paper's reversal (Eq. 8), alignment as the scene has it.
+    pub negated_step: Option<f64>,
+    /// The inverse of the forward step, alignment as the scene has it.
+    pub exact: Option<f64>,
+    /// The paper's reversal, alignment off both ways.
+    pub negated_step_without_alignment: Option<f64>,
+    /// The inverse of the forward step, alignment off both ways.
+    pub exact_without_alignment: Option<f64>,
+}
+
+/// Extents relative to the ground truth's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ExtentAgainstTruth {
+    /// Foreground pixels over the true images', mean over views, maximum over times beyond the captured window.
+    pub pixels_max: Option<f64>,
+    /// The same, minimum.
+    pub pixels_min: Option<f64>,
+    /// Root-mean-square spread of an object around its centroid, relative to t = 0, over the same of the true object it matches;
+    /// maximum over objects and [0, 3 τ_max].
+    pub spread_max: Option<f64>,
+    /// The same, minimum.
+    pub spread_min: Option<f64>,
+    /// Farthest that any moving Gaussian gets from the centre of the true paths' box in [−τ_max, 3 τ_max], over the true points'.
+    pub reach: Option<f64>,
+    /// The same for the 99th percentile of Gaussians.
+    pub reach_p99: Option<f64>,
+}
+
+/// Position errors at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrajectoryDetail {
+    /// Median over Gaussians instead of the mean, over the mean path length.
+    pub median: f64,
+    /// Mean distance to the matched point itself, over the mean path length: contains the distance at t = 0.
+    pub to_nearest_point: f64,
+    /// Mean path length of the matched points from t = 0, world units.
+    pub path: f64,
+    /// Gaussians compared.
+    pub gaussians: usize,
+}
+
+/// Regression of falling times on β.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FallTime {
+    /// Exponent: slope of log time over log β; −0.5 for a fall from rest.
+    pub slope: Option<f64>,
+    /// Correlation of the logarithms, as a magnitude.
+    pub r: Option<f64>,
+    /// Falling time by β.
+    pub times: BTreeMap<String, Option<f64>>,
+}
+
+/// One object of the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ObjectSummary {
+    /// Its Gaussians.
+    pub gaussians: usize,
+    /// Their centroid at t = 0, world units.
+    pub center: [f32; 3],
+    /// Displacement of the centroid over the captured window, per unit of time.
+    pub mean_velocity: [f32; 3],
+    /// Mean ‖Q‖ over mean ‖∇U‖ on its path.
+    pub force_ratio: Option<f64>,
+}
+
+/// Size of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Footprint {
+    /// Gaussians that never move.
+    pub static_gaussians: usize,
+    /// Gaussians that do.
+    pub moving_gaussians: usize,
+    /// Objects.
+    pub objects: usize,
+}
+
+/// What training took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Seconds of training, all stages.
+    pub train_secs: Option<f64>,
+    /// Largest resident set, bytes.
+    pub peak_rss_bytes: Option<u64>,
+}

@@ -1,0 +1,66 @@
+//! Cycle error (G45): forward from 0 to τ_max, then back to 0 with one of the reversals.
+//!
+//! `Σ‖q₀ − q̂₀‖ / Σ path length` over moving Gaussians, the path being that of the way forward. `NegatedStep` is expected at
+//! `2h/(T + h)` for a fall from rest and `hω·(…)` for a rotation (reference section 8.6); `Exact` without alignment at rounding level.
+
+use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
+use lgs_model::{LagrangianScene, ObjectModel};
+
+use super::{distance, window_steps};
+use crate::finite;
+use crate::metrics::CycleError;
+
+/// Whether local rigid alignment takes part in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Alignment {
+    /// As the scene has it.
+    OfScene,
+    /// Off, both ways.
+    Off,
+}
+
+/// All four cycles.
+#[must_use]
+pub fn cycle_errors(scene: &LagrangianScene) -> CycleError {
+    CycleError {
+        negated_step: cycle_error(scene, Reversal::NegatedStep, Alignment::OfScene),
+        exact: cycle_error(scene, Reversal::Exact, Alignment::OfScene),
+        negated_step_without_alignment: cycle_error(scene, Reversal::NegatedStep, Alignment::Off),
+        exact_without_alignment: cycle_error(scene, Reversal::Exact, Alignment::Off),
+    }
+}
+
+/// One cycle; nothing if nothing moves.
+#[must_use]
+pub fn cycle_error(scene: &LagrangianScene, reversal: Reversal, alignment: Alignment) -> Option<f64> {
+    let (mut error, mut path) = (0.0, 0.0);
+    for object in &scene.objects {
+        let (e, p) = object_cycle(scene, object, reversal, alignment);
+        error += e;
+        path += p;
+    }
+    finite(error / path)
+}
+
+/// Sums of an object's position errors and path lengths.
+fn object_cycle(scene: &LagrangianScene, object: &ObjectModel, reversal: Reversal, alignment: Alignment) -> (f64, f64) {
+    let rows = object.members.clone();
+    let start = State::at_start(scene.movers.means[rows.clone()].to_vec(), scene.velocities[rows].to_vec());
+    let spec = RolloutSpec {
+        dt: scene.motion.dt,
+        steps: window_steps(&scene.motion),
+        last_dt: None,
+        edit: Edit::default(),
+        supports: object.supports.as_ref().filter(|_| alignment == Alignment::OfScene),
+        velocity_policy: scene.motion.velocity_policy,
+    };
+    let there = rollout(&object.system, &start, &spec);
+    let Some(turn) = there.last() else { return (0.0, 0.0) };
+    let back = rollout_reversed(&object.system, turn, &spec, reversal);
+    let error = back.last().map_or(0.0, |end| sum_of_distances(&start.q, &end.q));
+    (error, there.windows(2).map(|pair| sum_of_distances(&pair[0].q, &pair[1].q)).sum())
+}
+
+fn sum_of_distances(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
+    a.iter().zip(b).map(|(&p, &q)| distance(p, q)).sum()
+}

@@ -1,0 +1,178 @@
+//! Ground truth at any time, and which of its points each moving Gaussian belongs to.
+
+use std::collections::BTreeMap;
+
+use lgs_core::linear::{Mat3, add, mat_vec, sub};
+use lgs_data::synth::GroundTruth;
+use lgs_dynamics::kabsch;
+
+use super::{centroid, distance};
+
+/// How far outside its sampled times the truth may be asked, units of time.
+const TIME_TOLERANCE: f32 = 1e-4;
+
+/// Ground-truth points with their state at t = 0.
+pub struct Truth<'a> {
+    truth: &'a GroundTruth,
+    start: Vec<[f32; 3]>,
+}
+
+/// True points at a time, and the rigid motion of each object since t = 0.
+pub struct TruthAt {
+    /// Points, in the order of the file.
+    pub points: Vec<[f32; 3]>,
+    /// Rotation of each object by its label; what stands still (−1) has one too.
+    rotations: BTreeMap<i32, Mat3>,
+}
+
+impl<'a> Truth<'a> {
+    /// Prepares a truth; nothing if it has no points or does not cover t = 0.
+    #[must_use]
+    pub fn new(truth: &'a GroundTruth) -> Option<Self> {
+        let start = points_at(truth, 0.0).filter(|points| !points.is_empty())?;
+        Some(Self { truth, start })
+    }
+
+    /// For each position at t = 0 the nearest true point.
+    #[must_use]
+    pub fn matches(&self, positions: &[[f32; 3]]) -> Vec<usize> {
+        lgs_core::nearest_indices(&self.start, positions).into_iter().map(|i| i as usize).collect()
+    }
+
+    /// Points at t = 0.
+    #[must_use]
+    pub fn start(&self) -> &[[f32; 3]] {
+        &self.start
+    }
+
+    /// Object label of a point, −1 for what stands still.
+    #[must_use]
+    pub fn object(&self, point: usize) -> i32 {
+        self.truth.object[point]
+    }
+
+    /// Whether each point belongs to something that moves.
+    #[must_use]
+    pub fn moving(&self) -> Vec<bool> {
+        self.truth.object.iter().map(|&object| object >= 0).collect()
+    }
+
+    /// Points at all sampled times.
+    #[must_use]
+    pub fn samples(&self) -> &[Vec<[f32; 3]>] {
+        &self.truth.points
+    }
+
+    /// Sampled times between 0 and `t`, both included, going away from 0.
+    fn times_from_zero(&self, t: f32) -> Vec<f32> {
+        let mut times: Vec<f32> = self.truth.times.iter().copied().filter(|s| s.abs() < t.abs() && s * t > 0.0).collect();
+        times.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+        times.insert(0, 0.0);
+        times.push(t);
+        times
+    }
+
+    /// Points and rotations at a time; nothing outside the sampled times.
+    #[must_use]
+    pub fn at(&self, t: f32) -> Option<TruthAt> {
+        let points = points_at(self.truth, t)?;
+        let mut labels = self.truth.object.clone();
+        labels.sort_unstable();
+        labels.dedup();
+        let rotations = labels.into_iter().map(|label| (label, self.rotation(label, &points))).collect();
+        Some(TruthAt { points, rotations })
+    }
+
+    /// Path length of every point from 0 to `t`, along the sampled times.
+    #[must_use]
+    pub fn path_lengths(&self, t: f32) -> Option<Vec<f64>> {
+        let mut lengths = vec![0.0; self.start.len()];
+        let mut last = self.start.clone();
+        for time in self.times_from_zero(t) {
+            let next = points_at(self.truth, time)?;
+            for (length, (&a, &b)) in lengths.iter_mut().zip(last.iter().zip(&next)) {
+                *length += distance(a, b);
+            }
+            last = next;
+        }
+        Some(lengths)
+    }
+
+    /// Where a position at t = 0 that belongs to a point is at another time, if it is fixed to the point's object.
+    #[must_use]
+    pub fn carried(&self, at: &TruthAt, point: usize, position: [f32; 3]) -> [f32; 3] {
+        let rotation = &at.rotations[&self.object(point)];
+        add(at.points[point], mat_vec(rotation, sub(position, self.start[point])))
+    }
+
+    /// Least-squares rotation of an object's points since t = 0.
+    fn rotation(&self, label: i32, points: &[[f32; 3]]) -> Mat3 {
+        let members: Vec<usize> = (0..points.len()).filter(|&p| self.object(p) == label).collect();
+        let pick = |from: &[[f32; 3]]| members.iter().map(|&p| from[p]).collect::<Vec<_>>();
+        let (before, after) = (pick(&self.start), pick(points));
+        let (c0, c1) = (centroid(&before), centroid(&after));
+        let mut a = [[0.0_f64; 3]; 3];
+        for (p, q) in before.iter().zip(&after) {
+            for (i, row) in a.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += (f64::from(q[i]) - c1[i]) * (f64::from(p[j]) - c0[j]);
+                }
+            }
+        }
+        kabsch(&a.map(|row| row.map(|v| v as f32)))
+    }
+}
+
+/// Points at a time, linear between samples.
+fn points_at(truth: &GroundTruth, t: f32) -> Option<Vec<[f32; 3]>> {
+    let times = &truth.times;
+    let (first, last) = (*times.first()?, *times.last()?);
+    if !(first - TIME_TOLERANCE..=last + TIME_TOLERANCE).contains(&t) {
+        return None;
+    }
+    let after = times.partition_point(|&s| s <= t).clamp(1, times.len() - 1).max(usize::from(times.len() == 1));
+    if times.len() == 1 {
+        return truth.points.first().cloned();
+    }
+    let (t0, t1) = (times[after - 1], times[after]);
+    let weight = ((t - t0) / (t1 - t0)).clamp(0.0, 1.0);
+    let blend = |(p, q): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| p[c] + weight * (q[c] - p[c]));
+    Some(truth.points[after - 1].iter().zip(&truth.points[after]).map(blend).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight corners of a cube that turns about z and falls.
+    fn cube() -> GroundTruth {
+        let times: Vec<f32> = (-75..=225).map(|i| i as f32 * 0.01).collect();
+        let corner = |i: usize, t: f32| {
+            let signs: [f32; 3] = std::array::from_fn(|c| if i >> c & 1 == 0 { -0.3 } else { 0.2 });
+            let (s, c) = (3.0 * t).sin_cos();
+            [c * signs[0] - s * signs[1], s * signs[0] + c * signs[1], signs[2] - t * t]
+        };
+        let points = times.iter().map(|&t| (0..8).map(|i| corner(i, t)).collect()).collect();
+        GroundTruth { times, points, object: vec![0; 8], law: serde_json::Value::Null }
+    }
+
+    #[test]
+    fn a_point_beside_the_surface_is_carried_with_the_object() {
+        let cube = cube();
+        let truth = Truth::new(&cube).expect("truth");
+        let at = truth.at(2.0).expect("time");
+        let carried = truth.carried(&at, 0, [0.0, 0.0, 0.1]);
+        assert!(distance(carried, [0.0, 0.0, 0.1 - 4.0]) < 1e-3, "the axis only falls: {carried:?}");
+    }
+
+    #[test]
+    fn paths_count_away_from_zero_both_ways() {
+        let cube = cube();
+        let truth = Truth::new(&cube).expect("truth");
+        let (future, past) = (truth.path_lengths(0.5).expect("future"), truth.path_lengths(-0.5).expect("past"));
+        for (a, b) in future.iter().zip(past) {
+            assert!((a - b).abs() < 1e-3 && *a > 0.5);
+        }
+        assert!(truth.path_lengths(2.5).is_none() && truth.at(-0.76).is_none());
+    }
+}

@@ -1,0 +1,135 @@
+//! Both models against the images of a split.
+//!
+//! Frames are grouped by time, so that a cloud is computed once per time, and a few times are rendered together to keep all processors
+//! busy while memory stays bounded. Every frame's score is computed by itself and sums run in frame order: the number of threads changes
+//! nothing.
+
+use lgs_core::GaussianCloud;
+use lgs_data::dataset::{Dataset, Frame};
+use lgs_model::source::SourceModel;
+use lgs_model::{LagrangianScene, Motion};
+use rayon::prelude::*;
+
+use crate::image_score::{ForegroundRule, ImageScore, Picture, psnr_of_mse, score};
+use crate::metrics::SplitScore;
+use crate::{finite, render};
+
+/// Times whose clouds are in memory together.
+const TIMES_AT_ONCE: usize = 4;
+
+/// Scores of one frame.
+#[derive(Clone, Debug)]
+pub struct FrameRow {
+    /// Place of the frame in its split.
+    pub index: usize,
+    /// Of the source model, if there is one.
+    pub source: Option<ImageScore>,
+    /// Of the Lagrangian scene.
+    pub lagrangian: ImageScore,
+}
+
+/// The rule that fits a dataset: by opacity if any image has a transparent pixel.
+#[must_use]
+pub fn foreground_rule(dataset: &Dataset) -> ForegroundRule {
+    let alpha = dataset.splits.values().flatten().any(Frame::has_alpha);
+    if alpha { ForegroundRule::Opacity } else { ForegroundRule::Colour }
+}
+
+/// Scores all frames of a split, in their order; `done` is called once per frame.
+#[must_use]
+pub fn score_frames(
+    source: Option<&dyn SourceModel>,
+    (scene, motion): (&LagrangianScene, &mut Motion<'_>),
+    frames: &[Frame],
+    (background, rule): ([f32; 3], ForegroundRule),
+    done: &(dyn Fn() + Sync),
+) -> Vec<FrameRow> {
+    let groups = frames_by_time(frames);
+    let mut rows = Vec::with_capacity(frames.len());
+    for chunk in groups.chunks(TIMES_AT_ONCE) {
+        let mut jobs = Vec::new();
+        for (time, members) in chunk {
+            let lagrangian = scene.cloud_at(&motion.state_at(*time));
+            jobs.push((lagrangian, source.map(|s| s.cloud_at(*time)), members));
+        }
+        let views: Vec<(&GaussianCloud, Option<&GaussianCloud>, usize)> =
+            jobs.iter().flat_map(|(l, s, members)| members.iter().map(move |&i| (l, s.as_ref(), i))).collect();
+        rows.par_extend(views.into_par_iter().map(|(lagrangian, source, index)| {
+            let row = score_frame(&frames[index], lagrangian, source, background, rule);
+            done();
+            FrameRow { index, source: row.1, lagrangian: row.0 }
+        }));
+    }
+    rows.sort_by_key(|row| row.index);
+    rows
+}
+
+fn score_frame(
+    frame: &Frame,
+    lagrangian: &GaussianCloud,
+    source: Option<&GaussianCloud>,
+    background: [f32; 3],
+    rule: ForegroundRule,
+) -> (ImageScore, Option<ImageScore>) {
+    let truth = Picture::new(&frame.composited(background), frame.alpha().into_iter(), background, rule);
+    let of = |cloud: &GaussianCloud| {
+        let rendered = render(cloud, &frame.camera, background);
+        score(&Picture::new(&rendered.image, rendered.opacity(), background, rule), &truth)
+    };
+    (of(lagrangian), source.map(of))
+}
+
+/// Indices of frames by time, times ascending.
+fn frames_by_time(frames: &[Frame]) -> Vec<(f32, Vec<usize>)> {
+    let mut order: Vec<usize> = (0..frames.len()).collect();
+    order.sort_by(|&a, &b| frames[a].time.total_cmp(&frames[b].time).then(a.cmp(&b)));
+    let mut groups: Vec<(f32, Vec<usize>)> = Vec::new();
+    for index in order {
+        let time = frames[index].time;
+        match groups.last_mut() {
+            Some((last, members)) if last.to_bits() == time.to_bits() => members.push(index),
+            _ => groups.push((time, vec![index])),
+        }
+    }
+    groups
+}
+
+/// Means over the frames of a split; nothing for no frames.
+#[must_use]
+pub fn aggregate(scores: &[ImageScore]) -> Option<SplitScore> {
+    let mean = |values: Vec<f64>| finite(values.iter().sum::<f64>() / values.len() as f64);
+    let mse = mean(scores.iter().map(|s| s.mse).collect())?;
+    Some(SplitScore {
+        psnr: mean(scores.iter().map(|s| s.psnr).collect()),
+        psnr_of_mean_mse: Some(psnr_of_mse(mse)),
+        psnr_foreground: mean(scores.iter().filter_map(|s| s.psnr_foreground).collect()),
+        psnr_content: mean(scores.iter().filter_map(|s| s.psnr_content).collect()),
+        ssim: mean(scores.iter().map(|s| s.ssim).collect()),
+        lpips_vgg: None,
+        frames: scores.len(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_mse(mse: f64, foreground: Option<f64>) -> ImageScore {
+        let psnr = psnr_of_mse(mse);
+        ImageScore { mse, psnr, psnr_foreground: foreground, psnr_content: None, ssim: 0.5, predicted_pixels: 0, true_pixels: 0 }
+    }
+
+    #[test]
+    fn the_mean_of_psnr_and_the_psnr_of_the_mean_differ() {
+        let split = aggregate(&[with_mse(1e-2, Some(10.0)), with_mse(1e-4, None)]).expect("split");
+        assert!((split.psnr.expect("psnr") - 30.0).abs() < 1e-9);
+        assert!((split.psnr_of_mean_mse.expect("psnr") - -10.0 * (0.00505_f64).log10()).abs() < 1e-9);
+        assert_eq!(split.psnr_foreground, Some(10.0), "frames without foreground do not count");
+        assert_eq!(split.frames, 2);
+    }
+
+    #[test]
+    fn no_frames_have_no_score() {
+        assert_eq!(aggregate(&[]), None);
+    }
+}

@@ -1,0 +1,204 @@
+//! Figures of scenes whose motion is known in closed form.
+
+use std::collections::BTreeMap;
+
+use lgs_core::{Camera, GaussianCloud};
+use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::synth::GroundTruth;
+use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, System, SystemConfig, VelocityPolicy};
+use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
+use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
+
+const GRAVITY: f32 = 2.0;
+const OMEGA: f32 = 4.0;
+
+/// A potential `g·q + ½ qᵀ S q` with S given as xx, yy, zz, xy, xz, yz.
+fn quadratic(linear: [f32; 3], matrix: [f32; 6]) -> System {
+    let config = SystemConfig {
+        potential: PotentialKind::QuadraticMlp,
+        force: ForceKind::None,
+        hidden: 4,
+        hidden_layers: 1,
+        normalisation: Normalisation::identity(),
+    };
+    let mut system = System::zeros(config);
+    for entry in system.layout() {
+        match entry.name.as_str() {
+            "potential.linear" => system.params[entry.range].copy_from_slice(&linear),
+            "potential.quadratic" => system.params[entry.range].copy_from_slice(&matrix),
+            _ => {}
+        }
+    }
+    system
+}
+
+/// A 5×5×5 block of Gaussians around a centre.
+fn block(center: [f32; 3]) -> Vec<[f32; 3]> {
+    let at = |i: usize, c: usize| center[c] + 0.1 * (i as f32 - 2.0);
+    (0..125).map(|i| [at(i % 5, 0), at(i / 5 % 5, 1), at(i / 25, 2)]).collect()
+}
+
+fn scene(means: Vec<[f32; 3]>, velocity: impl Fn([f32; 3]) -> [f32; 3], system: System, neighbors: usize) -> LagrangianScene {
+    let n = means.len();
+    let mut scene = LagrangianScene {
+        statics: GaussianCloud::default(),
+        velocities: means.iter().map(|&q| velocity(q)).collect(),
+        movers: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
+        objects: vec![ObjectModel { system, members: 0..n, supports: None }],
+        motion: MotionConfig { dt: 0.01, time_window: 0.75, alignment_neighbors: neighbors, velocity_policy: VelocityPolicy::Keep },
+        background: [1.0; 3],
+    };
+    scene.rebuild_supports();
+    scene
+}
+
+fn falling(neighbors: usize) -> LagrangianScene {
+    scene(block([0.0, 0.0, 1.5]), |_| [0.0; 3], quadratic([0.0, 0.0, GRAVITY], [0.0; 6]), neighbors)
+}
+
+fn turning() -> LagrangianScene {
+    let w2 = OMEGA * OMEGA;
+    scene(block([1.0, 0.0, 0.0]), |q| [-OMEGA * q[1], OMEGA * q[0], 0.0], quadratic([0.0; 3], [w2, w2, 0.0, 0.0, 0.0, 0.0]), 0)
+}
+
+fn truth(start: &[[f32; 3]], position: impl Fn([f32; 3], f32) -> [f32; 3]) -> GroundTruth {
+    let times: Vec<f32> = (-75..=225).map(|i| i as f32 * 0.01).collect();
+    let points = times.iter().map(|&t| start.iter().map(|&q| position(q, t)).collect()).collect();
+    GroundTruth { times, points, object: vec![0; start.len()], law: serde_json::Value::Null }
+}
+
+fn fallen(q: [f32; 3], t: f32) -> [f32; 3] {
+    [q[0], q[1], q[2] - 0.5 * GRAVITY * t * t]
+}
+
+/// A dataset whose true images are the scene's own renders.
+fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);
+    let cameras = [[0.0, -9.0, 1.0], [7.0, 5.0, 2.0]].map(|eye| Camera::look_at(eye, [0.0, 0.0, -1.0], 1.2, 48, 40));
+    let mut frame = |camera_id: usize, time: f32| {
+        let rendered = render(&scene.cloud_at(&motion.state_at(time)), &cameras[camera_id], scene.background);
+        let rgb = rendered.image.to_rgb8();
+        let alpha = rendered.opacity().map(|o| if o > 0.5 { 255 } else { 254 });
+        let rgba = rgb.as_chunks::<3>().0.iter().zip(alpha).flat_map(|(p, a)| [p[0], p[1], p[2], a]).collect();
+        Frame { name: format!("v{camera_id}_{time}"), camera_id, camera: cameras[camera_id], time, rgba }
+    };
+    let splits: BTreeMap<String, Vec<Frame>> = splits
+        .iter()
+        .map(|(name, times)| ((*name).to_owned(), times.iter().flat_map(|&t| [(0, t), (1, t)]).map(|(c, t)| frame(c, t)).collect()))
+        .collect();
+    Dataset { root: "memory".into(), splits, background: [1.0; 3], init_points: None, fingerprint: String::new() }
+}
+
+fn physics_of(scene: &LagrangianScene, truth: Option<&GroundTruth>) -> Metrics {
+    evaluate(&Subject { scene, source: None, dataset: None, truth }, &EvalOptions::default(), &|_, _| {})
+}
+
+#[test]
+fn a_fall_from_rest_has_the_cycle_error_and_the_exponent_of_theory() {
+    let scene = falling(0);
+    let physics = physics_of(&scene, None).physics;
+    let cycle = physics.cycle_error;
+    let (h, t) = (0.01, 0.75);
+    let predicted = 2.0 * h / (t + h);
+    assert!((cycle.negated_step.expect("cycle") - predicted).abs() < 0.02 * predicted, "{cycle:?}");
+    assert!(cycle.exact_without_alignment.expect("cycle") < 1e-4, "{cycle:?}");
+    let fall = physics.fall_time_exponent;
+    assert!((fall.slope.expect("slope") + 0.5).abs() < 0.01 && fall.r.expect("r") > 0.9999, "{fall:?}");
+    assert!(physics.energy_drift.expect("drift") < 0.006, "{:?}", physics.energy_drift);
+    assert_eq!(physics.force_ratio, Some(0.0));
+}
+
+#[test]
+fn a_rotation_has_the_cycle_error_of_theory_and_does_not_fall() {
+    let physics = physics_of(&turning(), None).physics;
+    let cycle = physics.cycle_error;
+    assert!((cycle.negated_step.expect("cycle") - 0.013).abs() < 0.002, "{cycle:?}");
+    assert!(cycle.exact.expect("cycle") < 1e-4, "{cycle:?}");
+    assert_eq!(physics.fall_time_exponent.slope, None);
+    assert!(physics.energy_drift.expect("drift") < 0.05);
+}
+
+#[test]
+fn the_trajectory_error_is_that_of_the_integrator() {
+    let scene = falling(12);
+    // Points beside the Gaussians: the offset is carried along and does not count as an error.
+    let start: Vec<[f32; 3]> = scene.movers.means.iter().map(|q| [q[0] + 0.03, q[1], q[2] - 0.01]).collect();
+    let truth = truth(&start, fallen);
+    let physics = physics_of(&scene, Some(&truth)).physics;
+    // Semi-implicit Euler is ahead by ½ g h t: relative to ½ g t², h/t.
+    let at_end = physics.trajectory_error["2.25"].expect("error");
+    assert!((at_end - 0.01 / 2.25).abs() < 2e-4, "{at_end}");
+    assert!((physics.trajectory_detail["2.25"].path - 0.5 * 2.0 * 2.25 * 2.25).abs() < 1e-3);
+    let against = physics.extent_against_truth;
+    for ratio in [against.spread_max, against.spread_min, against.reach, against.reach_p99] {
+        assert!((ratio.expect("ratio") - 1.0).abs() < 0.02, "{against:?}");
+    }
+    assert!(physics.trajectory_error["-0.75"].expect("past") < 0.02, "{:?}", physics.trajectory_error);
+}
+
+#[test]
+fn a_truth_that_ends_early_leaves_later_times_open() {
+    let scene = falling(0);
+    let mut truth = truth(&scene.movers.means, fallen);
+    truth.times.truncate(200);
+    truth.points.truncate(200);
+    let errors = physics_of(&scene, Some(&truth)).physics.trajectory_error;
+    assert!(errors["1.0"].is_some() && errors["2.25"].is_none(), "{errors:?}");
+}
+
+#[test]
+fn its_own_images_score_full_marks_in_every_split() {
+    let scene = falling(0);
+    let dataset = own_images(&scene, &[("test", &[0.8, 0.9]), ("past", &[-0.5])]);
+    let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: None };
+    let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
+    let test = metrics.splits["test"].lagrangian.expect("scores");
+    // Images with an alpha of 254 lose a little when composited.
+    assert!(test.psnr.expect("psnr") > 45.0 && test.ssim.expect("ssim") > 0.999, "{test:?}");
+    assert_eq!((test.frames, metrics.frames["past"].len()), (4, 2));
+    assert_eq!(metrics.splits["test"].source, None);
+    let ratio = metrics.physics.extent_against_truth.pixels_max.expect("pixels");
+    assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
+    let text = serde_json::to_string(&metrics).expect("json");
+    let back: Metrics = serde_json::from_str(&text).expect("parse");
+    assert_eq!(back, metrics);
+    assert!(text.contains("\"lpips_vgg\":null"));
+}
+
+#[test]
+fn a_diverging_scene_has_no_figures_instead_of_wrong_ones() {
+    let scene = scene(block([1.0, 0.0, 0.0]), |_| [0.0; 3], quadratic([0.0; 3], [-1e9, -1e9, 0.0, 0.0, 0.0, 0.0]), 0);
+    let truth = truth(&scene.movers.means, fallen);
+    let physics = physics_of(&scene, Some(&truth)).physics;
+    assert_eq!(physics.cycle_error.negated_step, None);
+    assert_eq!(physics.trajectory_error["2.25"], None);
+    assert_eq!(physics.extent_against_truth.reach, None);
+    assert_eq!(physics.energy_drift, None);
+}
+
+#[test]
+fn a_scene_without_movers_has_images_but_no_motion() {
+    let mut scene = falling(0);
+    scene.statics = std::mem::take(&mut scene.movers);
+    scene.velocities.clear();
+    scene.objects.clear();
+    let dataset = own_images(&scene, &[("val", &[0.0, 0.5])]);
+    let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: None };
+    let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
+    assert!(metrics.splits["val"].lagrangian.is_some());
+    assert_eq!(metrics.physics.cycle_error.negated_step, None);
+    assert_eq!(metrics.physics.extent_ratio_max, Some(1.0));
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let scene = falling(8);
+    let dataset = own_images(&scene, &[("test", &[0.8, 0.9, 1.0, 1.5, 2.0])]);
+    let truth = truth(&scene.movers.means, fallen);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
+        let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: Some(&truth) };
+        pool.install(|| evaluate(&subject, &EvalOptions::default(), &|_, _| {}))
+    };
+    assert_eq!(run(1), run(3));
+}
