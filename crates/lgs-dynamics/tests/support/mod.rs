@@ -8,14 +8,14 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// One conformance vector: its constants and its arrays.
-pub struct Vector {
-    pub name: String,
-    pub constants: Value,
+pub(crate) struct Vector {
+    pub(crate) name: String,
+    pub(crate) constants: Value,
     bytes: Vec<u8>,
 }
 
 impl Vector {
-    pub fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.tensors().tensor(name).is_ok()
     }
 
@@ -23,13 +23,13 @@ impl Vector {
         SafeTensors::deserialize(&self.bytes).unwrap()
     }
 
-    pub fn floats(&self, name: &str) -> Vec<f32> {
+    pub(crate) fn floats(&self, name: &str) -> Vec<f32> {
         let tensors = self.tensors();
         let view = tensors.tensor(name).unwrap_or_else(|e| panic!("{}: {name}: {e}", self.name));
         view.data().chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
     }
 
-    pub fn indices(&self, name: &str) -> (Vec<u32>, usize) {
+    pub(crate) fn indices(&self, name: &str) -> (Vec<u32>, usize) {
         let tensors = self.tensors();
         let view = tensors.tensor(name).unwrap();
         let width = view.shape()[1];
@@ -42,17 +42,17 @@ impl Vector {
         (values.collect(), width)
     }
 
-    pub fn points(&self, name: &str) -> Vec<[f32; 3]> {
+    pub(crate) fn points(&self, name: &str) -> Vec<[f32; 3]> {
         points(&self.floats(name))
     }
 
-    pub fn number(&self, name: &str) -> f64 {
+    pub(crate) fn number(&self, name: &str) -> f64 {
         self.constants[name].as_f64().unwrap_or_else(|| panic!("{}: {name}", self.name))
     }
 }
 
 /// All vectors of a kind: those in the crate and those in the folder that `LAGRANGEGS_VECTORS` names.
-pub fn vectors(kind: &str) -> Vec<Vector> {
+pub(crate) fn vectors(kind: &str) -> Vec<Vector> {
     let mut found = vectors_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vectors"), kind);
     assert!(!found.is_empty(), "no vector of kind {kind} in the crate");
     if let Some(folder) = std::env::var_os("LAGRANGEGS_VECTORS") {
@@ -75,12 +75,12 @@ fn vectors_in(folder: &Path, kind: &str) -> Vec<Vector> {
     .collect()
 }
 
-pub fn points(values: &[f32]) -> Vec<[f32; 3]> {
+pub(crate) fn points(values: &[f32]) -> Vec<[f32; 3]> {
     values.as_chunks::<3>().0.to_vec()
 }
 
 /// The system of a vector of kind `dynamics`.
-pub fn system_of(vector: &Vector) -> System {
+pub(crate) fn system_of(vector: &Vector) -> System {
     let mut system = System::init(SystemConfig::paper(), 0);
     for entry in system.layout() {
         system.params[entry.range].copy_from_slice(&vector.floats(&entry.name));
@@ -89,7 +89,7 @@ pub fn system_of(vector: &Vector) -> System {
 }
 
 /// A system whose every parameter matters: random, with weights large enough for curvature.
-pub fn lively_system(potential: PotentialKind, force: ForceKind) -> System {
+pub(crate) fn lively_system(potential: PotentialKind, force: ForceKind) -> System {
     let normalisation = Normalisation { center: [0.1, -0.2, 0.3], length: 1.3, speed: 0.8, acceleration: 1.7 };
     let config = SystemConfig { potential, force, hidden: 20, hidden_layers: 2, normalisation };
     let mut system = System::init(config, 3);
@@ -101,13 +101,13 @@ pub fn lively_system(potential: PotentialKind, force: ForceKind) -> System {
 }
 
 /// Points uniform in a cube of the given half side.
-pub fn random_points(n: usize, half: f32, seed: u64) -> Vec<[f32; 3]> {
+pub(crate) fn random_points(n: usize, half: f32, seed: u64) -> Vec<[f32; 3]> {
     let mut rng = lgs_core::stream(seed, "points", 0);
     (0..n).map(|_| std::array::from_fn(|_| half * (2.0 * rng.random::<f32>() - 1.0))).collect()
 }
 
 /// `Σ a b` in double precision.
-pub fn inner(a: &[f32], b: &[f32]) -> f64 {
+pub(crate) fn inner(a: &[f32], b: &[f32]) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum()
 }
