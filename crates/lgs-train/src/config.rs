@@ -1,0 +1,287 @@
+//! Configuration of a run: preset, then a TOML file, then `key=value` overrides, merged as data and checked key by key.
+//!
+//! The merge starts from the preset written out in full, so a key that is not there is a mistake, and so is a value of another type;
+//! both errors name the dotted key. The resolved configuration is what `config.toml` of a run holds.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::source::SourceConfig;
+
+/// Why a configuration was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read the configuration: {reason}: {path}")]
+    Read {
+        /// File.
+        path: std::path::PathBuf,
+        /// Cause.
+        reason: std::io::Error,
+    },
+    /// Not TOML.
+    #[error("not valid TOML: {reason}: {origin}")]
+    Syntax {
+        /// File or override.
+        origin: String,
+        /// What the parser says.
+        reason: String,
+    },
+    /// An override without `=`.
+    #[error("`{0}` is not of the form key=value")]
+    Override(String),
+    /// A key that does not exist.
+    #[error("unknown key `{key}`; known here: {known}")]
+    Unknown {
+        /// Dotted key.
+        key: String,
+        /// Keys at that place.
+        known: String,
+    },
+    /// A value of another type.
+    #[error("`{key}`: expected {expected}, found {found}")]
+    Type {
+        /// Dotted key.
+        key: String,
+        /// Type of the default.
+        expected: String,
+        /// Type given.
+        found: String,
+    },
+    /// A value out of range or not among the choices.
+    #[error("`{key}`: {reason}")]
+    Invalid {
+        /// Dotted key, or the whole configuration.
+        key: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Sets of defaults.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// Minutes on two CPU cores.
+    #[default]
+    Quick,
+    /// As published.
+    Paper,
+}
+
+/// How images are read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DataConfig {
+    /// White rather than black behind transparent pixels.
+    pub white_background: bool,
+    /// Width that images are resized to, pixels; 0: as they are.
+    pub resolution: u32,
+}
+
+impl Default for DataConfig {
+    fn default() -> Self {
+        Self { white_background: true, resolution: 0 }
+    }
+}
+
+/// Everything a run depends on beside the dataset.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrainConfig {
+    /// Where the defaults came from.
+    pub preset: Preset,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Seconds between checkpoints.
+    pub checkpoint_secs: u64,
+    /// Images.
+    pub data: DataConfig,
+    /// Source model.
+    pub source: SourceConfig,
+}
+
+impl TrainConfig {
+    /// The defaults of a preset.
+    #[must_use]
+    pub fn preset(preset: Preset) -> Self {
+        let source = match preset {
+            Preset::Quick => SourceConfig::quick(),
+            Preset::Paper => SourceConfig::paper(),
+        };
+        Self { preset, seed: 0, checkpoint_secs: 60, data: DataConfig::default(), source }
+    }
+
+    /// Merges a preset, an optional file and overrides such as `source.iterations=500`, and checks the result.
+    ///
+    /// # Errors
+    /// If the file cannot be read or parsed, or a key or value is wrong; the error names the key.
+    pub fn resolve(preset: Preset, file: Option<&Path>, overrides: &[String]) -> Result<Self, ConfigError> {
+        let mut given = Table::new();
+        if let Some(path) = file {
+            let text = std::fs::read_to_string(path).map_err(|reason| ConfigError::Read { path: path.to_owned(), reason })?;
+            given = parse(&text, &path.display().to_string())?;
+        }
+        for text in overrides {
+            set(&mut given, text)?;
+        }
+        Self::from_table(Self::preset(preset), &given)
+    }
+
+    /// Reads a resolved configuration, such as a run's `config.toml`.
+    ///
+    /// # Errors
+    /// As [`Self::resolve`].
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
+        Self::from_table(Self::preset(Preset::Quick), &parse(text, origin)?)
+    }
+
+    fn from_table(base: Self, given: &Table) -> Result<Self, ConfigError> {
+        let invalid = |key: &str, reason: String| ConfigError::Invalid { key: key.to_owned(), reason };
+        let whole = |e: &dyn std::fmt::Display| invalid("configuration", e.to_string());
+        // A preset named in the file decides the defaults that the rest of the file is laid over.
+        let base = match given.get("preset") {
+            Some(value) => Self::preset(value.clone().try_into().map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?),
+            None => base,
+        };
+        let mut merged = Table::try_from(&base).map_err(|e| whole(&e))?;
+        merge(&mut merged, given, "")?;
+        let config: Self = Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;
+        config.source.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("source.{key}"), reason })?;
+        if config.checkpoint_secs == 0 {
+            return Err(invalid("checkpoint_secs", "0 is not an interval".to_owned()));
+        }
+        Ok(config)
+    }
+
+    /// The configuration as TOML, in the order of its fields.
+    ///
+    /// # Errors
+    /// Never in practice: every field has a TOML form (tested).
+    pub fn to_toml(&self) -> Result<String, ConfigError> {
+        toml::to_string_pretty(self).map_err(|e| ConfigError::Invalid { key: "configuration".to_owned(), reason: e.to_string() })
+    }
+
+    /// A hash of everything that results depend on: 16 hexadecimal digits.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        let relevant = Self { checkpoint_secs: 0, ..self.clone() };
+        let text = toml::to_string(&relevant).unwrap_or_default();
+        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        format!("{hash:016x}")
+    }
+}
+
+fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
+    text.parse::<Table>().map_err(|e| ConfigError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })
+}
+
+/// Puts `a.b=value` into a table; a value that is not TOML by itself is taken as a string.
+fn set(table: &mut Table, text: &str) -> Result<(), ConfigError> {
+    let (key, value) = text.split_once('=').ok_or_else(|| ConfigError::Override(text.to_owned()))?;
+    let (key, value) = (key.trim(), value.trim());
+    let value = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v")).unwrap_or_else(|| Value::String(value.to_owned()));
+    let mut place = table;
+    let mut parts: Vec<&str> = key.split('.').collect();
+    let last = parts.pop().unwrap_or_default();
+    for part in parts {
+        let entry = place.entry(part).or_insert_with(|| Value::Table(Table::new()));
+        place = entry.as_table_mut().ok_or_else(|| ConfigError::Unknown { key: key.to_owned(), known: format!("`{part}` has no keys") })?;
+    }
+    place.insert(last.to_owned(), value);
+    Ok(())
+}
+
+/// Lays `given` over `base`; every key must exist there with a value of the same type.
+fn merge(base: &mut Table, given: &Table, prefix: &str) -> Result<(), ConfigError> {
+    for (name, value) in given {
+        let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+        let known = base.keys().cloned().collect::<Vec<_>>().join(", ");
+        let Some(slot) = base.get_mut(name) else { return Err(ConfigError::Unknown { key, known }) };
+        match (slot, value) {
+            (Value::Table(slot), Value::Table(value)) => merge(slot, value, &key)?,
+            (slot @ Value::Float(_), Value::Integer(value)) => *slot = Value::Float(*value as f64),
+            (Value::Integer(_), Value::Integer(value)) if *value < 0 => {
+                return Err(ConfigError::Invalid { key, reason: format!("{value} is negative") });
+            }
+            (slot, value) if slot.same_type(value) => *slot = value.clone(),
+            (slot, value) => {
+                return Err(ConfigError::Type { key, expected: slot.type_str().to_owned(), found: format!("{} ({value})", value.type_str()) });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quick(overrides: &[&str]) -> Result<TrainConfig, ConfigError> {
+        let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
+        TrainConfig::resolve(Preset::Quick, None, &overrides)
+    }
+
+    #[test]
+    fn presets_round_trip_through_toml() {
+        for preset in [Preset::Quick, Preset::Paper] {
+            let config = TrainConfig::preset(preset);
+            let back = TrainConfig::from_toml(&config.to_toml().expect("toml"), "config.toml").expect("parse");
+            assert_eq!(back, config);
+            assert_eq!(back.hash(), config.hash());
+        }
+        assert_ne!(TrainConfig::preset(Preset::Quick).hash(), TrainConfig::preset(Preset::Paper).hash());
+    }
+
+    #[test]
+    fn overrides_reach_nested_values_of_every_type() {
+        let config = quick(&[
+            "seed=7",
+            "source.iterations = 12",
+            "source.learning_rates.sh=1",
+            "source.deformation.scale_mode=additive",
+            "data.white_background=false",
+        ])
+        .expect("config");
+        assert_eq!((config.seed, config.source.iterations), (7, 12));
+        assert_eq!(config.source.learning_rates.sh, 1.0);
+        assert_eq!(config.source.deformation.scale_mode, lgs_model::source::ScaleMode::Additive);
+        assert!(!config.data.white_background);
+        assert_eq!(quick(&["preset=paper"]).expect("paper").source, SourceConfig::paper());
+    }
+
+    #[test]
+    fn every_mistake_names_its_key() {
+        for (given, key) in [
+            ("source.iteration=12", "source.iteration"),
+            ("source.iterations=many", "source.iterations"),
+            ("source.iterations=-3", "source.iterations"),
+            ("source.iterations=0", "source.iterations"),
+            ("source.ssim_weight=1.5", "source.ssim_weight"),
+            ("source.deformation.depth=0", "source.deformation.depth"),
+            ("source.deformation.depth.x=0", "source.deformation.depth"),
+            ("source.deformation.scale_mode=big", "big"),
+            ("preset=slow", "preset"),
+            ("nothing", "nothing"),
+        ] {
+            let error = quick(&[given]).expect_err(given).to_string();
+            assert!(error.contains(key), "{given}: {error}");
+        }
+    }
+
+    #[test]
+    fn files_that_are_absent_or_not_toml_are_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("c.toml");
+        let resolve = || TrainConfig::resolve(Preset::Quick, Some(&path), &["seed=3".to_owned()]);
+        assert!(resolve().expect_err("absent").to_string().contains("c.toml"));
+        std::fs::write(&path, "seed = = 1").expect("write");
+        assert!(resolve().expect_err("syntax").to_string().contains("c.toml"));
+        std::fs::write(&path, "seed = 1\n[source]\nsh_degree = 2").expect("write");
+        let config = resolve().expect("file");
+        assert_eq!((config.seed, config.source.sh_degree), (3, 2), "overrides win over the file");
+    }
+}

@@ -1,0 +1,64 @@
+//! What can go wrong in training.
+
+use std::path::PathBuf;
+
+use lgs_data::files::FileError;
+use lgs_model::TensorFileError;
+
+/// Why a training run stopped.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// The configuration.
+    #[error(transparent)]
+    Config(#[from] crate::config::ConfigError),
+    /// A checkpoint or model file.
+    #[error(transparent)]
+    Tensors(#[from] TensorFileError),
+    /// A trained source model's file.
+    #[error(transparent)]
+    Source(#[from] lgs_model::source::DefGsError),
+    /// Another file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A splat file.
+    #[error(transparent)]
+    Splats(#[from] lgs_data::ply::PlyError),
+    /// A camera list.
+    #[error(transparent)]
+    Cameras(#[from] lgs_data::cameras::CamerasError),
+    /// The dataset has no training images.
+    #[error("the split `train` is empty: {0}")]
+    NoFrames(PathBuf),
+    /// A value became NaN or infinite.
+    #[error("iteration {iteration}: `{name}` is not finite; a smaller learning rate may help")]
+    NonFinite {
+        /// What.
+        name: &'static str,
+        /// When.
+        iteration: usize,
+    },
+    /// A checkpoint was made under another configuration or from another dataset.
+    #[error("{path}: made with another {what} ({found}) than this run's ({expected})")]
+    Mismatch {
+        /// Checkpoint.
+        path: PathBuf,
+        /// Configuration or dataset.
+        what: &'static str,
+        /// This run's.
+        expected: String,
+        /// The file's.
+        found: String,
+    },
+    /// The run folder already holds a run.
+    #[error("the folder already holds a run; resume it or choose another: {0}")]
+    Occupied(PathBuf),
+    /// A stop was asked for; a checkpoint has been written.
+    #[error("interrupted at iteration {iteration} of stage `{stage}`; the run can be resumed")]
+    Interrupted {
+        /// Stage.
+        stage: &'static str,
+        /// Iterations done.
+        iteration: usize,
+    },
+}

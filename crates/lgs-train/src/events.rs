@@ -1,0 +1,106 @@
+//! `events.jsonl`: the training curve, one JSON object per line, in order of stage and step.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use lgs_data::files::{FileError, write_atomically};
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+use crate::checkpoint::Stage;
+
+/// One line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// Stage, by name.
+    pub stage: String,
+    /// Steps of the stage done.
+    pub step: usize,
+    /// Loss of the step.
+    pub loss: f32,
+    /// PSNR of the step's image, dB, where one was rendered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub psnr: Option<f32>,
+    /// Gaussians.
+    pub gaussians: usize,
+}
+
+/// The file, open for appending.
+pub struct EventLog {
+    path: PathBuf,
+    file: std::fs::File,
+}
+
+impl EventLog {
+    /// Starts an empty log.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn create(path: &Path) -> Result<Self, TrainError> {
+        write_atomically(path, |_| Ok(()))?;
+        Self::open(path)
+    }
+
+    /// Continues a log after a restored step: later lines, and a line that a crash cut short, are dropped.
+    ///
+    /// # Errors
+    /// If it cannot be read or written.
+    pub fn resume(path: &Path, stage: Stage, step: usize) -> Result<Self, TrainError> {
+        let text = match std::fs::read(path) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(e) => return Err(FileError::new("read file", path, e).into()),
+        };
+        let before = |line: &str| {
+            let Ok(event) = serde_json::from_str::<Event>(line) else { return false };
+            let index = Stage::ALL.iter().position(|s| s.name() == event.stage);
+            index.is_some_and(|i| (i, event.step) <= (stage.index(), step))
+        };
+        let kept: Vec<&str> = text.lines().filter(|line| before(line)).collect();
+        write_atomically(path, |w| kept.iter().try_for_each(|line| writeln!(w, "{line}")))?;
+        Self::open(path)
+    }
+
+    fn open(path: &Path) -> Result<Self, TrainError> {
+        let file = OpenOptions::new().append(true).open(path).map_err(|e| FileError::new("open file", path, e))?;
+        Ok(Self { path: path.to_owned(), file })
+    }
+
+    /// Adds a line.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn append(&mut self, event: &Event) -> Result<(), TrainError> {
+        let mut line = serde_json::to_string(event).map_err(|e| FileError::new("write file", &self.path, e.into()))?;
+        line.push('\n');
+        Ok(self.file.write_all(line.as_bytes()).map_err(|e| FileError::new("write file", &self.path, e))?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(stage: Stage, step: usize) -> Event {
+        Event { stage: stage.name().into(), step, loss: 0.5, psnr: None, gaussians: 3 }
+    }
+
+    #[test]
+    fn resuming_drops_what_came_after_the_checkpoint() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("events.jsonl");
+        let mut log = EventLog::create(&path).expect("create");
+        for (stage, step) in [(Stage::Source, 900), (Stage::Distill, 10), (Stage::Distill, 20)] {
+            log.append(&event(stage, step)).expect("append");
+        }
+        std::fs::write(&path, format!("{}{{\"stage\":\"dis", std::fs::read_to_string(&path).expect("text"))).expect("crash");
+        EventLog::resume(&path, Stage::Distill, 10).expect("resume").append(&event(Stage::Distill, 11)).expect("append");
+        let steps: Vec<usize> = std::fs::read_to_string(&path)
+            .expect("text")
+            .lines()
+            .map(|l| serde_json::from_str::<Event>(l).expect("line").step)
+            .collect();
+        assert_eq!(steps, [900, 10, 11]);
+    }
+}

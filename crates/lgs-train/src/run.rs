@@ -1,0 +1,208 @@
+//! A run's folder, and training a source model in it: configuration, checkpoints, events, and what is left at the end.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use lgs_data::dataset::Dataset;
+use lgs_data::files::{FileError, write_atomically, write_with_parents};
+use lgs_data::{cameras, ply};
+use lgs_model::source::{DefGs, SourceModel};
+
+use crate::TrainError;
+use crate::checkpoint::{Checkpoint, Checkpoints, RunIdentity, Stage};
+use crate::config::TrainConfig;
+use crate::events::{Event, EventLog};
+use crate::source::SourceTrainer;
+
+/// Iterations between lines of `events.jsonl`.
+const EVENT_INTERVAL: usize = 20;
+
+/// What a progress bar shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Stage that runs.
+    pub stage: Stage,
+    /// Steps done of the stage.
+    pub step: usize,
+    /// Steps in all.
+    pub steps: usize,
+    /// Loss of the last step.
+    pub loss: f32,
+    /// PSNR of the last image, dB, where the stage renders.
+    pub psnr: Option<f32>,
+    /// Gaussians.
+    pub gaussians: usize,
+}
+
+/// What a caller passes to a stage beside its data.
+pub struct Control<'a> {
+    /// Set from a signal handler: the stage writes a checkpoint and returns [`TrainError::Interrupted`].
+    pub stop: &'a AtomicBool,
+    /// Called after every step.
+    pub progress: &'a mut dyn FnMut(Progress),
+}
+
+/// The folder of a run.
+#[derive(Clone, Debug)]
+pub struct RunFolder {
+    root: PathBuf,
+}
+
+impl RunFolder {
+    /// Starts a run: writes `config.toml` into a folder that holds no run yet.
+    ///
+    /// # Errors
+    /// If there is a run already or the folder cannot be written.
+    pub fn create(root: &Path, config: &TrainConfig, dataset: &Dataset) -> Result<Self, TrainError> {
+        let folder = Self { root: root.to_owned() };
+        if folder.config_path().exists() || folder.checkpoints_path().exists() {
+            return Err(TrainError::Occupied(root.to_owned()));
+        }
+        let dataset = format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint);
+        let text = dataset + &config.to_toml()?;
+        write_with_parents(&folder.config_path(), |w| w.write_all(text.as_bytes()))?;
+        write_atomically(&folder.events_path(), |_| Ok(()))?;
+        Ok(folder)
+    }
+
+    /// Opens an existing run and reads its configuration.
+    ///
+    /// # Errors
+    /// If there is none or it does not parse.
+    pub fn open(root: &Path) -> Result<(Self, TrainConfig), TrainError> {
+        let folder = Self { root: root.to_owned() };
+        let path = folder.config_path();
+        let text = std::fs::read_to_string(&path).map_err(|e| FileError::new("read file", &path, e))?;
+        let config = TrainConfig::from_toml(&text, &path.display().to_string())?;
+        Ok((folder, config))
+    }
+
+    /// The folder itself.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The resolved configuration.
+    #[must_use]
+    pub fn config_path(&self) -> PathBuf {
+        self.root.join("config.toml")
+    }
+
+    /// The training curve.
+    #[must_use]
+    pub fn events_path(&self) -> PathBuf {
+        self.root.join("events.jsonl")
+    }
+
+    /// The folder of checkpoints.
+    #[must_use]
+    pub fn checkpoints_path(&self) -> PathBuf {
+        self.root.join("checkpoints")
+    }
+
+    /// The trained source model.
+    #[must_use]
+    pub fn source_path(&self) -> PathBuf {
+        self.root.join("source").join("defgs.safetensors")
+    }
+
+    /// The deliverable.
+    #[must_use]
+    pub fn scene_path(&self) -> PathBuf {
+        self.root.join("lagrangian.safetensors")
+    }
+
+    /// The run's checkpoints, tied to its configuration and dataset.
+    #[must_use]
+    pub fn checkpoints(&self, config: &TrainConfig, dataset: &Dataset) -> Checkpoints {
+        let identity = RunIdentity { config: config.hash(), dataset: dataset.fingerprint.clone() };
+        Checkpoints::new(self.checkpoints_path(), identity)
+    }
+
+    /// Writes the source model, and its Gaussians at t = 0 in the layout that splat viewers open.
+    ///
+    /// # Errors
+    /// If something cannot be written.
+    pub fn write_source(&self, model: &DefGs, iteration: usize, dataset: &Dataset) -> Result<(), TrainError> {
+        let folder = self.root.join("source");
+        let cloud = folder.join("point_cloud").join(format!("iteration_{iteration}")).join("point_cloud.ply");
+        if let Some(parent) = cloud.parent() {
+            std::fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
+        }
+        ply::write_ply(&cloud, &model.cloud_at(0.0))?;
+        let views: Vec<(String, lgs_core::Camera)> = dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
+        cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
+        Ok(model.save(&self.source_path())?)
+    }
+}
+
+/// Calls for a checkpoint every so many seconds.
+pub struct CheckpointTimer {
+    interval: Duration,
+    last: Instant,
+}
+
+impl CheckpointTimer {
+    /// Starts counting.
+    #[must_use]
+    pub fn new(config: &TrainConfig) -> Self {
+        Self { interval: Duration::from_secs(config.checkpoint_secs), last: Instant::now() }
+    }
+
+    /// Whether one is due; starts anew if so.
+    pub fn is_due(&mut self) -> bool {
+        let due = self.last.elapsed() >= self.interval;
+        if due {
+            self.last = Instant::now();
+        }
+        due
+    }
+}
+
+/// Trains the source model of a run, from the start or from a checkpoint of this stage, and writes it into the folder.
+///
+/// # Errors
+/// If a file cannot be written, the loss is not finite, or a stop was asked for (after a checkpoint).
+pub fn train_source(
+    run: &RunFolder,
+    dataset: &Dataset,
+    config: &TrainConfig,
+    from: Option<&Checkpoint>,
+    control: &mut Control<'_>,
+) -> Result<DefGs, TrainError> {
+    let checkpoints = run.checkpoints(config, dataset);
+    let mut trainer = match from {
+        Some(checkpoint) => SourceTrainer::restore(dataset, &config.source, config.seed, &checkpoint.file)?,
+        None => SourceTrainer::new(dataset, &config.source, config.seed)?,
+    };
+    let mut events = EventLog::resume(&run.events_path(), Stage::Source, trainer.iteration())?;
+    let mut timer = CheckpointTimer::new(config);
+    let save = |trainer: &SourceTrainer<'_>| {
+        let mut file = Checkpoints::start();
+        trainer.snapshot(&mut file);
+        checkpoints.save(Stage::Source, trainer.iteration(), file)
+    };
+    while !trainer.is_done() {
+        if control.stop.load(Ordering::Relaxed) {
+            save(&trainer)?;
+            return Err(TrainError::Interrupted { stage: Stage::Source.name(), iteration: trainer.iteration() });
+        }
+        let report = trainer.step()?;
+        let psnr = Some(report.psnr);
+        if report.iteration.is_multiple_of(EVENT_INTERVAL) {
+            let stage = Stage::Source.name().to_owned();
+            events.append(&Event { stage, step: report.iteration, loss: report.loss, psnr, gaussians: report.gaussians })?;
+        }
+        let (step, steps) = (report.iteration, config.source.iterations);
+        (control.progress)(Progress { stage: Stage::Source, step, steps, loss: report.loss, psnr, gaussians: report.gaussians });
+        if timer.is_due() {
+            save(&trainer)?;
+        }
+    }
+    save(&trainer)?;
+    let model = trainer.model();
+    run.write_source(&model, trainer.iteration(), dataset)?;
+    Ok(model)
+}

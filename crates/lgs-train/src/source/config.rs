@@ -1,0 +1,307 @@
+//! Settings of source training. The `paper` values are DefGS as published (`reference-systems.md` §2.6, §2.7, §3); the `quick` ones
+//! were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
+
+use lgs_model::source::DeformationConfig;
+use serde::{Deserialize, Serialize};
+
+/// Which frames the static warm-up sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WarmupFrames {
+    /// All times: moving parts are blurred until the deformation starts (DefGS).
+    All,
+    /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the scene's start (FreeGave).
+    First,
+}
+
+/// Where the first Gaussians are put if the dataset ships no points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitialPoints {
+    /// Uniformly in the box.
+    Random,
+    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too little.
+    Hull,
+}
+
+/// Learning rates of Adam per group (§2.6); positions and the network decay log-linearly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LearningRates {
+    /// Positions at the start, world units per step (paper: 8e-4).
+    pub position_start: f64,
+    /// Positions at the end (paper: 8e-6).
+    pub position_end: f64,
+    /// Steps over which they decay (paper: 30 000).
+    pub position_steps: usize,
+    /// Colour, constant coefficient (paper: 2.5e-3).
+    pub sh: f64,
+    /// Colour, other coefficients (paper: 1.25e-4).
+    pub sh_rest: f64,
+    /// Opacity logits (paper: 0.05).
+    pub opacity: f64,
+    /// Log scales (paper: 5e-3).
+    pub scale: f64,
+    /// Quaternions (paper: 1e-3).
+    pub rotation: f64,
+    /// Deformation network at the start (paper: 8e-4).
+    pub deformation_start: f64,
+    /// Deformation network at the end (paper: 1.6e-6).
+    pub deformation_end: f64,
+    /// Steps over which it decays (paper: 40 000).
+    pub deformation_steps: usize,
+}
+
+impl Default for LearningRates {
+    fn default() -> Self {
+        SourceConfig::quick().learning_rates
+    }
+}
+
+impl LearningRates {
+    /// As published.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            position_start: 8e-4,
+            position_end: 8e-6,
+            position_steps: 30_000,
+            sh: 2.5e-3,
+            sh_rest: 1.25e-4,
+            opacity: 0.05,
+            scale: 5e-3,
+            rotation: 1e-3,
+            deformation_start: 8e-4,
+            deformation_end: 1.6e-6,
+            deformation_steps: 40_000,
+        }
+    }
+}
+
+/// Densification: where Gaussians are cloned, split and removed (§2.7).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DensifyConfig {
+    /// Acts after this iteration (paper: 500).
+    pub after: usize,
+    /// Acts before this iteration (paper: 15 000).
+    pub before: usize,
+    /// Acts every so many iterations (paper: 100).
+    pub interval: usize,
+    /// Mean NDC gradient from which a Gaussian is cloned or split (paper: 2e-4). Lower makes more Gaussians.
+    pub gradient_threshold: f32,
+    /// Largest standard deviation that is cloned rather than split, as a part of the scene's extent (paper: 0.01).
+    pub clone_extent: f32,
+    /// Opacity under which a Gaussian is removed (paper: 0.005).
+    pub min_opacity: f32,
+    /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after` (paper: 0.1).
+    pub prune_extent: f32,
+    /// Iteration after which large Gaussians are removed (paper: 3000).
+    pub prune_large_after: usize,
+    /// Opacities are lowered to 0.01 every so many iterations (paper: 3000); 0: never.
+    pub opacity_reset_interval: usize,
+    /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
+    pub white_reset_at: usize,
+    /// Most Gaussians; where more qualify, those with the largest gradients are taken. 0: no limit (paper).
+    pub max_gaussians: usize,
+}
+
+impl Default for DensifyConfig {
+    fn default() -> Self {
+        SourceConfig::quick().densify
+    }
+}
+
+impl DensifyConfig {
+    /// As published.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            after: 500,
+            before: 15_000,
+            interval: 100,
+            gradient_threshold: 2e-4,
+            clone_extent: 0.01,
+            min_opacity: 0.005,
+            prune_extent: 0.1,
+            prune_large_after: 3000,
+            opacity_reset_interval: 3000,
+            white_reset_at: 500,
+            max_gaussians: 0,
+        }
+    }
+}
+
+/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving with what they can.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RigidityConfig {
+    /// Weight of the mean squared relative change of neighbour distances (paper: 0, none).
+    pub weight: f32,
+    /// Neighbours per Gaussian.
+    pub neighbors: usize,
+}
+
+impl Default for RigidityConfig {
+    fn default() -> Self {
+        SourceConfig::quick().rigidity
+    }
+}
+
+/// Training of a source model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SourceConfig {
+    /// Iterations, one training image each (paper: 40 000).
+    pub iterations: usize,
+    /// The deformation network is active from this iteration on (paper: 3000).
+    pub warmup_iterations: usize,
+    /// What the warm-up sees (paper: all).
+    pub warmup_frames: WarmupFrames,
+    /// Steps in which the time window grows to the whole after the warm-up (paper: 1, at once; FreeGave: 8).
+    pub window_steps: usize,
+    /// Iterations per step of the window (FreeGave: 1000).
+    pub window_interval: usize,
+    /// Gaussians to start with if the dataset ships no points (paper: 100 000).
+    pub initial_gaussians: usize,
+    /// Where they are put (paper: random).
+    pub initial_points: InitialPoints,
+    /// Half edge of the initial box, world units (paper: 1.3, around the origin); 0: inferred from the cameras.
+    pub initial_half_extent: f32,
+    /// Largest degree of spherical harmonics (paper: 3).
+    pub sh_degree: usize,
+    /// Iterations after which the degree in use rises by one (paper: 1000).
+    pub sh_interval: usize,
+    /// Weight λ of 1 − SSIM in the loss (paper: 0.2).
+    pub ssim_weight: f32,
+    /// Images are halved in size before this iteration (paper: 0, never).
+    pub half_resolution_before: usize,
+    /// The deformation network.
+    pub deformation: DeformationConfig,
+    /// Learning rates.
+    pub learning_rates: LearningRates,
+    /// Densification.
+    pub densify: DensifyConfig,
+    /// Rigidity of neighbours.
+    pub rigidity: RigidityConfig,
+}
+
+impl Default for SourceConfig {
+    fn default() -> Self {
+        Self::quick()
+    }
+}
+
+impl SourceConfig {
+    /// DefGS for synthetic scenes as published: hours on a GPU, days on a CPU.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            iterations: 40_000,
+            warmup_iterations: 3000,
+            warmup_frames: WarmupFrames::All,
+            window_steps: 1,
+            window_interval: 1000,
+            initial_gaussians: 100_000,
+            initial_points: InitialPoints::Random,
+            initial_half_extent: 1.3,
+            sh_degree: 3,
+            sh_interval: 1000,
+            ssim_weight: 0.2,
+            half_resolution_before: 0,
+            deformation: DeformationConfig::paper(),
+            learning_rates: LearningRates::paper(),
+            densify: DensifyConfig::paper(),
+            rigidity: RigidityConfig { weight: 0.0, neighbors: 4 },
+        }
+    }
+
+    /// Minutes on two CPU cores.
+    #[must_use]
+    pub fn quick() -> Self {
+        let iterations = 3000;
+        Self {
+            iterations,
+            warmup_iterations: 400,
+            warmup_frames: WarmupFrames::First,
+            window_steps: 10,
+            window_interval: 100,
+            initial_gaussians: 4000,
+            initial_points: InitialPoints::Hull,
+            initial_half_extent: 0.0,
+            sh_degree: 1,
+            sh_interval: 1000,
+            ssim_weight: 0.2,
+            half_resolution_before: 0,
+            deformation: DeformationConfig::quick(),
+            learning_rates: LearningRates {
+                position_start: 1.6e-3,
+                position_end: 1.6e-5,
+                position_steps: iterations,
+                sh: 5e-3,
+                sh_rest: 2.5e-4,
+                opacity: 0.05,
+                scale: 5e-3,
+                rotation: 2e-3,
+                deformation_start: 3e-3,
+                deformation_end: 1e-4,
+                deformation_steps: iterations,
+            },
+            densify: DensifyConfig {
+                after: 150,
+                before: iterations * 2 / 3,
+                interval: 100,
+                gradient_threshold: 2e-4,
+                clone_extent: 0.01,
+                min_opacity: 0.01,
+                prune_extent: 0.1,
+                prune_large_after: 300,
+                opacity_reset_interval: 0,
+                white_reset_at: 0,
+                max_gaussians: 6000,
+            },
+            rigidity: RigidityConfig { weight: 0.0, neighbors: 4 },
+        }
+    }
+
+    /// What is wrong with the values, as (key below `source`, reason).
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self) -> Result<(), (String, String)> {
+        self.deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
+        let rates = &self.learning_rates;
+        let positive = [
+            ("learning_rates.position_start", rates.position_start),
+            ("learning_rates.position_end", rates.position_end),
+            ("learning_rates.deformation_start", rates.deformation_start),
+            ("learning_rates.deformation_end", rates.deformation_end),
+        ];
+        let not_negative = [
+            ("learning_rates.sh", rates.sh),
+            ("learning_rates.sh_rest", rates.sh_rest),
+            ("learning_rates.opacity", rates.opacity),
+            ("learning_rates.scale", rates.scale),
+            ("learning_rates.rotation", rates.rotation),
+            ("initial_half_extent", f64::from(self.initial_half_extent)),
+            ("densify.gradient_threshold", f64::from(self.densify.gradient_threshold)),
+            ("rigidity.weight", f64::from(self.rigidity.weight)),
+        ];
+        for (key, value) in positive {
+            require(value > 0.0 && value.is_finite(), key, format_args!("{value} is not a positive number"))?;
+        }
+        for (key, value) in not_negative {
+            require(value >= 0.0 && value.is_finite(), key, format_args!("{value} is negative or not finite"))?;
+        }
+        require(self.iterations >= 1, "iterations", format_args!("0 iterations train nothing"))?;
+        require((1..=2_000_000).contains(&self.initial_gaussians), "initial_gaussians", format_args!("not between 1 and 2 000 000"))?;
+        require(self.sh_degree <= 3, "sh_degree", format_args!("{} is above 3", self.sh_degree))?;
+        require((0.0..=1.0).contains(&self.ssim_weight), "ssim_weight", format_args!("{} is not in [0, 1]", self.ssim_weight))?;
+        require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
+        require((1..=64).contains(&self.rigidity.neighbors), "rigidity.neighbors", format_args!("not between 1 and 64"))
+    }
+}
+
+fn require(holds: bool, key: &str, reason: std::fmt::Arguments<'_>) -> Result<(), (String, String)> {
+    if holds { Ok(()) } else { Err((key.to_owned(), reason.to_string())) }
+}

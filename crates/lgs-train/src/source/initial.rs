@@ -1,0 +1,54 @@
+//! The first Gaussians (§1.6): positions from the dataset, its silhouettes or a box; sizes from the spacing of neighbours.
+
+use lgs_core::{GaussianCloud, SH_C0, mean_squared_neighbor_distance, sh_coefficients, stream};
+use lgs_data::dataset::{Dataset, Points};
+use rand::RngExt;
+
+use super::config::{InitialPoints, SourceConfig};
+
+/// Opacity of a fresh Gaussian (§1.6).
+const OPACITY: f32 = 0.1;
+
+/// Smallest mean squared neighbour distance (§1.6).
+const MIN_SQUARED_DISTANCE: f32 = 1e-7;
+
+/// Share of the points asked for that carving must find; with fewer, silhouettes say too little and the whole box is filled.
+const ENOUGH: f32 = 0.25;
+
+/// The Gaussians that training starts from; the same for the same seed.
+#[must_use]
+pub fn initial_cloud(dataset: &Dataset, config: &SourceConfig, seed: u64) -> GaussianCloud {
+    let points = initial_points(dataset, config, seed);
+    let squared = mean_squared_neighbor_distance(&points.positions, 3);
+    let n = points.positions.len();
+    let coefficients = sh_coefficients(config.sh_degree);
+    let mut sh = vec![0.0; n * 3 * coefficients];
+    for (row, color) in sh.chunks_exact_mut(3 * coefficients).zip(&points.colors) {
+        (0..3).for_each(|c| row[c] = (color[c] - 0.5) / SH_C0);
+    }
+    GaussianCloud {
+        means: points.positions,
+        rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
+        log_scales: squared.iter().map(|&d| [0.5 * d.max(MIN_SQUARED_DISTANCE).ln(); 3]).collect(),
+        raw_opacities: vec![(OPACITY / (1.0 - OPACITY)).ln(); n],
+        sh,
+        sh_degree: config.sh_degree,
+    }
+}
+
+fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points {
+    let count = config.initial_gaussians;
+    if config.initial_half_extent > 0.0 && dataset.init_points.is_none() {
+        let mut random = stream(seed, "initial points", 0);
+        let half = config.initial_half_extent;
+        let positions: Vec<[f32; 3]> = (0..count).map(|_| std::array::from_fn(|_| random.random_range(-half..half))).collect();
+        return Points { colors: vec![[0.5; 3]; count], positions };
+    }
+    if config.initial_points == InitialPoints::Hull && dataset.split("train").iter().any(lgs_data::dataset::Frame::has_alpha) {
+        let points = dataset.carved_points(count, seed);
+        if points.positions.len() as f32 >= ENOUGH * count as f32 {
+            return points;
+        }
+    }
+    dataset.initial_points(count, seed)
+}

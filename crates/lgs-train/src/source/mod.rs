@@ -1,0 +1,19 @@
+//! Training of a source model: DefGS (`reference-systems.md` §2, §3) as a state machine that can be stopped and resumed at any step.
+//!
+//! [`SourceTrainer::step`] is one iteration: pick a frame, draw the deformed Gaussians, go back through loss, rasterizer and network,
+//! densify, and take one step of Adam per parameter group.
+
+mod config;
+mod densify;
+mod initial;
+mod order;
+mod params;
+mod rigidity;
+mod schedule;
+mod trainer;
+
+pub use config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+pub use densify::{Attributes, DensifyPlan, DensifyStatistics};
+pub use initial::initial_cloud;
+pub use schedule::log_linear;
+pub use trainer::{SourceTrainer, StepReport};

@@ -1,0 +1,98 @@
+//! Which training frame an iteration sees: all frames of the current time window once per round, in a random order (§3.5, §4.4).
+//!
+//! A round's order is drawn from a stream of its number, so three integers restore it.
+
+use lgs_core::stream;
+use lgs_data::dataset::Frame;
+use rand::seq::SliceRandom;
+
+use super::config::{SourceConfig, WarmupFrames};
+
+/// Viewpoints that the initial window must hold for the canonical Gaussians to take shape.
+const WARMUP_CAMERAS: usize = 6;
+
+/// Where in which round the training is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Round {
+    /// Rounds begun; 0 before the first.
+    pub(super) number: u64,
+    /// Frames of the round used.
+    pub(super) used: usize,
+    /// Iteration at which it began, which fixed its time window.
+    pub(super) began: usize,
+}
+
+/// The order of frames.
+pub(super) struct FrameOrder {
+    /// Time of every training frame.
+    times: Vec<f32>,
+    /// End of the warm-up's window.
+    warmup_end: f32,
+    seed: u64,
+    round: Round,
+    frames: Vec<usize>,
+}
+
+impl FrameOrder {
+    pub(super) fn new(frames: &[Frame], config: &SourceConfig, seed: u64) -> Self {
+        let times: Vec<f32> = frames.iter().map(|f| f.time).collect();
+        let warmup_end = match config.warmup_frames {
+            WarmupFrames::All => times.iter().copied().fold(f32::MIN, f32::max),
+            WarmupFrames::First => shortest_window(frames),
+        };
+        Self { times, warmup_end, seed, round: Round::default(), frames: Vec::new() }
+    }
+
+    /// First and last time of the training frames.
+    pub(super) fn span(&self) -> (f32, f32) {
+        self.times.iter().fold((f32::MAX, f32::MIN), |(low, high), &t| (low.min(t), high.max(t)))
+    }
+
+    pub(super) fn round(&self) -> Round {
+        self.round
+    }
+
+    /// Goes on where a checkpoint was written.
+    pub(super) fn restore(&mut self, round: Round, config: &SourceConfig) {
+        self.round = round;
+        self.frames = if round.number == 0 { Vec::new() } else { self.drawn(config) };
+    }
+
+    /// The frame of an iteration (counted from 1); iterations must be asked for in order.
+    pub(super) fn next(&mut self, iteration: usize, config: &SourceConfig) -> usize {
+        let deformation_starts = config.is_warmup(self.round.began) && !config.is_warmup(iteration);
+        if self.round.used >= self.frames.len() || deformation_starts {
+            self.round = Round { number: self.round.number + 1, used: 0, began: iteration };
+            self.frames = self.drawn(config);
+        }
+        self.round.used += 1;
+        self.frames[self.round.used - 1]
+    }
+
+    fn drawn(&self, config: &SourceConfig) -> Vec<usize> {
+        let end = if config.is_warmup(self.round.began) {
+            self.warmup_end
+        } else {
+            let (first, last) = self.span();
+            config.window_end(self.round.began, first, last).max(self.warmup_end.min(last))
+        };
+        let end = if config.is_warmup(self.round.began) || config.window_steps > 1 { end } else { f32::MAX };
+        let mut frames: Vec<usize> = (0..self.times.len()).filter(|&i| self.times[i] <= end).collect();
+        frames.shuffle(&mut stream(self.seed, "frame order", self.round.number));
+        frames
+    }
+}
+
+/// The earliest time by which enough viewpoints have been seen.
+fn shortest_window(frames: &[Frame]) -> f32 {
+    let mut order: Vec<&Frame> = frames.iter().collect();
+    order.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let mut cameras = std::collections::BTreeSet::new();
+    for frame in &order {
+        cameras.insert(frame.camera_id);
+        if cameras.len() >= WARMUP_CAMERAS {
+            return frame.time;
+        }
+    }
+    order.last().map_or(0.0, |f| f.time)
+}

@@ -1,0 +1,73 @@
+//! Values that change with the iteration: learning rates, the active degree of colour, the time window (§2.6, §2.1, §4.4).
+
+use super::config::{LearningRates, SourceConfig};
+
+/// Log-linear interpolation from `start` to `end` over `steps`, constant afterwards (§2.6).
+#[must_use]
+pub fn log_linear(iteration: usize, start: f64, end: f64, steps: usize) -> f64 {
+    let u = (iteration as f64 / steps.max(1) as f64).clamp(0.0, 1.0);
+    ((1.0 - u) * start.ln() + u * end.ln()).exp()
+}
+
+impl LearningRates {
+    /// Learning rate of positions at an iteration (counted from 1).
+    #[must_use]
+    pub fn position(&self, iteration: usize) -> f64 {
+        log_linear(iteration, self.position_start, self.position_end, self.position_steps)
+    }
+
+    /// Learning rate of the deformation network at an iteration.
+    #[must_use]
+    pub fn deformation(&self, iteration: usize) -> f64 {
+        log_linear(iteration, self.deformation_start, self.deformation_end, self.deformation_steps)
+    }
+}
+
+impl SourceConfig {
+    /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.
+    #[must_use]
+    pub fn active_degree(&self, iteration: usize) -> usize {
+        (iteration / self.sh_interval.max(1)).min(self.sh_degree)
+    }
+
+    /// Whether Gaussians are still static at an iteration (§3.5).
+    #[must_use]
+    pub fn is_warmup(&self, iteration: usize) -> bool {
+        iteration < self.warmup_iterations
+    }
+
+    /// The last time whose frames are used at an iteration after the warm-up, given the captured window's first and last (§4.4).
+    #[must_use]
+    pub fn window_end(&self, iteration: usize, first: f32, last: f32) -> f32 {
+        let grown = iteration.saturating_sub(self.warmup_iterations) / self.window_interval.max(1) + 1;
+        let steps = self.window_steps.max(1);
+        if grown >= steps { last } else { first + (last - first) * grown as f32 / steps as f32 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_follow_the_published_schedule() {
+        let rates = LearningRates::paper();
+        assert!((rates.position(0) - 8e-4).abs() < 1e-12);
+        assert!((rates.position(15_000) - (8e-4_f64 * 8e-6).sqrt()).abs() < 1e-12);
+        assert!((rates.position(30_000) - 8e-6).abs() < 1e-14);
+        assert!((rates.position(40_000) - 8e-6).abs() < 1e-14);
+        assert!((rates.deformation(40_000) - 1.6e-6).abs() < 1e-14);
+    }
+
+    #[test]
+    fn degree_warm_up_and_window_switch_where_they_should() {
+        let mut config = SourceConfig::paper();
+        assert_eq!([999, 1000, 2999, 3000, 40_000].map(|i| config.active_degree(i)), [0, 1, 2, 3, 3]);
+        assert!(config.is_warmup(2999) && !config.is_warmup(3000));
+        assert_eq!(config.window_end(3000, 0.0, 0.75), 0.75);
+        (config.window_steps, config.window_interval) = (8, 1000);
+        assert_eq!(config.window_end(3000, 0.0, 0.8), 0.1);
+        assert_eq!(config.window_end(5999, 0.0, 0.8), 0.3);
+        assert_eq!(config.window_end(10_000, 0.0, 0.8), 0.8);
+    }
+}
