@@ -5,6 +5,7 @@ pub type Mat3 = [[f32; 3]; 3];
 
 /// Hamilton product `a ⊗ b`: the rotation `b` followed by `a`.
 #[must_use]
+#[inline]
 pub fn quat_mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -16,6 +17,7 @@ pub fn quat_mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
 
 /// The quaternion scaled to unit length; a (near) zero one becomes the identity.
 #[must_use]
+#[inline]
 pub fn quat_normalize(q: [f32; 4]) -> [f32; 4] {
     let norm = q.iter().map(|v| v * v).sum::<f32>().sqrt();
     if norm > 1e-12 { q.map(|v| v / norm) } else { [1.0, 0.0, 0.0, 0.0] }
@@ -23,6 +25,7 @@ pub fn quat_normalize(q: [f32; 4]) -> [f32; 4] {
 
 /// The rotation matrix of a unit quaternion.
 #[must_use]
+#[inline]
 pub fn matrix_from_quat(q: [f32; 4]) -> Mat3 {
     let [w, x, y, z] = q;
     [
@@ -43,54 +46,63 @@ pub fn quat_from_matrix(m: &Mat3) -> [f32; 4] {
 
 /// `mᵀ`.
 #[must_use]
+#[inline]
 pub fn transpose(m: &Mat3) -> Mat3 {
     [[m[0][0], m[1][0], m[2][0]], [m[0][1], m[1][1], m[2][1]], [m[0][2], m[1][2], m[2][2]]]
 }
 
 /// `a b`.
 #[must_use]
+#[inline]
 pub fn mat_mul(a: &Mat3, b: &Mat3) -> Mat3 {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j]))
 }
 
 /// `m v`.
 #[must_use]
+#[inline]
 pub fn mat_vec(m: &Mat3, v: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|i| dot(m[i], v))
 }
 
 /// `a · b`.
 #[must_use]
+#[inline]
 pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `a × b`.
 #[must_use]
+#[inline]
 pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a + b`.
 #[must_use]
+#[inline]
 pub fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|i| a[i] + b[i])
 }
 
 /// `a − b`.
 #[must_use]
+#[inline]
 pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
 /// `s a`.
 #[must_use]
+#[inline]
 pub fn scale(a: [f32; 3], s: f32) -> [f32; 3] {
     a.map(|v| v * s)
 }
 
 /// Euclidean length.
 #[must_use]
+#[inline]
 pub fn norm(a: [f32; 3]) -> f32 {
     dot(a, a).sqrt()
 }

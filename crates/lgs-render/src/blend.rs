@@ -110,7 +110,7 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
             image.processed = position + 1;
             let g = self.list.get(position);
             let mean = self.list.local_mean(g);
-            let channels = (self.channels)(g).map(|c| simd.splat_f32s(c));
+            let channels = splat3(simd, (self.channels)(g));
             let rows = self.list.rows(g, mean[1]);
             for column in 0..per_row {
                 let along = along_row(simd, g, mean[0], column);
@@ -183,6 +183,12 @@ fn vectors<S: Simd>(plane: &mut Plane) -> &mut [S::f32s] {
     S::as_mut_simd_f32s(&mut plane.0).0
 }
 
+/// Not `array::map`: intrinsics in its closure would stay calls, as its body is compiled without the vector features.
+#[inline(always)]
+fn splat3<S: Simd>(simd: S, [a, b, c]: [f32; 3]) -> [S::f32s; 3] {
+    [simd.splat_f32s(a), simd.splat_f32s(b), simd.splat_f32s(c)]
+}
+
 /// `d_x` of a vector of pixels.
 #[inline(always)]
 fn offset_x<S: Simd>(simd: S, mean_x: f32, column: usize) -> S::f32s {
@@ -237,7 +243,7 @@ impl WithSimd for BlendVjp<'_> {
         for position in (0..self.image.processed).rev() {
             let g = self.list.get(position);
             let mean = self.list.local_mean(g);
-            let color = g.color.map(|c| simd.splat_f32s(c));
+            let color = splat3(simd, g.color);
             let here = simd.splat_f32s(position as f32);
             let rows = self.list.rows(g, mean[1]);
             for column in 0..per_row {
@@ -283,6 +289,15 @@ impl WithSimd for BlendVjp<'_> {
 #[inline(always)]
 fn reduce<S: Simd>(simd: S, dx: S::f32s, [v, v_dy, v_dyy]: [S::f32s; 3], v_color: [S::f32s; 3]) -> ImageCotangent {
     let v_dx = simd.mul_f32s(v, dx);
-    let moments = [v, v_dx, v_dy, simd.mul_f32s(v_dx, dx), simd.mul_f32s(v_dy, dx), v_dyy];
-    ImageCotangent { moments: moments.map(|m| simd.reduce_sum_f32s(m)), color: v_color.map(|c| simd.reduce_sum_f32s(c)) }
+    ImageCotangent {
+        moments: [
+            simd.reduce_sum_f32s(v),
+            simd.reduce_sum_f32s(v_dx),
+            simd.reduce_sum_f32s(v_dy),
+            simd.reduce_sum_f32s(simd.mul_f32s(v_dx, dx)),
+            simd.reduce_sum_f32s(simd.mul_f32s(v_dy, dx)),
+            simd.reduce_sum_f32s(v_dyy),
+        ],
+        color: [simd.reduce_sum_f32s(v_color[0]), simd.reduce_sum_f32s(v_color[1]), simd.reduce_sum_f32s(v_color[2])],
+    }
 }

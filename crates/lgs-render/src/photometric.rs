@@ -204,12 +204,21 @@ impl WithSimd for Chunk<'_> {
 #[inline(always)]
 fn enter<S: Simd>(simd: S, pair: &Pair, y: usize, window: &[f32; SIZE], wide: &mut [f32], means: &mut Ring<4>) {
     let (a, b) = (&pair.a[y * pair.row..][..pair.row], &pair.b[y * pair.row..][..pair.row]);
-    let products: [fn(f32, f32) -> f32; 4] = [|a, _| a, |_, b| b, |a, b| a.mul_add(a, b * b), |a, b| a * b];
-    for (plane, product) in products.into_iter().enumerate() {
-        for ((w, &a), &b) in wide[3 * RADIUS..3 * RADIUS + pair.row].iter_mut().zip(a).zip(b) {
-            *w = product(a, b);
-        }
-        horizontal(simd, window, wide, means.row_mut(plane, y));
+    let inner = 3 * RADIUS..3 * RADIUS + pair.row;
+    wide[inner.clone()].copy_from_slice(a);
+    horizontal(simd, window, wide, means.row_mut(0, y));
+    wide[inner.clone()].copy_from_slice(b);
+    horizontal(simd, window, wide, means.row_mut(1, y));
+    combine(&mut wide[inner.clone()], a, b, |a, b| a.mul_add(a, b * b));
+    horizontal(simd, window, wide, means.row_mut(2, y));
+    combine(&mut wide[inner], a, b, |a, b| a * b);
+    horizontal(simd, window, wide, means.row_mut(3, y));
+}
+
+#[inline(always)]
+fn combine(out: &mut [f32], a: &[f32], b: &[f32], f: impl Fn(f32, f32) -> f32) {
+    for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+        *out = f(a, b);
     }
 }
 

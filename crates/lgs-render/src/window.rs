@@ -72,13 +72,25 @@ pub(crate) fn horizontal<S: Simd>(simd: S, window: &[f32; SIZE], padded: &[f32],
 #[inline(always)]
 pub(crate) fn vertical<S: Simd>(simd: S, window: &[f32; SIZE], rows: &[&[f32]; SIZE], out: &mut [f32]) {
     let out = S::as_mut_simd_f32s(out).0;
-    let rows = rows.map(|row| &S::as_simd_f32s(row).0[..out.len()]);
-    let weights = window.map(|w| simd.splat_f32s(w));
+    let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, r10] = rows;
+    let (r0, r1, r2) = (vectors::<S>(r0, out.len()), vectors::<S>(r1, out.len()), vectors::<S>(r2, out.len()));
+    let (r3, r4, r5) = (vectors::<S>(r3, out.len()), vectors::<S>(r4, out.len()), vectors::<S>(r5, out.len()));
+    let (r6, r7, r8) = (vectors::<S>(r6, out.len()), vectors::<S>(r7, out.len()), vectors::<S>(r8, out.len()));
+    let (r9, r10) = (vectors::<S>(r9, out.len()), vectors::<S>(r10, out.len()));
+    let (w0, w1, w2) = (simd.splat_f32s(window[0]), simd.splat_f32s(window[1]), simd.splat_f32s(window[2]));
+    let (w3, w4, w5) = (simd.splat_f32s(window[3]), simd.splat_f32s(window[4]), simd.splat_f32s(window[5]));
     for (i, out) in out.iter_mut().enumerate() {
-        let mut sum = simd.mul_f32s(weights[RADIUS], rows[RADIUS][i]);
-        for tap in 0..RADIUS {
-            sum = fma(simd, weights[tap], simd.add_f32s(rows[tap][i], rows[SIZE - 1 - tap][i]), sum);
-        }
-        *out = sum;
+        let mut sum = simd.mul_f32s(w5, r5[i]);
+        sum = fma(simd, w0, simd.add_f32s(r0[i], r10[i]), sum);
+        sum = fma(simd, w1, simd.add_f32s(r1[i], r9[i]), sum);
+        sum = fma(simd, w2, simd.add_f32s(r2[i], r8[i]), sum);
+        sum = fma(simd, w3, simd.add_f32s(r3[i], r7[i]), sum);
+        *out = fma(simd, w4, simd.add_f32s(r4[i], r6[i]), sum);
     }
+}
+
+/// The first `count` vectors of a row, so that the loop above needs no further bounds checks.
+#[inline(always)]
+fn vectors<S: Simd>(row: &[f32], count: usize) -> &[S::f32s] {
+    &S::as_simd_f32s(row).0[..count]
 }
