@@ -2,7 +2,8 @@
 //!
 //! The box is a cube. Its centre is the point nearest to all viewing axes in the least-squares sense (with a weak pull to a point in front
 //! of the cameras, which decides when the axes are parallel). Half its side is what the median camera sees at the centre's depth,
-//! `distance · tan(fov / 2)`, at most 0.9 of the camera's distance, so that points do not sit on the lenses.
+//! `distance · tan(fov / 2)`, at most 0.9 of the camera's distance, so that points do not sit on the lenses. A set without any transparent
+//! pixel shows surroundings, which reach beyond what its cameras aim at: its cube is 1.3 times as large.
 //!
 //! Where images have an alpha channel, random points are carved: a point survives if it is opaque in every earliest training image (one per
 //! camera) whose view it lies in. Their colour is the mean of what those images show there, or grey.
@@ -16,6 +17,9 @@ use std::path::Path;
 
 /// Candidates tried per point asked for before carving gives up.
 const MAX_TRIES: usize = 200;
+
+/// How much larger the cube is for a set of opaque images.
+const SURROUNDINGS: f32 = 1.3;
 
 /// An axis-aligned cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +76,7 @@ impl Dataset {
         if views.is_empty() {
             return SceneBox { center: [0.0; 3], half_side: 1.0 };
         }
+        let reach = if frames.iter().any(|frame| frame.has_alpha()) { 1.0 } else { SURROUNDINGS };
         let center = point_nearest_to_axes(&views);
         let mut halves: Vec<f32> = views
             .iter()
@@ -81,7 +86,7 @@ impl Dataset {
             })
             .collect();
         halves.sort_by(f32::total_cmp);
-        SceneBox { center: center.into(), half_side: halves[halves.len() / 2].max(1e-3) }
+        SceneBox { center: center.into(), half_side: (reach * halves[halves.len() / 2]).max(1e-3) }
     }
 }
 

@@ -167,14 +167,15 @@ impl FrameSpec {
         let fx = focal_x(&self.own).or(focal_x(&self.shared)).ok_or(Problem::Missing { frame, field: "fl_x` or `camera_angle_x" })?;
         // Pixels are square unless the same level says otherwise: a frame's own fl_x is not paired with the file's fl_y.
         let fy = self.own.fl_y.or(focal_x(&self.own)).or(self.shared.fl_y).unwrap_or(fx);
-        for (field, focal) in [("fl_x", fx), ("fl_y", fy)] {
-            if !(focal.is_finite() && focal > 0.0) {
-                return Err(Problem::Value { frame, field, expected: "finite and above 0", found: focal.to_string() });
-            }
-        }
         let cx = self.own.cx.or(self.shared.cx).unwrap_or(0.5 * f64::from(width));
         let cy = self.own.cy.or(self.shared.cy).unwrap_or(0.5 * f64::from(height));
         let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|v| v as f32);
+        for (field, value, least) in [("fl_x", fx, 0.0), ("fl_y", fy, 0.0), ("cx", cx, f32::NEG_INFINITY), ("cy", cy, f32::NEG_INFINITY)] {
+            if !(value.is_finite() && value > least) {
+                let expected = if least == 0.0 { "finite and above 0" } else { "finite" };
+                return Err(Problem::Value { frame, field, expected, found: value.to_string() });
+            }
+        }
         Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world: self.camera_from_world })
     }
 }

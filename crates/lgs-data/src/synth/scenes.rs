@@ -65,7 +65,7 @@ fn alone(name: &'static str, motion: Motion, center: DVec3, parts: Vec<Part>) ->
 
 fn falling_ball() -> (Stage, Rig) {
     let motion = Motion::Ballistic { start: dvec3(0.0, 0.0, 1.0), velocity: DVec3::ZERO, gravity: 0.9, spin: DVec3::ZERO };
-    let texture = Texture::new([0xd7263d, 0x1b2a6b, 0xf2a541], 0.62);
+    let texture = Texture::new([0xd7263d, 0x1b2a6b, 0xf2a541], 0.55);
     let ball = Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::ZERO, texture);
     (alone("ball", motion, DVec3::ZERO, vec![ball]), ring(dvec3(0.0, 0.0, -0.1), 5.0, 1.7))
 }
@@ -94,12 +94,12 @@ fn blade(angle: f64, colors: [u32; 3]) -> Part {
 /// The spin is vertical: spin and fall then commute, and the motion is that of a gyroscopic force with a uniform potential.
 fn projectile() -> (Stage, Rig) {
     let motion =
-        Motion::Ballistic { start: dvec3(-0.525, -0.1, 0.4), velocity: dvec3(0.70, 0.15, 1.05), gravity: 1.4, spin: dvec3(0.0, 0.0, 2.6) };
+        Motion::Ballistic { start: dvec3(-0.45, -0.1, 0.35), velocity: dvec3(0.60, 0.15, 0.90), gravity: 1.2, spin: dvec3(0.0, 0.0, 2.6) };
     let parts = vec![
-        Part::new(Shape::Cuboid(dvec3(0.44, 0.28, 0.24)), DVec3::ZERO, Texture::new([0x1d7874, 0xf4c095, 0xee2e31], 0.55)),
-        Part::new(Shape::Ellipsoid(DVec3::splat(0.2)), dvec3(0.2, 0.0, 0.3), Texture::new([0x5f0f40, 0xfb8b24, 0x9a031e], 0.4)),
+        Part::new(Shape::Cuboid(dvec3(0.50, 0.33, 0.28)), DVec3::ZERO, Texture::new([0x0b6e4f, 0xf4c095, 0x3d348b], 0.6)),
+        Part::new(Shape::Ellipsoid(DVec3::splat(0.22)), dvec3(0.22, 0.0, 0.36), Texture::new([0x9a031e, 0xfb8b24, 0x5f0f40], 0.45)),
     ];
-    (alone("box", motion, DVec3::ZERO, parts), ring(dvec3(0.0, 0.05, 0.0), 5.0, 1.5))
+    (alone("box", motion, DVec3::ZERO, parts), ring(dvec3(0.0, 0.05, 0.0), 5.0, 1.55))
 }
 
 fn pendulum() -> (Stage, Rig) {
@@ -109,7 +109,7 @@ fn pendulum() -> (Stage, Rig) {
         Part::new(Shape::Cuboid(dvec3(0.07, 0.07, 0.45)), dvec3(0.0, 0.0, -0.45), Texture::new([0x0a8754, 0x3bceac, 0x0b3954], 0.5)),
         Part::new(Shape::Ellipsoid(DVec3::splat(0.16)), DVec3::ZERO, Texture::new([0x30343f, 0x8d99ae, 0x5c677d], 0.3)),
     ];
-    (alone("pendulum", motion, dvec3(0.0, 0.0, -1.0), parts), ring(dvec3(0.0, 0.0, 0.2), 4.4, 1.3))
+    (alone("pendulum", motion, dvec3(0.0, 0.0, -1.0), parts), ring(dvec3(0.0, 0.0, 0.15), 4.4, 1.4))
 }
 
 fn spring() -> (Stage, Rig) {
@@ -125,18 +125,18 @@ fn sled() -> (Stage, Rig) {
     let motion = Motion::Drag { start: dvec3(0.07, 0.0, 0.0), velocity: dvec3(1.4, 0.0, 0.0), drag: 0.9 };
     let steel = Texture::new([0x22333b, 0x5e81ac, 0x88a0a8], 0.4);
     let parts = vec![
-        Part::new(Shape::Cuboid(dvec3(0.48, 0.27, 0.07)), dvec3(0.0, 0.0, 0.05), Texture::new([0x7f4f24, 0xd08c60, 0x582f0e], 0.4)),
-        Part::new(Shape::Cuboid(dvec3(0.54, 0.045, 0.06)), dvec3(0.03, 0.2, -0.08), steel),
-        Part::new(Shape::Cuboid(dvec3(0.54, 0.045, 0.06)), dvec3(0.03, -0.2, -0.08), steel),
-        Part::new(Shape::Ellipsoid(dvec3(0.24, 0.22, 0.22)), dvec3(-0.16, 0.0, 0.30), Texture::new([0xc1121f, 0xfdf0d5, 0x780000], 0.4)),
-        Part::new(Shape::Cuboid(dvec3(0.14, 0.18, 0.15)), dvec3(0.26, 0.0, 0.26), Texture::new([0x386641, 0xf2e8cf, 0xa7c957], 0.4)),
+        Part::new(Shape::Cuboid(dvec3(0.58, 0.33, 0.08)), dvec3(0.0, 0.0, 0.05), Texture::new([0x7f4f24, 0xd08c60, 0x582f0e], 0.4)),
+        Part::new(Shape::Cuboid(dvec3(0.66, 0.06, 0.08)), dvec3(0.04, 0.24, -0.11), steel),
+        Part::new(Shape::Cuboid(dvec3(0.66, 0.06, 0.08)), dvec3(0.04, -0.24, -0.11), steel),
+        Part::new(Shape::Ellipsoid(dvec3(0.30, 0.28, 0.28)), dvec3(-0.20, 0.0, 0.37), Texture::new([0xc1121f, 0xfdf0d5, 0x4a0d67], 0.5)),
+        Part::new(Shape::Cuboid(dvec3(0.17, 0.22, 0.19)), dvec3(0.32, 0.0, 0.31), Texture::new([0x386641, 0xd4b483, 0x1d3557], 0.45)),
     ];
     (alone("sled", motion, dvec3(0.0, 0.0, 0.1), parts), ring(dvec3(0.0, 0.0, 0.05), 4.6, 1.55))
 }
 
 fn room() -> (Stage, Rig) {
     let stage = Stage { bodies: vec![crate_on_a_spring(), turntable(), swinging_ball()], fixed: furniture() };
-    (stage, Rig::Arc { target: dvec3(0.0, 0.5, 1.0), y: -2.8, reach: 2.2, heights: [0.7, 2.3], fov: 1.15 })
+    (stage, Rig::Arc { target: dvec3(0.0, 0.5, 1.0), y: -2.9, reach: 2.0, heights: [0.8, 2.3], fov: 1.22 })
 }
 
 fn furniture() -> Vec<Part> {
@@ -152,7 +152,7 @@ fn furniture() -> Vec<Part> {
 
 fn crate_on_a_spring() -> Body {
     let motion =
-        Motion::Harmonic { center: dvec3(1.30, 0.45, 0.47), displacement: dvec3(0.50, 0.0, 0.0), velocity: DVec3::ZERO, frequency: 5.0 };
+        Motion::Harmonic { center: dvec3(1.15, 0.55, 0.47), displacement: dvec3(0.50, 0.0, 0.0), velocity: DVec3::ZERO, frequency: 5.0 };
     let texture = Texture::new([0xc1121f, 0xffba08, 0x6a040f], 0.7);
     Body { name: "crate", motion, parts: vec![Part::new(Shape::Cuboid(DVec3::splat(0.45)), DVec3::ZERO, texture)], center: DVec3::ZERO }
 }
@@ -162,7 +162,7 @@ fn turntable() -> Body {
     let parts = vec![
         Part::new(Shape::Cylinder(0.78, 0.12), dvec3(0.0, 0.0, 0.13), Texture::new([0x023047, 0x8ecae6, 0xffb703], 0.8)),
         Part::new(Shape::Cuboid(dvec3(0.20, 0.30, 0.36)), dvec3(0.38, 0.05, 0.61), Texture::new([0x7b2cbf, 0xff9e00, 0x240046], 0.6)),
-        Part::new(Shape::Ellipsoid(DVec3::splat(0.30)), dvec3(-0.36, -0.05, 0.55), Texture::new([0x006d77, 0xedf6f9, 0x004e64], 0.5)),
+        Part::new(Shape::Ellipsoid(DVec3::splat(0.30)), dvec3(-0.36, -0.05, 0.55), Texture::new([0x006d77, 0xedf6f9, 0x2b2d42], 0.5)),
     ];
     Body { name: "turntable", motion, parts, center: dvec3(0.0, 0.0, 0.45) }
 }
@@ -170,7 +170,7 @@ fn turntable() -> Body {
 fn swinging_ball() -> Body {
     let motion = Motion::Pendulum { pivot: dvec3(0.05, -0.10, 3.2), axis: DVec3::Y, amplitude: 0.62, small_angle_frequency: 4.2 };
     let parts = vec![
-        Part::new(Shape::Ellipsoid(DVec3::splat(0.47)), dvec3(0.0, 0.0, -1.55), Texture::new([0x2d6a4f, 0xf1faee, 0xe63946], 0.6)),
+        Part::new(Shape::Ellipsoid(DVec3::splat(0.47)), dvec3(0.0, 0.0, -1.55), Texture::new([0x14532d, 0xf1faee, 0xd00070], 0.65)),
         Part::new(Shape::Cuboid(dvec3(0.05, 0.05, 0.60)), dvec3(0.0, 0.0, -0.60), Texture::new([0x22223b, 0x4a4e69, 0x22223b], 0.6)),
     ];
     Body { name: "swinging ball", motion, parts, center: dvec3(0.0, 0.0, -1.55) }

@@ -1,7 +1,7 @@
 //! Colours as smooth functions of a position in the body's own axes.
 //!
-//! Two colours alternate in soft blobs, and a third washes over them at twice the wavelength, so that no two places look alike and every
-//! rotation and displacement shows. The wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can
+//! Two colours alternate in soft blobs, and a third, with the same blobs as shade, replaces them in patches of twice the size, so that no
+//! two places look alike and every rotation and displacement shows. The wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can
 //! reproduce at 160 pixels.
 //!
 //! Shading is soft and fixed to the body: a lamp that rides along. With a lamp in the world the colour of a turning surface would change
@@ -41,8 +41,9 @@ impl Texture {
     /// The shaded colour at a point with a unit normal, both in body axes; channels in [0, 1].
     pub(super) fn color(&self, p: DVec3, normal: DVec3) -> DVec3 {
         let mix = 0.5 + 0.5 * self.contrast * (1.6 * self.waves(p, self.wavelength, self.phase)).tanh();
-        let wash = 0.5 + 0.5 * self.waves(p, 2.3 * self.wavelength, 1.7 - self.phase);
-        let base = self.colors[0].lerp(self.colors[1], mix).lerp(self.colors[2], 0.7 * wash.clamp(0.0, 1.0));
+        let wash = 0.5 + 0.5 * (1.6 * self.waves(p, 2.3 * self.wavelength, 1.7 - self.phase)).tanh();
+        let washed = self.colors[2] * (1.0 - 0.45 * mix);
+        let base = self.colors[0].lerp(self.colors[1], mix).lerp(washed, 0.9 * wash);
         let light = 0.80 + 0.20 * normal.dot(LAMP);
         (base * light).clamp(DVec3::ZERO, DVec3::ONE)
     }

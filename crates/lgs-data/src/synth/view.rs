@@ -58,6 +58,7 @@ impl View {
     }
 
     /// Whether a point lies inside the image.
+    #[cfg(test)]
     pub(super) fn sees(&self, point: DVec3) -> bool {
         let p = point - self.eye;
         let (depth, limit) = (p.dot(self.forward), (0.5 * self.fov).tan());
