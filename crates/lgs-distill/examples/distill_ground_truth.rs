@@ -1,0 +1,73 @@
+//! Stage 1 on ground-truth trajectories, without and with noise: the error at three times the window, as a part of the path.
+//!
+//! `cargo run --release -p lgs-distill --example distill_ground_truth`
+
+use lgs_data::synth;
+use lgs_distill::{DistillConfig, Distilled, Trajectories, distill};
+use lgs_dynamics::{RolloutSpec, State, VelocityPolicy, rollout};
+use rand::RngExt;
+
+const PARTICLES: usize = 400;
+/// Samples of the window, and steps of the rollout at the same spacing.
+const WINDOW: usize = 76;
+const STEPS: usize = 225;
+const DT: f64 = 0.01;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    println!("{:<14} {:>6} {:>9} {:>9} {:>8}  law", "scene", "noise", "error", "forecast", "seconds");
+    for scene in ["falling-ball", "fan", "sled", "projectile", "spring", "pendulum"] {
+        let times: Vec<f64> = (0..=STEPS).map(|i| DT * i as f64).collect();
+        let truth = synth::ground_truth(scene, &times, PARTICLES, 0)?;
+        for noise in [0.0, 0.004] {
+            let clock = std::time::Instant::now();
+            let seen = window(&truth.points, noise);
+            let found = distill(&seen, None, &DistillConfig::default(), 1, &mut |_| {})?;
+            let seconds = clock.elapsed().as_secs_f64();
+            let error = 100.0 * relative_error(&found, &truth.points);
+            let forecast = found.report.forecast_error.unwrap_or(f64::NAN);
+            println!("{scene:<14} {noise:>6} {error:>8.3}% {forecast:>9.1e} {seconds:>8.1}  {}", describe(&found));
+        }
+    }
+    Ok(())
+}
+
+/// The samples of the window with independent normal noise.
+fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
+    let mut rng = lgs_core::stream(7, "noise", 0);
+    let mut normal = || {
+        let (u, v): (f32, f32) = (rng.random_range(1e-7..1.0), rng.random_range(0.0..1.0));
+        (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
+    };
+    let times = (0..WINDOW).map(|i| (DT * i as f64) as f32).collect();
+    let positions = points[..WINDOW].iter().map(|row| row.iter().map(|p| p.map(|x| x + noise * normal())).collect()).collect();
+    Trajectories { times, positions }
+}
+
+/// Mean position error at the end of the rollout over the mean path.
+fn relative_error(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
+    let supports = found.supports(20);
+    let mut spec = RolloutSpec::new(DT as f32, STEPS);
+    if found.report.whole_object {
+        spec = spec.aligned(&supports, VelocityPolicy::Rigid);
+    }
+    let states = rollout(&found.system, &State::at_start(found.q0.clone(), found.v0.clone()), &spec);
+    let distance = |a: &[[f32; 3]], b: &[[f32; 3]]| -> f64 {
+        a.iter().zip(b).map(|(&p, &q)| f64::from(lgs_core::linear::norm(lgs_core::linear::sub(p, q)))).sum()
+    };
+    let path: f64 = truth.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum();
+    distance(&states[STEPS].q, &truth[STEPS]) / path
+}
+
+/// The terms found.
+fn describe(found: &Distilled) -> String {
+    let report = &found.report;
+    let Some(terms) = report.terms else { return "networks".into() };
+    let mut words = vec![format!("{:?}", report.paths)];
+    words.extend(terms.gravity.then(|| "field".into()));
+    words.push(format!("stiffness {:?}", terms.stiffness));
+    words.extend(terms.damping.then(|| "damping".into()));
+    words.extend(terms.gyration.then(|| "gyration".into()));
+    words.extend(report.whole_object.then(|| "whole object".into()));
+    words.extend(report.networks.then(|| "networks".into()));
+    words.join(", ")
+}

@@ -1,0 +1,333 @@
+//! Stage 1 for one object: from its trajectories to U, Q and the initial state.
+//!
+//! Particles that share a motion are denoised together; a linear law is chosen by forecasts and fitted by rollouts; networks learn what
+//! it leaves if that is worth it (or everything, in the paper's configuration), and stay only if they forecast better.
+
+use crate::anchors::{choose_anchors, steadiest_point};
+use crate::config::{DistillConfig, SharedMotionKind};
+use crate::dense::{V3, norm2};
+use crate::law::Law;
+use crate::law_select::{ChosenLaw, choose_law};
+use crate::law_system::{normalisation, system_of_law};
+use crate::network_fit::{Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of};
+use crate::report::{DistillReport, PathKind};
+use crate::shared_motion::{PoseKind, SharedMotion};
+use crate::targets::Paths;
+use crate::{DistillError, Trajectories};
+use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig};
+
+/// Particles that errors and scales are measured on.
+const JUDGES: usize = 200;
+/// Networks have to forecast better than the law alone by this factor.
+const WORTH_IT: f64 = 0.8;
+/// An affine motion is preferred to a rigid one only if the rigid residual is this many times larger …
+const RIGID_SLACK: f64 = 1.5;
+/// … and exceeds it by this part of the displacement.
+const RIGID_TOLERANCE: f64 = 0.02;
+
+/// How far stage 1 of an object is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistillProgress {
+    /// What is being done.
+    pub stage: DistillStage,
+    /// Steps done of it.
+    pub step: usize,
+    /// Steps in all.
+    pub steps: usize,
+    /// Loss of the step, if it has one.
+    pub loss: Option<f32>,
+}
+
+/// Parts of stage 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DistillStage {
+    /// Shared motion and linear law.
+    Law,
+    /// Acceleration matching of networks.
+    Matching,
+    /// Rollout distillation.
+    Rollout,
+}
+
+/// A system with the state it starts from.
+#[derive(Clone, Debug)]
+pub struct Distilled {
+    /// U and Q.
+    pub system: System,
+    /// Positions at the first sample, world units.
+    pub q0: Vec<[f32; 3]>,
+    /// Velocities that Eq. 5 starts from, world units per unit of time.
+    pub v0: Vec<[f32; 3]>,
+    /// Particles that hold the object together as the common support of all, if its law needs that.
+    pub anchors: Option<Vec<u32>>,
+    /// What was found.
+    pub report: DistillReport,
+}
+
+impl Distilled {
+    /// Supports for Eq. 6: the anchors for every particle where the law was fitted to a rigid body, else `k` nearest neighbours.
+    ///
+    /// Anchored supports belong with [`lgs_dynamics::VelocityPolicy::Rigid`].
+    #[must_use]
+    pub fn supports(&self, k: usize) -> Supports {
+        match &self.anchors {
+            Some(anchors) => anchored_supports(anchors, self.q0.len()),
+            None => Supports::nearest(&self.q0, k),
+        }
+    }
+}
+
+/// Supports with the same members for all `particles`, which makes Eq. 6 a rigid motion of the whole object.
+#[must_use]
+pub fn anchored_supports(anchors: &[u32], particles: usize) -> Supports {
+    let rows = anchors.repeat(particles);
+    // Indices come from the same object; an empty row is the only way to fail and falls back to single-point supports.
+    Supports::from_rows(rows, anchors.len()).unwrap_or_else(|_| Supports::nearest(&vec![[0.0; 3]; particles], 1))
+}
+
+/// Finds the system behind an object's trajectories. `weights` say how much each particle counts (opacity, size).
+///
+/// # Errors
+/// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
+pub fn distill(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    config: &DistillConfig,
+    seed: u64,
+    progress: &mut dyn FnMut(DistillProgress),
+) -> Result<Distilled, DistillError> {
+    config.validate()?;
+    trajectories.validate()?;
+    if trajectories.is_empty() {
+        return Err(DistillError::Empty);
+    }
+    if let Some(found) = weights.map(<[f32]>::len).filter(|&len| len != trajectories.len()) {
+        return Err(DistillError::Length { field: "weights", expected: trajectories.len(), found });
+    }
+    progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
+    let seen = Seen::new(trajectories, weights, config);
+    let law = seen.choose_law(config);
+    progress(DistillProgress { stage: DistillStage::Law, step: 1, steps: 1, loss: None });
+    let mut distilled = match &law {
+        Some(chosen) => seen.of_law(chosen, config, seed),
+        None => seen.plain(config, seed),
+    };
+    let unexplained = distilled.report.forecast_error.is_none_or(|e| e > f64::from(config.remainder_threshold) * seen.displacement);
+    if unexplained && !distilled.report.whole_object {
+        seen.train_networks(&mut distilled, config, seed, progress);
+    }
+    let finite = |rows: &[[f32; 3]]| rows.as_flattened().iter().all(|v| v.is_finite());
+    if !(finite(&distilled.q0) && finite(&distilled.v0) && distilled.system.params.iter().all(|p| p.is_finite())) {
+        return Err(DistillError::Diverged { stage: "distillation" });
+    }
+    distilled.report.force_ratio = seen.force_ratio(&distilled.system);
+    Ok(distilled)
+}
+
+/// An object's denoised motion.
+struct Seen {
+    motion: Option<SharedMotion>,
+    paths: Paths,
+    degree: usize,
+    anchors: Vec<usize>,
+    judges: Vec<usize>,
+    normalisation: Normalisation,
+    noise: f64,
+    displacement: f64,
+}
+
+impl Seen {
+    fn new(trajectories: &Trajectories, weights: Option<&[f32]>, config: &DistillConfig) -> Self {
+        let noise = trajectories.independent_noise();
+        let displacement = trajectories.rms_displacement();
+        let motion = shared_motion(trajectories, weights, config, noise, displacement);
+        let (paths, degree, anchors) = match &motion {
+            Some(motion) => {
+                let (smooth, degree) = motion.smooth(config.degrees());
+                let center = steadiest_point(motion, &smooth);
+                let anchors = choose_anchors(motion, center, config.anchors);
+                (Paths::shared(motion, &smooth, f64::from(trajectories.dt())), degree, anchors)
+            }
+            None => {
+                let (paths, degree) = Paths::independent(trajectories, config.degrees(), JUDGES);
+                (paths, degree, Vec::new())
+            }
+        };
+        let judges = paths.spread(JUDGES);
+        let duration = f64::from(trajectories.dt()) * trajectories.times.len() as f64;
+        let normalisation = scales(&paths, &judges, duration);
+        Self { motion, paths, degree, anchors, judges, normalisation, noise, displacement }
+    }
+
+    fn system_config(&self, config: &DistillConfig) -> SystemConfig {
+        SystemConfig {
+            potential: config.potential,
+            force: config.force,
+            hidden: config.hidden,
+            hidden_layers: config.hidden_layers,
+            normalisation: self.normalisation,
+        }
+    }
+
+    /// The linear law, where the configuration's U can hold one and the particles share a motion.
+    fn choose_law(&self, config: &DistillConfig) -> Option<ChosenLaw> {
+        let motion = self.motion.as_ref().filter(|_| config.potential == PotentialKind::QuadraticMlp)?;
+        let center = crate::dense::wide(self.normalisation.center);
+        choose_law(motion, center, &self.anchors, config.force == ForceKind::Structured, config)
+    }
+
+    /// The law as a system.
+    fn of_law(&self, chosen: &ChosenLaw, config: &DistillConfig, seed: u64) -> Distilled {
+        let whole_object = chosen.candidate.whole_object;
+        let (q0, v0) = match &self.motion {
+            Some(motion) => chosen.fitted.initial_states(motion, f64::from(self.paths.dt())),
+            None => (Vec::new(), Vec::new()),
+        };
+        let report = DistillReport {
+            terms: Some(chosen.candidate.terms),
+            law: Some(chosen.fitted.law),
+            whole_object,
+            forecast_error: Some(chosen.forecast),
+            window_error: chosen.fitted.error,
+            ..self.report()
+        };
+        let anchors = whole_object.then(|| self.anchors.iter().map(|&i| i as u32).collect());
+        Distilled { system: system_of_law(self.system_config(config), &chosen.fitted.law, seed), q0, v0, anchors, report }
+    }
+
+    /// An untrained system that starts on the paths.
+    fn plain(&self, config: &DistillConfig, seed: u64) -> Distilled {
+        let config = self.system_config(config);
+        let law = Law::free(crate::dense::wide(self.normalisation.center));
+        let system = if config.potential == PotentialKind::Mlp { System::init(config, seed) } else { system_of_law(config, &law, seed) };
+        let (q0, v0) = self.start(&system, &VelocityField::NONE);
+        Distilled { system, q0, v0, anchors: None, report: self.report() }
+    }
+
+    fn start(&self, system: &System, field: &VelocityField) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        let all: Vec<usize> = (0..self.paths.len()).collect();
+        let state = start_of(system, field, &self.paths, &all);
+        (state.q, state.v)
+    }
+
+    /// Trains networks on the first part of the window; if they forecast the rest better than what is there, trains them on all of it.
+    fn train_networks(&self, distilled: &mut Distilled, config: &DistillConfig, seed: u64, progress: &mut dyn FnMut(DistillProgress)) {
+        let samples = self.paths.samples();
+        let known = samples - ((samples as f32 * config.held_out) as usize).clamp(1, samples / 2);
+        let particles = self.paths.spread(config.matching.particles);
+        let judge = |system: &System, field: &VelocityField| rollout_error(system, field, &self.paths, &self.judges, known..samples);
+        if let Some(forecast) = distilled.report.forecast_error {
+            let (system, field) = self.trained(&distilled.system, &particles, known, config, seed, progress);
+            let error = judge(&system, &field);
+            if error > WORTH_IT * forecast {
+                return;
+            }
+            distilled.report.forecast_error = Some(error);
+        }
+        let (system, field) = self.trained(&distilled.system, &particles, samples, config, seed, progress);
+        (distilled.q0, distilled.v0) = self.start(&system, &field);
+        distilled.report.window_error = rollout_error(&system, &field, &self.paths, &self.judges, 0..samples);
+        distilled.report.networks = true;
+        distilled.system = system;
+    }
+
+    /// Matching and rollouts on the first `samples` samples.
+    fn trained(
+        &self,
+        system: &System,
+        particles: &[usize],
+        samples: usize,
+        config: &DistillConfig,
+        seed: u64,
+        progress: &mut dyn FnMut(DistillProgress),
+    ) -> (System, VelocityField) {
+        let paths = self.paths.part(particles, samples);
+        let (mut system, mut field) = (system.clone(), VelocityField::NONE);
+        let mut tell = |stage, steps| {
+            move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) }
+        };
+        let matching = tell(DistillStage::Matching, config.matching.steps);
+        match_accelerations(&mut system, &paths, &config.matching, seed, &mut |tick| progress(matching(tick)));
+        let refining = tell(DistillStage::Rollout, config.rollout.steps);
+        let (before, unrefined) = (rollout_error(&system, &field, &paths, &spread(&paths), 0..samples), system.clone());
+        refine_by_rollouts(&mut system, &mut field, &paths, &config.rollout, seed, &mut |tick| progress(refining(tick)));
+        if rollout_error(&system, &field, &paths, &spread(&paths), 0..samples) > before {
+            return (unrefined, VelocityField::NONE);
+        }
+        (system, field)
+    }
+
+    /// The part of the report that precedes any fit.
+    fn report(&self) -> DistillReport {
+        let paths = match self.motion.as_ref().map(|motion| motion.kind) {
+            Some(PoseKind::Rigid) => PathKind::Rigid,
+            Some(PoseKind::Affine) => PathKind::Affine,
+            None => PathKind::Independent,
+        };
+        DistillReport {
+            particles: self.paths.len(),
+            paths,
+            independent_noise: self.noise,
+            shared_residual: self.motion.as_ref().map_or(0.0, |motion| motion.residual),
+            displacement: self.displacement,
+            degree: self.degree,
+            terms: None,
+            law: None,
+            whole_object: false,
+            forecast_error: None,
+            window_error: 0.0,
+            networks: false,
+            force_ratio: 0.0,
+        }
+    }
+
+    /// `‖Q‖/‖∇U‖` at visited states.
+    fn force_ratio(&self, system: &System) -> f64 {
+        let states = || self.judges.iter().flat_map(|&j| (0..self.paths.samples()).step_by(5).map(move |s| (j, s)));
+        let q: Vec<_> = states().map(|(j, s)| crate::dense::narrow(self.paths.position(j, s))).collect();
+        let v: Vec<_> = states().map(|(j, s)| crate::dense::narrow(self.paths.velocity(j, s))).collect();
+        let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| norm2(crate::dense::wide(r))).sum::<f64>().sqrt();
+        let (force, gradient) = (size(&system.forces(&q, &v)), size(&system.potential_gradients(&q)));
+        if gradient > 0.0 { force / gradient } else { force }
+    }
+}
+
+/// Judges of a part of the paths.
+fn spread(paths: &Paths) -> Vec<usize> {
+    paths.spread(JUDGES)
+}
+
+/// The motion that the particles share, if they do.
+fn shared_motion(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    config: &DistillConfig,
+    noise: f64,
+    displacement: f64,
+) -> Option<SharedMotion> {
+    let fit = |kind| SharedMotion::fit(trajectories, weights, kind);
+    match config.shared_motion {
+        SharedMotionKind::None => None,
+        SharedMotionKind::Rigid => Some(fit(PoseKind::Rigid)),
+        SharedMotionKind::Affine => Some(fit(PoseKind::Affine)),
+        SharedMotionKind::Auto => {
+            let (rigid, affine) = (fit(PoseKind::Rigid), fit(PoseKind::Affine));
+            let rigid_enough = rigid.residual <= RIGID_SLACK * affine.residual || rigid.residual <= affine.residual + RIGID_TOLERANCE * displacement;
+            let better = if rigid_enough { rigid } else { affine };
+            (better.residual <= 1.5 * noise + f64::from(config.shared_residual) * displacement).then_some(better)
+        }
+    }
+}
+
+/// Scales of the motion.
+fn scales(paths: &Paths, judges: &[usize], duration: f64) -> Normalisation {
+    let (mut q, mut v, mut a): (Vec<V3>, Vec<V3>, Vec<V3>) = (Vec::new(), Vec::new(), Vec::new());
+    for &j in judges {
+        for s in 0..paths.samples() {
+            q.push(paths.position(j, s));
+            v.push(paths.velocity(j, s));
+            a.push(paths.acceleration(j, s));
+        }
+    }
+    normalisation(&q, &v, &a, duration)
+}

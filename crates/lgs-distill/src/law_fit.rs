@@ -1,0 +1,420 @@
+//! Fitting a linear law and the initial state of a shared motion to its poses, by rollouts.
+//!
+//! Start: ridge least squares of the second differences of the smooth poses (Eq. 5 is `q⁺ − 2q + q⁻ = dt² a(q, (q − q⁻)/dt)`, so second
+//! and backward differences are exactly consistent with it). Then Levenberg–Marquardt on positions (Eq. 7 restricted to a dozen
+//! unknowns): the state is a pose and a velocity field, the particles are the six sigma points, so that a rollout costs microseconds and
+//! Jacobians by finite differences are affordable.
+
+use crate::chebyshev::Order;
+use crate::dense::{M3, V3, add, cross, mat_mul, norm2, rotation_of_vector, scale, solve_positive, sub};
+use crate::law::{Law, Stiffness, Terms, active_columns, full_design};
+use crate::rigid_body::{Anchoring, Body};
+use crate::shared_motion::{Pose, PoseKind, SharedMotion, SmoothPose, angular_velocity};
+
+/// Iterations of Levenberg–Marquardt; it stops by itself long before.
+const ITERATIONS: usize = 40;
+/// Relative improvement at which it stops.
+const CONVERGED: f64 = 1e-9;
+/// Ridge of the first least squares, as a part of a column's square.
+const RIDGE: f64 = 1e-4;
+
+/// Pose and velocity field of a shared motion at its first sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Start {
+    /// Positions from shape.
+    pub(crate) pose: Pose,
+    /// Derivative of the pose by time.
+    pub(crate) rate: Pose,
+}
+
+impl Start {
+    /// Position of a shape point and the velocity Eq. 5 starts from.
+    #[inline]
+    pub(crate) fn state(&self, law: &Law, shape: V3, dt: f64) -> (V3, V3) {
+        let q = self.pose.apply(shape);
+        (q, law.starting_velocity(q, self.rate.apply(shape), dt))
+    }
+}
+
+/// A law's form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Candidate {
+    /// Its terms.
+    pub(crate) terms: Terms,
+    /// Whether the object is held rigid by one support (Eq. 6), or its particles move independently.
+    pub(crate) whole_object: bool,
+}
+
+/// A law with its initial state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FittedLaw {
+    /// What holds the object together, if anything.
+    pub(crate) anchoring: Option<Anchoring>,
+    /// The law.
+    pub(crate) law: Law,
+    /// The state at the first sample of the fitted window.
+    pub(crate) start: Start,
+    /// Root mean square position error per particle over the fitted window.
+    pub(crate) error: f64,
+}
+
+/// The problem of one window.
+pub(crate) struct LawFit<'a> {
+    motion: &'a SharedMotion,
+    points: Vec<V3>,
+    dt: f64,
+    center: V3,
+    /// The smooth poses' start.
+    base: Start,
+    anchoring: Anchoring,
+    /// Normal equations of the full linear law at particles.
+    particles: NormalEquations,
+    /// The same at the anchors' centroid.
+    centroid: NormalEquations,
+}
+
+/// Normal equations of the full linear law.
+#[derive(Clone, Copy, Debug)]
+struct NormalEquations {
+    gram: [[f64; 13]; 13],
+    rhs: [f64; 13],
+}
+
+impl NormalEquations {
+    const EMPTY: Self = Self { gram: [[0.0; 13]; 13], rhs: [0.0; 13] };
+
+    /// Adds the equation of an acceleration at a state.
+    fn add(&mut self, q: V3, v: V3, acceleration: V3) {
+        for (row, a) in full_design(q, v).iter().zip(acceleration) {
+            for i in 0..13 {
+                self.rhs[i] += row[i] * a;
+                for j in 0..13 {
+                    self.gram[i][j] += row[i] * row[j];
+                }
+            }
+        }
+    }
+}
+
+impl<'a> LawFit<'a> {
+    /// Prepares the fits of a window.
+    pub(crate) fn new(motion: &'a SharedMotion, smooth: &SmoothPose, center: V3, anchoring: Anchoring) -> Self {
+        let dt = (motion.times[motion.times.len() - 1] - motion.times[0]) / (motion.times.len() - 1) as f64;
+        let t0 = motion.times[0];
+        let mut rate = smooth.at(t0, Order::First);
+        let pose = match motion.kind {
+            PoseKind::Affine => smooth.at(t0, Order::Value),
+            PoseKind::Rigid => {
+                let mut pose = smooth.at(t0, Order::Value);
+                pose.linear = crate::dense::nearest_rotation(&pose.linear);
+                let spin = angular_velocity(&pose.linear, &rate.linear);
+                rate.linear = spun(spin, &pose.linear);
+                pose
+            }
+        };
+        let mut fit = Self {
+            motion,
+            points: motion.sigma_points(),
+            dt,
+            center,
+            base: Start { pose, rate },
+            anchoring,
+            particles: NormalEquations::EMPTY,
+            centroid: NormalEquations::EMPTY,
+        };
+        fit.accumulate(smooth);
+        fit
+    }
+
+    /// Adds every sample's second difference to the normal equations.
+    fn accumulate(&mut self, smooth: &SmoothPose) {
+        let dt = self.dt;
+        for &t in &self.motion.times {
+            let [before, now, after] = [t - dt, t, t + dt].map(|t| smooth.at(t, Order::Value));
+            let center = self.center;
+            let equation = |b: V3| {
+                let (x0, x1, x2) = (before.apply(b), now.apply(b), after.apply(b));
+                let acceleration = scale(sub(add(x0, x2), scale(x1, 2.0)), 1.0 / (dt * dt));
+                (sub(x1, center), scale(sub(x1, x0), 1.0 / dt), acceleration)
+            };
+            for &b in &self.points {
+                let (q, v, a) = equation(b);
+                self.particles.add(q, v, a);
+            }
+            let (q, v, a) = equation(self.anchoring.centroid);
+            self.centroid.add(q, v, a);
+        }
+    }
+
+    /// The law of a candidate's terms that matches accelerations best, as a start for the rollouts.
+    fn match_accelerations(&self, candidate: &Candidate) -> Law {
+        let terms = &candidate.terms;
+        let equations = if candidate.whole_object { &self.centroid } else { &self.particles };
+        let columns = active_columns(terms);
+        let n = columns.len();
+        let pairs = |a: &[usize], b: &[usize]| a.iter().flat_map(|&i| b.iter().map(move |&j| equations.gram[i][j])).sum::<f64>();
+        let mut gram = vec![0.0; n * n];
+        let mut rhs: Vec<f64> = columns.iter().map(|group| group.iter().map(|&c| equations.rhs[c]).sum()).collect();
+        for (i, a) in columns.iter().enumerate() {
+            for (j, b) in columns.iter().enumerate() {
+                gram[i * n + j] = pairs(a, b);
+            }
+        }
+        // Stiffness along directions that are hardly visited is noise: all of them share the ridge of the largest.
+        let largest = (3..9).map(|c| equations.gram[c][c]).fold(0.0, f64::max);
+        for (i, group) in columns.iter().enumerate() {
+            let visited = if (3..9).contains(&group[0]) { largest } else { gram[i * n + i] };
+            gram[i * n + i] += RIDGE * visited + 1e-12;
+        }
+        let mut all = [0.0; 13];
+        if solve_positive(&mut gram, &mut rhs, n, 1) {
+            columns.iter().zip(&rhs).for_each(|(group, &v)| group.iter().for_each(|&c| all[c] = v));
+        }
+        all[9] = all[9].max(0.0);
+        let full = Terms { gravity: true, stiffness: Stiffness::Full, damping: true, gyration: true };
+        let law = Law::with_unknowns(self.center, &full, &all);
+        Law::with_unknowns(self.center, terms, &law.unknowns(terms))
+    }
+
+    /// Levenberg–Marquardt from the matched accelerations. `None` if nothing finite comes of it or the damping is negative.
+    pub(crate) fn fit(&self, candidate: &Candidate) -> Option<FittedLaw> {
+        let mut unknowns = self.match_accelerations(candidate).unknowns(&candidate.terms);
+        unknowns.resize(unknowns.len() + self.start_unknowns(), 0.0);
+        let mut residual = self.residual(candidate, &unknowns);
+        let mut cost = sum_of_squares(&residual);
+        let mut lambda = 1e-4;
+        for _ in 0..ITERATIONS {
+            let jacobian = self.jacobian(candidate, &unknowns, &residual);
+            let mut improved = false;
+            for _ in 0..8 {
+                let Some(step) = damped_step(&jacobian, &residual, lambda) else {
+                    lambda *= 10.0;
+                    continue;
+                };
+                let trial: Vec<f64> = unknowns.iter().zip(&step).map(|(p, s)| p - s).collect();
+                let trial_residual = self.residual(candidate, &trial);
+                let trial_cost = sum_of_squares(&trial_residual);
+                if trial_cost < cost {
+                    improved = cost - trial_cost > CONVERGED * cost;
+                    (unknowns, residual, cost) = (trial, trial_residual, trial_cost);
+                    lambda = (0.1 * lambda).max(1e-12);
+                    break;
+                }
+                lambda *= 10.0;
+            }
+            if !improved {
+                break;
+            }
+        }
+        let (law, start) = self.decode(candidate, &unknowns);
+        let error = (cost / (self.points.len() * self.motion.poses.len()) as f64).sqrt();
+        (error.is_finite() && law.damping >= 0.0).then_some(FittedLaw {
+            anchoring: candidate.whole_object.then_some(self.anchoring),
+            law,
+            start,
+            error,
+        })
+    }
+
+    /// Unknowns of the initial state.
+    fn start_unknowns(&self) -> usize {
+        match self.motion.kind {
+            PoseKind::Rigid => 12,
+            PoseKind::Affine => 24,
+        }
+    }
+
+    /// Law and initial state of the unknowns.
+    fn decode(&self, candidate: &Candidate, unknowns: &[f64]) -> (Law, Start) {
+        let (p, s) = unknowns.split_at(candidate.terms.unknowns());
+        let law = Law::with_unknowns(self.center, &candidate.terms, p);
+        let three = |i: usize| [s[i], s[i + 1], s[i + 2]];
+        let mut start = self.base;
+        start.pose.shift = add(start.pose.shift, three(0));
+        start.rate.shift = add(start.rate.shift, three(3));
+        match self.motion.kind {
+            PoseKind::Rigid => {
+                start.pose.linear = mat_mul(&rotation_of_vector(three(6)), &start.pose.linear);
+                let spin = angular_velocity(&self.base.pose.linear, &self.base.rate.linear);
+                start.rate.linear = spun(add(spin, three(9)), &start.pose.linear);
+            }
+            PoseKind::Affine => {
+                for i in 0..9 {
+                    start.pose.linear[i / 3][i % 3] += s[6 + i];
+                    start.rate.linear[i / 3][i % 3] += s[15 + i];
+                }
+            }
+        }
+        (law, start)
+    }
+
+    /// Position errors of the rollout, every sigma point at every sample.
+    fn residual(&self, candidate: &Candidate, unknowns: &[f64]) -> Vec<f64> {
+        let (law, start) = self.decode(candidate, unknowns);
+        let mut out = Vec::with_capacity(self.points.len() * self.motion.poses.len() * 3);
+        if candidate.whole_object {
+            let mut body = start.body(&law, &self.anchoring, self.dt);
+            for (i, pose) in self.motion.poses.iter().enumerate() {
+                if i > 0 {
+                    body.step(&law, &self.anchoring, self.dt);
+                }
+                out.extend(self.points.iter().flat_map(|&b| sub(body.position(b, &self.anchoring), pose.apply(b))));
+            }
+            return out;
+        }
+        for &b in &self.points {
+            let (mut q, mut v) = start.state(&law, b, self.dt);
+            for (i, pose) in self.motion.poses.iter().enumerate() {
+                if i > 0 {
+                    law.step(&mut q, &mut v, self.dt);
+                }
+                out.extend(sub(q, pose.apply(b)));
+            }
+        }
+        out
+    }
+
+    /// Forward differences of the residual, one row per unknown.
+    fn jacobian(&self, candidate: &Candidate, unknowns: &[f64], residual: &[f64]) -> Vec<Vec<f64>> {
+        let mut shifted = unknowns.to_vec();
+        (0..unknowns.len())
+            .map(|i| {
+                let step = 1e-6 * unknowns[i].abs().max(1e-2);
+                shifted[i] = unknowns[i] + step;
+                let moved = self.residual(candidate, &shifted);
+                shifted[i] = unknowns[i];
+                moved.iter().zip(residual).map(|(a, b)| (a - b) / step).collect()
+            })
+            .collect()
+    }
+}
+
+/// The Marquardt step: `(JJᵀ + λ diag) step = J r` for a Jacobian stored by unknown.
+fn damped_step(jacobian: &[Vec<f64>], residual: &[f64], lambda: f64) -> Option<Vec<f64>> {
+    let n = jacobian.len();
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let mut gram = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            gram[i * n + j] = product(&jacobian[i], &jacobian[j]);
+        }
+    }
+    let largest = (0..n).map(|i| gram[i * n + i]).fold(0.0, f64::max);
+    for i in 0..n {
+        gram[i * n + i] += lambda * gram[i * n + i] + 1e-15 * largest + 1e-300;
+    }
+    let mut step: Vec<f64> = jacobian.iter().map(|row| product(row, residual)).collect();
+    let solved = solve_positive(&mut gram, &mut step, n, 1);
+    (solved && step.iter().all(|s| s.is_finite())).then_some(step)
+}
+
+/// Sum of squares, infinite if anything is not finite.
+fn sum_of_squares(values: &[f64]) -> f64 {
+    let sum: f64 = values.iter().map(|v| v * v).sum();
+    if sum.is_finite() { sum } else { f64::INFINITY }
+}
+
+/// The derivative of a rotation that turns at `spin`.
+fn spun(spin: V3, linear: &M3) -> M3 {
+    let columns: [V3; 3] = std::array::from_fn(|j| cross(spin, [linear[0][j], linear[1][j], linear[2][j]]));
+    std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))
+}
+
+impl Start {
+    /// The rigid body that starts here.
+    fn body(&self, law: &Law, anchoring: &Anchoring, dt: f64) -> Body {
+        let (center, velocity) = self.state(law, anchoring.centroid, dt);
+        Body { rotation: self.pose.linear, center, velocity, spin: angular_velocity(&self.pose.linear, &self.rate.linear) }
+    }
+}
+
+impl FittedLaw {
+    /// Root mean square position error at samples outside of the fitted window; `steps` holds pairs of the step from the window's first
+    /// sample and the index of the sample in `motion`, walked through in order.
+    pub(crate) fn error_at(&self, motion: &SharedMotion, points: &[V3], dt: f64, steps: &[(i64, usize)]) -> f64 {
+        let mut sum = 0.0;
+        match &self.anchoring {
+            Some(anchoring) => {
+                let mut body = self.start.body(&self.law, anchoring, dt);
+                let mut at = 0;
+                for &(step, sample) in steps {
+                    while at < step {
+                        body.step(&self.law, anchoring, dt);
+                        at += 1;
+                    }
+                    while at > step {
+                        body.step_back(&self.law, anchoring, dt);
+                        at -= 1;
+                    }
+                    let pose = &motion.poses[sample];
+                    sum += points.iter().map(|&b| norm2(sub(body.position(b, anchoring), pose.apply(b)))).sum::<f64>();
+                }
+            }
+            None => sum = self.independent_error(motion, points, dt, steps),
+        }
+        let mean = sum / (points.len() * steps.len()).max(1) as f64;
+        if mean.is_finite() { mean.sqrt() } else { f64::INFINITY }
+    }
+
+    /// Sum of squares for independent particles.
+    fn independent_error(&self, motion: &SharedMotion, points: &[V3], dt: f64, steps: &[(i64, usize)]) -> f64 {
+        let Some(inverse) = self.law.velocity_operator(dt) else { return f64::INFINITY };
+        let mut sum = 0.0;
+        for &b in points {
+            let (mut q, mut v) = self.start.state(&self.law, b, dt);
+            let mut at = 0;
+            for &(step, sample) in steps {
+                while at < step {
+                    self.law.step(&mut q, &mut v, dt);
+                    at += 1;
+                }
+                while at > step {
+                    self.law.step_back(&mut q, &mut v, dt, &inverse);
+                    at -= 1;
+                }
+                sum += norm2(sub(q, motion.poses[sample].apply(b)));
+            }
+        }
+        sum
+    }
+
+    /// Positions and starting velocities of all particles of a motion.
+    pub(crate) fn initial_states(&self, motion: &SharedMotion, dt: f64) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        let narrow = |(q, v)| (crate::dense::narrow(q), crate::dense::narrow(v));
+        match &self.anchoring {
+            Some(anchoring) => {
+                let body = self.start.body(&self.law, anchoring, dt);
+                motion.shape.iter().map(|&b| narrow((body.position(b, anchoring), body.velocity_at(b, anchoring)))).unzip()
+            }
+            None => motion.shape.iter().map(|&b| narrow(self.start.state(&self.law, b, dt))).unzip(),
+        }
+    }
+
+    /// Positions of shape points after each of `steps` steps, the start first: `[steps + 1][points]`.
+    pub(crate) fn rollout(&self, shape: &[V3], dt: f64, steps: usize) -> Vec<Vec<V3>> {
+        match &self.anchoring {
+            Some(anchoring) => {
+                let mut body = self.start.body(&self.law, anchoring, dt);
+                (0..=steps)
+                    .map(|step| {
+                        if step > 0 {
+                            body.step(&self.law, anchoring, dt);
+                        }
+                        shape.iter().map(|&b| body.position(b, anchoring)).collect()
+                    })
+                    .collect()
+            }
+            None => {
+                let mut states: Vec<(V3, V3)> = shape.iter().map(|&b| self.start.state(&self.law, b, dt)).collect();
+                (0..=steps)
+                    .map(|step| {
+                        if step > 0 {
+                            states.iter_mut().for_each(|(q, v)| self.law.step(q, v, dt));
+                        }
+                        states.iter().map(|(q, _)| *q).collect()
+                    })
+                    .collect()
+            }
+        }
+    }
+}

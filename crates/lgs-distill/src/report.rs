@@ -1,0 +1,48 @@
+//! What stage 1 found out about an object.
+
+use crate::law::{Law, Terms};
+use serde::{Deserialize, Serialize};
+
+/// Where the paths that were fitted come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathKind {
+    /// One rotation and shift for all particles.
+    Rigid,
+    /// One linear map and shift for all particles.
+    Affine,
+    /// Every particle by itself.
+    Independent,
+}
+
+/// Figures of one object's stage 1. Lengths are world units, root mean squares over particles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DistillReport {
+    /// Particles.
+    pub particles: usize,
+    /// Where the paths come from.
+    pub paths: PathKind,
+    /// Standard deviation per coordinate of the noise that is independent from sample to sample.
+    pub independent_noise: f64,
+    /// Residual per coordinate of the trajectories around the paths (0 for independent ones).
+    pub shared_residual: f64,
+    /// Root mean square displacement from the first sample.
+    pub displacement: f64,
+    /// Degree of the polynomials in time.
+    pub degree: usize,
+    /// Terms of the linear law, if there is one.
+    pub terms: Option<Terms>,
+    /// Its constants.
+    pub law: Option<Law>,
+    /// Whether the object has to be held rigid as a whole (see [`crate::Distilled::supports`]).
+    pub whole_object: bool,
+    /// Position error at held-out samples of a fit without them, if it was measured.
+    pub forecast_error: Option<f64>,
+    /// Position error inside of the window.
+    pub window_error: f64,
+    /// Whether networks learned what the linear law leaves.
+    pub networks: bool,
+    /// `‖Q‖/‖∇U‖` at the visited states (Q alone if there is no potential).
+    pub force_ratio: f64,
+}

@@ -1,0 +1,53 @@
+//! Stage 1 for a whole scene: partition, then every object by itself.
+
+use crate::config::{DistillConfig, PartitionConfig};
+use crate::distill::{DistillProgress, Distilled, distill};
+use crate::partition::{Partition, partition};
+use crate::{DistillError, Trajectories};
+use serde::{Deserialize, Serialize};
+
+/// Stage 1 of a scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneConfig {
+    /// Static/moving split and objects.
+    pub partition: PartitionConfig,
+    /// Every object's fit.
+    pub object: DistillConfig,
+}
+
+/// What came of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneDistillation {
+    /// Labels of all particles.
+    pub partition: Partition,
+    /// Every object's particles (indices into the scene's) and system.
+    pub objects: Vec<(Vec<usize>, Distilled)>,
+}
+
+/// Partitions a scene and distils each of its objects; `progress` also gets the object and the number of objects.
+///
+/// # Errors
+/// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
+pub fn distill_scene(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    config: &SceneConfig,
+    seed: u64,
+    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+) -> Result<SceneDistillation, DistillError> {
+    if let Some(found) = weights.map(<[f32]>::len).filter(|&len| len != trajectories.len()) {
+        return Err(DistillError::Length { field: "weights", expected: trajectories.len(), found });
+    }
+    let partition = partition(trajectories, &config.partition)?;
+    let mut objects = Vec::with_capacity(partition.objects);
+    for object in 0..partition.objects {
+        let members = partition.members(object);
+        let own_weights: Option<Vec<f32>> = weights.map(|w| members.iter().map(|&i| w[i]).collect());
+        let own_seed = seed.wrapping_add(object as u64);
+        let mut tell = |p| progress(object, partition.objects, p);
+        let distilled = distill(&trajectories.select(&members), own_weights.as_deref(), &config.object, own_seed, &mut tell)?;
+        objects.push((members, distilled));
+    }
+    Ok(SceneDistillation { partition, objects })
+}
