@@ -16,7 +16,7 @@ use crate::tiles::{TILE, half_height};
 use pulp::{Simd, WithSimd};
 
 /// Pixels of a tile.
-pub(crate) const PIXELS: usize = TILE * TILE;
+const PIXELS: usize = TILE * TILE;
 
 /// Offsets of the pixel centres of a row.
 const CENTRES: Lanes = Lanes([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5]);
@@ -32,6 +32,11 @@ pub(crate) struct Plane(pub [f32; PIXELS]);
 
 impl Plane {
     pub(crate) const ZERO: Self = Self([0.0; PIXELS]);
+
+    /// A row of the tile.
+    pub(crate) fn row(&self, row: usize) -> &[f32; TILE] {
+        &self.0.as_chunks::<TILE>().0[row]
+    }
 }
 
 /// The list of a tile: its Gaussians nearest first, and where it lies in the image.
@@ -102,7 +107,7 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
         let (transmittance, stop) = (vectors::<S>(&mut image.transmittance), vectors::<S>(&mut image.stop));
         let per_row = TILE / S::F32_LANES;
         let (alpha_min, alpha_max, threshold) =
-            (simd.splat_f32s(ALPHA_MIN), simd.splat_f32s(ALPHA_MAX), simd.splat_f32s(TRANSMITTANCE_STOP));
+            (simd.splat_f32s(ALPHA_MIN.log2()), simd.splat_f32s(ALPHA_MAX), simd.splat_f32s(TRANSMITTANCE_STOP));
         for position in 0..self.list.members.len() {
             if alive.none() {
                 break;
@@ -119,8 +124,9 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
                         continue;
                     }
                     let at = row * per_row + column;
-                    let raw = raw_alpha(simd, g, along, row as f32 + 0.5 - mean[1]);
-                    let seen = simd.greater_than_or_equal_f32s(raw, alpha_min);
+                    let log2_alpha = log2_alpha(simd, g, along, row as f32 + 0.5 - mean[1]);
+                    let seen = simd.greater_than_or_equal_f32s(log2_alpha, alpha_min);
+                    let raw = exp2(simd, log2_alpha);
                     let weight = simd.mul_f32s(simd.min_f32s(raw, alpha_max), transmittance[at]);
                     let next = simd.sub_f32s(transmittance[at], weight);
                     let open = simd.greater_than_or_equal_f32s(next, threshold);
@@ -129,7 +135,8 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
                     red[at] = fma(simd, weight, channels[0], red[at]);
                     green[at] = fma(simd, weight, channels[1], green[at]);
                     blue[at] = fma(simd, weight, channels[2], blue[at]);
-                    let blocked = simd.and_m32s(seen, simd.less_than_f32s(next, threshold));
+                    let live = simd.and_m32s(seen, simd.greater_than_f32s(transmittance[at], simd.splat_f32s(0.0)));
+                    let blocked = simd.and_m32s(live, simd.less_than_f32s(next, threshold));
                     transmittance[at] = simd.select_f32s(hit, next, transmittance[at]);
                     if !none(simd, blocked) {
                         stop_pixels(simd, blocked, position as f32, &mut transmittance[at], &mut stop[at]);
@@ -169,13 +176,11 @@ impl Alive {
     }
 }
 
-/// Marks the pixels of `blocked` as stopped at `position`, unless they already are.
+/// Marks the pixels of `blocked` as stopped at `position`.
 #[inline(always)]
 fn stop_pixels<S: Simd>(simd: S, blocked: S::m32s, position: f32, transmittance: &mut S::f32s, stop: &mut S::f32s) {
-    let zero = simd.splat_f32s(0.0);
-    let newly = simd.and_m32s(blocked, simd.greater_than_f32s(*transmittance, zero));
-    *stop = simd.select_f32s(newly, simd.splat_f32s(position), *stop);
-    *transmittance = simd.select_f32s(newly, simd.sub_f32s(zero, *transmittance), *transmittance);
+    *stop = simd.select_f32s(blocked, simd.splat_f32s(position), *stop);
+    *transmittance = simd.select_f32s(blocked, simd.sub_f32s(simd.splat_f32s(0.0), *transmittance), *transmittance);
 }
 
 #[inline(always)]
@@ -201,13 +206,13 @@ fn along_row<S: Simd>(simd: S, g: &Projected, mean_x: f32, column: usize) -> S::
     simd.mul_f32s(simd.splat_f32s(g.factor[0]), offset_x(simd, mean_x, column))
 }
 
-/// Opacity times the Gaussian, before the clamp.
+/// Base-2 logarithm of opacity times Gaussian.
 #[inline(always)]
-fn raw_alpha<S: Simd>(simd: S, g: &Projected, along: S::f32s, dy: f32) -> S::f32s {
+fn log2_alpha<S: Simd>(simd: S, g: &Projected, along: S::f32s, dy: f32) -> S::f32s {
     let w = g.factor[2] * dy;
     let u = simd.add_f32s(along, simd.splat_f32s(g.factor[1] * dy));
     let top = simd.splat_f32s((-w).mul_add(w, g.log2_opacity));
-    exp2(simd, simd.negate_mul_add_f32s(u, u, top))
+    simd.negate_mul_add_f32s(u, u, top)
 }
 
 /// Cotangents of a tile's pixels, padded with zeros outside of the image.
@@ -239,7 +244,7 @@ impl WithSimd for BlendVjp<'_> {
         let (red, green, blue) = (vectors::<S>(red), vectors::<S>(green), vectors::<S>(blue));
         let (transmittance, behind) = (vectors::<S>(&mut transmittance), vectors::<S>(&mut self.v.remainder));
         let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
-        let (alpha_min, alpha_max) = (simd.splat_f32s(ALPHA_MIN), simd.splat_f32s(ALPHA_MAX));
+        let (alpha_min, alpha_max) = (simd.splat_f32s(ALPHA_MIN.log2()), simd.splat_f32s(ALPHA_MAX));
         for position in (0..self.image.processed).rev() {
             let g = self.list.get(position);
             let mean = self.list.local_mean(g);
@@ -256,8 +261,10 @@ impl WithSimd for BlendVjp<'_> {
                     }
                     let at = row * per_row + column;
                     let dy = row as f32 + 0.5 - mean[1];
-                    let raw = raw_alpha(simd, g, along, dy);
-                    let hit = simd.and_m32s(simd.greater_than_or_equal_f32s(raw, alpha_min), simd.less_than_f32s(here, stop[at]));
+                    let log2_alpha = log2_alpha(simd, g, along, dy);
+                    let seen = simd.greater_than_or_equal_f32s(log2_alpha, alpha_min);
+                    let hit = simd.and_m32s(seen, simd.less_than_f32s(here, stop[at]));
+                    let raw = exp2(simd, log2_alpha);
                     let alpha = simd.select_f32s(hit, simd.min_f32s(raw, alpha_max), zero);
                     let inverse = simd.div_f32s(one, simd.sub_f32s(one, alpha));
                     let in_front = simd.mul_f32s(transmittance[at], inverse);

@@ -92,6 +92,7 @@ struct Chain {
     m: [[f32; 3]; 2],
 }
 
+#[inline(always)]
 fn chain(splats: &Splats, view: &View, index: usize, camera_mean: [f32; 3]) -> Chain {
     let [x, y, z] = camera_mean;
     let raw = [x / z, y / z];
@@ -108,10 +109,12 @@ fn chain(splats: &Splats, view: &View, index: usize, camera_mean: [f32; 3]) -> C
     Chain { camera_mean, rotation, image_from_world, tangent, clamped, scales, m }
 }
 
+#[inline(always)]
 fn camera_mean(splats: &Splats, view: &View, index: usize) -> [f32; 3] {
     add(mat_vec(&view.rotation, splats.means[index]), view.translation)
 }
 
+#[inline(always)]
 fn sigmoid(x: f32) -> f32 {
     1.0 / (1.0 + (-x).exp())
 }
@@ -123,6 +126,7 @@ pub(crate) fn pixel(splats: &Splats, view: &View, index: usize) -> [f32; 2] {
 }
 
 /// Projects one Gaussian; `None` if it is behind the near plane, too transparent to be seen anywhere, or not representable.
+#[inline(always)]
 pub(crate) fn project(splats: &Splats, view: &View, index: usize) -> Option<Projected> {
     let p = camera_mean(splats, view, index);
     let opacity = sigmoid(splats.raw_opacities[index]);
@@ -165,6 +169,7 @@ pub(crate) struct ImageCotangent {
 }
 
 impl ImageCotangent {
+    #[inline(always)]
     pub(crate) fn accumulate(&mut self, other: &Self) {
         for (a, b) in self.moments.iter_mut().zip(other.moments) {
             *a += b;
@@ -185,6 +190,7 @@ pub(crate) struct ParameterCotangent {
 }
 
 /// Pulls the image cotangent of one Gaussian back to its parameters; `v_sh` (zero on entry) receives that of the SH coefficients.
+#[inline(always)]
 pub(crate) fn project_vjp(
     splats: &Splats,
     view: &View,
@@ -222,6 +228,7 @@ pub(crate) fn project_vjp(
 }
 
 /// Through the projection of the centre and through the Jacobian; a clamped axis passes nothing from the latter to its own coordinate.
+#[inline(always)]
 fn camera_mean_vjp(view: &View, chain: &Chain, v_mean2d: [f32; 2], v_image_from_world: &[[f32; 3]; 2]) -> [f32; 3] {
     let [x, y, z] = chain.camera_mean;
     let centre = [x, y];
@@ -242,11 +249,13 @@ fn camera_mean_vjp(view: &View, chain: &Chain, v_mean2d: [f32; 2], v_image_from_
     v
 }
 
+#[inline(always)]
 fn mul2(a: &[[f32; 2]; 2], b: &[[f32; 2]; 2]) -> [[f32; 2]; 2] {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
 }
 
 /// Cotangent of the raw quaternion, given that of the rotation matrix of its normalised form.
+#[inline(always)]
 fn quat_vjp(raw: [f32; 4], v: &Mat3) -> [f32; 4] {
     let length = raw.iter().map(|c| c * c).sum::<f32>().sqrt();
     // Below this the forward pass falls back to the identity, which no longer depends on the quaternion.

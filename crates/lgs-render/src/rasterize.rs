@@ -3,12 +3,12 @@
 //! Deterministic for any number of threads: every parallel task writes its own output, and sums run over tiles within a band, then over
 //! the bands of a Gaussian, in order.
 
-use crate::blend::{Blend, BlendVjp, PIXELS, Plane, TileCotangent, TileImage, TileList};
-use crate::project::{ImageCotangent, ParameterCotangent, Projected, View, pixel, project, project_vjp, radius};
+use crate::blend::{Blend, BlendVjp, Plane, TileCotangent, TileImage, TileList};
+use crate::project::{ImageCotangent, Projected, View, pixel, project, project_vjp, radius};
 use crate::splats::{SplatGradients, Splats};
 use crate::tiles::{TILE, Tiling, tile};
 use lgs_core::{Camera, Image};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Gaussians handed to a thread at a time.
@@ -52,7 +52,7 @@ impl Rasterized {
     pub fn expected_depth(&self) -> Vec<f32> {
         let tiles = blend_tiles(&self.projected, &self.tiling, self.size(), |g| [g.depth, 0.0, 0.0]);
         let mut depth = vec![0.0; self.image.len()];
-        for_pixels(&mut depth, self.size(), |tile, at| tiles[tile].color[0].0[at]);
+        for_tile_rows(&mut depth, self.size(), |tile, row, pixels| pixels.copy_from_slice(&tiles[tile].color[0].row(row)[..pixels.len()]));
         depth
     }
 
@@ -70,17 +70,25 @@ pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rast
     splats.assert_consistent();
     let (view, size) = (View::from(camera), [camera.width as usize, camera.height as usize]);
     let n = splats.len();
-    let projected: Vec<Projected> =
-        (0..n).into_par_iter().with_min_len(CHUNK).map(|i| project(splats, &view, i).unwrap_or_default()).collect();
+    let projected = project_all(splats, &view);
     let tiling = tile(&projected, size[0], size[1]);
     let tiles = blend_tiles(&projected, &tiling, size, |g| g.color);
     let mut image = vec![[0.0; 3]; camera.pixels()];
-    for_pixels(&mut image, size, |tile, at| {
-        let transmittance = tiles[tile].transmittance.0[at].abs();
-        std::array::from_fn(|channel| transmittance.mul_add(background[channel], tiles[tile].color[channel].0[at]))
+    for_tile_rows(&mut image, size, |tile, row, pixels| {
+        let from = &tiles[tile];
+        let [red, green, blue, transmittance] =
+            [&from.color[0], &from.color[1], &from.color[2], &from.transmittance].map(|plane| plane.row(row));
+        for (x, pixel) in pixels.iter_mut().enumerate() {
+            let t = transmittance[x].abs();
+            *pixel = [red[x] + t * background[0], green[x] + t * background[1], blue[x] + t * background[2]];
+        }
     });
     let mut transmittance = vec![0.0; camera.pixels()];
-    for_pixels(&mut transmittance, size, |tile, at| tiles[tile].transmittance.0[at].abs());
+    for_tile_rows(&mut transmittance, size, |tile, row, pixels| {
+        for (pixel, t) in pixels.iter_mut().zip(tiles[tile].transmittance.row(row)) {
+            *pixel = t.abs();
+        }
+    });
     Rasterized {
         width: camera.width,
         height: camera.height,
@@ -112,27 +120,95 @@ pub fn rasterize_vjp(
     assert_eq!(v_image.len(), forward.image.len(), "pixels of the image's cotangent");
     assert_eq!(v_transmittance.len(), forward.image.len(), "pixels of the transmittance's cotangent");
     let bands = blend_vjp(forward, background, v_image, v_transmittance);
-    let (view, n, stride) = (View::from(camera), splats.len(), 3 * splats.sh_coefficients);
-    let mut v_sh = vec![0.0; splats.sh.len()];
-    let parameters: Vec<Option<ParameterCotangent>> = v_sh
-        .par_chunks_mut(stride.max(1))
-        .with_min_len(CHUNK)
+    pull_back(splats, &View::from(camera), forward, &bands)
+}
+
+/// Projects every Gaussian; what is invisible is zero.
+fn project_all(splats: &Splats, view: &View) -> Vec<Projected> {
+    let arch = Arch::new();
+    let mut projected = vec![Projected::default(); splats.len()];
+    projected
+        .par_chunks_mut(CHUNK)
         .enumerate()
-        .map(|(i, v_sh)| {
-            let v = gather(&forward.tiling, &bands, i)?;
-            Some(project_vjp(splats, &view, (i, &forward.projected[i]), &v, v_sh))
-        })
-        .collect();
+        .for_each(|(chunk, out)| arch.dispatch(ProjectChunk { splats, view, first: chunk * CHUNK, out }));
+    projected
+}
+
+/// Some Gaussians to project. A struct rather than a closure, so that the body is compiled with the processor's features.
+struct ProjectChunk<'a> {
+    splats: &'a Splats<'a>,
+    view: &'a View,
+    first: usize,
+    out: &'a mut [Projected],
+}
+
+impl WithSimd for ProjectChunk<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (i, out) in self.out.iter_mut().enumerate() {
+            *out = project(self.splats, self.view, self.first + i).unwrap_or_default();
+        }
+    }
+}
+
+/// The last step of the backward pass: from sums over pixels to parameters.
+fn pull_back(splats: &Splats, view: &View, forward: &Rasterized, bands: &[Vec<ImageCotangent>]) -> SplatGradients {
+    let (arch, n, stride) = (Arch::new(), splats.len(), 3 * splats.sh_coefficients);
     let mut out = SplatGradients {
         means: vec![[0.0; 3]; n],
         rotations: vec![[0.0; 4]; n],
         log_scales: vec![[0.0; 3]; n],
         raw_opacities: vec![0.0; n],
-        sh: v_sh,
+        sh: vec![0.0; splats.sh.len()],
         means2d: vec![[0.0; 2]; n],
     };
-    for (i, v) in parameters.into_iter().enumerate() {
-        if let Some(v) = v {
+    let shape = out.means.par_chunks_mut(CHUNK).zip(out.rotations.par_chunks_mut(CHUNK)).zip(out.log_scales.par_chunks_mut(CHUNK));
+    let shade = out.raw_opacities.par_chunks_mut(CHUNK).zip(out.sh.par_chunks_mut(CHUNK * stride)).zip(out.means2d.par_chunks_mut(CHUNK));
+    shape.zip(shade).enumerate().for_each(|(chunk, (((means, rotations), log_scales), ((raw_opacities, sh), means2d)))| {
+        arch.dispatch(PullBackChunk {
+            splats,
+            view,
+            forward,
+            bands,
+            first: chunk * CHUNK,
+            out: ChunkGradients { means, rotations, log_scales, raw_opacities, sh, means2d },
+        });
+    });
+    out
+}
+
+/// The part of [`SplatGradients`] that belongs to a chunk.
+struct ChunkGradients<'a> {
+    means: &'a mut [[f32; 3]],
+    rotations: &'a mut [[f32; 4]],
+    log_scales: &'a mut [[f32; 3]],
+    raw_opacities: &'a mut [f32],
+    sh: &'a mut [f32],
+    means2d: &'a mut [[f32; 2]],
+}
+
+struct PullBackChunk<'a> {
+    splats: &'a Splats<'a>,
+    view: &'a View,
+    forward: &'a Rasterized,
+    bands: &'a [Vec<ImageCotangent>],
+    first: usize,
+    out: ChunkGradients<'a>,
+}
+
+impl WithSimd for PullBackChunk<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (out, stride) = (self.out, 3 * self.splats.sh_coefficients);
+        for i in 0..out.means.len() {
+            let index = self.first + i;
+            let Some(v) = gather(&self.forward.tiling, self.bands, index) else { continue };
+            let v_sh = &mut out.sh[i * stride..(i + 1) * stride];
+            let v = project_vjp(self.splats, self.view, (index, &self.forward.projected[index]), &v, v_sh);
             out.means[i] = v.mean;
             out.rotations[i] = v.rotation;
             out.log_scales[i] = v.log_scale;
@@ -140,7 +216,6 @@ pub fn rasterize_vjp(
             out.means2d[i] = v.mean2d;
         }
     }
-    out
 }
 
 fn tile_list<'a>(projected: &'a [Projected], tiling: &'a Tiling, [width, height]: [usize; 2], tile: usize) -> TileList<'a> {
@@ -170,12 +245,12 @@ fn blend_tiles(
         .collect()
 }
 
-/// Fills an image from `value(tile, pixel of the tile)`.
-fn for_pixels<T: Send>(image: &mut [T], [width, _]: [usize; 2], value: impl Fn(usize, usize) -> T + Sync) {
+/// Fills an image: `fill(tile, row of the tile, its pixels)`.
+fn for_tile_rows<T: Send>(image: &mut [T], [width, _]: [usize; 2], fill: impl Fn(usize, usize, &mut [T]) + Sync) {
     let columns = width.div_ceil(TILE);
     image.par_chunks_mut(width.max(1)).with_min_len(TILE).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            *pixel = value((y / TILE) * columns + x / TILE, (y % TILE) * TILE + x % TILE);
+        for (column, pixels) in row.chunks_mut(TILE).enumerate() {
+            fill((y / TILE) * columns + column, y % TILE, pixels);
         }
     });
 }
@@ -226,11 +301,11 @@ fn tile_cotangent(
             v.remainder.0[at] = v_t * image.transmittance.0[at].abs();
         }
     }
-    debug_assert_eq!(PIXELS, v.remainder.0.len());
     v
 }
 
 /// Sum over the bands of a Gaussian; `None` if it was not drawn.
+#[inline(always)]
 fn gather(tiling: &Tiling, bands: &[Vec<ImageCotangent>], index: usize) -> Option<ImageCotangent> {
     let entries = tiling.entries[index];
     if entries.count == 0 {

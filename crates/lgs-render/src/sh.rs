@@ -12,6 +12,7 @@ pub(crate) const C2: [f32; 5] = [1.092_548_5, -1.092_548_5, 0.315_391_57, -1.092
 pub(crate) const C3: [f32; 7] = [-0.590_043_6, 2.890_611_4, -0.457_045_8, 0.373_176_34, -0.457_045_8, 1.445_305_7, -0.590_043_6];
 
 /// Values of the 16 basis functions at a unit direction; those above `degree` are zero.
+#[inline(always)]
 pub(crate) fn basis([x, y, z]: [f32; 3], degree: usize) -> [f32; 16] {
     let mut b = [0.0; 16];
     b[0] = SH_C0;
@@ -39,6 +40,7 @@ pub(crate) fn basis([x, y, z]: [f32; 3], degree: usize) -> [f32; 16] {
 }
 
 /// Derivatives of [`basis`] by x, y and z, contracted with a cotangent of the basis.
+#[inline(always)]
 fn basis_vjp([x, y, z]: [f32; 3], degree: usize, v: &[f32; 16]) -> [f32; 3] {
     let mut out = [0.0; 3];
     if degree >= 1 {
@@ -70,6 +72,7 @@ fn basis_vjp([x, y, z]: [f32; 3], degree: usize, v: &[f32; 16]) -> [f32; 3] {
 }
 
 /// The direction from the camera centre to a mean, and the distance; at the camera itself the direction is z.
+#[inline(always)]
 fn direction(mean: [f32; 3], camera_center: [f32; 3]) -> ([f32; 3], f32) {
     let offset = sub(mean, camera_center);
     let length = norm(offset);
@@ -77,6 +80,7 @@ fn direction(mean: [f32; 3], camera_center: [f32; 3]) -> ([f32; 3], f32) {
 }
 
 /// The colour of a Gaussian seen from `camera_center`; `coefficients` is `[K, 3]` flattened.
+#[inline(always)]
 pub(crate) fn color(mean: [f32; 3], camera_center: [f32; 3], coefficients: &[f32], degree: usize) -> [f32; 3] {
     let b = basis(direction(mean, camera_center).0, degree);
     let mut rgb = [0.5; 3];
@@ -91,6 +95,7 @@ pub(crate) fn color(mean: [f32; 3], camera_center: [f32; 3], coefficients: &[f32
 /// Cotangent of the mean; that of the coefficients is written to `v_coefficients` (`[K, 3]`, zero on entry).
 ///
 /// `color` is the forward result: zero there marks a clamped channel.
+#[inline(always)]
 pub(crate) fn color_vjp(
     (mean, camera_center): ([f32; 3], [f32; 3]),
     (coefficients, degree): (&[f32], usize),

@@ -9,6 +9,7 @@
 //! Gaussian sums its entries over the bands, both in fixed order.
 
 use crate::project::Projected;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Edge of a square tile in pixels.
@@ -73,6 +74,7 @@ pub(crate) fn tile(projected: &[Projected], width: usize, height: usize) -> Tili
 }
 
 /// First and last pixel whose centre lies in `[low, high]`, within `0..size`.
+#[inline(always)]
 fn pixel_range(low: f32, high: f32, size: usize) -> Option<(usize, usize)> {
     let first = (low - 0.5 - MARGIN).ceil().max(0.0);
     let last = (high - 0.5 + MARGIN).floor().min(size as f32 - 1.0);
@@ -80,6 +82,7 @@ fn pixel_range(low: f32, high: f32, size: usize) -> Option<(usize, usize)> {
 }
 
 /// Half height of the ellipse, pixels.
+#[inline(always)]
 pub(crate) fn half_height(g: &Projected) -> f32 {
     (g.reach * g.covariance[2]).sqrt() * (1.0 + 1e-5)
 }
@@ -134,6 +137,7 @@ fn by_depth(projected: &[Projected], entries: &[Entries]) -> Vec<u32> {
 }
 
 /// First and last pixel column that the ellipse reaches on the rows `top..=bottom`.
+#[inline(always)]
 fn pixel_columns(g: &Projected, top: f32, bottom: f32, width: usize) -> Option<(usize, usize)> {
     let [a, b, c] = g.covariance;
     let half = half_height(g) + MARGIN;
@@ -149,15 +153,34 @@ fn pixel_columns(g: &Projected, top: f32, bottom: f32, width: usize) -> Option<(
     pixel_range(g.mean[0] + left - slack, g.mean[0] + right + slack, width)
 }
 
+/// Tiles of one band that each of its items reaches, as a range of columns.
+struct Spans<'a> {
+    projected: &'a [Projected],
+    items: &'a [u32],
+    row: usize,
+    size: [usize; 2],
+}
+
+impl WithSimd for Spans<'_> {
+    type Output = Vec<(u32, u32)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let [width, height] = self.size;
+        let (top, bottom) = ((self.row * TILE) as f32 + 0.5, ((self.row + 1) * TILE).min(height) as f32 - 0.5);
+        let mut spans = Vec::with_capacity(self.items.len());
+        for &i in self.items {
+            spans.push(match pixel_columns(&self.projected[i as usize], top, bottom, width) {
+                Some((first, last)) => ((first / TILE) as u32, (last / TILE) as u32 + 1),
+                None => (0, 0),
+            });
+        }
+        spans
+    }
+}
+
 fn deal_to_tiles(projected: &[Projected], items: Vec<u32>, row: usize, width: usize, height: usize) -> Band {
-    let (top, bottom) = ((row * TILE) as f32 + 0.5, ((row + 1) * TILE).min(height) as f32 - 0.5);
-    let spans: Vec<(u32, u32)> = items
-        .iter()
-        .map(|&i| match pixel_columns(&projected[i as usize], top, bottom, width) {
-            Some((first, last)) => ((first / TILE) as u32, (last / TILE) as u32 + 1),
-            None => (0, 0),
-        })
-        .collect();
+    let spans = Arch::new().dispatch(Spans { projected, items: &items, row, size: [width, height] });
     let columns = width.div_ceil(TILE);
     let mut starts = vec![0; columns + 1];
     for &(first, end) in &spans {
