@@ -1,8 +1,8 @@
 //! Rollouts of 75 steps, forward and with gradients, and one alignment step.
 
 use lgs_dynamics::{
-    ForceKind, Normalisation, PotentialKind, RolloutSpec, State, StateCotangents, Supports, System, SystemConfig, VelocityPolicy, align, align_vjp,
-    rollout, rollout_vjp,
+    ForceKind, Normalisation, PotentialKind, RolloutSpec, State, StateCotangents, Supports, System, SystemConfig, VelocityPolicy, align,
+    align_vjp, rollout, rollout_vjp,
 };
 use rand::RngExt;
 

@@ -67,7 +67,8 @@ fn moments(position: &[[f32; 3]], candidate: &[[f32; 3]], members: &[u32], owner
     }
     let per = 1.0 / members.len() as f32;
     // Σ (y − ȳ)(x − x̄)ᵀ = Σ y xᵀ − k ȳ x̄ᵀ; both terms are of the support's own size, as the owner is one of its points.
-    let a = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(a[i][j]) - f64::from(c_sum[i]) * f64::from(q_sum[j]) * f64::from(per)));
+    let a =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(a[i][j]) - f64::from(c_sum[i]) * f64::from(q_sum[j]) * f64::from(per)));
     Moments { from_mean: q_sum.map(|v| -v * per), to_candidate_mean: c_sum.map(|v| v * per), a }
 }
 

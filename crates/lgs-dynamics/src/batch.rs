@@ -41,7 +41,12 @@ impl<'a> Pool<'a> {
     }
 
     /// A function of position and velocity for every particle, block by block.
-    pub(crate) fn map(&self, q: &[[f32; 3]], v: &[[f32; 3]], f: impl Fn(&Field, &mut Workspace, &Vec3Rows, &Vec3Rows) -> Vec3Rows + Sync) -> Vec<[f32; 3]> {
+    pub(crate) fn map(
+        &self,
+        q: &[[f32; 3]],
+        v: &[[f32; 3]],
+        f: impl Fn(&Field, &mut Workspace, &Vec3Rows, &Vec3Rows) -> Vec3Rows + Sync,
+    ) -> Vec<[f32; 3]> {
         assert_eq!(q.len(), v.len(), "positions and velocities");
         let mut out = vec![[0.0; 3]; q.len()];
         out.par_chunks_mut(WIDTH).zip(q.par_chunks(WIDTH)).zip(v.par_chunks(WIDTH)).for_each(|((out, q), v)| {
@@ -155,7 +160,13 @@ pub struct AccelerationGradients {
 
 /// Backwards through [`System::accelerations`], given the cotangents `[n, 3]` of the accelerations.
 #[must_use]
-pub fn acceleration_vjp(system: &System, q: &[[f32; 3]], v: &[[f32; 3]], edit: &Edit, v_acceleration: &[[f32; 3]]) -> AccelerationGradients {
+pub fn acceleration_vjp(
+    system: &System,
+    q: &[[f32; 3]],
+    v: &[[f32; 3]],
+    edit: &Edit,
+    v_acceleration: &[[f32; 3]],
+) -> AccelerationGradients {
     assert!(q.len() == v.len() && q.len() == v_acceleration.len(), "positions, velocities, cotangents");
     let pool = Pool::new(Field::new(system, edit));
     let mut partials = group_buffers(q.len(), system.params.len());

@@ -112,4 +112,3 @@ fn unkick_by_iteration(field: &Field, workspace: &mut Workspace, q: &Vec3Rows, v
     }
     v0
 }
-

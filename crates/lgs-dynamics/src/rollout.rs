@@ -231,7 +231,13 @@ impl Adjoint {
     }
 }
 
-fn aligned_vjp(field: &Field, trajectory: &[State], supports: &Supports, spec: &RolloutSpec, cotangents: &[StateCotangents]) -> RolloutGradients {
+fn aligned_vjp(
+    field: &Field,
+    trajectory: &[State],
+    supports: &Supports,
+    spec: &RolloutSpec,
+    cotangents: &[StateCotangents],
+) -> RolloutGradients {
     let n = trajectory[0].len();
     let pool = Pool::new(*field);
     let mut partials = group_buffers(n, field.parameters());

@@ -86,7 +86,13 @@ impl SystemConfig {
     /// The paper's networks on world coordinates.
     #[must_use]
     pub const fn paper() -> Self {
-        Self { potential: PotentialKind::Mlp, force: ForceKind::Mlp, hidden: 128, hidden_layers: 3, normalisation: Normalisation::identity() }
+        Self {
+            potential: PotentialKind::Mlp,
+            force: ForceKind::Mlp,
+            hidden: 128,
+            hidden_layers: 3,
+            normalisation: Normalisation::identity(),
+        }
     }
 
     /// Number of parameters.

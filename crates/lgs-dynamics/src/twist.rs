@@ -63,7 +63,12 @@ struct Pull {
 }
 
 /// Backwards through [`rigid_velocity`]: cotangents of `m` and `v`.
-pub(crate) fn rigid_velocity_vjp(m: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports, v_out: &[[f32; 3]]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+pub(crate) fn rigid_velocity_vjp(
+    m: &[[f32; 3]],
+    v: &[[f32; 3]],
+    supports: &Supports,
+    v_out: &[[f32; 3]],
+) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let per = 1.0 / supports.k() as f32;
     let pull = |owner: usize| {
         let twist = twist(m, v, supports.members(owner), owner);
