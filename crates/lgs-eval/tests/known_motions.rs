@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::synth::GroundTruth;
-use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, System, SystemConfig, VelocityPolicy};
+use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, System, SystemConfig, VelocityPolicy, Supports};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 
@@ -42,16 +42,15 @@ fn block(center: [f32; 3]) -> Vec<[f32; 3]> {
 
 fn scene(means: Vec<[f32; 3]>, velocity: impl Fn([f32; 3]) -> [f32; 3], system: System, neighbors: usize) -> LagrangianScene {
     let n = means.len();
-    let mut scene = LagrangianScene {
+    let supports = (neighbors > 0).then(|| Supports::nearest(&means, neighbors + 1));
+    LagrangianScene {
         statics: GaussianCloud::default(),
         velocities: means.iter().map(|&q| velocity(q)).collect(),
         movers: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
-        objects: vec![ObjectModel { system, members: 0..n, supports: None }],
-        motion: MotionConfig { dt: 0.01, time_window: 0.75, alignment_neighbors: neighbors, velocity_policy: VelocityPolicy::Keep },
+        objects: vec![ObjectModel { system, members: 0..n, supports, velocity_policy: VelocityPolicy::Keep }],
+        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
-    };
-    scene.rebuild_supports();
-    scene
+    }
 }
 
 fn falling(neighbors: usize) -> LagrangianScene {

@@ -1,1 +1,14 @@
-//! placeholder
+//! Trained models: the source model that was learned from images, and the Lagrangian scene that was distilled from it.
+//!
+//! A [`source::SourceModel`] answers "where is every Gaussian at time t" inside the captured window. A [`LagrangianScene`] answers it
+//! for any time and under edited physics, by rolling a Lagrangian system; it is what a run delivers (`lagrangian.safetensors`).
+//!
+//! One motion path: training, evaluation, rendering and export all obtain a Lagrangian scene's Gaussians from [`Motion`].
+
+mod scene;
+pub mod source;
+mod tensor_file;
+
+pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState};
+pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};
+pub use tensor_file::{TensorFile, TensorFileError};

@@ -52,7 +52,7 @@ fn object_cycle(scene: &LagrangianScene, object: &ObjectModel, reversal: Reversa
         last_dt: None,
         edit: Edit::default(),
         supports: object.supports.as_ref().filter(|_| alignment == Alignment::OfScene),
-        velocity_policy: scene.motion.velocity_policy,
+        velocity_policy: object.velocity_policy,
     };
     let there = rollout(&object.system, &start, &spec);
     let Some(turn) = there.last() else { return (0.0, 0.0) };

@@ -11,6 +11,11 @@ use crate::tensor_file::{TensorFile, TensorFileError};
 /// Format name and version of the file.
 const FORMAT: &str = "lagrangegs-scene/1";
 
+/// Largest network accepted from a file: far above any use, far below what would exhaust memory.
+const MAX_HIDDEN: usize = 4096;
+/// Most hidden layers accepted from a file.
+const MAX_HIDDEN_LAYERS: usize = 16;
+
 /// Why a scene could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -91,12 +96,13 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     for (index, object) in scene.objects.iter().enumerate() {
         let prefix = format!("object.{index}");
         file.set_metadata(&format!("{prefix}.system"), json(&object.system.config));
+        file.set_metadata(&format!("{prefix}.velocity_policy"), json(&object.velocity_policy));
         file.insert_indices(format!("{prefix}.rows"), &[2], &[object.members.start as u32, object.members.end as u32]);
         for entry in object.system.layout() {
             file.insert(format!("{prefix}.{}", entry.name), &entry.shape, &object.system.params[entry.range.clone()]);
         }
         if let Some(supports) = &object.supports {
-            file.insert_indices(format!("{prefix}.supports"), &[object.members.len(), supports.k], &supports.indices);
+            file.insert_indices(format!("{prefix}.supports"), &[object.members.len(), supports.k()], supports.indices());
         }
     }
     file
@@ -147,7 +153,10 @@ fn read_object(file: &TensorFile, index: usize, first_row: usize, movers: usize)
         _ => return Err(file.field(&rows_name, &format!("a range from {first_row} within {movers}"), format!("{rows:?}"))),
     };
     let config: SystemConfig = file.metadata_json(&format!("{prefix}.system"))?;
-    let mut system = System::zeros(config);
+    if !(1..=MAX_HIDDEN).contains(&config.hidden) || !(1..=MAX_HIDDEN_LAYERS).contains(&config.hidden_layers) {
+        return Err(file.field(&format!("{prefix}.system"), "sane network sizes", format!("{config:?}")));
+    }
+    let mut system = System { config, params: vec![0.0; config.parameters()] };
     for entry in system.layout() {
         let name = format!("{prefix}.{}", entry.name);
         let (shape, values) = file.values(&name)?;
@@ -157,7 +166,8 @@ fn read_object(file: &TensorFile, index: usize, first_row: usize, movers: usize)
         system.params[entry.range].copy_from_slice(values);
     }
     let supports = read_supports(file, &format!("{prefix}.supports"), members.len())?;
-    Ok(ObjectModel { system, members, supports })
+    let velocity_policy = file.metadata_json(&format!("{prefix}.velocity_policy"))?;
+    Ok(ObjectModel { system, members, supports, velocity_policy })
 }
 
 fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option<Supports>, TensorFileError> {
@@ -168,10 +178,8 @@ fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option
     if shape.len() != 2 || shape[0] != members || shape[1] == 0 {
         return Err(file.field(name, &format!("shape [{members}, k]"), format!("{shape:?}")));
     }
-    if let Some(bad) = indices.iter().find(|&&i| i as usize >= members) {
-        return Err(file.field(name, &format!("indices below {members}"), bad.to_string()));
-    }
-    Ok(Some(Supports::new(indices.to_vec(), shape[1])))
+    let supports = Supports::from_rows(indices.to_vec(), shape[1]);
+    supports.map(Some).map_err(|e| file.field(name, &format!("indices below {members}"), e.to_string()))
 }
 
 fn json<T: serde::Serialize>(value: &T) -> String {

@@ -23,10 +23,6 @@ pub struct MotionConfig {
     pub dt: f32,
     /// End of the captured window, τ_max.
     pub time_window: f32,
-    /// Neighbours of a support of local rigid alignment (Eq. 6), the particle itself not counted; 0 turns alignment off.
-    pub alignment_neighbors: usize,
-    /// What alignment does to velocities (reference section 8.7).
-    pub velocity_policy: VelocityPolicy,
 }
 
 impl MotionConfig {
@@ -44,8 +40,10 @@ pub struct ObjectModel {
     pub system: System,
     /// Rows of the moving Gaussians.
     pub members: Range<usize>,
-    /// Supports of local rigid alignment within the object, if alignment is on.
+    /// Supports of local rigid alignment (Eq. 6) within the object, if alignment is on.
     pub supports: Option<Supports>,
+    /// What alignment does to velocities (reference section 8.7).
+    pub velocity_policy: VelocityPolicy,
 }
 
 /// A trained scene whose motion is a Lagrangian system.
@@ -78,13 +76,6 @@ impl LagrangianScene {
         self.len() == 0
     }
 
-    /// Computes the supports of every object from the moving Gaussians at t = 0.
-    pub fn rebuild_supports(&mut self) {
-        for object in &mut self.objects {
-            object.supports = supports_of(&self.movers.means[object.members.clone()], self.motion.alignment_neighbors);
-        }
-    }
-
     /// All Gaussians, the moving ones in `state`: static first, then moving, object by object.
     #[must_use]
     pub fn cloud_at(&self, state: &SceneState) -> GaussianCloud {
@@ -101,9 +92,4 @@ impl LagrangianScene {
         cloud.sh.extend_from_slice(&self.movers.sh);
         cloud
     }
-}
-
-/// Supports of the k nearest neighbours, or none if alignment is off or the object is a single point.
-pub(crate) fn supports_of(points: &[[f32; 3]], neighbors: usize) -> Option<Supports> {
-    (neighbors > 0 && points.len() > 1).then(|| Supports::nearest(points, neighbors))
 }

@@ -84,7 +84,7 @@ impl<'a> Motion<'a> {
             // The velocity scale acts once, on v0.
             edit: Edit { velocity_scale: 1.0, ..self.edit },
             supports: object.supports.as_ref(),
-            velocity_policy: self.scene.motion.velocity_policy,
+            velocity_policy: object.velocity_policy,
         };
         if backwards { rollout_reversed(&object.system, &part, &spec, self.reversal) } else { rollout(&object.system, &part, &spec) }
     }

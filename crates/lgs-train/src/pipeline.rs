@@ -1,0 +1,213 @@
+//! The whole of training: source model, distillation, tuning of the dynamics, refinement of the Gaussians, each from where a checkpoint left it.
+
+use std::sync::atomic::Ordering;
+
+use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::files::{FileError, write_atomically};
+use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::{LagrangianScene, TensorFile, save_scene, scene_from_tensors, scene_to_tensors};
+
+use crate::TrainError;
+use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
+use crate::config::TrainConfig;
+use crate::events::{Event, EventLog};
+use crate::run::{CheckpointTimer, Control, Progress, RunFolder, train_source};
+use crate::stages::{BakeRequest, StepReport, TuneDynamics, TuneGaussians, bake};
+
+/// Iterations between lines of `events.jsonl`.
+const EVENT_INTERVAL: usize = 10;
+
+/// What a finished run leaves.
+pub struct Trained {
+    /// The source model.
+    pub source: DefGs,
+    /// The deliverable.
+    pub scene: LagrangianScene,
+}
+
+/// Trains all stages of a run, continuing from its latest checkpoint if it has one, and writes `source/` and `lagrangian.safetensors`.
+///
+/// # Errors
+/// If a file cannot be read or written, a value stops being finite, or a stop was asked for (after a checkpoint).
+pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: &mut Control<'_>) -> Result<Trained, TrainError> {
+    let pipeline = Pipeline { run, dataset, config, checkpoints: run.checkpoints(config, dataset) };
+    let latest = pipeline.checkpoints.latest()?;
+    let source = match &latest {
+        Some(checkpoint) if checkpoint.stage > Stage::Source => DefGs::load(&run.source_path())?,
+        from => train_source(run, dataset, config, from.as_ref(), control)?,
+    };
+    let frames = dataset.split("train");
+    let latest = latest.filter(|c| c.stage > Stage::Source);
+    let scene = match &latest {
+        Some(checkpoint) if checkpoint.stage == Stage::TuneGaussians => pipeline.scene_of(checkpoint)?,
+        Some(checkpoint) => pipeline.tune_dynamics(pipeline.scene_of(checkpoint)?, frames, Some(checkpoint), control)?,
+        None => pipeline.tune_dynamics(pipeline.distill(&source, control)?, frames, None, control)?,
+    };
+    let from = latest.as_ref().filter(|c| c.stage == Stage::TuneGaussians);
+    let scene = pipeline.tune_gaussians(scene, frames, from, control)?;
+    save_scene(&scene, &run.scene_path())?;
+    Ok(Trained { source, scene })
+}
+
+struct Pipeline<'a> {
+    run: &'a RunFolder,
+    dataset: &'a Dataset,
+    config: &'a TrainConfig,
+    checkpoints: Checkpoints,
+}
+
+/// A stage that descends a loss on the images step by step.
+trait Tuning {
+    const STAGE: Stage;
+    fn step_index(&self) -> usize;
+    fn is_finished(&self) -> bool;
+    fn step(&mut self) -> StepReport;
+    fn gaussians(&self) -> usize;
+    fn checkpoint(&self) -> TensorFile;
+}
+
+impl Tuning for TuneDynamics<'_> {
+    const STAGE: Stage = Stage::TuneDynamics;
+
+    fn step_index(&self) -> usize {
+        self.step_index()
+    }
+
+    fn is_finished(&self) -> bool {
+        self.is_finished()
+    }
+
+    fn step(&mut self) -> StepReport {
+        self.step()
+    }
+
+    fn gaussians(&self) -> usize {
+        self.scene_at_start().len()
+    }
+
+    fn checkpoint(&self) -> TensorFile {
+        let mut file = scene_to_tensors(self.scene_at_start(), CHECKPOINT_FORMAT);
+        self.save(&mut file);
+        file
+    }
+}
+
+impl Tuning for TuneGaussians<'_> {
+    const STAGE: Stage = Stage::TuneGaussians;
+
+    fn step_index(&self) -> usize {
+        self.step_index()
+    }
+
+    fn is_finished(&self) -> bool {
+        self.is_finished()
+    }
+
+    fn step(&mut self) -> StepReport {
+        self.step()
+    }
+
+    fn gaussians(&self) -> usize {
+        self.scene_at_start().len()
+    }
+
+    fn checkpoint(&self) -> TensorFile {
+        let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
+        self.save(&mut file);
+        file
+    }
+}
+
+impl Pipeline<'_> {
+    fn scene_of(&self, checkpoint: &Checkpoint) -> Result<LagrangianScene, TrainError> {
+        Ok(scene_from_tensors(&checkpoint.file, &checkpoint.path)?)
+    }
+
+    /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`.
+    fn distill(&self, source: &DefGs, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+        let request = BakeRequest {
+            partition: &self.config.partition,
+            distill: &self.config.distill,
+            motion: &self.config.motion,
+            time_window: self.time_window(),
+            background: self.dataset.background,
+            seed: self.config.seed,
+        };
+        let gaussians = source.len();
+        let baked = bake(source, &request, &mut |object, objects, p| {
+            let (step, steps) = (object * p.steps + p.step, objects * p.steps);
+            (control.progress)(Progress { stage: Stage::Distill, step, steps, loss: p.loss.unwrap_or(0.0), psnr: None, gaussians });
+        })?;
+        let path = self.run.root().join("distillation.json");
+        let json = serde_json::to_vec_pretty(&baked.reports).map_err(|e| FileError::new("write file", &path, e.into()))?;
+        write_atomically(&path, |w| w.write_all(&json))?;
+        Ok(baked.scene)
+    }
+
+    /// End of the captured window: the last training time.
+    fn time_window(&self) -> f32 {
+        self.dataset.split("train").iter().map(|f| f.time).fold(self.config.motion.dt, f32::max)
+    }
+
+    fn tune_dynamics(
+        &self,
+        scene: LagrangianScene,
+        frames: &[Frame],
+        from: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<LagrangianScene, TrainError> {
+        let config = &self.config.tune_dynamics;
+        let mut stage = TuneDynamics::new(scene, frames, config, self.config.seed);
+        if let Some(checkpoint) = from {
+            stage.restore(&checkpoint.file, checkpoint.step)?;
+        }
+        self.drive(&mut stage, config.iterations, control)?;
+        Ok(stage.scene())
+    }
+
+    fn tune_gaussians(
+        &self,
+        scene: LagrangianScene,
+        frames: &[Frame],
+        from: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<LagrangianScene, TrainError> {
+        let config = &self.config.tune_gaussians;
+        let mut stage = TuneGaussians::new(scene, frames, config, self.config.seed);
+        if let Some(checkpoint) = from {
+            stage.restore(&checkpoint.file, checkpoint.step)?;
+        }
+        self.drive(&mut stage, config.iterations, control)?;
+        Ok(stage.scene())
+    }
+
+    /// Runs a stage to its end, with events, progress and checkpoints; a checkpoint also marks its start and its end.
+    fn drive<T: Tuning>(&self, stage: &mut T, steps: usize, control: &mut Control<'_>) -> Result<(), TrainError> {
+        let mut events = EventLog::resume(&self.run.events_path(), T::STAGE, stage.step_index())?;
+        let mut timer = CheckpointTimer::new(self.config);
+        if stage.step_index() == 0 {
+            self.checkpoints.save(T::STAGE, 0, stage.checkpoint())?;
+        }
+        while !stage.is_finished() {
+            if control.stop.load(Ordering::Relaxed) {
+                self.checkpoints.save(T::STAGE, stage.step_index(), stage.checkpoint())?;
+                return Err(TrainError::Interrupted { stage: T::STAGE.name(), iteration: stage.step_index() });
+            }
+            let report = stage.step();
+            let step = stage.step_index();
+            if !report.loss.is_finite() {
+                return Err(TrainError::NonFinite { name: "loss", iteration: step });
+            }
+            let (loss, psnr, gaussians) = (report.loss, Some(report.psnr), stage.gaussians());
+            if step.is_multiple_of(EVENT_INTERVAL) {
+                events.append(&Event { stage: T::STAGE.name().to_owned(), step, loss, psnr, gaussians })?;
+            }
+            (control.progress)(Progress { stage: T::STAGE, step, steps, loss, psnr, gaussians });
+            if timer.is_due() {
+                self.checkpoints.save(T::STAGE, step, stage.checkpoint())?;
+            }
+        }
+        self.checkpoints.save(T::STAGE, stage.step_index(), stage.checkpoint())?;
+        Ok(())
+    }
+}

@@ -1,0 +1,86 @@
+//! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at t = 0.
+
+use lgs_core::GaussianCloud;
+use lgs_distill::{DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneConfig, SceneDistillation, Trajectories, distill_scene};
+use lgs_dynamics::{Supports, VelocityPolicy};
+use lgs_model::source::SourceModel;
+use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
+
+use super::config::MotionOptions;
+use crate::TrainError;
+
+/// A distilled scene with the report of every object.
+pub struct Baked {
+    /// The scene before photometric tuning.
+    pub scene: LagrangianScene,
+    /// What distillation found, object by object.
+    pub reports: Vec<DistillReport>,
+}
+
+/// What baking needs beside the source.
+#[derive(Clone, Copy)]
+pub struct BakeRequest<'a> {
+    /// Split into static Gaussians and objects.
+    pub partition: &'a PartitionConfig,
+    /// Distillation settings.
+    pub distill: &'a DistillConfig,
+    /// Integration settings.
+    pub motion: &'a MotionOptions,
+    /// End of the captured window, τ_max.
+    pub time_window: f32,
+    /// Colour behind the Gaussians.
+    pub background: [f32; 3],
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+/// Stage 1: samples the source every Δτ over the window (G11), distils, and bakes the state at t = 0 (G1).
+///
+/// # Errors
+/// If the source's trajectories are not finite, or the distillation fails.
+pub fn bake(source: &dyn SourceModel, request: &BakeRequest<'_>, progress: &mut dyn FnMut(usize, usize, DistillProgress)) -> Result<Baked, TrainError> {
+    let steps = (request.time_window / request.motion.dt).round().max(1.0) as usize;
+    let times: Vec<f32> = (0..=steps).map(|i| i as f32 * request.motion.dt).collect();
+    let positions = times.iter().map(|&t| source.positions_at(t)).collect();
+    let cloud = source.cloud_at(0.0);
+    let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
+    let trajectories = Trajectories { times, positions };
+    let config = SceneConfig { partition: request.partition.clone(), object: request.distill.clone() };
+    let distilled = distill_scene(&trajectories, Some(&weights), &config, request.seed, progress)?;
+    Ok(assemble(&cloud, distilled, request))
+}
+
+fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeRequest<'_>) -> Baked {
+    let static_rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
+    let mut movers = cloud.select(&[]);
+    let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
+    for (rows, object) in distilled.objects {
+        let start = movers.len();
+        append(&mut movers, &cloud.select(&rows));
+        movers.means[start..].copy_from_slice(&object.q0);
+        let (supports, velocity_policy) = alignment(&object, request.motion);
+        velocities.extend(object.v0);
+        objects.push(ObjectModel { system: object.system, members: start..movers.len(), supports, velocity_policy });
+        reports.push(object.report);
+    }
+    let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
+    let statics = cloud.select(&static_rows);
+    Baked { scene: LagrangianScene { statics, movers, velocities, objects, motion, background: request.background }, reports }
+}
+
+/// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a whole, else what the options say.
+fn alignment(object: &Distilled, options: &MotionOptions) -> (Option<Supports>, VelocityPolicy) {
+    if object.anchors.is_some() {
+        return (Some(object.supports(0)), VelocityPolicy::Rigid);
+    }
+    let aligned = options.alignment_neighbors > 0 && object.q0.len() > 1;
+    (aligned.then(|| object.supports(options.alignment_neighbors + 1)), options.velocity_policy)
+}
+
+fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {
+    cloud.means.extend_from_slice(&more.means);
+    cloud.rotations.extend_from_slice(&more.rotations);
+    cloud.log_scales.extend_from_slice(&more.log_scales);
+    cloud.raw_opacities.extend_from_slice(&more.raw_opacities);
+    cloud.sh.extend_from_slice(&more.sh);
+}

@@ -1,0 +1,157 @@
+//! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the Gaussians.
+
+use lgs_dynamics::VelocityPolicy;
+use serde::{Deserialize, Serialize};
+
+/// Integration and alignment of the learned motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MotionOptions {
+    /// Time step Δτ (G8). Default 0.01.
+    pub dt: f32,
+    /// Neighbours in a support of local rigid alignment, the particle itself not counted (G19); 0 turns alignment off. Default 19.
+    pub alignment_neighbors: usize,
+    /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (reference section 8.7).
+    pub velocity_policy: VelocityPolicy,
+}
+
+impl Default for MotionOptions {
+    fn default() -> Self {
+        Self { dt: 0.01, alignment_neighbors: 19, velocity_policy: VelocityPolicy::FromPositions }
+    }
+}
+
+impl MotionOptions {
+    /// The reference's defaults (G8, G19, G20).
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { velocity_policy: VelocityPolicy::Keep, ..Self::default() }
+    }
+
+    /// Checks the step.
+    ///
+    /// # Errors
+    /// The key and the reason.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        if self.dt > 0.0 && self.dt <= 0.1 { Ok(()) } else { Err(("dt", format!("{} is not in (0, 0.1]", self.dt))) }
+    }
+}
+
+/// What of the initial velocity is tuned (G29).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitialVelocity {
+    /// One twist (linear and angular velocity) per object, added to what distillation found.
+    Twist,
+    /// Every particle's own velocity, as in the paper.
+    Free,
+}
+
+/// Stage 2: U, Q and the initial velocity against the images; the Gaussians stay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TuneDynamicsConfig {
+    /// Optimiser steps (G32: 5 000); 0 skips the stage.
+    pub iterations: usize,
+    /// Training frames per step; they share one rollout.
+    pub frames_per_step: usize,
+    /// Learning rate of the networks, decayed by a cosine to a hundredth (G32: 1e-4).
+    pub learning_rate: f64,
+    /// Learning rate of the initial velocity as a part of the rms speed (G32: 1e-3).
+    pub velocity_learning_rate: f64,
+    /// What of the initial velocity is tuned.
+    pub initial_velocity: InitialVelocity,
+    /// Truncated backpropagation: gradients reach back this many steps (G26: 15); 0 reaches back to t = 0.
+    pub window_steps: usize,
+    /// With truncation, every so many steps one goes back to t = 0, so that v0 is tuned by all times (G27: 4).
+    pub full_window_every: usize,
+    /// Particles per object that carry gradients (G25: 8 192); 0 takes all.
+    pub subset: usize,
+    /// Weight of 1 − SSIM in the photometric loss.
+    pub ssim_weight: f32,
+}
+
+impl Default for TuneDynamicsConfig {
+    fn default() -> Self {
+        Self {
+            iterations: 60,
+            frames_per_step: 6,
+            learning_rate: 2e-4,
+            velocity_learning_rate: 2e-3,
+            initial_velocity: InitialVelocity::Twist,
+            window_steps: 0,
+            full_window_every: 4,
+            subset: 0,
+            ssim_weight: 0.2,
+        }
+    }
+}
+
+impl TuneDynamicsConfig {
+    /// The reference's defaults (G23–G27, G32).
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            iterations: 5_000,
+            frames_per_step: 1,
+            learning_rate: 1e-4,
+            velocity_learning_rate: 1e-3,
+            initial_velocity: InitialVelocity::Free,
+            window_steps: 15,
+            subset: 8_192,
+            ..Self::default()
+        }
+    }
+}
+
+/// Stage 3: the Gaussians against the images; the dynamics stay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TuneGaussiansConfig {
+    /// Optimiser steps (G33: 10 000); 0 skips the stage.
+    pub iterations: usize,
+    /// Learning rate of the means, constant (G33: 8e-6, the last rate of the source).
+    pub means_learning_rate: f64,
+    /// Learning rate of the log-scales.
+    pub scales_learning_rate: f64,
+    /// Learning rate of the rotations.
+    pub rotations_learning_rate: f64,
+    /// Learning rate of the opacities.
+    pub opacities_learning_rate: f64,
+    /// Learning rate of the colours' constant part; the rest gets a twentieth.
+    pub colors_learning_rate: f64,
+    /// The motion is rolled anew from the changed means every so many steps (G34: 100).
+    pub refresh_every: usize,
+    /// Weight of 1 − SSIM in the photometric loss.
+    pub ssim_weight: f32,
+}
+
+impl Default for TuneGaussiansConfig {
+    fn default() -> Self {
+        Self {
+            iterations: 800,
+            means_learning_rate: 1e-4,
+            scales_learning_rate: 2e-3,
+            rotations_learning_rate: 1e-3,
+            opacities_learning_rate: 1e-2,
+            colors_learning_rate: 2.5e-3,
+            refresh_every: 100,
+            ssim_weight: 0.2,
+        }
+    }
+}
+
+impl TuneGaussiansConfig {
+    /// The reference's defaults (G33).
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            iterations: 10_000,
+            means_learning_rate: 8e-6,
+            scales_learning_rate: 5e-4,
+            rotations_learning_rate: 1e-4,
+            opacities_learning_rate: 5e-3,
+            ..Self::default()
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The Lagrangian stages: distillation and baking (1), photometric tuning of the dynamics (2), refinement of the Gaussians (3).
+//!
+//! Stages 2 and 3 are values with `step`, `scene` and checkpoint methods; the loop that drives them is in `pipeline`.
+
+mod bake;
+mod config;
+mod mover_tensors;
+mod tune_dynamics;
+mod tune_gaussians;
+
+pub use bake::{BakeRequest, Baked, bake};
+pub use config::{InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
+pub use tune_dynamics::TuneDynamics;
+pub use tune_gaussians::TuneGaussians;
+
+use burn::tensor::{Device, Tensor, TensorData};
+use lgs_data::dataset::Frame;
+use lgs_render::tensor::{SplatTensors, photometric_loss, rasterize};
+
+use mover_tensors::CloudTensors;
+
+/// What a training step reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepReport {
+    /// Photometric loss, mean over the step's frames.
+    pub loss: f32,
+    /// PSNR of the step's frames before the step, dB, of their mean squared error.
+    pub psnr: f32,
+}
+
+/// Cosine decay from 1 to a hundredth over `total` steps.
+fn cosine(step: usize, total: usize) -> f64 {
+    const FLOOR: f64 = 0.01;
+    let progress = step as f64 / total.max(1) as f64;
+    FLOOR + (1.0 - FLOOR) * 0.5 * (1.0 + (std::f64::consts::PI * progress.min(1.0)).cos())
+}
+
+/// The photometric loss of Gaussians seen by a frame's camera against the frame, and the mean squared error.
+fn frame_loss(cloud: CloudTensors, degree: usize, view: &View<'_>) -> (Tensor<1>, f64) {
+    let View { frame, background, ssim_weight, device } = *view;
+    let n = cloud.means.dims()[0];
+    let splats = SplatTensors {
+        means: cloud.means,
+        rotations: cloud.rotations,
+        log_scales: cloud.log_scales,
+        raw_opacities: cloud.raw_opacities,
+        sh: cloud.sh,
+        means2d_probe: Tensor::zeros([n, 2], device),
+    };
+    let drawn = rasterize(&splats, &frame.camera, background, degree);
+    let truth = frame.composited(background);
+    let error = lgs_render::mse(&drawn.drawn.image, &truth.pixels);
+    let shape = [truth.height as usize, truth.width as usize, 3];
+    let target = Tensor::from_data(TensorData::new(truth.pixels.as_flattened().to_vec(), shape), device);
+    (photometric_loss(drawn.image, target, ssim_weight), error)
+}
+
+/// What a frame is compared under.
+struct View<'a> {
+    frame: &'a Frame,
+    background: [f32; 3],
+    ssim_weight: f32,
+    device: &'a Device,
+}
+
+/// PSNR of a mean squared error, dB.
+fn psnr_of(mse: f64) -> f32 {
+    (-10.0 * mse.max(1e-12).log10()) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cosine;
+
+    #[test]
+    fn the_cosine_runs_from_one_to_a_hundredth() {
+        assert!((cosine(0, 10) - 1.0).abs() < 1e-12);
+        assert!((cosine(5, 10) - 0.505).abs() < 1e-12);
+        assert!((cosine(10, 10) - 0.01).abs() < 1e-12);
+    }
+}
