@@ -75,17 +75,40 @@ impl TileList<'_> {
     }
 }
 
-/// What blending leaves per pixel of a tile.
+/// What the backward pass needs of the forward one, per pixel of a tile.
 #[derive(Clone, Debug)]
-pub(crate) struct TileImage {
-    /// Colour without background, one plane per channel.
-    pub color: [Plane; 3],
+pub(crate) struct TileState {
     /// Final transmittance; negative where blending stopped early.
     pub transmittance: Plane,
     /// Position in the list of the Gaussian that stopped the pixel, infinite if none did.
     pub stop: Plane,
     /// Length of the part of the list that was looked at.
     pub processed: usize,
+}
+
+/// A blended tile.
+pub(crate) struct TileImage {
+    /// Colour without background, one plane per channel.
+    pub color: [Plane; 3],
+    pub state: TileState,
+}
+
+impl TileImage {
+    fn empty() -> Self {
+        let state = TileState { transmittance: Plane([1.0; PIXELS]), stop: Plane([f32::INFINITY; PIXELS]), processed: 0 };
+        Self { color: [Plane::ZERO; 3], state }
+    }
+
+    /// Composites a row over the background.
+    pub(crate) fn write_row(&self, y: usize, background: [f32; 3], image: &mut [[f32; 3]], transmittance: &mut [f32]) {
+        let [red, green, blue] = [self.color[0].row(y), self.color[1].row(y), self.color[2].row(y)];
+        let left = self.state.transmittance.row(y);
+        for (x, (pixel, out)) in image.iter_mut().zip(transmittance).enumerate().take(TILE) {
+            let t = left[x].abs();
+            *out = t;
+            *pixel = [red[x] + t * background[0], green[x] + t * background[1], blue[x] + t * background[2]];
+        }
+    }
 }
 
 /// Blends a tile. `channels` picks the three values to be blended, usually the colour.
@@ -99,12 +122,11 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> TileImage {
-        let mut image =
-            TileImage { color: [Plane::ZERO; 3], transmittance: Plane([1.0; PIXELS]), stop: Plane([f32::INFINITY; PIXELS]), processed: 0 };
+        let mut image = TileImage::empty();
         let mut alive = Alive::rows(self.list.size[1]);
         let [red, green, blue] = &mut image.color;
         let (red, green, blue) = (vectors::<S>(red), vectors::<S>(green), vectors::<S>(blue));
-        let (transmittance, stop) = (vectors::<S>(&mut image.transmittance), vectors::<S>(&mut image.stop));
+        let (transmittance, stop) = (vectors::<S>(&mut image.state.transmittance), vectors::<S>(&mut image.state.stop));
         let per_row = TILE / S::F32_LANES;
         let (alpha_min, alpha_max, threshold) =
             (simd.splat_f32s(ALPHA_MIN.log2()), simd.splat_f32s(ALPHA_MAX), simd.splat_f32s(TRANSMITTANCE_STOP));
@@ -112,7 +134,7 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
             if alive.none() {
                 break;
             }
-            image.processed = position + 1;
+            image.state.processed = position + 1;
             let g = self.list.get(position);
             let mean = self.list.local_mean(g);
             let channels = splat3(simd, (self.channels)(g));
@@ -225,7 +247,7 @@ pub(crate) struct TileCotangent {
 /// Pulls the cotangents of a tile back to its Gaussians, one entry per element of the list.
 pub(crate) struct BlendVjp<'a> {
     pub list: TileList<'a>,
-    pub image: &'a TileImage,
+    pub state: &'a TileState,
     pub v: TileCotangent,
 }
 
@@ -236,16 +258,16 @@ impl WithSimd for BlendVjp<'_> {
     fn with_simd<S: Simd>(mut self, simd: S) -> Vec<ImageCotangent> {
         let mut out = vec![ImageCotangent::default(); self.list.members.len()];
         let per_row = TILE / S::F32_LANES;
-        let mut transmittance = Plane(self.image.transmittance.0.map(f32::abs));
+        let mut transmittance = Plane(self.state.transmittance.0.map(f32::abs));
         let last_stop: [f32; TILE] =
-            std::array::from_fn(|row| self.image.stop.0[row * TILE..(row + 1) * TILE].iter().copied().fold(0.0, f32::max));
-        let stop = S::as_simd_f32s(&self.image.stop.0).0;
+            std::array::from_fn(|row| self.state.stop.0[row * TILE..(row + 1) * TILE].iter().copied().fold(0.0, f32::max));
+        let stop = S::as_simd_f32s(&self.state.stop.0).0;
         let [red, green, blue] = &mut self.v.color;
         let (red, green, blue) = (vectors::<S>(red), vectors::<S>(green), vectors::<S>(blue));
         let (transmittance, behind) = (vectors::<S>(&mut transmittance), vectors::<S>(&mut self.v.remainder));
         let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
         let (alpha_min, alpha_max) = (simd.splat_f32s(ALPHA_MIN.log2()), simd.splat_f32s(ALPHA_MAX));
-        for position in (0..self.image.processed).rev() {
+        for position in (0..self.state.processed).rev() {
             let g = self.list.get(position);
             let mean = self.list.local_mean(g);
             let color = splat3(simd, g.color);

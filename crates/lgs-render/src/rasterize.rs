@@ -3,7 +3,7 @@
 //! Deterministic for any number of threads: every parallel task writes its own output, and sums run over tiles within a band, then over
 //! the bands of a Gaussian, in order.
 
-use crate::blend::{Blend, BlendVjp, Plane, TileCotangent, TileImage, TileList};
+use crate::blend::{Blend, BlendVjp, Plane, TileCotangent, TileList, TileState};
 use crate::project::{ImageCotangent, Projected, View, pixel, project, project_vjp, radius};
 use crate::splats::{SplatGradients, Splats};
 use crate::tiles::{TILE, Tiling, tile};
@@ -31,7 +31,7 @@ pub struct Rasterized {
     pub radii: Vec<u32>,
     projected: Vec<Projected>,
     tiling: Tiling,
-    tiles: Vec<TileImage>,
+    tiles: Vec<TileState>,
 }
 
 impl Rasterized {
@@ -50,9 +50,15 @@ impl Rasterized {
     /// Expected depth `Σ α T z` of each pixel, world units, not divided by the accumulated opacity.
     #[must_use]
     pub fn expected_depth(&self) -> Vec<f32> {
-        let tiles = blend_tiles(&self.projected, &self.tiling, self.size(), |g| [g.depth, 0.0, 0.0]);
+        let arch = Arch::new();
         let mut depth = vec![0.0; self.image.len()];
-        for_tile_rows(&mut depth, self.size(), |tile, row, pixels| pixels.copy_from_slice(&tiles[tile].color[0].row(row)[..pixels.len()]));
+        split_by_tile(&mut depth, self.size()).into_par_iter().enumerate().for_each(|(tile, rows)| {
+            let list = tile_list(&self.projected, &self.tiling, self.size(), tile);
+            let blended = arch.dispatch(Blend { list, channels: |g: &Projected| [g.depth, 0.0, 0.0] });
+            for (y, row) in rows.into_iter().enumerate() {
+                row.copy_from_slice(&blended.color[0].row(y)[..row.len()]);
+            }
+        });
         depth
     }
 
@@ -72,30 +78,19 @@ pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rast
     let n = splats.len();
     let projected = project_all(splats, &view);
     let tiling = tile(&projected, size[0], size[1]);
-    let tiles = blend_tiles(&projected, &tiling, size, |g| g.color);
-    let mut image = vec![[0.0; 3]; camera.pixels()];
-    for_tile_rows(&mut image, size, |tile, row, pixels| {
-        let from = &tiles[tile];
-        let [red, green, blue, transmittance] =
-            [&from.color[0], &from.color[1], &from.color[2], &from.transmittance].map(|plane| plane.row(row));
-        for (x, pixel) in pixels.iter_mut().enumerate() {
-            let t = transmittance[x].abs();
-            *pixel = [red[x] + t * background[0], green[x] + t * background[1], blue[x] + t * background[2]];
-        }
+    let (image, transmittance, tiles) = blend_image(&projected, &tiling, size, background);
+    let means2d = (0..n).into_par_iter().with_min_len(CHUNK).map(|i| match &projected[i] {
+        g if g.reach > 0.0 => g.mean,
+        _ => pixel(splats, &view, i),
     });
-    let mut transmittance = vec![0.0; camera.pixels()];
-    for_tile_rows(&mut transmittance, size, |tile, row, pixels| {
-        for (pixel, t) in pixels.iter_mut().zip(tiles[tile].transmittance.row(row)) {
-            *pixel = t.abs();
-        }
-    });
+    let radii = projected.par_iter().zip(&tiling.entries).with_min_len(CHUNK).map(|(g, e)| if e.count > 0 { radius(g).max(1) } else { 0 });
     Rasterized {
         width: camera.width,
         height: camera.height,
         image,
         transmittance,
-        means2d: (0..n).map(|i| if projected[i].reach > 0.0 { projected[i].mean } else { pixel(splats, &view, i) }).collect(),
-        radii: projected.iter().zip(&tiling.entries).map(|(g, e)| if e.count > 0 { radius(g).max(1) } else { 0 }).collect(),
+        means2d: means2d.collect(),
+        radii: radii.collect(),
         projected,
         tiling,
         tiles,
@@ -231,28 +226,41 @@ fn tile_list<'a>(projected: &'a [Projected], tiling: &'a Tiling, [width, height]
     }
 }
 
-fn blend_tiles(
+/// Blends every tile, each into its own part of the image.
+fn blend_image(
     projected: &[Projected],
     tiling: &Tiling,
     size: [usize; 2],
-    channels: impl Fn(&Projected) -> [f32; 3] + Sync,
-) -> Vec<TileImage> {
-    let arch = Arch::new();
-    (0..tiling.columns * tiling.bands.len())
+    background: [f32; 3],
+) -> (Vec<[f32; 3]>, Vec<f32>, Vec<TileState>) {
+    let (arch, pixels) = (Arch::new(), size[0] * size[1]);
+    let (mut image, mut transmittance) = (vec![[0.0; 3]; pixels], vec![0.0; pixels]);
+    let tiles = split_by_tile(&mut image, size)
         .into_par_iter()
+        .zip(split_by_tile(&mut transmittance, size))
+        .enumerate()
         .with_max_len(1)
-        .map(|tile| arch.dispatch(Blend { list: tile_list(projected, tiling, size, tile), channels: &channels }))
-        .collect()
+        .map(|(tile, (image, transmittance))| {
+            let blended = arch.dispatch(Blend { list: tile_list(projected, tiling, size, tile), channels: |g: &Projected| g.color });
+            for (y, (image, transmittance)) in image.into_iter().zip(transmittance).enumerate() {
+                blended.write_row(y, background, image, transmittance);
+            }
+            blended.state
+        })
+        .collect();
+    (image, transmittance, tiles)
 }
 
-/// Fills an image: `fill(tile, row of the tile, its pixels)`.
-fn for_tile_rows<T: Send>(image: &mut [T], [width, _]: [usize; 2], fill: impl Fn(usize, usize, &mut [T]) + Sync) {
+/// The rows of every tile, tile by tile.
+fn split_by_tile<T>(image: &mut [T], [width, height]: [usize; 2]) -> Vec<Vec<&mut [T]>> {
     let columns = width.div_ceil(TILE);
-    image.par_chunks_mut(width.max(1)).with_min_len(TILE).enumerate().for_each(|(y, row)| {
-        for (column, pixels) in row.chunks_mut(TILE).enumerate() {
-            fill((y / TILE) * columns + column, y % TILE, pixels);
+    let mut tiles: Vec<Vec<&mut [T]>> = (0..columns * height.div_ceil(TILE)).map(|_| Vec::with_capacity(TILE)).collect();
+    for (y, row) in image.chunks_mut(width.max(1)).enumerate() {
+        for (column, part) in row.chunks_mut(TILE).enumerate() {
+            tiles[(y / TILE) * columns + column].push(part);
         }
-    });
+    }
+    tiles
 }
 
 /// Cotangents of each band's items.
@@ -262,9 +270,9 @@ fn blend_vjp(forward: &Rasterized, background: [f32; 3], v_image: &[[f32; 3]], v
         .into_par_iter()
         .with_max_len(1)
         .map(|tile| {
-            let (list, image) = (tile_list(&forward.projected, &forward.tiling, size, tile), &forward.tiles[tile]);
-            let v = tile_cotangent(&list, image, size[0], background, v_image, v_transmittance);
-            arch.dispatch(BlendVjp { list, image, v })
+            let (list, state) = (tile_list(&forward.projected, &forward.tiling, size, tile), &forward.tiles[tile]);
+            let v = tile_cotangent(&list, state, size[0], background, v_image, v_transmittance);
+            arch.dispatch(BlendVjp { list, state, v })
         })
         .collect();
     let sum_band = |(row, tiles): (usize, &[Vec<ImageCotangent>])| {
@@ -282,7 +290,7 @@ fn blend_vjp(forward: &Rasterized, background: [f32; 3], v_image: &[[f32; 3]], v
 
 fn tile_cotangent(
     list: &TileList,
-    image: &TileImage,
+    state: &TileState,
     width: usize,
     background: [f32; 3],
     v_image: &[[f32; 3]],
@@ -298,7 +306,7 @@ fn tile_cotangent(
                 v.color[channel].0[at] = pixel[channel];
                 v_t += background[channel] * pixel[channel];
             }
-            v.remainder.0[at] = v_t * image.transmittance.0[at].abs();
+            v.remainder.0[at] = v_t * state.transmittance.0[at].abs();
         }
     }
     v

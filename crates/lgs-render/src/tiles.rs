@@ -56,7 +56,7 @@ pub(crate) struct Tiling {
 /// Builds the tile lists; `projected[i].reach` is 0 for what is invisible.
 pub(crate) fn tile(projected: &[Projected], width: usize, height: usize) -> Tiling {
     let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-    let mut entries: Vec<Entries> = projected.par_iter().with_min_len(1024).map(|g| vertical_entries(g, width, height)).collect();
+    let mut entries: Vec<Entries> = all_vertical_entries(projected, width, height);
     let order = by_depth(projected, &entries);
 
     let mut items: Vec<Vec<u32>> = vec![Vec::with_capacity(order.len() / rows.max(1) + 16); rows];
@@ -88,11 +88,41 @@ pub(crate) fn half_height(g: &Projected) -> f32 {
 }
 
 /// First and last row of pixels the ellipse reaches.
-pub(crate) fn pixel_rows(g: &Projected, height: usize) -> Option<(usize, usize)> {
+#[inline(always)]
+fn pixel_rows(g: &Projected, height: usize) -> Option<(usize, usize)> {
     let half = half_height(g);
     pixel_range(g.mean[1] - half, g.mean[1] + half, height)
 }
 
+/// The bands of every Gaussian, in parallel chunks.
+fn all_vertical_entries(projected: &[Projected], width: usize, height: usize) -> Vec<Entries> {
+    const CHUNK: usize = 1024;
+    let arch = Arch::new();
+    let mut entries = vec![Entries::default(); projected.len()];
+    entries.par_chunks_mut(CHUNK).zip(projected.par_chunks(CHUNK)).for_each(|(out, projected)| {
+        arch.dispatch(VerticalEntries { projected, out, size: [width, height] });
+    });
+    entries
+}
+
+struct VerticalEntries<'a> {
+    projected: &'a [Projected],
+    out: &'a mut [Entries],
+    size: [usize; 2],
+}
+
+impl WithSimd for VerticalEntries<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (out, g) in self.out.iter_mut().zip(self.projected) {
+            *out = vertical_entries(g, self.size[0], self.size[1]);
+        }
+    }
+}
+
+#[inline(always)]
 fn vertical_entries(g: &Projected, width: usize, height: usize) -> Entries {
     if g.reach <= 0.0 {
         return Entries::default();
