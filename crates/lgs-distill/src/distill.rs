@@ -243,7 +243,7 @@ impl Seen {
     ) -> (System, VelocityField) {
         let paths = self.paths.part(particles, samples);
         let (mut system, mut field) = (system.clone(), VelocityField::NONE);
-        let mut tell = |stage, steps| {
+        let tell = |stage, steps| {
             move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) }
         };
         let matching = tell(DistillStage::Matching, config.matching.steps);

@@ -32,7 +32,8 @@ pub(crate) struct ChosenLaw {
     pub(crate) forecast: f64,
 }
 
-/// Laws to choose from, in order of preference: potentials, then forces, each first for independent particles.
+/// Laws to choose from, in order of preference: for independent particles (the paper's form) before those that need the object held rigid,
+/// and in each group fewer terms first, potentials before forces except for plain damping.
 pub(crate) fn candidates(force: bool, whole_object: bool) -> Vec<Candidate> {
     use Stiffness::{Axial, Full, Isotropic, None};
     let terms = |gravity, stiffness, damping, gyration| Terms { gravity, stiffness, damping, gyration };
@@ -55,10 +56,7 @@ pub(crate) fn candidates(force: bool, whole_object: bool) -> Vec<Candidate> {
         ]);
     }
     let modes = if whole_object { &[false, true][..] } else { &[false][..] };
-    tiers
-        .iter()
-        .flat_map(|tier| modes.iter().flat_map(move |&whole_object| tier.iter().map(move |&terms| Candidate { terms, whole_object })))
-        .collect()
+    modes.iter().flat_map(|&whole_object| tiers.iter().flatten().map(move |&terms| Candidate { terms, whole_object })).collect()
 }
 
 /// The fits of one window, and the samples outside of it that judge them.

@@ -7,7 +7,7 @@
 
 use crate::Trajectories;
 use crate::chebyshev::{Curve, Order};
-use crate::dense::{IDENTITY, M3, V3, add, dot, mat_t_vec, mat_vec, median, nearest_rotation, norm2, scale, solve_positive, sub, symmetric_eigen};
+use crate::dense::{M3, V3, add, dot, mat_t_vec, mat_vec, median, nearest_rotation, norm2, scale, solve_positive, sub, symmetric_eigen};
 
 /// Turns of poses, shape and weights; the shape settles in two or three.
 const TURNS: usize = 6;
@@ -251,9 +251,6 @@ pub(crate) fn angular_velocity(linear: &M3, rate: &M3) -> V3 {
     let spin = |i: usize, j: usize| dot(rate[i], linear[j]);
     [0.5 * (spin(2, 1) - spin(1, 2)), 0.5 * (spin(0, 2) - spin(2, 0)), 0.5 * (spin(1, 0) - spin(0, 1))]
 }
-
-/// The pose that leaves everything where it is.
-pub(crate) const REST: Pose = Pose { linear: IDENTITY, shift: [0.0; 3] };
 
 #[cfg(test)]
 mod tests {

@@ -76,11 +76,6 @@ impl Trajectories {
         Ok(())
     }
 
-    /// The first `samples` samples, or those from `samples` before the end.
-    pub(crate) fn window(&self, range: std::ops::Range<usize>) -> Self {
-        Self { times: self.times[range.clone()].to_vec(), positions: self.positions[range].to_vec() }
-    }
-
     /// A position in double precision.
     #[inline]
     pub(crate) fn at(&self, sample: usize, particle: usize) -> V3 {

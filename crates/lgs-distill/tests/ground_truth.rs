@@ -1,0 +1,115 @@
+//! The distiller alone on ground-truth trajectories: error at three times the window as a part of the path, with and without noise, and
+//! with the kind of error that a source model trained from images makes.
+
+use lgs_data::synth;
+use lgs_distill::{DistillConfig, Distilled, Trajectories, distill};
+use lgs_dynamics::{RolloutSpec, State, VelocityPolicy, rollout};
+use rand::RngExt;
+
+const WINDOW: usize = 76;
+const STEPS: usize = 225;
+
+fn truth(scene: &str) -> Vec<Vec<[f32; 3]>> {
+    let times: Vec<f64> = (0..=STEPS).map(|i| 0.01 * i as f64).collect();
+    synth::ground_truth(scene, &times, 400, 0).unwrap().points
+}
+
+fn window(points: &[Vec<[f32; 3]>], error: impl FnMut(usize, usize, usize) -> f32) -> Trajectories {
+    let mut error = error;
+    let mut positions = points[..WINDOW].to_vec();
+    for (sample, row) in positions.iter_mut().enumerate() {
+        for (particle, p) in row.iter_mut().enumerate() {
+            for (axis, x) in p.iter_mut().enumerate() {
+                *x += error(sample, particle, axis);
+            }
+        }
+    }
+    Trajectories { times: (0..WINDOW).map(|i| 0.01 * i as f32).collect(), positions }
+}
+
+fn normal(deviation: f32) -> impl FnMut(usize, usize, usize) -> f32 {
+    let mut rng = lgs_core::stream(11, "noise", 0);
+    move |_, _, _| {
+        let (u, v): (f32, f32) = (rng.random_range(1e-7..1.0), rng.random_range(0.0..1.0));
+        deviation * (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
+    }
+}
+
+fn run(seen: &Trajectories) -> Distilled {
+    distill(seen, None, &DistillConfig::default(), 3, &mut |_| {}).unwrap()
+}
+
+fn error_at_end(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
+    let supports = found.supports(20);
+    let mut spec = RolloutSpec::new(0.01, STEPS);
+    if found.report.whole_object {
+        spec = spec.aligned(&supports, VelocityPolicy::Rigid);
+    }
+    let states = rollout(&found.system, &State::at_start(found.q0.clone(), found.v0.clone()), &spec);
+    let distance = |a: &[[f32; 3]], b: &[[f32; 3]]| -> f64 {
+        a.iter().zip(b).map(|(&p, &q)| f64::from(lgs_core::linear::norm(lgs_core::linear::sub(p, q)))).sum()
+    };
+    distance(&states[STEPS].q, &truth[STEPS]) / truth.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum::<f64>()
+}
+
+/// Noise-free and noisy bounds of the project; measured values are 2 to 100 times smaller (see the example `distill_ground_truth`).
+#[test]
+fn laws_extrapolate_to_three_windows() {
+    for (scene, clean, noisy) in [
+        ("falling-ball", 0.005, 0.03),
+        ("fan", 0.002, 0.01),
+        ("sled", 0.02, 0.06),
+        ("projectile", 0.03, 0.04),
+        ("spring", 0.002, 0.01),
+    ] {
+        let truth = truth(scene);
+        let error = error_at_end(&run(&window(&truth, |_, _, _| 0.0)), &truth);
+        assert!(error <= clean, "{scene} without noise: {error}");
+        let error = error_at_end(&run(&window(&truth, normal(0.004))), &truth);
+        assert!(error <= noisy, "{scene} with noise: {error}");
+    }
+}
+
+#[test]
+fn smooth_errors_shared_by_neighbours_and_floaters_do_not_invent_forces() {
+    for (scene, bound) in [("falling-ball", 0.15), ("fan", 0.06), ("spring", 0.03)] {
+        let truth = truth(scene);
+        let mut jitter = normal(0.001);
+        let start = truth[0].clone();
+        let seen = window(&truth, |sample, particle, axis| {
+            let (t, p) = (0.01 * sample as f32, start[particle]);
+            let wave = (5.0 * t + 3.0 * p[0] - 2.0 * p[1] + 2.0 * p[2] + axis as f32).sin();
+            let floater = if particle % 40 == 7 { 0.3 * t } else { 0.0 };
+            0.003 * wave + floater + jitter(sample, particle, axis)
+        });
+        let found = run(&seen);
+        let error = error_at_end(&found, &truth);
+        println!("{scene}: {error:.4} {:?}", found.report);
+        assert!(error <= bound, "{scene}: {error}, {:?}", found.report);
+    }
+}
+
+#[test]
+fn the_result_depends_on_the_input_alone() {
+    let seen = window(&truth("fan"), normal(0.004));
+    let (a, b) = (run(&seen), run(&seen));
+    assert_eq!(a.system.params, b.system.params);
+    assert_eq!((a.q0, a.v0), (b.q0, b.v0));
+}
+
+#[test]
+fn networks_alone_learn_a_fall() {
+    let truth = truth("falling-ball");
+    let mut config = DistillConfig { hidden: 32, ..DistillConfig::paper() };
+    config.matching.steps = 300;
+    config.rollout.steps = 20;
+    let found = distill(&window(&truth, |_, _, _| 0.0), None, &config, 3, &mut |_| {}).unwrap();
+    assert!(found.report.networks && found.report.window_error < 0.01, "{:?}", found.report);
+}
+
+#[test]
+fn a_moving_object_of_three_particles_is_no_special_case() {
+    let truth: Vec<_> = truth("falling-ball").into_iter().map(|row| row[..3].to_vec()).collect();
+    let found = run(&window(&truth, |_, _, _| 0.0));
+    assert!(error_at_end(&found, &truth) < 0.01, "{:?}", found.report);
+}

@@ -1,0 +1,90 @@
+//! Static/moving split and objects.
+
+use lgs_data::synth;
+use lgs_distill::{PartitionConfig, SceneConfig, Trajectories, distill_scene, partition};
+use rand::RngExt;
+
+fn sampled(points: impl Fn(f32) -> Vec<[f32; 3]>) -> Trajectories {
+    let times: Vec<f32> = (0..76).map(|i| 0.01 * i as f32).collect();
+    Trajectories { positions: times.iter().map(|&t| points(t)).collect(), times }
+}
+
+fn lattice(center: [f32; 3], n: usize, spacing: f32) -> Vec<[f32; 3]> {
+    let at = |i: usize| (i as f32 - 0.5 * (n - 1) as f32) * spacing;
+    (0..n * n * n).map(|k| [center[0] + at(k % n), center[1] + at(k / n % n), center[2] + at(k / n / n)]).collect()
+}
+
+fn noisy(mut trajectories: Trajectories, deviation: f32) -> Trajectories {
+    let mut rng = lgs_core::stream(5, "noise", 0);
+    for x in trajectories.positions.iter_mut().flatten().flatten() {
+        *x += deviation * (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f32>();
+    }
+    trajectories
+}
+
+/// A wall, a block that slides along it, a block that touches the first one and moves the other way, and a few strays.
+fn touching() -> Trajectories {
+    sampled(|t| {
+        let mut all = lattice([0.0, 0.0, -1.0], 6, 0.1);
+        all.extend(lattice([0.0, 0.0, 0.0], 7, 0.05).into_iter().map(|[x, y, z]| [x + 0.4 * t, y, z]));
+        all.extend(lattice([0.0, 0.0, 0.35], 6, 0.05).into_iter().map(|[x, y, z]| [x - 0.4 * t, y + 0.2 * t, z]));
+        all.extend((0..5).map(|i| [0.3, 0.1 * i as f32, -0.3 - 0.5 * t]));
+        all
+    })
+}
+
+#[test]
+fn touching_bodies_part_and_strays_join_the_nearest() {
+    for deviation in [0.0, 0.001] {
+        let found = partition(&noisy(touching(), deviation), &PartitionConfig::default()).unwrap();
+        assert_eq!(found.objects, 2, "noise {deviation}");
+        assert!(found.object[..216].iter().all(|&o| o == -1), "the wall stands, noise {deviation}");
+        assert!(found.object[216..216 + 343].iter().all(|&o| o == 0));
+        assert!(found.object[216 + 343..216 + 343 + 216].iter().all(|&o| o == 1));
+        assert!(found.object[216 + 343 + 216..].iter().all(|&o| o == 0));
+        assert_eq!(found.moving(), 343 + 216 + 5);
+    }
+}
+
+#[test]
+fn the_room_has_three_movers() {
+    let times: Vec<f64> = (0..76).map(|i| 0.01 * f64::from(i)).collect();
+    let truth = synth::ground_truth("room", &times, 600, 0).unwrap();
+    let trajectories = Trajectories { times: truth.times.clone(), positions: truth.points.clone() };
+    let found = partition(&noisy(trajectories, 0.001), &PartitionConfig::default()).unwrap();
+    // The hub of the turntable hardly moves, so that some of its points count as static.
+    let moving = truth.object.iter().zip(&found.object).filter(|&(&truth, &found)| truth >= 0 && found >= 0).count();
+    assert!(moving as f32 > 0.9 * truth.object.iter().filter(|&&o| o >= 0).count() as f32);
+    let wrong = truth.object.iter().zip(&found.object).filter(|&(&truth, &found)| truth < 0 && found >= 0).count();
+    assert_eq!(wrong, 0, "static points that move");
+    for object in 0..found.objects {
+        let mut names: Vec<i32> = found.members(object).iter().map(|&i| truth.object[i]).collect();
+        names.dedup();
+        assert_eq!(names.len(), 1, "object {object} mixes movers");
+    }
+}
+
+#[test]
+fn a_scene_without_motion_has_no_objects() {
+    let still = sampled(|_| lattice([0.0; 3], 5, 0.1));
+    let found = distill_scene(&noisy(still, 0.001), None, &SceneConfig::default(), 1, &mut |_, _, _| {}).unwrap();
+    assert_eq!((found.partition.objects, found.objects.len()), (0, 0));
+}
+
+#[test]
+fn every_object_of_a_scene_gets_its_own_system() {
+    let found = distill_scene(&touching(), None, &SceneConfig::default(), 1, &mut |_, _, _| {}).unwrap();
+    assert_eq!(found.objects.len(), 2);
+    for (members, distilled) in &found.objects {
+        assert_eq!(members.len(), distilled.q0.len());
+        assert!(distilled.v0.iter().all(|v| (v[0].abs() - 0.4).abs() < 0.02), "{:?}", &distilled.v0[..3]);
+    }
+}
+
+#[test]
+fn configurations_read_back_and_reject_unknown_fields() {
+    let text = serde_json::to_string(&SceneConfig::default()).unwrap();
+    assert_eq!(serde_json::from_str::<SceneConfig>(&text).unwrap(), SceneConfig::default());
+    assert!(serde_json::from_str::<SceneConfig>(r#"{"object": {"hiden": 3}}"#).is_err());
+    assert!(serde_json::from_str::<SceneConfig>(r#"{"object": {"hidden": 48}}"#).is_ok());
+}
