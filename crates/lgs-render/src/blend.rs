@@ -330,3 +330,47 @@ fn reduce<S: Simd>(simd: S, dx: S::f32s, [v, v_dy, v_dyy]: [S::f32s; 3], v_color
         color: [simd.reduce_sum_f32s(v_color[0]), simd.reduce_sum_f32s(v_color[1]), simd.reduce_sum_f32s(v_color[2])],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::{View, project};
+    use crate::splats::Splats;
+    use crate::tiles::tile;
+    use lgs_core::testing::{assert_gradient_close, assert_values_close};
+    use lgs_core::{Camera, GaussianCloud};
+    use pulp::{Arch, Scalar};
+
+    /// Values and gradients of one tile at the vector width that `dispatch` and `vjp` choose.
+    fn run(
+        list: TileList,
+        dispatch: impl Fn(Blend<fn(&Projected) -> [f32; 3]>) -> TileImage,
+        vjp: impl Fn(BlendVjp) -> Vec<ImageCotangent>,
+    ) -> (Vec<f32>, Vec<f32>) {
+        let image = dispatch(Blend { list, channels: |g| g.color });
+        let weights = |phase: usize| Plane(std::array::from_fn(|i| ((i * 13 + phase * 7) % 17) as f32 / 17.0 - 0.4));
+        let v = TileCotangent { color: [weights(0), weights(1), weights(2)], remainder: weights(3) };
+        let gradients = vjp(BlendVjp { list, state: &image.state, v });
+        let mut values = image.state.transmittance.0.to_vec();
+        values.extend(image.color.iter().flat_map(|plane| plane.0));
+        (values, gradients.iter().flat_map(|g| g.moments.into_iter().chain(g.color)).collect())
+    }
+
+    #[test]
+    fn every_vector_width_agrees() {
+        let means = (0..60).map(|i| [(i as f32 * 0.7).sin() * 0.3, i as f32 * 0.02, (i as f32 * 1.3).cos() * 0.3]).collect();
+        let cloud = GaussianCloud::isotropic(means, 0.12, [0.7, 0.2, 0.5], 0.9);
+        let camera = Camera::look_at([0.0, -2.0, 0.2], [0.0; 3], 0.4, 16, 13);
+        let (splats, view) = (Splats::from(&cloud), View::from(&camera));
+        let projected: Vec<Projected> = (0..60).map(|i| project(&splats, &view, i).unwrap_or_default()).collect();
+        let tiling = tile(&projected, 16, 13);
+        let band = &tiling.bands[0];
+        let list = TileList { projected: &projected, items: &band.items, members: band.tile(0), origin: [0, 0], size: [16, 13] };
+        assert!(list.members.len() > 30);
+        let (wide, v_wide) = run(list, |op| Arch::new().dispatch(op), |op| Arch::new().dispatch(op));
+        let (narrow, v_narrow) = run(list, |op| Scalar.vectorize(op), |op| Scalar.vectorize(op));
+        assert_values_close("values", &wide, &narrow, 1e-5, 1e-5);
+        assert_gradient_close("gradients", &v_wide, &v_narrow);
+        assert!(wide.iter().any(|&v| v < 0.0), "some pixel stops early");
+    }
+}

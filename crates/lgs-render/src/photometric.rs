@@ -19,7 +19,7 @@ const C1: f32 = 1e-4;
 /// `(0.03 L)²` for a dynamic range of 1.
 const C2: f32 = 9e-4;
 /// Fewest rows of a chunk: below this the overlap costs more than the parallelism gains.
-const MIN_CHUNK_ROWS: usize = 32;
+const MIN_CHUNK_ROWS: usize = 40;
 
 /// The photometric loss of a rendered image.
 ///

@@ -11,6 +11,8 @@ pub(crate) const SIZE: usize = 2 * RADIUS + 1;
 const SIGMA: f64 = 1.5;
 /// Rows are padded to whole vectors of the widest kind.
 const BLOCK: usize = 16;
+/// Bytes.
+const CACHE_LINE: usize = 64;
 
 /// The normalised window.
 pub(crate) fn weights() -> [f32; SIZE] {
@@ -27,6 +29,8 @@ pub(crate) fn padded_len(row: usize) -> usize {
 /// The last 11 rows of `PLANES` planes, addressed by image row.
 pub(crate) struct Ring<const PLANES: usize> {
     stride: usize,
+    /// Where the first row starts: on a cache line, or every vector load would touch two.
+    base: usize,
     /// `SIZE · PLANES` rows and one of zeros, which stands for rows outside of the image.
     values: Vec<f32>,
 }
@@ -38,11 +42,13 @@ impl<const PLANES: usize> Ring<PLANES> {
 
     pub(crate) fn new(row: usize) -> Self {
         let stride = Self::stride(row);
-        Self { stride, values: vec![0.0; stride * (SIZE * PLANES + 1)] }
+        let values = vec![0.0; stride * (SIZE * PLANES + 1) + BLOCK];
+        let base = values.as_ptr().align_offset(CACHE_LINE).min(BLOCK);
+        Self { stride, base, values }
     }
 
     fn start(&self, plane: usize, y: usize) -> usize {
-        (plane * SIZE + y % SIZE) * self.stride
+        self.base + (plane * SIZE + y % SIZE) * self.stride
     }
 
     pub(crate) fn row_mut(&mut self, plane: usize, y: usize) -> &mut [f32] {
@@ -54,7 +60,7 @@ impl<const PLANES: usize> Ring<PLANES> {
     pub(crate) fn around(&self, plane: usize, y: usize, height: usize) -> [&[f32]; SIZE] {
         std::array::from_fn(|tap| {
             let inside = (y + tap).checked_sub(RADIUS).filter(|&source| source < height);
-            let start = inside.map_or(SIZE * PLANES * self.stride, |source| self.start(plane, source));
+            let start = inside.map_or(self.base + SIZE * PLANES * self.stride, |source| self.start(plane, source));
             &self.values[start..start + self.stride]
         })
     }
