@@ -153,7 +153,7 @@ impl Default for DistillConfig {
             forecast_floor: 1e-3,
             anchors: 20,
             whole_object: true,
-            remainder_threshold: 0.01,
+            remainder_threshold: 0.04,
             matching: MatchingConfig::default(),
             rollout: RolloutConfig::default(),
         }

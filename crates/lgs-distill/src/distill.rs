@@ -9,7 +9,7 @@ use crate::dense::{V3, norm2};
 use crate::law::Law;
 use crate::law_select::{ChosenLaw, choose_law};
 use crate::law_system::{normalisation, system_of_law};
-use crate::network_fit::{Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of};
+use crate::network_fit::{Hold, Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of};
 use crate::report::{DistillReport, PathKind};
 use crate::shared_motion::{PoseKind, SharedMotion};
 use crate::targets::Paths;
@@ -19,7 +19,9 @@ use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, Sy
 /// Particles that errors and scales are measured on.
 const JUDGES: usize = 200;
 /// Networks have to forecast better than the law alone by this factor.
-const WORTH_IT: f64 = 0.8;
+const WORTH_IT: f64 = 0.5;
+/// How many times more rollout steps networks of an object that is held rigid get.
+const HELD_STEPS: usize = 4;
 /// An affine motion is preferred to a rigid one only if the rigid residual is this many times larger …
 const RIGID_SLACK: f64 = 1.5;
 /// … and exceeds it by this part of the displacement.
@@ -113,7 +115,7 @@ pub fn distill(
         None => seen.plain(config, seed),
     };
     let unexplained = distilled.report.forecast_error.is_none_or(|e| e > f64::from(config.remainder_threshold) * seen.displacement);
-    if unexplained && !distilled.report.whole_object {
+    if unexplained {
         seen.train_networks(&mut distilled, config, seed, progress);
     }
     let finite = |rows: &[[f32; 3]]| rows.as_flattened().iter().all(|v| v.is_finite());
@@ -214,47 +216,20 @@ impl Seen {
     fn train_networks(&self, distilled: &mut Distilled, config: &DistillConfig, seed: u64, progress: &mut dyn FnMut(DistillProgress)) {
         let samples = self.paths.samples();
         let known = samples - ((samples as f32 * config.held_out) as usize).clamp(1, samples / 2);
-        let particles = self.paths.spread(config.matching.particles);
-        let judge = |system: &System, field: &VelocityField| rollout_error(system, field, &self.paths, &self.judges, known..samples);
+        let training = Training::new(self, distilled, config);
         if let Some(forecast) = distilled.report.forecast_error {
-            let (system, field) = self.trained(&distilled.system, &particles, known, config, seed, progress);
-            let error = judge(&system, &field);
+            let (system, field) = training.run(&distilled.system, known, seed, progress);
+            let error = training.error(&system, &field, known..samples);
             if error > WORTH_IT * forecast {
                 return;
             }
             distilled.report.forecast_error = Some(error);
         }
-        let (system, field) = self.trained(&distilled.system, &particles, samples, config, seed, progress);
+        let (system, field) = training.run(&distilled.system, samples, seed, progress);
         (distilled.q0, distilled.v0) = self.start(&system, &field);
-        distilled.report.window_error = rollout_error(&system, &field, &self.paths, &self.judges, 0..samples);
+        distilled.report.window_error = training.error(&system, &field, 0..samples);
         distilled.report.networks = true;
         distilled.system = system;
-    }
-
-    /// Matching and rollouts on the first `samples` samples.
-    fn trained(
-        &self,
-        system: &System,
-        particles: &[usize],
-        samples: usize,
-        config: &DistillConfig,
-        seed: u64,
-        progress: &mut dyn FnMut(DistillProgress),
-    ) -> (System, VelocityField) {
-        let paths = self.paths.part(particles, samples);
-        let (mut system, mut field) = (system.clone(), VelocityField::NONE);
-        let tell = |stage, steps| {
-            move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) }
-        };
-        let matching = tell(DistillStage::Matching, config.matching.steps);
-        match_accelerations(&mut system, &paths, &config.matching, seed, &mut |tick| progress(matching(tick)));
-        let refining = tell(DistillStage::Rollout, config.rollout.steps);
-        let (before, unrefined) = (rollout_error(&system, &field, &paths, &spread(&paths), 0..samples), system.clone());
-        refine_by_rollouts(&mut system, &mut field, &paths, &config.rollout, seed, &mut |tick| progress(refining(tick)));
-        if rollout_error(&system, &field, &paths, &spread(&paths), 0..samples) > before {
-            return (unrefined, VelocityField::NONE);
-        }
-        (system, field)
     }
 
     /// The part of the report that precedes any fit.
@@ -292,9 +267,54 @@ impl Seen {
     }
 }
 
-/// Judges of a part of the paths.
-fn spread(paths: &Paths) -> Vec<usize> {
-    paths.spread(JUDGES)
+/// What networks are trained on: a part of the particles, or the anchors of an object that is held rigid.
+struct Training<'a> {
+    config: &'a DistillConfig,
+    paths: Paths,
+    judges: Vec<usize>,
+    supports: Option<Supports>,
+    force_is_fixed: bool,
+}
+
+impl<'a> Training<'a> {
+    fn new(seen: &Seen, distilled: &Distilled, config: &'a DistillConfig) -> Self {
+        let whole_object = distilled.report.whole_object;
+        let particles = if whole_object { seen.anchors.clone() } else { seen.paths.spread(config.matching.particles) };
+        let paths = seen.paths.part(&particles, seen.paths.samples());
+        let local: Vec<u32> = (0..paths.len() as u32).collect();
+        let supports = whole_object.then(|| anchored_supports(&local, paths.len()));
+        let judges = if whole_object { (0..paths.len()).collect() } else { paths.spread(JUDGES) };
+        let force_is_fixed = whole_object && !distilled.report.terms.is_some_and(|terms| terms.has_force());
+        Self { config, paths, judges, supports, force_is_fixed }
+    }
+
+    fn hold(&self) -> Hold<'_> {
+        Hold { supports: self.supports.as_ref(), force_is_fixed: self.force_is_fixed }
+    }
+
+    fn error(&self, system: &System, field: &VelocityField, samples: std::ops::Range<usize>) -> f64 {
+        rollout_error(system, field, &self.paths, &self.judges, samples, self.hold())
+    }
+
+    /// Matching (of independent particles) and rollouts on the first `samples` samples; rollouts count only if they lower the error.
+    fn run(&self, system: &System, samples: usize, seed: u64, progress: &mut dyn FnMut(DistillProgress)) -> (System, VelocityField) {
+        let all: Vec<usize> = (0..self.paths.len()).collect();
+        let paths = self.paths.part(&all, samples);
+        let (mut system, mut field) = (system.clone(), VelocityField::NONE);
+        let tell = |stage, steps| move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) };
+        let mut rollouts = self.config.rollout.clone();
+        if self.supports.is_some() {
+            // A held object's internal forces do not show in accelerations: rollouts have to teach everything.
+            (rollouts.steps, rollouts.learning_rate) = (HELD_STEPS * rollouts.steps, self.config.matching.learning_rate);
+        } else {
+            let matching = tell(DistillStage::Matching, self.config.matching.steps);
+            match_accelerations(&mut system, &paths, &self.config.matching, seed, &mut |tick| progress(matching(tick)));
+        }
+        let (before, unrefined) = (self.error(&system, &field, 0..samples), system.clone());
+        let refining = tell(DistillStage::Rollout, rollouts.steps);
+        refine_by_rollouts(&mut system, &mut field, &paths, &rollouts, self.hold(), seed, &mut |tick| progress(refining(tick)));
+        if self.error(&system, &field, 0..samples) > before { (unrefined, VelocityField::NONE) } else { (system, field) }
+    }
 }
 
 /// The motion that the particles share, if they do.
@@ -312,7 +332,8 @@ fn shared_motion(
         SharedMotionKind::Affine => Some(fit(PoseKind::Affine)),
         SharedMotionKind::Auto => {
             let (rigid, affine) = (fit(PoseKind::Rigid), fit(PoseKind::Affine));
-            let rigid_enough = rigid.residual <= RIGID_SLACK * affine.residual || rigid.residual <= affine.residual + RIGID_TOLERANCE * displacement;
+            let rigid_enough =
+                rigid.residual <= RIGID_SLACK * affine.residual || rigid.residual <= affine.residual + RIGID_TOLERANCE * displacement;
             let better = if rigid_enough { rigid } else { affine };
             (better.residual <= 1.5 * noise + f64::from(config.shared_residual) * displacement).then_some(better)
         }

@@ -264,6 +264,8 @@ mod tests {
         let terms = Terms { gravity: false, stiffness: Stiffness::Axial, damping: false, gyration: false };
         let law = Law::with_unknowns([0.0; 3], &terms, &[1.0, -2.0, 0.5]);
         let m = law.unknowns(&terms);
-        assert!((norm2(cross(scale([1.0, -2.0, 0.5], 1.0), [m[0], m[1], m[2]]))) < 1e-18 && (norm2([m[0], m[1], m[2]]) - 5.25).abs() < 1e-9);
+        assert!(
+            (norm2(cross(scale([1.0, -2.0, 0.5], 1.0), [m[0], m[1], m[2]]))) < 1e-18 && (norm2([m[0], m[1], m[2]]) - 5.25).abs() < 1e-9
+        );
     }
 }

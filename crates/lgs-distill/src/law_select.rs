@@ -110,9 +110,7 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
         .collect();
     let best = kept.iter().map(|(_, score, _)| *score).fold(f64::INFINITY, f64::min);
     let admitted = best * f64::from(config.forecast_slack) + f64::from(config.forecast_floor) * displacement;
-    kept.into_iter()
-        .find(|(_, score, _)| *score <= admitted)
-        .map(|(candidate, forecast, fitted)| ChosenLaw { candidate, fitted, forecast })
+    kept.into_iter().find(|(_, score, _)| *score <= admitted).map(|(candidate, forecast, fitted)| ChosenLaw { candidate, fitted, forecast })
 }
 
 /// The smallest score.
@@ -139,7 +137,9 @@ fn stays(fitted: &FittedLaw, motion: &SharedMotion, points: &[V3], dt: f64) -> b
 fn forecast(fold: &Fold<'_>, candidate: &Candidate, motion: &SharedMotion, points: &[V3], dt: f64) -> f64 {
     let window = dt * motion.times.len() as f64;
     match fold.fit.fit(candidate) {
-        Some(fitted) if fastest_rate(&fitted.law) * dt < 0.5 && growth_rate(&fitted.law) * window < MOST_GROWTH => fitted.error_at(motion, points, dt, &fold.judges),
+        Some(fitted) if fastest_rate(&fitted.law) * dt < 0.5 && growth_rate(&fitted.law) * window < MOST_GROWTH => {
+            fitted.error_at(motion, points, dt, &fold.judges)
+        }
         _ => f64::INFINITY,
     }
 }

@@ -9,7 +9,7 @@ use crate::config::{MatchingConfig, RolloutConfig};
 use crate::dense::{narrow, sub, wide};
 use crate::targets::Paths;
 use lgs_core::linear;
-use lgs_dynamics::{Edit, RolloutSpec, State, StateCotangents, System, acceleration_vjp, rollout, rollout_vjp};
+use lgs_dynamics::{Edit, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, acceleration_vjp, rollout, rollout_vjp};
 use rand::RngExt;
 
 /// Only Q.
@@ -17,6 +17,25 @@ const FORCE_ONLY: Edit = Edit { velocity_scale: 1.0, potential_scale: 0.0, force
 
 /// Unknowns of a linear velocity field.
 const FIELD: usize = 12;
+
+/// How rollouts of a training run go.
+#[derive(Clone, Copy)]
+pub(crate) struct Hold<'a> {
+    /// Supports of all particles of the paths, which are then rolled out together; none: particles are independent.
+    pub(crate) supports: Option<&'a Supports>,
+    /// Whether Q is left as it is.
+    pub(crate) force_is_fixed: bool,
+}
+
+impl<'a> Hold<'a> {
+    fn spec(&self, dt: f32, steps: usize) -> RolloutSpec<'a> {
+        let spec = RolloutSpec::new(dt, steps);
+        match self.supports {
+            Some(supports) => spec.aligned(supports, VelocityPolicy::Rigid),
+            None => spec,
+        }
+    }
+}
 
 /// What is reported while a network trains.
 pub(crate) struct Tick {
@@ -108,17 +127,25 @@ pub(crate) fn refine_by_rollouts(
     field: &mut VelocityField,
     paths: &Paths,
     config: &RolloutConfig,
+    hold: Hold<'_>,
     seed: u64,
     tick: &mut dyn FnMut(Tick),
 ) {
     let (mut adam, mut field_adam) = (Adam::new(system.params.len()), Adam::new(FIELD));
     let window = paths.samples() - 1;
+    let fixed: Vec<_> = system.layout().into_iter().filter(|e| e.name.starts_with("force.")).map(|e| e.range).collect();
     for step in 0..config.steps {
         let mut rng = lgs_core::stream(seed, "rollout distillation", step as u64);
-        let chosen: Vec<usize> = (0..config.particles.min(paths.len())).map(|_| rng.random_range(0..paths.len())).collect();
+        let chosen: Vec<usize> = match hold.supports {
+            Some(_) => (0..paths.len()).collect(),
+            None => (0..config.particles.min(paths.len())).map(|_| rng.random_range(0..paths.len())).collect(),
+        };
         let first = config.first_horizon.min(window);
         let horizon = (first + (window - first) * 2 * step / config.steps.max(1)).min(window);
-        let (loss, mut gradient, mut of_field) = rollout_gradient(system, field, paths, &chosen, horizon, config.force_penalty);
+        let (loss, mut gradient, mut of_field) = rollout_gradient(system, field, paths, &chosen, horizon, config.force_penalty, hold);
+        if hold.force_is_fixed {
+            fixed.iter().for_each(|range| gradient[range.clone()].fill(0.0));
+        }
         clip(&mut gradient);
         clip(&mut of_field);
         adam.step(&mut system.params, &gradient, cosine(config.learning_rate, step, config.steps));
@@ -135,9 +162,10 @@ fn rollout_gradient(
     chosen: &[usize],
     horizon: usize,
     force_penalty: f32,
+    hold: Hold<'_>,
 ) -> (f32, Vec<f32>, [f32; FIELD]) {
     let start = start_of(system, field, paths, chosen);
-    let spec = RolloutSpec::new(paths.dt(), horizon);
+    let spec = hold.spec(paths.dt(), horizon);
     let states = rollout(system, &start, &spec);
     let unit = system.config.normalisation.length;
     let weight = 2.0 / (unit * unit * (chosen.len() * horizon) as f32);
@@ -147,7 +175,12 @@ fn rollout_gradient(
         .enumerate()
         .map(|(sample, state)| {
             let errors = state.q.iter().zip(chosen).map(|(&q, &j)| narrow(sub(wide(q), paths.position(j, sample))));
-            let q: Vec<_> = errors.map(|e| { loss += 0.5 * weight * linear::dot(e, e); linear::scale(e, weight) }).collect();
+            let q: Vec<_> = errors
+                .map(|e| {
+                    loss += 0.5 * weight * linear::dot(e, e);
+                    linear::scale(e, weight)
+                })
+                .collect();
             StateCotangents { q, ..StateCotangents::default() }
         })
         .collect();
@@ -172,8 +205,9 @@ pub(crate) fn rollout_error(
     paths: &Paths,
     chosen: &[usize],
     samples: std::ops::Range<usize>,
+    hold: Hold<'_>,
 ) -> f64 {
-    let states = rollout(system, &start_of(system, field, paths, chosen), &RolloutSpec::new(paths.dt(), samples.end - 1));
+    let states = rollout(system, &start_of(system, field, paths, chosen), &hold.spec(paths.dt(), samples.end - 1));
     let mut sum = 0.0;
     for sample in samples.clone() {
         for (&q, &j) in states[sample].q.iter().zip(chosen) {

@@ -21,10 +21,3 @@ pub(crate) fn noisy(trajectories: &Trajectories, deviation: f32, seed: u64) -> T
     }
     out
 }
-
-/// Trajectories of a motion of points, 76 samples to 0.75.
-pub(crate) fn sampled(points: &[V3], motion: impl Fn(f64, V3) -> V3) -> Trajectories {
-    let times: Vec<f32> = (0..76).map(|i| 0.01 * i as f32).collect();
-    let positions = (0..76).map(|i| points.iter().map(|&p| motion(0.01 * f64::from(i), p).map(|v| v as f32)).collect()).collect();
-    Trajectories { times, positions }
-}

@@ -55,13 +55,9 @@ fn error_at_end(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
 /// Noise-free and noisy bounds of the project; measured values are 2 to 100 times smaller (see the example `distill_ground_truth`).
 #[test]
 fn laws_extrapolate_to_three_windows() {
-    for (scene, clean, noisy) in [
-        ("falling-ball", 0.005, 0.03),
-        ("fan", 0.002, 0.01),
-        ("sled", 0.02, 0.06),
-        ("projectile", 0.03, 0.04),
-        ("spring", 0.002, 0.01),
-    ] {
+    for (scene, clean, noisy) in
+        [("falling-ball", 0.005, 0.03), ("fan", 0.002, 0.01), ("sled", 0.02, 0.06), ("projectile", 0.03, 0.04), ("spring", 0.002, 0.01)]
+    {
         let truth = truth(scene);
         let error = error_at_end(&run(&window(&truth, |_, _, _| 0.0)), &truth);
         assert!(error <= clean, "{scene} without noise: {error}");
