@@ -13,6 +13,8 @@ pub(super) struct Part {
     /// Body axes from the solid's axes.
     pub(super) rotation: DMat3,
     pub(super) texture: Texture,
+    /// Radius of a sphere around `center` that holds the solid.
+    bound: f64,
 }
 
 /// A rigid body.
@@ -32,7 +34,17 @@ pub(super) struct Stage {
     pub(super) fixed: Vec<Part>,
 }
 
-/// What a ray meets first.
+/// Where a ray meets a part, in the axes of the part's body.
+#[derive(Clone, Copy)]
+pub(super) struct Meeting<'a> {
+    pub(super) distance: f64,
+    point: DVec3,
+    normal: DVec3,
+    texture: &'a Texture,
+    part: (u16, u16),
+}
+
+/// What is seen there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hit {
     pub(super) distance: f64,
@@ -41,12 +53,19 @@ pub(super) struct Hit {
     pub(super) part: (u16, u16),
 }
 
+impl Meeting<'_> {
+    /// Colours are computed for what is seen, not for what is hidden behind it.
+    pub(super) fn hit(&self) -> Hit {
+        Hit { distance: self.distance, color: self.texture.color(self.point, self.normal), part: self.part }
+    }
+}
+
 /// The body number of fixed parts.
 const FIXED: u16 = u16::MAX;
 
 impl Part {
     pub(super) fn new(shape: Shape, center: DVec3, texture: Texture) -> Self {
-        Self { shape, center, rotation: DMat3::IDENTITY, texture }
+        Self { shape, center, rotation: DMat3::IDENTITY, texture, bound: shape.bound() }
     }
 
     pub(super) fn turned(self, axis: DVec3, angle: f64) -> Self {
@@ -63,16 +82,12 @@ impl Part {
     pub(super) fn contains(&self, p: DVec3) -> bool {
         self.shape.contains(self.rotation.transpose() * (p - self.center))
     }
-
-    fn bound(&self) -> f64 {
-        self.center.length() + self.shape.bound()
-    }
 }
 
 impl Body {
     /// Radius of a sphere around the body's origin that holds it.
     fn bound(&self) -> f64 {
-        self.parts.iter().map(Part::bound).fold(0.0, f64::max)
+        self.parts.iter().map(|part| part.center.length() + part.bound).fold(0.0, f64::max)
     }
 }
 
@@ -86,8 +101,16 @@ impl<'a> Snapshot<'a> {
         Self { movers: stage.bodies.iter().map(|body| (body, body.motion.pose(t), body.bound())).collect() }
     }
 
+    /// Whether a ray within the angle `spread` (radians, small) of the given one may meet a mover.
+    pub(super) fn is_near(&self, ray: &Ray, spread: f64) -> bool {
+        self.movers.iter().any(|(_, pose, bound)| {
+            let reach = bound + spread * (pose.position.distance(ray.origin) + bound);
+            !passes_by(ray, pose.position, reach)
+        })
+    }
+
     /// The first mover that a ray meets.
-    pub(super) fn hit(&self, ray: &Ray) -> Option<Hit> {
+    pub(super) fn meet(&self, ray: &Ray) -> Option<Meeting<'a>> {
         let mut best = None;
         for (number, (body, pose, bound)) in self.movers.iter().enumerate() {
             if passes_by(ray, pose.position, *bound) {
@@ -95,35 +118,30 @@ impl<'a> Snapshot<'a> {
             }
             let inverse = pose.rotation.transpose();
             let local = Ray { origin: inverse * (ray.origin - pose.position), direction: inverse * ray.direction };
-            nearest(&local, &body.parts, number as u16, &mut best);
+            best = nearest(&local, &body.parts, number as u16, best);
         }
         best
     }
 }
 
 /// The first fixed part that a ray meets.
-pub(super) fn hit_fixed(stage: &Stage, ray: &Ray) -> Option<Hit> {
-    let mut best = None;
-    nearest(ray, &stage.fixed, FIXED, &mut best);
-    best
+pub(super) fn meet_fixed<'a>(stage: &'a Stage, ray: &Ray) -> Option<Meeting<'a>> {
+    nearest(ray, &stage.fixed, FIXED, None)
 }
 
-fn nearest(ray: &Ray, parts: &[Part], body: u16, best: &mut Option<Hit>) {
-    let mut found = None;
-    let mut limit = best.map_or(f64::INFINITY, |hit| hit.distance);
+fn nearest<'a>(ray: &Ray, parts: &'a [Part], body: u16, mut best: Option<Meeting<'a>>) -> Option<Meeting<'a>> {
     for (number, part) in parts.iter().enumerate() {
+        if passes_by(ray, part.center, part.bound) {
+            continue;
+        }
         if let Some((distance, normal)) = part.shape.hit(&part.local(ray))
-            && distance < limit
+            && best.is_none_or(|other| distance < other.distance)
         {
-            limit = distance;
-            found = Some((number, normal));
+            let (point, normal) = (ray.origin + distance * ray.direction, part.rotation * normal);
+            best = Some(Meeting { distance, point, normal, texture: &part.texture, part: (body, number as u16) });
         }
     }
-    if let Some((number, normal)) = found {
-        let part = &parts[number];
-        let color = part.texture.color(ray.origin + limit * ray.direction, part.rotation * normal);
-        *best = Some(Hit { distance: limit, color, part: (body, number as u16) });
-    }
+    best
 }
 
 /// Whether a ray misses a sphere.

@@ -87,8 +87,9 @@ fn fan() -> (Stage, Rig) {
 /// A pitched blade along x, turned about z.
 fn blade(angle: f64, colors: [u32; 3]) -> Part {
     let turn = DMat3::from_rotation_z(angle);
-    let part = Part::new(Shape::Cuboid(dvec3(0.42, 0.21, 0.045)), turn * dvec3(0.60, 0.0, 0.0), Texture::new(colors, 0.5));
-    Part { rotation: turn * DMat3::from_rotation_x(0.42), ..part }
+    let mut part = Part::new(Shape::Cuboid(dvec3(0.42, 0.21, 0.045)), turn * dvec3(0.60, 0.0, 0.0), Texture::new(colors, 0.5));
+    part.rotation = turn * DMat3::from_rotation_x(0.42);
+    part
 }
 
 /// The spin is vertical: spin and fall then commute, and the motion is that of a gyroscopic force with a uniform potential.
@@ -97,9 +98,9 @@ fn projectile() -> (Stage, Rig) {
         Motion::Ballistic { start: dvec3(-0.45, -0.1, 0.35), velocity: dvec3(0.60, 0.15, 0.90), gravity: 1.2, spin: dvec3(0.0, 0.0, 2.6) };
     let parts = vec![
         Part::new(Shape::Cuboid(dvec3(0.50, 0.33, 0.28)), DVec3::ZERO, Texture::new([0x0b6e4f, 0xf4c095, 0x3d348b], 0.6)),
-        Part::new(Shape::Ellipsoid(DVec3::splat(0.22)), dvec3(0.22, 0.0, 0.36), Texture::new([0x9a031e, 0xfb8b24, 0x5f0f40], 0.45)),
+        Part::new(Shape::Ellipsoid(DVec3::splat(0.22)), dvec3(0.22, 0.0, 0.36), Texture::new([0xd00000, 0xfb8b24, 0xb5179e], 0.45)),
     ];
-    (alone("box", motion, DVec3::ZERO, parts), ring(dvec3(0.0, 0.05, 0.0), 5.0, 1.55))
+    (alone("box", motion, DVec3::ZERO, parts), ring(dvec3(0.0, 0.05, 0.0), 5.0, 1.65))
 }
 
 fn pendulum() -> (Stage, Rig) {
@@ -115,7 +116,7 @@ fn pendulum() -> (Stage, Rig) {
 fn spring() -> (Stage, Rig) {
     let (displacement, velocity) = (dvec3(0.70, -0.20, 0.20), dvec3(1.0, 2.3, 0.8));
     let motion = Motion::Harmonic { center: DVec3::ZERO, displacement, velocity, frequency: 4.2 };
-    let texture = Texture::new([0x264653, 0x2a9d8f, 0xe76f51], 0.55);
+    let texture = Texture::new([0x264653, 0x2a9d8f, 0xd1495b], 0.55);
     let block = Part::new(Shape::Cuboid(dvec3(0.36, 0.30, 0.33)), DVec3::ZERO, texture).turned(dvec3(0.6, 0.0, 0.8), 0.5);
     let knob = Part::new(Shape::Ellipsoid(DVec3::splat(0.2)), dvec3(-0.1, -0.1, 0.38), Texture::new([0xe9c46a, 0x9d4edd, 0xc1121f], 0.4));
     (alone("block", motion, DVec3::ZERO, vec![block, knob]), ring(DVec3::ZERO, 4.4, 1.25))

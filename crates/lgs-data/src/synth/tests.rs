@@ -87,13 +87,13 @@ fn the_silhouette_of_a_sphere_is_its_projection() {
             let alpha = f64::from(image[4 * (200 * y + x) + 3]) / 255.0;
             covered += alpha;
             let angle = view.ray(x as f64 + 0.5, y as f64 + 0.5).direction.angle_between(to_center);
-            let margin = 1.0 / view.focal();
+            let margin = 1.0 / view.focal;
             assert!(alpha == 1.0 || angle > limit - margin, "a hole at {x}, {y}");
             assert!(alpha == 0.0 || angle < limit + margin, "a stray at {x}, {y}");
         }
     }
     // The cone around the sphere, of half-angle `limit`, cuts the image plane in an ellipse of this area.
-    let (focal, axis_angle) = (view.focal(), view.ray(100.0, 100.0).direction.angle_between(to_center));
+    let (focal, axis_angle) = (view.focal, view.ray(100.0, 100.0).direction.angle_between(to_center));
     let across = (limit.cos().powi(2) - axis_angle.sin().powi(2)).sqrt();
     let area = std::f64::consts::PI * (focal * limit.sin()).powi(2) * limit.cos() / across.powi(3);
     assert!((covered / area - 1.0).abs() < 0.01, "{covered} {area}");
@@ -214,6 +214,6 @@ fn parts_occlude_by_distance() {
     let texture = texture::Texture::new([0xff0000; 3], 1.0);
     let ball = |x| body::Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::new(x, 0.0, 0.0), texture);
     let stage = body::Stage { bodies: Vec::new(), fixed: vec![ball(3.0), ball(0.0)] };
-    let hit = body::hit_fixed(&stage, &Ray { origin: DVec3::NEG_X * 2.0, direction: DVec3::X }).unwrap();
+    let hit = body::meet_fixed(&stage, &Ray { origin: DVec3::NEG_X * 2.0, direction: DVec3::X }).unwrap().hit();
     assert_eq!((hit.distance, hit.part.1), (1.5, 1));
 }

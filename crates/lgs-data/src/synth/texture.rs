@@ -1,6 +1,6 @@
 //! Colours as smooth functions of a position in the body's own axes.
 //!
-//! Two colours alternate in soft blobs, and a third, with the same blobs as shade, replaces them in patches of twice the size, so that no
+//! Two colours alternate in soft blobs, and a third, with the same blobs as highlights, replaces them in patches of twice the size, so that no
 //! two places look alike and every rotation and displacement shows. The wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can
 //! reproduce at 160 pixels.
 //!
@@ -40,11 +40,11 @@ impl Texture {
 
     /// The shaded colour at a point with a unit normal, both in body axes; channels in [0, 1].
     pub(super) fn color(&self, p: DVec3, normal: DVec3) -> DVec3 {
-        let mix = 0.5 + 0.5 * self.contrast * (1.6 * self.waves(p, self.wavelength, self.phase)).tanh();
-        let wash = 0.5 + 0.5 * (1.6 * self.waves(p, 2.3 * self.wavelength, 1.7 - self.phase)).tanh();
-        let washed = self.colors[2] * (1.0 - 0.45 * mix);
+        let mix = 0.5 + 0.5 * self.contrast * saturated(self.waves(p, self.wavelength, self.phase));
+        let wash = 0.5 + 0.5 * saturated(self.waves(p, 2.3 * self.wavelength, 1.7 - self.phase));
+        let washed = self.colors[2].lerp(DVec3::ONE, 0.4 * mix);
         let base = self.colors[0].lerp(self.colors[1], mix).lerp(washed, 0.9 * wash);
-        let light = 0.80 + 0.20 * normal.dot(LAMP);
+        let light = 0.82 + 0.18 * normal.dot(LAMP);
         (base * light).clamp(DVec3::ZERO, DVec3::ONE)
     }
 
@@ -52,6 +52,12 @@ impl Texture {
         let k = std::f64::consts::TAU / wavelength;
         WAVES.iter().enumerate().map(|(i, w)| (k * w.dot(p) + phase + 2.1 * i as f64).sin()).sum::<f64>() / 1.5
     }
+}
+
+/// A soft step from −1 to 1; cheaper than a hyperbolic tangent.
+fn saturated(v: f64) -> f64 {
+    let v = 2.2 * v;
+    v / (1.0 + v * v).sqrt()
 }
 
 fn rgb(hex: u32) -> DVec3 {

@@ -3,7 +3,7 @@
 //! Rays per pixel form a regular grid of 2×2 or 4×4. A pixel is refined where its four rays meet different parts or colours that differ by
 //! more than a threshold. What stands still is traced once per camera and kept with its distances.
 
-use super::body::{Hit, Snapshot, Stage, hit_fixed};
+use super::body::{Hit, Meeting, Snapshot, Stage, meet_fixed};
 use super::shape::Ray;
 use super::view::View;
 use glam::DVec3;
@@ -11,7 +11,7 @@ use glam::DVec3;
 const COARSE: usize = 2;
 const FINE: usize = 4;
 /// Largest difference of a channel between the four rays of a pixel that is not refined.
-const SMOOTH: f64 = 0.06;
+const SMOOTH: f64 = 0.10;
 
 /// What one camera sees of the fixed parts.
 pub(super) struct Backdrop {
@@ -23,7 +23,7 @@ pub(super) struct Backdrop {
 
 impl Backdrop {
     pub(super) fn new(stage: &Stage, view: &View) -> Self {
-        let trace = |ray: &Ray| hit_fixed(stage, ray);
+        let trace = |ray: &Ray| meet_fixed(stage, ray).map(|meeting| meeting.hit());
         let mut backdrop = Self { coarse: Vec::new(), pixels: Vec::new() };
         for pixel in pixels_of(view) {
             let coarse = grid::<{ COARSE * COARSE }>(view, pixel, COARSE).map(|ray| trace(&ray));
@@ -38,16 +38,20 @@ impl Backdrop {
 /// The image of a view at a time: RGBA bytes, straight alpha, row by row.
 pub(super) fn image(stage: &Stage, view: &View, backdrop: &Backdrop, t: f64) -> Vec<u8> {
     let snapshot = Snapshot::new(stage, t);
-    let trace = |ray: &Ray| nearer(snapshot.hit(ray), hit_fixed(stage, ray));
+    let trace = |ray: &Ray| nearer(snapshot.meet(ray), meet_fixed(stage, ray)).map(|meeting| meeting.hit());
     let mut bytes = Vec::with_capacity(4 * view.size * view.size);
     for (index, pixel) in pixels_of(view).enumerate() {
+        if !snapshot.is_near(&view.ray(pixel.0 as f64 + 0.5, pixel.1 as f64 + 0.5), 1.0 / view.focal) {
+            bytes.extend(backdrop.pixels[index]);
+            continue;
+        }
         let rays = grid::<{ COARSE * COARSE }>(view, pixel, COARSE);
-        let movers = rays.map(|ray| snapshot.hit(&ray));
+        let movers = rays.map(|ray| snapshot.meet(&ray));
         if movers.iter().all(Option::is_none) {
             bytes.extend(backdrop.pixels[index]);
             continue;
         }
-        let coarse: [Option<Hit>; COARSE * COARSE] = std::array::from_fn(|i| nearer(movers[i], backdrop.coarse[index][i]));
+        let coarse: [Option<Hit>; COARSE * COARSE] = std::array::from_fn(|i| over(movers[i], backdrop.coarse[index][i]));
         let refined = || grid::<{ FINE * FINE }>(view, pixel, FINE).map(|ray| trace(&ray));
         bytes.extend(if is_edge(&coarse) { average(&refined()) } else { average(&coarse) });
     }
@@ -66,10 +70,19 @@ fn grid<const N: usize>(view: &View, pixel: (usize, usize), side: usize) -> [Ray
     })
 }
 
-fn nearer(a: Option<Hit>, b: Option<Hit>) -> Option<Hit> {
+fn nearer<'a>(a: Option<Meeting<'a>>, b: Option<Meeting<'a>>) -> Option<Meeting<'a>> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if a.distance <= b.distance { a } else { b }),
         (a, b) => a.or(b),
+    }
+}
+
+/// A mover, unless what stands still is in front of it.
+fn over(mover: Option<Meeting<'_>>, still: Option<Hit>) -> Option<Hit> {
+    match (mover, still) {
+        (Some(mover), Some(still)) if still.distance < mover.distance => Some(still),
+        (Some(mover), _) => Some(mover.hit()),
+        (None, still) => still,
     }
 }
 

@@ -28,6 +28,8 @@ pub(super) struct View {
     pub(super) size: usize,
     /// Horizontal field of view, radians.
     pub(super) fov: f64,
+    /// Focal length, pixels.
+    pub(super) focal: f64,
 }
 
 /// Where the cameras of a scene stand.
@@ -43,17 +45,13 @@ impl View {
     pub(super) fn look_at(eye: DVec3, target: DVec3, fov: f64, size: usize) -> Self {
         let forward = (target - eye).normalize();
         let right = forward.cross(DVec3::Z).normalize();
-        Self { eye, right, down: forward.cross(right), forward, size, fov }
-    }
-
-    /// Focal length, pixels.
-    pub(super) fn focal(&self) -> f64 {
-        0.5 * self.size as f64 / (0.5 * self.fov).tan()
+        let focal = 0.5 * size as f64 / (0.5 * fov).tan();
+        Self { eye, right, down: forward.cross(right), forward, size, fov, focal }
     }
 
     /// The ray through a pixel position; its direction has unit depth.
     pub(super) fn ray(&self, x: f64, y: f64) -> Ray {
-        let (focal, half) = (self.focal(), 0.5 * self.size as f64);
+        let (focal, half) = (self.focal, 0.5 * self.size as f64);
         Ray { origin: self.eye, direction: self.forward + self.right * ((x - half) / focal) + self.down * ((y - half) / focal) }
     }
 

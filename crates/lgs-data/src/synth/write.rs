@@ -140,7 +140,7 @@ fn write_transforms(folder: &Path, split: &str, shots: &[Shot], views: &[View]) 
 }
 
 fn frame_entry(shot: &Shot, view: &View) -> Value {
-    let (focal, half) = (view.focal(), 0.5 * view.size as f64);
+    let (focal, half) = (view.focal, 0.5 * view.size as f64);
     json!({
         "file_path": format!("./{}", shot.name), "time": shot.time, "transform_matrix": view.opengl_pose(),
         "fl_x": focal, "fl_y": focal, "cx": half, "cy": half, "w": view.size, "h": view.size,
