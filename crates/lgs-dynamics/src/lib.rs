@@ -10,7 +10,8 @@
 //! ```
 //!
 //! Invariant: no images, no files, no clock. No function takes a time, so a system can't depend on it. Every fast function `f` on slices has a
-//! backward pass `f_vjp` beside it and gives the same bits for any number of threads.
+//! backward pass `f_vjp` beside it, gives the same bits for any number of threads, and has a plain twin in tensor operations in [`reference`];
+//! [`tensor`] puts the fast ones on the autodiff tape of Burn.
 
 mod align;
 mod batch;
@@ -18,11 +19,13 @@ mod block;
 mod field;
 mod kabsch;
 mod network;
+pub mod reference;
 mod reversal;
 mod rollout;
 mod state;
 mod supports;
 mod system;
+pub mod tensor;
 mod twist;
 
 pub use align::{Alignment, align, align_vjp};

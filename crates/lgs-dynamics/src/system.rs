@@ -100,6 +100,21 @@ impl SystemConfig {
     pub fn parameters(&self) -> usize {
         Layout::of(self).len
     }
+
+    /// The named arrays of the parameter vector, in order, without gaps.
+    #[must_use]
+    pub fn layout(&self) -> Vec<ParamEntry> {
+        let layout = Layout::of(self);
+        let mut entries = network_entries("potential", &layout.potential);
+        if let Some(start) = layout.quadratic {
+            entries.push(ParamEntry { name: "potential.linear".into(), range: start..start + 3, shape: vec![3] });
+            entries.push(ParamEntry { name: "potential.quadratic".into(), range: start + 3..start + 9, shape: vec![6] });
+        }
+        if let Some(force) = &layout.force {
+            entries.extend(network_entries("force", force));
+        }
+        entries
+    }
 }
 
 /// One named array inside the flat parameter vector.
@@ -166,16 +181,7 @@ impl System {
     /// The named arrays of the parameter vector, in order, without gaps.
     #[must_use]
     pub fn layout(&self) -> Vec<ParamEntry> {
-        let layout = Layout::of(&self.config);
-        let mut entries = network_entries("potential", &layout.potential);
-        if let Some(start) = layout.quadratic {
-            entries.push(ParamEntry { name: "potential.linear".into(), range: start..start + 3, shape: vec![3] });
-            entries.push(ParamEntry { name: "potential.quadratic".into(), range: start + 3..start + 9, shape: vec![6] });
-        }
-        if let Some(force) = &layout.force {
-            entries.extend(network_entries("force", force));
-        }
-        entries
+        self.config.layout()
     }
 }
 

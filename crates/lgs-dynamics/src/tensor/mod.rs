@@ -1,0 +1,66 @@
+//! Accelerations, rollouts and alignment as differentiable Burn operations.
+//!
+//! A tensor on an autodiff device gets one graph node per call, whose backward pass is the crate's own on slices; nothing of the networks'
+//! activations stays on the tape. A node has one output, so states and alignments leave packed.
+
+mod ops;
+
+use crate::state::{Edit, VelocityPolicy};
+use crate::supports::Supports;
+use crate::system::SystemConfig;
+use burn::backend::Dispatch;
+use burn::tensor::Tensor;
+use std::sync::Arc;
+
+pub use ops::{DynamicsKernels, DynamicsOps};
+
+/// What a rollout needs beside tensors; the fields are those of [`crate::RolloutSpec`] and [`crate::System`].
+#[derive(Clone, Debug)]
+pub struct RolloutCall {
+    /// Kinds, sizes and normalisation of the system.
+    pub config: SystemConfig,
+    /// Length of a step.
+    pub dt: f32,
+    /// Number of full steps.
+    pub steps: usize,
+    /// One more, shorter step.
+    pub last_dt: Option<f32>,
+    /// Manipulations.
+    pub edit: Edit,
+    /// Supports of the local rigid alignment.
+    pub supports: Option<Arc<Supports>>,
+    /// What alignment does to velocities.
+    pub velocity_policy: VelocityPolicy,
+}
+
+/// Accelerations `[n, 3]` for parameters `[p]`, positions and velocities `[n, 3]`; differentiable by all three.
+///
+/// # Panics
+/// If the shapes do not fit the system.
+#[must_use]
+pub fn acceleration(config: SystemConfig, edit: Edit, params: Tensor<1>, q: Tensor<2>, v: Tensor<2>) -> Tensor<2> {
+    let out = <Dispatch as DynamicsOps>::acceleration(params.into_dispatch(), q.into_dispatch(), v.into_dispatch(), config, edit);
+    Tensor::from_dispatch(out)
+}
+
+/// States `[states, n, 10]` (position, velocity, rotation quaternion) of a rollout from rotation identity; differentiable by all tensors.
+///
+/// # Panics
+/// If the shapes do not fit the system or the supports.
+#[must_use]
+pub fn rollout(params: Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: RolloutCall) -> Tensor<3> {
+    let out = <Dispatch as DynamicsOps>::rollout(params.into_dispatch(), q0.into_dispatch(), v0.into_dispatch(), call);
+    Tensor::from_dispatch(out)
+}
+
+/// Aligned positions `[n, 3]` and rotation matrices `[n, 3, 3]`; differentiable by both tensors.
+///
+/// # Panics
+/// If the shapes do not fit the supports.
+#[must_use]
+pub fn align(position: Tensor<2>, candidate: Tensor<2>, supports: Arc<Supports>) -> (Tensor<2>, Tensor<3>) {
+    let n = supports.particles();
+    let packed = <Dispatch as DynamicsOps>::align(position.into_dispatch(), candidate.into_dispatch(), supports);
+    let packed = Tensor::<2>::from_dispatch(packed);
+    (packed.clone().slice([0..n, 0..3]), packed.slice([0..n, 3..12]).reshape([n, 3, 3]))
+}
