@@ -23,12 +23,6 @@ pub struct Alignment {
     fits: Vec<Fit>,
 }
 
-impl PartialEq for Fit {
-    fn eq(&self, other: &Self) -> bool {
-        self.rotation == other.rotation
-    }
-}
-
 impl Alignment {
     /// Rotation of each support, as matrices `[n, 3, 3]`.
     #[must_use]

@@ -18,7 +18,7 @@ const DEGENERATE: f64 = 1e-6;
 const DEGENERATE_PULL: f64 = 1e-5;
 
 /// A fitted rotation.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
     /// Unit quaternion.
     pub(crate) rotation: [f64; 4],
@@ -85,7 +85,7 @@ fn pulled_back(a: &Mat3d, rotation: [f64; 4]) -> Mat3d {
 }
 
 /// A lower triangular factor `L` of a symmetric matrix `L Lᵀ`: l00, l10, l11, l20, l21, l22, with the diagonal inverted.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cholesky([f64; 6]);
 
 impl Cholesky {

@@ -14,6 +14,7 @@
 //! [`tensor`] puts the fast ones on the autodiff tape of Burn.
 
 mod align;
+mod aligned;
 mod batch;
 mod block;
 mod field;

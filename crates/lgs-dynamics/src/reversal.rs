@@ -6,10 +6,11 @@
 //! at q₁, and velocities then follow their policy over the same interval as in the forward step.
 
 use crate::align::align;
+use crate::aligned::{policy_velocity, rotated};
 use crate::batch::Pool;
 use crate::block::{Vec3Rows, WIDTH, add_scaled};
 use crate::field::{Field, Workspace};
-use crate::rollout::{policy_velocity, rollout, rotated};
+use crate::rollout::rollout;
 use crate::state::{Reversal, RolloutSpec, State, VelocityPolicy};
 use crate::supports::Supports;
 use crate::system::{ForceKind, System};

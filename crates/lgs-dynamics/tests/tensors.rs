@@ -23,7 +23,7 @@ fn vector(values: &[f32]) -> Tensor<1> {
 }
 
 fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
-    tensor.into_data().to_vec().unwrap()
+    tensor.into_data().try_to_vec::<f32>().unwrap()
 }
 
 /// A rollout as an operation or as its twin.
