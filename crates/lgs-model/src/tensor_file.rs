@@ -65,7 +65,7 @@ pub enum TensorFileError {
 
 /// One tensor: shape and values.
 #[derive(Clone, Debug, PartialEq)]
-pub enum TensorValues {
+enum TensorValues {
     /// 32-bit floats.
     F32(Vec<f32>),
     /// 32-bit unsigned integers.

@@ -5,10 +5,12 @@
 
 use std::path::Path;
 
+use lgs_distill::{DistillConfig, PartitionConfig};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::source::SourceConfig;
+use crate::stages::{MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
 
 /// Why a configuration was refused.
 #[derive(Debug, thiserror::Error)]
@@ -102,17 +104,45 @@ pub struct TrainConfig {
     pub data: DataConfig,
     /// Source model.
     pub source: SourceConfig,
+    /// Integration and alignment of the learned motion.
+    pub motion: MotionOptions,
+    /// Split into static Gaussians and objects.
+    pub partition: PartitionConfig,
+    /// Stage 1.
+    pub distill: DistillConfig,
+    /// Stage 2.
+    pub tune_dynamics: TuneDynamicsConfig,
+    /// Stage 3.
+    pub tune_gaussians: TuneGaussiansConfig,
 }
 
 impl TrainConfig {
     /// The defaults of a preset.
     #[must_use]
     pub fn preset(preset: Preset) -> Self {
-        let source = match preset {
-            Preset::Quick => SourceConfig::quick(),
-            Preset::Paper => SourceConfig::paper(),
+        let quick = Self {
+            preset,
+            seed: 0,
+            checkpoint_secs: 60,
+            data: DataConfig::default(),
+            source: SourceConfig::quick(),
+            motion: MotionOptions::default(),
+            partition: PartitionConfig::default(),
+            distill: DistillConfig::default(),
+            tune_dynamics: TuneDynamicsConfig::default(),
+            tune_gaussians: TuneGaussiansConfig::default(),
         };
-        Self { preset, seed: 0, checkpoint_secs: 60, data: DataConfig::default(), source }
+        match preset {
+            Preset::Quick => quick,
+            Preset::Paper => Self {
+                source: SourceConfig::paper(),
+                motion: MotionOptions::paper(),
+                distill: DistillConfig::paper(),
+                tune_dynamics: TuneDynamicsConfig::paper(),
+                tune_gaussians: TuneGaussiansConfig::paper(),
+                ..quick
+            },
+        }
     }
 
     /// Merges a preset, an optional file and overrides such as `source.iterations=500`, and checks the result.
@@ -151,6 +181,8 @@ impl TrainConfig {
         merge(&mut merged, given, "")?;
         let config: Self = Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;
         config.source.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("source.{key}"), reason })?;
+        config.distill.validate().map_err(|e| ConfigError::Invalid { key: "distill".to_owned(), reason: e.to_string() })?;
+        config.motion.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("motion.{key}"), reason })?;
         if config.checkpoint_secs == 0 {
             return Err(invalid("checkpoint_secs", "0 is not an interval".to_owned()));
         }

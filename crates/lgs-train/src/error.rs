@@ -15,6 +15,12 @@ pub enum TrainError {
     /// A checkpoint or model file.
     #[error(transparent)]
     Tensors(#[from] TensorFileError),
+    /// A Lagrangian scene's file.
+    #[error(transparent)]
+    Scene(#[from] lgs_model::SceneError),
+    /// Stage 1 could not make sense of the source model's trajectories.
+    #[error("distillation: {0}")]
+    Distill(#[from] lgs_distill::DistillError),
     /// A trained source model's file.
     #[error(transparent)]
     Source(#[from] lgs_model::source::DefGsError),

@@ -49,7 +49,7 @@ fn frame_loss(cloud: CloudTensors, degree: usize, view: &View<'_>) -> (Tensor<1>
     };
     let drawn = rasterize(&splats, &frame.camera, background, degree);
     let truth = frame.composited(background);
-    let error = lgs_render::mse(&drawn.drawn.image, &truth.pixels);
+    let error = mean_squared_error(&drawn.drawn.image, &truth.pixels);
     let shape = [truth.height as usize, truth.width as usize, 3];
     let target = Tensor::from_data(TensorData::new(truth.pixels.as_flattened().to_vec(), shape), device);
     (photometric_loss(drawn.image, target, ssim_weight), error)
@@ -61,6 +61,12 @@ struct View<'a> {
     background: [f32; 3],
     ssim_weight: f32,
     device: &'a Device,
+}
+
+/// Mean squared error of an image that may leave [0, 1] against one that does not.
+fn mean_squared_error(image: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+    let pairs = image.as_flattened().iter().zip(truth.as_flattened());
+    pairs.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b).powi(2)).sum::<f64>() / (3 * truth.len()).max(1) as f64
 }
 
 /// PSNR of a mean squared error, dB.

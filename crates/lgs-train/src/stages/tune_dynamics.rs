@@ -4,10 +4,13 @@
 //! (G9), renders all Gaussians (G24) and descends the photometric loss. With truncation (G26) the rollout starts, without gradient, from
 //! the current motion's state `window_steps` before the earliest frame, so that memory does not grow with the length of the video.
 
+use std::sync::Arc;
+
 use burn::tensor::{Device, Tensor};
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
-use lgs_dynamics::{Edit, Reversal, RolloutSpec};
+use lgs_dynamics::tensor::{RolloutCall, rollout};
+use lgs_dynamics::{Edit, Reversal, RolloutSpec, Supports};
 use lgs_model::{LagrangianScene, Motion, ObjectModel, TensorFile, TensorFileError};
 use rand::RngExt;
 
@@ -36,6 +39,7 @@ struct TrainableObject {
     /// `[3 n, 6]`, velocities from a twist; none if every velocity is free.
     twist_basis: Option<Tensor<2>>,
     rms_speed: f32,
+    supports: Option<Arc<Supports>>,
 }
 
 /// One object's leaves in a step's graph, and what became of them.
@@ -139,33 +143,23 @@ impl<'a> TuneDynamics<'a> {
                     (rows(&self.scene.movers.means[members], device), trained.velocity_from(velocity.clone()), rows(&identity, device))
                 }
             };
-            let spec = self.spec(object, window.dt, window.steps);
-            let states = lgs_dynamics::tensor::rollout(&object.system.config, network.clone(), q, v, &spec);
+            let states = rollout(network.clone(), q, v, trained.call(object, window.dt, window.steps));
             ObjectPath { network, velocity, states, start_rotation: rotation }
         };
         self.scene.objects.iter().zip(&self.objects).map(roll_object).collect()
-    }
-
-    fn spec<'s>(&'s self, object: &'s ObjectModel, dt: f32, steps: usize) -> RolloutSpec<'s> {
-        let spec = RolloutSpec::new(dt, steps);
-        match &object.supports {
-            Some(supports) => spec.aligned(supports, object.velocity_policy),
-            None => spec,
-        }
     }
 
     /// The moving Gaussians at a frame's time.
     fn movers_at(&self, movers: &CloudTensors, paths: &[ObjectPath], window: &Window, time: f32) -> CloudTensors {
         let until = RolloutSpec::until(time.max(0.0), window.dt);
         let (mut means, mut rotations) = (Vec::new(), Vec::new());
-        for (object, path) in self.scene.objects.iter().zip(paths) {
+        for ((object, trained), path) in self.scene.objects.iter().zip(&self.objects).zip(paths) {
             let n = object.members.len();
             let mut state = path.states.clone().narrow(0, until.steps - window.first, 1).reshape([n, 10]);
             let mut rotation = quat_mul(&state.clone().narrow(1, 6, 4), &path.start_rotation);
             if let Some(rest) = until.last_dt {
                 let (q, v) = (state.clone().narrow(1, 0, 3), state.narrow(1, 3, 3));
-                let spec = self.spec(object, rest, 1);
-                let states = lgs_dynamics::tensor::rollout(&object.system.config, path.network.clone(), q, v, &spec);
+                let states = rollout(path.network.clone(), q, v, trained.call(object, rest, 1));
                 state = states.narrow(0, 1, 1).reshape([n, 10]);
                 rotation = quat_mul(&state.clone().narrow(1, 6, 4), &rotation);
             }
@@ -233,6 +227,19 @@ impl TrainableObject {
             base_velocity: rows(velocities, device),
             twist_basis,
             rms_speed: mean_square.sqrt(),
+            supports: object.supports.clone().map(Arc::new),
+        }
+    }
+
+    fn call(&self, object: &ObjectModel, dt: f32, steps: usize) -> RolloutCall {
+        RolloutCall {
+            config: object.system.config,
+            dt,
+            steps,
+            last_dt: None,
+            edit: Edit::default(),
+            supports: self.supports.clone(),
+            velocity_policy: object.velocity_policy,
         }
     }
 
@@ -244,7 +251,7 @@ impl TrainableObject {
     fn velocity_from(&self, change: Tensor<2>) -> Tensor<2> {
         let base = self.base_velocity.clone().autodiff();
         match &self.twist_basis {
-            Some(basis) => base + basis.clone().autodiff().matmul(change).reshape(self.base_velocity.dims::<2>()),
+            Some(basis) => base + basis.clone().autodiff().matmul(change).reshape(self.base_velocity.dims()),
             None => base + change,
         }
     }
