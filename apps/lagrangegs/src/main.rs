@@ -1,1 +1,5 @@
-fn main() {}
+//! The `lagrangegs` program.
+
+fn main() -> std::process::ExitCode {
+    lagrangegs::cli::main()
+}

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::synth::GroundTruth;
-use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, System, SystemConfig, VelocityPolicy, Supports};
+use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, Supports, System, SystemConfig, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 

@@ -1,0 +1,135 @@
+//! `lagrangegs demo`: a synthetic dataset, a run trained on it, its metrics, and pictures of its future, its past and other physics.
+//!
+//! Called again on the same folder it continues where it was interrupted.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use lgs_core::{Camera, Image};
+use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::synth::SynthOptions;
+use lgs_dynamics::{Edit, Reversal};
+use lgs_eval::sheet::{Row, contact_sheet, evenly};
+use lgs_eval::table::table;
+use lgs_model::Motion;
+use lgs_model::source::SourceModel;
+use lgs_train::TrainConfig;
+use lgs_train::config::Preset;
+
+use super::eval::measure;
+use super::output::{self, holds_transforms, prepare_folder, refuse_inside_dataset, write_png};
+use super::progress::say;
+use super::render::{Job, orbit, time_label};
+use super::run::{Run, load_dataset, load_options};
+use super::times::Times;
+use super::{synth, train};
+
+/// Azimuth that the demo's pictures are taken from, degrees.
+const AZIMUTH: f32 = 30.0;
+
+/// Columns of the sheets.
+const COLUMNS: usize = 8;
+
+/// Scales of the potential that are shown beside each other.
+const POTENTIAL_SCALES: [f32; 3] = [0.25, 1.0, 2.0];
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder for everything
+    #[arg(long, default_value = "runs/demo")]
+    out: PathBuf,
+    /// Synthetic scene
+    #[arg(long, default_value = "falling-ball")]
+    scene: String,
+    /// Width and height of the images, pixels [default: 160]
+    #[arg(long, value_name = "PX")]
+    size: Option<u32>,
+    /// Training views [default: 12]
+    #[arg(long)]
+    views: Option<usize>,
+    /// Setting laid over the quick preset; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    refuse_inside_dataset(&args.out)?;
+    let config = TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
+    prepare_folder(&args.out)?;
+    let (data, root) = (args.out.join("data"), args.out.join("run"));
+    if holds_transforms(&data) {
+        say(&format!("using the dataset that is there: {}", data.display()));
+    } else {
+        let default = SynthOptions::default();
+        let options = SynthOptions { size: args.size.unwrap_or(default.size), views: args.views.unwrap_or(default.views), ..default };
+        synth::make(&args.scene, &options, &data)?;
+    }
+    let resume = root.join("config.toml").exists();
+    train::train(&train::Request { data: &data, out: &root, config, resume })?;
+    let run = Run::open(&root)?;
+    let metrics = measure(&run, Some(&data), None)?;
+    let renders = root.join("renders");
+    pictures(&run, &renders)?;
+    let dataset = load_dataset(&data, &load_options(&run.config, None))?;
+    comparison(&run, &dataset, &renders.join("comparison.png"))?;
+    output::print(&format!("{}\npictures  {}\nrun       {}\n", table(&metrics), renders.display(), root.display()))
+}
+
+/// The future, the past, and the same start under other potentials.
+fn pictures(run: &Run, folder: &Path) -> Result<()> {
+    let camera = orbit(run)?.at(AZIMUTH);
+    let window = run.scene.motion.time_window;
+    let job = |times: Vec<f32>, edit: Edit| Job { cameras: vec![camera; times.len()], times, edit, reversal: Reversal::Exact };
+    job(steps(window, 3.0 * window), Edit::default()).write(&run.scene, &folder.join("future"))?;
+    job(steps(-window, 0.0), Edit::default()).write(&run.scene, &folder.join("past"))?;
+    let times = steps(0.0, 2.0 * window);
+    let mut rows = Vec::new();
+    for beta in POTENTIAL_SCALES {
+        let edit = Edit { potential_scale: beta, ..Edit::default() };
+        let images = job(times.clone(), edit).write(&run.scene, &folder.join(format!("potential-{beta}")))?;
+        let chosen = evenly(images.len(), COLUMNS);
+        rows.push(Row { title: format!("beta={beta}"), frames: chosen.iter().map(|&i| images[i].clone()).collect() });
+    }
+    let labels: Vec<String> = evenly(times.len(), COLUMNS).iter().map(|&i| time_label(times[i])).collect();
+    write_png(&folder.join("potential-scales.png"), &contact_sheet(&labels, &rows))
+}
+
+/// Thirty steps from one time to another.
+fn steps(from: f32, to: f32) -> Vec<f32> {
+    const STEPS: usize = 30;
+    (0..=STEPS).map(|i| from + (to - from) * i as f32 / STEPS as f32).collect()
+}
+
+/// Truth, source model and Lagrangian scene as one camera of the dataset sees them, over all the times at which it has images.
+fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
+    let Some(frames) = longest_view(dataset) else { return Ok(()) };
+    let times = Times(frames.iter().map(|f| f.time).collect());
+    times.check(&run.scene.motion).with_context(|| dataset.root.display().to_string())?;
+    let chosen: Vec<&Frame> = evenly(frames.len(), COLUMNS).into_iter().map(|i| frames[i]).collect();
+    let background = run.scene.background;
+    let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);
+    let draw = |cloud: &lgs_core::GaussianCloud, camera: &Camera| lgs_eval::render(cloud, camera, background).image;
+    let row = |title: &str, frames: Vec<Image>| Row { title: title.to_owned(), frames };
+    let mut rows = vec![row("truth", chosen.iter().map(|f| f.composited(background)).collect())];
+    if let Some(source) = run.source()? {
+        rows.push(row("source", chosen.iter().map(|f| draw(&source.cloud_at(f.time), &f.camera)).collect()));
+    }
+    rows.push(row("lagrangian", chosen.iter().map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time)), &f.camera)).collect()));
+    let labels: Vec<String> = chosen.iter().map(|f| time_label(f.time)).collect();
+    write_png(path, &contact_sheet(&labels, &rows))
+}
+
+/// The frames, in order of time, of the camera that sees the longest span.
+fn longest_view(dataset: &Dataset) -> Option<Vec<&Frame>> {
+    let mut views: BTreeMap<usize, Vec<&Frame>> = BTreeMap::new();
+    for frame in dataset.splits.values().flatten() {
+        views.entry(frame.camera_id).or_default().push(frame);
+    }
+    for frames in views.values_mut() {
+        frames.sort_by(|a, b| a.time.total_cmp(&b.time));
+    }
+    let span = |frames: &[&Frame]| frames.last().map_or(0.0, |last| last.time - frames[0].time);
+    // The first of equals: `max_by` alone would take the last.
+    views.into_values().rev().max_by(|a, b| span(a).total_cmp(&span(b)))
+}

@@ -1,0 +1,63 @@
+//! `lagrangegs export`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use lgs_data::ply::write_ply;
+use lgs_model::Motion;
+use serde_json::json;
+
+use super::failure::At;
+use super::frames::{MotionArgs, file_name, sweep};
+use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list};
+use super::run::Run;
+use super::times::Times;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder of the run
+    run: PathBuf,
+    /// Times: FROM:TO:STEP, single times, or both separated by commas; from −τ_max to 3 τ_max
+    #[arg(long, allow_hyphen_values = true)]
+    times: Times,
+    /// File format
+    #[arg(long, value_enum, default_value_t = Format::Ply)]
+    format: Format,
+    #[command(flatten)]
+    motion: MotionArgs,
+    /// Folder to write files into, or a single .ply file for a single time
+    #[arg(long)]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Gaussian splats as the INRIA viewers read them
+    Ply,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let run = Run::open(&args.run)?;
+    args.times.check(&run.scene.motion).with_context(|| format!("cannot export {}", args.run.display()))?;
+    refuse_inside_dataset(&args.out)?;
+    let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
+    let extension = match args.format {
+        Format::Ply => "ply",
+    };
+    let times = &args.times.0;
+    let single = times.len() == 1 && args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+    let path = |index: usize| if single { args.out.clone() } else { args.out.join(file_name(index, times[index], extension)) };
+    if single {
+        prepare_folder(args.out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
+    } else {
+        prepare_folder(&args.out)?;
+        remove_listed(&args.out)?;
+    }
+    sweep(&run.scene, &mut motion, times, "export", |index, cloud| write_ply(&path(index), cloud).at(&path(index)))?;
+    if !single {
+        let files = times.iter().enumerate().map(|(i, &t)| json!({"file": file_name(i, t, extension), "time": t})).collect::<Vec<_>>();
+        write_list(&args.out, &json!({ "gaussians": run.scene.len(), "frames": files }))?;
+    }
+    output::print(&format!("{} files of {} Gaussians, {}\n", times.len(), run.scene.len(), args.out.display()))
+}

@@ -1,0 +1,84 @@
+//! A sweep over times: clouds from one cached rollout, a few at a time, handed to whatever draws or writes them.
+
+use anyhow::Result;
+use clap::ValueEnum;
+use lgs_core::GaussianCloud;
+use lgs_dynamics::{Edit, Reversal};
+use lgs_model::{LagrangianScene, Motion};
+use rayon::prelude::*;
+
+use super::progress::Task;
+
+/// Clouds in memory together.
+const AT_ONCE: usize = 8;
+
+/// Manipulations of a scene's motion, as flags.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct MotionArgs {
+    /// α: multiplies the velocities at t = 0
+    #[arg(long, value_name = "ALPHA", default_value_t = 1.0, allow_hyphen_values = true, value_parser = finite)]
+    velocity_scale: f32,
+    /// β: multiplies the potential
+    #[arg(long, value_name = "BETA", default_value_t = 1.0, allow_hyphen_values = true, value_parser = finite)]
+    potential_scale: f32,
+    /// γ: multiplies the force
+    #[arg(long, value_name = "GAMMA", default_value_t = 1.0, allow_hyphen_values = true, value_parser = finite)]
+    force_scale: f32,
+    /// How times before 0 are reached
+    #[arg(long, value_enum, default_value_t = ReversalName::Exact)]
+    reversal: ReversalName,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ReversalName {
+    /// The inverse of the forward step
+    Exact,
+    /// The forward step with a negative time step, as published
+    NegatedStep,
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a finite number".to_owned()),
+    }
+}
+
+impl MotionArgs {
+    /// The scales.
+    pub(crate) fn edit(&self) -> Edit {
+        Edit { velocity_scale: self.velocity_scale, potential_scale: self.potential_scale, force_scale: self.force_scale }
+    }
+
+    /// The reversal.
+    pub(crate) fn reversal(&self) -> Reversal {
+        match self.reversal {
+            ReversalName::Exact => Reversal::Exact,
+            ReversalName::NegatedStep => Reversal::NegatedStep,
+        }
+    }
+}
+
+/// Calls `work` with the index and cloud of every time, in parallel, and returns its results in the order of the times.
+pub(crate) fn sweep<T: Send>(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    times: &[f32],
+    name: &str,
+    work: impl Fn(usize, &GaussianCloud) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let task = Task::new(name, times.len() as u64);
+    let indices: Vec<usize> = (0..times.len()).collect();
+    let mut results = Vec::with_capacity(times.len());
+    for chunk in indices.chunks(AT_ONCE) {
+        let clouds: Vec<(usize, GaussianCloud)> = chunk.iter().map(|&i| (i, scene.cloud_at(&motion.state_at(times[i])))).collect();
+        results.extend(clouds.par_iter().map(|(i, cloud)| work(*i, cloud)).collect::<Result<Vec<T>>>()?);
+        task.count(results.len(), times.len());
+    }
+    Ok(results)
+}
+
+/// File name of a frame: its number and its time, so that names sort in the order of the times given.
+pub(crate) fn file_name(index: usize, time: f32, extension: &str) -> String {
+    format!("{index:04}_t{time:+.4}.{extension}")
+}

@@ -1,0 +1,179 @@
+//! `lagrangegs info`: looks at what a path is, reads all of it, and reports what it holds. A defect is an error like everywhere else.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use lgs_core::GaussianCloud;
+use lgs_data::dataset::{Dataset, Frame, LoadOptions};
+use lgs_data::ply::read_ply;
+use lgs_data::synth::GroundTruth;
+use lgs_eval::table::aligned;
+use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::{LagrangianScene, ObjectModel, load_scene};
+use lgs_train::checkpoint::read_checkpoint;
+use serde_json::{Map, Value, json};
+
+use super::failure::At;
+use super::output;
+use super::run::{Run, load_dataset};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Dataset, run, checkpoint, model or splat file
+    path: PathBuf,
+    /// Print one JSON document instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// Facts in the order they are printed.
+type Facts = Vec<(&'static str, Value)>;
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let facts = describe(&args.path)?;
+    if args.json {
+        let object: Map<String, Value> = facts.into_iter().map(|(name, value)| (name.replace(' ', "_"), value)).collect();
+        return output::print_json(&object);
+    }
+    let plain = |value: Value| match value {
+        Value::String(text) => text,
+        other => other.to_string(),
+    };
+    let rows: Vec<Vec<String>> = facts.into_iter().map(|(name, value)| vec![name.to_owned(), plain(value)]).collect();
+    output::print(&aligned(&rows, &[false, false]))
+}
+
+fn describe(path: &Path) -> Result<Facts> {
+    if !path.exists() {
+        bail!("there is no such file or folder: {}", path.display());
+    }
+    if path.is_dir() {
+        return match () {
+            () if output::holds_transforms(path) => dataset(path),
+            () if path.join("config.toml").exists() => run_folder(path),
+            () => bail!("the folder is neither a dataset (transforms_*.json) nor a run (config.toml): {}", path.display()),
+        };
+    }
+    match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
+        "ply" => Ok(cloud("splat file", &read_ply(path).at(path)?)),
+        "safetensors" => tensors(path),
+        _ => bail!("expected a .ply or .safetensors file, a dataset or a run: {}", path.display()),
+    }
+}
+
+fn dataset(path: &Path) -> Result<Facts> {
+    let set = load_dataset(path, &LoadOptions::default())?;
+    let frames = || set.splits.values().flatten();
+    let sizes = distinct(frames().map(|f| format!("{}x{}", f.camera.width, f.camera.height)));
+    let cameras = frames().map(|f| f.camera_id).max().map_or(0, |id| id + 1);
+    let mut facts = vec![
+        ("kind", json!("dataset")),
+        ("fingerprint", json!(set.fingerprint)),
+        ("splits", splits(&set)),
+        ("image sizes", json!(sizes.join(", "))),
+        ("cameras", json!(cameras)),
+        ("transparency", json!(if frames().any(Frame::has_alpha) { "yes" } else { "no, images are opaque" })),
+        ("initial points", json!(set.init_points.as_ref().map_or_else(|| "none".to_owned(), |p| p.positions.len().to_string()))),
+    ];
+    if let Some(truth) = GroundTruth::load(path).at(path)? {
+        facts.push(("ground truth", json!(format!("{} points at {} times, {} objects", truth.object.len(), truth.times.len(), truth.objects().len()))));
+    }
+    Ok(facts)
+}
+
+fn splits(set: &Dataset) -> Value {
+    let line = |(name, frames): (&String, &Vec<Frame>)| {
+        let times = frames.iter().map(|f| f.time);
+        let (low, high) = times.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
+        format!("{name}: {} images, t {low:.3} to {high:.3}", frames.len())
+    };
+    json!(set.splits.iter().map(line).collect::<Vec<_>>().join("; "))
+}
+
+/// Different texts, sorted.
+fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
+    texts.collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+}
+
+fn run_folder(path: &Path) -> Result<Facts> {
+    let run = Run::open(path)?;
+    let mut facts = vec![("kind", json!("run")), ("preset", json!(run.config.preset)), ("seed", json!(run.config.seed))];
+    if let Ok(dataset) = run.dataset_path(None) {
+        facts.push(("dataset", json!(dataset)));
+    }
+    if let Some(secs) = run.cost().train_secs {
+        facts.push(("training", json!(format!("{secs:.0} s"))));
+    }
+    facts.push(("source model", json!(run.source()?.map_or_else(|| "none".to_owned(), |s| format!("{} Gaussians", s.len())))));
+    facts.extend(scene(&run.scene));
+    Ok(facts)
+}
+
+/// A tensor file of any of the project's formats.
+fn tensors(path: &Path) -> Result<Facts> {
+    let whole = match load_scene(path) {
+        Ok(found) => return Ok([vec![("kind", json!("Lagrangian scene"))], scene(&found)].concat()),
+        Err(error) => error,
+    };
+    if let Ok(checkpoint) = read_checkpoint(path) {
+        return Ok(vec![
+            ("kind", json!("checkpoint")),
+            ("stage", json!(checkpoint.stage.name())),
+            ("step", json!(checkpoint.step)),
+            ("tensors", json!(checkpoint.file.names().count())),
+        ]);
+    }
+    if let Ok(model) = DefGs::load(path) {
+        return Ok([vec![("kind", json!("source model"))], cloud("at t = 0", &model.cloud_at(0.0))[1..].to_vec()].concat());
+    }
+    match path.parent().map(GroundTruth::load) {
+        Some(Ok(Some(truth))) if path.file_name().is_some_and(|n| n == "ground_truth.safetensors") => Ok(vec![
+            ("kind", json!("ground truth")),
+            ("points", json!(truth.object.len())),
+            ("objects", json!(truth.objects().len())),
+            ("times", json!(truth.times.len())),
+        ]),
+        _ => Err(whole).at(path),
+    }
+}
+
+fn scene(scene: &LagrangianScene) -> Facts {
+    let (low, high) = scene.motion.time_range();
+    let members: Vec<String> = scene.objects.iter().map(|o| o.members.len().to_string()).collect();
+    let kinds = distinct(scene.objects.iter().map(|o| format!("{:?}/{:?}", o.system.config.potential, o.system.config.force)));
+    vec![
+        ("static Gaussians", json!(scene.statics.len())),
+        ("moving Gaussians", json!(scene.movers.len())),
+        ("objects", json!(if members.is_empty() { "none".to_owned() } else { format!("{} ({} Gaussians)", members.len(), members.join(", ")) })),
+        ("potential/force", json!(kinds.join(", "))),
+        ("times", json!(format!("{low} to {high}, step {}", scene.motion.dt))),
+        ("alignment", json!(distinct(scene.objects.iter().map(alignment)).join(", "))),
+        ("harmonics degree", json!(scene.movers.sh_degree.max(scene.statics.sh_degree))),
+    ]
+}
+
+/// Size of an object's supports and what becomes of its velocities.
+fn alignment(object: &ObjectModel) -> String {
+    match &object.supports {
+        Some(supports) => format!("supports of {}, velocities {:?}", supports.k(), object.velocity_policy),
+        None => "off".to_owned(),
+    }
+}
+
+fn cloud(kind: &str, cloud: &GaussianCloud) -> Facts {
+    let bounds = |pick: fn(f32, f32) -> f32, start: f32| {
+        cloud.means.iter().fold([start; 3], |b, p| std::array::from_fn(|c| pick(b[c], p[c])))
+    };
+    let mean = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>() / cloud.len().max(1) as f64;
+    let mut facts = vec![("kind", json!(kind)), ("Gaussians", json!(cloud.len())), ("harmonics degree", json!(cloud.sh_degree))];
+    if !cloud.is_empty() {
+        let point = |p: [f32; 3]| format!("{:.3} {:.3} {:.3}", p[0], p[1], p[2]);
+        let (low, high) = (bounds(f32::min, f32::INFINITY), bounds(f32::max, f32::NEG_INFINITY));
+        let opacity = mean(&mut (0..cloud.len()).map(|i| cloud.opacity(i)));
+        let scale = mean(&mut cloud.log_scales.as_flattened().iter().map(|s| s.exp() / 3.0));
+        facts.push(("bounds", json!(format!("{} to {}", point(low), point(high)))));
+        facts.push(("mean opacity", json!(format!("{opacity:.3}"))));
+        facts.push(("mean scale", json!(format!("{scale:.4}"))));
+    }
+    facts
+}

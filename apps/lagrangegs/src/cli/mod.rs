@@ -1,0 +1,85 @@
+//! The command line: parse, run, report.
+//!
+//! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed and 2 for bad usage; an error
+//! is one line that ends with the path it is about (`failure.rs`). Each command has a file of its own.
+
+mod camera;
+mod demo;
+mod eval;
+mod export;
+mod failure;
+mod frames;
+mod info;
+mod output;
+mod progress;
+mod render;
+mod run;
+mod synth;
+mod times;
+mod train;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// From multi-view images to an editable Lagrangian scene.
+#[derive(Debug, Parser)]
+#[command(name = "lagrangegs", version, about, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// The whole story on a synthetic scene: make it, train on it, measure, render its future, its past and other physics
+    Demo(demo::Args),
+    /// Write a synthetic dataset with ground truth
+    Synth(synth::Args),
+    /// Train a source model and distil it into a Lagrangian scene
+    Train(train::Args),
+    /// Measure a run: images of every split, and the motion
+    Eval(eval::Args),
+    /// Render a run at any times, from any camera, under edited physics
+    Render(render::Args),
+    /// Write splat files, one per time, same order and count
+    Export(export::Args),
+    /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
+    Info(info::Args),
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    progress::start_logs();
+    let done = match &cli.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Synth(args) => synth::run(args),
+        Command::Train(args) => train::run(args),
+        Command::Eval(args) => eval::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Info(args) => info::run(args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever read the results has seen enough (`| head`).
+        Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            progress::say(&format!("error: {}", failure::chain(&error)));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,103 @@
+//! Progress bars and logs, both on stderr, without writing over each other.
+//!
+//! Where stderr is no terminal the bars are silent and every tenth part of a task is logged instead. `RUST_LOG` chooses what is logged.
+
+use std::io::{IsTerminal, Write};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::MakeWriter;
+
+/// Parts of a task that are logged where no bar is seen.
+const LOGGED_PARTS: u64 = 10;
+
+fn bars() -> &'static MultiProgress {
+    static BARS: OnceLock<MultiProgress> = OnceLock::new();
+    BARS.get_or_init(MultiProgress::new)
+}
+
+/// Starts logging to stderr.
+pub(crate) fn start_logs() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_target(false).without_time();
+    let logs = logs.with_ansi(std::io::stderr().is_terminal()).with_writer(BetweenBars);
+    // Fails only if a log is set up already, as when a program calls the command line twice.
+    let _ = logs.try_init();
+}
+
+/// One line to stderr.
+pub(crate) fn say(line: &str) {
+    bars().suspend(|| {
+        let _ = writeln!(std::io::stderr(), "{line}");
+    });
+}
+
+/// Writes log lines with the bars out of the way.
+struct BetweenBars;
+
+impl Write for BetweenBars {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        bars().suspend(|| std::io::stderr().write_all(bytes))?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        std::io::stderr().flush()
+    }
+}
+
+impl MakeWriter<'_> for BetweenBars {
+    type Writer = Self;
+
+    fn make_writer(&self) -> Self {
+        Self
+    }
+}
+
+/// A task with a known number of steps.
+pub(crate) struct Task {
+    name: String,
+    bar: ProgressBar,
+    logged: AtomicU64,
+}
+
+impl Task {
+    /// Shows a bar; `total` may be corrected later.
+    pub(crate) fn new(name: &str, total: u64) -> Self {
+        let style = ProgressStyle::with_template("{prefix:16} [{bar:30}] {pos}/{len} eta {eta} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar())
+            .progress_chars("=> ");
+        let bar = bars().add(ProgressBar::new(total).with_style(style).with_prefix(name.to_owned()));
+        bar.enable_steady_tick(Duration::from_millis(500));
+        Self { name: name.to_owned(), bar, logged: AtomicU64::new(0) }
+    }
+
+    /// Sets how much is done; may be called from any thread.
+    pub(crate) fn set(&self, done: u64, total: u64, message: impl FnOnce() -> String) {
+        self.bar.set_length(total);
+        if self.bar.is_hidden() {
+            let part = (done * LOGGED_PARTS).checked_div(total).unwrap_or(0);
+            if self.logged.fetch_max(part, Ordering::Relaxed) < part {
+                tracing::info!("{}: {done}/{total} {}", self.name, message());
+            }
+        } else {
+            self.bar.set_position(self.bar.position().max(done));
+            self.bar.set_message(message());
+        }
+    }
+
+    /// The same without a message.
+    pub(crate) fn count(&self, done: usize, total: usize) {
+        self.set(done as u64, total as u64, String::new);
+    }
+}
+
+impl Drop for Task {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+        bars().remove(&self.bar);
+    }
+}

@@ -1,0 +1,143 @@
+//! `lagrangegs render`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use lgs_core::{Camera, Image};
+use lgs_dynamics::{Edit, Reversal};
+use lgs_eval::sheet::{Row, contact_sheet, evenly};
+use lgs_model::{LagrangianScene, Motion};
+use serde_json::json;
+
+use super::camera::{self, CameraChoice, Orbit};
+use super::frames::{MotionArgs, file_name, sweep};
+use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list, write_png};
+use super::run::{Run, load_dataset, load_options};
+use super::times::Times;
+
+/// Columns of the contact sheet.
+const SHEET_COLUMNS: usize = 8;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder of the run
+    run: PathBuf,
+    /// Times: FROM:TO:STEP, single times, or both separated by commas; from −τ_max to 3 τ_max
+    #[arg(long, allow_hyphen_values = true)]
+    times: Times,
+    /// A view of the dataset by name (train/r_000) or number, `orbit` (once around), or `orbit:DEGREES` (standing still)
+    #[arg(long, default_value = "orbit")]
+    camera: CameraChoice,
+    #[command(flatten)]
+    motion: MotionArgs,
+    /// Folder to write images into
+    #[arg(long)]
+    out: PathBuf,
+    /// Width of the images, pixels [default: the camera's]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    size: Option<u32>,
+    /// Dataset, if it is no longer where training found it
+    #[arg(long, value_name = "DATA")]
+    data: Option<PathBuf>,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    if args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("mp4")) {
+        bail!("video files are not supported yet; give a folder: {}", args.out.display());
+    }
+    let run = Run::open(&args.run)?;
+    args.times.check(&run.scene.motion).with_context(|| format!("cannot render {}", args.run.display()))?;
+    refuse_inside_dataset(&args.out)?;
+    let cameras = cameras(&run, args)?.iter().map(|camera| camera::with_width(camera, args.size)).collect();
+    let job = Job { times: args.times.0.clone(), cameras, edit: args.motion.edit(), reversal: args.motion.reversal() };
+    let frames = job.write(&run.scene, &args.out)?;
+    output::print(&format!("{} images, {}\n", frames.len(), args.out.display()))
+}
+
+/// One camera per time.
+fn cameras(run: &Run, args: &Args) -> Result<Vec<Camera>> {
+    let known = run.cameras()?;
+    let count = args.times.0.len();
+    match &args.camera {
+        CameraChoice::Orbit(azimuth) => Ok(orbit(run)?.cameras(*azimuth, count)),
+        CameraChoice::Named(name) => Ok(vec![named(run, name, &known, args.data.as_deref())?; count]),
+    }
+}
+
+/// The orbit that suits a run.
+pub(super) fn orbit(run: &Run) -> Result<Orbit> {
+    let cameras: Vec<Camera> = run.cameras()?.into_iter().map(|(_, camera)| camera).collect();
+    let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);
+    Ok(Orbit::around(&cameras, &run.scene.cloud_at(&motion.state_at(0.0))))
+}
+
+/// A training camera that the run lists, or any camera of the dataset.
+fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>) -> Result<Camera> {
+    if let Some(camera) = camera::find(name, known) {
+        return Ok(camera);
+    }
+    let root = run.dataset_path(data)?;
+    if !root.is_dir() {
+        return camera::unknown(name, known);
+    }
+    // Reading the split of the name's first part alone saves decoding all the others.
+    let split = name.split('/').next().filter(|split| root.join(format!("transforms_{split}.json")).exists());
+    let dataset = load_dataset(&root, &load_options(&run.config, split.map(|s| vec![s.to_owned()])))?;
+    let all: Vec<(String, Camera)> = dataset.splits.values().flatten().map(|f| (f.name.clone(), f.camera)).collect();
+    match camera::find(name, &all).filter(|_| name.parse::<usize>().is_err()) {
+        Some(camera) => Ok(camera),
+        None => camera::unknown(name, if known.is_empty() { &all } else { known }),
+    }
+}
+
+/// Frames to render: one camera per time, one motion.
+pub(super) struct Job {
+    pub(super) times: Vec<f32>,
+    pub(super) cameras: Vec<Camera>,
+    pub(super) edit: Edit,
+    pub(super) reversal: Reversal,
+}
+
+impl Job {
+    /// Renders all frames and writes each as it is done, then the list of frames and a contact sheet; returns the images.
+    pub(super) fn write(&self, scene: &LagrangianScene, out: &Path) -> Result<Vec<Image>> {
+        prepare_folder(out)?;
+        remove_listed(out)?;
+        let images = self.render_with(scene, |index, image| write_png(&out.join(file_name(index, self.times[index], "png")), image))?;
+        write_list(out, &self.list())?;
+        write_png(&out.join("sheet.png"), &self.sheet(&images))?;
+        Ok(images)
+    }
+
+    /// Renders all frames; `done` gets each of them, on any thread.
+    fn render_with(&self, scene: &LagrangianScene, done: impl Fn(usize, &Image) -> Result<()> + Sync) -> Result<Vec<Image>> {
+        let mut motion = Motion::new(scene, self.edit, self.reversal);
+        sweep(scene, &mut motion, &self.times, "rendering", |index, cloud| {
+            let image = lgs_eval::render(cloud, &self.cameras[index], scene.background).image;
+            done(index, &image)?;
+            Ok(image)
+        })
+    }
+
+    fn list(&self) -> serde_json::Value {
+        let frame = |(index, &time): (usize, &f32)| json!({"file": file_name(index, time, "png"), "time": time});
+        json!({
+            "velocity_scale": self.edit.velocity_scale,
+            "potential_scale": self.edit.potential_scale,
+            "force_scale": self.edit.force_scale,
+            "reversal": self.reversal,
+            "frames": self.times.iter().enumerate().map(frame).collect::<Vec<_>>(),
+        })
+    }
+
+    fn sheet(&self, images: &[Image]) -> Image {
+        let chosen = evenly(images.len(), SHEET_COLUMNS);
+        let labels: Vec<String> = chosen.iter().map(|&i| time_label(self.times[i])).collect();
+        contact_sheet(&labels, &[Row { title: String::new(), frames: chosen.iter().map(|&i| images[i].clone()).collect() }])
+    }
+}
+
+/// A time over a column of a contact sheet.
+pub(super) fn time_label(time: f32) -> String {
+    format!("t={time:.2}")
+}

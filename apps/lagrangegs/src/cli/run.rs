@@ -1,0 +1,95 @@
+//! An opened run folder: its configuration, its models, and the dataset that it was trained on.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use lgs_core::Camera;
+use lgs_data::cameras::read_cameras_json;
+use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_data::files::write_atomically;
+use lgs_eval::Cost;
+use lgs_model::source::DefGs;
+use lgs_model::{LagrangianScene, load_scene};
+use lgs_train::{RunFolder, TrainConfig};
+
+use super::failure::At;
+use super::progress::Task;
+
+/// What training took, kept beside the models.
+const COST: &str = "cost.json";
+
+/// A run, ready to be rendered or measured.
+pub(crate) struct Run {
+    pub(crate) folder: RunFolder,
+    pub(crate) config: TrainConfig,
+    pub(crate) scene: LagrangianScene,
+}
+
+impl Run {
+    /// Reads a run's configuration and Lagrangian scene.
+    pub(crate) fn open(root: &Path) -> Result<Self> {
+        let (folder, config) = RunFolder::open(root).at(root).context("this is not a run")?;
+        if !folder.scene_path().exists() && folder.checkpoints_path().exists() {
+            bail!("training is not finished; continue it with `train … --resume`: {}", root.display());
+        }
+        let scene = load_scene(&folder.scene_path()).at(&folder.scene_path())?;
+        Ok(Self { folder, config, scene })
+    }
+
+    /// The source model; nothing if the run has none.
+    pub(crate) fn source(&self) -> Result<Option<DefGs>> {
+        let path = self.folder.source_path();
+        if path.exists() { DefGs::load(&path).at(&path).map(Some) } else { Ok(None) }
+    }
+
+    /// The dataset's folder: the one given, or the one that training read.
+    pub(crate) fn dataset_path(&self, given: Option<&Path>) -> Result<PathBuf> {
+        match given {
+            Some(path) => Ok(path.to_owned()),
+            None => recorded_dataset(&self.folder.config_path()),
+        }
+    }
+
+    /// Training cameras by image name; none if the run does not list them.
+    pub(crate) fn cameras(&self) -> Result<Vec<(String, Camera)>> {
+        let path = self.folder.root().join("source").join("cameras.json");
+        if path.exists() { read_cameras_json(&path).at(&path) } else { Ok(Vec::new()) }
+    }
+
+    /// Reads what training took.
+    pub(crate) fn cost(&self) -> Cost {
+        read_cost(self.folder.root())
+    }
+}
+
+/// What earlier sessions of a run took; zero knowledge is no error.
+pub(crate) fn read_cost(root: &Path) -> Cost {
+    let text = std::fs::read(root.join(COST)).unwrap_or_default();
+    serde_json::from_slice(&text).unwrap_or_default()
+}
+
+/// Keeps what training took.
+pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
+    let path = root.join(COST);
+    write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
+}
+
+/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH (FINGERPRINT)`.
+fn recorded_dataset(config: &Path) -> Result<PathBuf> {
+    let text = std::fs::read_to_string(config).at(config)?;
+    let line = text.lines().find_map(|line| line.strip_prefix("# dataset: "));
+    let path = line.and_then(|line| line.rsplit_once(" (")).map(|(path, _)| PathBuf::from(path));
+    path.with_context(|| format!("the run does not say which dataset it was trained on; name it with --data: {}", config.display()))
+}
+
+/// How a configuration wants images to be loaded.
+pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
+    let resolution = Some(config.data.resolution).filter(|&width| width > 0);
+    LoadOptions { white_background: config.data.white_background, resolution, splits }
+}
+
+/// Loads a dataset behind a progress bar.
+pub(crate) fn load_dataset(root: &Path, options: &LoadOptions) -> Result<Dataset> {
+    let task = Task::new("images", 0);
+    Dataset::load(root, options, &|done, total| task.count(done, total)).at(root)
+}

@@ -1,0 +1,185 @@
+//! `lagrangegs train`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use lgs_data::dataset::Dataset;
+use lgs_eval::{Cost, memory::peak_rss_bytes};
+use lgs_train::config::Preset;
+use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained};
+
+use super::failure::At;
+use super::output::{self, refuse_inside_dataset};
+use super::progress::{Task, say};
+use super::run::{load_dataset, load_options, read_cost, write_cost};
+
+/// Exit code of a program that a second Ctrl-C ended.
+const ABORTED: i32 = 130;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Dataset in the D-NeRF layout
+    data: PathBuf,
+    /// Folder of the run, new or (with --resume) one that was begun
+    #[arg(long, value_name = "RUN")]
+    out: PathBuf,
+    /// Model that learns the motion from the images
+    #[arg(long, value_enum, default_value_t = Source::Defgs)]
+    source: Source,
+    /// Defaults to start from [default: quick]
+    #[arg(long, value_enum, value_name = "PRESET")]
+    preset: Option<PresetName>,
+    /// TOML file laid over the preset
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Setting laid over preset and file, such as source.iterations=500; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    set: Vec<String>,
+    /// Where to compute
+    #[arg(long, value_enum, default_value_t = Device::Auto)]
+    device: Device,
+    /// Seed of every random draw
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Continue from the run's latest checkpoint
+    #[arg(long)]
+    resume: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Source {
+    /// Deformable 3D Gaussians
+    Defgs,
+    /// Gaussian velocity fields; not in this version
+    Freegave,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum PresetName {
+    /// Minutes on two processor cores
+    Quick,
+    /// As published; hours to days on a processor
+    Paper,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Device {
+    /// The fastest that this build has
+    Auto,
+    /// The processor
+    Cpu,
+}
+
+fn key_value(text: &str) -> Result<String, String> {
+    if text.split_once('=').is_some_and(|(key, _)| !key.trim().is_empty()) {
+        Ok(text.to_owned())
+    } else {
+        Err("expected KEY=VALUE".to_owned())
+    }
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    if args.source == Source::Freegave {
+        bail!("the source model `freegave` is not in this version; use `defgs`");
+    }
+    // Both choices mean the processor until a build has something faster.
+    tracing::debug!(device = ?args.device, "computing on the processor");
+    refuse_inside_dataset(&args.out)?;
+    let request = Request { data: &args.data, out: &args.out, config: resolve(args)?, resume: args.resume };
+    train(&request)?;
+    output::print(&format!("{}\n", args.out.display()))
+}
+
+/// The configuration asked for; with `--resume` the run's own, which flags may repeat but not change.
+fn resolve(args: &Args) -> Result<TrainConfig> {
+    let preset = match args.preset {
+        Some(PresetName::Paper) => Preset::Paper,
+        _ => Preset::Quick,
+    };
+    let mut sets = args.set.clone();
+    sets.extend(args.seed.map(|seed| format!("seed={seed}")));
+    let asked = || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
+    if !args.resume {
+        return asked();
+    }
+    let (_, own) = RunFolder::open(&args.out).at(&args.out).context("there is no run to resume")?;
+    let any = args.preset.is_some() || args.config.is_some() || !sets.is_empty();
+    if any && asked()?.hash() != own.hash() {
+        bail!("the run was begun with another configuration; leave the settings out to resume it: {}", args.out.display());
+    }
+    Ok(own)
+}
+
+/// What to train, from what, into which folder.
+pub(super) struct Request<'a> {
+    pub(super) data: &'a Path,
+    pub(super) out: &'a Path,
+    pub(super) config: TrainConfig,
+    pub(super) resume: bool,
+}
+
+/// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
+pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
+    let data = std::path::absolute(request.data).at(request.data)?;
+    let dataset = load_dataset(&data, &load_options(&request.config, Some(vec!["train".to_owned()])))?;
+    let folder = if request.resume {
+        RunFolder::open(request.out).at(request.out)?.0
+    } else {
+        RunFolder::create(request.out, &request.config, &dataset).at(request.out)?
+    };
+    let begun = Instant::now();
+    let trained = with_bars(&folder, &dataset, &request.config);
+    let earlier = read_cost(request.out);
+    let cost = Cost {
+        train_secs: Some(earlier.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64()),
+        peak_rss_bytes: peak_rss_bytes().max(earlier.peak_rss_bytes),
+    };
+    if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
+        write_cost(request.out, &cost)?;
+    }
+    trained.at(request.out)
+}
+
+fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig) -> Result<Trained, TrainError> {
+    let stop = stop_flag();
+    let mut current: Option<(lgs_train::Stage, Task)> = None;
+    let mut progress = |p: Progress| {
+        if current.as_ref().is_none_or(|(stage, _)| *stage != p.stage) {
+            current = None; // the old bar goes before the new one comes
+            current = Some((p.stage, Task::new(p.stage.name(), p.steps as u64)));
+        }
+        if let Some((_, task)) = &current {
+            task.set(p.step as u64, p.steps as u64, || message(&p));
+        }
+    };
+    lgs_train::train(folder, dataset, config, &mut Control { stop: &stop, progress: &mut progress })
+}
+
+fn message(p: &Progress) -> String {
+    let quality = p.psnr.map_or_else(|| format!("loss {:.3e}", p.loss), |psnr| format!("PSNR {psnr:.2} dB"));
+    format!("{quality}, {} Gaussians", p.gaussians)
+}
+
+/// A flag that Ctrl-C raises. The handler is set once per process; later calls share its flag.
+fn stop_flag() -> Arc<AtomicBool> {
+    static FLAG: std::sync::OnceLock<Arc<AtomicBool>> = std::sync::OnceLock::new();
+    let flag = FLAG.get_or_init(|| {
+        let flag = Arc::new(AtomicBool::new(false));
+        let raised = Arc::clone(&flag);
+        let handler = move || {
+            if raised.swap(true, Ordering::SeqCst) {
+                std::process::exit(ABORTED);
+            }
+            say("stopping at the next step; Ctrl-C again aborts without a checkpoint");
+        };
+        if let Err(error) = ctrlc::set_handler(handler) {
+            tracing::warn!("Ctrl-C will not leave a checkpoint: {error}");
+        }
+        flag
+    });
+    Arc::clone(flag)
+}
