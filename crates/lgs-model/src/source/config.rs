@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::encoding::encoded_width;
-use super::network::DELTAS;
+use super::pose::DELTAS;
 
 /// How the network's third output changes a Gaussian's scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,6 +17,17 @@ pub enum ScaleMode {
     Exponent,
     /// The scale never changes: a rigid body's Gaussians only move and turn, which is what a Lagrangian scene can represent.
     Fixed,
+}
+
+/// What the network's first two outputs do to a Gaussian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionHead {
+    /// A displacement, and a change of the quaternion: DefGS.
+    Displacement,
+    /// A rotation about the scene's centre and a translation, which also turn the Gaussian: all of a rigid body share one output
+    /// (in the spirit of the six-DoF option, §3.3, without its singularity at rest).
+    Rigid,
 }
 
 /// How the output layer starts.
@@ -49,6 +60,8 @@ pub struct DeformationConfig {
     pub time_hidden: usize,
     /// Outputs of the time network (paper: 30); 0: the time encoding enters directly.
     pub time_features: usize,
+    /// What moves (paper: displacement).
+    pub motion_head: MotionHead,
     /// What happens to scales (paper: additive).
     pub scale_mode: ScaleMode,
     /// How the output layer starts (paper: uniform).
@@ -78,6 +91,7 @@ impl DeformationConfig {
             time_frequencies: 6,
             time_hidden: 256,
             time_features: 30,
+            motion_head: MotionHead::Displacement,
             scale_mode: ScaleMode::Additive,
             head_init: HeadInit::Uniform,
             anchored: false,
@@ -96,6 +110,7 @@ impl DeformationConfig {
             time_frequencies: 4,
             time_hidden: 64,
             time_features: 24,
+            motion_head: MotionHead::Rigid,
             scale_mode: ScaleMode::Fixed,
             head_init: HeadInit::Small,
             anchored: true,

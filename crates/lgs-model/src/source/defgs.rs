@@ -11,7 +11,8 @@ use lgs_core::{CloudError, GaussianCloud};
 use serde::{Deserialize, Serialize};
 
 use super::config::{DeformationConfig, ScaleMode};
-use super::network::{DELTAS, Deformation, InputFrame};
+use super::network::{Deformation, InputFrame};
+use super::pose::DELTAS;
 use super::SourceModel;
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::{TensorFile, TensorFileError};
@@ -54,39 +55,27 @@ impl SourceModel for DefGs {
     }
 
     fn cloud_at(&self, time: f32) -> GaussianCloud {
-        let deltas = self.deformation.deltas(&self.canonical.means, time);
-        compose(&self.canonical, &deltas, self.deformation.config.scale_mode)
+        compose(&self.canonical, &self.poses(time), self.deformation.config.scale_mode)
     }
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
-        let deltas = self.deformation.deltas(&self.canonical.means, time);
-        moved(&self.canonical.means, &deltas)
+        self.poses(time).iter().map(|&[x, y, z, ..]| [x, y, z]).collect()
     }
 }
 
-fn moved(means: &[[f32; 3]], deltas: &[f32]) -> Vec<[f32; 3]> {
-    let rows = deltas.as_chunks::<DELTAS>().0;
-    means.iter().zip(rows).map(|(p, d)| std::array::from_fn(|i| p[i] + d[i])).collect()
-}
-
-/// Canonical Gaussians with their deltas `[n, DELTAS]` applied.
+/// Canonical Gaussians in the poses `[x', q', Δs]`.
 #[must_use]
-pub fn compose(canonical: &GaussianCloud, deltas: &[f32], mode: ScaleMode) -> GaussianCloud {
-    let rows = deltas.as_chunks::<DELTAS>().0;
-    let turned = canonical.rotations.iter().zip(rows).map(|(&q, d)| {
-        let q = quat_normalize(q);
-        quat_normalize(std::array::from_fn(|i| q[i] + d[3 + i]))
-    });
-    let scaled = canonical.log_scales.iter().zip(rows).map(|(s, d)| {
+pub fn compose(canonical: &GaussianCloud, poses: &[[f32; DELTAS]], mode: ScaleMode) -> GaussianCloud {
+    let scaled = canonical.log_scales.iter().zip(poses).map(|(s, pose)| {
         std::array::from_fn(|i| match mode {
-            ScaleMode::Additive => (s[i].exp() + d[7 + i]).max(DEFORMED_SCALE_FLOOR).ln(),
-            ScaleMode::Exponent => s[i] + d[7 + i],
+            ScaleMode::Additive => (s[i].exp() + pose[7 + i]).max(DEFORMED_SCALE_FLOOR).ln(),
+            ScaleMode::Exponent => s[i] + pose[7 + i],
             ScaleMode::Fixed => s[i],
         })
     });
     GaussianCloud {
-        means: moved(&canonical.means, deltas),
-        rotations: turned.collect(),
+        means: poses.iter().map(|&[x, y, z, ..]| [x, y, z]).collect(),
+        rotations: poses.iter().map(|&[_, _, _, w, x, y, z, ..]| quat_normalize([w, x, y, z])).collect(),
         log_scales: scaled.collect(),
         raw_opacities: canonical.raw_opacities.clone(),
         sh: canonical.sh.clone(),
@@ -137,6 +126,10 @@ impl Deformation {
 }
 
 impl DefGs {
+    fn poses(&self, time: f32) -> Vec<[f32; DELTAS]> {
+        self.deformation.poses(&self.canonical.means, &self.canonical.rotations, time)
+    }
+
     /// Writes the model, atomically.
     ///
     /// # Errors
@@ -177,7 +170,9 @@ mod tests {
     #[test]
     fn an_anchored_model_starts_as_its_canonical_gaussians() {
         let model = model(DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::quick() });
-        assert_eq!(model.positions_at(0.0), model.canonical.means);
+        let start = model.positions_at(0.0);
+        let off = start.as_flattened().iter().zip(model.canonical.means.as_flattened()).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f32::max) < 1e-6);
         assert_ne!(model.positions_at(0.5), model.canonical.means);
         let cloud = model.cloud_at(0.5);
         assert_eq!(cloud.means, model.positions_at(0.5));
@@ -188,8 +183,8 @@ mod tests {
     #[test]
     fn scales_pushed_below_zero_are_floored() {
         let model = model(DeformationConfig::paper());
-        let mut deltas = vec![0.0; 40 * DELTAS];
-        deltas[7] = -1.0;
+        let mut deltas = vec![[0.0; DELTAS]; 40];
+        deltas[0][7] = -1.0;
         let cloud = compose(&model.canonical, &deltas, ScaleMode::Additive);
         assert_eq!(cloud.log_scales[0][0], DEFORMED_SCALE_FLOOR.ln());
         assert!((cloud.log_scales[0][1] - model.canonical.log_scales[0][1]).abs() < 1e-6);

@@ -10,12 +10,14 @@ mod defgs;
 pub mod encoding;
 mod matrix;
 pub mod network;
+pub mod pose;
 pub mod reference;
 pub mod tensor;
 
-pub use config::{DeformationConfig, HeadInit, NetworkLayout, ParamRange, ScaleMode};
+pub use config::{DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, DefGsError, compose};
-pub use network::{DELTAS, Deformation, InputFrame};
+pub use network::{Deformation, InputFrame};
+pub use pose::DELTAS;
 
 use lgs_core::GaussianCloud;
 

@@ -1,8 +1,9 @@
-//! The deformation network as one operation on slices: positions and one time in, `[Δx, Δrotation, Δscale]` per Gaussian out.
+//! The deformation network as one operation on slices: Gaussians and one time in, `[x', q', Δs]` per Gaussian out.
 //!
 //! All Gaussians of a frame share its time, so the time's columns of a weight act as a bias that is worked out once per call.
 //! Gaussians run in blocks of fixed size, feature-major; a block's weight gradients are kept apart and summed in block order, so the
-//! result does not depend on the number of threads. Positions are constants here (DefGS detaches them, §3.2).
+//! result does not depend on the number of threads. What enters the encoding is a constant (DefGS detaches it, §3.2); gradients
+//! reach positions and quaternions where the pose is applied to them.
 
 use rand::RngExt;
 use rayon::prelude::*;
@@ -10,9 +11,7 @@ use rayon::prelude::*;
 use super::config::{DeformationConfig, HeadInit, LinearRange, NetworkLayout};
 use super::encoding::{encode, encode_into};
 use super::matrix::{Columns, add_backward_weight, add_forward, backward_inputs};
-
-/// Outputs per Gaussian: Δx (3), Δrotation (4), Δscale (3).
-pub const DELTAS: usize = 10;
+use super::pose::{DELTAS, pose, pose_vjp};
 
 /// Gaussians per block: activations of a small network stay in the second-level cache.
 const BLOCK: usize = 256;
@@ -78,11 +77,39 @@ impl Deformation {
         Self { config, frame, params }
     }
 
-    /// The deltas of every position at a time, `[n, DELTAS]`.
+    /// Pose rows `[x', q', Δs]` of Gaussians at a time.
     #[must_use]
-    pub fn deltas(&self, positions: &[[f32; 3]], time: f32) -> Vec<f32> {
-        deltas(&self.config, self.frame, &self.params, positions, time)
+    pub fn poses(&self, means: &[[f32; 3]], rotations: &[[f32; 4]], time: f32) -> Vec<[f32; DELTAS]> {
+        deform(DeformInput { config: &self.config, frame: self.frame, params: &self.params, means, rotations, time })
     }
+}
+
+/// What a call works on.
+#[derive(Clone, Copy)]
+pub struct DeformInput<'a> {
+    /// Sizes.
+    pub config: &'a DeformationConfig,
+    /// The map of positions before encoding.
+    pub frame: InputFrame,
+    /// Parameters `[P]`.
+    pub params: &'a [f32],
+    /// Canonical centres `[n]`.
+    pub means: &'a [[f32; 3]],
+    /// Canonical quaternions `[n]`, of any length but zero.
+    pub rotations: &'a [[f32; 4]],
+    /// Time of the frame.
+    pub time: f32,
+}
+
+/// Cotangents of what a gradient reaches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeformGradients {
+    /// By the parameters `[P]`.
+    pub params: Vec<f32>,
+    /// By the canonical centres, `[n]`; not through the encoding.
+    pub means: Vec<[f32; 3]>,
+    /// By the canonical quaternions, `[n]`.
+    pub rotations: Vec<[f32; 4]>,
 }
 
 /// Per layer that reads the input, what the time adds to its bias; and what is needed to go back.
@@ -230,30 +257,38 @@ impl<'a> Pass<'a> {
         Columns { row: head.inputs, first: 0, count: head.inputs, outputs: head.outputs }
     }
 
-    fn forward_block(&self, positions: &[[f32; 3]], out: &mut [f32]) {
-        let block = positions.len();
-        let x = self.encoded(positions);
-        let hidden = self.activations(&x, block);
+    /// Raw rows of a block, from its last hidden layer.
+    fn raw_rows(&self, last: &[f32], block: usize) -> Vec<[f32; DELTAS]> {
         let head = &self.layout.head;
         let mut z = vec![0.0; DELTAS * block];
         z.chunks_exact_mut(block).zip(&self.params[head.bias..]).for_each(|(row, &b)| row.fill(b));
-        if let Some(last) = hidden.last() {
-            add_forward(self.weight(head), self.head_columns(), last, &mut z, block);
-        }
-        for (b, row) in out.chunks_exact_mut(DELTAS).enumerate() {
-            row.iter_mut().enumerate().for_each(|(d, v)| *v = self.gain * z[d * block + b]);
+        add_forward(self.weight(head), self.head_columns(), last, &mut z, block);
+        (0..block).map(|b| std::array::from_fn(|d| self.gain * z[d * block + b])).collect()
+    }
+
+    fn forward_block(&self, means: &[[f32; 3]], rotations: &[[f32; 4]], out: &mut [[f32; DELTAS]]) {
+        let block = means.len();
+        let hidden = self.activations(&self.encoded(means), block);
+        let raw = self.raw_rows(hidden.last().map_or(&[], Vec::as_slice), block);
+        for (i, row) in out.iter_mut().enumerate() {
+            *row = pose(self.config.motion_head, self.frame, &raw[i], means[i], rotations[i]);
         }
     }
 
-    /// Adds a block's gradients to `v_params`; those of time columns stay in the biases until [`TimePart::backward`].
-    fn backward_block(&self, positions: &[[f32; 3]], v_out: &[f32], v_params: &mut [f32]) {
-        let block = positions.len();
-        let x = self.encoded(positions);
+    /// Adds a block's gradients to `v_params` (those of time columns stay in the biases until [`TimePart::backward`]), and turns its rows
+    /// of `v_poses` into those by centres and quaternions, `[v_x, v_q, unused]`.
+    fn backward_block(&self, means: &[[f32; 3]], rotations: &[[f32; 4]], v_poses: &mut [[f32; DELTAS]], v_params: &mut [f32]) {
+        let block = means.len();
+        let x = self.encoded(means);
         let hidden = self.activations(&x, block);
         let head = &self.layout.head;
+        let raw = self.raw_rows(hidden.last().map_or(&[], Vec::as_slice), block);
         let mut v_z = vec![0.0; DELTAS * block];
-        for (b, row) in v_out.chunks_exact(DELTAS).enumerate() {
-            row.iter().enumerate().for_each(|(d, v)| v_z[d * block + b] = self.gain * v);
+        for (b, row) in v_poses.iter_mut().enumerate() {
+            let (v_raw, v_x, v_q) = pose_vjp(self.config.motion_head, self.frame, &raw[b], (means[b], rotations[b]), row);
+            v_raw.iter().enumerate().for_each(|(d, v)| v_z[d * block + b] = self.gain * v);
+            row[..3].copy_from_slice(&v_x);
+            row[3..7].copy_from_slice(&v_q);
         }
         add_bias_gradient(&mut v_params[head.bias..], &v_z, block);
         let mut v_h = vec![0.0; head.inputs * block];
@@ -289,49 +324,46 @@ fn add_bias_gradient(v_bias: &mut [f32], v_z: &[f32], block: usize) {
     }
 }
 
-/// The deltas of `positions` `[n]` at a time: `[n, DELTAS]`.
-///
-/// # Panics
-/// If `params` has another length than the configuration's layout.
-#[must_use]
-pub fn deltas(config: &DeformationConfig, frame: InputFrame, params: &[f32], positions: &[[f32; 3]], time: f32) -> Vec<f32> {
-    let pass = Pass::new(config, frame, params, time);
-    let mut out = vec![0.0; positions.len() * DELTAS];
-    let blocks = out.par_chunks_mut(BLOCK * DELTAS).zip(positions.par_chunks(BLOCK));
-    blocks.for_each(|(out, positions)| pass.forward_block(positions, out));
-    out
-}
-
-/// The gradient by the parameters, given that by the deltas, `[n, DELTAS]`.
+/// Pose rows `[x', q', Δs]` of Gaussians at a time.
 ///
 /// # Panics
 /// If lengths do not fit.
 #[must_use]
-pub fn deltas_vjp(
-    config: &DeformationConfig,
-    frame: InputFrame,
-    params: &[f32],
-    positions: &[[f32; 3]],
-    time: f32,
-    v_deltas: &[f32],
-) -> Vec<f32> {
-    assert_eq!(v_deltas.len(), positions.len() * DELTAS, "cotangents of the deltas");
-    let pass = Pass::new(config, frame, params, time);
-    let group = BLOCK * BLOCKS_PER_PARTIAL.min(positions.len().div_ceil(16 * BLOCK).max(1));
-    let groups = positions.par_chunks(group).zip(v_deltas.par_chunks(group * DELTAS));
+pub fn deform(input: DeformInput<'_>) -> Vec<[f32; DELTAS]> {
+    assert_eq!(input.means.len(), input.rotations.len(), "centres and quaternions");
+    let pass = Pass::new(input.config, input.frame, input.params, input.time);
+    let mut out = vec![[0.0; DELTAS]; input.means.len()];
+    let blocks = out.par_chunks_mut(BLOCK).zip(input.means.par_chunks(BLOCK)).zip(input.rotations.par_chunks(BLOCK));
+    blocks.for_each(|((out, means), rotations)| pass.forward_block(means, rotations, out));
+    out
+}
+
+/// Gradients of [`deform`], given those by its rows.
+///
+/// # Panics
+/// If lengths do not fit.
+#[must_use]
+pub fn deform_vjp(input: DeformInput<'_>, v_poses: &[[f32; DELTAS]]) -> DeformGradients {
+    let n = input.means.len();
+    assert_eq!((input.rotations.len(), v_poses.len()), (n, n), "Gaussians and cotangents");
+    let pass = Pass::new(input.config, input.frame, input.params, input.time);
+    let mut rows = v_poses.to_vec();
+    let group = BLOCK * BLOCKS_PER_PARTIAL.min(n.div_ceil(16 * BLOCK).max(1));
+    let groups = rows.par_chunks_mut(group).zip(input.means.par_chunks(group)).zip(input.rotations.par_chunks(group));
     let partials: Vec<Vec<f32>> = groups
-        .map(|(positions, v_out)| {
-            let mut v_params = vec![0.0; params.len()];
-            for (p, v) in positions.chunks(BLOCK).zip(v_out.chunks(BLOCK * DELTAS)) {
-                pass.backward_block(p, v, &mut v_params);
+        .map(|((rows, means), rotations)| {
+            let mut v_params = vec![0.0; input.params.len()];
+            for ((rows, means), rotations) in rows.chunks_mut(BLOCK).zip(means.chunks(BLOCK)).zip(rotations.chunks(BLOCK)) {
+                pass.backward_block(means, rotations, rows, &mut v_params);
             }
             v_params
         })
         .collect();
-    let mut v_params = vec![0.0; params.len()];
+    let mut params = vec![0.0; input.params.len()];
     for partial in &partials {
-        v_params.iter_mut().zip(partial).for_each(|(v, p)| *v += p);
+        params.iter_mut().zip(partial).for_each(|(v, p)| *v += p);
     }
-    pass.time.backward(config, &pass.layout, params, &mut v_params);
-    v_params
+    pass.time.backward(input.config, &pass.layout, input.params, &mut params);
+    let (means, rotations) = rows.iter().map(|r| ([r[0], r[1], r[2]], [r[3], r[4], r[5], r[6]])).unzip();
+    DeformGradients { params, means, rotations }
 }

@@ -1,19 +1,20 @@
-//! The deformation network as a Burn operation, differentiable by its parameters.
+//! The deformation network as a Burn operation, differentiable by its parameters and by the Gaussians that it moves.
 
 use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
 use burn::backend::autodiff::grads::Gradients;
-use burn::backend::autodiff::ops::{Backward, Ops, OpsKind, unary};
+use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::{Tensor, TensorData};
 
 use super::config::DeformationConfig;
-use super::network::{self, DELTAS, InputFrame};
+use super::network::{DeformInput, InputFrame, deform as deform_rows, deform_vjp};
+use super::pose::DELTAS;
 
 /// What a call needs beside tensors.
 #[derive(Clone, Debug)]
-pub struct DeltaSpec {
+pub struct DeformSpec {
     /// Sizes.
     pub config: DeformationConfig,
     /// The map of positions before encoding.
@@ -25,144 +26,204 @@ pub struct DeltaSpec {
 /// Backends that can run the network forwards.
 #[backend_extension(Autodiff, Flex)]
 pub trait DeformationOps: Backend {
-    /// Deltas `[n, DELTAS]` from parameters `[P]` and positions `[n, 3]`; positions are constants.
-    fn deltas(params: FloatTensor<Self>, positions: FloatTensor<Self>, spec: DeltaSpec) -> FloatTensor<Self>;
-}
-
-/// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an autodiff one is asked.
-pub trait DeformationVjp: Backend {
-    /// The gradient by the parameters, `[P]`.
-    fn deltas_vjp(
+    /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
+    fn deform(
         params: FloatTensor<Self>,
-        positions: FloatTensor<Self>,
-        v_deltas: FloatTensor<Self>,
-        spec: DeltaSpec,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: DeformSpec,
     ) -> FloatTensor<Self>;
 }
 
-impl DeformationOps for Flex {
-    fn deltas(params: FloatTensor<Self>, positions: FloatTensor<Self>, spec: DeltaSpec) -> FloatTensor<Self> {
-        let (params, positions) = (params.to_contiguous(), positions.to_contiguous());
-        let points = positions.storage::<f32>().as_chunks::<3>().0;
-        let deltas = network::deltas(&spec.config, spec.frame, params.storage(), points, spec.time);
-        Self::float_from_data(TensorData::new(deltas, [points.len(), DELTAS]), &Default::default())
+/// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an autodiff one is asked.
+pub trait DeformationKernels: DeformationOps {
+    /// Cotangents of parameters, centres and quaternions, given that of the rows.
+    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3];
+}
+
+fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a DeformSpec) -> DeformInput<'a> {
+    let [params, means, rotations] = inputs;
+    DeformInput {
+        config: &spec.config,
+        frame: spec.frame,
+        params: params.storage(),
+        means: means.storage::<f32>().as_chunks::<3>().0,
+        rotations: rotations.storage::<f32>().as_chunks::<4>().0,
+        time: spec.time,
     }
 }
 
-impl DeformationVjp for Flex {
-    fn deltas_vjp(
+fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Flex> {
+    Flex::float_from_data(TensorData::new(values, shape), &Default::default())
+}
+
+impl DeformationOps for Flex {
+    fn deform(
         params: FloatTensor<Self>,
-        positions: FloatTensor<Self>,
-        v_deltas: FloatTensor<Self>,
-        spec: DeltaSpec,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: DeformSpec,
     ) -> FloatTensor<Self> {
-        let (params, positions, v_deltas) = (params.to_contiguous(), positions.to_contiguous(), v_deltas.to_contiguous());
-        let points = positions.storage::<f32>().as_chunks::<3>().0;
-        let v_params = network::deltas_vjp(&spec.config, spec.frame, params.storage(), points, spec.time, v_deltas.storage());
-        let len = v_params.len();
-        Self::float_from_data(TensorData::new(v_params, [len]), &Default::default())
+        let inputs = [params, means, rotations].map(|t| t.to_contiguous());
+        let poses = deform_rows(input(&inputs, &spec));
+        let n = poses.len();
+        tensor(poses.into_flattened(), [n, DELTAS])
+    }
+}
+
+impl DeformationKernels for Flex {
+    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+        let (inputs, v_poses) = (inputs.map(|t| t.to_contiguous()), v_poses.to_contiguous());
+        let v = deform_vjp(input(&inputs, spec), v_poses.storage::<f32>().as_chunks().0);
+        let (len, n) = (v.params.len(), v.means.len());
+        [tensor(v.params, [len]), tensor(v.means.into_flattened(), [n, 3]), tensor(v.rotations.into_flattened(), [n, 4])]
     }
 }
 
 #[derive(Debug)]
-struct Deltas;
+struct Deform;
 
-impl<B: DeformationVjp> Backward<B, 1> for Deltas {
-    type State = (FloatTensor<B>, FloatTensor<B>, DeltaSpec);
+impl<B: DeformationKernels> Backward<B, 3> for Deform {
+    type State = ([FloatTensor<B>; 3], DeformSpec);
 
-    fn backward(self, ops: Ops<Self::State, 1>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
-        let (params, positions, spec) = ops.state;
-        unary::<B, _>(ops.parents, ops.node, grads, |v_deltas| B::deltas_vjp(params, positions, v_deltas, spec));
+    fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
+        let (inputs, spec) = ops.state;
+        let v_poses = grads.consume::<B>(&ops.node);
+        let by_parent = B::deform_vjp(inputs, &spec, v_poses);
+        for (parent, v) in ops.parents.into_iter().zip(by_parent) {
+            if let Some(parent) = parent {
+                grads.register::<B>(parent.id, v);
+            }
+        }
     }
 }
 
-impl<B: DeformationOps + DeformationVjp, C: CheckpointStrategy> DeformationOps for Autodiff<B, C> {
-    fn deltas(params: FloatTensor<Self>, positions: FloatTensor<Self>, spec: DeltaSpec) -> FloatTensor<Self> {
-        let node = params.node();
-        let (params, positions) = (params.into_primitive(), positions.into_primitive());
-        let out = B::deltas(params.clone(), positions.clone(), spec.clone());
-        match Deltas.prepare::<C>([node]).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((params, positions, spec), out),
+impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B, C> {
+    fn deform(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: DeformSpec,
+    ) -> FloatTensor<Self> {
+        let nodes = [params.node(), means.node(), rotations.node()];
+        let inputs = [params, means, rotations].map(|t| t.into_primitive());
+        let [params, means, rotations] = inputs.clone();
+        let out = B::deform(params, means, rotations, spec.clone());
+        match Deform.prepare::<C>(nodes).compute_bound().stateful() {
+            OpsKind::Tracked(prep) => prep.finish((inputs, spec), out),
             OpsKind::UnTracked(prep) => prep.finish(out),
         }
     }
 }
 
-/// Deltas `[n, DELTAS]` of `positions` `[n, 3]`, differentiable by `params` `[P]`; no gradient reaches the positions.
+/// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters `[P]`; differentiable by all three,
+/// by the centres not through their encoding.
 #[must_use]
-pub fn deltas(params: Tensor<1>, positions: Tensor<2>, spec: DeltaSpec) -> Tensor<2> {
-    let out = <Dispatch as DeformationOps>::deltas(params.into_dispatch(), positions.into_dispatch(), spec);
+pub fn deform(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: DeformSpec) -> Tensor<2> {
+    let out = <Dispatch as DeformationOps>::deform(params.into_dispatch(), means.into_dispatch(), rotations.into_dispatch(), spec);
     Tensor::from_dispatch(out)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::network::Deformation;
-    use super::super::{HeadInit, reference};
+    use super::super::reference::{self, ReferenceInput};
+    use super::super::{HeadInit, MotionHead};
     use super::*;
     use burn::tensor::Device;
     use lgs_core::testing::{assert_gradient_close, assert_values_close};
 
-    fn points(n: usize) -> Vec<[f32; 3]> {
-        (0..n).map(|i| [(i as f32 * 0.37).sin(), (i as f32 * 0.11).cos(), (i as f32 * 0.23).sin() * 0.5]).collect()
+    type Gaussians = (Vec<[f32; 3]>, Vec<[f32; 4]>);
+
+    fn gaussians(n: usize) -> Gaussians {
+        let wave = |i: usize, f: f32| (i as f32 * f).sin();
+        let means = (0..n).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23) * 0.5]);
+        let rotations = (0..n).map(|i| [1.0 + wave(i, 0.5), wave(i, 0.7), wave(i, 1.1), wave(i, 0.2)]);
+        (means.collect(), rotations.collect())
+    }
+
+    fn weights(n: usize) -> Vec<f32> {
+        (0..n * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect()
     }
 
     fn compare(config: DeformationConfig, n: usize) {
         let frame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
         let net = Deformation::init(config.clone(), frame, 5);
         let device = Device::flex().autodiff();
-        let positions = points(n);
-        let flat = TensorData::new(positions.as_flattened().to_vec(), [n, 3]);
-        let weights: Vec<f32> = (0..n * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect();
-        let weights = Tensor::<2>::from_data(TensorData::new(weights, [n, DELTAS]), &device);
+        let (means, rotations) = gaussians(n);
+        let leaf = |values: &[f32], width: usize| {
+            Tensor::<2>::from_data(TensorData::new(values.to_vec(), [values.len() / width, width]), &device).require_grad()
+        };
         let run = |fused: bool| {
             let params = Tensor::<1>::from_floats(net.params.as_slice(), &device).require_grad();
-            let spec = DeltaSpec { config: config.clone(), frame, time: 0.4 };
+            let (means, rotations) = (leaf(means.as_flattened(), 3), leaf(rotations.as_flattened(), 4));
+            let time = 0.4;
+            let leaves = (params.clone(), means.clone(), rotations.clone());
             let out = if fused {
-                deltas(params.clone(), Tensor::from_data(flat.clone(), &device), spec)
+                deform(params, means, rotations, DeformSpec { config: config.clone(), frame, time })
             } else {
-                reference::deltas(&config, frame, &params, &positions, 0.4)
+                reference::deform(ReferenceInput { config: &config, frame, params, means, rotations, time })
             };
-            let gradients = (out.clone() * weights.clone()).sum().backward();
-            let gradient = params.grad(&gradients).expect("gradient");
-            (out.into_data().try_to_vec::<f32>().expect("f32"), gradient.into_data().try_to_vec::<f32>().expect("f32"))
+            let weights = Tensor::<2>::from_data(TensorData::new(weights(n), [n, DELTAS]), &device);
+            let g = (out.clone() * weights).sum().backward();
+            let values = |t: TensorData| t.try_to_vec::<f32>().expect("f32");
+            [
+                values(out.into_data()),
+                values(leaves.0.grad(&g).expect("params").into_data()),
+                values(leaves.1.grad(&g).expect("means").into_data()),
+                values(leaves.2.grad(&g).expect("rotations").into_data()),
+            ]
         };
-        let ((out, gradient), (expected, expected_gradient)) = (run(true), run(false));
-        assert_values_close("deltas", &out, &expected, 1e-5, 1e-5);
-        assert_gradient_close("parameters", &gradient, &expected_gradient);
+        let (found, expected) = (run(true), run(false));
+        assert_values_close("poses", &found[0], &expected[0], 1e-5, 1e-5);
+        for (i, name) in ["parameters", "means", "rotations"].into_iter().enumerate() {
+            assert_gradient_close(name, &found[i + 1], &expected[i + 1]);
+        }
     }
 
     #[test]
     fn the_fused_network_agrees_with_its_twin() {
-        let quick = DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::quick() };
-        compare(quick.clone(), 1);
-        compare(quick.clone(), 700);
-        compare(DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, anchored: false, ..quick.clone() }, 300);
-        compare(DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..quick }, 5000);
+        let rigid = DeformationConfig { head_init: HeadInit::Uniform, motion_head: MotionHead::Rigid, ..DeformationConfig::quick() };
+        let moved = DeformationConfig { motion_head: MotionHead::Displacement, ..rigid.clone() };
+        compare(rigid.clone(), 1);
+        compare(rigid.clone(), 700);
+        compare(moved.clone(), 700);
+        compare(DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, anchored: false, ..moved }, 300);
+        compare(DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..rigid }, 5000);
         compare(DeformationConfig { width: 64, ..DeformationConfig::paper() }, 300);
     }
 
     #[test]
-    fn the_gradient_is_the_same_for_any_number_of_threads() {
+    fn gradients_are_the_same_for_any_number_of_threads() {
         let config = DeformationConfig::quick();
         let net = Deformation::init(config.clone(), InputFrame::IDENTITY, 5);
-        let positions = points(3000);
-        let weights: Vec<f32> = (0..3000 * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect();
+        let (means, rotations) = gaussians(3000);
+        let weights = weights(3000);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            pool.install(|| network::deltas_vjp(&config, net.frame, &net.params, &positions, 0.3, &weights))
+            let input = DeformInput {
+                config: &config,
+                frame: net.frame,
+                params: &net.params,
+                means: &means,
+                rotations: &rotations,
+                time: 0.3,
+            };
+            pool.install(|| deform_vjp(input, weights.as_chunks().0))
         };
         let one = run(1);
-        assert!(one.iter().any(|v| *v != 0.0));
+        assert!(one.params.iter().any(|v| *v != 0.0));
         assert_eq!(one, run(2));
         assert_eq!(one, run(5));
     }
 
     #[test]
-    fn no_gaussians_give_no_deltas_and_a_zero_gradient() {
+    fn no_gaussians_give_no_poses_and_a_zero_gradient() {
         let config = DeformationConfig::quick();
         let net = Deformation::init(config.clone(), InputFrame::IDENTITY, 5);
-        assert!(net.deltas(&[], 0.5).is_empty());
-        assert!(network::deltas_vjp(&config, net.frame, &net.params, &[], 0.5, &[]).iter().all(|v| *v == 0.0));
+        assert!(net.poses(&[], &[], 0.5).is_empty());
+        let input =
+            DeformInput { config: &config, frame: net.frame, params: &net.params, means: &[], rotations: &[], time: 0.5 };
+        assert!(deform_vjp(input, &[]).params.iter().all(|v| *v == 0.0));
     }
 }

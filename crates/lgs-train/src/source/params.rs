@@ -2,7 +2,7 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{GaussianCloud, sh_coefficients};
-use lgs_model::source::tensor::{DeltaSpec, deltas};
+use lgs_model::source::tensor::{DeformSpec, deform};
 use lgs_model::source::{DEFORMED_SCALE_FLOOR, ScaleMode};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::SplatTensors;
@@ -86,7 +86,7 @@ impl SourceParams {
     }
 
     /// What is drawn: the canonical Gaussians, or those at the time of `deformation`.
-    pub(super) fn splats(&self, leaves: &Leaves, deformation: Option<DeltaSpec>) -> SplatTensors {
+    pub(super) fn splats(&self, leaves: &Leaves, deformation: Option<DeformSpec>) -> SplatTensors {
         let n = self.len();
         let dc = leaves.sh_dc.clone().reshape([n, 1, 3]);
         let sh = match &leaves.sh_rest {
@@ -103,14 +103,12 @@ impl SourceParams {
         };
         if let Some(spec) = deformation {
             let mode = spec.config.scale_mode;
-            // The untracked values: no gradient reaches the canonical means through the network (§3.2).
-            let delta = deltas(leaves.network.clone(), self.means.value(), spec);
-            splats.means = splats.means + delta.clone().narrow(1, 0, 3);
-            let length = splats.rotations.clone().square().sum_dim(1).sqrt();
-            splats.rotations = splats.rotations / length + delta.clone().narrow(1, 3, 4);
+            let pose = deform(leaves.network.clone(), splats.means, splats.rotations, spec);
+            splats.means = pose.clone().narrow(1, 0, 3);
+            splats.rotations = pose.clone().narrow(1, 3, 4);
             splats.log_scales = match mode {
-                ScaleMode::Additive => (splats.log_scales.exp() + delta.narrow(1, 7, 3)).clamp_min(DEFORMED_SCALE_FLOOR).log(),
-                ScaleMode::Exponent => splats.log_scales + delta.narrow(1, 7, 3),
+                ScaleMode::Additive => (splats.log_scales.exp() + pose.narrow(1, 7, 3)).clamp_min(DEFORMED_SCALE_FLOOR).log(),
+                ScaleMode::Exponent => splats.log_scales + pose.narrow(1, 7, 3),
                 ScaleMode::Fixed => splats.log_scales,
             };
         }

@@ -3,7 +3,7 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, Image, stream};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::tensor::DeltaSpec;
+use lgs_model::source::tensor::DeformSpec;
 use lgs_model::source::{DefGs, Deformation, InputFrame};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::{photometric_loss, rasterize};
@@ -100,7 +100,7 @@ impl<'a> SourceTrainer<'a> {
         let iteration = self.iteration + 1;
         let frame = &self.frames[self.order.next(iteration, self.config)];
         let (camera, target) = self.view(frame, iteration);
-        let deformation = (!self.config.is_warmup(iteration)).then(|| DeltaSpec {
+        let deformation = (!self.config.is_warmup(iteration)).then(|| DeformSpec {
             config: self.config.deformation.clone(),
             frame: self.input_frame,
             time: frame.time,
