@@ -71,7 +71,11 @@ impl Dataset {
     /// The cube that the training cameras look at.
     #[must_use]
     pub fn scene_box(&self) -> SceneBox {
-        let frames = self.cameras(if self.splits.contains_key("train") { "train" } else { self.splits.keys().next().map_or("train", String::as_str) });
+        let frames = self.cameras(if self.splits.contains_key("train") {
+            "train"
+        } else {
+            self.splits.keys().next().map_or("train", String::as_str)
+        });
         let views: Vec<(Vec3, Vec3, f32)> = frames.iter().map(|frame| view_of(frame)).collect();
         if views.is_empty() {
             return SceneBox { center: [0.0; 3], half_side: 1.0 };

@@ -13,7 +13,9 @@ fn frame(path: &str, time: f64) -> Value {
 fn folder(edit: impl FnOnce(&mut Value, &Path)) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     for (name, shade) in [("a.png", 10), ("b.png", 200), ("c.png", 90)] {
-        RgbaImage::from_fn(8, 6, |x, y| Rgba([shade, x as u8 * 20, y as u8 * 30, if x < 4 { 255 } else { 0 }])).save(dir.path().join(name)).unwrap();
+        RgbaImage::from_fn(8, 6, |x, y| Rgba([shade, x as u8 * 20, y as u8 * 30, if x < 4 { 255 } else { 0 }]))
+            .save(dir.path().join(name))
+            .unwrap();
     }
     let mut train = json!({ "camera_angle_x": 0.8, "frames": [frame("./a", 0.0), frame("b.png", 0.5)] });
     let test = json!({ "camera_angle_x": 0.8, "frames": [frame("./c", 0.9)] });
@@ -164,7 +166,11 @@ fn malformed_json_is_named() {
 fn an_empty_split_is_an_error() {
     for frames in [json!([]), Value::Null] {
         let dir = folder(|json, _| {
-            if frames.is_null() { json.as_object_mut().unwrap().remove("frames"); } else { json["frames"] = frames.clone(); }
+            if frames.is_null() {
+                json.as_object_mut().unwrap().remove("frames");
+            } else {
+                json["frames"] = frames.clone();
+            }
         });
         assert!(message(&dir, "transforms_train.json").contains("empty"));
     }

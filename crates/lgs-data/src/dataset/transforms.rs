@@ -137,7 +137,8 @@ impl FrameSpec {
             return Err(Problem::Value { frame: index, field: "time", expected: "finite", found: time.to_string() });
         }
         let matrix = frame.transform_matrix.ok_or_else(|| missing("transform_matrix"))?;
-        let pose = pose(&matrix).map_err(|(expected, found)| Problem::Value { frame: index, field: "transform_matrix", expected, found })?;
+        let pose =
+            pose(&matrix).map_err(|(expected, found)| Problem::Value { frame: index, field: "transform_matrix", expected, found })?;
         Ok(Self {
             json_path: json_path.to_path_buf(),
             index,
@@ -207,5 +208,9 @@ fn pose(matrix: &[Vec<Option<f64>>]) -> Result<[[f32; 4]; 4], (&'static str, Str
         }
     }
     let rotation: [[f32; 3]; 3] = std::array::from_fn(|i| [pose[i][0], pose[i][1], pose[i][2]]);
-    if is_rotation(Mat3::from_cols_array_2d(&rotation)) { Ok(pose) } else { Err(("a rigid pose", format!("the rotation part {rotation:?}"))) }
+    if is_rotation(Mat3::from_cols_array_2d(&rotation)) {
+        Ok(pose)
+    } else {
+        Err(("a rigid pose", format!("the rotation part {rotation:?}")))
+    }
 }

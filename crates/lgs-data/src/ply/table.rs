@@ -90,11 +90,7 @@ impl<'a> Table<'a> {
     fn column(&self, name: &str, expected: &'static str, fits: impl Fn(Scalar) -> bool) -> Result<usize, PlyProblem> {
         let column = self.names().position(|other| other == name).ok_or_else(|| PlyProblem::Missing(name.to_owned()))?;
         let scalar = self.columns[column].1;
-        if fits(scalar) {
-            Ok(column)
-        } else {
-            Err(PlyProblem::Type { property: name.to_owned(), expected, found: format!("{scalar:?}") })
-        }
+        if fits(scalar) { Ok(column) } else { Err(PlyProblem::Type { property: name.to_owned(), expected, found: format!("{scalar:?}") }) }
     }
 
     fn value(&self, index: usize, column: usize) -> Result<f64, PlyProblem> {

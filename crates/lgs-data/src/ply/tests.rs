@@ -137,7 +137,9 @@ fn wrong_types_missing_properties_and_odd_harmonics_are_named() {
     assert_eq!(problem_of(&edited(&bytes, "f_rest_8", "f_test_8")), PlyProblem::Harmonics(8));
     assert_eq!(problem_of(&edited(&bytes, "f_rest_8", "f_rest_9")), PlyProblem::Missing("f_rest_8".into()));
     assert_eq!(problem_of(&edited(&bytes, "element vertex", "element vortex")), PlyProblem::NoVertices);
-    for (from, to) in [("ply\n", "pny\n"), ("float x", "flout x"), ("vertex 3", "vertex -3"), ("1.0", "2.0"), (" nx", " x"), ("end_header", "end")] {
+    for (from, to) in
+        [("ply\n", "pny\n"), ("float x", "flout x"), ("vertex 3", "vertex -3"), ("1.0", "2.0"), (" nx", " x"), ("end_header", "end")]
+    {
         assert!(matches!(problem_of(&edited(&bytes, from, to)), PlyProblem::Header { .. }), "{from} -> {to}");
     }
     assert!(matches!(problem_of(&edited(&bytes, "property float x", "property list uchar int x")), PlyProblem::Type { .. }));

@@ -36,9 +36,7 @@ impl Motion {
             Self::Ballistic { start, velocity, gravity, spin } => {
                 Pose { rotation: turned(spin, t), position: start + velocity * t - DVec3::Z * (0.5 * gravity * t * t) }
             }
-            Self::Rotor { center, spin, phase } => {
-                Pose { rotation: turned(spin, t + phase / spin.length()), position: center }
-            }
+            Self::Rotor { center, spin, phase } => Pose { rotation: turned(spin, t + phase / spin.length()), position: center },
             Self::Pendulum { pivot, axis, amplitude, small_angle_frequency } => {
                 Pose { rotation: turned(axis, pendulum_angle(amplitude, small_angle_frequency, t)), position: pivot }
             }

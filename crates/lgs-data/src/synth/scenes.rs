@@ -35,7 +35,10 @@ const SCENES: [(SceneInfo, Build); 7] = [
     (SceneInfo { name: "pendulum", description: "a rigid pendulum of large amplitude, released at rest" }, pendulum),
     (SceneInfo { name: "spring", description: "a block on an isotropic spring, pushed off the axis: an ellipse" }, spring),
     (SceneInfo { name: "sled", description: "a sled sliding straight against linear drag" }, sled),
-    (SceneInfo { name: "room", description: "a static furnished room with three independent movers: crate, turntable, swinging ball" }, room),
+    (
+        SceneInfo { name: "room", description: "a static furnished room with three independent movers: crate, turntable, swinging ball" },
+        room,
+    ),
 ];
 
 /// All scenes.
@@ -104,7 +107,7 @@ fn projectile() -> (Stage, Rig) {
 }
 
 fn pendulum() -> (Stage, Rig) {
-    let motion = Motion::Pendulum { pivot: dvec3(0.0, 0.0, 0.95), axis: DVec3::Y, amplitude: 0.9, small_angle_frequency: 4.2 };
+    let motion = Motion::Pendulum { pivot: dvec3(0.0, 0.0, 0.95), axis: DVec3::Y, amplitude: 0.9, small_angle_frequency: 5.2 };
     let parts = vec![
         Part::new(Shape::Ellipsoid(dvec3(0.42, 0.30, 0.42)), dvec3(0.0, 0.0, -1.1), Texture::new([0x2a1e5c, 0xee4266, 0xffd23f], 0.55)),
         Part::new(Shape::Cuboid(dvec3(0.07, 0.07, 0.45)), dvec3(0.0, 0.0, -0.45), Texture::new([0x0a8754, 0x3bceac, 0x0b3954], 0.5)),
@@ -153,13 +156,13 @@ fn furniture() -> Vec<Part> {
 
 fn crate_on_a_spring() -> Body {
     let motion =
-        Motion::Harmonic { center: dvec3(1.15, 0.55, 0.47), displacement: dvec3(0.50, 0.0, 0.0), velocity: DVec3::ZERO, frequency: 5.0 };
+        Motion::Harmonic { center: dvec3(1.15, 0.55, 0.47), displacement: dvec3(0.58, 0.0, 0.0), velocity: DVec3::ZERO, frequency: 5.0 };
     let texture = Texture::new([0xc1121f, 0xffba08, 0x6a040f], 0.7);
     Body { name: "crate", motion, parts: vec![Part::new(Shape::Cuboid(DVec3::splat(0.45)), DVec3::ZERO, texture)], center: DVec3::ZERO }
 }
 
 fn turntable() -> Body {
-    let motion = Motion::Rotor { center: dvec3(-1.25, 0.40, 0.0), spin: dvec3(0.0, 0.0, 4.0), phase: 0.0 };
+    let motion = Motion::Rotor { center: dvec3(-1.25, 0.40, 0.0), spin: dvec3(0.0, 0.0, 4.8), phase: 0.0 };
     let parts = vec![
         Part::new(Shape::Cylinder(0.78, 0.12), dvec3(0.0, 0.0, 0.13), Texture::new([0x023047, 0x8ecae6, 0xffb703], 0.8)),
         Part::new(Shape::Cuboid(dvec3(0.20, 0.30, 0.36)), dvec3(0.38, 0.05, 0.61), Texture::new([0x7b2cbf, 0xff9e00, 0x240046], 0.6)),
@@ -169,7 +172,7 @@ fn turntable() -> Body {
 }
 
 fn swinging_ball() -> Body {
-    let motion = Motion::Pendulum { pivot: dvec3(0.05, -0.10, 3.2), axis: DVec3::Y, amplitude: 0.62, small_angle_frequency: 4.2 };
+    let motion = Motion::Pendulum { pivot: dvec3(0.05, -0.10, 3.2), axis: DVec3::Y, amplitude: 0.66, small_angle_frequency: 5.2 };
     let parts = vec![
         Part::new(Shape::Ellipsoid(DVec3::splat(0.47)), dvec3(0.0, 0.0, -1.55), Texture::new([0x14532d, 0xf1faee, 0xd00070], 0.65)),
         Part::new(Shape::Cuboid(dvec3(0.05, 0.05, 0.60)), dvec3(0.0, 0.0, -0.60), Texture::new([0x22223b, 0x4a4e69, 0x22223b], 0.6)),

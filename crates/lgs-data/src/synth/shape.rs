@@ -182,11 +182,8 @@ mod tests {
     use super::*;
     use lgs_core::stream;
 
-    const SOLIDS: [Shape; 3] = [
-        Shape::Ellipsoid(DVec3::new(0.5, 0.3, 0.7)),
-        Shape::Cuboid(DVec3::new(0.4, 0.2, 0.6)),
-        Shape::Cylinder(0.4, 0.3),
-    ];
+    const SOLIDS: [Shape; 3] =
+        [Shape::Ellipsoid(DVec3::new(0.5, 0.3, 0.7)), Shape::Cuboid(DVec3::new(0.4, 0.2, 0.6)), Shape::Cylinder(0.4, 0.3)];
 
     #[test]
     fn a_ray_at_a_surface_point_from_outside_hits_the_surface_no_later() {

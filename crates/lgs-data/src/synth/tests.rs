@@ -27,11 +27,30 @@ fn every_mover_stays_in_view_of_most_cameras() {
                 let pose = body.motion.pose(t);
                 let center = pose.rotation * body.center + pose.position;
                 let now = views.iter().filter(|view| view.sees(center)).count();
-                assert!(10 * now >= 6 * views.len(), "{} {}: {now} of {} at {t}", info.name, body.name, views.len());
+                assert!(10 * now >= 8 * views.len(), "{} {}: {now} of {} at {t}", info.name, body.name, views.len());
                 (seen, all) = (seen + now, all + views.len());
             }
-            assert!(10 * seen >= 9 * all, "{} {}: {seen} of {all}", info.name, body.name);
+            assert!(20 * seen >= 19 * all, "{} {}: {seen} of {all}", info.name, body.name);
         }
+    }
+}
+
+#[test]
+fn movers_of_the_room_cover_a_good_part_of_most_images() {
+    let scene = find("room", 0).unwrap();
+    let views = scene.rig.views(12, 40, 0);
+    for (number, body) in scene.stage.bodies.iter().enumerate() {
+        let alone = body::Stage { bodies: vec![body.clone()], fixed: Vec::new() };
+        let (mut good, mut all) = (0, 0);
+        for view in &views {
+            let backdrop = trace::Backdrop::new(&alone, view);
+            for t in [0.0, 0.25, 0.5, 0.75, 0.9] {
+                let image = trace::image(&alone, view, &backdrop, t);
+                let covered = image.iter().skip(3).step_by(4).filter(|&&alpha| alpha > 127).count();
+                (good, all) = (good + usize::from(20 * covered >= 40 * 40), all + 1);
+            }
+        }
+        assert!(2 * good > all, "{} ({number}) covers 5 % of {good} of {all} images", body.name);
     }
 }
 
@@ -152,7 +171,7 @@ fn ground_truth_round_trips_and_follows_the_law() {
     let still = truth.trajectories(-1);
     assert!(!still[0].is_empty() && still.iter().all(|row| row == &still[0]));
     assert_eq!(truth.law["objects"][1]["law"], "uniform rotation");
-    assert_eq!(truth.law["objects"][1]["omega"], 4.0);
+    assert_eq!(truth.law["objects"][1]["omega"], 4.8);
     let again: Vec<f64> = (-75..=225).map(|i| f64::from(i) / 100.0).collect();
     assert_eq!(ground_truth("room", &again, 500, 0).unwrap(), GroundTruth { law: truth.law.clone(), ..truth.clone() });
     assert_eq!(GroundTruth::load(out.parent().unwrap()).unwrap(), None);
@@ -189,6 +208,8 @@ fn an_occupied_folder_is_refused_and_left_alone() {
     fs::write(dir.path().join("mine"), "1").unwrap();
     assert!(matches!(generate("fan", &small(), dir.path(), &|_, _| {}), Err(SynthError::Occupied(_))));
     assert!(matches!(generate("fan", &small(), &dir.path().join("mine"), &|_, _| {}), Err(SynthError::Occupied(_))));
+    let under_a_file = generate("fan", &small(), &dir.path().join("mine/set"), &|_, _| {}).unwrap_err().to_string();
+    assert!(under_a_file.starts_with("can't create folder") && under_a_file.ends_with("mine"), "{under_a_file}");
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     let empty = dir.path().join("empty");
     fs::create_dir(&empty).unwrap();

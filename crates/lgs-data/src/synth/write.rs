@@ -66,7 +66,7 @@ pub(super) fn generate(scene: &Scene, options: &SynthOptions, out: &Path, progre
 fn refuse_occupied(out: &Path) -> Result<(), SynthError> {
     let empty = match fs::read_dir(out) {
         Ok(mut entries) => entries.next().is_none(),
-        Err(error) => error.kind() == std::io::ErrorKind::NotFound,
+        Err(_) => !out.exists(), // what else is wrong with the path shows when the folder is created
     };
     if empty { Ok(()) } else { Err(SynthError::Occupied(out.to_path_buf())) }
 }
