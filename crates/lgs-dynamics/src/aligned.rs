@@ -9,7 +9,7 @@ use crate::field::Field;
 use crate::rollout::{RolloutGradients, StateCotangents};
 use crate::state::{RolloutSpec, State, VelocityPolicy};
 use crate::supports::Supports;
-use crate::twist::{rigid_velocity, rigid_velocity_vjp};
+use crate::twist::{rigid_velocities, rigid_velocity_vjp};
 use lgs_core::linear::{add, quat_mul, quat_normalize, scale, sub};
 
 /// What a step computes on its way from one state to the next.
@@ -60,7 +60,7 @@ pub(crate) fn policy_velocity(
     match policy {
         VelocityPolicy::Keep => kicked,
         VelocityPolicy::FromPositions => q0.iter().zip(q1).map(|(&q0, &q1)| scale(sub(q1, q0), 1.0 / h)).collect(),
-        VelocityPolicy::Rigid => rigid_velocity(&midpoints(q0, q1), &kicked, supports),
+        VelocityPolicy::Rigid => rigid_velocities(&midpoints(q0, q1), &kicked, supports),
     }
 }
 

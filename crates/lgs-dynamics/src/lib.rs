@@ -37,3 +37,4 @@ pub use rollout::{RolloutGradients, StateCotangents, rollout, rollout_vjp};
 pub use state::{Edit, Reversal, RolloutSpec, State, VelocityPolicy};
 pub use supports::{Supports, SupportsError};
 pub use system::{ForceKind, Normalisation, ParamEntry, PotentialKind, System, SystemConfig};
+pub use twist::rigid_velocities;
