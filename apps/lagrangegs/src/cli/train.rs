@@ -146,7 +146,7 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
 
 fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig) -> Result<Trained, TrainError> {
     let stop = stop_flag();
-    let mut current: Option<(lgs_train::Stage, Task)> = None;
+    let mut current: Option<(lgs_train::checkpoint::Stage, Task)> = None;
     let mut progress = |p: Progress| {
         if current.as_ref().is_none_or(|(stage, _)| *stage != p.stage) {
             current = None; // the old bar goes before the new one comes

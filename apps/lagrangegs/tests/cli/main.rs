@@ -1,0 +1,8 @@
+//! The program as a user runs it: arguments in, exit code, stdout and stderr out.
+
+mod bad_input;
+mod program;
+mod runs;
+mod scenes;
+mod training;
+mod usage;

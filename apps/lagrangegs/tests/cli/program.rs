@@ -1,0 +1,128 @@
+//! Running the binary, and a run folder made by hand.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use lagrangegs::lgs_core::GaussianCloud;
+use lagrangegs::lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig, VelocityPolicy};
+use lagrangegs::lgs_model::{LagrangianScene, MotionConfig, ObjectModel, save_scene};
+use lagrangegs::lgs_train::{Preset, TrainConfig};
+
+/// What a call left behind.
+pub(crate) struct Done {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+/// Runs the program.
+pub(crate) fn lagrangegs<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Done {
+    let out = Command::new(env!("CARGO_BIN_EXE_lagrangegs")).args(args).env_remove("RUST_LOG").output().expect("the program starts");
+    Done {
+        code: out.status.code().expect("an exit code"),
+        stdout: String::from_utf8(out.stdout).expect("stdout is text"),
+        stderr: String::from_utf8(out.stderr).expect("stderr is text"),
+    }
+}
+
+/// Runs the program with a command line split at spaces; `{name}` stands for a path.
+pub(crate) fn call(line: &str, paths: &[(&str, &Path)]) -> Done {
+    let words: Vec<String> = line
+        .split_whitespace()
+        .map(|word| paths.iter().fold(word.to_owned(), |w, (name, path)| w.replace(&format!("{{{name}}}"), &path.display().to_string())))
+        .collect();
+    lagrangegs(&words)
+}
+
+impl Done {
+    /// Asserts that the call did what it should and returns its stdout.
+    #[track_caller]
+    pub(crate) fn ok(self) -> String {
+        assert_eq!(self.code, 0, "stderr: {}", self.stderr);
+        self.stdout
+    }
+
+    /// Asserts that the call failed with exit code 1, said so in one line that ends with `path` and holds all of `words`.
+    #[track_caller]
+    pub(crate) fn fails(&self, path: &Path, words: &[&str]) {
+        assert_eq!(self.code, 1, "stderr: {}", self.stderr);
+        let errors: Vec<&str> = self.stderr.lines().filter(|line| line.starts_with("error: ")).collect();
+        let [error] = errors[..] else { panic!("expected one line of error in: {}", self.stderr) };
+        assert!(error.ends_with(&path.display().to_string()), "should end with {}: {error}", path.display());
+        for word in words {
+            assert!(error.contains(word), "should contain {word}: {error}");
+        }
+        assert_eq!(self.stdout, "", "an error leaves stdout empty");
+    }
+
+    /// Asserts bad usage: exit code 2, a message on stderr that holds all of `words`.
+    #[track_caller]
+    pub(crate) fn is_bad_usage(&self, words: &[&str]) {
+        assert_eq!(self.code, 2, "stderr: {}", self.stderr);
+        for word in words {
+            assert!(self.stderr.contains(word), "should contain {word}: {}", self.stderr);
+        }
+        assert_eq!(self.stdout, "");
+    }
+}
+
+/// A temporary folder.
+pub(crate) fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// A path that nothing can be written to, also by root: below a regular file.
+pub(crate) fn unwritable(folder: &Path) -> PathBuf {
+    let file = folder.join("file");
+    std::fs::write(&file, "not a folder").expect("a file");
+    file.join("out")
+}
+
+/// A small synthetic dataset.
+pub(crate) fn tiny_dataset(folder: &Path) -> PathBuf {
+    let data = folder.join("data");
+    call("synth falling-ball --out {data} --size 24 --views 3 --train-fps 6", &[("data", &data)]).ok();
+    data
+}
+
+/// A run folder with a block of Gaussians in free fall, without any training.
+pub(crate) fn falling_run(folder: &Path, dataset: &Path) -> PathBuf {
+    let run = folder.join("run");
+    std::fs::create_dir(&run).expect("run folder");
+    let config = TrainConfig::preset(Preset::Quick).to_toml().expect("toml");
+    std::fs::write(run.join("config.toml"), format!("# dataset: {} (0)\n{config}", dataset.display())).expect("config");
+    save_scene(&falling_scene(), &run.join("lagrangian.safetensors")).expect("scene");
+    run
+}
+
+fn falling_scene() -> LagrangianScene {
+    let config = SystemConfig {
+        potential: PotentialKind::QuadraticMlp,
+        force: ForceKind::None,
+        hidden: 4,
+        hidden_layers: 1,
+        normalisation: Normalisation::identity(),
+    };
+    let mut system = System::init(config, 0);
+    system.params.fill(0.0);
+    let linear = system.layout().into_iter().find(|e| e.name == "potential.linear").expect("linear term").range;
+    system.params[linear].copy_from_slice(&[0.0, 0.0, 2.0]);
+    let means: Vec<[f32; 3]> = (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| 0.1 * c as f32)).collect();
+    let supports = Some(Supports::nearest(&means, 8));
+    LagrangianScene {
+        statics: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
+        velocities: vec![[0.0; 3]; means.len()],
+        movers: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
+        objects: vec![ObjectModel { system, members: 0..64, supports, velocity_policy: VelocityPolicy::Keep }],
+        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
+        background: [1.0; 3],
+    }
+}
+
+/// Names of the files in a folder, sorted.
+pub(crate) fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<String> = entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}

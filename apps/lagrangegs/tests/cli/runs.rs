@@ -1,0 +1,112 @@
+//! `eval`, `render` and `export` on a run made by hand.
+
+use serde_json::Value;
+
+use crate::program::{call, falling_run, files, folder, tiny_dataset};
+
+#[test]
+fn metrics_follow_the_schema_and_are_kept_in_the_run() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let run = falling_run(dir.path(), &data);
+    let done = call("eval {run} --json", &[("run", &run)]);
+    let metrics: Value = serde_json::from_str(&done.ok()).expect("one JSON document");
+    assert_eq!(metrics["schema"], 1);
+    for split in ["train", "val", "test", "long", "past"] {
+        let score = &metrics["splits"][split];
+        assert!(score["source"].is_null(), "there is no source model");
+        for key in ["psnr", "psnr_of_mean_mse", "psnr_foreground", "ssim"] {
+            assert!(score["lagrangian"][key].is_f64(), "{split} {key}: {score}");
+        }
+        assert!(score["lagrangian"]["lpips_vgg"].is_null());
+        assert_eq!(score["lagrangian"]["frames"], metrics["frames"][split].as_array().expect("frames").len());
+    }
+    let physics = &metrics["physics"];
+    let negated = physics["cycle_error"]["negated_step"].as_f64().expect("cycle error");
+    assert!((negated - 0.0263).abs() < 0.001, "{negated}");
+    assert!(physics["cycle_error"]["exact"].is_f64() && physics["extent_ratio_max"].is_f64() && physics["energy_drift"].is_f64());
+    assert!((physics["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);
+    assert!(physics["trajectory_error"]["2.25"].is_f64() && physics["trajectory_error"]["-0.75"].is_f64());
+    assert!(metrics["cost"]["train_secs"].is_null(), "nothing was trained");
+    let kept: Value = serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics.json")).expect("JSON");
+    assert_eq!(kept["splits"], metrics["splits"]);
+}
+
+#[test]
+fn the_table_shows_the_splits_asked_for() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let run = falling_run(dir.path(), &data);
+    let table = call("eval {run} --split test,past", &[("run", &run)]).ok();
+    let firsts: Vec<&str> = table.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(firsts.contains(&"test") && firsts.contains(&"past") && !firsts.contains(&"train"), "{table}");
+    assert!(table.contains("cycle error"), "{table}");
+}
+
+#[test]
+fn frames_come_one_per_time_with_a_sheet() {
+    let dir = folder();
+    let run = falling_run(dir.path(), dir.path());
+    let out = dir.path().join("a/b/out");
+    let paths: [(&str, &std::path::Path); 2] = [("run", &run), ("out", &out)];
+    call("render {run} --times -0.75:2.25:0.75 --camera orbit --out {out} --size 40", &paths).ok();
+    let names = files(&out);
+    assert_eq!(names.len(), 7, "{names:?}");
+    assert_eq!(names[0], "0000_t-0.7500.png");
+    let image = image::open(out.join(&names[0])).expect("a PNG");
+    assert_eq!((image.width(), image.height()), (40, 40));
+    // A second, shorter call leaves no frame of the first one, and no file of the user's goes.
+    std::fs::write(out.join("notes.txt"), "mine").expect("write");
+    call("render {run} --times=0.5,1 --camera orbit:30 --potential-scale 0.25 --velocity-scale -1 --out {out} --size 40", &paths).ok();
+    assert_eq!(files(&out), ["0000_t+0.5000.png", "0001_t+1.0000.png", "frames.json", "notes.txt", "sheet.png"]);
+    let list: Value = serde_json::from_slice(&std::fs::read(out.join("frames.json")).expect("list")).expect("JSON");
+    assert_eq!(list["potential_scale"], 0.25);
+}
+
+#[test]
+fn a_view_of_the_dataset_is_found_by_its_name() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let run = falling_run(dir.path(), &data);
+    let out = dir.path().join("out");
+    let transforms: Value = serde_json::from_slice(&std::fs::read(data.join("transforms_val.json")).expect("transforms")).expect("JSON");
+    let name = transforms["frames"][0]["file_path"].as_str().expect("file_path").trim_start_matches("./").to_owned();
+    call(&format!("render {{run}} --times 0 --camera {name} --out {{out}}"), &[("run", &run), ("out", &out)]).ok();
+    assert_eq!(image::open(out.join("0000_t+0.0000.png")).expect("a PNG").width(), 24);
+    let done = call("render {run} --times 0 --camera nowhere/r_9 --out {out}", &[("run", &run), ("out", &out)]);
+    assert_eq!(done.code, 1);
+    assert!(done.stderr.contains("nowhere/r_9") && done.stderr.contains("orbit"), "{}", done.stderr);
+}
+
+#[test]
+fn exports_have_the_same_order_and_count_at_every_time() {
+    use lagrangegs::lgs_data::ply::read_ply;
+    let dir = folder();
+    let run = falling_run(dir.path(), dir.path());
+    let out = dir.path().join("out");
+    call("export {run} --times 0,1 --format ply --out {out}", &[("run", &run), ("out", &out)]).ok();
+    assert_eq!(files(&out), ["0000_t+0.0000.ply", "0001_t+1.0000.ply", "frames.json"]);
+    let (a, b) = (read_ply(&out.join("0000_t+0.0000.ply")).expect("ply"), read_ply(&out.join("0001_t+1.0000.ply")).expect("ply"));
+    assert_eq!((a.len(), b.len()), (67, 67));
+    assert_eq!(a.means[..3], b.means[..3], "static Gaussians come first and stay");
+    for (p, q) in a.means[3..].iter().zip(&b.means[3..]) {
+        assert!((p[0] - q[0]).abs() < 1e-4 && (p[2] - q[2] - 1.01).abs() < 1e-3, "{p:?} {q:?}");
+    }
+}
+
+#[test]
+fn rendering_twice_gives_the_same_bytes_for_any_number_of_threads() {
+    let dir = folder();
+    let run = falling_run(dir.path(), dir.path());
+    let render = |threads: &str| {
+        let out = dir.path().join(threads);
+        let status = std::process::Command::new(env!("CARGO_BIN_EXE_lagrangegs"))
+            .args(["render", &run.display().to_string(), "--times", "0:2:0.5", "--size", "48", "--out", &out.display().to_string()])
+            .env("RAYON_NUM_THREADS", threads)
+            .output()
+            .expect("the program starts");
+        assert!(status.status.success());
+        files(&out).into_iter().map(|name| std::fs::read(out.join(name)).expect("file")).collect::<Vec<_>>()
+    };
+    assert_eq!(render("1"), render("3"));
+}

@@ -1,0 +1,97 @@
+//! `train` and `demo`, with settings that take seconds.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::program::{Done, call, files, folder, tiny_dataset, unwritable};
+
+/// Settings under which training takes seconds and learns next to nothing.
+const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 --set source.initial_gaussians=400 --set tune_dynamics.iterations=4 --set tune_gaussians.iterations=4";
+
+fn train(data: &Path, run: &Path, more: &str) -> Done {
+    call(&format!("train {{data}} --out {{run}} {TINY} {more}"), &[("data", data), ("run", run)])
+}
+
+#[test]
+fn a_run_is_trained_measured_rendered_and_exported() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let (run, out) = (dir.path().join("run"), dir.path().join("out"));
+    let printed = train(&data, &run, "--seed 3").ok();
+    assert_eq!(printed.trim(), run.display().to_string(), "results only on stdout");
+    for name in ["config.toml", "checkpoints", "source", "lagrangian.safetensors", "events.jsonl"] {
+        assert!(run.join(name).exists(), "{name}");
+    }
+    assert!(std::fs::read_to_string(run.join("config.toml")).expect("config").contains("seed = 3"));
+    let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
+    let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    assert!(metrics["splits"]["val"]["source"]["psnr"].is_f64(), "{metrics}");
+    assert!(metrics["cost"]["train_secs"].as_f64().is_some_and(|secs| secs > 0.0));
+    call("render {run} --times -0.5:2:0.5 --camera 0 --out {out}", &paths).ok();
+    assert_eq!(files(&out).len(), 8);
+    let splats = dir.path().join("splats");
+    call("export {run} --times 0:1:0.5 --out {splats}", &[("run", &run), ("splats", &splats)]).ok();
+    assert_eq!(files(&splats).len(), 4);
+    assert!(call("info {run}", &paths).ok().contains("seed"));
+    let checkpoint = run.join("checkpoints").join(files(&run.join("checkpoints")).pop().expect("a checkpoint"));
+    assert!(call("info {c}", &[("c", &checkpoint)]).ok().contains("checkpoint"));
+    // A second run does not overwrite the first; resuming a finished one changes nothing.
+    train(&data, &run, "").fails(&run, &["already holds a run"]);
+    let scene = std::fs::read(run.join("lagrangian.safetensors")).expect("scene");
+    call("train {data} --out {run} --resume", &[("data", &data), ("run", &run)]).ok();
+    assert_eq!(scene, std::fs::read(run.join("lagrangian.safetensors")).expect("scene"));
+    call("train {data} --out {run} --resume --seed 4", &[("data", &data), ("run", &run)]).fails(&run, &["another configuration"]);
+    cut_checkpoint_is_an_error(&data, &run, &checkpoint);
+}
+
+fn cut_checkpoint_is_an_error(data: &Path, run: &Path, checkpoint: &Path) {
+    let whole = std::fs::read(checkpoint).expect("bytes");
+    std::fs::write(checkpoint, &whole[..whole.len() / 2]).expect("cut");
+    call("train {data} --out {run} --resume", &[("data", data), ("run", run)]).fails(checkpoint, &["damaged"]);
+    call("info {c}", &[("c", checkpoint)]).fails(checkpoint, &["damaged"]);
+}
+
+#[test]
+fn settings_that_do_not_exist_are_named() {
+    let dir = folder();
+    let (data, run) = (dir.path().join("data"), dir.path().join("run"));
+    for (setting, word) in [("source.iteration=3", "source.iteration"), ("source.iterations=many", "source.iterations")] {
+        let done = call(&format!("train {{data}} --out {{run}} --set {setting}"), &[("data", &data), ("run", &run)]);
+        assert_eq!(done.code, 1, "{}", done.stderr);
+        assert!(done.stderr.contains(word), "{}", done.stderr);
+    }
+    let config = dir.path().join("c.toml");
+    std::fs::write(&config, "seed = = 1").expect("write");
+    let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("config", &config)];
+    call("train {data} --out {run} --config {config}", &paths).fails(&config, &["TOML"]);
+    assert!(!run.exists());
+}
+
+#[test]
+fn runs_that_cannot_be_started_or_resumed_are_named() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let run = unwritable(dir.path());
+    assert_eq!(train(&data, &run, "").code, 1);
+    let none = dir.path().join("none");
+    call("train {data} --out {run} --resume", &[("data", &data), ("run", &none)]).fails(&none.join("config.toml"), &["no run to resume"]);
+    call("train {data} --out {run} --source freegave", &[("data", &data), ("run", &none)]).fails(Path::new("`defgs`"), &["freegave"]);
+    assert!(!none.exists());
+}
+
+#[test]
+fn the_demo_tells_the_whole_story() {
+    let dir = folder();
+    let out = dir.path().join("demo");
+    let table = call(&format!("demo --out {{out}} --size 24 --views 3 {TINY}"), &[("out", &out)]).ok();
+    for word in ["train", "val", "test", "long", "past", "source", "lagrangian", "cycle error"] {
+        assert!(table.contains(word), "{word}: {table}");
+    }
+    let renders = out.join("run/renders");
+    for name in ["future", "past", "potential-0.25", "potential-2", "potential-scales.png", "comparison.png"] {
+        assert!(renders.join(name).exists(), "{name}");
+    }
+    assert!(renders.join("future/sheet.png").exists());
+    assert!(out.join("run/metrics.json").exists());
+}

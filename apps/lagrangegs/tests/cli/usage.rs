@@ -1,0 +1,59 @@
+//! Bad usage exits with 2, help with 0.
+
+use crate::program::{call, folder, lagrangegs};
+
+#[test]
+fn help_and_version_are_no_errors() {
+    for command in ["--help", "demo --help", "synth --help", "train --help", "eval --help", "render --help", "export --help", "info --help"] {
+        assert!(call(command, &[]).ok().contains("Usage"), "{command}");
+    }
+    assert!(lagrangegs(&["--version"]).ok().starts_with("lagrangegs "));
+}
+
+#[test]
+fn unknown_or_missing_arguments_are_bad_usage() {
+    for (line, word) in [
+        ("", "Usage"),
+        ("paint", "paint"),
+        ("synth", "SCENE"),
+        ("synth fan", "--out"),
+        ("train data", "--out"),
+        ("train data --out x --preset slow", "slow"),
+        ("train data --out x --set seed", "KEY=VALUE"),
+        ("train data --out x --device tpu", "tpu"),
+        ("eval", "RUN"),
+        ("render run --out x", "--times"),
+        ("render run --times 0 --out x --reversal none", "none"),
+        ("render run --times 0 --out x --potential-scale much", "much"),
+        ("render run --times 0 --out x --potential-scale nan", "nan"),
+        ("render run --times 0 --out x --size 0", "0"),
+        ("render run --times 0 --out x --camera orbit:left", "left"),
+        ("export run --times 0 --out x --format obj", "obj"),
+        ("info", "PATH"),
+    ] {
+        call(line, &[]).is_bad_usage(&[word]);
+    }
+}
+
+#[test]
+fn times_that_do_not_parse_are_bad_usage() {
+    for times in ["x", "0:1", "0:1:0", "1:0:0.1", "0:1:-1", "nan"] {
+        lagrangegs(&["render", "run", "--out", "x", "--times", times]).is_bad_usage(&["--times"]);
+    }
+}
+
+#[test]
+fn the_scenes_are_listed() {
+    let list = call("synth --list", &[]).ok();
+    for scene in ["falling-ball", "fan", "projectile", "pendulum", "spring", "sled", "room"] {
+        assert!(list.lines().any(|line| line.starts_with(scene)), "{scene}: {list}");
+    }
+}
+
+#[test]
+fn nothing_is_written_by_bad_usage() {
+    let dir = folder();
+    let out = dir.path().join("out");
+    call("render run --times 1:0:1 --out {out}", &[("out", &out)]).is_bad_usage(&[]);
+    assert!(!out.exists());
+}
