@@ -5,7 +5,7 @@
 
 use crate::anchors::{choose_anchors, steadiest_point};
 use crate::config::{DistillConfig, SharedMotionKind};
-use crate::dense::{V3, norm2};
+use crate::dense::{V3, add, norm2, scale, sub, wide};
 use crate::law::Law;
 use crate::law_select::{ChosenLaw, choose_law};
 use crate::law_system::{normalisation, system_of_law};
@@ -14,14 +14,19 @@ use crate::report::{DistillReport, PathKind};
 use crate::shared_motion::{PoseKind, SharedMotion};
 use crate::targets::Paths;
 use crate::{DistillError, Trajectories};
-use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig};
+use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig, rollout};
 
 /// Particles that errors and scales are measured on.
 const JUDGES: usize = 200;
 /// Networks have to forecast better than the law alone by this factor.
 const WORTH_IT: f64 = 0.5;
+/// Or they have to describe the window better by this factor, and stay within [`MOST_REACH`] for three windows: a motion whose turning
+/// point lies in the held-out part cannot be forecast, and is still described.
+const DESCRIBES: f64 = 0.5;
+/// How much farther than in the window networks may carry an object in three windows.
+const MOST_REACH: f64 = 1.5;
 /// How many times more rollout steps networks of an object that is held rigid get.
-const HELD_STEPS: usize = 4;
+const HELD_STEPS: usize = 8;
 /// An affine motion is preferred to a rigid one only if the rigid residual is this many times larger …
 const RIGID_SLACK: f64 = 1.5;
 /// … and exceeds it by this part of the displacement.
@@ -174,7 +179,7 @@ impl Seen {
     /// The linear law, where the configuration's U can hold one and the particles share a motion.
     fn choose_law(&self, config: &DistillConfig) -> Option<ChosenLaw> {
         let motion = self.motion.as_ref().filter(|_| config.potential == PotentialKind::QuadraticMlp)?;
-        let center = crate::dense::wide(self.normalisation.center);
+        let center = wide(self.normalisation.center);
         choose_law(motion, center, &self.anchors, config.force == ForceKind::Structured, config)
     }
 
@@ -200,7 +205,7 @@ impl Seen {
     /// An untrained system that starts on the paths.
     fn plain(&self, config: &DistillConfig, seed: u64) -> Distilled {
         let config = self.system_config(config);
-        let law = Law::free(crate::dense::wide(self.normalisation.center));
+        let law = Law::free(wide(self.normalisation.center));
         let system = if config.potential == PotentialKind::Mlp { System::init(config, seed) } else { system_of_law(config, &law, seed) };
         let (q0, v0) = self.start(&system, &VelocityField::NONE);
         Distilled { system, q0, v0, anchors: None, report: self.report() }
@@ -217,17 +222,22 @@ impl Seen {
         let samples = self.paths.samples();
         let known = samples - ((samples as f32 * config.held_out) as usize).clamp(1, samples / 2);
         let training = Training::new(self, distilled, config);
+        let mut better = true;
         if let Some(forecast) = distilled.report.forecast_error {
             let (system, field) = training.run(&distilled.system, known, seed, progress);
             let error = training.error(&system, &field, known..samples);
-            if error > WORTH_IT * forecast {
-                return;
+            better = error <= WORTH_IT * forecast;
+            if better {
+                distilled.report.forecast_error = Some(error);
             }
-            distilled.report.forecast_error = Some(error);
         }
         let (system, field) = training.run(&distilled.system, samples, seed, progress);
+        let error = training.error(&system, &field, 0..samples);
+        if !better && (error > DESCRIBES * distilled.report.window_error || !training.stays(&system, &field)) {
+            return;
+        }
         (distilled.q0, distilled.v0) = self.start(&system, &field);
-        distilled.report.window_error = training.error(&system, &field, 0..samples);
+        distilled.report.window_error = error;
         distilled.report.networks = true;
         distilled.system = system;
     }
@@ -261,7 +271,7 @@ impl Seen {
         let states = || self.judges.iter().flat_map(|&j| (0..self.paths.samples()).step_by(5).map(move |s| (j, s)));
         let q: Vec<_> = states().map(|(j, s)| crate::dense::narrow(self.paths.position(j, s))).collect();
         let v: Vec<_> = states().map(|(j, s)| crate::dense::narrow(self.paths.velocity(j, s))).collect();
-        let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| norm2(crate::dense::wide(r))).sum::<f64>().sqrt();
+        let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| norm2(wide(r))).sum::<f64>().sqrt();
         let (force, gradient) = (size(&system.forces(&q, &v)), size(&system.potential_gradients(&q)));
         if gradient > 0.0 { force / gradient } else { force }
     }
@@ -294,6 +304,17 @@ impl<'a> Training<'a> {
 
     fn error(&self, system: &System, field: &VelocityField, samples: std::ops::Range<usize>) -> f64 {
         rollout_error(system, field, &self.paths, &self.judges, samples, self.hold())
+    }
+
+    /// Whether a rollout to three windows stays near where the object was in the first.
+    fn stays(&self, system: &System, field: &VelocityField) -> bool {
+        let seen: Vec<V3> = self.judges.iter().flat_map(|&j| (0..self.paths.samples()).map(move |s| self.paths.position(j, s))).collect();
+        let center = scale(seen.iter().fold([0.0; 3], |sum, &p| add(sum, p)), 1.0 / seen.len() as f64);
+        let limit = MOST_REACH * MOST_REACH * seen.iter().map(|&p| norm2(sub(p, center))).fold(0.0, f64::max);
+        let start = start_of(system, field, &self.paths, &self.judges);
+        let spec = self.hold().spec(self.paths.dt(), 3 * (self.paths.samples() - 1));
+        let states = rollout(system, &start, &spec);
+        states.iter().flat_map(|state| &state.q).all(|&q| norm2(sub(wide(q), center)) <= limit)
     }
 
     /// Matching (of independent particles) and rollouts on the first `samples` samples; rollouts count only if they lower the error.

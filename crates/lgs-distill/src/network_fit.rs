@@ -28,7 +28,8 @@ pub(crate) struct Hold<'a> {
 }
 
 impl<'a> Hold<'a> {
-    fn spec(&self, dt: f32, steps: usize) -> RolloutSpec<'a> {
+    /// A rollout of full steps.
+    pub(crate) fn spec(&self, dt: f32, steps: usize) -> RolloutSpec<'a> {
         let spec = RolloutSpec::new(dt, steps);
         match self.supports {
             Some(supports) => spec.aligned(supports, VelocityPolicy::Rigid),
