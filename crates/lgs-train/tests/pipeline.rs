@@ -1,0 +1,94 @@
+//! The whole of training on a tiny scene: it learns, it resumes bit for bit from every stage, and threads do not change a byte.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_data::synth::{self, SynthOptions};
+use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, train};
+
+fn tiny_dataset(folder: &Path) -> Dataset {
+    let options = SynthOptions { size: 40, views: 4, seed: 0, train_fps: 12 };
+    let path = folder.join("data");
+    synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
+    Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
+}
+
+fn tiny_config() -> TrainConfig {
+    let settings = [
+        "source.iterations=120",
+        "source.warmup_iterations=40",
+        "source.window_interval=5",
+        "source.initial_gaussians=300",
+        "source.densify.after=20",
+        "source.densify.before=80",
+        "source.densify.interval=20",
+        "source.densify.max_gaussians=400",
+        "tune_dynamics.iterations=4",
+        "tune_dynamics.frames_per_step=2",
+        "tune_gaussians.iterations=12",
+        "tune_gaussians.refresh_every=5",
+    ];
+    TrainConfig::resolve(Preset::Quick, None, &settings.map(str::to_owned)).expect("config")
+}
+
+/// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.
+fn run(folder: &Path, dataset: &Dataset, stop_at: Option<(Stage, usize)>) -> Result<Trained, TrainError> {
+    let config = tiny_config();
+    let run = if folder.exists() { RunFolder::open(folder)?.0 } else { RunFolder::create(folder, &config, dataset)? };
+    let stop = AtomicBool::new(false);
+    let mut progress = |p: Progress| {
+        if stop_at == Some((p.stage, p.step)) {
+            stop.store(true, Ordering::Relaxed);
+        }
+    };
+    train(&run, dataset, &config, &mut Control { stop: &stop, progress: &mut progress })
+}
+
+/// Bytes of everything that a run delivers.
+fn delivered(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let checkpoints = std::fs::read_dir(folder.join("checkpoints")).expect("checkpoints").map(|e| e.expect("entry").path());
+    let mut files: Vec<_> = checkpoints.filter(|p| p.to_string_lossy().contains("tune-gaussians-0000012")).collect();
+    files.extend([folder.join("lagrangian.safetensors"), folder.join("source/defgs.safetensors"), folder.join("events.jsonl")]);
+    files.into_iter().map(|p| (p.file_name().expect("name").to_string_lossy().into_owned(), std::fs::read(&p).expect("read"))).collect()
+}
+
+#[test]
+fn a_run_that_was_stopped_in_every_stage_delivers_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().expect("folder");
+    let dataset = tiny_dataset(folder.path());
+    let (whole, stopped) = (folder.path().join("whole"), folder.path().join("stopped"));
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool");
+    let trained = one_thread.install(|| run(&whole, &dataset, None)).expect("train");
+    assert!(!trained.scene.movers.is_empty(), "the ball was found to move");
+    assert!(trained.scene.velocities.as_flattened().iter().all(|v| v.is_finite()));
+
+    let three_threads = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("pool");
+    for stop in [(Stage::Source, 30), (Stage::Source, 77), (Stage::TuneDynamics, 2), (Stage::TuneGaussians, 7)] {
+        let interrupted = three_threads.install(|| run(&stopped, &dataset, Some(stop)));
+        assert!(matches!(interrupted, Err(TrainError::Interrupted { .. })), "stopped in {stop:?}");
+    }
+    three_threads.install(|| run(&stopped, &dataset, None)).expect("resume");
+    let (whole, stopped) = (delivered(&whole), delivered(&stopped));
+    assert_eq!(whole.len(), 4);
+    assert_eq!(whole.keys().collect::<Vec<_>>(), stopped.keys().collect::<Vec<_>>());
+    for (name, bytes) in &whole {
+        assert!(bytes == &stopped[name], "{name} differs");
+    }
+}
+
+#[test]
+fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
+    let folder = tempfile::tempdir().expect("folder");
+    let dataset = tiny_dataset(folder.path());
+    let path = folder.path().join("run");
+    run(&path, &dataset, Some((Stage::Source, 3))).err().expect("stopped");
+    let again = RunFolder::create(&path, &tiny_config(), &dataset).err().expect("occupied").to_string();
+    assert!(again.contains("run"), "{again}");
+    let checkpoint = std::fs::read_dir(path.join("checkpoints")).expect("folder").next().expect("one").expect("entry").path();
+    let bytes = std::fs::read(&checkpoint).expect("read");
+    std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).expect("cut");
+    let error = run(&path, &dataset, None).err().expect("damaged").to_string();
+    assert!(error.contains("0-source-0000003.safetensors"), "{error}");
+}
