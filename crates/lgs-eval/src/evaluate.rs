@@ -59,11 +59,7 @@ pub fn evaluate(subject: &Subject<'_>, options: &EvalOptions, progress: &(dyn Fn
         splits: rows.iter().map(|(name, (_, rows))| (name.clone(), split_metrics(rows))).collect(),
         physics: physics(subject, &mut motion, &rows, rule),
         foreground: rule,
-        footprint: Footprint {
-            static_gaussians: scene.statics.len(),
-            moving_gaussians: scene.movers.len(),
-            objects: scene.objects.len(),
-        },
+        footprint: Footprint { static_gaussians: scene.statics.len(), moving_gaussians: scene.movers.len(), objects: scene.objects.len() },
         frames: rows.iter().map(|(name, (frames, rows))| (name.clone(), frame_metrics(frames, rows))).collect(),
         ..Metrics::default()
     }

@@ -15,6 +15,9 @@ const DEFAULT_WIDTH: u32 = 400;
 /// Distance of an orbit where no camera is known, over the rms radius of the scene.
 const DEFAULT_DISTANCE: f32 = 6.0;
 
+/// How much farther than the known cameras an orbit is: what moves should stay in view.
+const ORBIT_ROOM: f32 = 1.2;
+
 /// What the user asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum CameraChoice {
@@ -40,7 +43,7 @@ impl FromStr for CameraChoice {
     }
 }
 
-/// A circle around the scene, at the mean distance and height of the known cameras.
+/// A circle around the scene, in the mean direction of the known cameras and a little farther away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Orbit {
     center: [f32; 3],
@@ -62,8 +65,8 @@ impl Orbit {
     fn through(cameras: &[Camera], first: &Camera, center: [f32; 3]) -> Self {
         let n = cameras.len() as f32;
         let offsets: Vec<[f32; 3]> = cameras.iter().map(|c| lgs_core::linear::sub(c.center_in_world(), center)).collect();
-        let radius = offsets.iter().map(|o| o[0].hypot(o[1])).sum::<f32>() / n;
-        let height = offsets.iter().map(|o| o[2]).sum::<f32>() / n;
+        let radius = ORBIT_ROOM * offsets.iter().map(|o| o[0].hypot(o[1])).sum::<f32>() / n;
+        let height = ORBIT_ROOM * offsets.iter().map(|o| o[2]).sum::<f32>() / n;
         let fov_x = 2.0 * (first.width as f32 / (2.0 * first.fx)).atan();
         Self { center, radius: radius.max(1e-3), height, fov_x, size: [first.width, first.height] }
     }
@@ -117,7 +120,8 @@ pub(crate) fn find(name: &str, cameras: &[(String, Camera)]) -> Option<Camera> {
 /// The complaint that no camera has this name, with some that exist.
 pub(crate) fn unknown<T>(name: &str, cameras: &[(String, Camera)]) -> Result<T> {
     let some: Vec<&str> = cameras.iter().take(4).map(|(name, _)| name.as_str()).collect();
-    let hint = if some.is_empty() { "none is known, use `orbit`".to_owned() } else { format!("there are {}, …, and `orbit`", some.join(", ")) };
+    let hint =
+        if some.is_empty() { "none is known, use `orbit`".to_owned() } else { format!("there are {}, …, and `orbit`", some.join(", ")) };
     bail!("no camera is called `{name}`: {hint}")
 }
 
@@ -133,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_orbit_passes_through_a_ring_of_cameras() {
+    fn the_orbit_is_a_ring_of_cameras_seen_from_a_little_farther() {
         let ring: Vec<Camera> = (0..6)
             .map(|i| {
                 let (s, c) = (i as f32).sin_cos();
@@ -142,7 +146,9 @@ mod tests {
             .collect();
         let orbit = Orbit::around(&ring, &GaussianCloud::default());
         let camera = orbit.at(1.0_f32.to_degrees());
-        assert!(camera.camera_from_world.abs_diff_eq(ring[1].camera_from_world, 1e-3), "{orbit:?}");
+        let eye = lgs_core::linear::sub(camera.center_in_world(), [0.5, 0.0, 0.3]);
+        let expected = lgs_core::linear::sub(ring[1].center_in_world(), [0.5, 0.0, 0.3]).map(|v| ORBIT_ROOM * v);
+        assert!(lgs_core::linear::norm(lgs_core::linear::sub(eye, expected)) < 1e-2, "{orbit:?}");
         assert!((camera.fx - ring[1].fx).abs() < 0.1);
         assert_eq!(orbit.cameras(None, 4).len(), 4);
         assert_eq!(orbit.cameras(Some(30.0), 2)[0], orbit.cameras(Some(30.0), 2)[1]);

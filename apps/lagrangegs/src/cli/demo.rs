@@ -18,6 +18,7 @@ use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 
 use super::eval::measure;
+use super::failure::At;
 use super::output::{self, holds_transforms, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
 use super::render::{Job, orbit, time_label};
@@ -105,8 +106,8 @@ fn steps(from: f32, to: f32) -> Vec<f32> {
 fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
     let Some(frames) = longest_view(dataset) else { return Ok(()) };
     let times = Times(frames.iter().map(|f| f.time).collect());
-    times.check(&run.scene.motion).with_context(|| dataset.root.display().to_string())?;
-    let chosen: Vec<&Frame> = evenly(frames.len(), COLUMNS).into_iter().map(|i| frames[i]).collect();
+    times.check(&run.scene.motion).at(&dataset.root)?;
+    let chosen = spread_in_time(&frames, COLUMNS);
     let background = run.scene.background;
     let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);
     let draw = |cloud: &lgs_core::GaussianCloud, camera: &Camera| lgs_eval::render(cloud, camera, background).image;
@@ -118,6 +119,16 @@ fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
     rows.push(row("lagrangian", chosen.iter().map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time)), &f.camera)).collect()));
     let labels: Vec<String> = chosen.iter().map(|f| time_label(f.time)).collect();
     write_png(path, &contact_sheet(&labels, &rows))
+}
+
+/// At most `count` of the frames (sorted by time), those nearest to evenly spaced times.
+fn spread_in_time<'a>(frames: &[&'a Frame], count: usize) -> Vec<&'a Frame> {
+    let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Vec::new() };
+    let wanted = |i: usize| first.time + (last.time - first.time) * i as f32 / (count - 1).max(1) as f32;
+    let nearest = |time: f32| (0..frames.len()).min_by(|&a, &b| (frames[a].time - time).abs().total_cmp(&(frames[b].time - time).abs()));
+    let mut indices: Vec<usize> = (0..count).filter_map(|i| nearest(wanted(i))).collect();
+    indices.dedup();
+    indices.into_iter().map(|i| frames[i]).collect()
 }
 
 /// The frames, in order of time, of the camera that sees the longest span.

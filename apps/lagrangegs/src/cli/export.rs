@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueEnum;
 use lgs_data::ply::write_ply;
 use lgs_model::Motion;
@@ -39,7 +39,7 @@ enum Format {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
-    args.times.check(&run.scene.motion).with_context(|| format!("cannot export {}", args.run.display()))?;
+    args.times.check(&run.scene.motion).at(&args.run)?;
     refuse_inside_dataset(&args.out)?;
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
     let extension = match args.format {

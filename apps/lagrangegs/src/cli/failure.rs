@@ -73,7 +73,10 @@ mod tests {
 
     #[test]
     fn a_file_inside_the_folder_stays_the_path() {
-        assert_eq!(moved("run/checkpoints/1.safetensors is damaged: cut", "run"), "the file is damaged: cut: run/checkpoints/1.safetensors");
+        assert_eq!(
+            moved("run/checkpoints/1.safetensors is damaged: cut", "run"),
+            "the file is damaged: cut: run/checkpoints/1.safetensors"
+        );
         assert_eq!(moved("can't read file: denied: run/config.toml", "run"), "can't read file: denied: run/config.toml");
     }
 

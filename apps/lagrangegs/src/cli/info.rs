@@ -76,7 +76,10 @@ fn dataset(path: &Path) -> Result<Facts> {
         ("initial points", json!(set.init_points.as_ref().map_or_else(|| "none".to_owned(), |p| p.positions.len().to_string()))),
     ];
     if let Some(truth) = GroundTruth::load(path).at(path)? {
-        facts.push(("ground truth", json!(format!("{} points at {} times, {} objects", truth.object.len(), truth.times.len(), truth.objects().len()))));
+        facts.push((
+            "ground truth",
+            json!(format!("{} points at {} times, {} objects", truth.object.len(), truth.times.len(), truth.objects().len())),
+        ));
     }
     Ok(facts)
 }
@@ -144,7 +147,10 @@ fn scene(scene: &LagrangianScene) -> Facts {
     vec![
         ("static Gaussians", json!(scene.statics.len())),
         ("moving Gaussians", json!(scene.movers.len())),
-        ("objects", json!(if members.is_empty() { "none".to_owned() } else { format!("{} ({} Gaussians)", members.len(), members.join(", ")) })),
+        (
+            "objects",
+            json!(if members.is_empty() { "none".to_owned() } else { format!("{} ({} Gaussians)", members.len(), members.join(", ")) }),
+        ),
         ("potential/force", json!(kinds.join(", "))),
         ("times", json!(format!("{low} to {high}, step {}", scene.motion.dt))),
         ("alignment", json!(distinct(scene.objects.iter().map(alignment)).join(", "))),
@@ -161,9 +167,8 @@ fn alignment(object: &ObjectModel) -> String {
 }
 
 fn cloud(kind: &str, cloud: &GaussianCloud) -> Facts {
-    let bounds = |pick: fn(f32, f32) -> f32, start: f32| {
-        cloud.means.iter().fold([start; 3], |b, p| std::array::from_fn(|c| pick(b[c], p[c])))
-    };
+    let bounds =
+        |pick: fn(f32, f32) -> f32, start: f32| cloud.means.iter().fold([start; 3], |b, p| std::array::from_fn(|c| pick(b[c], p[c])));
     let mean = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>() / cloud.len().max(1) as f64;
     let mut facts = vec![("kind", json!(kind)), ("Gaussians", json!(cloud.len())), ("harmonics degree", json!(cloud.sh_degree))];
     if !cloud.is_empty() {

@@ -1,18 +1,18 @@
 //! Progress bars and logs, both on stderr, without writing over each other.
 //!
-//! Where stderr is no terminal the bars are silent and every tenth part of a task is logged instead. `RUST_LOG` chooses what is logged.
+//! Where stderr is no terminal the bars are silent and a long task logs a line every ten seconds instead. `RUST_LOG` chooses what is logged.
 
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
 
-/// Parts of a task that are logged where no bar is seen.
-const LOGGED_PARTS: u64 = 10;
+/// Seconds between lines of a task where no bar is seen.
+const LOG_INTERVAL_SECS: u64 = 10;
 
 fn bars() -> &'static MultiProgress {
     static BARS: OnceLock<MultiProgress> = OnceLock::new();
@@ -61,7 +61,8 @@ impl MakeWriter<'_> for BetweenBars {
 pub(crate) struct Task {
     name: String,
     bar: ProgressBar,
-    logged: AtomicU64,
+    begun: Instant,
+    lines: AtomicU64,
 }
 
 impl Task {
@@ -72,15 +73,15 @@ impl Task {
             .progress_chars("=> ");
         let bar = bars().add(ProgressBar::new(total).with_style(style).with_prefix(name.to_owned()));
         bar.enable_steady_tick(Duration::from_millis(500));
-        Self { name: name.to_owned(), bar, logged: AtomicU64::new(0) }
+        Self { name: name.to_owned(), bar, begun: Instant::now(), lines: AtomicU64::new(0) }
     }
 
     /// Sets how much is done; may be called from any thread.
     pub(crate) fn set(&self, done: u64, total: u64, message: impl FnOnce() -> String) {
         self.bar.set_length(total);
         if self.bar.is_hidden() {
-            let part = (done * LOGGED_PARTS).checked_div(total).unwrap_or(0);
-            if self.logged.fetch_max(part, Ordering::Relaxed) < part {
+            let due = self.begun.elapsed().as_secs() / LOG_INTERVAL_SECS;
+            if self.lines.fetch_max(due, Ordering::Relaxed) < due {
                 tracing::info!("{}: {done}/{total} {}", self.name, message());
             }
         } else {

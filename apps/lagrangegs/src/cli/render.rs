@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use lgs_core::{Camera, Image};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::sheet::{Row, contact_sheet, evenly};
@@ -10,6 +10,7 @@ use lgs_model::{LagrangianScene, Motion};
 use serde_json::json;
 
 use super::camera::{self, CameraChoice, Orbit};
+use super::failure::At;
 use super::frames::{MotionArgs, file_name, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list, write_png};
 use super::run::{Run, load_dataset, load_options};
@@ -46,7 +47,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bail!("video files are not supported yet; give a folder: {}", args.out.display());
     }
     let run = Run::open(&args.run)?;
-    args.times.check(&run.scene.motion).with_context(|| format!("cannot render {}", args.run.display()))?;
+    args.times.check(&run.scene.motion).at(&args.run)?;
     refuse_inside_dataset(&args.out)?;
     let cameras = cameras(&run, args)?.iter().map(|camera| camera::with_width(camera, args.size)).collect();
     let job = Job { times: args.times.0.clone(), cameras, edit: args.motion.edit(), reversal: args.motion.reversal() };
@@ -60,7 +61,7 @@ fn cameras(run: &Run, args: &Args) -> Result<Vec<Camera>> {
     let count = args.times.0.len();
     match &args.camera {
         CameraChoice::Orbit(azimuth) => Ok(orbit(run)?.cameras(*azimuth, count)),
-        CameraChoice::Named(name) => Ok(vec![named(run, name, &known, args.data.as_deref())?; count]),
+        CameraChoice::Named(name) => Ok(vec![named(run, name, &known, args.data.as_deref()).at(&args.run)?; count]),
     }
 }
 

@@ -12,8 +12,7 @@ fn times_outside_the_scene_are_refused_before_anything_is_written() {
     for command in ["render", "export"] {
         for times in ["2.3", "-0.76", "0:3:0.5", "0,9"] {
             let done = call(&format!("{command} {{run}} --times {times} --out {{out}}"), &[("run", &run), ("out", &out)]);
-            assert_eq!(done.code, 1, "{}", done.stderr);
-            assert!(done.stderr.contains("-0.75 to 2.25"), "{}", done.stderr);
+            done.fails(&run, &["-0.75 to 2.25"]);
             assert!(!out.exists(), "{command} {times}");
         }
     }
@@ -36,7 +35,9 @@ fn a_dataset_is_never_written_into() {
     let run = falling_run(dir.path(), &data);
     let before = files(&data);
     let inside = data.join("deep/out");
-    for command in ["render {run} --times 0 --out {out}", "export {run} --times 0 --out {out}", "train {data} --out {out}", "demo --out {out}"] {
+    for command in
+        ["render {run} --times 0 --out {out}", "export {run} --times 0 --out {out}", "train {data} --out {out}", "demo --out {out}"]
+    {
         call(command, &[("run", &run), ("out", &inside), ("data", &data)]).fails(&inside, &["inside a dataset"]);
     }
     assert_eq!(files(&data), before);

@@ -74,8 +74,7 @@ fn a_view_of_the_dataset_is_found_by_its_name() {
     call(&format!("render {{run}} --times 0 --camera {name} --out {{out}}"), &[("run", &run), ("out", &out)]).ok();
     assert_eq!(image::open(out.join("0000_t+0.0000.png")).expect("a PNG").width(), 24);
     let done = call("render {run} --times 0 --camera nowhere/r_9 --out {out}", &[("run", &run), ("out", &out)]);
-    assert_eq!(done.code, 1);
-    assert!(done.stderr.contains("nowhere/r_9") && done.stderr.contains("orbit"), "{}", done.stderr);
+    done.fails(&run, &["nowhere/r_9", "orbit"]);
 }
 
 #[test]

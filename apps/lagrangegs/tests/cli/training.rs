@@ -53,6 +53,34 @@ fn cut_checkpoint_is_an_error(data: &Path, run: &Path, checkpoint: &Path) {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_run_that_was_interrupted_resumes_to_the_same_bytes() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    const MORE: &str = "--set source.iterations=200";
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let (whole, parts) = (dir.path().join("whole"), dir.path().join("parts"));
+    train(&data, &whole, MORE).ok();
+    let line = format!("train {} --out {} {TINY} {MORE}", data.display(), parts.display());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
+    let mut child = command.args(line.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts");
+    let events = parts.join("events.jsonl");
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_secs(60) && std::fs::metadata(&events).map_or(0, |m| m.len()) == 0 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    let code = child.wait().expect("the program ends").code();
+    // On a machine so fast that training was over before the signal there is nothing to resume, which is fine too.
+    assert!(code == Some(1) || !signal.success() || code == Some(0), "{code:?}");
+    call("train {data} --out {run} --resume", &[("data", &data), ("run", &parts)]).ok();
+    for name in ["lagrangian.safetensors", "source/defgs.safetensors", "events.jsonl"] {
+        assert!(std::fs::read(whole.join(name)).expect(name) == std::fs::read(parts.join(name)).expect(name), "{name} differs");
+    }
+}
+
+#[test]
 fn settings_that_do_not_exist_are_named() {
     let dir = folder();
     let (data, run) = (dir.path().join("data"), dir.path().join("run"));

@@ -4,7 +4,8 @@ use crate::program::{call, folder, lagrangegs};
 
 #[test]
 fn help_and_version_are_no_errors() {
-    for command in ["--help", "demo --help", "synth --help", "train --help", "eval --help", "render --help", "export --help", "info --help"] {
+    for command in ["--help", "demo --help", "synth --help", "train --help", "eval --help", "render --help", "export --help", "info --help"]
+    {
         assert!(call(command, &[]).ok().contains("Usage"), "{command}");
     }
     assert!(lagrangegs(&["--version"]).ok().starts_with("lagrangegs "));

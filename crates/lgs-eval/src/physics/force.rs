@@ -23,10 +23,9 @@ struct Magnitudes {
 pub fn forces_and_objects(scene: &LagrangianScene, motion: &mut Motion<'_>) -> (Option<f64>, Vec<ObjectSummary>) {
     let states = motion.states(window_steps(&scene.motion), false);
     let per_object: Vec<Magnitudes> = scene.objects.iter().map(|object| magnitudes(object, states)).collect();
-    let total = per_object.iter().fold(Magnitudes::default(), |sum, m| Magnitudes {
-        force: sum.force + m.force,
-        gradient: sum.gradient + m.gradient,
-    });
+    let total = per_object
+        .iter()
+        .fold(Magnitudes::default(), |sum, m| Magnitudes { force: sum.force + m.force, gradient: sum.gradient + m.gradient });
     let objects = scene.objects.iter().zip(&per_object).map(|(object, m)| summary(scene, object, states, *m)).collect();
     (ratio(total), objects)
 }

@@ -38,12 +38,7 @@ pub fn trajectory_errors(scene: &LagrangianScene, motion: &mut Motion<'_>, truth
 
 /// Mean relative error at one time, and more about it; nothing if nothing moves or the truth does not reach there.
 #[must_use]
-pub fn trajectory_error(
-    scene: &LagrangianScene,
-    motion: &mut Motion<'_>,
-    truth: &Truth<'_>,
-    t: f32,
-) -> Option<(f64, TrajectoryDetail)> {
+pub fn trajectory_error(scene: &LagrangianScene, motion: &mut Motion<'_>, truth: &Truth<'_>, t: f32) -> Option<(f64, TrajectoryDetail)> {
     let at = truth.at(t)?;
     let paths = truth.path_lengths(t)?;
     let matches = truth.matches(&scene.movers.means);
