@@ -183,6 +183,10 @@ impl TrainConfig {
         config.source.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("source.{key}"), reason })?;
         config.distill.validate().map_err(|e| ConfigError::Invalid { key: "distill".to_owned(), reason: e.to_string() })?;
         config.motion.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("motion.{key}"), reason })?;
+        let stages = [("tune_dynamics", config.tune_dynamics.validate()), ("tune_gaussians", config.tune_gaussians.validate())];
+        for (stage, checked) in stages {
+            checked.map_err(|(key, reason)| ConfigError::Invalid { key: format!("{stage}.{key}"), reason })?;
+        }
         if config.checkpoint_secs == 0 {
             return Err(invalid("checkpoint_secs", "0 is not an interval".to_owned()));
         }

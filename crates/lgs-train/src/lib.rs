@@ -16,6 +16,7 @@ pub mod run;
 pub mod source;
 pub mod stages;
 
+pub use checkpoint::Stage;
 pub use config::{Preset, TrainConfig};
 pub use error::TrainError;
 pub use pipeline::{Trained, train};

@@ -27,6 +27,8 @@ fn tiny_config() -> TrainConfig {
         "source.densify.max_gaussians=400",
         "tune_dynamics.iterations=4",
         "tune_dynamics.frames_per_step=2",
+        "tune_dynamics.subset=64",
+        "tune_dynamics.refresh_every=3",
         "tune_gaussians.iterations=12",
         "tune_gaussians.refresh_every=5",
     ];

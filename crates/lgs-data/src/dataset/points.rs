@@ -5,8 +5,9 @@
 //! `distance · tan(fov / 2)`, at most 0.9 of the camera's distance, so that points do not sit on the lenses. A set without any transparent
 //! pixel shows surroundings, which reach beyond what its cameras aim at: its cube is 1.3 times as large.
 //!
-//! Where images have an alpha channel, random points are carved: a point survives if it is opaque in every earliest training image (one per
-//! camera) whose view it lies in. Their colour is the mean of what those images show there, or grey.
+//! Random points are carved: a point survives if every earliest training image whose view it lies in shows something there, which is an
+//! opaque pixel, or, in an image without transparency, one that differs from the background. Their colour is the mean of what those images
+//! show.
 
 use super::{Dataset, DatasetError, Frame};
 use crate::ply::{self, Points};
@@ -20,6 +21,9 @@ const MAX_TRIES: usize = 200;
 
 /// How much larger the cube is for a set of opaque images.
 const SURROUNDINGS: f32 = 1.3;
+
+/// Difference of a channel below which an opaque pixel shows the background.
+const BACKGROUND_TOLERANCE: f32 = 10.0 / 255.0;
 
 /// An axis-aligned cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +47,7 @@ impl Dataset {
         Points { colors: vec![[0.5; 3]; positions.len()], positions }
     }
 
-    /// As [`Self::initial_points`], but carved by the alpha of the earliest training images and coloured by them.
+    /// As [`Self::initial_points`], but carved by what the earliest training images show and coloured by them.
     ///
     /// Fewer than `count` points come back only if the silhouettes share next to no volume of the box.
     #[must_use]
@@ -52,7 +56,8 @@ impl Dataset {
             return points.clone();
         }
         let cube = self.scene_box();
-        let views = earliest_frames(self.split("train"));
+        let earliest = earliest_frames(self.split("train"));
+        let views: Vec<(&Frame, bool)> = earliest.into_iter().map(|frame| (frame, frame.has_alpha())).collect();
         let mut rng = stream(seed, "carved points", 0);
         let mut points = Points::default();
         for _ in 0..count * MAX_TRIES {
@@ -140,10 +145,11 @@ fn earliest_frames(frames: &[Frame]) -> Vec<&Frame> {
     frames.iter().filter(|f| f.time <= first).collect()
 }
 
-/// The mean colour of a point in the views that it lies in; nothing if one of them shows it transparent or none sees it.
-fn seen_color(views: &[&Frame], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
+/// The mean colour of a point in the views (with whether they have transparent pixels) that it lies in; nothing if one of them shows
+/// background there or none sees it.
+fn seen_color(views: &[(&Frame, bool)], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
     let (mut sum, mut seen) = ([0.0; 3], 0);
-    for frame in views {
+    for &(frame, transparency) in views {
         let camera = &frame.camera;
         let ([x, y], depth) = camera.pixel_from_world(point);
         if depth <= 0.0 || x < 0.0 || y < 0.0 || x >= camera.width as f32 || y >= camera.height as f32 {
@@ -151,13 +157,15 @@ fn seen_color(views: &[&Frame], point: [f32; 3], background: [f32; 3]) -> Option
         }
         let at = 4 * (y as usize * camera.width as usize + x as usize);
         let pixel = &frame.rgba[at..at + 4];
-        if pixel[3] < 128 {
+        let alpha = f32::from(pixel[3]) / 255.0;
+        let color: [f32; 3] = std::array::from_fn(|c| f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha));
+        let differs = color.iter().zip(background).any(|(c, b)| (c - b).abs() > BACKGROUND_TOLERANCE);
+        if alpha < 0.5 || (!transparency && !differs) {
             return None;
         }
         seen += 1;
-        let alpha = f32::from(pixel[3]) / 255.0;
         for c in 0..3 {
-            sum[c] += f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha);
+            sum[c] += color[c];
         }
     }
     (seen > 0).then(|| sum.map(|v| v / seen as f32))

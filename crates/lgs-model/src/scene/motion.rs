@@ -60,11 +60,32 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// The states after 1 … `steps` steps of `dt` from `start`.
     fn advance(&self, start: &SceneState, dt: f32, steps: usize, backwards: bool) -> Vec<SceneState> {
+        // The velocity scale acts once, on v0.
+        let edit = Edit { velocity_scale: 1.0, ..self.edit };
+        self.scene.advance(start, dt, steps, edit, backwards.then_some(self.reversal))
+    }
+}
+
+impl LagrangianScene {
+    /// The states after 1 … `steps` steps of `dt` from `start`; backwards in time if a reversal is given.
+    #[must_use]
+    pub fn advance(&self, start: &SceneState, dt: f32, steps: usize, edit: Edit, backwards: Option<Reversal>) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..steps).map(|_| SceneState::default()).collect();
-        for object in &self.scene.objects {
-            let path = self.advance_object(object, start, dt, steps, backwards);
+        for object in &self.objects {
+            let spec = RolloutSpec {
+                dt,
+                steps,
+                last_dt: None,
+                edit,
+                supports: object.supports.as_ref(),
+                velocity_policy: object.velocity_policy,
+            };
+            let part = object.part_of(start);
+            let path = match backwards {
+                Some(reversal) => rollout_reversed(&object.system, &part, &spec, reversal),
+                None => rollout(&object.system, &part, &spec),
+            };
             for (state, part) in states.iter_mut().zip(path.into_iter().skip(1)) {
                 state.q.extend(part.q);
                 state.v.extend(part.v);
@@ -73,20 +94,12 @@ impl<'a> Motion<'a> {
         }
         states
     }
+}
 
-    fn advance_object(&self, object: &ObjectModel, start: &SceneState, dt: f32, steps: usize, backwards: bool) -> Vec<State> {
-        let rows = object.members.clone();
-        let part = State { q: start.q[rows.clone()].to_vec(), v: start.v[rows.clone()].to_vec(), rotation: start.rotation[rows].to_vec() };
-        let spec = RolloutSpec {
-            dt,
-            steps,
-            last_dt: None,
-            // The velocity scale acts once, on v0.
-            edit: Edit { velocity_scale: 1.0, ..self.edit },
-            supports: object.supports.as_ref(),
-            velocity_policy: object.velocity_policy,
-        };
-        if backwards { rollout_reversed(&object.system, &part, &spec, self.reversal) } else { rollout(&object.system, &part, &spec) }
+impl ObjectModel {
+    fn part_of(&self, state: &SceneState) -> State {
+        let rows = self.members.clone();
+        State { q: state.q[rows.clone()].to_vec(), v: state.v[rows.clone()].to_vec(), rotation: state.rotation[rows].to_vec() }
     }
 }
 

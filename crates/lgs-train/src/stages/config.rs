@@ -65,8 +65,11 @@ pub struct TuneDynamicsConfig {
     pub window_steps: usize,
     /// With truncation, every so many steps one goes back to t = 0, so that v0 is tuned by all times (G27: 4).
     pub full_window_every: usize,
-    /// Particles per object that carry gradients (G25: 8 192); 0 takes all.
+    /// Particles per object that carry gradients, drawn anew every step (G25: 8 192); 0 takes all. The others are drawn where the latest
+    /// full rollout put them.
     pub subset: usize,
+    /// Steps between full rollouts (G23: 10).
+    pub refresh_every: usize,
     /// Weight of 1 − SSIM in the photometric loss.
     pub ssim_weight: f32,
 }
@@ -81,7 +84,8 @@ impl Default for TuneDynamicsConfig {
             initial_velocity: InitialVelocity::Twist,
             window_steps: 0,
             full_window_every: 4,
-            subset: 0,
+            subset: 512,
+            refresh_every: 10,
             ssim_weight: 0.2,
         }
     }
@@ -101,6 +105,19 @@ impl TuneDynamicsConfig {
             subset: 8_192,
             ..Self::default()
         }
+    }
+
+    /// Checks the counts.
+    ///
+    /// # Errors
+    /// The key and the reason.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        let counts = [
+            ("frames_per_step", self.frames_per_step),
+            ("full_window_every", self.full_window_every),
+            ("refresh_every", self.refresh_every),
+        ];
+        positive(&counts)
     }
 }
 
@@ -154,4 +171,16 @@ impl TuneGaussiansConfig {
             ..Self::default()
         }
     }
+
+    /// Checks the counts.
+    ///
+    /// # Errors
+    /// The key and the reason.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        positive(&[("refresh_every", self.refresh_every)])
+    }
+}
+
+fn positive(counts: &[(&'static str, usize)]) -> Result<(), (&'static str, String)> {
+    counts.iter().find(|(_, count)| *count == 0).map_or(Ok(()), |(key, _)| Err((*key, "0 is below 1".to_owned())))
 }

@@ -5,6 +5,7 @@
 mod bake;
 mod config;
 mod mover_tensors;
+mod object_tensors;
 mod tune_dynamics;
 mod tune_gaussians;
 

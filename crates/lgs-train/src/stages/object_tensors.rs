@@ -1,0 +1,196 @@
+//! One object in stage 2: its trainable tensors, and the rollout of a subset of its particles.
+
+use std::sync::Arc;
+
+use burn::tensor::{Device, Tensor};
+use lgs_core::Stream;
+use lgs_distill::anchored_supports;
+use lgs_dynamics::tensor::{RolloutCall, rollout};
+use lgs_dynamics::{Edit, RolloutSpec, Supports, SystemConfig, VelocityPolicy};
+use lgs_model::{LagrangianScene, ObjectModel, SceneState, TensorFile, TensorFileError};
+use rand::seq::index::sample;
+
+use super::config::InitialVelocity;
+use super::mover_tensors::{quat_mul, rows};
+use crate::adam::{AdamGroup, values};
+
+/// Steps that are rolled with gradients.
+pub(super) struct Window {
+    pub(super) first: usize,
+    pub(super) steps: usize,
+    pub(super) dt: f32,
+}
+
+impl Window {
+    pub(super) fn contains(&self, time: f32) -> bool {
+        RolloutSpec::until(time.max(0.0), self.dt).steps >= self.first
+    }
+}
+
+/// One object's trainable tensors.
+pub(super) struct TrainableObject {
+    pub(super) network: AdamGroup<1>,
+    /// `[6, 1]` twist (linear, angular about the centre) or `[n, 3]` change of every velocity, on top of `base_velocity`.
+    pub(super) velocity: AdamGroup<2>,
+    base_velocity: Tensor<2>,
+    /// `[3 n, 6]`, velocities from a twist; none if every velocity is free.
+    twist_basis: Option<Tensor<2>>,
+    pub(super) rms_speed: f32,
+    config: SystemConfig,
+    velocity_policy: VelocityPolicy,
+    /// Supports of all particles, if none are left out.
+    supports: Option<Arc<Supports>>,
+    /// The one support of all particles, where the object is held rigid as a whole.
+    common: Option<Vec<u32>>,
+}
+
+/// One object's leaves in a step's graph, and the states of its subset.
+pub(super) struct ObjectPath {
+    pub(super) network: Tensor<1>,
+    pub(super) velocity: Tensor<2>,
+    /// Rows of the scene's movers that were rolled.
+    pub(super) rows: Vec<usize>,
+    /// States `[steps + 1, n, 10]`: position, velocity, rotation since the window's start.
+    states: Tensor<3>,
+    /// Rotation up to the window's start, `[n, 4]`.
+    start_rotation: Tensor<2>,
+    supports: Option<Arc<Supports>>,
+}
+
+impl TrainableObject {
+    pub(super) fn new(object: &ObjectModel, scene: &LagrangianScene, kind: InitialVelocity, device: &Device) -> Self {
+        let velocities = &scene.velocities[object.members.clone()];
+        let points = &scene.movers.means[object.members.clone()];
+        let mean_square = velocities.iter().flatten().map(|v| v * v).sum::<f32>() / points.len().max(1) as f32;
+        let twist_basis = (kind == InitialVelocity::Twist).then(|| twist_basis(points, device));
+        let shape = if twist_basis.is_some() { [6, 1] } else { [points.len(), 3] };
+        Self {
+            network: AdamGroup::new(object.system.params.clone(), [object.system.params.len()], device),
+            velocity: AdamGroup::new(vec![0.0; shape[0] * shape[1]], shape, device),
+            base_velocity: rows(velocities, device),
+            twist_basis,
+            rms_speed: mean_square.sqrt(),
+            config: object.system.config,
+            velocity_policy: object.velocity_policy,
+            common: object.supports.as_ref().and_then(common_support),
+            supports: object.supports.clone().map(Arc::new),
+        }
+    }
+
+    /// Reads what a checkpoint holds under a name.
+    pub(super) fn restore(&mut self, file: &TensorFile, name: &str, device: &Device) -> Result<(), TensorFileError> {
+        let shape = if self.twist_basis.is_some() { [6, 1] } else { self.base_velocity.dims() };
+        self.network = AdamGroup::read_from(file, &format!("{name}.network"), [Some(self.config.parameters())], device)?;
+        self.velocity = AdamGroup::read_from(file, &format!("{name}.velocity"), shape.map(Some), device)?;
+        Ok(())
+    }
+
+    /// Initial velocities of all particles.
+    pub(super) fn velocities(&self) -> Vec<[f32; 3]> {
+        values(&self.velocity_from(self.velocity.leaf()).inner()).as_chunks().0.to_vec()
+    }
+
+    fn velocity_from(&self, change: Tensor<2>) -> Tensor<2> {
+        let base = self.base_velocity.clone().autodiff();
+        match &self.twist_basis {
+            Some(basis) => base + basis.clone().autodiff().matmul(change).reshape(self.base_velocity.dims()),
+            None => base + change,
+        }
+    }
+
+    /// Rolls a random subset of at most `subset` particles (0: all) over a window that starts in the scene's state `start`.
+    pub(super) fn roll(
+        &self,
+        object: &ObjectModel,
+        start: &SceneState,
+        window: &Window,
+        subset: usize,
+        rng: &mut Stream,
+        device: &Device,
+    ) -> ObjectPath {
+        let chosen = self.choose(object.members.len(), subset, rng);
+        let rolled: Vec<usize> = chosen.iter().map(|&i| object.members.start + i as usize).collect();
+        let pick3 = |from: &[[f32; 3]]| rolled.iter().map(|&i| from[i]).collect::<Vec<_>>();
+        let q = pick3(&start.q);
+        let supports = self.supports_of(&chosen, object.members.len(), &q);
+        let (network, velocity) = (self.network.leaf(), self.velocity.leaf());
+        let v = if window.first == 0 {
+            let indices: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
+            self.velocity_from(velocity.clone()).select(0, Tensor::from_ints(indices.as_slice(), device))
+        } else {
+            rows(&pick3(&start.v), device)
+        };
+        let rotation: Vec<[f32; 4]> = rolled.iter().map(|&i| start.rotation[i]).collect();
+        let call = self.call(window.dt, window.steps, supports.clone());
+        let states = rollout(network.clone(), rows(&q, device), v, call);
+        ObjectPath { network, velocity, rows: rolled, states, start_rotation: rows(&rotation, device), supports }
+    }
+
+    /// Particles of a subset, ascending; a common support is always among them.
+    fn choose(&self, particles: usize, subset: usize, rng: &mut Stream) -> Vec<u32> {
+        if subset == 0 || subset >= particles {
+            return (0..particles as u32).collect();
+        }
+        let mut chosen: Vec<u32> = sample(rng, particles, subset).into_iter().map(|i| i as u32).collect();
+        chosen.extend(self.common.iter().flatten());
+        chosen.sort_unstable();
+        chosen.dedup();
+        chosen
+    }
+
+    /// Supports within a subset: the common one, else as many nearest neighbours as the whole object's supports have.
+    fn supports_of(&self, chosen: &[u32], particles: usize, q: &[[f32; 3]]) -> Option<Arc<Supports>> {
+        let supports = self.supports.as_ref()?;
+        if chosen.len() == particles {
+            return Some(Arc::clone(supports));
+        }
+        let place = |member: &u32| chosen.binary_search(member).ok().map(|at| at as u32);
+        Some(Arc::new(match &self.common {
+            Some(common) => anchored_supports(&common.iter().filter_map(place).collect::<Vec<_>>(), chosen.len()),
+            None => Supports::nearest(q, supports.k()),
+        }))
+    }
+
+    fn call(&self, dt: f32, steps: usize, supports: Option<Arc<Supports>>) -> RolloutCall {
+        let velocity_policy = self.velocity_policy;
+        RolloutCall { config: self.config, dt, steps, last_dt: None, edit: Edit::default(), supports, velocity_policy }
+    }
+}
+
+impl ObjectPath {
+    /// Positions and quaternions of the subset at a time of the window, from quaternions at t = 0.
+    pub(super) fn poses_at(&self, object: &TrainableObject, window: &Window, time: f32, at_start: &Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+        let n = self.rows.len();
+        let until = RolloutSpec::until(time, window.dt);
+        let mut state = self.states.clone().narrow(0, until.steps - window.first, 1).reshape([n, 10]);
+        let mut rotation = quat_mul(&state.clone().narrow(1, 6, 4), &self.start_rotation);
+        if let Some(rest) = until.last_dt {
+            let (q, v) = (state.clone().narrow(1, 0, 3), state.narrow(1, 3, 3));
+            let states = rollout(self.network.clone(), q, v, object.call(rest, 1, self.supports.clone()));
+            state = states.narrow(0, 1, 1).reshape([n, 10]);
+            rotation = quat_mul(&state.clone().narrow(1, 6, 4), &rotation);
+        }
+        (state.narrow(1, 0, 3), quat_mul(&rotation, at_start))
+    }
+}
+
+/// The support that all particles share, if they do.
+fn common_support(supports: &Supports) -> Option<Vec<u32>> {
+    let first = (supports.particles() > 1).then(|| supports.members(0))?;
+    let shared = (1..supports.particles()).all(|i| supports.members(i) == first);
+    shared.then(|| first.to_vec())
+}
+
+/// `[3 n, 6]`: row 3j + i gives component i of particle j's velocity from a twist (u, ω) about the object's centre, u + ω × r.
+fn twist_basis(points: &[[f32; 3]], device: &Device) -> Tensor<2> {
+    let n = points.len().max(1) as f32;
+    let center: [f32; 3] = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f32>() / n);
+    let mut basis = Vec::with_capacity(3 * points.len());
+    for p in points {
+        let [x, y, z] = std::array::from_fn(|i| p[i] - center[i]);
+        basis.push([1.0, 0.0, 0.0, 0.0, z, -y]);
+        basis.push([0.0, 1.0, 0.0, -z, 0.0, x]);
+        basis.push([0.0, 0.0, 1.0, y, -x, 0.0]);
+    }
+    rows(&basis, device)
+}
