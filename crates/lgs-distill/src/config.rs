@@ -123,6 +123,9 @@ pub struct DistillConfig {
     pub held_out: f32,
     /// A simpler law is taken if its forecast error is at most this many times the best one's …
     pub forecast_slack: f32,
+    /// The same for laws without a force: what a potential explains belongs to the potential (G42), so only a clearly better forecast
+    /// brings in a force.
+    pub conservative_slack: f32,
     /// … plus this part of the root mean square displacement.
     pub forecast_floor: f32,
     /// Particles that hold a rigid object together, at least 4; a support of that many costs no more than one of nearest neighbours.
@@ -150,6 +153,7 @@ impl Default for DistillConfig {
             highest_degree: 10,
             held_out: 0.2,
             forecast_slack: 1.25,
+            conservative_slack: 2.0,
             forecast_floor: 1e-3,
             anchors: 20,
             whole_object: true,
@@ -196,6 +200,7 @@ impl DistillConfig {
             ),
             (self.held_out > 0.0 && self.held_out <= 0.5, "held_out", "in (0, 0.5]", self.held_out.to_string()),
             (self.forecast_slack >= 1.0, "forecast_slack", "at least 1", self.forecast_slack.to_string()),
+            (self.conservative_slack >= 1.0, "conservative_slack", "at least 1", self.conservative_slack.to_string()),
             (self.forecast_floor >= 0.0, "forecast_floor", "at least 0", self.forecast_floor.to_string()),
             (self.shared_residual >= 0.0, "shared_residual", "at least 0", self.shared_residual.to_string()),
             (self.anchors >= 4, "anchors", "at least 4", self.anchors.to_string()),

@@ -109,8 +109,11 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
         .filter(|(candidate, _, fitted)| explained || is_plain(candidate) || stays(fitted, motion, &points, dt))
         .collect();
     let best = kept.iter().map(|(_, score, _)| *score).fold(f64::INFINITY, f64::min);
-    let admitted = best * f64::from(config.forecast_slack) + f64::from(config.forecast_floor) * displacement;
-    kept.into_iter().find(|(_, score, _)| *score <= admitted).map(|(candidate, forecast, fitted)| ChosenLaw { candidate, fitted, forecast })
+    let admitted = |candidate: &Candidate| {
+        let slack = if candidate.terms.has_force() { config.forecast_slack } else { config.conservative_slack };
+        best * f64::from(slack) + f64::from(config.forecast_floor) * displacement
+    };
+    kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate)).map(|(candidate, forecast, fitted)| ChosenLaw { candidate, fitted, forecast })
 }
 
 /// The smallest score.
