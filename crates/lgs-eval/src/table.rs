@@ -17,7 +17,8 @@ pub fn table(metrics: &Metrics) -> String {
     text
 }
 
-fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
+/// Image figures: a header, then one row per split and model; empty without images.
+pub(crate) fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let mut names: Vec<&String> = metrics.splits.keys().collect();
     names.sort_by_key(|name| (SPLIT_ORDER.iter().position(|known| known == name).unwrap_or(SPLIT_ORDER.len()), (*name).clone()));
     if names.is_empty() {
@@ -47,7 +48,8 @@ fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
     ]
 }
 
-fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
+/// Names and values of the figures that exist.
+pub(crate) fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let physics = &metrics.physics;
     let cycle = &physics.cycle_error;
     let against = &physics.extent_against_truth;

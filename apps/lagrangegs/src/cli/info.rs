@@ -48,10 +48,12 @@ fn describe(path: &Path) -> Result<Facts> {
         bail!("there is no such file or folder: {}", path.display());
     }
     if path.is_dir() {
-        return match () {
-            () if output::holds_transforms(path) => dataset(path),
-            () if path.join("config.toml").exists() => run_folder(path),
-            () => bail!("the folder is neither a dataset (transforms_*.json) nor a run (config.toml): {}", path.display()),
+        return if output::holds_transforms(path) {
+            dataset(path)
+        } else if path.join("config.toml").exists() {
+            run_folder(path)
+        } else {
+            bail!("the folder is neither a dataset (transforms_*.json) nor a run (config.toml): {}", path.display())
         };
     }
     match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {

@@ -7,7 +7,9 @@ use serde_json::Value;
 use crate::program::{Done, call, files, folder, tiny_dataset, unwritable};
 
 /// Settings under which training takes seconds and learns next to nothing.
-const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 --set source.initial_gaussians=400 --set tune_dynamics.iterations=4 --set tune_gaussians.iterations=4";
+const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 --set source.initial_gaussians=400 \
+                    --set distill.matching.steps=10 --set distill.rollout.steps=2 \
+                    --set tune_dynamics.iterations=4 --set tune_gaussians.iterations=4";
 
 fn train(data: &Path, run: &Path, more: &str) -> Done {
     call(&format!("train {{data}} --out {{run}} {TINY} {more}"), &[("data", data), ("run", run)])
@@ -28,6 +30,8 @@ fn a_run_is_trained_measured_rendered_and_exported() {
     let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
     assert!(metrics["splits"]["val"]["source"]["psnr"].is_f64(), "{metrics}");
     assert!(metrics["cost"]["train_secs"].as_f64().is_some_and(|secs| secs > 0.0));
+    let report = std::fs::read_to_string(run.join("report.html")).expect("report");
+    assert!(report.contains("lagrangian") && report.contains("<svg"));
     call("render {run} --times -0.5:2:0.5 --camera 0 --out {out}", &paths).ok();
     assert_eq!(files(&out).len(), 8);
     let splats = dir.path().join("splats");
@@ -57,7 +61,7 @@ fn cut_checkpoint_is_an_error(data: &Path, run: &Path, checkpoint: &Path) {
 fn a_run_that_was_interrupted_resumes_to_the_same_bytes() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
-    const MORE: &str = "--set source.iterations=200";
+    const MORE: &str = "--set source.iterations=80";
     let dir = folder();
     let data = tiny_dataset(dir.path());
     let (whole, parts) = (dir.path().join("whole"), dir.path().join("parts"));
