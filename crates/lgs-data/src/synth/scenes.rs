@@ -75,7 +75,7 @@ fn falling_ball() -> (Stage, Rig) {
 
 fn fan() -> (Stage, Rig) {
     let axis = dvec3(0.30, -0.20, 0.93).normalize();
-    let motion = Motion::Rotor { center: DVec3::ZERO, spin: 4.4 * axis, phase: 0.0 };
+    let motion = Motion::Rotor { center: DVec3::ZERO, spin: 2.4 * axis, phase: 0.0 };
     let upright = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, axis));
     let colors = [[0xd1495b, 0x5f0f40, 0xf2a65a], [0x00798c, 0x0b3954, 0x8fd694], [0xedae49, 0x8a4f00, 0x3d5a80]];
     let mut parts: Vec<Part> = colors.iter().enumerate().map(|(i, &c)| blade(TAU * i as f64 / 3.0, c)).collect();
