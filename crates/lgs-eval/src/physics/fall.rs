@@ -29,6 +29,9 @@ const MOSTLY_DOWN: f64 = 0.8;
 /// Vertical speed at the start over that at the window's end, up to which a fall starts at rest.
 const NEARLY_AT_REST: f64 = 0.25;
 
+/// Steps between looks at a fall.
+const STEPS_AT_A_TIME: usize = 25;
+
 /// The regression with force scale γ; empty where nothing falls from rest.
 #[must_use]
 pub fn fall_time_exponent(scene: &LagrangianScene, force_scale: f32) -> FallTime {
@@ -81,9 +84,18 @@ fn accelerates_downwards(scene: &LagrangianScene, states: &[SceneState]) -> bool
 /// When the mean height has dropped by `drop`; nothing if it does not within 3 τ_max.
 fn fall_time(scene: &LagrangianScene, edit: Edit, drop: f64) -> Option<f64> {
     let mut motion = Motion::new(scene, edit, Reversal::Exact);
-    let heights: Vec<f64> = motion.states(long_steps(&scene.motion), false).iter().map(|s| centroid(&s.q)[2]).collect();
-    let dropped: Vec<f64> = heights.iter().map(|h| heights[0] - h).collect();
-    crossing(&dropped, drop).map(|step| step * f64::from(scene.motion.dt))
+    let last = long_steps(&scene.motion);
+    let mut steps = 0;
+    // A little at a time: a rollout is the cost, and a strong pull is over soon.
+    while steps < last {
+        steps = (steps + STEPS_AT_A_TIME).min(last);
+        let heights: Vec<f64> = motion.states(steps, false).iter().map(|s| centroid(&s.q)[2]).collect();
+        let dropped: Vec<f64> = heights.iter().map(|h| heights[0] - h).collect();
+        if let Some(step) = crossing(&dropped, drop) {
+            return Some(step * f64::from(scene.motion.dt));
+        }
+    }
+    None
 }
 
 /// Where a sequence first reaches a level, in fractional steps.
