@@ -106,14 +106,15 @@ fn projectile() -> (Stage, Rig) {
     (alone("box", motion, DVec3::ZERO, parts), ring(dvec3(0.0, 0.05, 0.0), 5.0, 1.65))
 }
 
+/// A compound pendulum like a metronome's: a bar that turns about its middle, heavier below than above.
 fn pendulum() -> (Stage, Rig) {
-    let motion = Motion::Pendulum { pivot: dvec3(0.0, 0.0, 0.95), axis: DVec3::Y, amplitude: 0.9, small_angle_frequency: 5.2 };
+    let motion = Motion::Pendulum { pivot: DVec3::ZERO, axis: DVec3::Y, amplitude: 0.45, small_angle_frequency: 5.2 };
     let parts = vec![
-        Part::new(Shape::Ellipsoid(dvec3(0.42, 0.30, 0.42)), dvec3(0.0, 0.0, -1.1), Texture::new([0x2a1e5c, 0xee4266, 0xffd23f], 0.55)),
-        Part::new(Shape::Cuboid(dvec3(0.07, 0.07, 0.45)), dvec3(0.0, 0.0, -0.45), Texture::new([0x0a8754, 0x3bceac, 0x0b3954], 0.5)),
-        Part::new(Shape::Ellipsoid(DVec3::splat(0.16)), DVec3::ZERO, Texture::new([0x30343f, 0x8d99ae, 0x5c677d], 0.3)),
+        Part::new(Shape::Ellipsoid(dvec3(0.40, 0.30, 0.40)), dvec3(0.0, 0.0, -0.80), Texture::new([0x2a1e5c, 0xee4266, 0xffd23f], 0.55)),
+        Part::new(Shape::Ellipsoid(dvec3(0.34, 0.28, 0.34)), dvec3(0.0, 0.0, 0.84), Texture::new([0x30343f, 0x8d99ae, 0xf2a65a], 0.4)),
+        Part::new(Shape::Cuboid(dvec3(0.10, 0.10, 0.55)), DVec3::ZERO, Texture::new([0x0a8754, 0x3bceac, 0x0b3954], 0.5)),
     ];
-    (alone("pendulum", motion, dvec3(0.0, 0.0, -1.0), parts), ring(dvec3(0.0, 0.0, 0.15), 4.4, 1.4))
+    (alone("pendulum", motion, DVec3::ZERO, parts), ring(DVec3::ZERO, 4.4, 1.3))
 }
 
 fn spring() -> (Stage, Rig) {
