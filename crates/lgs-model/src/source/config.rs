@@ -66,9 +66,11 @@ pub struct DeformationConfig {
     pub scale_mode: ScaleMode,
     /// How the output layer starts (paper: uniform).
     pub head_init: HeadInit,
-    /// Multiplies the outputs by the time, so that nothing is displaced at t = 0 and the canonical Gaussians are the first frame
-    /// (paper: false).
-    pub anchored: bool,
+    /// Outputs are multiplied by `gain_start + gain_slope · t`: at t = 0 by this (paper: 1). Small, motion starts near the canonical
+    /// Gaussians; 0 pins them to the first frame, which few images then hold in place.
+    pub gain_start: f32,
+    /// Growth of the factor with time (paper: 0). With 1, steady motion asks for an output that hardly changes with time.
+    pub gain_slope: f32,
     /// Centres positions on the initial Gaussians and divides by their half extent before encoding (paper: false).
     pub normalised_positions: bool,
 }
@@ -94,7 +96,8 @@ impl DeformationConfig {
             motion_head: MotionHead::Displacement,
             scale_mode: ScaleMode::Additive,
             head_init: HeadInit::Uniform,
-            anchored: false,
+            gain_start: 1.0,
+            gain_slope: 0.0,
             normalised_positions: false,
         }
     }
@@ -113,7 +116,8 @@ impl DeformationConfig {
             motion_head: MotionHead::Rigid,
             scale_mode: ScaleMode::Fixed,
             head_init: HeadInit::Small,
-            anchored: true,
+            gain_start: 0.2,
+            gain_slope: 1.0,
             normalised_positions: true,
         }
     }
@@ -131,6 +135,11 @@ impl DeformationConfig {
             ("time_hidden", self.time_hidden, 1, 4096),
             ("time_features", self.time_features, 0, 4096),
         ];
+        for (field, value) in [("gain_start", self.gain_start), ("gain_slope", self.gain_slope)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err((field, format!("{value} is negative or not finite")));
+            }
+        }
         match ranges.into_iter().find(|&(_, value, low, high)| value < low || value > high) {
             Some((field, value, low, high)) => Err((field, format!("{value} is not between {low} and {high}"))),
             None => Ok(()),
@@ -147,6 +156,12 @@ impl DeformationConfig {
     #[must_use]
     pub fn time_width(&self) -> usize {
         if self.time_features > 0 { self.time_features } else { encoded_width(1, self.time_frequencies) }
+    }
+
+    /// What the outputs are multiplied by at a time.
+    #[must_use]
+    pub fn gain(&self, time: f32) -> f32 {
+        self.gain_start + self.gain_slope * time
     }
 
     /// Whether layer `index` reads the input beside the layer before it.

@@ -203,7 +203,7 @@ impl<'a> Pass<'a> {
     fn new(config: &'a DeformationConfig, frame: InputFrame, params: &'a [f32], time: f32) -> Self {
         let layout = config.layout();
         assert_eq!(params.len(), layout.len, "parameters of the deformation network");
-        let gain = if config.anchored { time } else { 1.0 };
+        let gain = config.gain(time);
         let time = TimePart::new(config, &layout, params, time);
         Self { config, layout, frame, params, time, gain }
     }

@@ -92,6 +92,5 @@ fn raw_rows(config: &DeformationConfig, frame: InputFrame, params: &Tensor<1>, p
         }
         hidden = relu(linear(params, l, hidden));
     }
-    let gain = if config.anchored { time } else { 1.0 };
-    linear(params, &layout.head, hidden).mul_scalar(gain)
+    linear(params, &layout.head, hidden).mul_scalar(config.gain(time))
 }

@@ -188,7 +188,7 @@ mod tests {
         compare(rigid.clone(), 1);
         compare(rigid.clone(), 700);
         compare(moved.clone(), 700);
-        compare(DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, anchored: false, ..moved }, 300);
+        compare(DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, gain_start: 1.0, gain_slope: 0.0, ..moved }, 300);
         compare(DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..rigid }, 5000);
         compare(DeformationConfig { width: 64, ..DeformationConfig::paper() }, 300);
     }

@@ -235,15 +235,15 @@ impl SourceConfig {
             half_resolution_before: 0,
             deformation: DeformationConfig::quick(),
             learning_rates: LearningRates {
-                position_start: 1.6e-3,
-                position_end: 1.6e-5,
+                position_start: 4e-4,
+                position_end: 1e-5,
                 position_steps: iterations,
                 sh: 5e-3,
                 sh_rest: 2.5e-4,
                 opacity: 0.05,
                 scale: 5e-3,
                 rotation: 2e-3,
-                deformation_start: 3e-3,
+                deformation_start: 6e-3,
                 deformation_end: 1e-4,
                 deformation_steps: iterations,
             },
@@ -260,7 +260,7 @@ impl SourceConfig {
                 white_reset_at: 0,
                 max_gaussians: 6000,
             },
-            rigidity: RigidityConfig { weight: 0.0, neighbors: 4 },
+            rigidity: RigidityConfig { weight: 30.0, neighbors: 6 },
         }
     }
 
