@@ -23,7 +23,7 @@ pub mod testing;
 pub use camera::Camera;
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use image::Image;
-pub use neighbors::{nearest_indices, k_nearest, mean_squared_neighbor_distance};
+pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
 pub use streams::{Stream, stream};
 
 /// The zeroth real spherical harmonic, which turns a DC coefficient into a colour: `rgb = 0.5 + SH_C0 · dc`.

@@ -43,12 +43,7 @@ pub fn distance(found: &[f32], expected: &[f32]) -> Distance {
 /// If they differ by more.
 pub fn assert_values_close(name: &str, found: &[f32], expected: &[f32], max_abs: f64, relative_l2: f64) {
     let d = distance(found, expected);
-    assert!(
-        d.max_abs <= max_abs && d.relative_l2 <= relative_l2,
-        "{name}: {d:?}, found {} expected {}",
-        found[d.worst],
-        expected[d.worst]
-    );
+    assert!(d.max_abs <= max_abs && d.relative_l2 <= relative_l2, "{name}: {d:?}, found {} expected {}", found[d.worst], expected[d.worst]);
 }
 
 /// Asserts the agreement asked of gradients: relative L2 ≤ 1e-3 and cosine ≥ 0.99999, and no gradient missing altogether.

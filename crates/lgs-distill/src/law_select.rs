@@ -113,7 +113,11 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
         let slack = if candidate.terms.has_force() { config.forecast_slack } else { config.conservative_slack };
         best * f64::from(slack) + f64::from(config.forecast_floor) * displacement
     };
-    kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate)).map(|(candidate, forecast, fitted)| ChosenLaw { candidate, fitted, forecast })
+    kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate)).map(|(candidate, forecast, fitted)| ChosenLaw {
+        candidate,
+        fitted,
+        forecast,
+    })
 }
 
 /// The smallest score.

@@ -145,7 +145,8 @@ impl TensorFile {
         // One JSON string under one key: the library keeps metadata in a hash map, and files must be the same byte for byte.
         let mut metadata = self.metadata.clone();
         metadata.insert(FORMAT_KEY.to_owned(), self.format.clone());
-        let json = serde_json::to_string(&metadata).map_err(|e| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() })?;
+        let json =
+            serde_json::to_string(&metadata).map_err(|e| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() })?;
         safetensors::serialize(views, Some(HashMap::from([("lagrangegs".to_owned(), json)]))).map_err(damaged)
     }
 

@@ -174,7 +174,9 @@ impl TrainConfig {
         let whole = |e: &dyn std::fmt::Display| invalid("configuration", e.to_string());
         // A preset named in the file decides the defaults that the rest of the file is laid over.
         let base = match given.get("preset") {
-            Some(value) => Self::preset(value.clone().try_into().map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?),
+            Some(value) => {
+                Self::preset(value.clone().try_into().map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?)
+            }
             None => base,
         };
         let mut merged = Table::try_from(&base).map_err(|e| whole(&e))?;
@@ -219,7 +221,8 @@ fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
 fn set(table: &mut Table, text: &str) -> Result<(), ConfigError> {
     let (key, value) = text.split_once('=').ok_or_else(|| ConfigError::Override(text.to_owned()))?;
     let (key, value) = (key.trim(), value.trim());
-    let value = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v")).unwrap_or_else(|| Value::String(value.to_owned()));
+    let value =
+        format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v")).unwrap_or_else(|| Value::String(value.to_owned()));
     let mut place = table;
     let mut parts: Vec<&str> = key.split('.').collect();
     let last = parts.pop().unwrap_or_default();
@@ -245,7 +248,11 @@ fn merge(base: &mut Table, given: &Table, prefix: &str) -> Result<(), ConfigErro
             }
             (slot, value) if slot.same_type(value) => *slot = value.clone(),
             (slot, value) => {
-                return Err(ConfigError::Type { key, expected: slot.type_str().to_owned(), found: format!("{} ({value})", value.type_str()) });
+                return Err(ConfigError::Type {
+                    key,
+                    expected: slot.type_str().to_owned(),
+                    found: format!("{} ({value})", value.type_str()),
+                });
             }
         }
     }

@@ -96,11 +96,8 @@ mod tests {
         }
         std::fs::write(&path, format!("{}{{\"stage\":\"dis", std::fs::read_to_string(&path).expect("text"))).expect("crash");
         EventLog::resume(&path, Stage::Distill, 10).expect("resume").append(&event(Stage::Distill, 11)).expect("append");
-        let steps: Vec<usize> = std::fs::read_to_string(&path)
-            .expect("text")
-            .lines()
-            .map(|l| serde_json::from_str::<Event>(l).expect("line").step)
-            .collect();
+        let steps: Vec<usize> =
+            std::fs::read_to_string(&path).expect("text").lines().map(|l| serde_json::from_str::<Event>(l).expect("line").step).collect();
         assert_eq!(steps, [900, 10, 11]);
     }
 }

@@ -85,7 +85,11 @@ impl LagrangianScene {
         }
         cloud.means.extend_from_slice(&state.q);
         cloud.rotations.extend(
-            state.rotation.iter().zip(&self.movers.rotations).map(|(&r, &r0)| lgs_core::linear::quat_mul(r, lgs_core::linear::quat_normalize(r0))),
+            state
+                .rotation
+                .iter()
+                .zip(&self.movers.rotations)
+                .map(|(&r, &r0)| lgs_core::linear::quat_mul(r, lgs_core::linear::quat_normalize(r0))),
         );
         cloud.log_scales.extend_from_slice(&self.movers.log_scales);
         cloud.raw_opacities.extend_from_slice(&self.movers.raw_opacities);

@@ -73,14 +73,8 @@ impl LagrangianScene {
     pub fn advance(&self, start: &SceneState, dt: f32, steps: usize, edit: Edit, backwards: Option<Reversal>) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..steps).map(|_| SceneState::default()).collect();
         for object in &self.objects {
-            let spec = RolloutSpec {
-                dt,
-                steps,
-                last_dt: None,
-                edit,
-                supports: object.supports.as_ref(),
-                velocity_policy: object.velocity_policy,
-            };
+            let spec =
+                RolloutSpec { dt, steps, last_dt: None, edit, supports: object.supports.as_ref(), velocity_policy: object.velocity_policy };
             let part = object.part_of(start);
             let path = match backwards {
                 Some(reversal) => rollout_reversed(&object.system, &part, &spec, reversal),

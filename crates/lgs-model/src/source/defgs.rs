@@ -10,10 +10,10 @@ use lgs_core::linear::quat_normalize;
 use lgs_core::{CloudError, GaussianCloud};
 use serde::{Deserialize, Serialize};
 
+use super::SourceModel;
 use super::config::{DeformationConfig, ScaleMode};
 use super::network::{Deformation, InputFrame};
 use super::pose::DELTAS;
-use super::SourceModel;
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::{TensorFile, TensorFileError};
 

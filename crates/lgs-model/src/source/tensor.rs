@@ -27,12 +27,7 @@ pub struct DeformSpec {
 #[backend_extension(Autodiff, Flex)]
 pub trait DeformationOps: Backend {
     /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
-    fn deform(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: DeformSpec,
-    ) -> FloatTensor<Self>;
+    fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self>;
 }
 
 /// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an autodiff one is asked.
@@ -58,12 +53,7 @@ fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Fl
 }
 
 impl DeformationOps for Flex {
-    fn deform(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: DeformSpec,
-    ) -> FloatTensor<Self> {
+    fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self> {
         let inputs = [params, means, rotations].map(|t| t.to_contiguous());
         let poses = deform_rows(input(&inputs, &spec));
         let n = poses.len();
@@ -99,12 +89,7 @@ impl<B: DeformationKernels> Backward<B, 3> for Deform {
 }
 
 impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B, C> {
-    fn deform(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: DeformSpec,
-    ) -> FloatTensor<Self> {
+    fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self> {
         let nodes = [params.node(), means.node(), rotations.node()];
         let inputs = [params, means, rotations].map(|t| t.into_primitive());
         let [params, means, rotations] = inputs.clone();
@@ -201,14 +186,8 @@ mod tests {
         let weights = weights(3000);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            let input = DeformInput {
-                config: &config,
-                frame: net.frame,
-                params: &net.params,
-                means: &means,
-                rotations: &rotations,
-                time: 0.3,
-            };
+            let input =
+                DeformInput { config: &config, frame: net.frame, params: &net.params, means: &means, rotations: &rotations, time: 0.3 };
             pool.install(|| deform_vjp(input, weights.as_chunks().0))
         };
         let one = run(1);
@@ -222,8 +201,7 @@ mod tests {
         let config = DeformationConfig::quick();
         let net = Deformation::init(config.clone(), InputFrame::IDENTITY, 5);
         assert!(net.poses(&[], &[], 0.5).is_empty());
-        let input =
-            DeformInput { config: &config, frame: net.frame, params: &net.params, means: &[], rotations: &[], time: 0.5 };
+        let input = DeformInput { config: &config, frame: net.frame, params: &net.params, means: &[], rotations: &[], time: 0.5 };
         assert!(deform_vjp(input, &[]).params.iter().all(|v| *v == 0.0));
     }
 }

@@ -1,7 +1,9 @@
 //! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at t = 0.
 
 use lgs_core::GaussianCloud;
-use lgs_distill::{DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneConfig, SceneDistillation, Trajectories, distill_scene};
+use lgs_distill::{
+    DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneConfig, SceneDistillation, Trajectories, distill_scene,
+};
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
@@ -38,7 +40,11 @@ pub struct BakeRequest<'a> {
 ///
 /// # Errors
 /// If the source's trajectories are not finite, or the distillation fails.
-pub fn bake(source: &dyn SourceModel, request: &BakeRequest<'_>, progress: &mut dyn FnMut(usize, usize, DistillProgress)) -> Result<Baked, TrainError> {
+pub fn bake(
+    source: &dyn SourceModel,
+    request: &BakeRequest<'_>,
+    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+) -> Result<Baked, TrainError> {
     let steps = (request.time_window / request.motion.dt).round().max(1.0) as usize;
     let times: Vec<f32> = (0..=steps).map(|i| i as f32 * request.motion.dt).collect();
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();

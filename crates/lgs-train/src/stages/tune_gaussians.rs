@@ -82,12 +82,8 @@ impl<'a> TuneGaussians<'a> {
         let (statics, movers) = (self.statics.leaves(), self.movers.leaves());
         let moved = self.moved(movers.tensors(), &self.states[chosen], &device);
         let cloud = statics.tensors().followed_by(&moved);
-        let view = View {
-            frame: &self.frames[chosen],
-            background: self.scene.background,
-            ssim_weight: self.config.ssim_weight,
-            device: &device,
-        };
+        let view =
+            View { frame: &self.frames[chosen], background: self.scene.background, ssim_weight: self.config.ssim_weight, device: &device };
         let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
         let gradients = loss.backward();
         let rate = cosine(self.step, self.config.iterations);
