@@ -35,6 +35,9 @@ pub struct PartitionConfig {
     pub displacement_tolerance: f32,
     /// Smaller components join the nearest object.
     pub smallest_object: usize,
+    /// Objects whose root mean square displacement is below this part of the largest one's are static: a source's surroundings are never
+    /// quite still.
+    pub negligible_motion: f32,
     /// Degree of the polynomial that smooths each particle's path before the tests; 0 leaves it as it is.
     pub smoothing_degree: usize,
 }
@@ -48,6 +51,7 @@ impl Default for PartitionConfig {
             length_slack: 0.002,
             displacement_tolerance: 0.25,
             smallest_object: 50,
+            negligible_motion: 0.08,
             smoothing_degree: 6,
         }
     }

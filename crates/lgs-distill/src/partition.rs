@@ -45,7 +45,8 @@ pub fn partition(trajectories: &Trajectories, config: &PartitionConfig) -> Resul
     let moving: Vec<usize> = (0..paths.len()).filter(|&i| paths[i].iter().any(|&p| norm2(sub(p, paths[i][0])) >= limit)).collect();
     let slack = f64::from(config.length_slack) + 3.0 * left_noise(trajectories, config.smoothing_degree);
     let components = components(trajectories, &paths, &moving, slack, config);
-    Ok(label(trajectories, &moving, &components, config.smallest_object))
+    let objects = label(trajectories, &moving, &components, config.smallest_object);
+    Ok(without_negligible(objects, &paths, config.negligible_motion))
 }
 
 /// Each particle's path, smoothed.
@@ -123,6 +124,23 @@ fn find(parent: &mut [usize], mut i: usize) -> usize {
         i = parent[i];
     }
     i
+}
+
+/// Turns objects static whose root mean square displacement is below a part of the largest one's.
+fn without_negligible(partition: Partition, paths: &[Vec<V3>], part: f32) -> Partition {
+    let mut sums = vec![(0.0, 0_usize); partition.objects];
+    for (path, &object) in paths.iter().zip(&partition.object) {
+        if let Ok(object) = usize::try_from(object) {
+            sums[object].0 += path.iter().map(|&p| norm2(sub(p, path[0]))).sum::<f64>();
+            sums[object].1 += 1;
+        }
+    }
+    let mean_squares: Vec<f64> = sums.iter().map(|&(sum, count)| sum / count.max(1) as f64).collect();
+    let limit = f64::from(part).powi(2) * mean_squares.iter().copied().fold(0.0, f64::max);
+    let mut next = 0..;
+    let labels: Vec<i32> = mean_squares.iter().map(|&m| if m < limit { -1 } else { next.next().unwrap_or(-1) }).collect();
+    let object = partition.object.iter().map(|&o| usize::try_from(o).map_or(-1, |o| labels[o])).collect();
+    Partition { object, objects: labels.iter().filter(|&&l| l >= 0).count() }
 }
 
 /// Labels by falling size; small components take the label of the nearest particle of a large one.

@@ -36,7 +36,7 @@ const SCENES: [(SceneInfo, Build); 7] = [
     (SceneInfo { name: "spring", description: "a block on an isotropic spring, pushed off the axis: an ellipse" }, spring),
     (SceneInfo { name: "sled", description: "a sled sliding straight against linear drag" }, sled),
     (
-        SceneInfo { name: "room", description: "a static furnished room with three independent movers: crate, turntable, swinging ball" },
+        SceneInfo { name: "room", description: "a static furnished room with three independent movers: crate, turntable, circling ball" },
         room,
     ),
 ];
@@ -140,7 +140,7 @@ fn sled() -> (Stage, Rig) {
 }
 
 fn room() -> (Stage, Rig) {
-    let stage = Stage { bodies: vec![crate_on_a_spring(), turntable(), swinging_ball()], fixed: furniture() };
+    let stage = Stage { bodies: vec![crate_on_a_spring(), turntable(), circling_ball()], fixed: furniture() };
     (stage, Rig::Arc { target: dvec3(0.0, 0.5, 1.0), y: -2.9, reach: 2.0, heights: [0.8, 2.3], fov: 1.22 })
 }
 
@@ -172,11 +172,9 @@ fn turntable() -> Body {
     Body { name: "turntable", motion, parts, center: dvec3(0.0, 0.0, 0.45) }
 }
 
-fn swinging_ball() -> Body {
-    let motion = Motion::Pendulum { pivot: dvec3(0.05, -0.10, 3.2), axis: DVec3::Y, amplitude: 0.66, small_angle_frequency: 5.2 };
-    let parts = vec![
-        Part::new(Shape::Ellipsoid(DVec3::splat(0.47)), dvec3(0.0, 0.0, -1.55), Texture::new([0x14532d, 0xf1faee, 0xd00070], 0.65)),
-        Part::new(Shape::Cuboid(dvec3(0.05, 0.05, 0.60)), dvec3(0.0, 0.0, -0.60), Texture::new([0x22223b, 0x4a4e69, 0x22223b], 0.6)),
-    ];
-    Body { name: "swinging ball", motion, parts, center: dvec3(0.0, 0.0, -1.55) }
+fn circling_ball() -> Body {
+    let (displacement, velocity) = (dvec3(-0.90, 0.0, 0.15), dvec3(0.5, 0.4, 2.0));
+    let motion = Motion::Harmonic { center: dvec3(0.05, -0.25, 2.0), displacement, velocity, frequency: 4.4 };
+    let skin = Texture::new([0x14532d, 0xf1faee, 0xd00070], 0.65);
+    Body { name: "circling ball", motion, parts: vec![Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::ZERO, skin)], center: DVec3::ZERO }
 }

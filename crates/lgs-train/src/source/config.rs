@@ -32,7 +32,7 @@ pub struct LearningRates {
     pub position_start: f64,
     /// Positions at the end (paper: 8e-6).
     pub position_end: f64,
-    /// Steps over which they decay (paper: 30 000).
+    /// Steps over which they decay (paper: 30 000); 0: all iterations.
     pub position_steps: usize,
     /// Colour, constant coefficient (paper: 2.5e-3).
     pub sh: f64,
@@ -48,7 +48,7 @@ pub struct LearningRates {
     pub deformation_start: f64,
     /// Deformation network at the end (paper: 1.6e-6).
     pub deformation_end: f64,
-    /// Steps over which it decays (paper: 40 000).
+    /// Steps over which it decays (paper: 40 000); 0: all iterations.
     pub deformation_steps: usize,
 }
 
@@ -94,6 +94,9 @@ pub struct DensifyConfig {
     pub clone_extent: f32,
     /// Opacity under which a Gaussian is removed (paper: 0.005).
     pub min_opacity: f32,
+    /// Gaussians farther from the centre of the box that the cameras look at than this many of its half sides are not kept (paper: 0, all
+    /// are).
+    pub prune_outside: f32,
     /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after` (paper: 0.1).
     pub prune_extent: f32,
     /// Iteration after which large Gaussians are removed (paper: 3000).
@@ -123,6 +126,7 @@ impl DensifyConfig {
             gradient_threshold: 2e-4,
             clone_extent: 0.01,
             min_opacity: 0.005,
+            prune_outside: 0.0,
             prune_extent: 0.1,
             prune_large_after: 3000,
             opacity_reset_interval: 3000,
@@ -184,6 +188,10 @@ pub struct SourceConfig {
     pub densify: DensifyConfig,
     /// Rigidity of neighbours.
     pub rigidity: RigidityConfig,
+    /// Weight of the mean displacement of what hardly moves (paper: 0, none): keeps static surroundings static.
+    pub stillness: f32,
+    /// Iteration from which on it acts: what moves must have been found by then, or it is held back.
+    pub stillness_after: usize,
 }
 
 impl Default for SourceConfig {
@@ -213,6 +221,8 @@ impl SourceConfig {
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
             rigidity: RigidityConfig { weight: 0.0, neighbors: 4 },
+            stillness: 0.0,
+            stillness_after: 0,
         }
     }
 
@@ -237,7 +247,7 @@ impl SourceConfig {
             learning_rates: LearningRates {
                 position_start: 4e-4,
                 position_end: 1e-5,
-                position_steps: iterations,
+                position_steps: 0,
                 sh: 5e-3,
                 sh_rest: 2.5e-4,
                 opacity: 0.05,
@@ -245,7 +255,7 @@ impl SourceConfig {
                 rotation: 2e-3,
                 deformation_start: 6e-3,
                 deformation_end: 1e-4,
-                deformation_steps: iterations,
+                deformation_steps: 0,
             },
             densify: DensifyConfig {
                 after: 150,
@@ -254,6 +264,7 @@ impl SourceConfig {
                 gradient_threshold: 2e-4,
                 clone_extent: 0.01,
                 min_opacity: 0.01,
+                prune_outside: 2.0,
                 prune_extent: 0.1,
                 prune_large_after: 300,
                 opacity_reset_interval: 0,
@@ -261,6 +272,8 @@ impl SourceConfig {
                 max_gaussians: 6000,
             },
             rigidity: RigidityConfig { weight: 30.0, neighbors: 6 },
+            stillness: 0.05,
+            stillness_after: iterations * 2 / 3,
         }
     }
 
@@ -286,6 +299,8 @@ impl SourceConfig {
             ("initial_half_extent", f64::from(self.initial_half_extent)),
             ("densify.gradient_threshold", f64::from(self.densify.gradient_threshold)),
             ("rigidity.weight", f64::from(self.rigidity.weight)),
+            ("stillness", f64::from(self.stillness)),
+            ("densify.prune_outside", f64::from(self.densify.prune_outside)),
         ];
         for (key, value) in positive {
             require(value > 0.0 && value.is_finite(), key, format_args!("{value} is not a positive number"))?;

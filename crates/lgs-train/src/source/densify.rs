@@ -55,6 +55,8 @@ pub struct Attributes<'a> {
     pub opacities: &'a [f32],
     /// Extent of the scene (§1.7), world units.
     pub extent: f32,
+    /// Which lie too far out to be kept.
+    pub outside: &'a [bool],
 }
 
 /// Which Gaussians stay as they are, and which are the parents of new ones.
@@ -76,7 +78,7 @@ impl DensifyPlan {
         let large = config.prune_extent * attributes.extent;
         let survives = |i: usize, shrink: f32| {
             let too_large = iteration > config.prune_large_after && attributes.max_scales[i] / shrink > large;
-            attributes.opacities[i] >= config.min_opacity && !too_large
+            attributes.opacities[i] >= config.min_opacity && !too_large && !attributes.outside[i]
         };
         let mut chosen: Vec<usize> = (0..n).filter(|&i| statistics.mean(i) >= config.gradient_threshold).collect();
         if config.max_gaussians > 0 {
@@ -177,7 +179,7 @@ mod tests {
         let mut gradients = vec![0.0; many];
         gradients[..4].copy_from_slice(&[3e-4; 4]);
         let statistics = statistics(&gradients);
-        let attributes = Attributes { max_scales: &scales, opacities: &opacities, extent: 4.0 };
+        let attributes = Attributes { max_scales: &scales, opacities: &opacities, extent: 4.0, outside: &[false; 20] };
         let early = DensifyPlan::new(&config, &statistics, attributes, 600);
         assert_eq!((early.clone.as_slice(), early.split.as_slice()), ([0, 2].as_slice(), [1].as_slice()));
         assert!(!early.keep.contains(&1) && !early.keep.contains(&3) && early.keep.contains(&4));
@@ -190,7 +192,7 @@ mod tests {
     #[test]
     fn pruning_never_empties_a_scene() {
         let opacities: Vec<f32> = (0..20).map(|i| 1e-5 * i as f32).collect();
-        let attributes = Attributes { max_scales: &[0.01; 20], opacities: &opacities, extent: 4.0 };
+        let attributes = Attributes { max_scales: &[0.01; 20], opacities: &opacities, extent: 4.0, outside: &[false; 20] };
         let plan = DensifyPlan::new(&DensifyConfig::paper(), &DensifyStatistics::new(20), attributes, 600);
         assert_eq!(plan.keep, (4..20).collect::<Vec<_>>());
     }
@@ -199,7 +201,7 @@ mod tests {
     fn a_limit_takes_the_largest_gradients() {
         let config = DensifyConfig { max_gaussians: 22, ..DensifyConfig::paper() };
         let gradients: Vec<f32> = (0..20).map(|i| 1e-3 * (i as f32 + 1.0)).collect();
-        let attributes = Attributes { max_scales: &[0.01; 20], opacities: &[0.5; 20], extent: 4.0 };
+        let attributes = Attributes { max_scales: &[0.01; 20], opacities: &[0.5; 20], extent: 4.0, outside: &[false; 20] };
         let plan = DensifyPlan::new(&config, &statistics(&gradients), attributes, 600);
         assert_eq!(plan.clone, [18, 19]);
         assert_eq!(plan.len(), 22);

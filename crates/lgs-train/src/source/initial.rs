@@ -44,7 +44,7 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
         let positions: Vec<[f32; 3]> = (0..count).map(|_| std::array::from_fn(|_| random.random_range(-half..half))).collect();
         return Points { colors: vec![[0.5; 3]; count], positions };
     }
-    if config.initial_points == InitialPoints::Hull && dataset.split("train").iter().any(lgs_data::dataset::Frame::has_alpha) {
+    if config.initial_points == InitialPoints::Hull {
         let points = dataset.carved_points(count, seed);
         if points.positions.len() as f32 >= ENOUGH * count as f32 {
             return points;

@@ -10,6 +10,7 @@ mod order;
 mod params;
 mod rigidity;
 mod schedule;
+mod stillness;
 mod trainer;
 
 pub use config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};

@@ -9,7 +9,7 @@ use rand::seq::SliceRandom;
 use super::config::{SourceConfig, WarmupFrames};
 
 /// Viewpoints that the initial window must hold for the canonical Gaussians to take shape.
-const WARMUP_CAMERAS: usize = 6;
+const WARMUP_CAMERAS: usize = 8;
 
 /// Where in which round the training is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use lgs_model::source::{DEFORMED_SCALE_FLOOR, ScaleMode};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::SplatTensors;
 
-use super::config::LearningRates;
+use super::config::SourceConfig;
 use super::densify::{DensifyPlan, new_shapes};
 use crate::adam::AdamGroup;
 
@@ -117,9 +117,10 @@ impl SourceParams {
 
     /// One step of Adam for every group whose gradient counts at this iteration.
     pub(super) fn step(&mut self, leaves: &Leaves, gradients: &mut burn::tensor::Gradients, skip: Skip, rates: &Rates<'_>) {
-        let Rates { rates, iteration } = *rates;
+        let Rates { config, iteration } = *rates;
+        let rates = &config.learning_rates;
         if !skip.gaussians {
-            self.means.step(rates.position(iteration), leaves.means.grad_remove(gradients));
+            self.means.step(config.position_rate(iteration), leaves.means.grad_remove(gradients));
             self.rotations.step(rates.rotation, leaves.rotations.grad_remove(gradients));
             self.log_scales.step(rates.scale, leaves.log_scales.grad_remove(gradients));
             if !skip.opacity {
@@ -130,7 +131,7 @@ impl SourceParams {
                 group.step(rates.sh_rest, leaf.grad_remove(gradients));
             }
         }
-        self.network.step(rates.deformation(iteration), leaves.network.grad_remove(gradients));
+        self.network.step(config.deformation_rate(iteration), leaves.network.grad_remove(gradients));
     }
 
     pub(super) fn shapes(&self) -> HostShapes {
@@ -151,11 +152,9 @@ impl SourceParams {
         };
         self.means.reselect(&plan.keep, means.as_flattened());
         self.log_scales.reselect(&plan.keep, log_scales.as_flattened());
-        for group in [Some(&mut self.rotations), Some(&mut self.raw_opacities), Some(&mut self.sh_dc), self.sh_rest.as_mut()] {
-            if let Some(group) = group {
-                let appended = copies(group);
-                group.reselect(&plan.keep, &appended);
-            }
+        for group in [Some(&mut self.rotations), Some(&mut self.raw_opacities), Some(&mut self.sh_dc), self.sh_rest.as_mut()].into_iter().flatten() {
+            let appended = copies(group);
+            group.reselect(&plan.keep, &appended);
         }
     }
 
@@ -226,7 +225,7 @@ pub(super) struct Skip {
 /// Learning rates at an iteration.
 #[derive(Clone, Copy)]
 pub(super) struct Rates<'a> {
-    pub(super) rates: &'a LearningRates,
+    pub(super) config: &'a SourceConfig,
     pub(super) iteration: usize,
 }
 

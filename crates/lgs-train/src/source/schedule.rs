@@ -1,6 +1,6 @@
 //! Values that change with the iteration: learning rates, the active degree of colour, the time window (§2.6, §2.1, §4.4).
 
-use super::config::{LearningRates, SourceConfig};
+use super::config::SourceConfig;
 
 /// Log-linear interpolation from `start` to `end` over `steps`, constant afterwards (§2.6).
 #[must_use]
@@ -9,21 +9,26 @@ pub fn log_linear(iteration: usize, start: f64, end: f64, steps: usize) -> f64 {
     ((1.0 - u) * start.ln() + u * end.ln()).exp()
 }
 
-impl LearningRates {
+/// A schedule's length: its own, or that of the training where it says 0.
+fn over(steps: usize, iterations: usize) -> usize {
+    if steps == 0 { iterations } else { steps }
+}
+
+impl SourceConfig {
     /// Learning rate of positions at an iteration (counted from 1).
     #[must_use]
-    pub fn position(&self, iteration: usize) -> f64 {
-        log_linear(iteration, self.position_start, self.position_end, self.position_steps)
+    pub fn position_rate(&self, iteration: usize) -> f64 {
+        let rates = &self.learning_rates;
+        log_linear(iteration, rates.position_start, rates.position_end, over(rates.position_steps, self.iterations))
     }
 
     /// Learning rate of the deformation network at an iteration.
     #[must_use]
-    pub fn deformation(&self, iteration: usize) -> f64 {
-        log_linear(iteration, self.deformation_start, self.deformation_end, self.deformation_steps)
+    pub fn deformation_rate(&self, iteration: usize) -> f64 {
+        let rates = &self.learning_rates;
+        log_linear(iteration, rates.deformation_start, rates.deformation_end, over(rates.deformation_steps, self.iterations))
     }
-}
 
-impl SourceConfig {
     /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.
     #[must_use]
     pub fn active_degree(&self, iteration: usize) -> usize {
@@ -51,12 +56,14 @@ mod tests {
 
     #[test]
     fn rates_follow_the_published_schedule() {
-        let rates = LearningRates::paper();
-        assert!((rates.position(0) - 8e-4).abs() < 1e-12);
-        assert!((rates.position(15_000) - (8e-4_f64 * 8e-6).sqrt()).abs() < 1e-12);
-        assert!((rates.position(30_000) - 8e-6).abs() < 1e-14);
-        assert!((rates.position(40_000) - 8e-6).abs() < 1e-14);
-        assert!((rates.deformation(40_000) - 1.6e-6).abs() < 1e-14);
+        let paper = SourceConfig::paper();
+        assert!((paper.position_rate(0) - 8e-4).abs() < 1e-12);
+        assert!((paper.position_rate(15_000) - (8e-4_f64 * 8e-6).sqrt()).abs() < 1e-12);
+        assert!((paper.position_rate(30_000) - 8e-6).abs() < 1e-14);
+        assert!((paper.position_rate(40_000) - 8e-6).abs() < 1e-14);
+        assert!((paper.deformation_rate(40_000) - 1.6e-6).abs() < 1e-14);
+        let quick = SourceConfig { iterations: 700, ..SourceConfig::quick() };
+        assert!((quick.position_rate(700) - quick.learning_rates.position_end).abs() < 1e-12);
     }
 
     #[test]

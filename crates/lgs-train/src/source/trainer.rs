@@ -2,7 +2,7 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, Image, stream};
-use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::dataset::{Dataset, Frame, SceneBox};
 use lgs_model::source::tensor::DeformSpec;
 use lgs_model::source::{DefGs, Deformation, InputFrame};
 use lgs_model::{TensorFile, TensorFileError};
@@ -14,6 +14,7 @@ use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::params::{Leaves, Rates, Skip, SourceParams, image_tensor};
 use super::rigidity::NeighborGraph;
+use super::stillness;
 use crate::TrainError;
 use crate::adam::values;
 
@@ -38,6 +39,7 @@ pub struct SourceTrainer<'a> {
     frames: &'a [Frame],
     background: [f32; 3],
     extent: f32,
+    bounds: SceneBox,
     config: &'a SourceConfig,
     seed: u64,
     device: Device,
@@ -61,13 +63,13 @@ impl<'a> SourceTrainer<'a> {
         }
         let device = Device::flex();
         let cloud = initial_cloud(dataset, config, seed);
-        let input_frame =
-            if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
+        let input_frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let network = Deformation::init(config.deformation.clone(), input_frame, seed);
         Ok(Self {
             frames,
             background: dataset.background,
             extent: dataset.extent(),
+            bounds: dataset.scene_box(),
             config,
             seed,
             iteration: 0,
@@ -116,11 +118,11 @@ impl<'a> SourceTrainer<'a> {
         if !loss.is_finite() {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
-        let total = if deformed { self.with_rigidity(photometric, &splats.means) } else { photometric };
+        let total = if deformed { self.with_priors(photometric, &splats.means) } else { photometric };
         let mut gradients = total.backward();
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
-        let rates = Rates { rates: &self.config.learning_rates, iteration };
+        let rates = Rates { config: self.config, iteration };
         self.params.step(&leaves, &mut gradients, skip, &rates);
         self.iteration = iteration;
         Ok(StepReport { iteration, loss, psnr, gaussians: self.params.len() })
@@ -129,7 +131,7 @@ impl<'a> SourceTrainer<'a> {
     /// Camera and image of an iteration, at half size early on if so configured.
     fn view(&self, frame: &Frame, iteration: usize) -> (Camera, Image) {
         let image = frame.composited(self.background);
-        let even = frame.camera.width % 2 == 0 && frame.camera.height % 2 == 0;
+        let even = frame.camera.width.is_multiple_of(2) && frame.camera.height.is_multiple_of(2);
         if iteration < self.config.half_resolution_before && even {
             (frame.camera.resized(image.width / 2, image.height / 2), halved(&image))
         } else {
@@ -137,15 +139,22 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    fn with_rigidity(&mut self, loss: Tensor<1>, means: &Tensor<2>) -> Tensor<1> {
+    /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings.
+    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>) -> Tensor<1> {
         let rigidity = &self.config.rigidity;
-        if rigidity.weight <= 0.0 {
+        let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
+        if rigidity.weight <= 0.0 && stillness <= 0.0 {
             return loss;
         }
         let canonical = self.params.shapes().means;
-        let graph = self.graph.get_or_insert_with(|| NeighborGraph::new(&canonical, rigidity.neighbors));
         let deformed = values(means);
-        let pull = graph.gradient(&canonical, deformed.as_chunks::<3>().0, rigidity.weight);
+        let deformed = deformed.as_chunks::<3>().0;
+        let mut pull = stillness::gradient(&canonical, deformed, stillness, self.extent);
+        if rigidity.weight > 0.0 {
+            let graph = self.graph.get_or_insert_with(|| NeighborGraph::new(&canonical, rigidity.neighbors));
+            let rigid = graph.gradient(&canonical, deformed, rigidity.weight);
+            pull.iter_mut().zip(rigid).for_each(|(p, r)| *p = lgs_core::linear::add(*p, r));
+        }
         // The inner product with a constant has that constant as its gradient.
         let pull = TensorData::new(pull.as_flattened().to_vec(), [canonical.len(), 3]);
         loss + (means.clone() * Tensor::<2>::from_data(pull, &self.device).autodiff()).sum()
@@ -188,7 +197,10 @@ impl<'a> SourceTrainer<'a> {
     fn plan(&self, iteration: usize) -> DensifyPlan {
         let max_scales: Vec<f32> = self.params.shapes().log_scales.iter().map(|s| s[0].max(s[1]).max(s[2]).exp()).collect();
         let opacities: Vec<f32> = self.params.raw_opacities().iter().map(|o| 1.0 / (1.0 + (-o).exp())).collect();
-        let attributes = Attributes { max_scales: &max_scales, opacities: &opacities, extent: self.extent };
+        let reach = self.config.densify.prune_outside * self.bounds.half_side;
+        let is_outside = |p: &[f32; 3]| reach > 0.0 && (0..3).any(|i| (p[i] - self.bounds.center[i]).abs() > reach);
+        let outside: Vec<bool> = self.params.shapes().means.iter().map(is_outside).collect();
+        let attributes = Attributes { max_scales: &max_scales, opacities: &opacities, extent: self.extent, outside: &outside };
         DensifyPlan::new(&self.config.densify, &self.statistics, attributes, iteration)
     }
 
