@@ -162,6 +162,7 @@ impl<'a> Field<'a> {
             return std::array::from_fn(|axis| std::array::from_fn(|lane| n.acceleration * outputs[axis * WIDTH + lane]));
         }
         let mut force = ZERO_ROWS;
+        #[expect(clippy::needless_range_loop, reason = "a lane of several rows")]
         for lane in 0..WIDTH {
             let (damping, spin, velocity) = structured(outputs, v, lane);
             for axis in 0..3 {
@@ -231,6 +232,7 @@ impl<'a> Field<'a> {
         let n = &self.config.normalisation;
         let scale = self.edit.force_scale * n.acceleration / n.speed;
         let mut rows = [[0.0; WIDTH]; 4];
+        #[expect(clippy::needless_range_loop, reason = "a lane of several rows")]
         for lane in 0..WIDTH {
             let (damping, spin, _) = structured(&w.outputs, &ZERO_ROWS, lane);
             rows[0][lane] = scale * damping;

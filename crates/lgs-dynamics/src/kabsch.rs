@@ -167,6 +167,7 @@ fn jacobi_rotation(m: &mut [[f64; 4]; 4], vectors: &mut [[f64; 4]; 4], p: usize,
     for row in m.iter_mut().chain(vectors.iter_mut()) {
         (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
     }
+    #[expect(clippy::needless_range_loop, reason = "two rows of one matrix")]
     for column in 0..4 {
         (m[p][column], m[q][column]) = (c * m[p][column] - s * m[q][column], s * m[p][column] + c * m[q][column]);
     }

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Invariant: no images, no files, no clock. No function takes a time, so a system can't depend on it. Every fast function `f` on slices has a
-//! backward pass `f_vjp` beside it, gives the same bits for any number of threads, and has a plain twin in tensor operations in [`reference`];
+//! backward pass `f_vjp` beside it, gives the same bits for any number of threads, and has a plain twin in tensor operations in [`mod@reference`];
 //! [`tensor`] puts the fast ones on the autodiff tape of Burn.
 
 mod align;

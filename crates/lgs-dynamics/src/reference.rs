@@ -74,7 +74,7 @@ pub fn acceleration(config: &SystemConfig, edit: &Edit, params: Tensor<1>, q: Te
     let mut gradient = p.potential_gradient(x.clone());
     if config.layout().iter().any(|e| e.name == "potential.linear") {
         let s = p.array("potential.quadratic");
-        let at = |i: usize| s.clone().slice([i..i + 1]);
+        let at = |i: usize| s.clone().narrow(0, i, 1);
         let matrix = Tensor::cat(vec![at(0), at(3), at(4), at(3), at(1), at(5), at(4), at(5), at(2)], 0).reshape([3, 3]);
         gradient = gradient + p.array("potential.linear").reshape([1, 3]) + x.clone().matmul(matrix);
     }
@@ -85,7 +85,7 @@ pub fn acceleration(config: &SystemConfig, edit: &Edit, params: Tensor<1>, q: Te
         ForceKind::Structured => {
             let y = p.network("force", x);
             let damping = softplus(columns(&y, 0, 1) - DAMPING_SHIFT, 1.0);
-            (cross(columns(&y, 1, 4), v.clone()) - damping * v) * (n.acceleration / n.speed)
+            (cross(&columns(&y, 1, 4), &v) - damping * v) * (n.acceleration / n.speed)
         }
     };
     a + force * edit.force_scale
@@ -95,12 +95,12 @@ fn columns(x: &Tensor<2>, from: usize, to: usize) -> Tensor<2> {
     x.clone().slice([0..x.dims()[0], from..to])
 }
 
-fn cross(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
+fn cross(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     let turn = |x: &Tensor<2>, first: usize| {
         let at = |i: usize| columns(x, i % 3, i % 3 + 1);
         Tensor::cat(vec![at(first), at(first + 1), at(first + 2)], 1)
     };
-    turn(&a, 1) * turn(&b, 2) - turn(&a, 2) * turn(&b, 1)
+    turn(a, 1) * turn(b, 2) - turn(a, 2) * turn(b, 1)
 }
 
 /// The members of every support, `[n, k, 3]`.
@@ -213,17 +213,17 @@ fn rigid_velocity(m: &Tensor<2>, v: &Tensor<2>, supports: &Supports) -> Tensor<2
     let (mean, r) = centred(m, supports);
     let (mean_velocity, u) = centred(v, supports);
     let rows = |x: Tensor<3>| x.reshape([n * k, 3]);
-    let momentum = cross(rows(r.clone()), rows(u)).reshape([n, k, 3]).sum_dim(1).reshape([n, 3]);
+    let momentum = cross(&rows(r.clone()), &rows(u)).reshape([n, k, 3]).sum_dim(1).reshape([n, 3]);
     let second = r.clone().swap_dims(1, 2).matmul(r).reshape([n, 9]);
     let trace = columns(&second, 0, 1) + columns(&second, 4, 5) + columns(&second, 8, 9);
     let unit = Tensor::<2>::eye(3, &m.device());
     let row = |i: usize| trace.clone() * unit.clone().slice([i..i + 1, 0..3]) - columns(&second, 3 * i, 3 * i + 3);
     // Cramer's rule; the matrix is symmetric, so its rows are its columns.
-    let minors = [cross(row(1), row(2)), cross(row(2), row(0)), cross(row(0), row(1))];
+    let minors = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| cross(&row(i), &row(j)));
     let dot = |a: Tensor<2>, b: Tensor<2>| (a * b).sum_dim(1);
     let determinant = dot(row(0), minors[0].clone());
     let spin = Tensor::cat(minors.map(|minor| dot(momentum.clone(), minor)).to_vec(), 1) / determinant;
-    mean_velocity + cross(spin, m.clone() - mean)
+    mean_velocity + cross(&spin, &(m.clone() - mean))
 }
 
 /// States `[states, n, 10]`: the twin of [`crate::rollout`], packed as by [`crate::tensor::rollout`].
@@ -260,6 +260,6 @@ fn quaternion_product(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     let (a0, b0) = (columns(a, 0, 1), columns(b, 0, 1));
     let (a_vector, b_vector) = (columns(a, 1, 4), columns(b, 1, 4));
     let scalar = a0.clone() * b0.clone() - (a_vector.clone() * b_vector.clone()).sum_dim(1);
-    let vector = a0 * b_vector.clone() + b0 * a_vector.clone() + cross(a_vector, b_vector);
+    let vector = a0 * b_vector.clone() + b0 * a_vector.clone() + cross(&a_vector, &b_vector);
     Tensor::cat(vec![scalar, vector], 1)
 }

@@ -36,7 +36,7 @@ fn step_back(pool: &Pool, after: &State, spec: &RolloutSpec, h: f32) -> State {
     let drifted: Vec<_> = after.q.iter().zip(&after.v).map(|(&q, &v)| sub(q, scale(v, h))).collect();
     let (q, v, rotation) = match spec.supports {
         None => (drifted, after.v.clone(), after.rotation.clone()),
-        Some(supports) => align_back(after, drifted, supports, spec.velocity_policy, h),
+        Some(supports) => align_back(after, &drifted, supports, spec.velocity_policy, h),
     };
     let v = pool.map(&q, &v, |field, workspace, q, v| unkick(field, workspace, q, v, h));
     State { q, v, rotation }
@@ -45,8 +45,8 @@ fn step_back(pool: &Pool, after: &State, spec: &RolloutSpec, h: f32) -> State {
 type Undrifted = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 4]>);
 
 /// Positions, velocities over the interval and rotations before an aligned drift.
-fn align_back(after: &State, drifted: Vec<[f32; 3]>, supports: &Supports, policy: VelocityPolicy, h: f32) -> Undrifted {
-    let back = align(&after.q, &drifted, supports);
+fn align_back(after: &State, drifted: &[[f32; 3]], supports: &Supports, policy: VelocityPolicy, h: f32) -> Undrifted {
+    let back = align(&after.q, drifted, supports);
     let rotation = rotated(&back.quaternions, &after.rotation);
     let v = policy_velocity(policy, &back.aligned, &after.q, after.v.clone(), supports, h);
     (back.aligned, v, rotation)

@@ -57,10 +57,10 @@ impl Supports {
     /// # Errors
     /// If the rows are incomplete or an index names no particle.
     pub fn from_rows(indices: Vec<u32>, k: usize) -> Result<Self, SupportsError> {
-        if if k == 0 { !indices.is_empty() } else { indices.len() % k != 0 } {
+        if !indices.len().is_multiple_of(k) {
             return Err(SupportsError::Length { found: indices.len(), k });
         }
-        let particles = if k == 0 { 0 } else { indices.len() / k };
+        let particles = indices.len().checked_div(k).unwrap_or(0);
         if let Some(at) = indices.iter().position(|&i| i as usize >= particles) {
             return Err(SupportsError::Index { row: at / k, found: indices[at], particles });
         }
@@ -68,7 +68,7 @@ impl Supports {
     }
 
     fn with_transpose(indices: Vec<u32>, k: usize) -> Self {
-        let particles = if k == 0 { 0 } else { indices.len() / k };
+        let particles = indices.len().checked_div(k).unwrap_or(0);
         let mut owners_start = vec![0_u32; particles + 1];
         for &member in &indices {
             owners_start[member as usize + 1] += 1;

@@ -1,4 +1,5 @@
 //! The slice kernels against every conformance vector of the contract.
+#![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! The Burn operations and their plain twins: conformance vectors, and agreement with each other under every kind and policy.
+#![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 mod support;
 
@@ -82,6 +83,7 @@ fn rollouts_of_tensors_pass_conformance() {
 
 type Align = fn(Tensor<2>, Tensor<2>, Arc<Supports>) -> (Tensor<2>, Tensor<3>);
 
+#[expect(clippy::needless_pass_by_value, reason = "takes what the operation takes")]
 fn align_twin(position: Tensor<2>, candidate: Tensor<2>, supports: Arc<Supports>) -> (Tensor<2>, Tensor<3>) {
     let fitted = reference::align(&position, &candidate, &supports);
     (fitted.aligned, fitted.rotations)

@@ -81,6 +81,7 @@ impl Product<'_> {
             Read::Rows => std::array::from_fn(|r| &self.a[(row + r) * k..(row + r + 1) * k]),
             Read::Columns => [self.a; R],
         };
+        #[expect(clippy::needless_range_loop, reason = "one depth of several matrices")]
         for depth in 0..k {
             let (b, _) = S::as_simd_f32s(&self.b[depth * n + first..][..width]);
             let weights: [f32; R] = match self.read {
