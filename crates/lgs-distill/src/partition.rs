@@ -46,7 +46,7 @@ pub fn partition(trajectories: &Trajectories, config: &PartitionConfig) -> Resul
     let slack = f64::from(config.length_slack) + 3.0 * left_noise(trajectories, config.smoothing_degree);
     let components = components(trajectories, &paths, &moving, slack, config);
     let objects = label(trajectories, &moving, &components, config.smallest_object);
-    Ok(without_negligible(objects, &paths, config.negligible_motion))
+    Ok(without_negligible(&objects, &paths, config.negligible_motion))
 }
 
 /// Each particle's path, smoothed.
@@ -83,7 +83,7 @@ fn left_noise(trajectories: &Trajectories, degree: usize) -> f64 {
 }
 
 /// Component of each moving particle, as the smallest index (in `moving`) of its members.
-fn components(trajectories: &Trajectories, paths: &[Vec<V3>], moving: &[usize], slack: f64, config: &PartitionConfig) -> Vec<usize> {
+pub(crate) fn components(trajectories: &Trajectories, paths: &[Vec<V3>], moving: &[usize], slack: f64, config: &PartitionConfig) -> Vec<usize> {
     let starts: Vec<[f32; 3]> = moving.iter().map(|&i| trajectories.positions[0][i]).collect();
     let (neighbors, row) = lgs_core::k_nearest(&starts, config.neighbors);
     let mut parent: Vec<usize> = (0..moving.len()).collect();
@@ -127,7 +127,7 @@ fn find(parent: &mut [usize], mut i: usize) -> usize {
 }
 
 /// Turns objects static whose root mean square displacement is below a part of the largest one's.
-fn without_negligible(partition: Partition, paths: &[Vec<V3>], part: f32) -> Partition {
+fn without_negligible(partition: &Partition, paths: &[Vec<V3>], part: f32) -> Partition {
     let mut sums = vec![(0.0, 0_usize); partition.objects];
     for (path, &object) in paths.iter().zip(&partition.object) {
         if let Ok(object) = usize::try_from(object) {

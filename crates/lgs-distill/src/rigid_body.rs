@@ -136,7 +136,8 @@ fn aligned(a: &M3) -> M3 {
         });
         let Some(inverse) = inverse3(&system) else { return nearest_rotation(a) };
         let y = mat_vec(&inverse, b);
-        if !(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] < 1.0) {
+        let turn2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2];
+        if turn2.is_nan() || turn2 >= 1.0 {
             return nearest_rotation(a);
         }
         rotation = mat_mul(&rotation, &rotation_of_vector(y));

@@ -157,9 +157,9 @@ impl SharedMotion {
     fn update_shape(&mut self, trajectories: &Trajectories) {
         let mut gram = [[0.0; 3]; 3];
         for pose in &self.poses {
-            for i in 0..3 {
-                for j in 0..3 {
-                    gram[i][j] += (0..3).map(|k| pose.linear[k][i] * pose.linear[k][j]).sum::<f64>();
+            for (i, row) in gram.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += (0..3).map(|k| pose.linear[k][i] * pose.linear[k][j]).sum::<f64>();
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! The distiller alone on ground-truth trajectories: error at three times the window as a part of the path, with and without noise, and
 //! with the kind of error that a source model trained from images makes.
+#![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 use lgs_data::synth;
 use lgs_distill::{DistillConfig, Distilled, Trajectories, distill};
