@@ -25,11 +25,11 @@ pub fn rasterize(splats: &SplatTensors, camera: &Camera, background: [f32; 3], a
     let image_plane = project(splats, camera, &order, active_degree);
 
     let alpha = image_plane.alpha(width, height);
-    let transmittance_after = cumulative_product(alpha.clone().neg().add_scalar(1.0));
+    let transmittance_after = cumulative_product(&alpha.clone().neg().add_scalar(1.0));
     let kept = transmittance_after.clone().detach().greater_equal_elem(TRANSMITTANCE_STOP).float();
     // What comes after the stop has a smaller product still, so one mask removes both.
     let alpha = alpha * kept;
-    let after = cumulative_product(alpha.clone().neg().add_scalar(1.0));
+    let after = cumulative_product(&alpha.clone().neg().add_scalar(1.0));
     let n = after.dims()[0];
     let pixels = width * height;
     let before = Tensor::cat(vec![Tensor::ones([1, pixels], &device), after.clone().slice([0..n - 1, 0..pixels])], 0);
@@ -181,7 +181,7 @@ fn basis_of_tensors(x: &Tensor<2>, y: &Tensor<2>, z: &Tensor<2>, degree: usize) 
 }
 
 /// Running product along the first axis, by products of slices so that it differentiates exactly where factors are small.
-fn cumulative_product(factors: Tensor<2>) -> Tensor<2> {
+fn cumulative_product(factors: &Tensor<2>) -> Tensor<2> {
     let [n, pixels] = factors.dims();
     let mut rows = Vec::with_capacity(n);
     let mut product: Option<Tensor<2>> = None;

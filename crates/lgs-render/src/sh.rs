@@ -129,15 +129,15 @@ mod tests {
         let rgb = color(mean, center, &coefficients, 3);
         assert!(rgb.iter().all(|&c| c > 0.0), "no channel is clamped here");
         let v_mean = color_vjp((mean, center), (&coefficients, 3), rgb, weights, &mut v_coefficients);
-        for axis in 0..3 {
+        for (axis, &found) in v_mean.iter().enumerate() {
             let moved = |d: f32| std::array::from_fn(|i| mean[i] + if i == axis { d } else { 0.0 });
             let slope = (loss(moved(1e-2), &coefficients) - loss(moved(-1e-2), &coefficients)) / 2e-2;
-            assert!((slope - v_mean[axis]).abs() < 2e-3, "axis {axis}: {slope} {}", v_mean[axis]);
+            assert!((slope - found).abs() < 2e-3, "axis {axis}: {slope} {found}");
         }
-        for k in 0..48 {
+        for (k, &found) in v_coefficients.iter().enumerate() {
             let moved = |d: f32| (0..48).map(|i| coefficients[i] + if i == k { d } else { 0.0 }).collect::<Vec<_>>();
             let slope = (loss(mean, &moved(0.05)) - loss(mean, &moved(-0.05))) / 0.1;
-            assert!((slope - v_coefficients[k]).abs() < 1e-3, "coefficient {k}");
+            assert!((slope - found).abs() < 1e-3, "coefficient {k}");
         }
     }
 

@@ -47,14 +47,14 @@ fn check(name: &str, found: &[f32], step: f32, values: impl Fn(&mut GaussianClou
     let (probe, cloud) = (Probe::new(), soft_cloud());
     let scale = found.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
     assert!(scale > 0.0, "{name} has no gradient");
-    for i in 0..found.len() {
+    for (i, &found) in found.iter().enumerate() {
         let moved = |d: f32| {
             let mut other = cloud.clone();
             values(&mut other)[i] += d;
             probe.loss(&other)
         };
         let slope = ((moved(step) - moved(-step)) / (2.0 * f64::from(step))) as f32;
-        assert!((slope - found[i]).abs() < 0.01 * scale, "{name}[{i}]: difference quotient {slope}, gradient {}", found[i]);
+        assert!((slope - found).abs() < 0.01 * scale, "{name}[{i}]: difference quotient {slope}, gradient {found}");
     }
 }
 
