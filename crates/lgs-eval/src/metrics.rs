@@ -14,7 +14,7 @@ pub(crate) const SCHEMA: u32 = 1;
 /// All figures of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
-    /// Version of the layout, [`SCHEMA`].
+    /// Version of the layout.
     pub schema: u32,
     /// Image figures by split.
     pub splits: BTreeMap<String, SplitMetrics>,

@@ -3,7 +3,7 @@
 //! Writing is atomic. Reading checks the format name and version, every tensor's presence, type and shape, and that floats are finite;
 //! each defect is an error of its own that names the file and the tensor.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
@@ -147,7 +147,7 @@ impl TensorFile {
         metadata.insert(FORMAT_KEY.to_owned(), self.format.clone());
         let json =
             serde_json::to_string(&metadata).map_err(|e| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() })?;
-        safetensors::serialize(views, Some(HashMap::from([("lagrangegs".to_owned(), json)]))).map_err(damaged)
+        safetensors::serialize(views, Some([("lagrangegs".to_owned(), json)].into())).map_err(damaged)
     }
 
     /// Reads a file of a format.

@@ -3,7 +3,7 @@
 //! A [`SourceModel`] answers where every Gaussian is at a time of the captured window; nothing else of it is used downstream, so a
 //! learned deformation ([`DefGs`]), another method or trajectories from a file are interchangeable.
 //! The deformation network ([`network`]) runs as one fused operation on slices; [`tensor`] makes it differentiable inside Burn, and
-//! [`reference`] is its twin in plain tensor operations.
+//! [`mod@reference`] is its twin in plain tensor operations.
 
 mod config;
 mod defgs;

@@ -131,7 +131,7 @@ mod tests {
         (0..n * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect()
     }
 
-    fn compare(config: DeformationConfig, n: usize) {
+    fn compare(config: &DeformationConfig, n: usize) {
         let frame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
         let net = Deformation::init(config.clone(), frame, 5);
         let device = Device::flex().autodiff();
@@ -147,7 +147,7 @@ mod tests {
             let out = if fused {
                 deform(params, means, rotations, DeformSpec { config: config.clone(), frame, time })
             } else {
-                reference::deform(ReferenceInput { config: &config, frame, params, means, rotations, time })
+                reference::deform(ReferenceInput { config, frame, params, means, rotations, time })
             };
             let weights = Tensor::<2>::from_data(TensorData::new(weights(n), [n, DELTAS]), &device);
             let g = (out.clone() * weights).sum().backward();
@@ -170,12 +170,12 @@ mod tests {
     fn the_fused_network_agrees_with_its_twin() {
         let rigid = DeformationConfig { head_init: HeadInit::Uniform, motion_head: MotionHead::Rigid, ..DeformationConfig::quick() };
         let moved = DeformationConfig { motion_head: MotionHead::Displacement, ..rigid.clone() };
-        compare(rigid.clone(), 1);
-        compare(rigid.clone(), 700);
-        compare(moved.clone(), 700);
-        compare(DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, gain_start: 1.0, gain_slope: 0.0, ..moved }, 300);
-        compare(DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..rigid }, 5000);
-        compare(DeformationConfig { width: 64, ..DeformationConfig::paper() }, 300);
+        compare(&rigid, 1);
+        compare(&rigid, 700);
+        compare(&moved, 700);
+        compare(&DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, gain_start: 1.0, gain_slope: 0.0, ..moved }, 300);
+        compare(&DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..rigid }, 5000);
+        compare(&DeformationConfig { width: 64, ..DeformationConfig::paper() }, 300);
     }
 
     #[test]
