@@ -12,9 +12,12 @@ enum Values<'a> {
     Rows { bytes: &'a [u8], stride: usize, big_endian: bool },
 }
 
+/// Name, type and offset in the row.
+type Column = (String, Scalar, usize);
+
 /// The vertices of a file.
 pub(super) struct Table<'a> {
-    columns: Vec<(String, Scalar, usize)>,
+    columns: Vec<Column>,
     count: usize,
     values: Values<'a>,
 }
@@ -127,7 +130,7 @@ impl Extent {
 }
 
 /// Columns with their offsets, and the width of a row: in bytes, or in words for ASCII.
-fn columns_of(properties: &[Property], encoding: Encoding) -> Result<(Vec<(String, Scalar, usize)>, usize), PlyProblem> {
+fn columns_of(properties: &[Property], encoding: Encoding) -> Result<(Vec<Column>, usize), PlyProblem> {
     let mut width = 0;
     let mut columns = Vec::with_capacity(properties.len());
     for property in properties {

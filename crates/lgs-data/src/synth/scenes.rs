@@ -176,5 +176,10 @@ fn circling_ball() -> Body {
     let (displacement, velocity) = (dvec3(-0.90, 0.0, 0.15), dvec3(0.5, 0.4, 2.0));
     let motion = Motion::Harmonic { center: dvec3(0.05, -0.25, 2.0), displacement, velocity, frequency: 4.4 };
     let skin = Texture::new([0x14532d, 0xf1faee, 0xd00070], 0.65);
-    Body { name: "circling ball", motion, parts: vec![Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::ZERO, skin)], center: DVec3::ZERO }
+    Body {
+        name: "circling ball",
+        motion,
+        parts: vec![Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::ZERO, skin)],
+        center: DVec3::ZERO,
+    }
 }
