@@ -86,7 +86,7 @@ fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
     let dataset = tiny_dataset(folder.path());
     let path = folder.path().join("run");
     run(&path, &dataset, Some((Stage::Source, 3))).err().expect("stopped");
-    let again = RunFolder::create(&path, &tiny_config(), &dataset).err().expect("occupied").to_string();
+    let again = RunFolder::create(&path, &tiny_config(), &dataset).expect_err("occupied").to_string();
     assert!(again.contains("run"), "{again}");
     let checkpoint = std::fs::read_dir(path.join("checkpoints")).expect("folder").next().expect("one").expect("entry").path();
     let bytes = std::fs::read(&checkpoint).expect("read");
