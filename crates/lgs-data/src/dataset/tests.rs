@@ -261,8 +261,8 @@ fn random_points_fill_the_box_that_the_cameras_look_at() {
     crate::synth::generate("pendulum", &options, &out, &|_, _| {}).unwrap();
     let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
     let cube = dataset.scene_box();
-    assert!(glam::Vec3::from(cube.center).abs_diff_eq(glam::Vec3::new(0.0, 0.0, 0.15), 1e-3), "{cube:?}");
-    assert!((cube.half_side - 1.4).abs() < 0.01, "{cube:?}");
+    assert!(glam::Vec3::from(cube.center).abs_diff_eq(glam::Vec3::ZERO, 1e-3), "{cube:?}");
+    assert!((cube.half_side - 1.3).abs() < 0.01, "{cube:?}");
     let points = dataset.initial_points(1000, 3);
     assert_eq!(points.positions.len(), 1000);
     assert_eq!(points, dataset.initial_points(1000, 3));
