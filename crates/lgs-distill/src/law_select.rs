@@ -7,8 +7,9 @@
 
 use crate::DistillConfig;
 use crate::dense::{V3, add, norm2, scale, sub};
+use crate::fitted_law::{Candidate, FittedLaw};
 use crate::law::{Stiffness, Terms, fastest_rate, growth_rate};
-use crate::law_fit::{Candidate, FittedLaw, LawFit};
+use crate::law_fit::LawFit;
 use crate::rigid_body::Anchoring;
 use crate::shared_motion::{PoseKind, SharedMotion};
 use rayon::prelude::*;

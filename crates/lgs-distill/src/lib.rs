@@ -24,6 +24,7 @@ mod config;
 mod dense;
 mod distill;
 mod error;
+mod fitted_law;
 mod law;
 mod law_fit;
 mod law_select;

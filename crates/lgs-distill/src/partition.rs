@@ -83,7 +83,13 @@ fn left_noise(trajectories: &Trajectories, degree: usize) -> f64 {
 }
 
 /// Component of each moving particle, as the smallest index (in `moving`) of its members.
-pub(crate) fn components(trajectories: &Trajectories, paths: &[Vec<V3>], moving: &[usize], slack: f64, config: &PartitionConfig) -> Vec<usize> {
+pub(crate) fn components(
+    trajectories: &Trajectories,
+    paths: &[Vec<V3>],
+    moving: &[usize],
+    slack: f64,
+    config: &PartitionConfig,
+) -> Vec<usize> {
     let starts: Vec<[f32; 3]> = moving.iter().map(|&i| trajectories.positions[0][i]).collect();
     let (neighbors, row) = lgs_core::k_nearest(&starts, config.neighbors);
     let mut parent: Vec<usize> = (0..moving.len()).collect();
