@@ -152,7 +152,9 @@ impl SourceParams {
         };
         self.means.reselect(&plan.keep, means.as_flattened());
         self.log_scales.reselect(&plan.keep, log_scales.as_flattened());
-        for group in [Some(&mut self.rotations), Some(&mut self.raw_opacities), Some(&mut self.sh_dc), self.sh_rest.as_mut()].into_iter().flatten() {
+        for group in
+            [Some(&mut self.rotations), Some(&mut self.raw_opacities), Some(&mut self.sh_dc), self.sh_rest.as_mut()].into_iter().flatten()
+        {
             let appended = copies(group);
             group.reselect(&plan.keep, &appended);
         }
