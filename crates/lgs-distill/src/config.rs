@@ -38,6 +38,8 @@ pub struct PartitionConfig {
     /// Objects whose root mean square displacement is below this part of the largest one's are static: a source's surroundings are never
     /// quite still.
     pub negligible_motion: f32,
+    /// Rounds in which particles go to the motion that explains them best; 0 leaves the graph's objects as they are (G14).
+    pub regroup_rounds: usize,
     /// Degree of the polynomial that smooths each particle's path before the tests; 0 leaves it as it is.
     pub smoothing_degree: usize,
 }
@@ -52,6 +54,7 @@ impl Default for PartitionConfig {
             displacement_tolerance: 0.25,
             smallest_object: 50,
             negligible_motion: 0.08,
+            regroup_rounds: 4,
             smoothing_degree: 6,
         }
     }

@@ -31,6 +31,7 @@ mod law_select;
 mod law_system;
 mod network_fit;
 mod partition;
+mod regroup;
 mod report;
 mod rigid_body;
 mod scene;
@@ -45,6 +46,7 @@ pub use distill::{DistillProgress, DistillStage, Distilled, anchored_supports, d
 pub use error::DistillError;
 pub use law::{Law, Stiffness, Terms};
 pub use partition::{Partition, partition, typical_displacement};
+pub use regroup::regroup;
 pub use report::{DistillReport, PathKind};
 pub use scene::{SceneConfig, SceneDistillation, distill_scene};
 pub use trajectories::Trajectories;

@@ -3,6 +3,7 @@
 use crate::config::{DistillConfig, PartitionConfig};
 use crate::distill::{DistillProgress, Distilled, distill};
 use crate::partition::{Partition, partition};
+use crate::regroup::regroup;
 use crate::{DistillError, Trajectories};
 use serde::{Deserialize, Serialize};
 
@@ -39,7 +40,8 @@ pub fn distill_scene(
     if let Some(found) = weights.map(<[f32]>::len).filter(|&len| len != trajectories.len()) {
         return Err(DistillError::Length { field: "weights", expected: trajectories.len(), found });
     }
-    let partition = partition(trajectories, &config.partition)?;
+    let found = partition(trajectories, &config.partition)?;
+    let partition = regroup(trajectories, weights, found, &config.partition)?;
     let mut objects = Vec::with_capacity(partition.objects);
     for object in 0..partition.objects {
         let members = partition.members(object);

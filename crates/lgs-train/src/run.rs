@@ -195,7 +195,7 @@ pub fn train_source(
             let stage = Stage::Source.name().to_owned();
             events.append(&Event { stage, step: report.iteration, loss: report.loss, psnr, gaussians: report.gaussians })?;
         }
-        let (step, steps) = (report.iteration, config.source.iterations);
+        let (step, steps) = (report.iteration, trainer.iterations());
         (control.progress)(Progress { stage: Stage::Source, step, steps, loss: report.loss, psnr, gaussians: report.gaussians });
         if timer.is_due() {
             save(&trainer)?;

@@ -46,6 +46,9 @@ pub struct LearningRates {
     pub rotation: f64,
     /// Deformation network at the start (paper: 8e-4).
     pub deformation_start: f64,
+    /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are full steps in every weight,
+    /// whatever the gradient; at high rates they can silence the network.
+    pub deformation_ramp: usize,
     /// Deformation network at the end (paper: 1.6e-6).
     pub deformation_end: f64,
     /// Steps over which it decays (paper: 40 000); 0: all iterations.
@@ -72,6 +75,7 @@ impl LearningRates {
             scale: 5e-3,
             rotation: 1e-3,
             deformation_start: 8e-4,
+            deformation_ramp: 0,
             deformation_end: 1.6e-6,
             deformation_steps: 40_000,
         }
@@ -144,6 +148,8 @@ pub struct RigidityConfig {
     pub weight: f32,
     /// Neighbours per Gaussian.
     pub neighbors: usize,
+    /// Relative stretch beyond which an edge is taken to join two bodies and pulls less and less.
+    pub let_go: f32,
 }
 
 impl Default for RigidityConfig {
@@ -152,10 +158,18 @@ impl Default for RigidityConfig {
     }
 }
 
+/// Image width that the quick preset's iterations are for, pixels.
+const REFERENCE_WIDTH: f32 = 160.0;
+/// Largest factor that larger images bring.
+const MOST_STRETCH: f32 = 3.0;
+
 /// Training of a source model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SourceConfig {
+    /// Every count of iterations below is multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, since
+    /// larger images have more to learn from.
+    pub stretch: f32,
     /// Iterations, one training image each (paper: 40 000).
     pub iterations: usize,
     /// The deformation network is active from this iteration on (paper: 3000).
@@ -166,6 +180,9 @@ pub struct SourceConfig {
     pub window_steps: usize,
     /// Iterations per step of the window (FreeGave: 1000).
     pub window_interval: usize,
+    /// How often a round shows the frames of the window's first and newest steps, also when the window is whole (paper: 1). The ends have
+    /// neighbours in time on one side only, and would be learned last.
+    pub edge_repeats: usize,
     /// Gaussians to start with if the dataset ships no points (paper: 100 000).
     pub initial_gaussians: usize,
     /// Where they are put (paper: random).
@@ -205,11 +222,13 @@ impl SourceConfig {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            stretch: 1.0,
             iterations: 40_000,
             warmup_iterations: 3000,
             warmup_frames: WarmupFrames::All,
             window_steps: 1,
             window_interval: 1000,
+            edge_repeats: 1,
             initial_gaussians: 100_000,
             initial_points: InitialPoints::Random,
             initial_half_extent: 1.3,
@@ -220,7 +239,7 @@ impl SourceConfig {
             deformation: DeformationConfig::paper(),
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
-            rigidity: RigidityConfig { weight: 0.0, neighbors: 4 },
+            rigidity: RigidityConfig { weight: 0.0, neighbors: 4, let_go: 0.1 },
             stillness: 0.0,
             stillness_after: 0,
         }
@@ -229,13 +248,15 @@ impl SourceConfig {
     /// Minutes on two CPU cores.
     #[must_use]
     pub fn quick() -> Self {
-        let iterations = 3000;
+        let iterations = 4000;
         Self {
+            stretch: 0.0,
             iterations,
             warmup_iterations: 400,
             warmup_frames: WarmupFrames::First,
             window_steps: 10,
-            window_interval: 100,
+            window_interval: 60,
+            edge_repeats: 2,
             initial_gaussians: 4000,
             initial_points: InitialPoints::Hull,
             initial_half_extent: 0.0,
@@ -253,13 +274,14 @@ impl SourceConfig {
                 opacity: 0.05,
                 scale: 5e-3,
                 rotation: 2e-3,
-                deformation_start: 6e-3,
+                deformation_start: 8e-3,
+                deformation_ramp: 100,
                 deformation_end: 1e-4,
                 deformation_steps: 0,
             },
             densify: DensifyConfig {
                 after: 150,
-                before: iterations * 2 / 3,
+                before: iterations / 2,
                 interval: 100,
                 gradient_threshold: 2e-4,
                 clone_extent: 0.01,
@@ -271,10 +293,35 @@ impl SourceConfig {
                 white_reset_at: 0,
                 max_gaussians: 6000,
             },
-            rigidity: RigidityConfig { weight: 30.0, neighbors: 6 },
+            rigidity: RigidityConfig { weight: 1.0, neighbors: 6, let_go: 0.1 },
             stillness: 0.05,
             stillness_after: iterations * 2 / 3,
         }
+    }
+
+    /// The configuration for images of a width, with every count of iterations multiplied out.
+    #[must_use]
+    pub fn stretched(&self, width: u32) -> Self {
+        let factor = if self.stretch > 0.0 { self.stretch } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MOST_STRETCH) };
+        let mut stretched = Self { stretch: 1.0, ..self.clone() };
+        let (rates, densify) = (&mut stretched.learning_rates, &mut stretched.densify);
+        for count in [
+            &mut stretched.iterations,
+            &mut stretched.warmup_iterations,
+            &mut stretched.window_interval,
+            &mut stretched.sh_interval,
+            &mut stretched.half_resolution_before,
+            &mut stretched.stillness_after,
+            &mut rates.position_steps,
+            &mut rates.deformation_ramp,
+            &mut rates.deformation_steps,
+            &mut densify.after,
+            &mut densify.before,
+            &mut densify.prune_large_after,
+        ] {
+            *count = (*count as f64 * f64::from(factor)).round() as usize;
+        }
+        stretched
     }
 
     /// What is wrong with the values, as (key below `source`, reason).
@@ -289,6 +336,7 @@ impl SourceConfig {
             ("learning_rates.position_end", rates.position_end),
             ("learning_rates.deformation_start", rates.deformation_start),
             ("learning_rates.deformation_end", rates.deformation_end),
+            ("rigidity.let_go", f64::from(self.rigidity.let_go)),
         ];
         let not_negative = [
             ("learning_rates.sh", rates.sh),
@@ -299,6 +347,7 @@ impl SourceConfig {
             ("initial_half_extent", f64::from(self.initial_half_extent)),
             ("densify.gradient_threshold", f64::from(self.densify.gradient_threshold)),
             ("rigidity.weight", f64::from(self.rigidity.weight)),
+            ("stretch", f64::from(self.stretch)),
             ("stillness", f64::from(self.stillness)),
             ("densify.prune_outside", f64::from(self.densify.prune_outside)),
         ];

@@ -1,4 +1,5 @@
-//! Which training frame an iteration sees: all frames of the current time window once per round, in a random order (§3.5, §4.4).
+//! Which training frame an iteration sees: all frames of the current time window once per round (its ends more often, if so
+//! configured), in a random order (§3.5, §4.4).
 //!
 //! A round's order is drawn from a stream of its number, so three integers restore it.
 
@@ -70,14 +71,18 @@ impl FrameOrder {
     }
 
     fn drawn(&self, config: &SourceConfig) -> Vec<usize> {
-        let end = if config.is_warmup(self.round.began) {
-            self.warmup_end
-        } else {
-            let (first, last) = self.span();
-            config.window_end(self.round.began, first, last).max(self.warmup_end.min(last))
+        let (first, last) = self.span();
+        let growing = !config.is_warmup(self.round.began) && config.window_steps > 1;
+        let end = match (config.is_warmup(self.round.began), growing) {
+            (true, _) => self.warmup_end,
+            (false, true) => config.window_end(self.round.began, first, last).max(self.warmup_end),
+            (false, false) => last,
         };
-        let end = if config.is_warmup(self.round.began) || config.window_steps > 1 { end } else { f32::MAX };
-        let mut frames: Vec<usize> = (0..self.times.len()).filter(|&i| self.times[i] <= end).collect();
+        let step = (last - first) / config.window_steps.max(1) as f32;
+        let is_edge = |t: f32| t > end - step || t < first + step;
+        let repeats = |i: usize| if growing && is_edge(self.times[i]) { config.edge_repeats.max(1) } else { 1 };
+        let inside = (0..self.times.len()).filter(|&i| self.times[i] <= end);
+        let mut frames: Vec<usize> = inside.flat_map(|i| std::iter::repeat_n(i, repeats(i))).collect();
         frames.shuffle(&mut stream(self.seed, "frame order", self.round.number));
         frames
     }

@@ -1,13 +1,12 @@
 //! A pull of neighbouring Gaussians towards the distances they have before deformation, as a cotangent of the deformed positions.
 //!
 //! `E = weight · mean over edges of ρ(e)`, `e = |q_i − q_j| / |p_i − p_j| − 1` with canonical p and deformed q, and
-//! `ρ(e) = e² / (1 + (e/c)²)`: edges between bodies that part stretch far and are let go.
+//! `ρ(e) = e² / (1 + (e/c)²)`: edges between bodies that part stretch beyond c and are let go.
 
 use lgs_core::k_nearest;
 use lgs_core::linear::{norm, sub};
 
-/// Relative stretch beyond which an edge is taken to join two bodies.
-const LET_GO: f32 = 0.5;
+use super::config::RigidityConfig;
 
 /// Edges between Gaussians, `[n, k]` indices of neighbours.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,9 +23,9 @@ impl NeighborGraph {
     }
 
     /// The gradient of the energy by the deformed positions.
-    pub(super) fn gradient(&self, canonical: &[[f32; 3]], deformed: &[[f32; 3]], weight: f32) -> Vec<[f32; 3]> {
+    pub(super) fn gradient(&self, canonical: &[[f32; 3]], deformed: &[[f32; 3]], config: &RigidityConfig) -> Vec<[f32; 3]> {
         let mut gradient = vec![[0.0; 3]; deformed.len()];
-        let factor = weight / self.indices.len().max(1) as f32;
+        let factor = config.weight / self.indices.len().max(1) as f32;
         for (i, row) in self.indices.chunks_exact(self.row.max(1)).enumerate() {
             for &j in row {
                 let j = j as usize;
@@ -34,7 +33,7 @@ impl NeighborGraph {
                 let d = sub(deformed[i], deformed[j]);
                 let length = norm(d).max(1e-9);
                 let e = length / rest - 1.0;
-                let spread = 1.0 + (e / LET_GO).powi(2);
+                let spread = 1.0 + (e / config.let_go).powi(2);
                 let slope = factor * 2.0 * e / (spread * spread) / (rest * length);
                 for axis in 0..3 {
                     gradient[i][axis] += slope * d[axis];
@@ -50,6 +49,8 @@ impl NeighborGraph {
 mod tests {
     use super::*;
 
+    const CONFIG: RigidityConfig = RigidityConfig { weight: 1.0, neighbors: 4, let_go: 0.5 };
+
     fn points() -> Vec<[f32; 3]> {
         (0..30).map(|i| [(i as f32 * 1.7).sin(), (i as f32 * 0.9).cos(), (i as f32 * 2.3).sin()]).collect()
     }
@@ -59,7 +60,7 @@ mod tests {
         let p = points();
         let graph = NeighborGraph::new(&p, 4);
         let moved: Vec<[f32; 3]> = p.iter().map(|q| [q[1] + 1.0, -q[0], q[2] - 2.0]).collect();
-        assert!(graph.gradient(&p, &moved, 1.0).as_flattened().iter().all(|v| v.abs() < 1e-5));
+        assert!(graph.gradient(&p, &moved, &CONFIG).as_flattened().iter().all(|v| v.abs() < 1e-5));
     }
 
     #[test]
@@ -71,11 +72,11 @@ mod tests {
             let edges = graph.indices.chunks_exact(graph.row).enumerate().flat_map(|(i, r)| r.iter().map(move |&j| (i, j as usize)));
             let rho = |(i, j): (usize, usize)| {
                 let e = f64::from(norm(sub(q[i], q[j])) / norm(sub(p[i], p[j])) - 1.0);
-                e * e / (1.0 + (e / f64::from(LET_GO)).powi(2))
+                e * e / (1.0 + (e / 0.5).powi(2))
             };
             edges.map(rho).sum::<f64>() / graph.indices.len() as f64
         };
-        let gradient = graph.gradient(&p, &q, 1.0);
+        let gradient = graph.gradient(&p, &q, &CONFIG);
         let direction: Vec<[f32; 3]> = (0..30).map(|i| [(i as f32).cos(), (i as f32 * 0.3).sin(), 0.5]).collect();
         let shifted = |h: f32| -> Vec<[f32; 3]> {
             q.iter().zip(&direction).map(|(a, b)| std::array::from_fn(|axis| a[axis] + h * b[axis])).collect()

@@ -26,7 +26,9 @@ impl SourceConfig {
     #[must_use]
     pub fn deformation_rate(&self, iteration: usize) -> f64 {
         let rates = &self.learning_rates;
-        log_linear(iteration, rates.deformation_start, rates.deformation_end, over(rates.deformation_steps, self.iterations))
+        let active = (iteration + 1).saturating_sub(self.warmup_iterations);
+        let ramp = (active as f64 / rates.deformation_ramp.max(1) as f64).min(1.0);
+        ramp * log_linear(iteration, rates.deformation_start, rates.deformation_end, over(rates.deformation_steps, self.iterations))
     }
 
     /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.
@@ -63,6 +65,8 @@ mod tests {
         assert!((paper.position_rate(40_000) - 8e-6).abs() < 1e-14);
         assert!((paper.deformation_rate(40_000) - 1.6e-6).abs() < 1e-14);
         let quick = SourceConfig { iterations: 700, ..SourceConfig::quick() };
+        let ramped = quick.deformation_rate(quick.warmup_iterations + 9) / quick.deformation_rate(quick.warmup_iterations + 199);
+        assert!(ramped < 0.2, "{ramped}");
         assert!((quick.position_rate(700) - quick.learning_rates.position_end).abs() < 1e-12);
     }
 

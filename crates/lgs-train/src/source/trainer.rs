@@ -40,7 +40,7 @@ pub struct SourceTrainer<'a> {
     background: [f32; 3],
     extent: f32,
     bounds: SceneBox,
-    config: &'a SourceConfig,
+    config: SourceConfig,
     seed: u64,
     device: Device,
     iteration: usize,
@@ -56,16 +56,19 @@ impl<'a> SourceTrainer<'a> {
     ///
     /// # Errors
     /// If the dataset has no training frames.
-    pub fn new(dataset: &'a Dataset, config: &'a SourceConfig, seed: u64) -> Result<Self, TrainError> {
+    pub fn new(dataset: &'a Dataset, config: &SourceConfig, seed: u64) -> Result<Self, TrainError> {
         let frames = dataset.split("train");
         if frames.is_empty() {
             return Err(TrainError::NoFrames(dataset.root.clone()));
         }
         let device = Device::flex();
-        let cloud = initial_cloud(dataset, config, seed);
+        let config = config.stretched(frames[0].camera.width);
+        let cloud = initial_cloud(dataset, &config, seed);
         let input_frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let network = Deformation::init(config.deformation.clone(), input_frame, seed);
+        let order = FrameOrder::new(frames, &config, seed);
         Ok(Self {
+            order,
             frames,
             background: dataset.background,
             extent: dataset.extent(),
@@ -76,7 +79,6 @@ impl<'a> SourceTrainer<'a> {
             statistics: DensifyStatistics::new(cloud.len()),
             params: SourceParams::new(&cloud, network.params, &device),
             input_frame,
-            order: FrameOrder::new(frames, config, seed),
             graph: None,
             device,
         })
@@ -86,6 +88,12 @@ impl<'a> SourceTrainer<'a> {
     #[must_use]
     pub fn iteration(&self) -> usize {
         self.iteration
+    }
+
+    /// Iterations in all.
+    #[must_use]
+    pub fn iterations(&self) -> usize {
+        self.config.iterations
     }
 
     /// Whether all iterations are done.
@@ -100,7 +108,7 @@ impl<'a> SourceTrainer<'a> {
     /// If the loss is not finite.
     pub fn step(&mut self) -> Result<StepReport, TrainError> {
         let iteration = self.iteration + 1;
-        let frame = &self.frames[self.order.next(iteration, self.config)];
+        let frame = &self.frames[self.order.next(iteration, &self.config)];
         let (camera, target) = self.view(frame, iteration);
         let deformation = (!self.config.is_warmup(iteration)).then(|| DeformSpec {
             config: self.config.deformation.clone(),
@@ -122,7 +130,7 @@ impl<'a> SourceTrainer<'a> {
         let mut gradients = total.backward();
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
-        let rates = Rates { config: self.config, iteration };
+        let rates = Rates { config: &self.config, iteration };
         self.params.step(&leaves, &mut gradients, skip, &rates);
         self.iteration = iteration;
         Ok(StepReport { iteration, loss, psnr, gaussians: self.params.len() })
@@ -152,7 +160,7 @@ impl<'a> SourceTrainer<'a> {
         let mut pull = stillness::gradient(&canonical, deformed, stillness, self.extent);
         if rigidity.weight > 0.0 {
             let graph = self.graph.get_or_insert_with(|| NeighborGraph::new(&canonical, rigidity.neighbors));
-            let rigid = graph.gradient(&canonical, deformed, rigidity.weight);
+            let rigid = graph.gradient(&canonical, deformed, rigidity);
             pull.iter_mut().zip(rigid).for_each(|(p, r)| *p = lgs_core::linear::add(*p, r));
         }
         // The inner product with a constant has that constant as its gradient.
@@ -235,7 +243,7 @@ impl<'a> SourceTrainer<'a> {
     ///
     /// # Errors
     /// If the dataset has no training frames or a part of the state is absent, not finite or of another shape.
-    pub fn restore(dataset: &'a Dataset, config: &'a SourceConfig, seed: u64, file: &TensorFile) -> Result<Self, TrainError> {
+    pub fn restore(dataset: &'a Dataset, config: &SourceConfig, seed: u64, file: &TensorFile) -> Result<Self, TrainError> {
         let mut trainer = Self::new(dataset, config, seed)?;
         trainer.params = SourceParams::read_from(file, config.sh_degree, config.deformation.layout().len, &trainer.device)?;
         let n = trainer.params.len();
