@@ -44,7 +44,7 @@ pub fn regroup(
     let mut groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();
     for round in 0..config.regroup_rounds {
         let last = round + 1 == config.regroup_rounds;
-        groups = regrouped(trajectories, weights, &moving, groups, config, last);
+        groups = regrouped(trajectories, weights, &moving, &groups, config, last);
     }
     let mut object = vec![-1; trajectories.len()];
     groups.sort_by_key(|members| (std::cmp::Reverse(members.len()), members.first().copied()));
@@ -59,7 +59,7 @@ fn regrouped(
     trajectories: &Trajectories,
     weights: Option<&[f32]>,
     moving: &[usize],
-    groups: Vec<Vec<usize>>,
+    groups: &[Vec<usize>],
     config: &PartitionConfig,
     last: bool,
 ) -> Vec<Vec<usize>> {
@@ -151,7 +151,9 @@ fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option
 /// Connected components of particles that no motion explains.
 fn grouped(trajectories: &Trajectories, left: &[usize], config: &PartitionConfig) -> Vec<Vec<usize>> {
     let paths: Vec<Vec<V3>> = (0..trajectories.len())
-        .map(|i| if left.binary_search(&i).is_ok() { (0..trajectories.times.len()).map(|s| trajectories.at(s, i)).collect() } else { Vec::new() })
+        .map(|i| {
+            if left.binary_search(&i).is_ok() { (0..trajectories.times.len()).map(|s| trajectories.at(s, i)).collect() } else { Vec::new() }
+        })
         .collect();
     let component = components(trajectories, &paths, left, f64::from(config.length_slack), config);
     let mut groups: std::collections::BTreeMap<usize, Vec<usize>> = std::collections::BTreeMap::new();
