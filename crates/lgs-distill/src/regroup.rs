@@ -21,7 +21,7 @@ const ALIKE: f64 = 2.0;
 const ALIKE_FLOOR: f64 = 0.02;
 
 /// A group is no object if its own motion leaves more than this part of its displacement …
-const UNEXPLAINED: f64 = 0.25;
+const UNEXPLAINED: f64 = 0.12;
 /// … and this many of it would not make up all that moves: stray particles, not a soft body.
 const FEW: usize = 20;
 
