@@ -163,7 +163,7 @@ fn crate_on_a_spring() -> Body {
 }
 
 fn turntable() -> Body {
-    let motion = Motion::Rotor { center: dvec3(-1.25, 0.40, 0.0), spin: dvec3(0.0, 0.0, 2.4), phase: 0.0 };
+    let motion = Motion::Rotor { center: dvec3(-1.25, 0.40, 0.0), spin: dvec3(0.0, 0.0, 2.6), phase: 0.0 };
     let parts = vec![
         Part::new(Shape::Cylinder(0.78, 0.12), dvec3(0.0, 0.0, 0.13), Texture::new([0x023047, 0x8ecae6, 0xffb703], 0.8)),
         Part::new(Shape::Cuboid(dvec3(0.20, 0.30, 0.36)), dvec3(0.38, 0.05, 0.61), Texture::new([0x7b2cbf, 0xff9e00, 0x240046], 0.6)),

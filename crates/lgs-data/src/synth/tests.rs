@@ -171,7 +171,7 @@ fn ground_truth_round_trips_and_follows_the_law() {
     let still = truth.trajectories(-1);
     assert!(!still[0].is_empty() && still.iter().all(|row| row == &still[0]));
     assert_eq!(truth.law["objects"][1]["law"], "uniform rotation");
-    assert_eq!(truth.law["objects"][1]["omega"], 2.4);
+    assert_eq!(truth.law["objects"][1]["omega"], 2.6);
     let again: Vec<f64> = (-75..=225).map(|i| f64::from(i) / 100.0).collect();
     assert_eq!(ground_truth("room", &again, 500, 0).unwrap(), GroundTruth { law: truth.law.clone(), ..truth.clone() });
     assert_eq!(GroundTruth::load(out.parent().unwrap()).unwrap(), None);
