@@ -274,7 +274,7 @@ impl SourceConfig {
                 opacity: 0.05,
                 scale: 5e-3,
                 rotation: 2e-3,
-                deformation_start: 8e-3,
+                deformation_start: 3e-3,
                 deformation_ramp: 100,
                 deformation_end: 1e-4,
                 deformation_steps: 0,
