@@ -1,0 +1,67 @@
+//! Rollouts without alignment: 8192 particles, 75 steps, U and Q of four layers of 128.
+
+use crate::particles::{cotangents, operations, points, system};
+use burn::tensor::{Device, Tensor, TensorData};
+use lgs_bench::machine::Machine;
+use lgs_bench::memory::peak_bytes;
+use lgs_bench::table::{Row, percent, section};
+use lgs_bench::{REPEATS, median_secs};
+use lgs_dynamics::tensor::RolloutCall;
+use lgs_dynamics::{Edit, RolloutSpec, State, System, VelocityPolicy, reference, rollout, rollout_vjp};
+
+const PARTICLES: usize = 8192;
+const STEPS: usize = 75;
+const DT: f32 = 0.01;
+
+/// Steps of the reference, whose time is scaled to all of them: its tape of 75 would need several GB.
+const REFERENCE_STEPS: usize = 5;
+
+pub(crate) fn run(machine: &Machine) {
+    section(&format!("dynamics ({PARTICLES} particles × {STEPS} steps, U and Q 4×128)"));
+    let system = system();
+    let start = State::at_start(points(PARTICLES, 1.0, 1), points(PARTICLES, 1.0, 2));
+    let spec = RolloutSpec::new(DT, STEPS);
+    let work = operations(&system.config) * (PARTICLES * STEPS) as f64;
+    let secs = median_secs(REPEATS, || rollout(&system, &start, &spec));
+    share("rollout, forward", secs, work, machine).print();
+
+    let cotangents = cotangents(PARTICLES, STEPS + 1);
+    let both = || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents);
+    let secs = median_secs(REPEATS, both);
+    // A product of the forward pass has two in its backward pass; what is computed a second time is not counted.
+    share("rollout, forward + backward (3 × the operations)", secs, 3.0 * work, machine).print();
+    against_reference(&system, &start, secs);
+    let (bytes, _) = peak_bytes(both);
+    let mebibytes = bytes as f64 / f64::from(1 << 20);
+    Row::figure("rollout, forward + backward, peak memory over inputs", format!("{mebibytes:.1} MiB"))
+        .asked("≤ 64 MiB", mebibytes <= 64.0)
+        .print();
+}
+
+fn share(name: &str, secs: f64, work: f64, machine: &Machine) -> Row {
+    let rate = work / secs;
+    let share = rate / machine.gemm.all;
+    let asked = if name.contains("backward") { 0.5 } else { 0.6 };
+    Row::timed(name, secs)
+        .with_rate(format!("{:.1} GFLOP/s", rate * 1e-9))
+        .with_ratio(format!("{} of GEMM", percent(share)))
+        .asked(format!("≥ {}", percent(asked)), share >= asked)
+}
+
+fn against_reference(system: &System, start: &State, secs: f64) {
+    let device = Device::flex().autodiff();
+    let matrix = |rows: &[[f32; 3]]| Tensor::<2>::from_data(TensorData::new(rows.as_flattened().to_vec(), [rows.len(), 3]), &device);
+    let params = Tensor::<1>::from_data(TensorData::new(system.params.clone(), [system.params.len()]), &device);
+    let (edit, velocity_policy) = (Edit::default(), VelocityPolicy::Keep);
+    let call = RolloutCall { config: system.config, dt: DT, steps: REFERENCE_STEPS, last_dt: None, edit, supports: None, velocity_policy };
+    let measured = median_secs(5, || {
+        let (params, q, v) = (params.clone().require_grad(), matrix(&start.q).require_grad(), matrix(&start.v).require_grad());
+        reference::rollout(&params, q, v, &call).sum().backward()
+    });
+    let scaled = measured * (STEPS as f64 / REFERENCE_STEPS as f64);
+    let ratio = scaled / secs;
+    Row::timed(format!("the same in tensor operations ({REFERENCE_STEPS} steps, scaled)"), scaled)
+        .with_ratio(format!("{ratio:.2} × the fused time"))
+        .asked("≥ 3 ×", ratio >= 3.0)
+        .print();
+}

@@ -1,0 +1,35 @@
+//! What a second core brings.
+
+use crate::alignment::case;
+use crate::particles::{cotangents, points, system};
+use lgs_bench::machine::{Machine, pool};
+use lgs_bench::table::{Row, section};
+use lgs_bench::{REPEATS, median_secs};
+use lgs_dynamics::{RolloutSpec, State, align, align_vjp, rollout, rollout_vjp};
+
+const PARTICLES: usize = 8192;
+const STEPS: usize = 15;
+
+pub(crate) fn run(_: &Machine) {
+    section(&format!("second core (rollouts of {PARTICLES} particles × {STEPS} steps)"));
+    let system = system();
+    let spec = RolloutSpec::new(0.01, STEPS);
+    let start = State::at_start(points(PARTICLES, 1.0, 1), points(PARTICLES, 1.0, 2));
+    let cotangents = cotangents(PARTICLES, STEPS + 1);
+    compare("rollout, forward", 1.8, || rollout(&system, &start, &spec));
+    compare("rollout, forward + backward", 1.8, || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents));
+    let (position, candidate, supports) = case(PARTICLES);
+    let (aligned, v) = (align(&position, &candidate, &supports), points(PARTICLES, 1.0, 3));
+    compare("alignment, forward", 1.8, || align(&position, &candidate, &supports));
+    compare("alignment, backward", 1.8, || align_vjp(&position, &candidate, &supports, &aligned, &v, &[]));
+}
+
+/// Prints how much faster two threads are than one, side by side.
+pub(crate) fn compare<T: Send>(name: &str, asked: f64, run: impl Fn() -> T + Sync) {
+    let secs = [1, 2].map(|threads| pool(threads).install(|| median_secs(REPEATS, &run)));
+    let gain = secs[0] / secs[1];
+    Row::timed(format!("{name}, 2 threads"), secs[1])
+        .with_ratio(format!("{gain:.2} × 1 thread"))
+        .asked(format!("≥ {asked} ×"), gain >= asked)
+        .print();
+}
