@@ -15,19 +15,26 @@
 //!
 //! Not here: optimisers, densification, culling by the caller's rules, and anything that knows of time.
 
+mod backward;
 mod blend;
+mod blend_vjp;
+mod extent;
 mod photometric;
 mod project;
+mod project_vjp;
 mod rasterize;
 pub mod reference;
 mod sh;
 mod simd;
 mod splats;
 pub mod tensor;
+mod tile_list;
 mod tiles;
+mod view;
 mod window;
 
+pub use backward::rasterize_vjp;
 pub use photometric::{DEFAULT_LAMBDA, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};
 pub use project::{ALPHA_MAX, ALPHA_MIN, BLUR, NEAR, TRANSMITTANCE_STOP};
-pub use rasterize::{Rasterized, rasterize, rasterize_vjp};
+pub use rasterize::{Rasterized, rasterize};
 pub use splats::{SplatGradients, Splats};

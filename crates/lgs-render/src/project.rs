@@ -1,4 +1,4 @@
-//! EWA projection of one Gaussian, and its vector–Jacobian product (`reference-systems` §2.3, contract "Rasterizer").
+//! EWA projection of Gaussians, vector lanes running over Gaussians (`reference-systems` §2.3, contract "Rasterizer").
 //!
 //! With `p` the mean in camera axes, `W` the camera rotation and `J` the Jacobian of the pinhole at `p` (its `x/z`, `y/z` clamped to 1.3 times
 //! the tangent of half the field of view), `M = J W R S` is 2×3 and the covariance on the image is `Σ = M Mᵀ + 0.3 I`.
@@ -7,10 +7,12 @@
 //! cancellation), and the exponent as minus a sum of squares, `-½ dᵀ Σ⁻¹ d = -(u² + w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that
 //! it can never be positive.
 
-use crate::sh;
+use crate::extent::pixel_box;
+use crate::sh::Basis;
+use crate::simd::{BLOCK, Lanes, V, splat};
 use crate::splats::Splats;
-use lgs_core::Camera;
-use lgs_core::linear::{Mat3, add, cross, dot, mat_vec, matrix_from_quat, scale, sub, transpose};
+use crate::view::View;
+use pulp::{Simd, WithSimd};
 
 /// Gaussians nearer than this along the viewing axis (world units) are culled.
 pub const NEAR: f32 = 0.2;
@@ -22,37 +24,8 @@ pub const ALPHA_MIN: f32 = 1.0 / 255.0;
 pub const ALPHA_MAX: f32 = 0.99;
 /// Blending stops before the Gaussian that would bring transmittance below this.
 pub const TRANSMITTANCE_STOP: f32 = 1e-4;
-/// Clamp of `x/z` inside the Jacobian, in tangents of half the field of view.
-const TANGENT_LIMIT: f32 = 1.3;
-
-/// A camera in the form the projection wants.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
-    rotation: Mat3,
-    translation: [f32; 3],
-    focal: [f32; 2],
-    principal: [f32; 2],
-    tangent_limit: [f32; 2],
-    center: [f32; 3],
-}
-
-impl From<&Camera> for View {
-    fn from(camera: &Camera) -> Self {
-        let rotation = transpose(&glam::Mat3::from_mat4(camera.camera_from_world).to_cols_array_2d());
-        let translation: [f32; 3] = camera.camera_from_world.w_axis.truncate().into();
-        Self {
-            rotation,
-            translation,
-            focal: [camera.fx, camera.fy],
-            principal: [camera.cx, camera.cy],
-            tangent_limit: [
-                TANGENT_LIMIT * camera.width as f32 / (2.0 * camera.fx),
-                TANGENT_LIMIT * camera.height as f32 / (2.0 * camera.fy),
-            ],
-            center: scale(mat_vec(&transpose(&rotation), translation), -1.0),
-        }
-    }
-}
+/// `log2(255)`.
+pub(crate) const LOG2_255: f32 = 7.994_353_4;
 
 /// A Gaussian on the image plane: one cache line, all that tiling and blending need.
 #[derive(Clone, Copy, Debug, Default)]
@@ -60,235 +33,276 @@ impl From<&Camera> for View {
 pub(crate) struct Projected {
     /// Centre in pixels.
     pub mean: [f32; 2],
-    /// Distance along the viewing axis.
-    pub depth: f32,
-    /// In (0, 1).
-    pub opacity: f32,
+    /// `[f₀, f₁, f₂]` of the exponent in base 2 (module header).
+    pub factor: [f32; 3],
     /// `log2(opacity)`.
     pub log2_opacity: f32,
     /// RGB.
     pub color: [f32; 3],
-    /// `[Σ_xx, Σ_xy, Σ_yy]`, blur included.
-    pub covariance: [f32; 3],
-    /// Determinant of the covariance.
-    pub determinant: f32,
-    /// `[f₀, f₁, f₂]` of the exponent in base 2 (module header).
-    pub factor: [f32; 3],
-    /// `2 ln(255 · opacity)`: squared Mahalanobis radius at which alpha falls to 1/255; 0 marks an invisible Gaussian.
+    /// Distance along the viewing axis.
+    pub depth: f32,
+    /// `log2(255 · opacity)`: the `u² + w²` at which alpha falls to 1/255. Positive, and 0 marks an invisible Gaussian.
     pub reach: f32,
+    /// Half width and half height of the ellipse on which alpha is 1/255, pixels.
+    pub half: [f32; 2],
+    /// The ellipse's rightmost point is this far below the centre, pixels.
+    pub rightmost: f32,
 }
 
-/// What the forward and the backward pass both compute on the way to the image covariance.
-struct Chain {
-    camera_mean: [f32; 3],
-    rotation: Mat3,
-    /// `J W`, 2×3.
-    image_from_world: [[f32; 3]; 2],
-    /// Clamped `x/z`, `y/z`, and whether each was clamped.
-    tangent: [f32; 2],
-    clamped: [bool; 2],
-    scales: [f32; 3],
-    /// `M = J W R S`.
-    m: [[f32; 3]; 2],
-}
-
-#[inline(always)]
-fn chain(splats: &Splats, view: &View, index: usize, camera_mean: [f32; 3]) -> Chain {
-    let [x, y, z] = camera_mean;
-    let raw = [x / z, y / z];
-    let tangent: [f32; 2] = std::array::from_fn(|i| raw[i].clamp(-view.tangent_limit[i], view.tangent_limit[i]));
-    let clamped = std::array::from_fn(|i| raw[i] != tangent[i]);
-    let image_from_world = std::array::from_fn(|i| scale(sub(view.rotation[i], scale(view.rotation[2], tangent[i])), view.focal[i] / z));
-    let q = splats.rotations[index];
-    let rotation = matrix_from_quat(lgs_core::linear::quat_normalize(q));
-    let scales = splats.log_scales[index].map(f32::exp);
-    let m = image_from_world.map(|row| {
-        let turned = mat_vec(&transpose(&rotation), row);
-        std::array::from_fn(|j| turned[j] * scales[j])
-    });
-    Chain { camera_mean, rotation, image_from_world, tangent, clamped, scales, m }
-}
-
-#[inline(always)]
-fn camera_mean(splats: &Splats, view: &View, index: usize) -> [f32; 3] {
-    add(mat_vec(&view.rotation, splats.means[index]), view.translation)
-}
-
-#[inline(always)]
-fn sigmoid(x: f32) -> f32 {
-    1.0 / (1.0 + (-x).exp())
-}
-
-/// The image position of a mean, pixels; zero for a culled one.
-pub(crate) fn pixel(splats: &Splats, view: &View, index: usize) -> [f32; 2] {
-    let [x, y, z] = camera_mean(splats, view, index);
-    if z > NEAR { [view.focal[0] * x / z + view.principal[0], view.focal[1] * y / z + view.principal[1]] } else { [0.0; 2] }
-}
-
-/// Projects one Gaussian; `None` if it is behind the near plane, too transparent to be seen anywhere, or not representable.
-#[inline(always)]
-pub(crate) fn project(splats: &Splats, view: &View, index: usize) -> Option<Projected> {
-    let p = camera_mean(splats, view, index);
-    let opacity = sigmoid(splats.raw_opacities[index]);
-    // Written so that NaN is culled as well.
-    if !(p[2] > NEAR && opacity >= ALPHA_MIN) {
-        return None;
-    }
-    let [m0, m1] = chain(splats, view, index, p).m;
-    let (a, b, c) = (dot(m0, m0) + BLUR, dot(m0, m1), dot(m1, m1) + BLUR);
-    let n = cross(m0, m1);
-    let determinant = dot(n, n) + BLUR * (dot(m0, m0) + dot(m1, m1)) + BLUR * BLUR;
-    if !determinant.is_finite() {
-        return None;
-    }
-    let base2 = (0.5 * std::f32::consts::LOG2_E).sqrt();
-    let along = base2 * (c / determinant).sqrt();
-    let mean = [view.focal[0] * p[0] / p[2] + view.principal[0], view.focal[1] * p[1] / p[2] + view.principal[1]];
-    Some(Projected {
-        mean,
-        depth: p[2],
-        opacity,
-        log2_opacity: opacity.log2(),
-        color: sh::color(splats.means[index], view.center, splats.sh_row(index), splats.active_degree),
-        covariance: [a, b, c],
-        determinant,
-        factor: [along, -along * b / c, base2 / c.sqrt()],
-        reach: 2.0 * (opacity / ALPHA_MIN).ln(),
-    })
-    .filter(|g| g.mean.iter().chain(&g.color).all(|v| v.is_finite()))
-}
-
-/// Sums over pixels of what blending sends back to one Gaussian.
-///
-/// With `v` the cotangent of the exponent at a pixel and `d` the pixel minus the mean, `moments` are the sums of
-/// `[v, v d_x, v d_y, v d_x², v d_x d_y, v d_y²]`.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct ImageCotangent {
-    pub moments: [f32; 6],
-    pub color: [f32; 3],
-}
-
-impl ImageCotangent {
+impl Projected {
+    /// Whether alpha reaches 1/255 at a pixel of the image, going by the bounding box; false if a value is NaN.
     #[inline(always)]
-    pub(crate) fn accumulate(&mut self, other: &Self) {
-        for (a, b) in self.moments.iter_mut().zip(other.moments) {
-            *a += b;
-        }
-        for (a, b) in self.color.iter_mut().zip(other.color) {
-            *a += b;
-        }
+    fn can_be_seen(&self, size: [usize; 2]) -> bool {
+        let representable = self.factor[0] > 0.0 && self.factor[1].is_finite() && self.factor[2] > 0.0;
+        self.reach > 0.0 && representable && pixel_box(self, size).is_some()
     }
 }
 
-/// Cotangents of the parameters of one Gaussian, its SH coefficients excepted.
-pub(crate) struct ParameterCotangent {
-    pub mean: [f32; 3],
-    pub rotation: [f32; 4],
-    pub log_scale: [f32; 3],
-    pub raw_opacity: f32,
-    pub mean2d: [f32; 2],
+/// Projects some Gaussians. A struct rather than a closure, so that the body is compiled with the processor's features.
+pub(crate) struct ProjectChunk<'a> {
+    pub splats: &'a Splats<'a>,
+    pub view: &'a View,
+    /// Index of the first one.
+    pub first: usize,
+    /// Zero on entry; what is invisible stays so.
+    pub out: &'a mut [Projected],
+    /// Projected centres, zero for what is behind the near plane.
+    pub means2d: &'a mut [[f32; 2]],
+    /// Zero on entry; three standard deviations, pixels, rounded up.
+    pub radii: &'a mut [u32],
 }
 
-/// Pulls the image cotangent of one Gaussian back to its parameters; `v_sh` (zero on entry) receives that of the SH coefficients.
-#[inline(always)]
-pub(crate) fn project_vjp(
-    splats: &Splats,
-    view: &View,
-    (index, projected): (usize, &Projected),
-    v: &ImageCotangent,
-    v_sh: &mut [f32],
-) -> ParameterCotangent {
-    let chain = chain(splats, view, index, camera_mean(splats, view, index));
-    let [v_sum, v_x, v_y, v_xx, v_xy, v_yy] = v.moments;
-    let [a, b, c] = projected.covariance.map(|e| e / projected.determinant);
-    // The conic is [[c, -b], [-b, a]] / det; the exponent falls with the mean moving away from the pixel.
-    let v_mean2d = [c * v_x - b * v_y, a * v_y - b * v_x];
-    // v_Σ = -K (v_K) K with v_K = -½ [[v_xx, v_xy], [v_xy, v_yy]].
-    let (k, half) = ([[c, -b], [-b, a]], [[0.5 * v_xx, 0.5 * v_xy], [0.5 * v_xy, 0.5 * v_yy]]);
-    let v_covariance = mul2(&mul2(&k, &half), &k);
-    let v_m: [[f32; 3]; 2] =
-        std::array::from_fn(|i| add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1])));
+impl WithSimd for ProjectChunk<'_> {
+    type Output = ();
 
-    let log_scale = std::array::from_fn(|j| v_m[0][j] * chain.m[0][j] + v_m[1][j] * chain.m[1][j]);
-    let v_turned = v_m.map(|row| [row[0] * chain.scales[0], row[1] * chain.scales[1], row[2] * chain.scales[2]]);
-    let v_rotation: Mat3 =
-        std::array::from_fn(|i| add(scale(v_turned[0], chain.image_from_world[0][i]), scale(v_turned[1], chain.image_from_world[1][i])));
-    let v_image_from_world = v_turned.map(|row| mat_vec(&chain.rotation, row));
-    let v_camera_mean = camera_mean_vjp(view, &chain, v_mean2d, &v_image_from_world);
-    let v_direction =
-        sh::color_vjp((splats.means[index], view.center), (splats.sh_row(index), splats.active_degree), projected.color, v.color, v_sh);
-    ParameterCotangent {
-        mean: add(mat_vec(&transpose(&view.rotation), v_camera_mean), v_direction),
-        rotation: quat_vjp(splats.rotations[index], &v_rotation),
-        log_scale,
-        // ∂α/∂o · o (1 - o), and the sum of v is already o ∂α/∂o.
-        raw_opacity: v_sum * (1.0 - projected.opacity),
-        mean2d: v_mean2d,
-    }
-}
-
-/// Through the projection of the centre and through the Jacobian; a clamped axis passes nothing from the latter to its own coordinate.
-#[inline(always)]
-fn camera_mean_vjp(view: &View, chain: &Chain, v_mean2d: [f32; 2], v_image_from_world: &[[f32; 3]; 2]) -> [f32; 3] {
-    let [x, y, z] = chain.camera_mean;
-    let centre = [x, y];
-    let mut v = [0.0; 3];
-    for i in 0..2 {
-        let focal = view.focal[i] / z;
-        v[i] += focal * v_mean2d[i];
-        v[2] -= focal * (centre[i] / z) * v_mean2d[i];
-        // Row i of J W is (focal / z) (W_i - tangent_i W_2).
-        let v_focal = dot(v_image_from_world[i], sub(view.rotation[i], scale(view.rotation[2], chain.tangent[i])));
-        let v_tangent = -focal * dot(v_image_from_world[i], view.rotation[2]);
-        v[2] -= focal / z * v_focal;
-        if !chain.clamped[i] {
-            v[i] += v_tangent / z;
-            v[2] -= chain.tangent[i] / z * v_tangent;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let blocks = self.out.chunks_mut(BLOCK).zip(self.means2d.chunks_mut(BLOCK)).zip(self.radii.chunks_mut(BLOCK));
+        for (block, ((out, means2d), radii)) in blocks.enumerate() {
+            let first = self.first + block * BLOCK;
+            let inputs = Inputs::load(self.splats, first, out.len());
+            let mut image = ImageBlock::default();
+            for index in 0..BLOCK / S::F32_LANES {
+                project(simd, &inputs, self.view, index, self.splats.active_degree, &mut image);
+            }
+            for lane in 0..out.len() {
+                let Some(mut g) = image.get(lane) else { continue };
+                means2d[lane] = g.mean;
+                if !g.can_be_seen(self.view.size) || image.determinant.0[lane].is_infinite() {
+                    continue;
+                }
+                g.color = image.basis.color(self.splats.sh_row(first + lane), self.splats.active_degree, lane);
+                if g.color[0].is_finite() && g.color[1].is_finite() && g.color[2].is_finite() {
+                    out[lane] = g;
+                    radii[lane] = (image.radius.0[lane].ceil() as u32).max(1);
+                }
+            }
         }
     }
-    v
 }
 
-#[inline(always)]
-fn mul2(a: &[[f32; 2]; 2], b: &[[f32; 2]; 2]) -> [[f32; 2]; 2] {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
+/// A block of raw parameters, lane by lane.
+struct Inputs {
+    mean: [Lanes; 3],
+    rotation: [Lanes; 4],
+    log_scale: [Lanes; 3],
+    raw_opacity: Lanes,
 }
 
-/// Cotangent of the raw quaternion, given that of the rotation matrix of its normalised form.
-#[inline(always)]
-fn quat_vjp(raw: [f32; 4], v: &Mat3) -> [f32; 4] {
-    let length = raw.iter().map(|c| c * c).sum::<f32>().sqrt();
-    // Below this the forward pass falls back to the identity, which no longer depends on the quaternion.
-    if length <= 1e-12 {
-        return [0.0; 4];
+impl Inputs {
+    #[inline(always)]
+    fn load(splats: &Splats, first: usize, count: usize) -> Self {
+        let zero = Lanes::ZERO;
+        let mut out = Self { mean: [zero; 3], rotation: [zero; 4], log_scale: [zero; 3], raw_opacity: zero };
+        let range = first..first + count;
+        transpose(&splats.means[range.clone()], &mut out.mean);
+        transpose(&splats.rotations[range.clone()], &mut out.rotation);
+        transpose(&splats.log_scales[range.clone()], &mut out.log_scale);
+        out.raw_opacity.0[..count].copy_from_slice(&splats.raw_opacities[range]);
+        out
     }
-    let [w, x, y, z] = raw.map(|c| c / length);
-    let unit = [w, x, y, z];
-    let v_unit = [
-        2.0 * (x * (v[2][1] - v[1][2]) + y * (v[0][2] - v[2][0]) + z * (v[1][0] - v[0][1])),
-        2.0 * (w * (v[2][1] - v[1][2]) - 2.0 * x * (v[1][1] + v[2][2]) + y * (v[0][1] + v[1][0]) + z * (v[0][2] + v[2][0])),
-        2.0 * (w * (v[0][2] - v[2][0]) + x * (v[0][1] + v[1][0]) - 2.0 * y * (v[0][0] + v[2][2]) + z * (v[1][2] + v[2][1])),
-        2.0 * (w * (v[1][0] - v[0][1]) + x * (v[0][2] + v[2][0]) + y * (v[1][2] + v[2][1]) - 2.0 * z * (v[0][0] + v[1][1])),
+}
+
+#[inline(always)]
+fn transpose<const N: usize>(rows: &[[f32; N]], out: &mut [Lanes; N]) {
+    for (lane, row) in rows.iter().enumerate().take(BLOCK) {
+        for axis in 0..N {
+            out[axis].0[lane] = row[axis];
+        }
+    }
+}
+
+/// What projection computes for a block, lane by lane; the fields of [`Projected`].
+struct ImageBlock {
+    mean: [Lanes; 2],
+    factor: [Lanes; 3],
+    log2_opacity: Lanes,
+    depth: Lanes,
+    half: [Lanes; 2],
+    rightmost: Lanes,
+    /// Three standard deviations along the longer axis, pixels.
+    radius: Lanes,
+    determinant: Lanes,
+    basis: Basis,
+}
+
+impl Default for ImageBlock {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = Lanes::ZERO;
+        Self {
+            mean: [zero; 2],
+            factor: [zero; 3],
+            log2_opacity: zero,
+            depth: zero,
+            half: [zero; 2],
+            rightmost: zero,
+            radius: zero,
+            determinant: zero,
+            basis: Basis::ZERO,
+        }
+    }
+}
+
+impl ImageBlock {
+    /// A lane, still without its colour; `None` behind the near plane.
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Option<Projected> {
+        let depth = self.depth.0[lane];
+        // Written so that NaN is culled as well.
+        (depth > NEAR).then_some(Projected {
+            mean: [self.mean[0].0[lane], self.mean[1].0[lane]],
+            factor: [self.factor[0].0[lane], self.factor[1].0[lane], self.factor[2].0[lane]],
+            log2_opacity: self.log2_opacity.0[lane],
+            color: [0.0; 3],
+            depth,
+            reach: self.log2_opacity.0[lane] + LOG2_255,
+            half: [self.half[0].0[lane], self.half[1].0[lane]],
+            rightmost: self.rightmost.0[lane],
+        })
+    }
+}
+
+/// Vector number `index` of a block.
+#[inline(always)]
+fn project<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, degree: usize, out: &mut ImageBlock) {
+    let mean = [inputs.mean[0].get(simd, index), inputs.mean[1].get(simd, index), inputs.mean[2].get(simd, index)];
+    let [x, y, z] = camera_mean(simd, view, mean);
+    let inverse_depth = splat(simd, 1.0) / z;
+    let slopes = [x * inverse_depth, y * inverse_depth];
+
+    let m = image_axes(simd, inputs, view, index, slopes, inverse_depth);
+    let (m0, m1) = (dot(m[0], m[0]), dot(m[1], m[1]));
+    let (a, b, c) = (m0 + splat(simd, BLUR), dot(m[0], m[1]), m1 + splat(simd, BLUR));
+    let n = cross(m[0], m[1]);
+    let determinant = (m0 + m1).mul_add(splat(simd, BLUR), dot(n, n) + splat(simd, BLUR * BLUR));
+
+    // The conic's factors in base 2.
+    let base2 = (0.5 * std::f32::consts::LOG2_E).sqrt();
+    let along = splat(simd, base2) * (c / determinant).sqrt();
+    let log2_opacity = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
+    // Squared Mahalanobis radius of the ellipse: 2 ln(255 o).
+    let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0)) * splat(simd, 2.0 * std::f32::consts::LN_2);
+
+    let principal = [splat(simd, view.principal[0]), splat(simd, view.principal[1])];
+    out.mean[0].set(index, slopes[0].mul_add(splat(simd, view.focal[0]), principal[0]));
+    out.mean[1].set(index, slopes[1].mul_add(splat(simd, view.focal[1]), principal[1]));
+    out.factor[0].set(index, along);
+    out.factor[1].set(index, -(along * b / c));
+    out.factor[2].set(index, splat(simd, base2) / c.sqrt());
+    out.log2_opacity.set(index, log2_opacity);
+    out.depth.set(index, z);
+    // Relative slack for ellipses much larger than the image.
+    out.half[0].set(index, (reach * a).sqrt() * splat(simd, 1.0 + 1e-5));
+    out.half[1].set(index, (reach * c).sqrt() * splat(simd, 1.0 + 1e-5));
+    out.rightmost.set(index, b * (reach / a).sqrt());
+    let half_trace = splat(simd, 0.5) * (a + c);
+    let longest = half_trace + (half_trace * half_trace - determinant).max(splat(simd, 0.1)).sqrt();
+    out.radius.set(index, splat(simd, 3.0) * longest.sqrt());
+    out.determinant.set(index, determinant);
+    out.basis.evaluate(
+        simd,
+        index,
+        [mean[0] - splat(simd, view.center[0]), mean[1] - splat(simd, view.center[1]), mean[2] - splat(simd, view.center[2])],
+        degree,
+    );
+}
+
+#[inline(always)]
+fn camera_mean<S: Simd>(simd: S, view: &View, mean: [V<S>; 3]) -> [V<S>; 3] {
+    let mut out = mean;
+    for i in 0..3 {
+        let row = view.rotation[i];
+        out[i] = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean) + splat(simd, view.translation[i]);
+    }
+    out
+}
+
+/// `M = J W R S`.
+#[inline(always)]
+fn image_axes<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, slopes: [V<S>; 2], inverse_depth: V<S>) -> [[V<S>; 3]; 2] {
+    let axes = rotation_columns([
+        inputs.rotation[0].get(simd, index),
+        inputs.rotation[1].get(simd, index),
+        inputs.rotation[2].get(simd, index),
+        inputs.rotation[3].get(simd, index),
+    ]);
+    let scales = [
+        inputs.log_scale[0].get(simd, index).exp(),
+        inputs.log_scale[1].get(simd, index).exp(),
+        inputs.log_scale[2].get(simd, index).exp(),
     ];
-    let radial: f32 = (0..4).map(|i| unit[i] * v_unit[i]).sum();
-    std::array::from_fn(|i| (v_unit[i] - radial * unit[i]) / length)
+    let mut m = [[splat(simd, 0.0); 3]; 2];
+    for i in 0..2 {
+        let limit = view.tangent_limit[i];
+        let tangent = slopes[i].max(splat(simd, -limit)).min(splat(simd, limit));
+        let focal = splat(simd, view.focal[i]) * inverse_depth;
+        let mut world = [splat(simd, 0.0); 3];
+        for k in 0..3 {
+            world[k] = (splat(simd, view.rotation[i][k]) - tangent * splat(simd, view.rotation[2][k])) * focal;
+        }
+        for j in 0..3 {
+            m[i][j] = dot(world, axes[j]) * scales[j];
+        }
+    }
+    m
 }
 
-/// Radius in pixels of three standard deviations along the longer axis, rounded up.
-pub(crate) fn radius(projected: &Projected) -> u32 {
-    let [a, _, c] = projected.covariance;
-    let half_trace = 0.5 * (a + c);
-    let longest = half_trace + (half_trace * half_trace - projected.determinant).max(0.1).sqrt();
-    (3.0 * longest.sqrt()).ceil() as u32
+/// The columns of the rotation of a raw quaternion; a (near) zero one is the identity.
+#[inline(always)]
+fn rotation_columns<S: Simd>([w, x, y, z]: [V<S>; 4]) -> [[V<S>; 3]; 3] {
+    let (zero, one, two) = (w.of(0.0), w.of(1.0), w.of(2.0));
+    let norm = (w * w + x * x + (y * y + z * z)).sqrt();
+    // NaN stays NaN: it is not below the limit.
+    let tiny = norm.simd.less_than_or_equal_f32s(norm.value, norm.simd.splat_f32s(crate::view::TINY_QUATERNION));
+    let inverse = one / norm;
+    let (w, x) = (one.where_set(tiny, w * inverse), zero.where_set(tiny, x * inverse));
+    let (y, z) = (zero.where_set(tiny, y * inverse), zero.where_set(tiny, z * inverse));
+    [
+        [one - two * (y * y + z * z), two * (x * y + w * z), two * (x * z - w * y)],
+        [two * (x * y - w * z), one - two * (x * x + z * z), two * (y * z + w * x)],
+        [two * (x * z + w * y), two * (y * z - w * x), one - two * (x * x + y * y)],
+    ]
+}
+
+#[inline(always)]
+pub(crate) fn dot<S: Simd>(a: [V<S>; 3], b: [V<S>; 3]) -> V<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: [V<S>; 3], b: [V<S>; 3]) -> [V<S>; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lgs_core::{Camera, GaussianCloud};
 
     #[test]
     fn the_factored_exponent_is_the_quadratic_form() {
-        let cloud = lgs_core::GaussianCloud {
+        let cloud = GaussianCloud {
             means: vec![[0.1, 0.2, -0.1]],
             rotations: vec![[0.3, -0.5, 0.8, 0.1]],
             log_scales: vec![[-1.0, -2.5, -4.0]],
@@ -297,21 +311,20 @@ mod tests {
             sh_degree: 0,
         };
         let camera = Camera::look_at([0.5, -3.0, 1.0], [0.0; 3], 0.8, 64, 48);
-        let g = project(&Splats::from(&cloud), &View::from(&camera), 0).expect("in view");
-        let [a, b, c] = g.covariance;
-        assert!(((a * c - b * b) / g.determinant - 1.0).abs() < 1e-4);
+        let (splats, view) = (Splats::from(&cloud), View::from(&camera));
+        let (mut out, mut means2d, mut radii) = ([Projected::default()], [[0.0; 2]], [0]);
+        let chunk = ProjectChunk { splats: &splats, view: &view, first: 0, out: &mut out, means2d: &mut means2d, radii: &mut radii };
+        pulp::Arch::new().dispatch(chunk);
+        let g = out[0];
+        assert!(g.reach > 0.0 && g.mean == means2d[0]);
+
+        let m = view.chain(&splats, 0).m;
+        let inner = |a: [f32; 3], b: [f32; 3]| lgs_core::linear::dot(a, b);
+        let (a, b, c) = (inner(m[0], m[0]) + BLUR, inner(m[0], m[1]), inner(m[1], m[1]) + BLUR);
         let d = [3.0, -2.0];
-        let exponent = -0.5 * (c * d[0] * d[0] - 2.0 * b * d[0] * d[1] + a * d[1] * d[1]) / g.determinant;
+        let exponent = -0.5 * (c * d[0] * d[0] - 2.0 * b * d[0] * d[1] + a * d[1] * d[1]) / (a * c - b * b);
         let (u, w) = (g.factor[0] * d[0] + g.factor[1] * d[1], g.factor[2] * d[1]);
         assert!((-(u * u + w * w) * std::f32::consts::LN_2 - exponent).abs() < 1e-4 * exponent.abs());
-    }
-
-    #[test]
-    fn the_norm_of_a_quaternion_has_no_gradient() {
-        let v = [[0.3, -1.0, 0.2], [0.7, 0.1, -0.4], [0.5, 0.9, -0.6]];
-        let raw = [0.6, -1.2, 0.4, 2.0];
-        let g = quat_vjp(raw, &v);
-        assert!(g.iter().zip(raw).map(|(a, b)| a * b).sum::<f32>().abs() < 1e-5);
-        assert_eq!(quat_vjp([0.0; 4], &v), [0.0; 4]);
+        assert!((g.half[0] - (2.0 * std::f32::consts::LN_2 * g.reach * a).sqrt()).abs() < 1e-3 * g.half[0]);
     }
 }

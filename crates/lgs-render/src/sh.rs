@@ -4,8 +4,10 @@
 //! clamped at zero has zero gradient. The basis polynomials are differentiated as polynomials of (x, y, z); the projection on the unit
 //! sphere removes what that adds along the direction.
 
+use crate::simd::{Lanes, V, splat};
 use lgs_core::SH_C0;
 use lgs_core::linear::{dot, norm, scale, sub};
+use pulp::Simd;
 
 pub(crate) const C1: f32 = 0.488_602_52;
 pub(crate) const C2: [f32; 5] = [1.092_548_5, -1.092_548_5, 0.315_391_57, -1.092_548_5, 0.546_274_24];
@@ -37,6 +39,63 @@ pub(crate) fn basis([x, y, z]: [f32; 3], degree: usize) -> [f32; 16] {
         b[15] = C3[6] * x * (xx - 3.0 * yy);
     }
     b
+}
+
+/// Values of the basis functions of a block of Gaussians: `[function][lane]`.
+pub(crate) struct Basis([Lanes; 16]);
+
+impl Basis {
+    pub(crate) const ZERO: Self = Self([Lanes::ZERO; 16]);
+
+    /// Fills vector number `index`, given the offsets (not zero) of the means from the camera centre.
+    #[inline(always)]
+    pub(crate) fn evaluate<S: Simd>(&mut self, simd: S, index: usize, [x, y, z]: [V<S>; 3], degree: usize) {
+        let b = &mut self.0;
+        b[0].set(index, splat(simd, SH_C0));
+        if degree == 0 {
+            return;
+        }
+        let length = (x * x + y * y + z * z).sqrt();
+        let inverse = splat(simd, 1.0) / length;
+        let (x, y, z) = (x * inverse, y * inverse, z * inverse);
+        let (xx, yy, zz) = (x * x, y * y, z * z);
+        b[1].set(index, splat(simd, -C1) * y);
+        b[2].set(index, splat(simd, C1) * z);
+        b[3].set(index, splat(simd, -C1) * x);
+        if degree >= 2 {
+            b[4].set(index, splat(simd, C2[0]) * x * y);
+            b[5].set(index, splat(simd, C2[1]) * y * z);
+            b[6].set(index, splat(simd, C2[2]) * (zz + zz - xx - yy));
+            b[7].set(index, splat(simd, C2[3]) * x * z);
+            b[8].set(index, splat(simd, C2[4]) * (xx - yy));
+        }
+        if degree >= 3 {
+            let (three, four) = (splat(simd, 3.0), splat(simd, 4.0));
+            b[9].set(index, splat(simd, C3[0]) * y * (three * xx - yy));
+            b[10].set(index, splat(simd, C3[1]) * x * y * z);
+            b[11].set(index, splat(simd, C3[2]) * y * (four * zz - xx - yy));
+            b[12].set(index, splat(simd, C3[3]) * z * (zz + zz - three * (xx + yy)));
+            b[13].set(index, splat(simd, C3[4]) * x * (four * zz - xx - yy));
+            b[14].set(index, splat(simd, C3[5]) * z * (xx - yy));
+            b[15].set(index, splat(simd, C3[6]) * x * (xx - three * yy));
+        }
+    }
+
+    /// The colour of a lane; `coefficients` is `[K, 3]` flattened.
+    #[inline(always)]
+    pub(crate) fn color(&self, coefficients: &[f32], degree: usize, lane: usize) -> [f32; 3] {
+        let mut rgb = [0.5_f32; 3];
+        for (weights, c) in self.0.iter().zip(coefficients.as_chunks::<3>().0).take((degree + 1) * (degree + 1)) {
+            for channel in 0..3 {
+                rgb[channel] = weights.0[lane].mul_add(c[channel], rgb[channel]);
+            }
+        }
+        // Not `max`, which would turn NaN into zero.
+        for value in &mut rgb {
+            *value = if *value < 0.0 { 0.0 } else { *value };
+        }
+        rgb
+    }
 }
 
 /// Derivatives of [`basis`] by x, y and z, contracted with a cotangent of the basis.
@@ -79,19 +138,6 @@ fn direction(mean: [f32; 3], camera_center: [f32; 3]) -> ([f32; 3], f32) {
     if length > 1e-12 { (scale(offset, 1.0 / length), length) } else { ([0.0, 0.0, 1.0], f32::INFINITY) }
 }
 
-/// The colour of a Gaussian seen from `camera_center`; `coefficients` is `[K, 3]` flattened.
-#[inline(always)]
-pub(crate) fn color(mean: [f32; 3], camera_center: [f32; 3], coefficients: &[f32], degree: usize) -> [f32; 3] {
-    let b = basis(direction(mean, camera_center).0, degree);
-    let mut rgb = [0.5; 3];
-    for (weight, c) in b.iter().zip(coefficients.as_chunks::<3>().0).take((degree + 1) * (degree + 1)) {
-        for channel in 0..3 {
-            rgb[channel] = weight.mul_add(c[channel], rgb[channel]);
-        }
-    }
-    rgb.map(|v| v.max(0.0))
-}
-
 /// Cotangent of the mean; that of the coefficients is written to `v_coefficients` (`[K, 3]`, zero on entry).
 ///
 /// `color` is the forward result: zero there marks a clamped channel.
@@ -119,6 +165,18 @@ pub(crate) fn color_vjp(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The colour of a Gaussian seen from `camera_center`; `coefficients` is `[K, 3]` flattened.
+    fn color(mean: [f32; 3], camera_center: [f32; 3], coefficients: &[f32], degree: usize) -> [f32; 3] {
+        let b = basis(direction(mean, camera_center).0, degree);
+        let mut rgb = [0.5; 3];
+        for (weight, c) in b.iter().zip(coefficients.as_chunks::<3>().0).take((degree + 1) * (degree + 1)) {
+            for channel in 0..3 {
+                rgb[channel] = weight.mul_add(c[channel], rgb[channel]);
+            }
+        }
+        rgb.map(|v| v.max(0.0))
+    }
 
     #[test]
     fn gradients_of_color_match_finite_differences() {

@@ -1,150 +1,77 @@
-//! Which Gaussians touch which tile, in depth order.
+//! Which Gaussians touch which tile, in depth order: a counting sort on (tile, depth).
 //!
 //! 1. A stable radix sort orders the visible Gaussians by depth (ties by index).
-//! 2. They are dealt out to bands, rows of tiles, by the exact vertical extent of the ellipse on which alpha is 1/255.
-//! 3. Each band, in parallel, finds for each of its Gaussians the exact horizontal extent of the ellipse *within the band* (the
-//!    ellipse and the band are convex, so that this is also the exact set of tiles) and deals it out to its tiles.
+//! 2. Chunks of that order, in parallel, find the exact span of tiles of each Gaussian in each row of tiles (`extent`) and count the tiles.
+//! 3. The counts are summed over chunks, which gives every chunk its place in every list.
+//! 4. The chunks, in parallel, write their Gaussians into the lists.
 //!
-//! Every list is in depth order because dealing out is stable. A gradient goes the way back: tiles add to the entry of their band, and a
-//! Gaussian sums its entries over the bands, both in fixed order.
+//! The number of chunks depends on the number of Gaussians only. A Gaussian keeps the places of its entries, so that the backward pass can
+//! sum them in a fixed order.
 
+use crate::extent::{pixel_box, pixel_columns};
 use crate::project::Projected;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Edge of a square tile in pixels.
 pub(crate) const TILE: usize = 16;
-
-/// Widening of extents, pixels: keeps rounding from dropping a pixel that the blending test would accept.
-const MARGIN: f32 = 1e-2;
-
-/// A row of tiles.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Band {
-    /// Gaussians that reach the band, nearest first.
-    pub items: Vec<u32>,
-    /// `members[starts[t]..starts[t + 1]]` are the positions in `items` of what touches tile `t`.
-    pub starts: Vec<u32>,
-    pub members: Vec<u32>,
-}
-
-impl Band {
-    /// Positions in `items` of the Gaussians of a tile, nearest first.
-    pub(crate) fn tile(&self, column: usize) -> &[u32] {
-        &self.members[self.starts[column] as usize..self.starts[column + 1] as usize]
-    }
-}
-
-/// Where the entries of a Gaussian are: entry `e` is at `positions[first + e]` in band `band + e`.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Entries {
-    pub first: u32,
-    pub band: u16,
-    pub count: u16,
-}
+/// Fewest Gaussians of a chunk, and most chunks.
+const MIN_CHUNK: usize = 2048;
+const MAX_CHUNKS: usize = 16;
 
 /// All tile lists of an image.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tiling {
     pub columns: usize,
-    pub bands: Vec<Band>,
-    /// By Gaussian.
-    pub entries: Vec<Entries>,
-    pub positions: Vec<u32>,
+    /// `members[starts[t]..starts[t + 1]]` are the Gaussians of tile `t`, nearest first.
+    pub starts: Vec<u32>,
+    pub members: Vec<u32>,
+    /// Visible Gaussians, nearest first.
+    pub order: Vec<u32>,
+    /// `slots[first[rank]..first[rank + 1]]` are the places in `members` of the Gaussian `order[rank]`.
+    pub first: Vec<u32>,
+    pub slots: Vec<u32>,
+}
+
+impl Tiling {
+    /// The Gaussians of a tile, nearest first.
+    pub(crate) fn tile(&self, tile: usize) -> &[u32] {
+        &self.members[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+    }
+
+    /// Places in `members` of the Gaussian at a place in the depth order.
+    #[inline(always)]
+    pub(crate) fn entries(&self, rank: usize) -> &[u32] {
+        &self.slots[self.first[rank] as usize..self.first[rank + 1] as usize]
+    }
 }
 
 /// Builds the tile lists; `projected[i].reach` is 0 for what is invisible.
-pub(crate) fn tile(projected: &[Projected], width: usize, height: usize) -> Tiling {
+pub(crate) fn tile(projected: &[Projected], [width, height]: [usize; 2]) -> Tiling {
     let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-    let mut entries: Vec<Entries> = all_vertical_entries(projected, width, height);
-    let order = by_depth(projected, &entries);
-
-    let mut items: Vec<Vec<u32>> = vec![Vec::with_capacity(order.len() / rows.max(1) + 16); rows];
-    let mut positions = Vec::with_capacity(2 * order.len());
-    for &index in &order {
-        let own = &mut entries[index as usize];
-        own.first = positions.len() as u32;
-        for band in &mut items[usize::from(own.band)..usize::from(own.band + own.count)] {
-            positions.push(band.len() as u32);
-            band.push(index);
-        }
-    }
-    let bands = items.into_par_iter().enumerate().map(|(row, items)| deal_to_tiles(projected, items, row, width, height)).collect();
-    Tiling { columns, bands, entries, positions }
-}
-
-/// First and last pixel whose centre lies in `[low, high]`, within `0..size`.
-#[inline(always)]
-fn pixel_range(low: f32, high: f32, size: usize) -> Option<(usize, usize)> {
-    let first = (low - 0.5 - MARGIN).ceil().max(0.0);
-    let last = (high - 0.5 + MARGIN).floor().min(size as f32 - 1.0);
-    (first <= last).then_some((first as usize, last as usize))
-}
-
-/// Half height of the ellipse, pixels.
-#[inline(always)]
-pub(crate) fn half_height(g: &Projected) -> f32 {
-    (g.reach * g.covariance[2]).sqrt() * (1.0 + 1e-5)
-}
-
-/// First and last row of pixels the ellipse reaches.
-#[inline(always)]
-fn pixel_rows(g: &Projected, height: usize) -> Option<(usize, usize)> {
-    let half = half_height(g);
-    pixel_range(g.mean[1] - half, g.mean[1] + half, height)
-}
-
-/// The bands of every Gaussian, in parallel chunks.
-fn all_vertical_entries(projected: &[Projected], width: usize, height: usize) -> Vec<Entries> {
-    const CHUNK: usize = 1024;
+    let order = by_depth(projected);
+    let size = MIN_CHUNK.max(order.len().div_ceil(MAX_CHUNKS));
     let arch = Arch::new();
-    let mut entries = vec![Entries::default(); projected.len()];
-    entries.par_chunks_mut(CHUNK).zip(projected.par_chunks(CHUNK)).for_each(|(out, projected)| {
-        arch.dispatch(VerticalEntries { projected, out, size: [width, height] });
-    });
-    entries
+    let chunks: Vec<Spans> =
+        order.par_chunks(size).map(|order| arch.dispatch(FindSpans { projected, order, size: [width, height] })).collect();
+    let (starts, mut next) = place(&chunks, columns * rows);
+
+    let total = starts[columns * rows] as usize;
+    let members: Vec<AtomicU32> = (0..total).map(|_| AtomicU32::new(0)).collect();
+    let mut slots = vec![0; total];
+    let parts = split_lengths(&mut slots, chunks.iter().map(|chunk| chunk.total()));
+    let work = parts.into_par_iter().zip(&chunks).zip(&mut next).zip(order.par_chunks(size)).with_max_len(1);
+    work.for_each(|(((slots, chunk), next), order)| chunk.deal(order, columns, next, &members, slots));
+    let first = first_entries(&chunks, order.len());
+    Tiling { columns, starts, members: members.into_iter().map(AtomicU32::into_inner).collect(), order, first, slots }
 }
 
-struct VerticalEntries<'a> {
-    projected: &'a [Projected],
-    out: &'a mut [Entries],
-    size: [usize; 2],
-}
-
-impl WithSimd for VerticalEntries<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        for (out, g) in self.out.iter_mut().zip(self.projected) {
-            *out = vertical_entries(g, self.size[0], self.size[1]);
-        }
-    }
-}
-
-#[inline(always)]
-fn vertical_entries(g: &Projected, width: usize, height: usize) -> Entries {
-    if g.reach <= 0.0 {
-        return Entries::default();
-    }
-    let half_width = (g.reach * g.covariance[0]).sqrt();
-    let columns = pixel_range(g.mean[0] - half_width, g.mean[0] + half_width, width);
-    match (columns, pixel_rows(g, height)) {
-        (Some(_), Some((top, bottom))) => {
-            let (first, last) = (top / TILE, bottom / TILE);
-            Entries { first: 0, band: first as u16, count: (last - first + 1) as u16 }
-        }
-        _ => Entries::default(),
-    }
-}
-
-/// Indices of the Gaussians with entries, nearest first: least-significant-digit radix sort on the bits of the (positive) depth.
-fn by_depth(projected: &[Projected], entries: &[Entries]) -> Vec<u32> {
+/// Indices of the visible Gaussians, nearest first: least-significant-digit radix sort on the bits of the (positive) depth.
+fn by_depth(projected: &[Projected]) -> Vec<u32> {
     const BITS: usize = 11;
-    let mut keys: Vec<(u32, u32)> = (0..projected.len() as u32)
-        .filter(|&i| entries[i as usize].count > 0)
-        .map(|i| (projected[i as usize].depth.to_bits(), i))
-        .collect();
+    let mut keys: Vec<(u32, u32)> = Vec::with_capacity(projected.len());
+    keys.extend(projected.iter().zip(0..).filter(|(g, _)| g.reach > 0.0).map(|(g, i)| (g.depth.to_bits(), i)));
     let mut other = vec![(0, 0); keys.len()];
     for pass in 0..3 {
         let digit = |key: u32| (key >> (pass * BITS)) as usize & ((1 << BITS) - 1);
@@ -166,68 +93,133 @@ fn by_depth(projected: &[Projected], entries: &[Entries]) -> Vec<u32> {
     keys.into_iter().map(|(_, index)| index).collect()
 }
 
-/// First and last pixel column that the ellipse reaches on the rows `top..=bottom`.
-#[inline(always)]
-fn pixel_columns(g: &Projected, top: f32, bottom: f32, width: usize) -> Option<(usize, usize)> {
-    let [a, b, c] = g.covariance;
-    let half = half_height(g) + MARGIN;
-    let (low, high) = ((top - g.mean[1]).max(-half), (bottom - g.mean[1]).min(half));
-    // At height d the ellipse spans (b/c) d ± √((reach - d²/c) det/c); the right end is highest where d = b √(reach/a).
-    let extreme = b * (g.reach / a).sqrt();
-    let half_width = |d: f32| ((g.reach - d * d / c).max(0.0) * g.determinant / c).sqrt();
-    let (d_right, d_left) = (extreme.max(low).min(high), (-extreme).max(low).min(high));
-    let right = b / c * d_right + half_width(d_right);
-    let left = b / c * d_left - half_width(d_left);
-    // Relative slack for ellipses much larger than the image.
-    let slack = 1e-5 * (right - left).abs();
-    pixel_range(g.mean[0] + left - slack, g.mean[0] + right + slack, width)
+/// Tiles of a row of tiles: columns `first..end` of row `row`.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    row: u16,
+    first: u16,
+    end: u16,
 }
 
-/// Tiles of one band that each of its items reaches, as a range of columns.
-struct Spans<'a> {
+/// The spans of a chunk of Gaussians.
+#[derive(Debug, Default)]
+struct Spans {
+    spans: Vec<Span>,
+    /// By Gaussian: number of spans, and of tiles.
+    lengths: Vec<(u16, u32)>,
+    /// Gaussians by tile.
+    counts: Vec<u32>,
+}
+
+struct FindSpans<'a> {
     projected: &'a [Projected],
-    items: &'a [u32],
-    row: usize,
+    order: &'a [u32],
     size: [usize; 2],
 }
 
-impl WithSimd for Spans<'_> {
-    type Output = Vec<(u32, u32)>;
+impl WithSimd for FindSpans<'_> {
+    type Output = Spans;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+    fn with_simd<S: Simd>(self, _: S) -> Spans {
         let [width, height] = self.size;
-        let (top, bottom) = ((self.row * TILE) as f32 + 0.5, ((self.row + 1) * TILE).min(height) as f32 - 0.5);
-        let mut spans = Vec::with_capacity(self.items.len());
-        for &i in self.items {
-            spans.push(match pixel_columns(&self.projected[i as usize], top, bottom, width) {
-                Some((first, last)) => ((first / TILE) as u32, (last / TILE) as u32 + 1),
-                None => (0, 0),
-            });
+        let columns = width.div_ceil(TILE);
+        let mut out = Spans {
+            spans: Vec::with_capacity(3 * self.order.len()),
+            lengths: Vec::with_capacity(self.order.len()),
+            counts: vec![0; columns * height.div_ceil(TILE)],
+        };
+        for &index in self.order {
+            let before = out.spans.len();
+            push_spans(&self.projected[index as usize], self.size, &mut out.spans);
+            let mut tiles = 0;
+            for span in &out.spans[before..] {
+                let row = usize::from(span.row) * columns;
+                for count in &mut out.counts[row + usize::from(span.first)..row + usize::from(span.end)] {
+                    *count += 1;
+                }
+                tiles += u32::from(span.end - span.first);
+            }
+            out.lengths.push(((out.spans.len() - before) as u16, tiles));
         }
-        spans
+        out
     }
 }
 
-fn deal_to_tiles(projected: &[Projected], items: Vec<u32>, row: usize, width: usize, height: usize) -> Band {
-    let spans = Arch::new().dispatch(Spans { projected, items: &items, row, size: [width, height] });
-    let columns = width.div_ceil(TILE);
-    let mut starts = vec![0; columns + 1];
-    for &(first, end) in &spans {
-        for count in &mut starts[first as usize + 1..end.max(first) as usize + 1] {
-            *count += 1;
+#[inline(always)]
+fn push_spans(g: &Projected, size: [usize; 2], out: &mut Vec<Span>) {
+    let Some([(left, right), (top, bottom)]) = pixel_box(g, size) else { return };
+    let whole = (left / TILE, right / TILE + 1);
+    for row in top / TILE..=bottom / TILE {
+        let (first_row, last_row) = ((row * TILE).max(top), (row * TILE + TILE - 1).min(bottom));
+        // Within one column of tiles or one row of tiles the box is exact.
+        let (first, end) = if whole.1 - whole.0 == 1 || (first_row, last_row) == (top, bottom) {
+            whole
+        } else {
+            match pixel_columns(g, first_row as f32 + 0.5, last_row as f32 + 0.5, size[0]) {
+                Some((first, last)) => (first / TILE, last / TILE + 1),
+                None => continue,
+            }
+        };
+        out.push(Span { row: row as u16, first: first as u16, end: end as u16 });
+    }
+}
+
+impl Spans {
+    fn total(&self) -> usize {
+        self.lengths.iter().map(|&(_, tiles)| tiles as usize).sum()
+    }
+
+    /// Writes the chunk's Gaussians into the lists; `next` is where its part of each list begins.
+    fn deal(&self, order: &[u32], columns: usize, next: &mut [u32], members: &[AtomicU32], slots: &mut [u32]) {
+        let (mut spans, mut slots) = (self.spans.iter(), slots.iter_mut());
+        for (&index, &(count, _)) in order.iter().zip(&self.lengths) {
+            for span in spans.by_ref().take(usize::from(count)) {
+                let row = usize::from(span.row) * columns;
+                for (next, slot) in next[row + usize::from(span.first)..row + usize::from(span.end)].iter_mut().zip(slots.by_ref()) {
+                    members[*next as usize].store(index, Relaxed);
+                    *slot = *next;
+                    *next += 1;
+                }
+            }
         }
     }
-    for column in 0..columns {
-        starts[column + 1] += starts[column];
-    }
-    let mut next = starts.clone();
-    let mut members = vec![0; starts[columns] as usize];
-    for (position, &(first, end)) in spans.iter().enumerate() {
-        for slot in &mut next[first as usize..end as usize] {
-            members[*slot as usize] = position as u32;
-            *slot += 1;
+}
+
+/// Where each tile's list starts, and where each chunk's part of it does.
+fn place(chunks: &[Spans], tiles: usize) -> (Vec<u32>, Vec<Vec<u32>>) {
+    let mut starts = vec![0; tiles + 1];
+    let mut next: Vec<Vec<u32>> = chunks.iter().map(|_| vec![0; tiles]).collect();
+    let mut total = 0;
+    for tile in 0..tiles {
+        starts[tile] = total;
+        for (chunk, next) in chunks.iter().zip(&mut next) {
+            next[tile] = total;
+            total += chunk.counts[tile];
         }
     }
-    Band { items, starts, members }
+    starts[tiles] = total;
+    (starts, next)
+}
+
+fn first_entries(chunks: &[Spans], count: usize) -> Vec<u32> {
+    let mut first = Vec::with_capacity(count + 1);
+    let mut total = 0;
+    first.push(0);
+    for &(_, tiles) in chunks.iter().flat_map(|chunk| &chunk.lengths) {
+        total += tiles;
+        first.push(total);
+    }
+    first
+}
+
+/// Consecutive parts of the given lengths.
+pub(crate) fn split_lengths<T>(mut rest: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    let mut parts = Vec::new();
+    for length in lengths {
+        let (part, tail) = rest.split_at_mut(length);
+        parts.push(part);
+        rest = tail;
+    }
+    parts
 }

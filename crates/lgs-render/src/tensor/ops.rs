@@ -1,6 +1,7 @@
 //! The rasterizer as a backend extension: the trait, the CPU implementation, the autodiff node.
 
-use crate::rasterize::{Rasterized, rasterize, rasterize_vjp};
+use crate::backward::rasterize_vjp;
+use crate::rasterize::{Rasterized, rasterize};
 use crate::splats::Splats;
 use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
 use burn::backend::autodiff::grads::Gradients;

@@ -1,0 +1,139 @@
+//! The vector–Jacobian product of `project`, one Gaussian at a time.
+
+use crate::project::Projected;
+use crate::sh;
+use crate::splats::Splats;
+use crate::view::{Chain, TINY_QUATERNION, View};
+use lgs_core::linear::{Mat3, add, dot, mat_vec, scale, sub, transpose};
+
+/// Sums over pixels of what blending sends back to one Gaussian.
+///
+/// With `v` the cotangent of the exponent at a pixel and `d` the pixel minus the mean, `moments` are the sums of
+/// `[v, v d_x, v d_y, v d_x², v d_x d_y, v d_y²]`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ImageCotangent {
+    pub moments: [f32; 6],
+    pub color: [f32; 3],
+}
+
+impl ImageCotangent {
+    #[inline(always)]
+    pub(crate) fn accumulate(&mut self, other: &Self) {
+        for (a, b) in self.moments.iter_mut().zip(other.moments) {
+            *a += b;
+        }
+        for (a, b) in self.color.iter_mut().zip(other.color) {
+            *a += b;
+        }
+    }
+}
+
+/// Cotangents of the parameters of one Gaussian, its SH coefficients excepted.
+pub(crate) struct ParameterCotangent {
+    pub mean: [f32; 3],
+    pub rotation: [f32; 4],
+    pub log_scale: [f32; 3],
+    pub raw_opacity: f32,
+    pub mean2d: [f32; 2],
+}
+
+/// Pulls the image cotangent of one Gaussian back to its parameters; `v_sh` (zero on entry) receives that of the SH coefficients.
+#[inline(always)]
+pub(crate) fn project_vjp(
+    splats: &Splats,
+    view: &View,
+    (index, projected): (usize, &Projected),
+    v: &ImageCotangent,
+    v_sh: &mut [f32],
+) -> ParameterCotangent {
+    let chain = view.chain(splats, index);
+    let [v_sum, v_x, v_y, v_xx, v_xy, v_yy] = v.moments;
+    let [f0, f1, f2] = projected.factor;
+    // The conic K = 2 ln 2 · FᵀF; the exponent falls with the mean moving away from the pixel.
+    let base = 2.0 * std::f32::consts::LN_2;
+    let k = [[base * f0 * f0, base * f0 * f1], [base * f0 * f1, base * (f1 * f1 + f2 * f2)]];
+    let v_mean2d = [k[0][0] * v_x + k[0][1] * v_y, k[1][1] * v_y + k[0][1] * v_x];
+    // v_Σ = -K (v_K) K with v_K = -½ [[v_xx, v_xy], [v_xy, v_yy]].
+    let half = [[0.5 * v_xx, 0.5 * v_xy], [0.5 * v_xy, 0.5 * v_yy]];
+    let v_covariance = mul2(&mul2(&k, &half), &k);
+    let v_m: [[f32; 3]; 2] =
+        std::array::from_fn(|i| add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1])));
+
+    let log_scale = std::array::from_fn(|j| v_m[0][j] * chain.m[0][j] + v_m[1][j] * chain.m[1][j]);
+    let v_turned = v_m.map(|row| [row[0] * chain.scales[0], row[1] * chain.scales[1], row[2] * chain.scales[2]]);
+    let v_rotation: Mat3 =
+        std::array::from_fn(|i| add(scale(v_turned[0], chain.image_from_world[0][i]), scale(v_turned[1], chain.image_from_world[1][i])));
+    let v_image_from_world = v_turned.map(|row| mat_vec(&chain.rotation, row));
+    let v_camera_mean = camera_mean_vjp(view, &chain, v_mean2d, &v_image_from_world);
+    let v_direction =
+        sh::color_vjp((splats.means[index], view.center), (splats.sh_row(index), splats.active_degree), projected.color, v.color, v_sh);
+    ParameterCotangent {
+        mean: add(mat_vec(&transpose(&view.rotation), v_camera_mean), v_direction),
+        rotation: quat_vjp(splats.rotations[index], &v_rotation),
+        log_scale,
+        // ∂α/∂o · o (1 - o), and the sum of v is already o ∂α/∂o.
+        raw_opacity: v_sum * (1.0 - projected.log2_opacity.exp2()),
+        mean2d: v_mean2d,
+    }
+}
+
+/// Through the projection of the centre and through the Jacobian; a clamped axis passes nothing from the latter to its own coordinate.
+#[inline(always)]
+fn camera_mean_vjp(view: &View, chain: &Chain, v_mean2d: [f32; 2], v_image_from_world: &[[f32; 3]; 2]) -> [f32; 3] {
+    let [x, y, z] = chain.camera_mean;
+    let centre = [x, y];
+    let mut v = [0.0; 3];
+    for i in 0..2 {
+        let focal = view.focal[i] / z;
+        v[i] += focal * v_mean2d[i];
+        v[2] -= focal * (centre[i] / z) * v_mean2d[i];
+        // Row i of J W is (focal / z) (W_i - tangent_i W_2).
+        let v_focal = dot(v_image_from_world[i], sub(view.rotation[i], scale(view.rotation[2], chain.tangent[i])));
+        let v_tangent = -focal * dot(v_image_from_world[i], view.rotation[2]);
+        v[2] -= focal / z * v_focal;
+        if !chain.clamped[i] {
+            v[i] += v_tangent / z;
+            v[2] -= chain.tangent[i] / z * v_tangent;
+        }
+    }
+    v
+}
+
+#[inline(always)]
+fn mul2(a: &[[f32; 2]; 2], b: &[[f32; 2]; 2]) -> [[f32; 2]; 2] {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
+}
+
+/// Cotangent of the raw quaternion, given that of the rotation matrix of its normalised form.
+#[inline(always)]
+fn quat_vjp(raw: [f32; 4], v: &Mat3) -> [f32; 4] {
+    let length = raw.iter().map(|c| c * c).sum::<f32>().sqrt();
+    // Below this the forward pass falls back to the identity, which no longer depends on the quaternion.
+    if length <= TINY_QUATERNION {
+        return [0.0; 4];
+    }
+    let [w, x, y, z] = raw.map(|c| c / length);
+    let unit = [w, x, y, z];
+    let v_unit = [
+        2.0 * (x * (v[2][1] - v[1][2]) + y * (v[0][2] - v[2][0]) + z * (v[1][0] - v[0][1])),
+        2.0 * (w * (v[2][1] - v[1][2]) - 2.0 * x * (v[1][1] + v[2][2]) + y * (v[0][1] + v[1][0]) + z * (v[0][2] + v[2][0])),
+        2.0 * (w * (v[0][2] - v[2][0]) + x * (v[0][1] + v[1][0]) - 2.0 * y * (v[0][0] + v[2][2]) + z * (v[1][2] + v[2][1])),
+        2.0 * (w * (v[1][0] - v[0][1]) + x * (v[0][2] + v[2][0]) + y * (v[1][2] + v[2][1]) - 2.0 * z * (v[0][0] + v[1][1])),
+    ];
+    let radial: f32 = (0..4).map(|i| unit[i] * v_unit[i]).sum();
+    std::array::from_fn(|i| (v_unit[i] - radial * unit[i]) / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_norm_of_a_quaternion_has_no_gradient() {
+        let v = [[0.3, -1.0, 0.2], [0.7, 0.1, -0.4], [0.5, 0.9, -0.6]];
+        let raw = [0.6, -1.2, 0.4, 2.0];
+        let g = quat_vjp(raw, &v);
+        assert!(g.iter().zip(raw).map(|(a, b)| a * b).sum::<f32>().abs() < 1e-5);
+        assert_eq!(quat_vjp([0.0; 4], &v), [0.0; 4]);
+    }
+}
