@@ -54,7 +54,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         prepare_folder(&args.out)?;
         remove_listed(&args.out)?;
     }
-    sweep(&run.scene, &mut motion, times, "export", |index, cloud| write_ply(&path(index), cloud).at(&path(index)))?;
+    let cloud_at = |time| run.scene.cloud_at(&motion.state_at(time));
+    sweep(cloud_at, times, "export", |index, cloud| write_ply(&path(index), cloud).at(&path(index)))?;
     if !single {
         let files = times.iter().enumerate().map(|(i, &t)| json!({"file": file_name(i, t, extension), "time": t})).collect::<Vec<_>>();
         write_list(&args.out, &json!({ "gaussians": run.scene.len(), "frames": files }))?;

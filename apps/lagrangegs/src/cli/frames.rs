@@ -1,10 +1,9 @@
-//! A sweep over times: clouds from one cached rollout, a few at a time, handed to whatever draws or writes them.
+//! A sweep over times: clouds in the order of the times, a few at a time, handed to whatever draws or writes them.
 
 use anyhow::Result;
 use clap::ValueEnum;
 use lgs_core::GaussianCloud;
 use lgs_dynamics::{Edit, Reversal};
-use lgs_model::{LagrangianScene, Motion};
 use rayon::prelude::*;
 
 use super::progress::Task;
@@ -61,8 +60,7 @@ impl MotionArgs {
 
 /// Calls `work` with the index and cloud of every time, in parallel, and returns its results in the order of the times.
 pub(crate) fn sweep<T: Send>(
-    scene: &LagrangianScene,
-    motion: &mut Motion<'_>,
+    mut cloud_at: impl FnMut(f32) -> GaussianCloud,
     times: &[f32],
     name: &str,
     work: impl Fn(usize, &GaussianCloud) -> Result<T> + Sync,
@@ -71,7 +69,7 @@ pub(crate) fn sweep<T: Send>(
     let indices: Vec<usize> = (0..times.len()).collect();
     let mut results = Vec::with_capacity(times.len());
     for chunk in indices.chunks(AT_ONCE) {
-        let clouds: Vec<(usize, GaussianCloud)> = chunk.iter().map(|&i| (i, scene.cloud_at(&motion.state_at(times[i])))).collect();
+        let clouds: Vec<(usize, GaussianCloud)> = chunk.iter().map(|&i| (i, cloud_at(times[i]))).collect();
         results.extend(clouds.par_iter().map(|(i, cloud)| work(*i, cloud)).collect::<Result<Vec<T>>>()?);
         task.count(results.len(), times.len());
     }

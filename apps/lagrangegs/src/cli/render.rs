@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
-use lgs_core::{Camera, Image};
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::sheet::{Row, contact_sheet, evenly};
+use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 use serde_json::json;
 
@@ -29,6 +31,9 @@ pub(super) struct Args {
     /// A view of the dataset by name (train/r_000) or number, `orbit` (once around), or `orbit:DEGREES` (standing still)
     #[arg(long, default_value = "orbit")]
     camera: CameraChoice,
+    /// Which of the run's models to draw; the source model knows only the captured window and beyond it guesses
+    #[arg(long, value_enum, default_value_t = ModelName::Lagrangian)]
+    model: ModelName,
     #[command(flatten)]
     motion: MotionArgs,
     /// Folder to write images into
@@ -42,6 +47,14 @@ pub(super) struct Args {
     data: Option<PathBuf>,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ModelName {
+    /// The Lagrangian scene
+    Lagrangian,
+    /// What it was distilled from
+    Source,
+}
+
 pub(super) fn run(args: &Args) -> Result<()> {
     if args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("mp4")) {
         bail!("video files are not supported yet; give a folder: {}", args.out.display());
@@ -51,7 +64,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
     let cameras = cameras(&run, args)?.iter().map(|camera| camera::with_width(camera, args.size)).collect();
     let job = Job { times: args.times.0.clone(), cameras, edit: args.motion.edit(), reversal: args.motion.reversal() };
-    let frames = job.write(&run.scene, &args.out)?;
+    let frames = match args.model {
+        ModelName::Lagrangian => job.write(&run.scene, &args.out)?,
+        ModelName::Source => {
+            if args.motion.edit() != Edit::default() {
+                bail!("the source model has no physics to scale; leave out the scales or `--model source`");
+            }
+            let source = run.source()?.with_context(|| format!("the run has no source model: {}", args.run.display()))?;
+            job.write_clouds(|time| source.cloud_at(time), run.scene.background, &args.out)?
+        }
+    };
     output::print(&format!("{} images, {}\n", frames.len(), args.out.display()))
 }
 
@@ -100,24 +122,25 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Renders all frames and writes each as it is done, then the list of frames and a contact sheet; returns the images.
+    /// Renders all frames of a Lagrangian scene and writes each as it is done, then the list of frames and a contact sheet; returns the
+    /// images. States are cached, so that the frames cost one rollout.
     pub(super) fn write(&self, scene: &LagrangianScene, out: &Path) -> Result<Vec<Image>> {
+        let mut motion = Motion::new(scene, self.edit, self.reversal);
+        self.write_clouds(|time| scene.cloud_at(&motion.state_at(time)), scene.background, out)
+    }
+
+    /// The same of anything that has a cloud at every time.
+    fn write_clouds(&self, cloud_at: impl FnMut(f32) -> GaussianCloud, background: [f32; 3], out: &Path) -> Result<Vec<Image>> {
         prepare_folder(out)?;
         remove_listed(out)?;
-        let images = self.render_with(scene, |index, image| write_png(&out.join(file_name(index, self.times[index], "png")), image))?;
+        let images = sweep(cloud_at, &self.times, "rendering", |index, cloud| {
+            let image = lgs_eval::render(cloud, &self.cameras[index], background).image;
+            write_png(&out.join(file_name(index, self.times[index], "png")), &image)?;
+            Ok(image)
+        })?;
         write_list(out, &self.list())?;
         write_png(&out.join("sheet.png"), &self.sheet(&images))?;
         Ok(images)
-    }
-
-    /// Renders all frames; `done` gets each of them, on any thread.
-    fn render_with(&self, scene: &LagrangianScene, done: impl Fn(usize, &Image) -> Result<()> + Sync) -> Result<Vec<Image>> {
-        let mut motion = Motion::new(scene, self.edit, self.reversal);
-        sweep(scene, &mut motion, &self.times, "rendering", |index, cloud| {
-            let image = lgs_eval::render(cloud, &self.cameras[index], scene.background).image;
-            done(index, &image)?;
-            Ok(image)
-        })
     }
 
     fn list(&self) -> serde_json::Value {

@@ -1,5 +1,6 @@
 //! Rollouts of a scene with their states kept, so that a sweep over times costs one rollout.
 
+use lgs_core::linear::{add, scale, sub};
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
 
 use super::{LagrangianScene, ObjectModel};
@@ -20,12 +21,13 @@ pub struct Motion<'a> {
 }
 
 impl<'a> Motion<'a> {
-    /// The motion of `scene` with scaled velocity, potential and force (α, β, γ); `reversal` is used for negative times.
+    /// The motion of `scene` with scaled velocity, potential and force (α, β, γ); `reversal` is used for negative times. The scales mean
+    /// the velocity at t = 0, see [`LagrangianScene::start_velocities`].
     #[must_use]
     pub fn new(scene: &'a LagrangianScene, edit: Edit, reversal: Reversal) -> Self {
         let start = SceneState {
             q: scene.movers.means.clone(),
-            v: scene.velocities.iter().map(|v| v.map(|c| c * edit.velocity_scale)).collect(),
+            v: scene.start_velocities(edit),
             rotation: vec![[1.0, 0.0, 0.0, 0.0]; scene.movers.len()],
         };
         Self { scene, edit, reversal, forward: vec![start.clone()], backward: vec![start] }
@@ -68,6 +70,29 @@ impl<'a> Motion<'a> {
 }
 
 impl LagrangianScene {
+    /// What an edited motion starts with, `[movers]`, world units per unit of time.
+    ///
+    /// The stored velocities lag half a kick behind those at t = 0, with which Eq. 5 tracks positions to second order (gap G28):
+    /// `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the accelerations, so its own half kick is taken off:
+    /// `α v(0) − ½ dt a_edit`. Without an edit these are the stored velocities, bit for bit.
+    #[must_use]
+    pub fn start_velocities(&self, edit: Edit) -> Vec<[f32; 3]> {
+        if edit == Edit::default() {
+            return self.velocities.clone();
+        }
+        let half = 0.5 * self.motion.dt;
+        let mut start = Vec::with_capacity(self.velocities.len());
+        for object in &self.objects {
+            let (q, stored) = (&self.movers.means[object.members.clone()], &self.velocities[object.members.clone()]);
+            let kick = object.system.accelerations(q, stored, &Edit::default());
+            let at_zero = stored.iter().zip(kick).map(|(v, a)| add(*v, scale(a, half)));
+            let scaled: Vec<[f32; 3]> = at_zero.map(|v| scale(v, edit.velocity_scale)).collect();
+            let edited_kick = object.system.accelerations(q, &scaled, &edit);
+            start.extend(scaled.iter().zip(edited_kick).map(|(v, a)| sub(*v, scale(a, half))));
+        }
+        start
+    }
+
     /// The states after 1 … `steps` steps of `dt` from `start`; backwards in time if a reversal is given.
     #[must_use]
     pub fn advance(&self, start: &SceneState, dt: f32, steps: usize, edit: Edit, backwards: Option<Reversal>) -> Vec<SceneState> {

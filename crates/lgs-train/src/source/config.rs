@@ -176,11 +176,16 @@ pub struct SourceConfig {
     pub warmup_iterations: usize,
     /// What the warm-up sees (paper: all).
     pub warmup_frames: WarmupFrames,
+    /// Viewpoints that the first frames must hold, if the warm-up sees only these.
+    pub warmup_cameras: usize,
     /// Steps in which the time window grows to the whole after the warm-up (paper: 1, at once; FreeGave: 8).
     pub window_steps: usize,
     /// Iterations per step of the window (FreeGave: 1000).
     pub window_interval: usize,
-    /// How often a round shows the frames of the window's first and newest steps, also when the window is whole (paper: 1). The ends have
+    /// While the window grows, frames are drawn one by one, and this share of them from the newest twentieth of the whole (paper: 0, all
+    /// frames of the window in turn). Motion is then followed in small steps.
+    pub front_share: f32,
+    /// How often a round shows the frames of the window's first and last tenth, also when the window is whole (paper: 1). The ends have
     /// neighbours in time on one side only, and would be learned last.
     pub edge_repeats: usize,
     /// Gaussians to start with if the dataset ships no points (paper: 100 000).
@@ -226,8 +231,10 @@ impl SourceConfig {
             iterations: 40_000,
             warmup_iterations: 3000,
             warmup_frames: WarmupFrames::All,
+            warmup_cameras: 8,
             window_steps: 1,
             window_interval: 1000,
+            front_share: 0.0,
             edge_repeats: 1,
             initial_gaussians: 100_000,
             initial_points: InitialPoints::Random,
@@ -254,8 +261,10 @@ impl SourceConfig {
             iterations,
             warmup_iterations: 400,
             warmup_frames: WarmupFrames::First,
-            window_steps: 10,
-            window_interval: 60,
+            warmup_cameras: 8,
+            window_steps: 60,
+            window_interval: 20,
+            front_share: 0.5,
             edge_repeats: 2,
             initial_gaussians: 4000,
             initial_points: InitialPoints::Hull,
@@ -360,6 +369,7 @@ impl SourceConfig {
         require(self.iterations >= 1, "iterations", format_args!("0 iterations train nothing"))?;
         require((1..=2_000_000).contains(&self.initial_gaussians), "initial_gaussians", format_args!("not between 1 and 2 000 000"))?;
         require(self.sh_degree <= 3, "sh_degree", format_args!("{} is above 3", self.sh_degree))?;
+        require((0.0..=1.0).contains(&self.front_share), "front_share", format_args!("{} is not in [0, 1]", self.front_share))?;
         require((0.0..=1.0).contains(&self.ssim_weight), "ssim_weight", format_args!("{} is not in [0, 1]", self.ssim_weight))?;
         require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
         require((1..=64).contains(&self.rigidity.neighbors), "rigidity.neighbors", format_args!("not between 1 and 64"))

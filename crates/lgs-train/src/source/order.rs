@@ -1,16 +1,21 @@
 //! Which training frame an iteration sees: all frames of the current time window once per round (its ends more often, if so
-//! configured), in a random order (§3.5, §4.4).
+//! configured), in a random order (§3.5, §4.4). While the window grows, single frames may be drawn instead, a share of them from its
+//! front: what has just come into the window is then followed at every step, however many frames the window already holds.
 //!
-//! A round's order is drawn from a stream of its number, so three integers restore it.
+//! A round's order is drawn from a stream of its number and a single frame from one of its iteration, so three integers restore it.
 
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
+use rand::RngExt;
 use rand::seq::SliceRandom;
 
 use super::config::{SourceConfig, WarmupFrames};
 
-/// Viewpoints that the initial window must hold for the canonical Gaussians to take shape.
-const WARMUP_CAMERAS: usize = 8;
+/// The front of the growing window, as a part of the whole.
+const FRONT: f32 = 0.05;
+
+/// Each end of the whole window whose frames are repeated, as a part of it.
+const EDGE: f32 = 0.1;
 
 /// Where in which round the training is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,7 +44,7 @@ impl FrameOrder {
         let times: Vec<f32> = frames.iter().map(|f| f.time).collect();
         let warmup_end = match config.warmup_frames {
             WarmupFrames::All => times.iter().copied().fold(f32::MIN, f32::max),
-            WarmupFrames::First => shortest_window(frames),
+            WarmupFrames::First => shortest_window(frames, config.warmup_cameras),
         };
         Self { times, warmup_end, seed, round: Round::default(), frames: Vec::new() }
     }
@@ -61,13 +66,27 @@ impl FrameOrder {
 
     /// The frame of an iteration (counted from 1); iterations must be asked for in order.
     pub(super) fn next(&mut self, iteration: usize, config: &SourceConfig) -> usize {
-        let deformation_starts = config.is_warmup(self.round.began) && !config.is_warmup(iteration);
-        if self.round.used >= self.frames.len() || deformation_starts {
+        if config.front_share > 0.0 && config.is_growing(iteration) {
+            return self.single(iteration, config);
+        }
+        let phase = |i: usize| (config.is_warmup(i), config.is_growing(i));
+        if self.round.used >= self.frames.len() || (phase(self.round.began) != phase(iteration) && !config.is_warmup(iteration)) {
             self.round = Round { number: self.round.number + 1, used: 0, began: iteration };
             self.frames = self.drawn(config);
         }
         self.round.used += 1;
         self.frames[self.round.used - 1]
+    }
+
+    /// A frame of the growing window, with a probability one of its front.
+    fn single(&self, iteration: usize, config: &SourceConfig) -> usize {
+        let (first, last) = self.span();
+        let end = config.window_end(iteration, first, last).max(self.warmup_end);
+        let mut random = stream(self.seed, "frame of the growing window", iteration as u64);
+        let start = if random.random_range(0.0..1.0) < config.front_share { end - FRONT * (last - first) } else { first };
+        let candidates: Vec<usize> = (0..self.times.len()).filter(|&i| (start..=end).contains(&self.times[i])).collect();
+        let candidates = if candidates.is_empty() { (0..self.times.len()).filter(|&i| self.times[i] <= end).collect() } else { candidates };
+        candidates[random.random_range(0..candidates.len())]
     }
 
     fn drawn(&self, config: &SourceConfig) -> Vec<usize> {
@@ -78,8 +97,8 @@ impl FrameOrder {
             (false, true) => config.window_end(self.round.began, first, last).max(self.warmup_end),
             (false, false) => last,
         };
-        let step = (last - first) / config.window_steps.max(1) as f32;
-        let is_edge = |t: f32| t > end - step || t < first + step;
+        let edge = EDGE * (last - first);
+        let is_edge = |t: f32| t > end - edge || t < first + edge;
         let repeats = |i: usize| if growing && is_edge(self.times[i]) { config.edge_repeats.max(1) } else { 1 };
         let inside = (0..self.times.len()).filter(|&i| self.times[i] <= end);
         let mut frames: Vec<usize> = inside.flat_map(|i| std::iter::repeat_n(i, repeats(i))).collect();
@@ -89,13 +108,13 @@ impl FrameOrder {
 }
 
 /// The earliest time by which enough viewpoints have been seen.
-fn shortest_window(frames: &[Frame]) -> f32 {
+fn shortest_window(frames: &[Frame], least_cameras: usize) -> f32 {
     let mut order: Vec<&Frame> = frames.iter().collect();
     order.sort_by(|a, b| a.time.total_cmp(&b.time));
     let mut cameras = std::collections::BTreeSet::new();
     for frame in &order {
         cameras.insert(frame.camera_id);
-        if cameras.len() >= WARMUP_CAMERAS {
+        if cameras.len() >= least_cameras {
             return frame.time;
         }
     }

@@ -43,6 +43,13 @@ impl SourceConfig {
         iteration < self.warmup_iterations
     }
 
+    /// Whether the time window is growing at an iteration: after the warm-up, before it is whole.
+    #[must_use]
+    pub fn is_growing(&self, iteration: usize) -> bool {
+        let grown = self.window_interval.saturating_mul(self.window_steps.saturating_sub(1));
+        !self.is_warmup(iteration) && iteration < self.warmup_iterations + grown
+    }
+
     /// The last time whose frames are used at an iteration after the warm-up, given the captured window's first and last (§4.4).
     #[must_use]
     pub fn window_end(&self, iteration: usize, first: f32, last: f32) -> f32 {

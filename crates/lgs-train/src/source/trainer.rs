@@ -255,7 +255,7 @@ impl<'a> SourceTrainer<'a> {
             DensifyStatistics { gradient_sum: per_gaussian("densify.gradient_sum")?, count: per_gaussian("densify.count")? };
         trainer.iteration = file.metadata_json("iteration")?;
         let round = Round { number: file.metadata_json("round")?, used: file.metadata_json("used")?, began: file.metadata_json("began")? };
-        trainer.order.restore(round, config);
+        trainer.order.restore(round, &trainer.config);
         trainer.graph = read_graph(file, n)?;
         Ok(trainer)
     }
