@@ -20,6 +20,7 @@ mod blend;
 mod blend_vjp;
 mod extent;
 mod photometric;
+mod photometric_band;
 mod project;
 mod project_vjp;
 mod rasterize;

@@ -1,6 +1,9 @@
-//! The separable 11-tap Gaussian window of SSIM over interleaved RGB rows, and the rings of rows it slides over.
+//! The separable 11-tap Gaussian window of SSIM over blocks of columns of interleaved RGB rows.
+//!
+//! A block is 16 consecutive floats of a row, whatever they mean: a step of one pixel is three floats. Horizontally, taps are read from padded
+//! rows at any offset; vertically, a block keeps the last rows it needs side by side, so that they stay in the first-level cache.
 
-use crate::simd::fma;
+use crate::simd::{BLOCK, Lanes, V, splat};
 use pulp::Simd;
 
 /// Taps on either side of the centre.
@@ -9,10 +12,10 @@ pub(crate) const RADIUS: usize = 5;
 pub(crate) const SIZE: usize = 2 * RADIUS + 1;
 /// Standard deviation, pixels.
 const SIGMA: f64 = 1.5;
-/// Rows are padded to whole vectors of the widest kind.
-const BLOCK: usize = 16;
-/// Bytes.
-const CACHE_LINE: usize = 64;
+/// Rows that are windowed at a time.
+pub(crate) const STEP: usize = 8;
+/// Rows that the windows of `STEP` rows reach.
+pub(crate) const SPAN: usize = STEP + 2 * RADIUS;
 
 /// The normalised window.
 pub(crate) fn weights() -> [f32; SIZE] {
@@ -21,82 +24,102 @@ pub(crate) fn weights() -> [f32; SIZE] {
     raw.map(|w| (w / total) as f32)
 }
 
-/// Length of a buffer that holds a row with `RADIUS` pixels of padding on both sides and room for whole vectors.
-pub(crate) fn padded_len(row: usize) -> usize {
-    row.next_multiple_of(BLOCK) + 6 * RADIUS
-}
+/// The symmetric window as vectors: the outermost tap first, the centre last.
+pub(crate) type Taps<S> = [V<S>; RADIUS + 1];
 
-/// The last 11 rows of `PLANES` planes, addressed by image row.
-pub(crate) struct Ring<const PLANES: usize> {
-    stride: usize,
-    /// Where the first row starts: on a cache line, or every vector load would touch two.
-    base: usize,
-    /// `SIZE · PLANES` rows and one of zeros, which stands for rows outside of the image.
-    values: Vec<f32>,
-}
-
-impl<const PLANES: usize> Ring<PLANES> {
-    pub(crate) fn stride(row: usize) -> usize {
-        row.next_multiple_of(BLOCK)
-    }
-
-    pub(crate) fn new(row: usize) -> Self {
-        let stride = Self::stride(row);
-        let values = vec![0.0; stride * (SIZE * PLANES + 1) + BLOCK];
-        let base = values.as_ptr().align_offset(CACHE_LINE).min(BLOCK);
-        Self { stride, base, values }
-    }
-
-    fn start(&self, plane: usize, y: usize) -> usize {
-        self.base + (plane * SIZE + y % SIZE) * self.stride
-    }
-
-    pub(crate) fn row_mut(&mut self, plane: usize, y: usize) -> &mut [f32] {
-        let start = self.start(plane, y);
-        &mut self.values[start..start + self.stride]
-    }
-
-    /// The 11 rows around `y`.
-    pub(crate) fn around(&self, plane: usize, y: usize, height: usize) -> [&[f32]; SIZE] {
-        std::array::from_fn(|tap| {
-            let inside = (y + tap).checked_sub(RADIUS).filter(|&source| source < height);
-            let start = inside.map_or(self.base + SIZE * PLANES * self.stride, |source| self.start(plane, source));
-            &self.values[start..start + self.stride]
-        })
-    }
-}
-
-/// Windows a padded row into `out`, a pixel being three floats.
 #[inline(always)]
-pub(crate) fn horizontal<S: Simd>(simd: S, window: &[f32; SIZE], padded: &[f32], out: &mut [f32]) {
-    let length = out.len();
-    let shifted: [&[f32]; SIZE] = std::array::from_fn(|tap| &padded[3 * tap..3 * tap + length]);
-    vertical(simd, window, &shifted, out);
+pub(crate) fn taps<S: Simd>(simd: S, weights: &[f32; SIZE]) -> Taps<S> {
+    let mut out = [splat(simd, 0.0); RADIUS + 1];
+    for (out, &weight) in out.iter_mut().zip(weights) {
+        *out = splat(simd, weight);
+    }
+    out
 }
 
-/// `Σ window[tap] · rows[tap]`, the window being symmetric; all rows have the length of `out`, a multiple of 16.
-#[inline(always)]
-pub(crate) fn vertical<S: Simd>(simd: S, window: &[f32; SIZE], rows: &[&[f32]; SIZE], out: &mut [f32]) {
-    let out = S::as_mut_simd_f32s(out).0;
-    let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, r10] = rows;
-    let (r0, r1, r2) = (vectors::<S>(r0, out.len()), vectors::<S>(r1, out.len()), vectors::<S>(r2, out.len()));
-    let (r3, r4, r5) = (vectors::<S>(r3, out.len()), vectors::<S>(r4, out.len()), vectors::<S>(r5, out.len()));
-    let (r6, r7, r8) = (vectors::<S>(r6, out.len()), vectors::<S>(r7, out.len()), vectors::<S>(r8, out.len()));
-    let (r9, r10) = (vectors::<S>(r9, out.len()), vectors::<S>(r10, out.len()));
-    let (w0, w1, w2) = (simd.splat_f32s(window[0]), simd.splat_f32s(window[1]), simd.splat_f32s(window[2]));
-    let (w3, w4, w5) = (simd.splat_f32s(window[3]), simd.splat_f32s(window[4]), simd.splat_f32s(window[5]));
-    for (i, out) in out.iter_mut().enumerate() {
-        let mut sum = simd.mul_f32s(w5, r5[i]);
-        sum = fma(simd, w0, simd.add_f32s(r0[i], r10[i]), sum);
-        sum = fma(simd, w1, simd.add_f32s(r1[i], r9[i]), sum);
-        sum = fma(simd, w2, simd.add_f32s(r2[i], r8[i]), sum);
-        sum = fma(simd, w3, simd.add_f32s(r3[i], r7[i]), sum);
-        *out = fma(simd, w4, simd.add_f32s(r4[i], r6[i]), sum);
+/// `STEP` rows with a block of padding on either side, and zeros past the image.
+#[derive(Debug, Default)]
+pub(crate) struct Padded {
+    values: Vec<[f32; BLOCK]>,
+    blocks: usize,
+}
+
+/// A block of a padded row between its neighbours.
+pub(crate) type Reach = [f32; 3 * BLOCK];
+
+impl Padded {
+    /// Takes rows of so many blocks.
+    pub(crate) fn resize(&mut self, blocks: usize) {
+        if self.blocks != blocks {
+            self.blocks = blocks;
+            self.values.clear();
+            self.values.resize(STEP * (blocks + 2), [0.0; BLOCK]);
+        }
+    }
+
+    #[inline(always)]
+    fn start(&self, row: usize) -> usize {
+        row * (self.blocks + 2)
+    }
+
+    /// Replaces a row; none is zero.
+    pub(crate) fn set_row(&mut self, row: usize, source: Option<&[f32]>) {
+        let start = BLOCK * (self.start(row) + 1);
+        let out = &mut self.values.as_flattened_mut()[start..start + BLOCK * self.blocks];
+        let source = source.unwrap_or_default();
+        out[..source.len()].copy_from_slice(source);
+        out[source.len()..].fill(0.0);
+    }
+
+    /// Replaces a block of a row.
+    #[inline(always)]
+    pub(crate) fn set_block(&mut self, row: usize, block: usize, source: &Lanes) {
+        let at = self.start(row) + 1 + block;
+        self.values[at] = source.0;
+    }
+
+    /// What the windows of a block reach.
+    #[inline(always)]
+    pub(crate) fn reach(&self, row: usize, block: usize) -> &Reach {
+        let start = self.start(row) + block;
+        self.values[start..start + 3].as_flattened().try_into().expect("three blocks")
     }
 }
 
-/// The first `count` vectors of a row, so that the loop above needs no further bounds checks.
+/// The last `SPAN` rows of a block of columns, of several planes.
+pub(crate) type Columns<const PLANES: usize> = [[Lanes; SPAN]; PLANES];
+
+/// Makes room for `STEP` rows.
 #[inline(always)]
-fn vectors<S: Simd>(row: &[f32], count: usize) -> &[S::f32s] {
-    &S::as_simd_f32s(row).0[..count]
+pub(crate) fn advance<const PLANES: usize>(columns: &mut Columns<PLANES>) {
+    for plane in columns {
+        plane.copy_within(STEP.., 0);
+    }
+}
+
+/// The window over the rows around row `RADIUS + row`.
+#[inline(always)]
+pub(crate) fn vertical<S: Simd>(simd: S, taps: &Taps<S>, plane: &[Lanes; SPAN], row: usize, index: usize) -> V<S> {
+    let mut sum = taps[RADIUS] * plane[row + RADIUS].get(simd, index);
+    for t in 0..RADIUS {
+        let pair = plane[row + t].get(simd, index) + plane[row + SIZE - 1 - t].get(simd, index);
+        sum = taps[t].mul_add(pair, sum);
+    }
+    sum
+}
+
+/// Vector number `index` of the block that `reach` is around, moved by `tap - RADIUS` pixels.
+#[inline(always)]
+pub(crate) fn shifted<S: Simd>(simd: S, reach: &Reach, tap: usize, index: usize) -> V<S> {
+    let start = BLOCK + 3 * tap - 3 * RADIUS + index * S::F32_LANES;
+    V { simd, value: S::as_simd_f32s(&reach[start..start + S::F32_LANES]).0[0] }
+}
+
+/// The window over the pixels around those of a block.
+#[inline(always)]
+pub(crate) fn horizontal<S: Simd>(simd: S, taps: &Taps<S>, reach: &Reach, index: usize) -> V<S> {
+    let mut sum = taps[RADIUS] * shifted(simd, reach, RADIUS, index);
+    for t in 0..RADIUS {
+        sum = taps[t].mul_add(shifted(simd, reach, t, index) + shifted(simd, reach, SIZE - 1 - t, index), sum);
+    }
+    sum
 }
