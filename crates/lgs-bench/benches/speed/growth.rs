@@ -7,7 +7,7 @@ use lgs_bench::median_secs;
 use lgs_bench::table::{Row, section};
 use lgs_dynamics::{RolloutSpec, State, align, align_vjp, rollout, rollout_vjp};
 
-const COUNTS: [usize; 3] = [5_000, 50_000, 500_000];
+pub(crate) const COUNTS: [usize; 3] = [5_000, 50_000, 500_000];
 
 /// Largest over smallest time per Gaussian.
 const FLAT: f64 = 1.25;
@@ -53,11 +53,12 @@ pub(crate) fn run(_: &Machine) {
 }
 
 /// Median seconds per Gaussian.
-fn per_gaussian<T>(n: usize, run: impl FnMut() -> T) -> f64 {
+pub(crate) fn per_gaussian<T>(n: usize, run: impl FnMut() -> T) -> f64 {
     median_secs(5, run) / n as f64
 }
 
-fn print(name: &str, secs: [f64; 3]) {
+/// Prints the times per Gaussian of every count.
+pub(crate) fn print(name: &str, secs: [f64; 3]) {
     let spread = secs.iter().copied().fold(0.0, f64::max) / secs.iter().copied().fold(f64::INFINITY, f64::min);
     let times = secs.map(|s| format!("{:.0}", s * 1e9)).join(", ");
     Row::figure(name, format!("{times} ns")).with_ratio(format!("{spread:.2} × between them")).asked("≤ 1.25 ×", spread <= FLAT).print();

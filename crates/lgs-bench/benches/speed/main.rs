@@ -6,9 +6,12 @@
 mod alignment;
 mod dynamics;
 mod growth;
+mod loss;
 mod machine;
 mod particles;
+mod rasterize;
 mod second_core;
+mod trained_scene;
 
 use lgs_bench::machine::Machine;
 use lgs_bench::memory::Counting;
@@ -20,8 +23,14 @@ static ALLOCATOR: Counting = Counting;
 type Section = fn(&Machine);
 
 /// Sections in the order of the report.
-const SECTIONS: [(&str, Section); 4] =
-    [("dynamics", dynamics::run), ("alignment", alignment::run), ("growth", growth::run), ("second-core", second_core::run)];
+const SECTIONS: [(&str, Section); 6] = [
+    ("dynamics", dynamics::run),
+    ("alignment", alignment::run),
+    ("growth", growth::run),
+    ("second-core", second_core::run),
+    ("rasterize", rasterize::run),
+    ("loss", loss::run),
+];
 
 fn main() {
     let chosen: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();

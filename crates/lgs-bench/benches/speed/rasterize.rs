@@ -1,0 +1,62 @@
+//! The rasterizer: a scene as training leaves it, its growth at fixed coverage, and what a second core brings.
+
+use crate::growth::{COUNTS, per_gaussian, print};
+use crate::second_core::compare;
+use crate::trained_scene::{camera, trained_scene};
+use lgs_bench::machine::Machine;
+use lgs_bench::table::{Row, percent, section};
+use lgs_bench::{REPEATS, median_secs};
+use lgs_core::{Camera, GaussianCloud};
+use lgs_render::{Rasterized, SplatGradients, Splats, rasterize, rasterize_vjp};
+
+const GAUSSIANS: usize = 50_000;
+const BACKGROUND: [f32; 3] = [1.0; 3];
+
+/// A scene, its camera, and cotangents of the image.
+struct Case {
+    cloud: GaussianCloud,
+    camera: Camera,
+    v_image: Vec<[f32; 3]>,
+    v_transmittance: Vec<f32>,
+}
+
+impl Case {
+    fn new(count: usize) -> Self {
+        let camera = camera(count);
+        let pixels = camera.pixels();
+        let v_image = (0..pixels).map(|i| [0, 1, 2].map(|c| ((7 * i + c) % 11) as f32 / 11.0 - 0.4)).collect();
+        Self { cloud: trained_scene(count), camera, v_image, v_transmittance: vec![0.1; pixels] }
+    }
+
+    fn forward(&self) -> Rasterized {
+        rasterize(&Splats::from(&self.cloud), &self.camera, BACKGROUND)
+    }
+
+    fn both(&self) -> SplatGradients {
+        let drawn = self.forward();
+        rasterize_vjp(&Splats::from(&self.cloud), &self.camera, BACKGROUND, &drawn, &self.v_image, &self.v_transmittance)
+    }
+}
+
+pub(crate) fn run(machine: &Machine) {
+    let case = Case::new(GAUSSIANS);
+    section(&format!("rasterize ({GAUSSIANS} Gaussians, {0}×{0} pixels, spherical harmonics of degree 3)", case.camera.width));
+    let pairs = case.forward().pairs() as f64;
+    let forward = median_secs(REPEATS, || case.forward());
+    let share = pairs / forward / machine.pairs.all;
+    Row::timed("rasterize, forward", forward)
+        .with_rate(format!("{:.2} G pairs/s", pairs / forward * 1e-9))
+        .with_ratio(format!("{} of the pair rate", percent(share)))
+        .asked("≥ 40 %", share >= 0.4)
+        .print();
+    let both = median_secs(REPEATS, || case.both());
+    let ratio = both / forward;
+    Row::timed("rasterize, forward + backward", both).with_ratio(format!("{ratio:.2} × forward")).asked("≤ 4 ×", ratio <= 4.0).print();
+    compare("rasterize, forward", 1.6, || case.forward());
+    compare("rasterize, forward + backward", 1.6, || case.both());
+
+    section("growth of rasterize (5 k, 50 k, 500 k Gaussians, pixels in proportion)");
+    let cases = COUNTS.map(Case::new);
+    print("rasterize, forward", [0, 1, 2].map(|i| per_gaussian(COUNTS[i], || cases[i].forward())));
+    print("rasterize, forward + backward", [0, 1, 2].map(|i| per_gaussian(COUNTS[i], || cases[i].both())));
+}
