@@ -2,17 +2,17 @@
 
 use std::sync::atomic::Ordering;
 
-use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
 use lgs_model::source::{DefGs, SourceModel};
-use lgs_model::{LagrangianScene, TensorFile, save_scene, scene_from_tensors, scene_to_tensors};
+use lgs_model::{LagrangianScene, save_scene, scene_from_tensors};
 
 use crate::TrainError;
-use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
+use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::events::{Event, EventLog};
 use crate::run::{CheckpointTimer, Control, Progress, RunFolder, train_source};
-use crate::stages::{BakeRequest, StepReport, TuneDynamics, TuneGaussians, bake};
+use crate::stages::{BakeRequest, TuneDynamics, TuneGaussians, Tuning, bake};
 
 /// Iterations between lines of `events.jsonl`.
 const EVENT_INTERVAL: usize = 10;
@@ -36,15 +36,14 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
         Some(checkpoint) if checkpoint.stage > Stage::Source => DefGs::load(&run.source_path())?,
         from => train_source(run, dataset, config, from.as_ref(), control)?,
     };
-    let frames = dataset.split("train");
     let latest = latest.filter(|c| c.stage > Stage::Source);
     let scene = match &latest {
         Some(checkpoint) if checkpoint.stage == Stage::TuneGaussians => pipeline.scene_of(checkpoint)?,
-        Some(checkpoint) => pipeline.tune_dynamics(pipeline.scene_of(checkpoint)?, frames, Some(checkpoint), control)?,
-        None => pipeline.tune_dynamics(pipeline.distill(&source, control)?, frames, None, control)?,
+        Some(checkpoint) => pipeline.tune_dynamics(pipeline.scene_of(checkpoint)?, Some(checkpoint), control)?,
+        None => pipeline.tune_dynamics(pipeline.distill(&source, control)?, None, control)?,
     };
     let from = latest.as_ref().filter(|c| c.stage == Stage::TuneGaussians);
-    let scene = pipeline.tune_gaussians(scene, frames, from, control)?;
+    let scene = pipeline.tune_gaussians(scene, from, control)?;
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
 }
@@ -54,68 +53,6 @@ struct Pipeline<'a> {
     dataset: &'a Dataset,
     config: &'a TrainConfig,
     checkpoints: Checkpoints,
-}
-
-/// A stage that descends a loss on the images step by step.
-trait Tuning {
-    const STAGE: Stage;
-    fn step_index(&self) -> usize;
-    fn is_finished(&self) -> bool;
-    fn step(&mut self) -> StepReport;
-    fn gaussians(&self) -> usize;
-    fn checkpoint(&self) -> TensorFile;
-}
-
-impl Tuning for TuneDynamics<'_> {
-    const STAGE: Stage = Stage::TuneDynamics;
-
-    fn step_index(&self) -> usize {
-        self.step_index()
-    }
-
-    fn is_finished(&self) -> bool {
-        self.is_finished()
-    }
-
-    fn step(&mut self) -> StepReport {
-        self.step()
-    }
-
-    fn gaussians(&self) -> usize {
-        self.scene_at_start().len()
-    }
-
-    fn checkpoint(&self) -> TensorFile {
-        let mut file = scene_to_tensors(self.scene_at_start(), CHECKPOINT_FORMAT);
-        self.save(&mut file);
-        file
-    }
-}
-
-impl Tuning for TuneGaussians<'_> {
-    const STAGE: Stage = Stage::TuneGaussians;
-
-    fn step_index(&self) -> usize {
-        self.step_index()
-    }
-
-    fn is_finished(&self) -> bool {
-        self.is_finished()
-    }
-
-    fn step(&mut self) -> StepReport {
-        self.step()
-    }
-
-    fn gaussians(&self) -> usize {
-        self.scene_at_start().len()
-    }
-
-    fn checkpoint(&self) -> TensorFile {
-        let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
-        self.save(&mut file);
-        file
-    }
 }
 
 impl Pipeline<'_> {
@@ -152,37 +89,28 @@ impl Pipeline<'_> {
     fn tune_dynamics(
         &self,
         scene: LagrangianScene,
-        frames: &[Frame],
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        let config = &self.config.tune_dynamics;
-        let mut stage = TuneDynamics::new(scene, frames, config, self.config.seed);
-        if let Some(checkpoint) = from {
-            stage.restore(&checkpoint.file, checkpoint.step)?;
-        }
-        self.drive(&mut stage, config.iterations, control)?;
-        Ok(stage.scene())
+        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &self.config.tune_dynamics, self.config.seed), from, control)
     }
 
     fn tune_gaussians(
         &self,
         scene: LagrangianScene,
-        frames: &[Frame],
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        let config = &self.config.tune_gaussians;
-        let mut stage = TuneGaussians::new(scene, frames, config, self.config.seed);
+        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &self.config.tune_gaussians, self.config.seed), from, control)
+    }
+
+    /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a checkpoint also marks its
+    /// start and its end.
+    fn drive<T: Tuning>(&self, mut stage: T, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
         if let Some(checkpoint) = from {
             stage.restore(&checkpoint.file, checkpoint.step)?;
         }
-        self.drive(&mut stage, config.iterations, control)?;
-        Ok(stage.scene())
-    }
-
-    /// Runs a stage to its end, with events, progress and checkpoints; a checkpoint also marks its start and its end.
-    fn drive<T: Tuning>(&self, stage: &mut T, steps: usize, control: &mut Control<'_>) -> Result<(), TrainError> {
+        let (steps, gaussians) = (stage.steps(), stage.scene().len());
         let mut events = EventLog::resume(&self.run.events_path(), T::STAGE, stage.step_index())?;
         let mut timer = CheckpointTimer::new(self.config);
         if stage.step_index() == 0 {
@@ -198,7 +126,7 @@ impl Pipeline<'_> {
             if !report.loss.is_finite() {
                 return Err(TrainError::NonFinite { name: "loss", iteration: step });
             }
-            let (loss, psnr, gaussians) = (report.loss, Some(report.psnr), stage.gaussians());
+            let (loss, psnr) = (report.loss, Some(report.psnr));
             if step.is_multiple_of(EVENT_INTERVAL) {
                 events.append(&Event { stage: T::STAGE.name().to_owned(), step, loss, psnr, gaussians })?;
             }
@@ -208,6 +136,6 @@ impl Pipeline<'_> {
             }
         }
         self.checkpoints.save(T::STAGE, stage.step_index(), stage.checkpoint())?;
-        Ok(())
+        Ok(stage.scene())
     }
 }

@@ -163,6 +163,12 @@ const REFERENCE_WIDTH: f32 = 160.0;
 /// Largest factor that larger images bring.
 const MOST_STRETCH: f32 = 3.0;
 
+/// What counts of iterations are multiplied by: the factor given, or if that is 0, one by the images' width.
+#[must_use]
+pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
+    f64::from(if given > 0.0 { given } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MOST_STRETCH) })
+}
+
 /// Training of a source model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -200,8 +206,11 @@ pub struct SourceConfig {
     pub sh_interval: usize,
     /// Weight λ of 1 − SSIM in the loss (paper: 0.2).
     pub ssim_weight: f32,
-    /// Images are halved in size before this iteration (paper: 0, never).
-    pub half_resolution_before: usize,
+    /// Images are reduced this many times in width and height before iteration `reduced_before` (paper: 1, never). Texture that repeats
+    /// within a step of the motion averages out and cannot be mistaken for it, and iterations are cheaper.
+    pub reduction: u32,
+    /// End of the reduction.
+    pub reduced_before: usize,
     /// The deformation network.
     pub deformation: DeformationConfig,
     /// Learning rates.
@@ -242,7 +251,8 @@ impl SourceConfig {
             sh_degree: 3,
             sh_interval: 1000,
             ssim_weight: 0.2,
-            half_resolution_before: 0,
+            reduction: 1,
+            reduced_before: 0,
             deformation: DeformationConfig::paper(),
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
@@ -261,7 +271,7 @@ impl SourceConfig {
             iterations,
             warmup_iterations: 400,
             warmup_frames: WarmupFrames::First,
-            warmup_cameras: 8,
+            warmup_cameras: 4,
             window_steps: 60,
             window_interval: 20,
             front_share: 0.5,
@@ -272,7 +282,8 @@ impl SourceConfig {
             sh_degree: 1,
             sh_interval: 1000,
             ssim_weight: 0.2,
-            half_resolution_before: 0,
+            reduction: 1,
+            reduced_before: 0,
             deformation: DeformationConfig::quick(),
             learning_rates: LearningRates {
                 position_start: 4e-4,
@@ -311,7 +322,7 @@ impl SourceConfig {
     /// The configuration for images of a width, with every count of iterations multiplied out.
     #[must_use]
     pub fn stretched(&self, width: u32) -> Self {
-        let factor = if self.stretch > 0.0 { self.stretch } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MOST_STRETCH) };
+        let factor = stretch_factor(self.stretch, width);
         let mut stretched = Self { stretch: 1.0, ..self.clone() };
         let (rates, densify) = (&mut stretched.learning_rates, &mut stretched.densify);
         for count in [
@@ -319,7 +330,7 @@ impl SourceConfig {
             &mut stretched.warmup_iterations,
             &mut stretched.window_interval,
             &mut stretched.sh_interval,
-            &mut stretched.half_resolution_before,
+            &mut stretched.reduced_before,
             &mut stretched.stillness_after,
             &mut rates.position_steps,
             &mut rates.deformation_ramp,
@@ -328,7 +339,7 @@ impl SourceConfig {
             &mut densify.before,
             &mut densify.prune_large_after,
         ] {
-            *count = (*count as f64 * f64::from(factor)).round() as usize;
+            *count = (*count as f64 * factor).round() as usize;
         }
         stretched
     }
@@ -372,6 +383,7 @@ impl SourceConfig {
         require((0.0..=1.0).contains(&self.front_share), "front_share", format_args!("{} is not in [0, 1]", self.front_share))?;
         require((0.0..=1.0).contains(&self.ssim_weight), "ssim_weight", format_args!("{} is not in [0, 1]", self.ssim_weight))?;
         require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
+        require((1..=64).contains(&self.reduction), "reduction", format_args!("{} is not between 1 and 64", self.reduction))?;
         require((1..=64).contains(&self.rigidity.neighbors), "rigidity.neighbors", format_args!("not between 1 and 64"))
     }
 }

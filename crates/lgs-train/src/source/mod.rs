@@ -13,6 +13,7 @@ mod schedule;
 mod stillness;
 mod trainer;
 
+pub(crate) use config::stretch_factor;
 pub use config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
 pub use densify::{Attributes, DensifyPlan, DensifyStatistics};
 pub use initial::initial_cloud;

@@ -136,12 +136,13 @@ impl<'a> SourceTrainer<'a> {
         Ok(StepReport { iteration, loss, psnr, gaussians: self.params.len() })
     }
 
-    /// Camera and image of an iteration, at half size early on if so configured.
+    /// Camera and image of an iteration, reduced in size early on if so configured and the size divides.
     fn view(&self, frame: &Frame, iteration: usize) -> (Camera, Image) {
         let image = frame.composited(self.background);
-        let even = frame.camera.width.is_multiple_of(2) && frame.camera.height.is_multiple_of(2);
-        if iteration < self.config.half_resolution_before && even {
-            (frame.camera.resized(image.width / 2, image.height / 2), halved(&image))
+        let factor = self.config.reduction;
+        let divides = image.width.is_multiple_of(factor) && image.height.is_multiple_of(factor);
+        if factor > 1 && iteration < self.config.reduced_before && divides {
+            (frame.camera.resized(image.width / factor, image.height / factor), reduced(&image, factor as usize))
         } else {
             (frame.camera, image)
         }
@@ -273,14 +274,14 @@ fn read_graph(file: &TensorFile, n: usize) -> Result<Option<NeighborGraph>, Tens
     Ok(Some(NeighborGraph { indices: indices.to_vec(), row: shape[1] }))
 }
 
-/// Means of 2×2 pixels.
-fn halved(image: &Image) -> Image {
-    let (width, height) = (image.width as usize / 2, image.height as usize / 2);
-    let at = |x: usize, y: usize| image.pixels[y * image.width as usize + x];
+/// Means of blocks of `factor`² pixels.
+fn reduced(image: &Image, factor: usize) -> Image {
+    let (width, height) = (image.width as usize / factor, image.height as usize / factor);
+    let part = 1.0 / (factor * factor) as f32;
     let mean = |i: usize| {
-        let (x, y) = (2 * (i % width), 2 * (i / width));
-        let corners = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
-        std::array::from_fn(|c| 0.25 * corners.iter().map(|p| p[c]).sum::<f32>())
+        let (x, y) = (factor * (i % width), factor * (i / width));
+        let rows = (y..y + factor).map(|row| &image.pixels[row * image.width as usize + x..][..factor]);
+        rows.flatten().fold([0.0; 3], |sum: [f32; 3], p| std::array::from_fn(|c| sum[c] + part * p[c]))
     };
     Image { width: width as u32, height: height as u32, pixels: (0..width * height).map(mean).collect() }
 }

@@ -1,5 +1,6 @@
 //! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the Gaussians.
 
+use crate::source::stretch_factor;
 use lgs_dynamics::VelocityPolicy;
 use serde::{Deserialize, Serialize};
 
@@ -125,6 +126,8 @@ impl TuneDynamicsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneGaussiansConfig {
+    /// The iterations are multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, as the source's are.
+    pub stretch: f32,
     /// Optimiser steps (G33: 10 000); 0 skips the stage.
     pub iterations: usize,
     /// Learning rate of the means, constant (G33: 8e-6, the last rate of the source).
@@ -146,6 +149,7 @@ pub struct TuneGaussiansConfig {
 impl Default for TuneGaussiansConfig {
     fn default() -> Self {
         Self {
+            stretch: 0.0,
             iterations: 800,
             means_learning_rate: 1e-4,
             scales_learning_rate: 2e-3,
@@ -163,6 +167,7 @@ impl TuneGaussiansConfig {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            stretch: 1.0,
             iterations: 10_000,
             means_learning_rate: 8e-6,
             scales_learning_rate: 5e-4,
@@ -172,11 +177,21 @@ impl TuneGaussiansConfig {
         }
     }
 
-    /// Checks the counts.
+    /// The configuration for images of a width, with the iterations multiplied out.
+    #[must_use]
+    pub fn stretched(&self, width: u32) -> Self {
+        let iterations = (self.iterations as f64 * stretch_factor(self.stretch, width)).round() as usize;
+        Self { stretch: 1.0, iterations, ..self.clone() }
+    }
+
+    /// Checks the values.
     ///
     /// # Errors
     /// The key and the reason.
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        if !(self.stretch >= 0.0 && self.stretch.is_finite()) {
+            return Err(("stretch", format!("{} is negative or not finite", self.stretch)));
+        }
         positive(&[("refresh_every", self.refresh_every)])
     }
 }

@@ -1,6 +1,6 @@
 //! The Lagrangian stages: distillation and baking (1), photometric tuning of the dynamics (2), refinement of the Gaussians (3).
 //!
-//! Stages 2 and 3 are values with `step`, `scene` and checkpoint methods; the loop that drives them is in `pipeline`.
+//! Stages 2 and 3 are [`Tuning`] values; the loop that drives them is in `pipeline`.
 
 mod bake;
 mod config;
@@ -8,11 +8,13 @@ mod mover_tensors;
 mod object_tensors;
 mod tune_dynamics;
 mod tune_gaussians;
+mod tuning;
 
 pub use bake::{BakeRequest, Baked, bake};
 pub use config::{InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
+pub use tuning::Tuning;
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_data::dataset::Frame;

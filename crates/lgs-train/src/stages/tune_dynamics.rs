@@ -9,14 +9,15 @@ use burn::tensor::{Device, Tensor};
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
 use lgs_dynamics::{Edit, RolloutSpec};
-use lgs_model::{LagrangianScene, SceneState, TensorFile, TensorFileError};
+use lgs_model::{LagrangianScene, SceneState, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
 use super::config::TuneDynamicsConfig;
 use super::mover_tensors::CloudTensors;
 use super::object_tensors::{ObjectPath, TrainableObject, Window};
-use super::{StepReport, View, cosine, frame_loss, psnr_of};
+use super::{StepReport, Tuning, View, cosine, frame_loss, psnr_of};
 use crate::adam::values;
+use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 
 /// Stage 2 of a run.
 pub struct TuneDynamics<'a> {
@@ -62,66 +63,6 @@ impl<'a> TuneDynamics<'a> {
         Self { scene, frames, config, seed, step: 0, objects, kept: None, device }
     }
 
-    /// Steps done.
-    #[must_use]
-    pub fn step_index(&self) -> usize {
-        self.step
-    }
-
-    /// Whether all steps are done; so they are where nothing moves.
-    #[must_use]
-    pub fn is_finished(&self) -> bool {
-        self.step >= self.config.iterations || self.objects.is_empty() || self.frames.is_empty()
-    }
-
-    /// The scene that the stage started from; velocities are relative to it.
-    #[must_use]
-    pub fn scene_at_start(&self) -> &LagrangianScene {
-        &self.scene
-    }
-
-    /// The scene with what has been learned so far.
-    #[must_use]
-    pub fn scene(&self) -> LagrangianScene {
-        let mut scene = self.scene.clone();
-        for (object, trained) in scene.objects.iter_mut().zip(&self.objects) {
-            object.system.params = trained.network.values();
-            scene.velocities[object.members.clone()].copy_from_slice(&trained.velocities());
-        }
-        scene
-    }
-
-    /// One optimiser step.
-    pub fn step(&mut self) -> StepReport {
-        let kept = match self.kept.take() {
-            Some(kept) if !self.step.is_multiple_of(self.config.refresh_every) => kept,
-            _ => KeptMotion::roll(self.scene()),
-        };
-        let mut rng = stream(self.seed, "tune-dynamics", self.step as u64);
-        let chosen: Vec<&Frame> = (0..self.config.frames_per_step).map(|_| &self.frames[rng.random_range(0..self.frames.len())]).collect();
-        let window = self.window(&chosen);
-        let device = self.device.clone().autodiff();
-        let start = &kept.states[window.first.min(kept.states.len() - 1)];
-        let paths: Vec<ObjectPath> = (self.scene.objects.iter().zip(&self.objects))
-            .map(|(object, trained)| trained.roll(object, start, &window, self.config.subset, &mut rng, &device))
-            .collect();
-        let losses = chosen.iter().filter(|f| window.contains(f.time)).map(|f| self.loss(f, &kept, &paths, &window, &device));
-        let (losses, errors): (Vec<Tensor<1>>, Vec<f64>) = losses.unzip();
-        let count = losses.len() as f32;
-        let loss = Tensor::cat(losses, 0).sum().div_scalar(count);
-        let gradients = loss.backward();
-        let rate = cosine(self.step, self.config.iterations);
-        for (object, path) in self.objects.iter_mut().zip(&paths) {
-            object.network.step(self.config.learning_rate * rate, path.network.grad(&gradients));
-            let velocity_rate = self.config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
-            object.velocity.step(velocity_rate, path.velocity.grad(&gradients));
-        }
-        self.step += 1;
-        self.kept = Some(kept);
-        let psnr = psnr_of(errors.iter().sum::<f64>() / f64::from(count));
-        StepReport { loss: values(&loss.inner())[0], psnr }
-    }
-
     /// The steps to roll: from the window's start (0, or `window_steps` before the latest frame) to the latest frame.
     fn window(&self, frames: &[&Frame]) -> Window {
         let dt = self.scene.motion.dt;
@@ -151,34 +92,6 @@ impl<'a> TuneDynamics<'a> {
         frame_loss(drawn, cloud.sh_degree, &view)
     }
 
-    /// Stores what a resumed run needs beside [`Self::scene_at_start`].
-    pub fn save(&self, file: &mut TensorFile) {
-        for (index, object) in self.objects.iter().enumerate() {
-            object.network.insert_into(file, &format!("tune.{index}.network"));
-            object.velocity.insert_into(file, &format!("tune.{index}.velocity"));
-        }
-        let Some(kept) = &self.kept else { return };
-        file.insert("tune.kept.velocities", &[kept.scene.velocities.len(), 3], kept.scene.velocities.as_flattened());
-        for (index, object) in kept.scene.objects.iter().enumerate() {
-            file.insert(format!("tune.kept.{index}"), &[object.system.params.len()], &object.system.params);
-        }
-    }
-
-    /// Continues from a checkpoint of `step` steps.
-    ///
-    /// # Errors
-    /// If a tensor is absent or does not fit the scene.
-    pub fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
-        for (index, object) in self.objects.iter_mut().enumerate() {
-            object.restore(file, &format!("tune.{index}"), &self.device)?;
-        }
-        if step > 0 {
-            self.kept = Some(KeptMotion::roll(self.kept_scene(file)?));
-        }
-        self.step = step;
-        Ok(())
-    }
-
     /// The scene that the kept motion of a checkpoint was rolled from.
     fn kept_scene(&self, file: &TensorFile) -> Result<LagrangianScene, TensorFileError> {
         let mut scene = self.scene.clone();
@@ -196,5 +109,85 @@ impl<'a> TuneDynamics<'a> {
             object.system.params.copy_from_slice(params);
         }
         Ok(scene)
+    }
+}
+
+impl Tuning for TuneDynamics<'_> {
+    const STAGE: Stage = Stage::TuneDynamics;
+
+    fn steps(&self) -> usize {
+        self.config.iterations
+    }
+
+    fn step_index(&self) -> usize {
+        self.step
+    }
+
+    fn is_finished(&self) -> bool {
+        self.step >= self.config.iterations || self.objects.is_empty() || self.frames.is_empty()
+    }
+
+    fn scene(&self) -> LagrangianScene {
+        let mut scene = self.scene.clone();
+        for (object, trained) in scene.objects.iter_mut().zip(&self.objects) {
+            object.system.params = trained.network.values();
+            scene.velocities[object.members.clone()].copy_from_slice(&trained.velocities());
+        }
+        scene
+    }
+
+    fn step(&mut self) -> StepReport {
+        let kept = match self.kept.take() {
+            Some(kept) if !self.step.is_multiple_of(self.config.refresh_every) => kept,
+            _ => KeptMotion::roll(self.scene()),
+        };
+        let mut rng = stream(self.seed, "tune-dynamics", self.step as u64);
+        let chosen: Vec<&Frame> = (0..self.config.frames_per_step).map(|_| &self.frames[rng.random_range(0..self.frames.len())]).collect();
+        let window = self.window(&chosen);
+        let device = self.device.clone().autodiff();
+        let start = &kept.states[window.first.min(kept.states.len() - 1)];
+        let paths: Vec<ObjectPath> = (self.scene.objects.iter().zip(&self.objects))
+            .map(|(object, trained)| trained.roll(object, start, &window, self.config.subset, &mut rng, &device))
+            .collect();
+        let losses = chosen.iter().filter(|f| window.contains(f.time)).map(|f| self.loss(f, &kept, &paths, &window, &device));
+        let (losses, errors): (Vec<Tensor<1>>, Vec<f64>) = losses.unzip();
+        let count = losses.len() as f32;
+        let loss = Tensor::cat(losses, 0).sum().div_scalar(count);
+        let gradients = loss.backward();
+        let rate = cosine(self.step, self.config.iterations);
+        for (object, path) in self.objects.iter_mut().zip(&paths) {
+            object.network.step(self.config.learning_rate * rate, path.network.grad(&gradients));
+            let velocity_rate = self.config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
+            object.velocity.step(velocity_rate, path.velocity.grad(&gradients));
+        }
+        self.step += 1;
+        self.kept = Some(kept);
+        let psnr = psnr_of(errors.iter().sum::<f64>() / f64::from(count));
+        StepReport { loss: values(&loss.inner())[0], psnr }
+    }
+
+    fn checkpoint(&self) -> TensorFile {
+        let mut file = scene_to_tensors(&self.scene, CHECKPOINT_FORMAT);
+        for (index, object) in self.objects.iter().enumerate() {
+            object.network.insert_into(&mut file, &format!("tune.{index}.network"));
+            object.velocity.insert_into(&mut file, &format!("tune.{index}.velocity"));
+        }
+        let Some(kept) = &self.kept else { return file };
+        file.insert("tune.kept.velocities", &[kept.scene.velocities.len(), 3], kept.scene.velocities.as_flattened());
+        for (index, object) in kept.scene.objects.iter().enumerate() {
+            file.insert(format!("tune.kept.{index}"), &[object.system.params.len()], &object.system.params);
+        }
+        file
+    }
+
+    fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
+        for (index, object) in self.objects.iter_mut().enumerate() {
+            object.restore(file, &format!("tune.{index}"), &self.device)?;
+        }
+        if step > 0 {
+            self.kept = Some(KeptMotion::roll(self.kept_scene(file)?));
+        }
+        self.step = step;
+        Ok(())
     }
 }

@@ -8,13 +8,14 @@ use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use lgs_core::{GaussianCloud, linear, stream};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::{Edit, Reversal};
-use lgs_model::{LagrangianScene, Motion, SceneState, TensorFile, TensorFileError};
+use lgs_model::{LagrangianScene, Motion, SceneState, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
 use super::config::TuneGaussiansConfig;
 use super::mover_tensors::{CloudTensors, quat_mul, rows};
-use super::{StepReport, View, cosine, frame_loss, psnr_of};
+use super::{StepReport, Tuning, View, cosine, frame_loss, psnr_of};
 use crate::adam::{AdamGroup, values};
+use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 
 /// Colours' direction-dependent part learns slower by this (reference section 2.6).
 const SH_REST_DIVISOR: f64 = 20.0;
@@ -23,7 +24,7 @@ const SH_REST_DIVISOR: f64 = 20.0;
 pub struct TuneGaussians<'a> {
     scene: LagrangianScene,
     frames: &'a [Frame],
-    config: &'a TuneGaussiansConfig,
+    config: TuneGaussiansConfig,
     seed: u64,
     step: usize,
     statics: TrainableCloud,
@@ -38,60 +39,11 @@ pub struct TuneGaussians<'a> {
 impl<'a> TuneGaussians<'a> {
     /// Stage 3 from its first step. `frames` are the training frames.
     #[must_use]
-    pub fn new(scene: LagrangianScene, frames: &'a [Frame], config: &'a TuneGaussiansConfig, seed: u64) -> Self {
+    pub fn new(scene: LagrangianScene, frames: &'a [Frame], config: &TuneGaussiansConfig, seed: u64) -> Self {
         let device = Device::flex();
+        let config = config.stretched(frames.first().map_or(0, |f| f.camera.width));
         let (statics, movers) = (TrainableCloud::new(&scene.statics, &device), TrainableCloud::new(&scene.movers, &device));
         Self { rolled_means: Vec::new(), states: Vec::new(), scene, frames, config, seed, step: 0, statics, movers, device }
-    }
-
-    /// Steps done.
-    #[must_use]
-    pub fn step_index(&self) -> usize {
-        self.step
-    }
-
-    /// Whether all steps are done.
-    #[must_use]
-    pub fn is_finished(&self) -> bool {
-        self.step >= self.config.iterations || self.frames.is_empty() || self.scene.is_empty()
-    }
-
-    /// The scene that the stage started from.
-    #[must_use]
-    pub fn scene_at_start(&self) -> &LagrangianScene {
-        &self.scene
-    }
-
-    /// The scene with what has been learned so far.
-    #[must_use]
-    pub fn scene(&self) -> LagrangianScene {
-        let mut scene = self.scene.clone();
-        scene.statics = self.statics.cloud(self.scene.statics.sh_degree);
-        scene.movers = self.movers.cloud(self.scene.movers.sh_degree);
-        scene
-    }
-
-    /// One optimiser step.
-    pub fn step(&mut self) -> StepReport {
-        if self.states.is_empty() || self.step.is_multiple_of(self.config.refresh_every.max(1)) {
-            self.roll();
-        }
-        let mut rng = stream(self.seed, "tune-gaussians", self.step as u64);
-        let chosen = rng.random_range(0..self.frames.len());
-        let device = self.device.clone().autodiff();
-        let (statics, movers) = (self.statics.leaves(), self.movers.leaves());
-        let moved = self.moved(movers.tensors(), &self.states[chosen], &device);
-        let cloud = statics.tensors().followed_by(&moved);
-        let view =
-            View { frame: &self.frames[chosen], background: self.scene.background, ssim_weight: self.config.ssim_weight, device: &device };
-        let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
-        let gradients = loss.backward();
-        let rate = cosine(self.step, self.config.iterations);
-        for (cloud, leaves) in [(&mut self.statics, &statics), (&mut self.movers, &movers)] {
-            cloud.descend(leaves, &gradients, self.config, rate);
-        }
-        self.step += 1;
-        StepReport { loss: values(&loss.inner())[0], psnr: psnr_of(error) }
     }
 
     fn roll(&mut self) {
@@ -113,19 +65,61 @@ impl<'a> TuneGaussians<'a> {
             ..movers
         }
     }
+}
 
-    /// Stores what a resumed run needs beside [`Self::scene`]; between refreshes also the means that the cached states belong to.
-    pub fn save(&self, file: &mut TensorFile) {
-        self.statics.save(file, "tune.static");
-        self.movers.save(file, "tune.mover");
-        file.insert("tune.rolled_means", &[self.rolled_means.len(), 3], self.rolled_means.as_flattened());
+impl Tuning for TuneGaussians<'_> {
+    const STAGE: Stage = Stage::TuneGaussians;
+
+    fn steps(&self) -> usize {
+        self.config.iterations
     }
 
-    /// Continues from a checkpoint of `step` steps, whose scene this stage was made from.
-    ///
-    /// # Errors
-    /// If a tensor is absent or does not fit the scene.
-    pub fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
+    fn step_index(&self) -> usize {
+        self.step
+    }
+
+    fn is_finished(&self) -> bool {
+        self.step >= self.config.iterations || self.frames.is_empty() || self.scene.is_empty()
+    }
+
+    fn scene(&self) -> LagrangianScene {
+        let mut scene = self.scene.clone();
+        scene.statics = self.statics.cloud(self.scene.statics.sh_degree);
+        scene.movers = self.movers.cloud(self.scene.movers.sh_degree);
+        scene
+    }
+
+    fn step(&mut self) -> StepReport {
+        if self.states.is_empty() || self.step.is_multiple_of(self.config.refresh_every.max(1)) {
+            self.roll();
+        }
+        let mut rng = stream(self.seed, "tune-gaussians", self.step as u64);
+        let chosen = rng.random_range(0..self.frames.len());
+        let device = self.device.clone().autodiff();
+        let (statics, movers) = (self.statics.leaves(), self.movers.leaves());
+        let moved = self.moved(movers.tensors(), &self.states[chosen], &device);
+        let cloud = statics.tensors().followed_by(&moved);
+        let view =
+            View { frame: &self.frames[chosen], background: self.scene.background, ssim_weight: self.config.ssim_weight, device: &device };
+        let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
+        let gradients = loss.backward();
+        let rate = cosine(self.step, self.config.iterations);
+        for (cloud, leaves) in [(&mut self.statics, &statics), (&mut self.movers, &movers)] {
+            cloud.descend(leaves, &gradients, &self.config, rate);
+        }
+        self.step += 1;
+        StepReport { loss: values(&loss.inner())[0], psnr: psnr_of(error) }
+    }
+
+    fn checkpoint(&self) -> TensorFile {
+        let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
+        self.statics.save(&mut file, "tune.static");
+        self.movers.save(&mut file, "tune.mover");
+        file.insert("tune.rolled_means", &[self.rolled_means.len(), 3], self.rolled_means.as_flattened());
+        file
+    }
+
+    fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
         self.statics = TrainableCloud::restore(file, "tune.static", &self.scene.statics, &self.device)?;
         self.movers = TrainableCloud::restore(file, "tune.mover", &self.scene.movers, &self.device)?;
         let means: Vec<[f32; 3]> = file.rows("tune.rolled_means")?;
