@@ -4,8 +4,8 @@
 //! velocities follow their policy (reference §8.7). The backward pass repeats each step from its state and walks it in reverse.
 
 use crate::align::{Alignment, align, align_turns_vjp};
-use crate::batch::{Pool, acceleration_vjp_grouped, group_buffers, sum_in_order};
-use crate::field::Field;
+use crate::batch::{Pool, acceleration_vjp_grouped, group_gradients};
+use crate::field::{Field, Gradients};
 use crate::rollout::{RolloutGradients, StateCotangents};
 use crate::state::{RolloutSpec, State, VelocityPolicy};
 use crate::supports::Supports;
@@ -31,7 +31,7 @@ impl Step {
 
 /// The states of a rollout with alignment after every step.
 pub(crate) fn aligned(field: &Field, start: State, supports: &Supports, spec: &RolloutSpec) -> Vec<State> {
-    let pool = Pool::new(*field);
+    let pool = Pool::new(field);
     let mut states = vec![start];
     for h in spec.step_lengths() {
         let state = &states[states.len() - 1];
@@ -99,8 +99,8 @@ pub(crate) fn aligned_vjp(
     cotangents: &[StateCotangents],
 ) -> RolloutGradients {
     let n = trajectory[0].len();
-    let pool = Pool::new(*field);
-    let mut partials = group_buffers(n, field.parameters());
+    let pool = Pool::new(field);
+    let mut partials = group_gradients(field, n);
     let mut adjoint = Adjoint { q: vec![[0.0; 3]; n], v: vec![[0.0; 3]; n], rotation: vec![[0.0; 4]; n] };
     let lengths = spec.step_lengths();
     adjoint.add(cotangents.get(lengths.len()));
@@ -109,7 +109,7 @@ pub(crate) fn aligned_vjp(
         step_vjp(&pool, [before, after], supports, spec.velocity_policy, h, &mut adjoint, &mut partials);
         adjoint.add(cotangents.get(step));
     }
-    RolloutGradients { params: sum_in_order(&partials, field.parameters()), q0: adjoint.q, v0: adjoint.v }
+    RolloutGradients { params: field.sum_in_order(&partials), q0: adjoint.q, v0: adjoint.v }
 }
 
 fn step_vjp(
@@ -119,7 +119,7 @@ fn step_vjp(
     policy: VelocityPolicy,
     h: f32,
     adjoint: &mut Adjoint,
-    partials: &mut [Vec<f32>],
+    partials: &mut [Gradients],
 ) {
     let step = Step::new(pool, before, supports, h);
     let v_turns = rotated_vjp(&step.alignment.quaternions, before, after, &mut adjoint.rotation);

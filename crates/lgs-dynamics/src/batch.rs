@@ -5,7 +5,7 @@
 //! depend on the number of threads.
 
 use crate::block::{Vec3Rows, WIDTH, add_scaled, gather, gather_or_zero, scatter};
-use crate::field::{Field, Workspace};
+use crate::field::{Field, Gradients, Workspace};
 use crate::state::Edit;
 use crate::system::System;
 use rayon::prelude::*;
@@ -21,21 +21,21 @@ pub(crate) fn group_size(particles: usize) -> usize {
 
 /// Workspaces that tasks share; they carry nothing from one use to the next.
 pub(crate) struct Pool<'a> {
-    field: Field<'a>,
+    field: &'a Field,
     free: Mutex<Vec<Workspace>>,
 }
 
 impl<'a> Pool<'a> {
-    pub(crate) fn new(field: Field<'a>) -> Self {
+    pub(crate) fn new(field: &'a Field) -> Self {
         Self { field, free: Mutex::new(Vec::new()) }
     }
 
     /// Runs a task with the field and a workspace.
-    pub(crate) fn run<T>(&self, task: impl FnOnce(&Field<'a>, &mut Workspace) -> T) -> T {
+    pub(crate) fn run<T>(&self, task: impl FnOnce(&Field, &mut Workspace) -> T) -> T {
         let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = free().pop();
         let mut workspace = taken.unwrap_or_else(|| self.field.workspace());
-        let result = task(&self.field, &mut workspace);
+        let result = task(self.field, &mut workspace);
         free().push(workspace);
         result
     }
@@ -66,17 +66,6 @@ impl<'a> Pool<'a> {
     }
 }
 
-/// Adds partial sums in order.
-pub(crate) fn sum_in_order(partials: &[Vec<f32>], len: usize) -> Vec<f32> {
-    let mut total = vec![0.0; len];
-    for partial in partials {
-        for (sum, &value) in total.iter_mut().zip(partial) {
-            *sum += value;
-        }
-    }
-    total
-}
-
 /// Cotangents of positions and velocities through `scale · a(q, v)`, with parameter gradients added to one buffer per group.
 pub(crate) fn acceleration_vjp_grouped(
     pool: &Pool,
@@ -84,21 +73,18 @@ pub(crate) fn acceleration_vjp_grouped(
     v: &[[f32; 3]],
     v_a: &[[f32; 3]],
     scale: f32,
-    v_params: &mut [Vec<f32>],
+    gradients: &mut [Gradients],
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let size = group_size(q.len());
     let (mut v_q, mut v_v) = (vec![[0.0; 3]; q.len()], vec![[0.0; 3]; q.len()]);
-    let outputs = v_q.par_chunks_mut(size).zip(v_v.par_chunks_mut(size)).zip(v_params.par_iter_mut());
+    let outputs = v_q.par_chunks_mut(size).zip(v_v.par_chunks_mut(size)).zip(gradients.par_iter_mut());
     let inputs = q.par_chunks(size).zip(v.par_chunks(size)).zip(v_a.par_chunks(size));
-    outputs.zip(inputs).for_each(|(((v_q, v_v), v_params), ((q, v), v_a))| {
+    outputs.zip(inputs).for_each(|(((v_q, v_v), gradients), ((q, v), v_a))| {
         let blocks = q.chunks(WIDTH).zip(v.chunks(WIDTH)).zip(v_a.chunks(WIDTH)).zip(v_q.chunks_mut(WIDTH).zip(v_v.chunks_mut(WIDTH)));
         for (((q, v), v_a), (v_q, v_v)) in blocks {
             let v_a = gather_or_zero(v_a).map(|row| row.map(|value| scale * value));
-            let (of_q, of_v) = pool.run(|field, workspace| {
-                let v = gather(v);
-                field.acceleration(workspace, &gather(q), &v);
-                field.acceleration_vjp(workspace, &v, &v_a, v_params)
-            });
+            let (q, v) = (gather(q), gather(v));
+            let (of_q, of_v) = pool.run(|field, workspace| field.acceleration_vjp(workspace, [&q, &v], &v_a, gradients));
             scatter(&of_q, v_q);
             scatter(&of_v, v_v);
         }
@@ -106,34 +92,35 @@ pub(crate) fn acceleration_vjp_grouped(
     (v_q, v_v)
 }
 
-/// One gradient buffer per group.
-pub(crate) fn group_buffers(particles: usize, len: usize) -> Vec<Vec<f32>> {
-    vec![vec![0.0; len]; particles.div_ceil(group_size(particles))]
+/// Gradients of zero, one per group.
+pub(crate) fn group_gradients(field: &Field, particles: usize) -> Vec<Gradients> {
+    (0..particles.div_ceil(group_size(particles))).map(|_| field.gradients()).collect()
 }
 
 impl System {
     /// Accelerations `a = −β ∇U(q) + γ Q(q, v)` of particles `[n, 3]` (Eq. 4 and 9).
     #[must_use]
     pub fn accelerations(&self, q: &[[f32; 3]], v: &[[f32; 3]], edit: &Edit) -> Vec<[f32; 3]> {
-        Pool::new(Field::new(self, edit)).map(q, v, |field, workspace, q, v| field.acceleration(workspace, q, v))
+        Pool::new(&Field::new(self, edit)).map(q, v, |field, workspace, q, v| field.acceleration(workspace, q, v))
     }
 
     /// `∇U` at positions `[n, 3]`.
     #[must_use]
     pub fn potential_gradients(&self, q: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        self.pool().map(q, q, |field, workspace, q, _| field.potential_gradient(workspace, q))
+        Pool::new(&self.field()).map(q, q, |field, workspace, q, _| field.potential_gradient(workspace, q))
     }
 
     /// Forces `Q` on particles `[n, 3]`.
     #[must_use]
     pub fn forces(&self, q: &[[f32; 3]], v: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        self.pool().map(q, v, |field, workspace, q, v| field.force(workspace, q, v))
+        Pool::new(&self.field()).map(q, v, |field, workspace, q, v| field.force(workspace, q, v))
     }
 
     /// Potentials per unit of mass at positions `[n, 3]`, up to a constant.
     #[must_use]
     pub fn potentials(&self, q: &[[f32; 3]]) -> Vec<f32> {
-        let pool = self.pool();
+        let field = self.field();
+        let pool = Pool::new(&field);
         let mut values = vec![0.0; q.len()];
         values.par_chunks_mut(WIDTH).zip(q.par_chunks(WIDTH)).for_each(|(values, q)| {
             let row = pool.run(|field, workspace| field.potential(workspace, &gather(q)));
@@ -142,8 +129,8 @@ impl System {
         values
     }
 
-    fn pool(&self) -> Pool<'_> {
-        Pool::new(Field::new(self, &Edit::default()))
+    fn field(&self) -> Field {
+        Field::new(self, &Edit::default())
     }
 }
 
@@ -168,8 +155,8 @@ pub fn acceleration_vjp(
     v_acceleration: &[[f32; 3]],
 ) -> AccelerationGradients {
     assert!(q.len() == v.len() && q.len() == v_acceleration.len(), "positions, velocities, cotangents");
-    let pool = Pool::new(Field::new(system, edit));
-    let mut partials = group_buffers(q.len(), system.params.len());
-    let (v_q, v_v) = acceleration_vjp_grouped(&pool, q, v, v_acceleration, 1.0, &mut partials);
-    AccelerationGradients { params: sum_in_order(&partials, system.params.len()), q: v_q, v: v_v }
+    let field = Field::new(system, edit);
+    let mut partials = group_gradients(&field, q.len());
+    let (v_q, v_v) = acceleration_vjp_grouped(&Pool::new(&field), q, v, v_acceleration, 1.0, &mut partials);
+    AccelerationGradients { params: field.sum_in_order(&partials), q: v_q, v: v_v }
 }

@@ -4,64 +4,88 @@
 
 use crate::block::activation::softplus;
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS};
-use crate::network::{Mlp, Tape};
+use crate::gradients::{LayerGradients, add_network};
+use crate::network::{Keep, Mlp, Tape};
 use crate::state::Edit;
 use crate::system::{DAMPING_SHIFT, ForceKind, Layout, System, SystemConfig};
 
 /// A system ready to be evaluated on blocks.
-#[derive(Clone, Copy)]
-pub(crate) struct Field<'a> {
-    pub(crate) config: &'a SystemConfig,
-    params: &'a [f32],
+#[derive(Debug)]
+pub(crate) struct Field {
+    pub(crate) config: SystemConfig,
     layout: Layout,
     edit: Edit,
+    potential: Mlp,
+    /// Linear (3) and quadratic (xx, yy, zz, xy, xz, yz) coefficients, where the potential has them.
+    quadratic: Option<[f32; 9]>,
+    force: Option<Mlp>,
 }
 
 /// Buffers of one worker.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Workspace {
     /// Normalised position and velocity, `[6, WIDTH]`.
-    inputs: Vec<f32>,
+    inputs: [f32; 6 * WIDTH],
     potential: Tape,
     force: Option<Tape>,
     /// Output of the force network, at most `[4, WIDTH]`, and its cotangent.
-    outputs: Vec<f32>,
-    v_outputs: Vec<f32>,
-    v_inputs: Vec<f32>,
+    outputs: [f32; 4 * WIDTH],
+    v_outputs: [f32; 4 * WIDTH],
+    v_inputs: [f32; 6 * WIDTH],
 }
 
-impl<'a> Field<'a> {
-    pub(crate) fn new(system: &'a System, edit: &Edit) -> Self {
+/// Sums of parameter gradients.
+#[derive(Debug)]
+pub(crate) struct Gradients {
+    potential: Vec<LayerGradients>,
+    quadratic: [f32; 9],
+    force: Vec<LayerGradients>,
+}
+
+impl Field {
+    pub(crate) fn new(system: &System, edit: &Edit) -> Self {
         Self::from_parts(&system.config, &system.params, edit)
     }
 
-    pub(crate) fn from_parts(config: &'a SystemConfig, params: &'a [f32], edit: &Edit) -> Self {
+    pub(crate) fn from_parts(config: &SystemConfig, params: &[f32], edit: &Edit) -> Self {
         let layout = Layout::of(config);
         assert_eq!(params.len(), layout.len, "parameters of the system");
-        Self { config, params, layout, edit: *edit }
-    }
-
-    pub(crate) fn parameters(&self) -> usize {
-        self.layout.len
+        let potential = Mlp::new(layout.potential, params);
+        let quadratic = layout.quadratic.map(|start| std::array::from_fn(|i| params[start + i]));
+        let force = layout.force.map(|shape| Mlp::new(shape, params));
+        Self { config: *config, layout, edit: *edit, potential, quadratic, force }
     }
 
     pub(crate) fn workspace(&self) -> Workspace {
         Workspace {
-            inputs: vec![0.0; 6 * WIDTH],
-            potential: Tape::new(&self.layout.potential),
-            force: self.layout.force.as_ref().map(Tape::new),
-            outputs: vec![0.0; 4 * WIDTH],
-            v_outputs: vec![0.0; 4 * WIDTH],
-            v_inputs: vec![0.0; 6 * WIDTH],
+            inputs: [0.0; 6 * WIDTH],
+            potential: Tape::new(&self.layout.potential, true),
+            force: self.layout.force.as_ref().map(|shape| Tape::new(shape, false)),
+            outputs: [0.0; 4 * WIDTH],
+            v_outputs: [0.0; 4 * WIDTH],
+            v_inputs: [0.0; 6 * WIDTH],
         }
     }
 
-    fn potential_network(&self) -> Mlp<'a> {
-        Mlp { shape: self.layout.potential, params: self.params }
+    /// Gradients of zero.
+    pub(crate) fn gradients(&self) -> Gradients {
+        let force = self.layout.force.as_ref().map_or_else(Vec::new, LayerGradients::of_network);
+        Gradients { potential: LayerGradients::of_network(&self.layout.potential), quadratic: [0.0; 9], force }
     }
 
-    fn force_network(&self) -> Option<Mlp<'a>> {
-        self.layout.force.map(|shape| Mlp { shape, params: self.params })
+    /// The flat gradient: the sum of partial ones, added in order.
+    pub(crate) fn sum_in_order(&self, partials: &[Gradients]) -> Vec<f32> {
+        let mut flat = vec![0.0; self.layout.len];
+        for partial in partials {
+            add_network(&partial.potential, &self.layout.potential, &mut flat);
+            if let Some(start) = self.layout.quadratic {
+                flat[start..].iter_mut().zip(partial.quadratic).for_each(|(sum, value)| *sum += value);
+            }
+            if let Some(shape) = &self.layout.force {
+                add_network(&partial.force, shape, &mut flat);
+            }
+        }
+        flat
     }
 
     fn set_inputs(&self, w: &mut Workspace, q: &Vec3Rows, v: &Vec3Rows) {
@@ -75,25 +99,23 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// The symmetric matrix of the quadratic term and the start of its coefficients.
-    fn quadratic(&self) -> Option<([[f32; 3]; 3], [f32; 3], usize)> {
-        self.layout.quadratic.map(|start| {
-            let [gx, gy, gz, xx, yy, zz, xy, xz, yz] = std::array::from_fn(|i| self.params[start + i]);
-            ([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], [gx, gy, gz], start)
-        })
+    /// The symmetric matrix and the linear part of the quadratic term.
+    fn quadratic(&self) -> Option<([[f32; 3]; 3], [f32; 3])> {
+        let [gx, gy, gz, xx, yy, zz, xy, xz, yz] = self.quadratic?;
+        Some(([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], [gx, gy, gz]))
     }
 
     /// `∇U`.
     pub(crate) fn potential_gradient(&self, w: &mut Workspace, q: &Vec3Rows) -> Vec3Rows {
         self.set_inputs(w, q, &ZERO_ROWS);
-        self.potential_gradient_of_inputs(w)
+        self.potential_gradient_of_inputs(w, Keep::Result)
     }
 
-    fn potential_gradient_of_inputs(&self, w: &mut Workspace) -> Vec3Rows {
+    fn potential_gradient_of_inputs(&self, w: &mut Workspace, keep: Keep) -> Vec3Rows {
         let mut gradient = ZERO_ROWS;
         let x = &w.inputs[..3 * WIDTH];
-        self.potential_network().input_gradient(x, &mut w.potential, gradient.as_flattened_mut());
-        if let Some((matrix, linear, _)) = self.quadratic() {
+        self.potential.input_gradient(x, &mut w.potential, gradient.as_flattened_mut(), keep);
+        if let Some((matrix, linear)) = self.quadratic() {
             for axis in 0..3 {
                 for lane in 0..WIDTH {
                     let product: f32 = (0..3).map(|j| matrix[axis][j] * x[j * WIDTH + lane]).sum();
@@ -108,23 +130,24 @@ impl<'a> Field<'a> {
     }
 
     /// Backwards through [`Self::potential_gradient_of_inputs`]; writes the cotangent of the normalised position to `w.v_inputs`.
-    fn potential_gradient_vjp(&self, w: &mut Workspace, v_gradient: &Vec3Rows, v_params: &mut [f32]) {
+    fn potential_gradient_vjp(&self, w: &mut Workspace, v_gradient: &Vec3Rows, gradients: &mut Gradients) {
         let scale = self.config.normalisation.acceleration;
         let v_gradient = v_gradient.map(|row| row.map(|value| value * scale));
         let (x, v_x) = (&w.inputs[..3 * WIDTH], &mut w.v_inputs[..3 * WIDTH]);
-        self.potential_network().input_gradient_vjp(x, &mut w.potential, v_gradient.as_flattened(), v_params, v_x);
-        let Some((matrix, _, start)) = self.quadratic() else { return };
+        self.potential.input_gradient_vjp(x, &mut w.potential, v_gradient.as_flattened(), &mut gradients.potential, v_x);
+        let Some((matrix, _)) = self.quadratic() else { return };
+        let v_quadratic = &mut gradients.quadratic;
         for axis in 0..3 {
             let row = &v_gradient[axis];
-            v_params[start + axis] += row.iter().sum::<f32>();
-            v_params[start + 3 + axis] += (0..WIDTH).map(|l| row[l] * x[axis * WIDTH + l]).sum::<f32>();
+            v_quadratic[axis] += row.iter().sum::<f32>();
+            v_quadratic[3 + axis] += (0..WIDTH).map(|l| row[l] * x[axis * WIDTH + l]).sum::<f32>();
             for lane in 0..WIDTH {
                 v_x[axis * WIDTH + lane] += (0..3).map(|j| matrix[axis][j] * v_gradient[j][lane]).sum::<f32>();
             }
         }
         for (slot, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
             let mixed = |l: usize| v_gradient[i][l] * x[j * WIDTH + l] + v_gradient[j][l] * x[i * WIDTH + l];
-            v_params[start + 6 + slot] += (0..WIDTH).map(mixed).sum::<f32>();
+            v_quadratic[6 + slot] += (0..WIDTH).map(mixed).sum::<f32>();
         }
     }
 
@@ -133,8 +156,8 @@ impl<'a> Field<'a> {
         self.set_inputs(w, q, &ZERO_ROWS);
         let x = &w.inputs[..3 * WIDTH];
         let mut values = [0.0; WIDTH];
-        self.potential_network().value(x, &mut w.potential, &mut values);
-        if let Some((matrix, linear, _)) = self.quadratic() {
+        self.potential.output(x, &mut w.potential, &mut values, Keep::Result);
+        if let Some((matrix, linear)) = self.quadratic() {
             for (lane, value) in values.iter_mut().enumerate() {
                 let at: [f32; 3] = std::array::from_fn(|axis| x[axis * WIDTH + lane]);
                 for i in 0..3 {
@@ -149,14 +172,14 @@ impl<'a> Field<'a> {
     /// `Q`.
     pub(crate) fn force(&self, w: &mut Workspace, q: &Vec3Rows, v: &Vec3Rows) -> Vec3Rows {
         self.set_inputs(w, q, v);
-        self.force_of_inputs(w, v)
+        self.force_of_inputs(w, v, Keep::Result)
     }
 
-    fn force_of_inputs(&self, w: &mut Workspace, v: &Vec3Rows) -> Vec3Rows {
-        let (Some(network), Some(tape)) = (self.force_network(), w.force.as_mut()) else { return ZERO_ROWS };
+    fn force_of_inputs(&self, w: &mut Workspace, v: &Vec3Rows, keep: Keep) -> Vec3Rows {
+        let (Some(network), Some(tape)) = (&self.force, w.force.as_mut()) else { return ZERO_ROWS };
         let shape = network.shape;
         let outputs = &mut w.outputs[..shape.outputs * WIDTH];
-        network.output(&w.inputs[..shape.inputs * WIDTH], tape, outputs);
+        network.output(&w.inputs[..shape.inputs * WIDTH], tape, outputs, keep);
         let n = &self.config.normalisation;
         if self.config.force == ForceKind::Mlp {
             return std::array::from_fn(|axis| std::array::from_fn(|lane| n.acceleration * outputs[axis * WIDTH + lane]));
@@ -175,8 +198,8 @@ impl<'a> Field<'a> {
     }
 
     /// Backwards through [`Self::force_of_inputs`]: adds to `w.v_inputs[..3]` (normalised position) and returns the cotangent of `v`.
-    fn force_vjp(&self, w: &mut Workspace, v: &Vec3Rows, v_force: &Vec3Rows, v_params: &mut [f32]) -> Vec3Rows {
-        let (Some(network), Some(tape)) = (self.force_network(), w.force.as_mut()) else { return ZERO_ROWS };
+    fn force_vjp(&self, w: &mut Workspace, v: &Vec3Rows, v_force: &Vec3Rows, gradients: &mut Gradients) -> Vec3Rows {
+        let (Some(network), Some(tape)) = (&self.force, w.force.as_mut()) else { return ZERO_ROWS };
         let shape = network.shape;
         let n = &self.config.normalisation;
         let v_outputs = &mut w.v_outputs[..shape.outputs * WIDTH];
@@ -188,9 +211,9 @@ impl<'a> Field<'a> {
         } else {
             structured_vjp(&w.outputs, v, v_force, n.acceleration / n.speed, v_outputs, &mut v_velocity);
         }
-        let mut v_x = vec![0.0; shape.inputs * WIDTH];
-        network.output_vjp(&w.inputs[..shape.inputs * WIDTH], tape, v_outputs, v_params, &mut v_x);
-        for (sum, &value) in w.v_inputs[..3 * WIDTH].iter_mut().zip(&v_x) {
+        let v_x = &mut [0.0; 6 * WIDTH][..shape.inputs * WIDTH];
+        network.output_vjp(&w.inputs[..shape.inputs * WIDTH], tape, v_outputs, &mut gradients.force, v_x);
+        for (sum, &value) in w.v_inputs[..3 * WIDTH].iter_mut().zip(v_x.iter()) {
             *sum += value;
         }
         for (sum, &value) in v_velocity.as_flattened_mut().iter_mut().zip(v_x.get(3 * WIDTH..).unwrap_or(&[])) {
@@ -201,23 +224,34 @@ impl<'a> Field<'a> {
 
     /// `a = −β ∇U(q) + γ Q(q, v)`.
     pub(crate) fn acceleration(&self, w: &mut Workspace, q: &Vec3Rows, v: &Vec3Rows) -> Vec3Rows {
+        self.acceleration_keeping(w, q, v, Keep::Result)
+    }
+
+    fn acceleration_keeping(&self, w: &mut Workspace, q: &Vec3Rows, v: &Vec3Rows, keep: Keep) -> Vec3Rows {
         self.set_inputs(w, q, v);
-        let gradient = self.potential_gradient_of_inputs(w);
+        let gradient = self.potential_gradient_of_inputs(w, keep);
         let mut a = gradient.map(|row| row.map(|g| -self.edit.potential_scale * g));
-        if self.layout.force.is_some() {
-            let force = self.force_of_inputs(w, v);
+        if self.force.is_some() {
+            let force = self.force_of_inputs(w, v, keep);
             crate::block::add_scaled(&mut a, &force, self.edit.force_scale);
         }
         a
     }
 
-    /// Backwards through [`Self::acceleration`] at the same arguments, which must have been its last call with this workspace: adds to
-    /// `v_params`, returns the cotangents of `q` and `v`.
-    pub(crate) fn acceleration_vjp(&self, w: &mut Workspace, v: &Vec3Rows, v_a: &Vec3Rows, v_params: &mut [f32]) -> (Vec3Rows, Vec3Rows) {
+    /// Backwards through [`Self::acceleration`], whose activations are computed again: adds to `gradients`, returns the cotangents of `q`
+    /// and `v`.
+    pub(crate) fn acceleration_vjp(
+        &self,
+        w: &mut Workspace,
+        [q, v]: [&Vec3Rows; 2],
+        v_a: &Vec3Rows,
+        gradients: &mut Gradients,
+    ) -> (Vec3Rows, Vec3Rows) {
+        self.acceleration_keeping(w, q, v, Keep::Tape);
         let v_gradient = v_a.map(|row| row.map(|value| -self.edit.potential_scale * value));
-        self.potential_gradient_vjp(w, &v_gradient, v_params);
+        self.potential_gradient_vjp(w, &v_gradient, gradients);
         let v_force = v_a.map(|row| row.map(|value| self.edit.force_scale * value));
-        let v_velocity = self.force_vjp(w, v, &v_force, v_params);
+        let v_velocity = self.force_vjp(w, v, &v_force, gradients);
         let per_length = 1.0 / self.config.normalisation.length;
         let v_position = std::array::from_fn(|axis| std::array::from_fn(|lane| w.v_inputs[axis * WIDTH + lane] * per_length));
         (v_position, v_velocity)

@@ -18,6 +18,7 @@ mod aligned;
 mod batch;
 mod block;
 mod field;
+mod gradients;
 mod kabsch;
 mod network;
 pub mod reference;

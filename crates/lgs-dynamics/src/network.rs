@@ -2,11 +2,16 @@
 //!
 //! The spatial gradient is an ordinary forward computation (reference §8.3): with `z_l = W_l h_l + b_l`, `h_{l+1} = φ(z_l)` and
 //! `g_L = w_L`, each layer gives `e_l = φ'(z_l) ⊙ g_{l+1}` and `g_l = W_lᵀ e_l`. Its backward pass first walks that chain from `g_0` to
-//! `g_L`, which leaves a cotangent on every `z_l` through `φ''`, and then the chain of `h` the other way.
+//! `g_L`, which leaves the cotangent `φ'' ⊙ g ⊙ v_e` on every `z_l`, and then the chain of `h` the other way.
+//!
+//! Every elementwise operation is the end of a matrix product, so an activation is written once and read once per use. Weights are packed
+//! once per network, in both directions, with the units of hidden layers padded to whole vectors.
 
-use crate::block::activation::{multiply, silu_with_slope, slope_product_vjp};
-use crate::block::matmul::{Product, Read, Store, transpose};
-use crate::block::{WIDTH, activation};
+use crate::block::WIDTH;
+use crate::block::activation::{Silu, SiluCurvature, SiluSlope};
+use crate::block::buffer::Buffer;
+use crate::block::product::{Columns, Epilogue, Packed, Product, Rows, Set, padded, vector, vector_at};
+use crate::gradients::LayerGradients;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
@@ -48,222 +53,327 @@ impl MlpShape {
     }
 }
 
-/// Activations of one block, kept from a forward pass to the backward pass after it.
-#[derive(Clone, Debug)]
-pub(crate) struct Tape {
-    layers: Vec<LayerTape>,
-    /// Scratch for cotangents, `[hidden, WIDTH]` each.
-    v_a: Vec<f32>,
-    v_b: Vec<f32>,
-    transposed: Vec<f32>,
+/// A layer in the forms that products read.
+#[derive(Debug)]
+struct Layer {
+    /// `Wᵀ`, `[inputs, outputs]`.
+    forward: Packed,
+    /// `W`, `[outputs, inputs]`.
+    backward: Packed,
+    bias: Buffer,
 }
 
-#[derive(Clone, Debug)]
+impl Layer {
+    fn new(shape: &MlpShape, layer: usize, params: &[f32]) -> Self {
+        let (outputs, inputs) = (shape.layer_outputs(layer), shape.layer_inputs(layer));
+        let weight = &params[shape.weight(layer)];
+        let mut bias = Buffer::zeros(padded(outputs));
+        bias[..outputs].copy_from_slice(&params[shape.bias(layer)]);
+        let entry = |output: usize, input: usize| if output < outputs && input < inputs { weight[output * inputs + input] } else { 0.0 };
+        // What is read from a hidden layer is as deep as that layer is in memory.
+        let depth = |units: usize, hidden: bool| if hidden { padded(units) } else { units };
+        let forward = Packed::new(depth(inputs, layer > 0), outputs, |input, output| entry(output, input));
+        let backward = Packed::new(depth(outputs, layer < shape.hidden_layers), inputs, entry);
+        Self { forward, backward, bias }
+    }
+}
+
+/// What a forward pass keeps of one hidden layer, `[WIDTH, units]` each.
+#[derive(Debug)]
 struct LayerTape {
-    z: Vec<f32>,
     /// `φ(z)`.
-    h: Vec<f32>,
+    h: Buffer,
     /// `φ'(z)`.
-    slope: Vec<f32>,
-    /// `g_{l+1}`, the gradient by `h`.
-    g: Vec<f32>,
-    e: Vec<f32>,
-    v_z: Vec<f32>,
+    slope: Buffer,
+    /// First `φ''(z)`, then `φ''(z) ⊙ g`, then the cotangent of `z`.
+    curvature: Buffer,
+    /// `φ'(z) ⊙ g`.
+    e: Buffer,
+}
+
+/// Activations of one block, kept from a forward pass to the backward pass after it, and scratch.
+#[derive(Debug)]
+pub(crate) struct Tape {
+    layers: Vec<LayerTape>,
+    /// Cotangents of `g`, of one layer and the next.
+    v_g: [Buffer; 2],
+    /// A few values per particle, `[WIDTH, few]`.
+    narrow: Buffer,
 }
 
 impl Tape {
-    pub(crate) fn new(shape: &MlpShape) -> Self {
-        let size = shape.hidden * WIDTH;
-        let rows = || vec![0.0; size];
-        let layer = || LayerTape { z: rows(), h: rows(), slope: rows(), g: rows(), e: rows(), v_z: rows() };
-        let widest = shape.hidden.max(shape.inputs) * WIDTH;
+    /// For a network of whose output the input's gradient is taken (`second_order`), or its value alone.
+    pub(crate) fn new(shape: &MlpShape, second_order: bool) -> Self {
+        let size = padded(shape.hidden) * WIDTH;
+        let rows = || Buffer::zeros(size);
+        let second = || Buffer::zeros(if second_order { size } else { 0 });
+        let layer = || LayerTape { h: rows(), slope: rows(), curvature: second(), e: second() };
         let layers = (0..shape.hidden_layers).map(|_| layer()).collect();
-        Self { layers, v_a: vec![0.0; widest], v_b: vec![0.0; widest], transposed: vec![0.0; widest] }
+        Self { layers, v_g: [second(), second()], narrow: Buffer::zeros(WIDTH * padded(shape.inputs.max(shape.outputs))) }
     }
 }
 
-/// A network: its sizes and the whole parameter vector.
-#[derive(Clone, Copy)]
-pub(crate) struct Mlp<'a> {
+/// How much a forward pass keeps.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Keep {
+    /// The result.
+    Result,
+    /// What the backward pass needs.
+    Tape,
+}
+
+/// A network with packed weights.
+#[derive(Debug)]
+pub(crate) struct Mlp {
     pub(crate) shape: MlpShape,
-    pub(crate) params: &'a [f32],
+    /// Hidden layers, then the output.
+    layers: Vec<Layer>,
+    /// Units of a hidden layer in memory.
+    units: usize,
 }
 
-impl Mlp<'_> {
-    /// The hidden layers for inputs `x: [inputs, WIDTH]`.
-    fn hidden(&self, x: &[f32], tape: &mut Tape) {
-        for layer in 0..self.shape.hidden_layers {
-            let (before, rest) = tape.layers.split_at_mut(layer);
-            let own = &mut rest[0];
-            let input = before.last().map_or(x, |l| &l.h);
-            self.affine(layer, input, &mut own.z);
-            silu_with_slope(&own.z, &mut own.h, &mut own.slope);
+impl Mlp {
+    /// Packs a network's part of the parameter vector.
+    pub(crate) fn new(shape: MlpShape, params: &[f32]) -> Self {
+        assert!(shape.hidden_layers > 0, "a network has at least one hidden layer");
+        Self {
+            shape,
+            layers: (0..=shape.hidden_layers).map(|layer| Layer::new(&shape, layer, params)).collect(),
+            units: padded(shape.hidden),
         }
     }
 
-    fn affine(&self, layer: usize, input: &[f32], out: &mut [f32]) {
-        let (m, k) = (self.shape.layer_outputs(layer), self.shape.layer_inputs(layer));
-        for (row, &bias) in out.chunks_exact_mut(WIDTH).zip(&self.params[self.shape.bias(layer)]) {
-            row.fill(bias);
-        }
-        let a = &self.params[self.shape.weight(layer)];
-        Product { out, a, read: Read::Rows, b: input, shape: [m, k, WIDTH], store: Store::Add }.run();
+    fn top(&self) -> &Layer {
+        &self.layers[self.shape.hidden_layers]
     }
 
-    /// `Wᵀ v`.
-    fn pull_back(&self, layer: usize, v: &[f32], out: &mut [f32]) {
-        let (k, m) = (self.shape.layer_outputs(layer), self.shape.layer_inputs(layer));
-        let a = &self.params[self.shape.weight(layer)];
-        Product { out, a, read: Read::Columns, b: v, shape: [m, k, WIDTH], store: Store::Set }.run();
+    /// One hidden layer of inputs `x: [inputs, WIDTH]` with the given end.
+    fn hidden_layer<E: Epilogue>(&self, layer: usize, x: &[f32], below: Option<&LayerTape>, epilogue: E) {
+        let right = self.layers[layer].forward.right();
+        match below {
+            None => Product { left: Columns(x, WIDTH), rows: WIDTH, right, epilogue }.run(),
+            Some(below) => Product { left: Rows(&below.h, self.units), rows: WIDTH, right, epilogue }.run(),
+        }
+    }
+
+    /// `Wᵀ v` of a layer for `v: [WIDTH, units]`, with the given end.
+    fn pull_back<E: Epilogue>(&self, layer: usize, v: &[f32], epilogue: E) {
+        Product { left: Rows(v, self.units), rows: WIDTH, right: self.layers[layer].backward.right(), epilogue }.run();
+    }
+
+    /// `W₀ᵀ v` as rows `[inputs, WIDTH]`.
+    fn pull_back_to_inputs(&self, v: &[f32], narrow: &mut [f32], out: &mut [f32]) {
+        let stride = padded(self.shape.inputs);
+        self.pull_back(0, v, Set(narrow, stride));
+        to_rows(narrow, stride, out);
     }
 
     /// The output `[outputs, WIDTH]` for inputs `[inputs, WIDTH]`.
-    pub(crate) fn output(&self, x: &[f32], tape: &mut Tape, y: &mut [f32]) {
-        self.hidden(x, tape);
-        let last = tape.layers.last().map_or(x, |l| &l.h);
-        self.affine(self.shape.hidden_layers, last, y);
+    pub(crate) fn output(&self, x: &[f32], tape: &mut Tape, y: &mut [f32], keep: Keep) {
+        for (layer, own) in self.layers[..self.shape.hidden_layers].iter().enumerate() {
+            let (below, rest) = tape.layers.split_at_mut(layer);
+            let LayerTape { h, slope, .. } = &mut rest[0];
+            match keep {
+                Keep::Result => self.hidden_layer(layer, x, below.last(), Silu { bias: &own.bias, h }),
+                Keep::Tape => self.hidden_layer(layer, x, below.last(), SiluSlope { bias: &own.bias, h, slope }),
+            }
+        }
+        let (top, stride) = (self.top(), padded(self.shape.outputs));
+        let last = &tape.layers[self.shape.hidden_layers - 1].h;
+        let epilogue = Set(&mut tape.narrow, stride);
+        Product { left: Rows(last, self.units), rows: WIDTH, right: top.forward.right(), epilogue }.run();
+        to_rows(&tape.narrow, stride, y);
+        for (row, &bias) in y.chunks_exact_mut(WIDTH).zip(top.bias.iter()) {
+            row.iter_mut().for_each(|value| *value += bias);
+        }
     }
 
-    /// Backwards through [`Mlp::output`] whose activations `tape` holds: adds to `v_params`, writes `v_x`.
-    pub(crate) fn output_vjp(&self, x: &[f32], tape: &mut Tape, v_y: &[f32], v_params: &mut [f32], v_x: &mut [f32]) {
+    /// Backwards through [`Mlp::output`] whose activations `tape` holds: adds to `gradients`, writes `v_x`.
+    pub(crate) fn output_vjp(&self, x: &[f32], tape: &mut Tape, v_y: &[f32], gradients: &mut [LayerGradients], v_x: &mut [f32]) {
         let top = self.shape.hidden_layers;
-        for layer in &mut tape.layers {
-            layer.v_z.fill(0.0);
-        }
-        let last = tape.layers.last().map_or(x, |l| &l.h);
-        add_outer(&mut v_params[self.shape.weight(top)], v_y, last, &mut tape.transposed);
-        add_row_sums(&mut v_params[self.shape.bias(top)], v_y);
-        if top == 0 {
-            self.pull_back(0, v_y, v_x);
-            return;
-        }
-        let size = self.shape.hidden * WIDTH;
-        self.pull_back(top, v_y, &mut tape.v_a[..size]);
-        self.hidden_vjp(x, tape, v_params, v_x);
-    }
-
-    /// Backwards through the hidden layers: `tape.v_a` holds the cotangent of the last `h`, each `v_z` what came to it otherwise.
-    fn hidden_vjp(&self, x: &[f32], tape: &mut Tape, v_params: &mut [f32], v_x: &mut [f32]) {
-        let size = self.shape.hidden * WIDTH;
-        for layer in (0..self.shape.hidden_layers).rev() {
-            let (before, rest) = tape.layers.split_at_mut(layer);
-            let own = &mut rest[0];
-            for ((v_z, &v_h), &slope) in own.v_z.iter_mut().zip(&tape.v_a[..size]).zip(&own.slope) {
-                *v_z += v_h * slope;
-            }
-            let input = before.last().map_or(x, |l| &l.h);
-            add_outer(&mut v_params[self.shape.weight(layer)], &own.v_z, input, &mut tape.transposed);
-            add_row_sums(&mut v_params[self.shape.bias(layer)], &own.v_z);
-            if layer == 0 {
-                self.pull_back(0, &own.v_z, v_x);
-            } else {
-                self.pull_back(layer, &own.v_z, &mut tape.v_a[..size]);
+        let Tape { layers, narrow, .. } = tape;
+        let last = &mut layers[top - 1];
+        gradients[top].add_outer(Rows(v_y, WIDTH), &last.h);
+        gradients[top].add_row_sums(v_y);
+        // From here on `slope` holds the cotangent of `z`.
+        let right = self.top().backward.right();
+        Product { left: Columns(v_y, WIDTH), rows: WIDTH, right, epilogue: Scale { by: &mut last.slope, units: self.units } }.run();
+        for layer in (0..top).rev() {
+            let (below, rest) = layers.split_at_mut(layer);
+            let v_z = &rest[0].slope;
+            gradients[layer].add_bias(v_z);
+            match below.last_mut() {
+                None => gradients[0].add_outer(Rows(x, WIDTH), v_z),
+                Some(below) => {
+                    gradients[layer].add_outer(Columns(v_z, self.units), &below.h);
+                    self.pull_back(layer, v_z, Scale { by: &mut below.slope, units: self.units });
+                }
             }
         }
+        self.pull_back_to_inputs(&layers[0].slope, narrow, v_x);
     }
 
     /// The gradient `[inputs, WIDTH]` of the only output by the inputs.
-    pub(crate) fn input_gradient(&self, x: &[f32], tape: &mut Tape, gradient: &mut [f32]) {
-        self.hidden(x, tape);
+    pub(crate) fn input_gradient(&self, x: &[f32], tape: &mut Tape, gradient: &mut [f32], keep: Keep) {
         let top = self.shape.hidden_layers;
-        let last_weight = &self.params[self.shape.weight(top)];
-        let Some(last) = tape.layers.last_mut() else {
-            fill_rows(gradient, last_weight);
-            return;
-        };
-        fill_rows(&mut last.g, last_weight);
-        for layer in (0..top).rev() {
-            let (before, rest) = tape.layers.split_at_mut(layer);
-            let own = &mut rest[0];
-            multiply(&own.slope, &own.g, &mut own.e);
-            match before.last_mut() {
-                Some(below) => self.pull_back(layer, &own.e, &mut below.g),
-                None => self.pull_back(layer, &own.e, gradient),
+        for (layer, own) in self.layers[..top].iter().enumerate() {
+            let (below, rest) = tape.layers.split_at_mut(layer);
+            let LayerTape { h, slope, curvature, .. } = &mut rest[0];
+            match keep {
+                Keep::Result => self.hidden_layer(layer, x, below.last(), SiluSlope { bias: &own.bias, h, slope }),
+                Keep::Tape => self.hidden_layer(layer, x, below.last(), SiluCurvature { bias: &own.bias, h, slope, curvature }),
             }
         }
+        let last = tape.layers[top - 1].chain(self.units, keep);
+        Arch::new().dispatch(EveryRow { row: self.top().backward.row(), epilogue: last });
+        for layer in (1..top).rev() {
+            let (below, rest) = tape.layers.split_at_mut(layer);
+            self.pull_back(layer, &rest[0].e, below[layer - 1].chain(self.units, keep));
+        }
+        self.pull_back_to_inputs(&tape.layers[0].e, &mut tape.narrow, gradient);
     }
 
-    /// Backwards through [`Mlp::input_gradient`] whose activations `tape` holds: adds to `v_params`, writes `v_x`.
-    pub(crate) fn input_gradient_vjp(&self, x: &[f32], tape: &mut Tape, v_gradient: &[f32], v_params: &mut [f32], v_x: &mut [f32]) {
-        let top = self.shape.hidden_layers;
-        let size = self.shape.hidden * WIDTH;
+    /// Backwards through [`Mlp::input_gradient`] whose activations `tape` holds: adds to `gradients`, writes `v_x`.
+    pub(crate) fn input_gradient_vjp(
+        &self,
+        x: &[f32],
+        tape: &mut Tape,
+        v_gradient: &[f32],
+        gradients: &mut [LayerGradients],
+        v_x: &mut [f32],
+    ) {
+        let (top, units) = (self.shape.hidden_layers, self.units);
+        let Tape { layers, v_g, narrow } = tape;
+        let [v_g, v_next] = v_g;
         for layer in 0..top {
-            let own = &mut tape.layers[layer];
-            let v_g: &[f32] = if layer == 0 { v_gradient } else { &tape.v_a[..size] };
-            let (m, k) = (self.shape.layer_outputs(layer), self.shape.layer_inputs(layer));
-            let a = &self.params[self.shape.weight(layer)];
-            let v_e = &mut tape.v_b[..size];
-            Product { out: v_e, a, read: Read::Rows, b: v_g, shape: [m, k, WIDTH], store: Store::Set }.run();
-            add_outer(&mut v_params[self.shape.weight(layer)], &own.e, v_g, &mut tape.transposed);
-            slope_product_vjp(&own.z, &own.g, v_e, &mut own.v_z);
-            std::mem::swap(&mut tape.v_a, &mut tape.v_b);
+            let LayerTape { slope, curvature, e, .. } = &mut layers[layer];
+            let right = self.layers[layer].forward.right();
+            let epilogue = SlopeVjp { slope, curvature, v_g: v_next, units };
+            if layer == 0 {
+                gradients[0].add_outer(Rows(v_gradient, WIDTH), e);
+                Product { left: Columns(v_gradient, WIDTH), rows: WIDTH, right, epilogue }.run();
+            } else {
+                gradients[layer].add_outer(Columns(e, units), v_g);
+                Product { left: Rows(v_g, units), rows: WIDTH, right, epilogue }.run();
+            }
+            std::mem::swap(v_g, v_next);
         }
-        let v_last = if top == 0 { v_gradient } else { &tape.v_a[..size] };
-        add_row_sums(&mut v_params[self.shape.weight(top)], v_last);
+        gradients[top].add_weight_sums(v_g);
         // The output itself is not part of the result: nothing comes down through the last layer.
-        tape.v_a.fill(0.0);
-        v_x.fill(0.0);
-        self.hidden_vjp(x, tape, v_params, v_x);
-    }
-
-    /// The output of a block without keeping what a backward pass needs.
-    pub(crate) fn value(&self, x: &[f32], tape: &mut Tape, y: &mut [f32]) {
-        for layer in 0..self.shape.hidden_layers {
-            let (before, rest) = tape.layers.split_at_mut(layer);
-            let own = &mut rest[0];
-            self.affine(layer, before.last().map_or(x, |l| &l.h), &mut own.z);
-            activation::silu(&own.z, &mut own.h);
+        for layer in (0..top).rev() {
+            let (below, rest) = layers.split_at_mut(layer);
+            let v_z = &rest[0].curvature;
+            gradients[layer].add_bias(v_z);
+            match below.last_mut() {
+                None => gradients[0].add_outer(Rows(x, WIDTH), v_z),
+                Some(below) => {
+                    gradients[layer].add_outer(Columns(v_z, units), &below.h);
+                    self.pull_back(layer, v_z, AddScaled { slope: &below.slope, v_z: &mut below.curvature, units });
+                }
+            }
         }
-        let last = tape.layers.last().map_or(x, |l| &l.h);
-        self.affine(self.shape.hidden_layers, last, y);
+        self.pull_back_to_inputs(&layers[0].curvature, narrow, v_x);
     }
 }
 
-fn fill_rows(rows: &mut [f32], values: &[f32]) {
-    for (row, &value) in rows.chunks_exact_mut(WIDTH).zip(values) {
-        row.fill(value);
+impl LayerTape {
+    /// The end of a product that gives `g` at this layer.
+    fn chain(&mut self, units: usize, keep: Keep) -> Chain<'_> {
+        Chain { slope: &self.slope, curvature: (keep == Keep::Tape).then_some(&mut *self.curvature), e: &mut self.e, units }
     }
 }
 
-/// `out[m, n] += a[m, WIDTH] b[n, WIDTH]ᵀ`.
-fn add_outer(out: &mut [f32], a: &[f32], b: &[f32], transposed: &mut [f32]) {
-    let (m, n) = (a.len() / WIDTH, b.len() / WIDTH);
-    if m.min(n) < 16 {
-        Arch::new().dispatch(DotRows { out, a, b });
-        return;
+/// `out[features, WIDTH]` of `narrow[WIDTH, stride]`.
+fn to_rows(narrow: &[f32], stride: usize, out: &mut [f32]) {
+    for (feature, row) in out.chunks_exact_mut(WIDTH).enumerate() {
+        for (value, line) in row.iter_mut().zip(narrow.chunks_exact(stride)) {
+            *value = line[feature];
+        }
     }
-    let b_columns = &mut transposed[..b.len()];
-    transpose(b, n, WIDTH, b_columns);
-    Product { out, a, read: Read::Rows, b: b_columns, shape: [m, WIDTH, n], store: Store::Add }.run();
 }
 
-/// `out[m] += Σ a[m, WIDTH]`.
-fn add_row_sums(out: &mut [f32], a: &[f32]) {
-    Arch::new().dispatch(DotRows { out, a, b: &[1.0; WIDTH] });
+/// `by = by ⊙ sums`, all `[WIDTH, units]`.
+struct Scale<'a> {
+    by: &'a mut [f32],
+    units: usize,
 }
 
-/// `out[m, n] += a[m] · b[n]` for narrow shapes, one dot product of two rows at a time.
-struct DotRows<'a> {
-    out: &'a mut [f32],
-    a: &'a [f32],
-    b: &'a [f32],
+impl Epilogue for Scale<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let by = vector::<S>(self.by, row * self.units + column);
+        *by = simd.mul_f32s(*by, sums);
+    }
 }
 
-impl WithSimd for DotRows<'_> {
+/// `v_z = v_z + slope ⊙ sums`.
+struct AddScaled<'a> {
+    slope: &'a [f32],
+    v_z: &'a mut [f32],
+    units: usize,
+}
+
+impl Epilogue for AddScaled<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        let v_z = vector::<S>(self.v_z, at);
+        *v_z = simd.mul_add_f32s(vector_at::<S>(self.slope, at), sums, *v_z);
+    }
+}
+
+/// With sums `g`: `e = slope ⊙ g`, and `curvature = curvature ⊙ g` for the backward pass.
+struct Chain<'a> {
+    slope: &'a [f32],
+    curvature: Option<&'a mut [f32]>,
+    e: &'a mut [f32],
+    units: usize,
+}
+
+impl Epilogue for Chain<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        if let Some(curvature) = &mut self.curvature {
+            let curvature = vector::<S>(curvature, at);
+            *curvature = simd.mul_f32s(*curvature, sums);
+        }
+        *vector::<S>(self.e, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
+    }
+}
+
+/// With sums `v_e`: the part of `v_z` that comes through `φ''`, in place of `φ'' ⊙ g`, and `v_g = slope ⊙ v_e`.
+struct SlopeVjp<'a> {
+    slope: &'a [f32],
+    curvature: &'a mut [f32],
+    v_g: &'a mut [f32],
+    units: usize,
+}
+
+impl Epilogue for SlopeVjp<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        let curvature = vector::<S>(self.curvature, at);
+        *curvature = simd.mul_f32s(*curvature, sums);
+        *vector::<S>(self.v_g, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
+    }
+}
+
+/// Hands one row to an epilogue as every particle's.
+struct EveryRow<'a, E> {
+    row: &'a [f32],
+    epilogue: E,
+}
+
+impl<E: Epilogue> WithSimd for EveryRow<'_, E> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let n = self.b.len() / WIDTH;
-        for (out, a) in self.out.chunks_exact_mut(n).zip(self.a.chunks_exact(WIDTH)) {
-            let (a, _) = S::as_simd_f32s(a);
-            for (out, b) in out.iter_mut().zip(self.b.chunks_exact(WIDTH)) {
-                let (b, _) = S::as_simd_f32s(b);
-                let mut sum = simd.splat_f32s(0.0);
-                for (&a, &b) in a.iter().zip(b) {
-                    sum = simd.mul_add_f32s(a, b, sum);
-                }
-                *out += simd.reduce_sum_f32s(sum);
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        for row in 0..WIDTH {
+            for (at, &values) in S::as_simd_f32s(self.row).0.iter().enumerate() {
+                self.epilogue.take(simd, row, at * S::F32_LANES, values);
             }
         }
     }

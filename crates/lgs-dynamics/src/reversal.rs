@@ -22,7 +22,8 @@ pub fn rollout_reversed(system: &System, start: &State, spec: &RolloutSpec, reve
     if reversal == Reversal::NegatedStep {
         return rollout(system, start, &RolloutSpec { dt: -spec.dt, last_dt: spec.last_dt.map(|h| -h), ..*spec });
     }
-    let pool = Pool::new(Field::new(system, &spec.edit));
+    let field = Field::new(system, &spec.edit);
+    let pool = Pool::new(&field);
     let v = start.v.iter().map(|v| v.map(|x| x * spec.edit.velocity_scale)).collect();
     let mut states = vec![State { v, ..start.clone() }];
     for h in spec.step_lengths() {

@@ -5,9 +5,9 @@
 //! `aligned.rs`. Only states are kept; the backward pass walks them from the end and recomputes activations and rotations.
 
 use crate::aligned::{aligned, aligned_vjp};
-use crate::batch::{Pool, group_buffers, group_size, sum_in_order};
+use crate::batch::{Pool, group_gradients, group_size};
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS, add_scaled, gather, gather_or_zero, scatter};
-use crate::field::{Field, Workspace};
+use crate::field::{Field, Gradients, Workspace};
 use crate::state::{RolloutSpec, State};
 use crate::system::System;
 use rayon::prelude::*;
@@ -70,7 +70,7 @@ fn step_block(field: &Field, workspace: &mut Workspace, q: &mut Vec3Rows, v: &mu
 
 fn independent(field: &Field, start: State, lengths: &[f32]) -> Vec<State> {
     let n = start.len();
-    let pool = Pool::new(*field);
+    let pool = Pool::new(field);
     let run = |(q, v): (&[[f32; 3]], &[[f32; 3]])| -> Vec<(Vec3Rows, Vec3Rows)> {
         let (mut q, mut v) = (gather(q), gather(v));
         let mut run = |field: &Field, workspace: &mut Workspace| {
@@ -101,21 +101,21 @@ fn cotangent_rows(values: &[[f32; 3]], first: usize, count: usize) -> Vec3Rows {
 
 fn independent_vjp(field: &Field, trajectory: &[State], lengths: &[f32], cotangents: &[StateCotangents]) -> RolloutGradients {
     let n = trajectory[0].len();
-    let pool = Pool::new(*field);
+    let pool = Pool::new(field);
     let size = group_size(n);
     let (mut q0, mut v0) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
-    let mut partials = group_buffers(n, field.parameters());
+    let mut partials = group_gradients(field, n);
     let groups = q0.par_chunks_mut(size).zip(v0.par_chunks_mut(size)).zip(partials.par_iter_mut()).enumerate();
-    groups.for_each(|(group, ((q0, v0), v_params))| {
+    groups.for_each(|(group, ((q0, v0), gradients))| {
         for (block, (q0, v0)) in q0.chunks_mut(WIDTH).zip(v0.chunks_mut(WIDTH)).enumerate() {
             let first = group * size + block * WIDTH;
             let task = BlockVjp { trajectory, lengths, cotangents, first, count: q0.len() };
-            let (v_q, v_v) = pool.run(|field, workspace| task.run(field, workspace, v_params));
+            let (v_q, v_v) = pool.run(|field, workspace| task.run(field, workspace, gradients));
             scatter(&v_q, q0);
             scatter(&v_v, v0);
         }
     });
-    RolloutGradients { params: sum_in_order(&partials, field.parameters()), q0, v0 }
+    RolloutGradients { params: field.sum_in_order(&partials), q0, v0 }
 }
 
 /// The backward pass of one block through all steps.
@@ -128,7 +128,7 @@ struct BlockVjp<'a> {
 }
 
 impl BlockVjp<'_> {
-    fn run(&self, field: &Field, workspace: &mut Workspace, v_params: &mut [f32]) -> (Vec3Rows, Vec3Rows) {
+    fn run(&self, field: &Field, workspace: &mut Workspace, gradients: &mut Gradients) -> (Vec3Rows, Vec3Rows) {
         let range = self.first..self.first + self.count;
         let (mut v_q, mut v_v) = (ZERO_ROWS, ZERO_ROWS);
         self.add_cotangents(self.lengths.len(), &mut v_q, &mut v_v);
@@ -137,8 +137,7 @@ impl BlockVjp<'_> {
             // q₁ = q₀ + h v₁, v₁ = v₀ + h a(q₀, v₀)
             add_scaled(&mut v_v, &v_q, h);
             let v_a = v_v.map(|row| row.map(|value| h * value));
-            field.acceleration(workspace, &q, &v);
-            let (of_q, of_v) = field.acceleration_vjp(workspace, &v, &v_a, v_params);
+            let (of_q, of_v) = field.acceleration_vjp(workspace, [&q, &v], &v_a, gradients);
             add_scaled(&mut v_q, &of_q, 1.0);
             add_scaled(&mut v_v, &of_v, 1.0);
             self.add_cotangents(step, &mut v_q, &mut v_v);

@@ -1,79 +1,93 @@
-//! SiLU with its first two derivatives, and softplus, on whole rows.
+//! SiLU with its first two derivatives as ends of matrix products, and softplus.
 //!
 //! `φ(z) = z s`, `φ' = s (1 + z (1 − s))`, `φ'' = s (1 − s) (2 + z (1 − 2 s))` with `s = sigmoid(z)` (reference §8.3). The exponential is a
-//! polynomial of degree 6 after reduction to ±½ ln 2 (relative error below 3e-7), so that the loops are vectorised.
+//! polynomial of degree 5 after reduction to powers of two (relative error below 3e-7).
 
-use pulp::Arch;
+use crate::block::product::{Epilogue, vector, vector_at};
+use pulp::Simd;
 
-/// `exp(x)` for x clamped to ±87, relative error below 3e-7.
-#[inline(always)]
-pub(crate) fn exp(x: f32) -> f32 {
-    const ROUND: f32 = 12_582_912.0; // 1.5 · 2²³: adding it leaves the rounded integer in the low bits
-    const LN2_HIGH: f32 = 0.693_359_4;
-    const LN2_LOW: f32 = -2.121_944_4e-4;
-    // A NaN must stay one: `clamp` keeps it.
-    let x = x.clamp(-87.0, 87.0);
-    let shifted = x.mul_add(std::f32::consts::LOG2_E, ROUND);
-    let power = shifted - ROUND;
-    let f = power.mul_add(-LN2_LOW, power.mul_add(-LN2_HIGH, x));
-    let mut p = 1.0_f32 / 720.0;
-    for c in [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
-        p = p.mul_add(f, c);
-    }
-    p * f32::from_bits(shifted.to_bits().wrapping_add(127) << 23)
-}
+/// Minimax polynomial of 2^x on ±½: relative error below 7.5e-8 before rounding.
+const EXP2: [f32; 6] = [1.0, 0.693_146_97, 0.240_221_2, 0.055_507_133, 0.009_675_541, 0.001_327_647_2];
+
+/// `1.5 · 2²³`: adding it leaves the rounded integer in the low bits.
+const ROUNDING: f32 = 12_582_912.0;
+
+/// Beyond this |z| the sigmoid is 0 or 1 to the last digit, and its exponential still a normal number.
+const SATURATED: f32 = 87.0;
 
 #[inline(always)]
-fn sigmoid(z: f32) -> f32 {
-    1.0 / (1.0 + exp(-z))
-}
-
-/// `out = φ(z)`.
-pub(crate) fn silu(z: &[f32], out: &mut [f32]) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (out, &z) in out.iter_mut().zip(z) {
-                *out = z * sigmoid(z);
-            }
-        },
-    );
-}
-
-/// `value = φ(z)` and `slope = φ'(z)`.
-pub(crate) fn silu_with_slope(z: &[f32], value: &mut [f32], slope: &mut [f32]) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for ((value, slope), &z) in value.iter_mut().zip(slope).zip(z) {
-                let s = sigmoid(z);
-                *value = z * s;
-                *slope = s * z.mul_add(1.0 - s, 1.0);
-            }
-        },
-    );
-}
-
-/// Backwards through `e = φ'(z) g` given `v_e`: overwrites `v_e` with `v_g` and writes the part of `v_z` that comes through `φ''`.
-pub(crate) fn slope_product_vjp(z: &[f32], g: &[f32], v_e: &mut [f32], v_z: &mut [f32]) {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (((v_e, v_z), &z), &g) in v_e.iter_mut().zip(v_z).zip(z).zip(g) {
-                let s = sigmoid(z);
-                let curvature = s * (1.0 - s) * z.mul_add(1.0 - 2.0 * s, 2.0);
-                *v_z = curvature * g * *v_e;
-                *v_e *= s * z.mul_add(1.0 - s, 1.0);
-            }
-        },
-    );
-}
-
-/// `a ⊙ b`.
-pub(crate) fn multiply(a: &[f32], b: &[f32], out: &mut [f32]) {
-    for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
-        *out = a * b;
+fn sigmoid<S: Simd>(simd: S, z: S::f32s) -> S::f32s {
+    let x = simd.max_f32s(simd.splat_f32s(-SATURATED), simd.min_f32s(simd.splat_f32s(SATURATED), z));
+    let (log2_e, rounding, one) = (simd.splat_f32s(-std::f32::consts::LOG2_E), simd.splat_f32s(ROUNDING), simd.splat_f32s(1.0));
+    let shifted = simd.mul_add_f32s(x, log2_e, rounding);
+    let fraction = simd.mul_add_f32s(x, log2_e, simd.sub_f32s(rounding, shifted));
+    let mut p = simd.splat_f32s(EXP2[5]);
+    for &c in EXP2[..5].iter().rev() {
+        p = simd.mul_add_f32s(p, fraction, simd.splat_f32s(c));
     }
+    let exponent = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(23));
+    let exp = simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(p), exponent));
+    simd.div_f32s(one, simd.add_f32s(one, exp))
+}
+
+/// `h = φ(z)` of `z = sums + bias`; all matrices are `[rows, bias.len()]`.
+pub(crate) struct Silu<'a> {
+    pub(crate) bias: &'a [f32],
+    pub(crate) h: &'a mut [f32],
+}
+
+impl Epilogue for Silu<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let z = simd.add_f32s(sums, vector_at::<S>(self.bias, column));
+        *vector::<S>(self.h, row * self.bias.len() + column) = simd.mul_f32s(z, sigmoid(simd, z));
+    }
+}
+
+/// `h = φ(z)` and `slope = φ'(z)` of `z = sums + bias`.
+pub(crate) struct SiluSlope<'a> {
+    pub(crate) bias: &'a [f32],
+    pub(crate) h: &'a mut [f32],
+    pub(crate) slope: &'a mut [f32],
+}
+
+impl Epilogue for SiluSlope<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let z = simd.add_f32s(sums, vector_at::<S>(self.bias, column));
+        let at = row * self.bias.len() + column;
+        let s = sigmoid(simd, z);
+        *vector::<S>(self.h, at) = simd.mul_f32s(z, s);
+        *vector::<S>(self.slope, at) = slope(simd, z, s);
+    }
+}
+
+/// `h = φ(z)`, `slope = φ'(z)` and `curvature = φ''(z)` of `z = sums + bias`.
+pub(crate) struct SiluCurvature<'a> {
+    pub(crate) bias: &'a [f32],
+    pub(crate) h: &'a mut [f32],
+    pub(crate) slope: &'a mut [f32],
+    pub(crate) curvature: &'a mut [f32],
+}
+
+impl Epilogue for SiluCurvature<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let z = simd.add_f32s(sums, vector_at::<S>(self.bias, column));
+        let at = row * self.bias.len() + column;
+        let s = sigmoid(simd, z);
+        let two = simd.splat_f32s(2.0);
+        let bend = simd.mul_add_f32s(z, simd.negate_mul_add_f32s(two, s, simd.splat_f32s(1.0)), two);
+        *vector::<S>(self.h, at) = simd.mul_f32s(z, s);
+        *vector::<S>(self.slope, at) = slope(simd, z, s);
+        *vector::<S>(self.curvature, at) = simd.mul_f32s(simd.negate_mul_add_f32s(s, s, s), bend);
+    }
+}
+
+#[inline(always)]
+fn slope<S: Simd>(simd: S, z: S::f32s, s: S::f32s) -> S::f32s {
+    let one = simd.splat_f32s(1.0);
+    simd.mul_f32s(s, simd.mul_add_f32s(z, simd.sub_f32s(one, s), one))
 }
 
 /// `softplus(x) = ln(1 + eˣ)`, and its slope, the sigmoid.
@@ -86,16 +100,37 @@ pub(crate) fn softplus(x: f32) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::block::product::{Columns, Product, Right};
+
+    /// φ, φ' and φ'' of 16 values.
+    fn activated(z: [f32; 16]) -> [[f32; 16]; 3] {
+        let [mut h, mut slope, mut curvature] = [[0.0; 16]; 3];
+        let epilogue = SiluCurvature { bias: &z, h: &mut h, slope: &mut slope, curvature: &mut curvature };
+        Product { left: Columns(&[0.0], 1), rows: 1, right: Right::plain(&[0.0; 16], 16), epilogue }.run();
+        [h, slope, curvature]
+    }
 
     #[test]
-    fn the_exponential_keeps_its_bound() {
-        for step in -8000..8000 {
-            let x = step as f32 * 0.0107;
-            let expected = f64::from(x).exp();
-            assert!((f64::from(exp(x)) - expected).abs() <= 4e-7 * expected, "exp({x}) = {}", exp(x));
+    fn silu_and_its_derivatives_keep_their_bounds() {
+        for step in -600..600 {
+            let z: [f32; 16] = std::array::from_fn(|i| (step as f32 + i as f32 / 16.0) * 0.05);
+            let found = activated(z);
+            for (i, z) in z.into_iter().map(f64::from).enumerate() {
+                let s = 1.0 / (1.0 + (-z).exp());
+                let expected = [z * s, s * (1.0 + z * (1.0 - s)), s * (1.0 - s) * (2.0 + z * (1.0 - 2.0 * s))];
+                for (found, expected) in found.iter().zip(expected) {
+                    assert!((f64::from(found[i]) - expected).abs() <= 1e-6 * (1.0 + expected.abs()), "z = {z}: {} {expected}", found[i]);
+                }
+            }
         }
-        assert!(exp(f32::NAN).is_nan());
-        assert!(exp(1e30).is_finite() && exp(-1e30) < 1e-37);
+    }
+
+    #[test]
+    fn saturation_is_finite_and_nan_stays() {
+        let [h, slope, curvature] = activated(std::array::from_fn(|i| if i % 2 == 0 { 1e30 } else { -1e6 }));
+        assert!(h[0] == 1e30 && h[1].abs() < 1e-30);
+        assert!(slope[1].abs() < 1e-30 && curvature[1].abs() < 1e-24);
+        assert!(activated([f32::NAN; 16]).iter().all(|values| values[3].is_nan()));
     }
 
     #[test]

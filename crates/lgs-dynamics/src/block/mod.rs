@@ -1,11 +1,13 @@
 //! Arithmetic on blocks of particles.
 //!
-//! A block holds [`WIDTH`] particles feature-major, `[features, WIDTH]` row by row, so that every loop over particles is contiguous and
-//! fills whole vector registers. The last block of a set is padded with copies of its first particle; the padding's cotangents are zero.
-//! Matrix products ([`matmul`]) and activations ([`activation`]) are compiled once per processor feature level and chosen at run time.
+//! A block holds [`WIDTH`] particles. What has a few features (positions, forces) lies feature-major, `[features, WIDTH]`; hidden layers lie
+//! particle-major, `[WIDTH, units]`, so that every matrix product reads both of its operands as they lie. The last block of a set is padded
+//! with copies of its first particle; the padding's cotangents are zero. Matrix products ([`product`]) and the activations at their ends
+//! ([`activation`]) are compiled once per processor feature level and chosen at run time.
 
 pub(crate) mod activation;
-pub(crate) mod matmul;
+pub(crate) mod buffer;
+pub(crate) mod product;
 
 /// Particles in a block. Results do not depend on how blocks are spread over threads.
 pub(crate) const WIDTH: usize = 64;

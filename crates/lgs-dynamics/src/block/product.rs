@@ -1,0 +1,304 @@
+//! Matrix products on slices whose results never leave the registers before they have been used: a tile of sums goes through an
+//! [`Epilogue`] (a bias and an activation, a product with slopes, an addition) and is stored once.
+//!
+//! The right operand is read in vectors along its columns, the left one value by value. Every sum runs over the depth in ascending order,
+//! so a result depends on the shapes alone, not on the width of vectors or tiles. Columns are multiples of [`COLUMNS`]; callers pad with
+//! zeros.
+
+use crate::block::buffer::Buffer;
+use pulp::{Arch, Simd, WithSimd};
+
+/// Columns come in multiples of this: the lanes of the widest vector.
+pub(crate) const COLUMNS: usize = 16;
+
+/// Columns of a packed panel: four of the widest vectors.
+const PANEL: usize = 4 * COLUMNS;
+
+/// `columns` rounded up to what products work on.
+pub(crate) fn padded(columns: usize) -> usize {
+    columns.next_multiple_of(COLUMNS)
+}
+
+/// What becomes of a vector of sums at a row and a vector-wide column of the product.
+pub(crate) trait Epilogue {
+    /// Takes the sums whose first lane is at `(row, column)`.
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s);
+}
+
+/// How the left operand is read.
+pub(crate) trait Left: Copy {
+    /// `R` rows from `row` on times `V` vectors from `column` on of a panel `[depth, width]` of vectors.
+    fn tile<S: Simd, const R: usize, const V: usize>(self, simd: S, row: usize, panel: Panel<'_, S>) -> [[S::f32s; V]; R];
+}
+
+/// The part of a panel of the right operand that a tile reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Panel<'a, S: Simd> {
+    /// `[depth, width]`.
+    vectors: &'a [S::f32s],
+    width: usize,
+    column: usize,
+}
+
+/// A left operand `[rows, stride]`, of which the first columns are used, a multiple of [`COLUMNS`].
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a>(pub(crate) &'a [f32], pub(crate) usize);
+
+/// A left operand that is stored transposed, `[depth, stride]`, of which the first columns are the rows.
+#[derive(Clone, Copy)]
+pub(crate) struct Columns<'a>(pub(crate) &'a [f32], pub(crate) usize);
+
+impl Left for Rows<'_> {
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(self, simd: S, row: usize, panel: Panel<'_, S>) -> [[S::f32s; V]; R] {
+        let depth = panel.vectors.len() / panel.width;
+        assert!(depth.is_multiple_of(COLUMNS), "depth {depth} of rows");
+        // Pieces of fixed length need no bounds checks inside.
+        let lines: [&[[f32; COLUMNS]]; R] = std::array::from_fn(|r| self.0[(row + r) * self.1..][..depth].as_chunks().0);
+        let mut sums = [[simd.splat_f32s(0.0); V]; R];
+        for (piece, vectors) in panel.vectors.chunks_exact(panel.width * COLUMNS).enumerate() {
+            let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &lines[r][piece]);
+            for (at, b) in (0..COLUMNS).zip(vectors.chunks_exact(panel.width)) {
+                let b = &b[panel.column..panel.column + V];
+                for r in 0..R {
+                    let a = simd.splat_f32s(a[r][at]);
+                    for v in 0..V {
+                        sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
+                    }
+                }
+            }
+        }
+        sums
+    }
+}
+
+impl Left for Columns<'_> {
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(self, simd: S, row: usize, panel: Panel<'_, S>) -> [[S::f32s; V]; R] {
+        let mut sums = [[simd.splat_f32s(0.0); V]; R];
+        for (a, b) in self.0.chunks_exact(self.1).zip(panel.vectors.chunks_exact(panel.width)) {
+            let (a, b) = (&a[row..row + R], &b[panel.column..panel.column + V]);
+            for r in 0..R {
+                let a = simd.splat_f32s(a[r]);
+                for v in 0..V {
+                    sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// A right operand: panels of columns one after the other, each `[depth, width]`.
+#[derive(Clone, Copy)]
+pub(crate) struct Right<'a> {
+    values: &'a [f32],
+    depth: usize,
+    columns: usize,
+    panel: usize,
+}
+
+impl<'a> Right<'a> {
+    /// A row-major matrix `[depth, columns]`.
+    pub(crate) fn plain(values: &'a [f32], columns: usize) -> Self {
+        Self { values, depth: values.len() / columns, columns, panel: columns }
+    }
+
+    /// The panels with their first columns.
+    fn panels(self) -> impl Iterator<Item = (usize, usize, &'a [f32])> {
+        (0..self.columns).step_by(self.panel).map(move |first| {
+            let width = self.panel.min(self.columns - first);
+            (first, width, &self.values[first * self.depth..][..self.depth * width])
+        })
+    }
+}
+
+/// A matrix packed for reading as a right operand.
+#[derive(Debug)]
+pub(crate) struct Packed {
+    values: Buffer,
+    depth: usize,
+    columns: usize,
+}
+
+impl Packed {
+    /// Packs the matrix `[depth, columns]` with the given entries, its columns padded with zeros.
+    pub(crate) fn new(depth: usize, columns: usize, entry: impl Fn(usize, usize) -> f32) -> Self {
+        let padded = padded(columns);
+        let mut values = Buffer::zeros(depth * padded);
+        for first in (0..padded).step_by(PANEL) {
+            let width = PANEL.min(padded - first);
+            for (at, row) in values[first * depth..][..depth * width].chunks_exact_mut(width).enumerate() {
+                for (value, column) in row.iter_mut().zip(first..columns.max(first)) {
+                    *value = entry(at, column);
+                }
+            }
+        }
+        Self { values, depth, columns: padded }
+    }
+
+    /// As a right operand.
+    pub(crate) fn right(&self) -> Right<'_> {
+        Right { values: &self.values, depth: self.depth, columns: self.columns, panel: PANEL }
+    }
+
+    /// The padded row of a matrix of depth 1.
+    pub(crate) fn row(&self) -> &[f32] {
+        assert_eq!(self.depth, 1, "depth of a row");
+        &self.values
+    }
+}
+
+/// `rows` rows of `left right`, handed to an epilogue.
+pub(crate) struct Product<'a, L, E> {
+    pub(crate) left: L,
+    pub(crate) rows: usize,
+    pub(crate) right: Right<'a>,
+    pub(crate) epilogue: E,
+}
+
+impl<L: Left, E: Epilogue> Product<'_, L, E> {
+    /// Computes the product.
+    pub(crate) fn run(self) {
+        Arch::new().dispatch(self);
+    }
+
+    /// `R` rows by `V` vectors.
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, row: usize, first: usize, panel: Panel<'_, S>) {
+        let sums = self.left.tile::<S, R, V>(simd, row, panel);
+        for (r, sums) in sums.iter().enumerate() {
+            for (v, &sums) in sums.iter().enumerate() {
+                self.epilogue.take(simd, row + r, first + (panel.column + v) * S::F32_LANES, sums);
+            }
+        }
+    }
+
+    /// All rows of the `V` vectors at a panel's column.
+    #[inline(always)]
+    fn tiles<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, first: usize, panel: Panel<'_, S>) {
+        let mut row = 0;
+        while row + R <= self.rows {
+            self.tile::<S, R, V>(simd, row, first, panel);
+            row += R;
+        }
+        while row + 3 <= self.rows {
+            self.tile::<S, 3, V>(simd, row, first, panel);
+            row += 3;
+        }
+        while row < self.rows {
+            self.tile::<S, 1, V>(simd, row, first, panel);
+            row += 1;
+        }
+    }
+}
+
+impl<L: Left, E: Epilogue> WithSimd for Product<'_, L, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        for (first, width, panel) in self.right.panels() {
+            let (vectors, width) = (S::as_simd_f32s(panel).0, width / S::F32_LANES);
+            let mut column = 0;
+            // 32 registers hold 24 sums of the widest vectors, 16 registers 12 of half the width, beside the operands.
+            while S::F32_LANES == COLUMNS && column + 4 <= width {
+                self.tiles::<S, 6, 4>(simd, first, Panel { vectors, width, column });
+                column += 4;
+            }
+            while column < width {
+                match S::F32_LANES {
+                    16 => self.tiles::<S, 8, 1>(simd, first, Panel { vectors, width, column }),
+                    8 => self.tiles::<S, 6, 2>(simd, first, Panel { vectors, width, column }),
+                    _ => self.tiles::<S, 4, 4>(simd, first, Panel { vectors, width, column }),
+                }
+                column += match S::F32_LANES {
+                    16 => 1,
+                    8 => 2,
+                    _ => 4,
+                };
+            }
+        }
+    }
+}
+
+/// Replaces what is in a matrix `[rows, stride]`.
+pub(crate) struct Set<'a>(pub(crate) &'a mut [f32], pub(crate) usize);
+
+impl Epilogue for Set<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, _: S, row: usize, column: usize, sums: S::f32s) {
+        *vector::<S>(self.0, row * self.1 + column) = sums;
+    }
+}
+
+/// Adds to a matrix `[rows, stride]`.
+pub(crate) struct Add<'a>(pub(crate) &'a mut [f32], pub(crate) usize);
+
+impl Epilogue for Add<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let out = vector::<S>(self.0, row * self.1 + column);
+        *out = simd.add_f32s(*out, sums);
+    }
+}
+
+/// The vector of a matrix whose first lane is at `at`, a multiple of the lanes.
+#[inline(always)]
+pub(crate) fn vector<S: Simd>(values: &mut [f32], at: usize) -> &mut S::f32s {
+    &mut S::as_mut_simd_f32s(values).0[at / S::F32_LANES]
+}
+
+/// As [`vector`], for reading.
+#[inline(always)]
+pub(crate) fn vector_at<S: Simd>(values: &[f32], at: usize) -> S::f32s {
+    S::as_simd_f32s(values).0[at / S::F32_LANES]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::Scalar;
+
+    fn numbers(count: usize, seed: f32) -> Vec<f32> {
+        (0..count).map(|i| ((i as f32 * 0.37 + seed).sin() * 3.0).fract()).collect()
+    }
+
+    #[test]
+    fn products_of_any_shape_and_vector_width_are_right() {
+        for [m, k, n] in [[1, 1, 1], [4, 3, 64], [7, 5, 64], [9, 64, 37], [64, 16, 128], [3, 64, 96], [64, 128, 6]] {
+            let (a, b) = (numbers(m * k, 0.1), numbers(k * n, 0.7));
+            let a_columns: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
+            let packed = Packed::new(k, n, |depth, column| b[depth * n + column]);
+            let width = padded(n);
+            let (mut by_rows, mut by_columns, mut narrow) = (vec![0.0; m * width], vec![1.0; m * width], vec![0.0; m * width]);
+            let columns = Columns(&a_columns, m);
+            Product { left: columns, rows: m, right: packed.right(), epilogue: Add(&mut by_columns, width) }.run();
+            Scalar.vectorize(Product { left: columns, rows: m, right: packed.right(), epilogue: Set(&mut narrow, width) });
+            if k % COLUMNS == 0 {
+                Product { left: Rows(&a, k), rows: m, right: packed.right(), epilogue: Set(&mut by_rows, width) }.run();
+            } else {
+                by_rows.copy_from_slice(&narrow);
+            }
+            for row in 0..m {
+                for column in 0..width {
+                    let term = |d: usize| if column < n { f64::from(a[row * k + d]) * f64::from(b[d * n + column]) } else { 0.0 };
+                    let expected: f64 = (0..k).map(term).sum();
+                    let at = row * width + column;
+                    assert!((f64::from(by_rows[at]) - expected).abs() < 1e-5, "{m} {k} {n}");
+                    assert!((f64::from(by_columns[at]) - 1.0 - expected).abs() < 1e-5, "{m} {k} {n}, transposed");
+                    assert!((f64::from(narrow[at]) - expected).abs() < 1e-5, "{m} {k} {n}, one lane");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_plain_matrix_is_read_as_it_lies() {
+        let (a, b) = (numbers(3 * 32, 0.2), numbers(32 * 96, 0.4));
+        let mut out = vec![0.0; 3 * 96];
+        Product { left: Rows(&a, 32), rows: 3, right: Right::plain(&b, 96), epilogue: Set(&mut out, 96) }.run();
+        let expected: f32 = (0..32).map(|d| a[32 + d] * b[d * 96 + 70]).sum();
+        assert!((out[96 + 70] - expected).abs() < 1e-5);
+    }
+}
