@@ -3,6 +3,7 @@
 use crate::blend_vjp::{BlendVjp, TileCotangent};
 use crate::project_vjp::{ImageCotangent, project_vjp};
 use crate::rasterize::{CHUNK, Rasterized};
+use crate::simd::BLOCK;
 use crate::splats::{SplatGradients, Splats};
 use crate::tile_list::{Plane, TileList};
 use crate::tiles::{TILE, split_lengths};
@@ -62,9 +63,9 @@ impl PixelCotangents<'_> {
             for x in 0..list.size[0] {
                 let (at, pixel) = (y * TILE + x, self.v_image[start + x]);
                 let mut v_t = self.v_transmittance[start + x];
-                for channel in 0..3 {
-                    v.color[channel].0[at] = pixel[channel];
-                    v_t += self.background[channel] * pixel[channel];
+                for ((plane, background), value) in v.color.iter_mut().zip(self.background).zip(pixel) {
+                    plane.0[at] = value;
+                    v_t += background * value;
                 }
                 v.remainder.0[at] = v_t * transmittance.0[at];
             }
@@ -124,23 +125,27 @@ impl WithSimd for PullBackChunk<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let (out, stride) = (self.out, 3 * self.splats.sh_coefficients);
-        for i in 0..out.means.len() {
-            if self.ranks[i] == u32::MAX {
-                continue;
+        let Self { splats, view, forward, entries, ranks, first, out } = self;
+        let stride = 3 * splats.sh_coefficients;
+        let mut sums = [ImageCotangent::default(); BLOCK];
+        for block in (0..out.means.len()).step_by(BLOCK) {
+            let count = BLOCK.min(out.means.len() - block);
+            // All sums first, so that their cache misses overlap.
+            for (sum, &rank) in sums.iter_mut().zip(&ranks[block..block + count]) {
+                *sum = ImageCotangent::default();
+                if rank != u32::MAX {
+                    forward.tiling.entries(rank as usize).iter().for_each(|&slot| sum.accumulate(&entries[slot as usize]));
+                }
             }
-            let mut sum = ImageCotangent::default();
-            for &slot in self.forward.tiling.entries(self.ranks[i] as usize) {
-                sum.accumulate(&self.entries[slot as usize]);
+            for i in (block..block + count).filter(|&i| ranks[i] != u32::MAX) {
+                let v_sh = &mut out.sh[i * stride..(i + 1) * stride];
+                let v = project_vjp(splats, view, (first + i, &forward.projected[first + i]), &sums[i - block], v_sh);
+                out.means[i] = v.mean;
+                out.rotations[i] = v.rotation;
+                out.log_scales[i] = v.log_scale;
+                out.raw_opacities[i] = v.raw_opacity;
+                out.means2d[i] = v.mean2d;
             }
-            let index = self.first + i;
-            let v_sh = &mut out.sh[i * stride..(i + 1) * stride];
-            let v = project_vjp(self.splats, self.view, (index, &self.forward.projected[index]), &sum, v_sh);
-            out.means[i] = v.mean;
-            out.rotations[i] = v.rotation;
-            out.log_scales[i] = v.log_scale;
-            out.raw_opacities[i] = v.raw_opacity;
-            out.means2d[i] = v.mean2d;
         }
     }
 }

@@ -131,8 +131,8 @@ impl<S: Simd> Pixels<'_, S> {
                 let dark = simd.less_than_f32s(after, simd.splat_f32s(TRANSMITTANCE_STOP));
                 let hit = simd.and_m32s(seen, simd.not_m32s(dark));
                 let weight = simd.select_f32s(hit, weight, simd.splat_f32s(0.0));
-                for channel in 0..3 {
-                    self.color[channel][at] = fma(simd, weight, channels[channel], self.color[channel][at]);
+                for (plane, &channel) in self.color.iter_mut().zip(&channels) {
+                    plane[at] = fma(simd, weight, channel, plane[at]);
                 }
                 self.transmittance[at] = simd.select_f32s(hit, after, before);
                 let closing = simd.and_m32s(seen, dark);

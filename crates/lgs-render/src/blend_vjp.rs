@@ -128,8 +128,8 @@ impl<S: Simd> Pixels<'_, S> {
                 let v = simd.select_f32s(simd.less_than_f32s(raw, simd.splat_f32s(ALPHA_MAX)), v, zero);
                 self.behind[at] = simd.add_f32s(self.behind[at], light);
                 self.transmittance[at] = simd.mul_f32s(self.transmittance[at], inverse);
-                for channel in 0..3 {
-                    v_color[channel] = fma(simd, weight, self.v[channel][at], v_color[channel]);
+                for (sum, v) in v_color.iter_mut().zip(&self.v) {
+                    *sum = fma(simd, weight, v[at], *sum);
                 }
                 let v_dy = simd.mul_f32s(v, simd.splat_f32s(heights.dy.0[row]));
                 v_power[0] = simd.add_f32s(v_power[0], v);

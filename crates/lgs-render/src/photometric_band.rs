@@ -204,13 +204,13 @@ fn enter<S: Simd>(simd: S, taps: &Taps<S>, [a, b]: [&Reach; 2], columns: &mut Co
         let centre = taps[RADIUS];
         let (mut mean_a, mut mean_b) = (centre * a0, centre * b0);
         let (mut squares, mut products) = (centre * a0.mul_add(a0, b0 * b0), centre * (a0 * b0));
-        for t in 0..RADIUS {
+        for (t, &tap) in taps[..RADIUS].iter().enumerate() {
             let (a1, a2) = (shifted(simd, a, t, index), shifted(simd, a, SIZE - 1 - t, index));
             let (b1, b2) = (shifted(simd, b, t, index), shifted(simd, b, SIZE - 1 - t, index));
-            mean_a = taps[t].mul_add(a1 + a2, mean_a);
-            mean_b = taps[t].mul_add(b1 + b2, mean_b);
-            squares = taps[t].mul_add(a1.mul_add(a1, a2.mul_add(a2, b1.mul_add(b1, b2 * b2))), squares);
-            products = taps[t].mul_add(a1.mul_add(b1, a2 * b2), products);
+            mean_a = tap.mul_add(a1 + a2, mean_a);
+            mean_b = tap.mul_add(b1 + b2, mean_b);
+            squares = tap.mul_add(a1.mul_add(a1, a2.mul_add(a2, b1.mul_add(b1, b2 * b2))), squares);
+            products = tap.mul_add(a1.mul_add(b1, a2 * b2), products);
         }
         for (plane, value) in columns.iter_mut().zip([mean_a, mean_b, squares, products]) {
             plane[2 * RADIUS + row].set(index, value);

@@ -231,9 +231,8 @@ fn project<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, degree:
 #[inline(always)]
 fn camera_mean<S: Simd>(simd: S, view: &View, mean: [V<S>; 3]) -> [V<S>; 3] {
     let mut out = mean;
-    for i in 0..3 {
-        let row = view.rotation[i];
-        out[i] = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean) + splat(simd, view.translation[i]);
+    for ((out, row), &translation) in out.iter_mut().zip(&view.rotation).zip(&view.translation) {
+        *out = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean) + splat(simd, translation);
     }
     out
 }
@@ -258,8 +257,8 @@ fn image_axes<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, slop
         let tangent = slopes[i].max(splat(simd, -limit)).min(splat(simd, limit));
         let focal = splat(simd, view.focal[i]) * inverse_depth;
         let mut world = [splat(simd, 0.0); 3];
-        for k in 0..3 {
-            world[k] = (splat(simd, view.rotation[i][k]) - tangent * splat(simd, view.rotation[2][k])) * focal;
+        for (k, world) in world.iter_mut().enumerate() {
+            *world = (splat(simd, view.rotation[i][k]) - tangent * splat(simd, view.rotation[2][k])) * focal;
         }
         for j in 0..3 {
             m[i][j] = dot(world, axes[j]) * scales[j];

@@ -16,6 +16,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Edge of a square tile in pixels.
 pub(crate) const TILE: usize = 16;
+/// Gaussians read at a time.
+const NEAR: usize = 32;
 /// Fewest Gaussians of a chunk, and most chunks.
 const MIN_CHUNK: usize = 2048;
 const MAX_CHUNKS: usize = 16;
@@ -129,18 +131,17 @@ impl WithSimd for FindSpans<'_> {
             lengths: Vec::with_capacity(self.order.len()),
             counts: vec![0; columns * height.div_ceil(TILE)],
         };
-        for &index in self.order {
-            let before = out.spans.len();
-            push_spans(&self.projected[index as usize], self.size, &mut out.spans);
-            let mut tiles = 0;
-            for span in &out.spans[before..] {
-                let row = usize::from(span.row) * columns;
-                for count in &mut out.counts[row + usize::from(span.first)..row + usize::from(span.end)] {
-                    *count += 1;
-                }
-                tiles += u32::from(span.end - span.first);
+        let mut near = [Projected::default(); NEAR];
+        for order in self.order.chunks(NEAR) {
+            // Copied first, so that the cache misses of neighbours in depth overlap.
+            for (near, &index) in near.iter_mut().zip(order) {
+                *near = self.projected[index as usize];
             }
-            out.lengths.push(((out.spans.len() - before) as u16, tiles));
+            for g in &near[..order.len()] {
+                let before = out.spans.len();
+                push_spans(g, self.size, &mut out.spans);
+                out.close(before, columns);
+            }
         }
         out
     }
@@ -166,6 +167,20 @@ fn push_spans(g: &Projected, size: [usize; 2], out: &mut Vec<Span>) {
 }
 
 impl Spans {
+    /// Ends a Gaussian, whose spans begin at `before`.
+    #[inline(always)]
+    fn close(&mut self, before: usize, columns: usize) {
+        let mut tiles = 0;
+        for span in &self.spans[before..] {
+            let row = usize::from(span.row) * columns;
+            for count in &mut self.counts[row + usize::from(span.first)..row + usize::from(span.end)] {
+                *count += 1;
+            }
+            tiles += u32::from(span.end - span.first);
+        }
+        self.lengths.push(((self.spans.len() - before) as u16, tiles));
+    }
+
     fn total(&self) -> usize {
         self.lengths.iter().map(|&(_, tiles)| tiles as usize).sum()
     }

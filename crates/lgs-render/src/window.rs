@@ -118,8 +118,8 @@ pub(crate) fn shifted<S: Simd>(simd: S, reach: &Reach, tap: usize, index: usize)
 #[inline(always)]
 pub(crate) fn horizontal<S: Simd>(simd: S, taps: &Taps<S>, reach: &Reach, index: usize) -> V<S> {
     let mut sum = taps[RADIUS] * shifted(simd, reach, RADIUS, index);
-    for t in 0..RADIUS {
-        sum = taps[t].mul_add(shifted(simd, reach, t, index) + shifted(simd, reach, SIZE - 1 - t, index), sum);
+    for (t, &tap) in taps[..RADIUS].iter().enumerate() {
+        sum = tap.mul_add(shifted(simd, reach, t, index) + shifted(simd, reach, SIZE - 1 - t, index), sum);
     }
     sum
 }
