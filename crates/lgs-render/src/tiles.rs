@@ -19,7 +19,7 @@ pub(crate) const TILE: usize = 16;
 /// Gaussians read at a time.
 const NEAR: usize = 32;
 /// Fewest Gaussians of a chunk, and most chunks.
-const MIN_CHUNK: usize = 2048;
+const MIN_CHUNK: usize = 512;
 const MAX_CHUNKS: usize = 16;
 
 /// All tile lists of an image.
