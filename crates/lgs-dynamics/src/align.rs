@@ -3,11 +3,11 @@
 //! With support means q̄, c and `A = Σ (q̃ − c)(q − q̄)ᵀ`, the aligned position is `R (q − q̄) + c`, `R` being Kabsch's rotation of `A`. All
 //! particles are updated from the same positions and candidates (Jacobi style). Differences are taken to the particle itself before means,
 //! so that f32 keeps its digits where the support is small and far from the origin. The backward pass gathers over the supports that a
-//! particle belongs to, in ascending order, instead of scattering: no result depends on the number of threads.
+//! particle belongs to, in the order of slots, instead of scattering: no result depends on the number of threads.
 
 use crate::kabsch::{Cholesky, Fit, Mat3d, fit, mat_mul, matrix_from_quat_f64, skew};
 use crate::supports::Supports;
-use lgs_core::linear::{Mat3, add, cross, mat_vec, sub, transpose};
+use lgs_core::linear::{Mat3, add, cross, mat_vec, matrix_from_quat, sub, transpose};
 use rayon::prelude::*;
 
 /// Particles per task.
@@ -20,6 +20,7 @@ pub struct Alignment {
     pub aligned: Vec<[f32; 3]>,
     /// Rotation of each support, as unit quaternions `[n, 4]`.
     pub quaternions: Vec<[f32; 4]>,
+    /// By slot of the supports.
     fits: Vec<Fit>,
 }
 
@@ -27,7 +28,7 @@ impl Alignment {
     /// Rotation of each support, as matrices `[n, 3, 3]`.
     #[must_use]
     pub fn rotations(&self) -> Vec<Mat3> {
-        self.fits.iter().map(rotation_matrix).collect()
+        self.quaternions.iter().map(|&quaternion| matrix_from_quat(quaternion)).collect()
     }
 }
 
@@ -71,18 +72,21 @@ fn moments(position: &[[f32; 3]], candidate: &[[f32; 3]], members: &[u32], owner
 pub fn align(position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) -> Alignment {
     let n = supports.particles();
     assert!(position.len() == n && candidate.len() == n, "{} positions, {} candidates, {n} supports", position.len(), candidate.len());
+    let (position, candidate) = (supports.to_slots(position), supports.to_slots(candidate));
     let mut result = Alignment { aligned: vec![[0.0; 3]; n], quaternions: vec![[0.0; 4]; n], fits: vec![IDENTITY; n] };
     let chunks = result.aligned.par_chunks_mut(CHUNK).zip(result.quaternions.par_chunks_mut(CHUNK)).zip(result.fits.par_chunks_mut(CHUNK));
     chunks.enumerate().for_each(|(chunk, ((aligned, quaternions), fits))| {
         for (at, ((aligned, quaternion), own)) in aligned.iter_mut().zip(quaternions).zip(fits).enumerate() {
             let owner = chunk * CHUNK + at;
-            let m = moments(position, candidate, supports.members(owner), owner);
+            let m = moments(&position, &candidate, supports.slot_members(owner), owner);
             *own = fit(&m.a);
             *quaternion = own.rotation.map(|v| v as f32);
             let from_center = mat_vec(&rotation_matrix(own), m.from_mean);
             *aligned = add(candidate[owner], add(m.to_candidate_mean, from_center));
         }
     });
+    result.aligned = supports.to_particles(&result.aligned);
+    result.quaternions = supports.to_particles(&result.quaternions);
     result
 }
 
@@ -110,7 +114,7 @@ pub fn align_vjp(
     v_aligned: &[[f32; 3]],
     v_rotations: &[Mat3],
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
-    let v_turns: Vec<[f32; 3]> = v_rotations.iter().zip(&alignment.fits).map(|(v, fit)| turn_of_matrix(&rotation_matrix(fit), v)).collect();
+    let v_turns: Vec<[f32; 3]> = v_rotations.iter().zip(alignment.rotations()).map(|(v, rotation)| turn_of_matrix(&rotation, v)).collect();
     align_turns_vjp(position, candidate, supports, alignment, v_aligned, &v_turns)
 }
 
@@ -130,8 +134,10 @@ pub(crate) fn align_turns_vjp(
     v_turns: &[[f32; 3]],
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let n = supports.particles();
+    let [position, candidate, v_aligned] = &[position, candidate, v_aligned].map(|values| supports.to_slots(values));
+    let v_turns = if v_turns.is_empty() { Vec::new() } else { supports.to_slots(v_turns) };
     let pull = |owner: usize| {
-        let m = moments(position, candidate, supports.members(owner), owner);
+        let m = moments(position, candidate, supports.slot_members(owner), owner);
         let v_turn = v_turns.get(owner).copied().unwrap_or_default();
         pull_of(&alignment.fits[owner], &m, position[owner], candidate[owner], v_aligned[owner], v_turn, supports.k())
     };
@@ -143,7 +149,7 @@ pub(crate) fn align_turns_vjp(
             let member = chunk * CHUNK + at;
             // The aligned position turns with its own offset from the mean.
             *v_q = mat_vec(&transpose(&rotation_matrix(&alignment.fits[member])), v_aligned[member]);
-            for &owner in supports.owners(member) {
+            for &owner in supports.slot_owners(member) {
                 let p = &pulls[owner as usize];
                 let (x, y) = (sub(position[member], p.mean), sub(candidate[member], p.candidate_mean));
                 for i in 0..3 {
@@ -153,7 +159,7 @@ pub(crate) fn align_turns_vjp(
             }
         }
     });
-    (v_position, v_candidate)
+    (supports.to_particles(&v_position), supports.to_particles(&v_candidate))
 }
 
 fn pull_of(fit: &Fit, m: &Moments, q: [f32; 3], candidate: [f32; 3], v_aligned: [f32; 3], v_turn: [f32; 3], k: usize) -> Pull {

@@ -1,4 +1,13 @@
 //! Supports of the local rigid alignment: for each particle itself and its nearest neighbours at the start (Eq. 6, reference G19).
+//!
+//! Particles may come in any order, but a support's members are read together. Kernels therefore work on slots: particles numbered by a
+//! breadth-first walk over the supports, which puts members close to each other in memory whatever the number of particles. Arrays are
+//! brought into that order before a kernel and back after it.
+
+use rayon::prelude::*;
+
+/// Particles per task of a reordering.
+const CHUNK: usize = 1 << 14;
 
 /// Why rows of indices are no supports.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,14 +42,20 @@ impl std::fmt::Display for SupportsError {
 
 impl std::error::Error for SupportsError {}
 
-/// For every particle the members of its support, and for every particle the supports that it is a member of.
+/// For every particle the members of its support.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Supports {
     indices: Vec<u32>,
     k: usize,
-    /// Supports (by owner, ascending) that a particle belongs to, particle by particle.
+    /// The particle in every slot.
+    particles: Vec<u32>,
+    /// The slot of every particle.
+    slots: Vec<u32>,
+    /// Members of every slot's support, as slots.
+    members: Vec<u32>,
+    /// Slots whose supports a slot belongs to, ascending, slot by slot.
     owners: Vec<u32>,
-    /// Where a particle's owners start; one more entry than particles.
+    /// Where a slot's owners start; one more entry than slots.
     owners_start: Vec<u32>,
 }
 
@@ -49,7 +64,7 @@ impl Supports {
     #[must_use]
     pub fn nearest(points: &[[f32; 3]], k: usize) -> Self {
         let (indices, k) = lgs_core::k_nearest(points, k.max(1) - 1);
-        Self::with_transpose(indices, k)
+        Self::with_slots(indices, k)
     }
 
     /// Supports from rows of `k` indices, one row per particle.
@@ -64,25 +79,19 @@ impl Supports {
         if let Some(at) = indices.iter().position(|&i| i as usize >= particles) {
             return Err(SupportsError::Index { row: at / k, found: indices[at], particles });
         }
-        Ok(Self::with_transpose(indices, k))
+        Ok(Self::with_slots(indices, k))
     }
 
-    fn with_transpose(indices: Vec<u32>, k: usize) -> Self {
-        let particles = indices.len().checked_div(k).unwrap_or(0);
-        let mut owners_start = vec![0_u32; particles + 1];
-        for &member in &indices {
-            owners_start[member as usize + 1] += 1;
+    fn with_slots(indices: Vec<u32>, k: usize) -> Self {
+        let particles = breadth_first(&indices, k);
+        let mut slots = vec![0; particles.len()];
+        for (slot, &particle) in particles.iter().enumerate() {
+            slots[particle as usize] = slot as u32;
         }
-        for i in 0..particles {
-            owners_start[i + 1] += owners_start[i];
-        }
-        let mut next = owners_start.clone();
-        let mut owners = vec![0; indices.len()];
-        for (at, &member) in indices.iter().enumerate() {
-            owners[next[member as usize] as usize] = (at / k) as u32;
-            next[member as usize] += 1;
-        }
-        Self { indices, k, owners, owners_start }
+        let row = |&particle: &u32| &indices[particle as usize * k..][..k];
+        let members: Vec<u32> = particles.iter().flat_map(row).map(|&member| slots[member as usize]).collect();
+        let (owners, owners_start) = transpose(&members, k);
+        Self { indices, k, particles, slots, members, owners, owners_start }
     }
 
     /// All rows, `[particles, k]`.
@@ -100,7 +109,7 @@ impl Supports {
     /// Number of particles.
     #[must_use]
     pub fn particles(&self) -> usize {
-        self.owners_start.len() - 1
+        self.particles.len()
     }
 
     /// The members of a particle's support.
@@ -109,11 +118,70 @@ impl Supports {
         &self.indices[particle * self.k..(particle + 1) * self.k]
     }
 
-    /// The particles whose supports a particle belongs to, ascending.
-    #[must_use]
-    pub fn owners(&self, particle: usize) -> &[u32] {
-        &self.owners[self.owners_start[particle] as usize..self.owners_start[particle + 1] as usize]
+    /// The slots of a slot's support.
+    pub(crate) fn slot_members(&self, slot: usize) -> &[u32] {
+        &self.members[slot * self.k..(slot + 1) * self.k]
     }
+
+    /// The slots whose supports a slot belongs to, ascending.
+    pub(crate) fn slot_owners(&self, slot: usize) -> &[u32] {
+        &self.owners[self.owners_start[slot] as usize..self.owners_start[slot + 1] as usize]
+    }
+
+    /// Values of particles in the order of slots.
+    pub(crate) fn to_slots<T: Copy + Send + Sync>(&self, of_particles: &[T]) -> Vec<T> {
+        reordered(&self.particles, of_particles)
+    }
+
+    /// Values of slots in the order of particles.
+    pub(crate) fn to_particles<T: Copy + Send + Sync>(&self, of_slots: &[T]) -> Vec<T> {
+        reordered(&self.slots, of_slots)
+    }
+}
+
+fn reordered<T: Copy + Send + Sync>(order: &[u32], values: &[T]) -> Vec<T> {
+    order.par_iter().with_min_len(CHUNK).map(|&at| values[at as usize]).collect()
+}
+
+/// All particles by a breadth-first walk over rows of `k` members, from the first particle not yet met.
+fn breadth_first(indices: &[u32], k: usize) -> Vec<u32> {
+    let count = indices.len().checked_div(k).unwrap_or(0);
+    let mut met = vec![false; count];
+    let mut order = Vec::with_capacity(count);
+    let mut next = 0;
+    for first in 0..count as u32 {
+        if !std::mem::replace(&mut met[first as usize], true) {
+            order.push(first);
+        }
+        while next < order.len() {
+            for &member in &indices[order[next] as usize * k..][..k] {
+                if !std::mem::replace(&mut met[member as usize], true) {
+                    order.push(member);
+                }
+            }
+            next += 1;
+        }
+    }
+    order
+}
+
+/// For every entry the rows of `k` entries that name it, and where each entry's rows start.
+fn transpose(members: &[u32], k: usize) -> (Vec<u32>, Vec<u32>) {
+    let count = members.len().checked_div(k).unwrap_or(0);
+    let mut start = vec![0_u32; count + 1];
+    for &member in members {
+        start[member as usize + 1] += 1;
+    }
+    for i in 0..count {
+        start[i + 1] += start[i];
+    }
+    let mut next = start.clone();
+    let mut owners = vec![0; members.len()];
+    for (at, &member) in members.iter().enumerate() {
+        owners[next[member as usize] as usize] = (at / k) as u32;
+        next[member as usize] += 1;
+    }
+    (owners, start)
 }
 
 #[cfg(test)]
@@ -121,13 +189,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_checked_and_transposed() {
-        let supports = Supports::from_rows(vec![0, 1, 1, 2, 2, 1], 2).unwrap();
-        assert_eq!(supports.members(1), [1, 2]);
-        assert_eq!(supports.owners(1), [0, 1, 2]);
-        assert_eq!(supports.owners(0), [0]);
+    fn rows_are_checked() {
         assert_eq!(Supports::from_rows(vec![0, 1, 1], 2), Err(SupportsError::Length { found: 3, k: 2 }));
         assert_eq!(Supports::from_rows(vec![0, 3], 1), Err(SupportsError::Index { row: 1, found: 3, particles: 2 }));
         assert_eq!(Supports::from_rows(vec![], 0).unwrap().particles(), 0);
+    }
+
+    #[test]
+    fn slots_follow_the_supports_and_name_every_particle_once() {
+        let supports = Supports::from_rows(vec![0, 3, 1, 4, 2, 2, 3, 1, 4, 0], 2).unwrap();
+        assert_eq!(supports.particles, [0, 3, 1, 4, 2]);
+        assert_eq!(supports.members(1), [1, 4]);
+        assert_eq!(supports.slot_members(2), [2, 3], "particle 1");
+        assert_eq!(supports.slot_owners(0), [0, 3], "particle 0 is in its own support and in that of particle 4");
+        assert_eq!(supports.slot_owners(4), [4, 4]);
+        let values = [10, 11, 12, 13, 14];
+        assert_eq!(supports.to_slots(&values), [10, 13, 11, 14, 12]);
+        assert_eq!(supports.to_particles(&supports.to_slots(&values)), values);
     }
 }

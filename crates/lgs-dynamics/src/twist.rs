@@ -49,11 +49,13 @@ fn twist(m: &[[f32; 3]], v: &[[f32; 3]], members: &[u32], owner: usize) -> Twist
 /// Beside the `Rigid` policy this removes independent noise from fitted starting velocities (reference G29).
 #[must_use]
 pub fn rigid_velocities(m: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports) -> Vec<[f32; 3]> {
+    let (m, v) = (&supports.to_slots(m), &supports.to_slots(v));
     let own = |owner: usize| {
-        let t = twist(m, v, supports.members(owner), owner);
+        let t = twist(m, v, supports.slot_members(owner), owner);
         if t.inertia.is_none() { v[owner] } else { add(t.mean_velocity, cross(t.spin, sub(m[owner], t.mean))) }
     };
-    (0..m.len()).into_par_iter().with_min_len(CHUNK).map(own).collect()
+    let of_slots: Vec<_> = (0..m.len()).into_par_iter().with_min_len(CHUNK).map(own).collect();
+    supports.to_particles(&of_slots)
 }
 
 /// What one support sends back to its members.
@@ -73,8 +75,9 @@ pub(crate) fn rigid_velocity_vjp(
     v_out: &[[f32; 3]],
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let per = 1.0 / supports.k() as f32;
+    let [m, v, v_out] = &[m, v, v_out].map(|values| supports.to_slots(values));
     let pull = |owner: usize| {
-        let twist = twist(m, v, supports.members(owner), owner);
+        let twist = twist(m, v, supports.slot_members(owner), owner);
         let v_arm = cross(v_out[owner], twist.spin);
         let v_spin = cross(sub(m[owner], twist.mean), v_out[owner]);
         let y = twist.inertia.map_or([0.0; 3], |i| i.solve(v_spin.map(f64::from)).map(|v| v as f32));
@@ -89,7 +92,8 @@ pub(crate) fn rigid_velocity_vjp(
         }
         gather(m, v, supports, &pulls, member, cross(v_out[member], own.spin), [0.0; 3])
     };
-    (0..m.len()).into_par_iter().with_min_len(CHUNK).map(member_vjp).unzip()
+    let (v_m, v_v): (Vec<_>, Vec<_>) = (0..m.len()).into_par_iter().with_min_len(CHUNK).map(member_vjp).unzip();
+    (supports.to_particles(&v_m), supports.to_particles(&v_v))
 }
 
 /// Sums what the supports of a member send to it, on top of the given cotangents.
@@ -102,7 +106,7 @@ fn gather(
     mut v_m: [f32; 3],
     mut v_v: [f32; 3],
 ) -> ([f32; 3], [f32; 3]) {
-    for &owner in supports.owners(member) {
+    for &owner in supports.slot_owners(member) {
         let p = &pulls[owner as usize];
         if p.twist.inertia.is_none() {
             continue;
