@@ -101,7 +101,7 @@ impl Band<'_> {
         let (mut absolute, mut ssim) = ([Lanes::ZERO; STEP], [Lanes::ZERO; STEP]);
         for block in 0..scratch.means.len() {
             let columns = &mut scratch.means[block];
-            advance(columns);
+            advance(simd, columns);
             let inside = inside(self.pair.row, block);
             for row in 0..STEP {
                 if enters[row] {
@@ -138,7 +138,7 @@ impl Band<'_> {
         let taps = taps(simd, &weights());
         for block in 0..scratch.windowed.len() {
             let columns = &mut scratch.windowed[block];
-            advance(columns);
+            advance(simd, columns);
             for row in 0..STEP {
                 for (plane, rows) in columns.iter_mut().zip(&scratch.slopes) {
                     let reach = rows.reach(row, block);

@@ -88,11 +88,19 @@ impl Padded {
 /// The last `SPAN` rows of a block of columns, of several planes.
 pub(crate) type Columns<const PLANES: usize> = [[Lanes; SPAN]; PLANES];
 
-/// Makes room for `STEP` rows.
+/// Makes room for `STEP` rows. Through registers, as `copy_within` would call `memmove`.
 #[inline(always)]
-pub(crate) fn advance<const PLANES: usize>(columns: &mut Columns<PLANES>) {
+pub(crate) fn advance<S: Simd, const PLANES: usize>(simd: S, columns: &mut Columns<PLANES>) {
     for plane in columns {
-        plane.copy_within(STEP.., 0);
+        for index in 0..BLOCK / S::F32_LANES {
+            let mut kept = [splat(simd, 0.0); 2 * RADIUS];
+            for (row, kept) in kept.iter_mut().enumerate() {
+                *kept = plane[STEP + row].get(simd, index);
+            }
+            for (row, kept) in kept.into_iter().enumerate() {
+                plane[row].set(index, kept);
+            }
+        }
     }
 }
 
