@@ -20,7 +20,7 @@ pub mod table;
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use metrics::{
     Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics, ObjectSummary, Physics,
-    SplitMetrics, SplitScore, TrajectoryDetail,
+    SplitMetrics, SplitScore, StageCost, TrajectoryDetail,
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};

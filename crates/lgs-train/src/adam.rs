@@ -63,6 +63,7 @@ impl<const D: usize> AdamGroup<D> {
     /// One step of Adam; nothing happens without a gradient.
     pub fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<D>>) {
         let Some(gradient) = gradient else { return };
+        let _span = tracing::trace_span!("Adam").entered();
         let adam = AdamConfig::new().with_epsilon(EPSILON).build();
         (self.value, self.state) = adam.step(learning_rate, self.value.clone(), gradient, self.state.take());
     }

@@ -100,6 +100,7 @@ impl Checkpoints {
     /// # Errors
     /// If the folder cannot be written or the disk is full; earlier checkpoints stay.
     pub fn save(&self, stage: Stage, step: usize, mut file: TensorFile) -> Result<PathBuf, TrainError> {
+        let _span = tracing::trace_span!("checkpoint").entered();
         file.set_metadata("stage", stage.name());
         file.set_metadata("step", step.to_string());
         file.set_metadata("config", &self.identity.config);

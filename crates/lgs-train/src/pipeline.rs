@@ -62,6 +62,7 @@ impl Pipeline<'_> {
 
     /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`.
     fn distill(&self, source: &DefGs, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+        let _span = tracing::trace_span!("distill").entered();
         let request = BakeRequest {
             partition: &self.config.partition,
             distill: &self.config.distill,
@@ -111,6 +112,11 @@ impl Pipeline<'_> {
             stage.restore(&checkpoint.file, checkpoint.step)?;
         }
         let (steps, gaussians) = (stage.steps(), stage.scene().len());
+        let _span = match T::STAGE {
+            Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
+            _ => tracing::trace_span!("tune-gaussians"),
+        }
+        .entered();
         let mut events = EventLog::resume(&self.run.events_path(), T::STAGE, stage.step_index())?;
         let mut timer = CheckpointTimer::new(self.config);
         if stage.step_index() == 0 {

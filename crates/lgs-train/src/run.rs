@@ -172,6 +172,7 @@ pub fn train_source(
     from: Option<&Checkpoint>,
     control: &mut Control<'_>,
 ) -> Result<DefGs, TrainError> {
+    let _span = tracing::trace_span!("source").entered();
     let checkpoints = run.checkpoints(config, dataset);
     let mut trainer = match from {
         Some(checkpoint) => SourceTrainer::restore(dataset, &config.source, config.seed, &checkpoint.file)?,

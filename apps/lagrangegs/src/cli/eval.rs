@@ -51,6 +51,7 @@ pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>
         dataset: Some(&dataset),
         truth: truth.as_ref(),
     };
+    let _span = tracing::trace_span!("evaluate").entered();
     let task = Task::new("evaluation", 0);
     let mut metrics = evaluate(&subject, &EvalOptions::default(), &|done, total| task.count(done, total));
     let trained = run.cost();

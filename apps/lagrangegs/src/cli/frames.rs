@@ -65,6 +65,7 @@ pub(crate) fn sweep<T: Send>(
     name: &str,
     work: impl Fn(usize, &GaussianCloud) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
+    let _span = tracing::trace_span!("frames").entered();
     let task = Task::new(name, times.len() as u64);
     let indices: Vec<usize> = (0..times.len()).collect();
     let mut results = Vec::with_capacity(times.len());

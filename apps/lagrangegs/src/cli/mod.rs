@@ -11,6 +11,7 @@ mod failure;
 mod frames;
 mod info;
 mod output;
+mod profile;
 mod progress;
 mod render;
 mod run;
@@ -19,8 +20,11 @@ mod times;
 mod train;
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::{Parser, Subcommand};
+
+use profile::Profile;
 
 /// From multi-view images to an editable Lagrangian scene.
 #[derive(Debug, Parser)]
@@ -28,6 +32,9 @@ use clap::{Parser, Subcommand};
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    /// Say at the end where the time went, by stage and operation
+    #[arg(long, global = true)]
+    profile: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -52,7 +59,9 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    progress::start_logs();
+    let profile = cli.profile.then(Profile::default);
+    progress::start_logs(profile.as_ref());
+    let begun = Instant::now();
     let done = match &cli.command {
         Command::Demo(args) => demo::run(args),
         Command::Synth(args) => synth::run(args),
@@ -62,6 +71,9 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
     };
+    if let Some(profile) = profile {
+        progress::say(&profile.table(begun.elapsed()));
+    }
     match done {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever read the results has seen enough (`| head`).

@@ -8,8 +8,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer};
+
+use super::profile::Profile;
 
 /// Seconds between lines of a task where no bar is seen.
 const LOG_INTERVAL_SECS: u64 = 10;
@@ -19,13 +23,13 @@ fn bars() -> &'static MultiProgress {
     BARS.get_or_init(MultiProgress::new)
 }
 
-/// Starts logging to stderr.
-pub(crate) fn start_logs() {
+/// Starts logging to stderr, and measuring if a profile is given.
+pub(crate) fn start_logs(profile: Option<&Profile>) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_target(false).without_time();
-    let logs = logs.with_ansi(std::io::stderr().is_terminal()).with_writer(BetweenBars);
+    let logs = tracing_subscriber::fmt::layer().with_target(false).without_time();
+    let logs = logs.with_ansi(std::io::stderr().is_terminal()).with_writer(BetweenBars).with_filter(filter);
     // Fails only if a log is set up already, as when a program calls the command line twice.
-    let _ = logs.try_init();
+    let _ = tracing_subscriber::registry().with(logs).with(profile.map(Profile::layer)).try_init();
 }
 
 /// One line to stderr.

@@ -90,6 +90,7 @@ pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) ->
 
 /// Loads a dataset behind a progress bar.
 pub(crate) fn load_dataset(root: &Path, options: &LoadOptions) -> Result<Dataset> {
+    let _span = tracing::trace_span!("load images").entered();
     let task = Task::new("images", 0);
     Dataset::load(root, options, &|done, total| task.count(done, total)).at(root)
 }

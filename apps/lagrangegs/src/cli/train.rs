@@ -8,7 +8,9 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use lgs_data::dataset::Dataset;
-use lgs_eval::{Cost, memory::peak_rss_bytes};
+use lgs_eval::Cost;
+use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
+use lgs_train::checkpoint::Stage;
 use lgs_train::config::Preset;
 use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained};
 
@@ -132,31 +134,50 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         RunFolder::create(request.out, &request.config, &dataset).at(request.out)?
     };
     let begun = Instant::now();
-    let trained = with_bars(&folder, &dataset, &request.config);
-    let earlier = read_cost(request.out);
-    let cost = Cost {
-        train_secs: Some(earlier.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64()),
-        peak_rss_bytes: peak_rss_bytes().max(earlier.peak_rss_bytes),
-    };
+    let mut cost = read_cost(request.out);
+    cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
+    let trained = with_bars(&folder, &dataset, &request.config, &mut cost);
+    cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
     if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
         write_cost(request.out, &cost)?;
     }
     trained.at(request.out)
 }
 
-fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig) -> Result<Trained, TrainError> {
+/// A stage under way.
+struct Running {
+    stage: Stage,
+    task: Task,
+    begun: Instant,
+}
+
+impl Running {
+    fn start(p: &Progress) -> Self {
+        reset_peak_rss();
+        Self { stage: p.stage, task: Task::new(p.stage.name(), p.steps as u64), begun: Instant::now() }
+    }
+
+    fn end(self, cost: &mut Cost) {
+        cost.add_stage(self.stage.name(), self.begun.elapsed().as_secs_f64(), peak_rss_bytes());
+    }
+}
+
+fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig, cost: &mut Cost) -> Result<Trained, TrainError> {
     let stop = stop_flag();
-    let mut current: Option<(lgs_train::checkpoint::Stage, Task)> = None;
+    let mut current: Option<Running> = None;
     let mut progress = |p: Progress| {
-        if current.as_ref().is_none_or(|(stage, _)| *stage != p.stage) {
-            current = None; // the old bar goes before the new one comes
-            current = Some((p.stage, Task::new(p.stage.name(), p.steps as u64)));
+        if current.as_ref().is_none_or(|running| running.stage != p.stage) {
+            // The old bar goes before the new one comes.
+            current.take().into_iter().for_each(|running| running.end(cost));
+            current = Some(Running::start(&p));
         }
-        if let Some((_, task)) = &current {
-            task.set(p.step as u64, p.steps as u64, || message(&p));
+        if let Some(running) = &current {
+            running.task.set(p.step as u64, p.steps as u64, || message(&p));
         }
     };
-    lgs_train::train(folder, dataset, config, &mut Control { stop: &stop, progress: &mut progress })
+    let trained = lgs_train::train(folder, dataset, config, &mut Control { stop: &stop, progress: &mut progress });
+    current.into_iter().for_each(|running| running.end(cost));
+    trained
 }
 
 fn message(p: &Progress) -> String {

@@ -118,6 +118,7 @@ impl DynamicsOps for Flex {
         config: SystemConfig,
         edit: Edit,
     ) -> FloatTensor<Self> {
+        let _span = tracing::trace_span!("accelerations").entered();
         let system = System { config, params: floats(&params) };
         tensor_of_points(system.accelerations(&points(&q), &points(&v), &edit))
     }
@@ -138,6 +139,7 @@ impl DynamicsKernels for Flex {
         edit: Edit,
         v_out: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("accelerations, backward").entered();
         let system = System { config, params: floats(&params) };
         let g = acceleration_vjp(&system, &points(&q), &points(&v), &edit, &points(&v_out));
         let len = g.params.len();
@@ -145,12 +147,14 @@ impl DynamicsKernels for Flex {
     }
 
     fn rollout_states([params, q0, v0]: [FloatTensor<Self>; 3], call: &RolloutCall) -> (FloatTensor<Self>, Arc<Vec<State>>) {
+        let _span = tracing::trace_span!("rollout").entered();
         let system = System { config: call.config, params: floats(&params) };
         let states = rollout(&system, &State::at_start(points(&q0), points(&v0)), &call.spec());
         (pack(&states), Arc::new(states))
     }
 
     fn rollout_vjp(params: FloatTensor<Self>, call: &RolloutCall, states: &[State], v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("rollout, backward").entered();
         let system = System { config: call.config, params: floats(&params) };
         let cotangents = unpack_cotangents(&floats(&v_packed), states[0].len());
         let g = rollout_vjp(&system, &call.spec(), states, &cotangents);
@@ -159,6 +163,7 @@ impl DynamicsKernels for Flex {
     }
 
     fn alignment([position, candidate]: [FloatTensor<Self>; 2], supports: &Supports) -> (FloatTensor<Self>, Arc<Alignment>) {
+        let _span = tracing::trace_span!("alignment").entered();
         let alignment = align(&points(&position), &points(&candidate), supports);
         let mut values = Vec::with_capacity(12 * supports.particles());
         for (aligned, rotation) in alignment.aligned.iter().zip(alignment.rotations()) {
@@ -173,6 +178,7 @@ impl DynamicsKernels for Flex {
         alignment: &Alignment,
         v_packed: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 2] {
+        let _span = tracing::trace_span!("alignment, backward").entered();
         let values = floats(&v_packed);
         let rows = values.as_chunks::<12>().0;
         let v_aligned: Vec<[f32; 3]> = rows.iter().map(|r| [r[0], r[1], r[2]]).collect();

@@ -54,6 +54,7 @@ fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Fl
 
 impl DeformationOps for Flex {
     fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self> {
+        let _span = tracing::trace_span!("deformation network").entered();
         let inputs = [params, means, rotations].map(|t| t.to_contiguous());
         let poses = deform_rows(input(&inputs, &spec));
         let n = poses.len();
@@ -63,6 +64,7 @@ impl DeformationOps for Flex {
 
 impl DeformationKernels for Flex {
     fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("deformation network, backward").entered();
         let (inputs, v_poses) = (inputs.map(|t| t.to_contiguous()), v_poses.to_contiguous());
         let v = deform_vjp(input(&inputs, spec), v_poses.storage::<f32>().as_chunks().0);
         let (len, n) = (v.params.len(), v.means.len());

@@ -28,6 +28,7 @@ pub trait PhotometricKernels: PhotometricOps {
 
 impl PhotometricOps for Flex {
     fn photometric_loss(image: FloatTensor<Self>, target: FloatTensor<Self>, lambda: f32) -> FloatTensor<Self> {
+        let _span = tracing::trace_span!("photometric loss").entered();
         let (image, target) = (image.to_contiguous(), target.to_contiguous());
         let shape = image.shape();
         let loss = photometric(floats(&image).as_chunks().0, floats(&target).as_chunks().0, shape[1], shape[0], lambda);
@@ -41,6 +42,7 @@ impl PhotometricKernels for Flex {
         target: FloatTensor<Self>,
         lambda: f32,
     ) -> (FloatTensor<Self>, FloatTensor<Self>) {
+        let _span = tracing::trace_span!("photometric loss and gradient").entered();
         let (image, target) = (image.to_contiguous(), target.to_contiguous());
         let shape = image.shape();
         let (loss, v) = photometric_vjp(floats(&image).as_chunks().0, floats(&target).as_chunks().0, shape[1], shape[0], lambda);

@@ -106,6 +106,7 @@ impl SplatPrimitives<Flex> {
 
 impl RasterOps for Flex {
     fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
+        let _span = tracing::trace_span!("rasterize").entered();
         let splats = splats.contiguous();
         let forward = rasterize(&splats.splats(view.active_degree), &view.camera, view.background);
         let packed: Vec<[f32; 4]> = forward.image.iter().zip(&forward.transmittance).map(|(&[r, g, b], &t)| [r, g, b, t]).collect();
@@ -121,6 +122,7 @@ impl RasterKernels for Flex {
         forward: &Rasterized,
         v_packed: FloatTensor<Self>,
     ) -> SplatPrimitives<Self> {
+        let _span = tracing::trace_span!("rasterize, backward").entered();
         let (splats, v_packed) = (splats.contiguous(), v_packed.to_contiguous());
         let (v_image, v_transmittance): (Vec<[f32; 3]>, Vec<f32>) =
             floats(&v_packed).as_chunks::<4>().0.iter().map(|&[r, g, b, t]| ([r, g, b], t)).unzip();

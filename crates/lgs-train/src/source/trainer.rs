@@ -109,7 +109,7 @@ impl<'a> SourceTrainer<'a> {
     pub fn step(&mut self) -> Result<StepReport, TrainError> {
         let iteration = self.iteration + 1;
         let frame = &self.frames[self.order.next(iteration, &self.config)];
-        let (camera, target) = self.view(frame, iteration);
+        let (camera, target) = tracing::trace_span!("frame").in_scope(|| self.view(frame, iteration));
         let deformation = (!self.config.is_warmup(iteration)).then(|| DeformSpec {
             config: self.config.deformation.clone(),
             frame: self.input_frame,
@@ -127,7 +127,7 @@ impl<'a> SourceTrainer<'a> {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
         let total = if deformed { self.with_priors(photometric, &splats.means) } else { photometric };
-        let mut gradients = total.backward();
+        let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
         let rates = Rates { config: &self.config, iteration };
@@ -150,6 +150,7 @@ impl<'a> SourceTrainer<'a> {
 
     /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings.
     fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>) -> Tensor<1> {
+        let _span = tracing::trace_span!("priors of motion").entered();
         let rigidity = &self.config.rigidity;
         let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
         if rigidity.weight <= 0.0 && stillness <= 0.0 {
@@ -188,6 +189,7 @@ impl<'a> SourceTrainer<'a> {
             return skip;
         }
         if iteration > config.after && iteration.is_multiple_of(config.interval) {
+            let _span = tracing::trace_span!("densify").entered();
             let plan = self.plan(iteration);
             self.params.densify(&plan, &mut stream(self.seed, "split", iteration as u64));
             self.statistics = DensifyStatistics::new(self.params.len());

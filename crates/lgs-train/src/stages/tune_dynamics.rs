@@ -39,6 +39,7 @@ struct KeptMotion {
 
 impl KeptMotion {
     fn roll(scene: LagrangianScene) -> Self {
+        let _span = tracing::trace_span!("roll the motion").entered();
         let steps = RolloutSpec::until(scene.motion.time_window, scene.motion.dt).steps;
         let start = SceneState::at_start(scene.movers.means.clone(), scene.velocities.clone());
         let mut states = vec![start];
@@ -153,7 +154,7 @@ impl Tuning for TuneDynamics<'_> {
         let (losses, errors): (Vec<Tensor<1>>, Vec<f64>) = losses.unzip();
         let count = losses.len() as f32;
         let loss = Tensor::cat(losses, 0).sum().div_scalar(count);
-        let gradients = loss.backward();
+        let gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
         let rate = cosine(self.step, self.config.iterations);
         for (object, path) in self.objects.iter_mut().zip(&paths) {
             object.network.step(self.config.learning_rate * rate, path.network.grad(&gradients));

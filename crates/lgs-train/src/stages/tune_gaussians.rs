@@ -47,6 +47,7 @@ impl<'a> TuneGaussians<'a> {
     }
 
     fn roll(&mut self) {
+        let _span = tracing::trace_span!("roll the motion").entered();
         let scene = self.scene();
         let mut motion = Motion::new(&scene, Edit::default(), Reversal::Exact);
         self.states = self.frames.iter().map(|f| motion.state_at(f.time)).collect();
@@ -102,7 +103,7 @@ impl Tuning for TuneGaussians<'_> {
         let view =
             View { frame: &self.frames[chosen], background: self.scene.background, ssim_weight: self.config.ssim_weight, device: &device };
         let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
-        let gradients = loss.backward();
+        let gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
         let rate = cosine(self.step, self.config.iterations);
         for (cloud, leaves) in [(&mut self.statics, &statics), (&mut self.movers, &movers)] {
             cloud.descend(leaves, &gradients, &self.config, rate);
