@@ -135,6 +135,8 @@ pub struct DistillConfig {
     pub conservative_slack: f32,
     /// … plus this part of the root mean square displacement.
     pub forecast_floor: f32,
+    /// … plus this, world units: what the source of the trajectories cannot resolve. Training from images adds a tenth of a pixel.
+    pub forecast_tolerance: f32,
     /// Particles that hold a rigid object together, at least 4; a support of that many costs no more than one of nearest neighbours.
     pub anchors: usize,
     /// Whether laws of a body held rigid by one support are candidates; without it every particle moves by itself.
@@ -162,6 +164,7 @@ impl Default for DistillConfig {
             forecast_slack: 1.25,
             conservative_slack: 2.0,
             forecast_floor: 1e-3,
+            forecast_tolerance: 0.0,
             anchors: 20,
             whole_object: true,
             remainder_threshold: 0.04,
@@ -209,6 +212,7 @@ impl DistillConfig {
             (self.forecast_slack >= 1.0, "forecast_slack", "at least 1", self.forecast_slack.to_string()),
             (self.conservative_slack >= 1.0, "conservative_slack", "at least 1", self.conservative_slack.to_string()),
             (self.forecast_floor >= 0.0, "forecast_floor", "at least 0", self.forecast_floor.to_string()),
+            (self.forecast_tolerance >= 0.0, "forecast_tolerance", "at least 0", self.forecast_tolerance.to_string()),
             (self.shared_residual >= 0.0, "shared_residual", "at least 0", self.shared_residual.to_string()),
             (self.anchors >= 4, "anchors", "at least 4", self.anchors.to_string()),
             (self.matching.batch > 0, "matching.batch", "at least 1", self.matching.batch.to_string()),

@@ -112,7 +112,7 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
     let best = kept.iter().map(|(_, score, _)| *score).fold(f64::INFINITY, f64::min);
     let admitted = |candidate: &Candidate| {
         let slack = if candidate.terms.has_force() { config.forecast_slack } else { config.conservative_slack };
-        best * f64::from(slack) + f64::from(config.forecast_floor) * displacement
+        best * f64::from(slack) + f64::from(config.forecast_floor) * displacement + f64::from(config.forecast_tolerance)
     };
     kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate)).map(|(candidate, forecast, fitted)| ChosenLaw {
         candidate,

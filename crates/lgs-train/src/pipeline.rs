@@ -68,6 +68,7 @@ impl Pipeline<'_> {
             distill: &self.config.distill,
             motion: &self.config.motion,
             time_window: self.time_window(),
+            pixel_size: self.dataset.pixel_size(),
             background: self.dataset.background,
             seed: self.config.seed,
         };

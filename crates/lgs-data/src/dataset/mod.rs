@@ -133,6 +133,12 @@ impl Dataset {
         found
     }
 
+    /// What a pixel of the median training camera spans at the centre of [`Self::scene_box`], world units.
+    #[must_use]
+    pub fn pixel_size(&self) -> f32 {
+        points::pixel_size_at(&self.cameras("train"), self.scene_box().center)
+    }
+
     /// Radius of the training cameras around their mean, times 1.1 (reference §1.7); thresholds of densification are in this unit.
     #[must_use]
     pub fn extent(&self) -> f32 {

@@ -99,6 +99,13 @@ impl Dataset {
     }
 }
 
+/// The median over cameras of a pixel's width at the depth of a point, world units; 0 without cameras.
+pub(super) fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
+    let mut sizes: Vec<f32> = frames.iter().map(|frame| frame.camera.pixel_from_world(point).1.max(0.0) / frame.camera.fx).collect();
+    sizes.sort_by(f32::total_cmp);
+    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+}
+
 /// Reads `points3d.ply` if there is one.
 pub(super) fn shipped(root: &Path) -> Result<Option<Points>, DatasetError> {
     let path = root.join("points3d.ply");

@@ -272,7 +272,7 @@ impl SourceConfig {
             warmup_iterations: 400,
             warmup_frames: WarmupFrames::First,
             warmup_cameras: 4,
-            window_steps: 60,
+            window_steps: 30,
             window_interval: 20,
             front_share: 0.5,
             edge_repeats: 2,

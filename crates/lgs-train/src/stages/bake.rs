@@ -19,6 +19,9 @@ pub struct Baked {
     pub reports: Vec<DistillReport>,
 }
 
+/// Motion that images do not resolve, as a part of a pixel: forecasts closer than that are equally good.
+const RESOLVED: f32 = 0.1;
+
 /// What baking needs beside the source.
 #[derive(Clone, Copy)]
 pub struct BakeRequest<'a> {
@@ -30,6 +33,8 @@ pub struct BakeRequest<'a> {
     pub motion: &'a MotionOptions,
     /// End of the captured window, τ_max.
     pub time_window: f32,
+    /// What a pixel of the training images spans at the scene, world units; 0 where the trajectories are not from images.
+    pub pixel_size: f32,
     /// Colour behind the Gaussians.
     pub background: [f32; 3],
     /// Seed of the run.
@@ -51,7 +56,9 @@ pub fn bake(
     let cloud = source.cloud_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions };
-    let config = SceneConfig { partition: request.partition.clone(), object: request.distill.clone() };
+    let forecast_tolerance = request.distill.forecast_tolerance + RESOLVED * request.pixel_size;
+    let object = DistillConfig { forecast_tolerance, ..request.distill.clone() };
+    let config = SceneConfig { partition: request.partition.clone(), object };
     let distilled = distill_scene(&trajectories, Some(&weights), &config, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
 }
