@@ -5,6 +5,7 @@
 //! The deformation network ([`network`]) runs as one fused operation on slices; [`tensor`] makes it differentiable inside Burn, and
 //! [`mod@reference`] is its twin in plain tensor operations.
 
+mod blocks;
 mod config;
 mod defgs;
 pub mod encoding;
@@ -13,6 +14,7 @@ pub mod network;
 pub mod pose;
 pub mod reference;
 pub mod tensor;
+mod time_part;
 
 pub use config::{DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, DefGsError, compose};

@@ -7,9 +7,10 @@ use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::{Tensor, TensorData};
+use std::sync::Arc;
 
 use super::config::DeformationConfig;
-use super::network::{DeformInput, InputFrame, deform as deform_rows, deform_vjp};
+use super::network::{DeformInput, InputFrame, Kept, deform as deform_rows, deform_kept, deform_vjp};
 use super::pose::DELTAS;
 
 /// What a call needs beside tensors.
@@ -32,8 +33,11 @@ pub trait DeformationOps: Backend {
 
 /// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an autodiff one is asked.
 pub trait DeformationKernels: DeformationOps {
+    /// Pose rows, and what their way back needs.
+    fn deform_kept(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec) -> (FloatTensor<Self>, Arc<Kept>);
+
     /// Cotangents of parameters, centres and quaternions, given that of the rows.
-    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3];
+    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, kept: &Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3];
 }
 
 fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a DeformSpec) -> DeformInput<'a> {
@@ -63,10 +67,18 @@ impl DeformationOps for Flex {
 }
 
 impl DeformationKernels for Flex {
-    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+    fn deform_kept(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec) -> (FloatTensor<Self>, Arc<Kept>) {
+        let _span = tracing::trace_span!("deformation network").entered();
+        let inputs = inputs.map(|t| t.to_contiguous());
+        let (poses, kept) = deform_kept(input(&inputs, spec));
+        let n = poses.len();
+        (tensor(poses.into_flattened(), [n, DELTAS]), Arc::new(kept))
+    }
+
+    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, kept: &Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
         let _span = tracing::trace_span!("deformation network, backward").entered();
         let (inputs, v_poses) = (inputs.map(|t| t.to_contiguous()), v_poses.to_contiguous());
-        let v = deform_vjp(input(&inputs, spec), v_poses.storage::<f32>().as_chunks().0);
+        let v = deform_vjp(input(&inputs, spec), kept, v_poses.storage::<f32>().as_chunks().0);
         let (len, n) = (v.params.len(), v.means.len());
         [tensor(v.params, [len]), tensor(v.means.into_flattened(), [n, 3]), tensor(v.rotations.into_flattened(), [n, 4])]
     }
@@ -76,12 +88,12 @@ impl DeformationKernels for Flex {
 struct Deform;
 
 impl<B: DeformationKernels> Backward<B, 3> for Deform {
-    type State = ([FloatTensor<B>; 3], DeformSpec);
+    type State = ([FloatTensor<B>; 3], DeformSpec, Arc<Kept>);
 
     fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
-        let (inputs, spec) = ops.state;
+        let (inputs, spec, kept) = ops.state;
         let v_poses = grads.consume::<B>(&ops.node);
-        let by_parent = B::deform_vjp(inputs, &spec, v_poses);
+        let by_parent = B::deform_vjp(inputs, &spec, &kept, v_poses);
         for (parent, v) in ops.parents.into_iter().zip(by_parent) {
             if let Some(parent) = parent {
                 grads.register::<B>(parent.id, v);
@@ -94,11 +106,15 @@ impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B
     fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self> {
         let nodes = [params.node(), means.node(), rotations.node()];
         let inputs = [params, means, rotations].map(|t| t.into_primitive());
-        let [params, means, rotations] = inputs.clone();
-        let out = B::deform(params, means, rotations, spec.clone());
         match Deform.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((inputs, spec), out),
-            OpsKind::UnTracked(prep) => prep.finish(out),
+            OpsKind::Tracked(prep) => {
+                let (out, kept) = B::deform_kept(inputs.clone(), &spec);
+                prep.finish((inputs, spec, kept), out)
+            }
+            OpsKind::UnTracked(prep) => {
+                let [params, means, rotations] = inputs;
+                prep.finish(B::deform(params, means, rotations, spec))
+            }
         }
     }
 }
@@ -190,7 +206,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
             let input =
                 DeformInput { config: &config, frame: net.frame, params: &net.params, means: &means, rotations: &rotations, time: 0.3 };
-            pool.install(|| deform_vjp(input, weights.as_chunks().0))
+            pool.install(|| deform_vjp(input, &deform_kept(input).1, weights.as_chunks().0))
         };
         let one = run(1);
         assert!(one.params.iter().any(|v| *v != 0.0));
@@ -204,6 +220,6 @@ mod tests {
         let net = Deformation::init(config.clone(), InputFrame::IDENTITY, 5);
         assert!(net.poses(&[], &[], 0.5).is_empty());
         let input = DeformInput { config: &config, frame: net.frame, params: &net.params, means: &[], rotations: &[], time: 0.5 };
-        assert!(deform_vjp(input, &[]).params.iter().all(|v| *v == 0.0));
+        assert!(deform_vjp(input, &deform_kept(input).1, &[]).params.iter().all(|v| *v == 0.0));
     }
 }

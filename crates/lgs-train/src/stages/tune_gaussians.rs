@@ -31,8 +31,8 @@ pub struct TuneGaussians<'a> {
     movers: TrainableCloud,
     /// Means that the cached states were rolled from.
     rolled_means: Vec<[f32; 3]>,
-    /// One state per training frame.
-    states: Vec<SceneState>,
+    /// The motion at every training time; frames of one time share it.
+    states: FrameStates,
     device: Device,
 }
 
@@ -43,14 +43,13 @@ impl<'a> TuneGaussians<'a> {
         let device = Device::flex();
         let config = config.stretched(frames.first().map_or(0, |f| f.camera.width));
         let (statics, movers) = (TrainableCloud::new(&scene.statics, &device), TrainableCloud::new(&scene.movers, &device));
-        Self { rolled_means: Vec::new(), states: Vec::new(), scene, frames, config, seed, step: 0, statics, movers, device }
+        Self { rolled_means: Vec::new(), states: FrameStates::default(), scene, frames, config, seed, step: 0, statics, movers, device }
     }
 
     fn roll(&mut self) {
         let _span = tracing::trace_span!("roll the motion").entered();
         let scene = self.scene();
-        let mut motion = Motion::new(&scene, Edit::default(), Reversal::Exact);
-        self.states = self.frames.iter().map(|f| motion.state_at(f.time)).collect();
+        self.states = FrameStates::roll(&scene, self.frames);
         self.rolled_means = scene.movers.means;
     }
 
@@ -91,14 +90,14 @@ impl Tuning for TuneGaussians<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        if self.states.is_empty() || self.step.is_multiple_of(self.config.refresh_every.max(1)) {
+        if self.rolled_means.is_empty() || self.step.is_multiple_of(self.config.refresh_every.max(1)) {
             self.roll();
         }
         let mut rng = stream(self.seed, "tune-gaussians", self.step as u64);
         let chosen = rng.random_range(0..self.frames.len());
         let device = self.device.clone().autodiff();
         let (statics, movers) = (self.statics.leaves(), self.movers.leaves());
-        let moved = self.moved(movers.tensors(), &self.states[chosen], &device);
+        let moved = self.moved(movers.tensors(), self.states.of(chosen), &device);
         let cloud = statics.tensors().followed_by(&moved);
         let view =
             View { frame: &self.frames[chosen], background: self.scene.background, ssim_weight: self.config.ssim_weight, device: &device };
@@ -127,12 +126,35 @@ impl Tuning for TuneGaussians<'_> {
         if means.len() == self.scene.movers.len() && !means.is_empty() {
             let mut rolled = self.scene();
             rolled.movers.means.copy_from_slice(&means);
-            let mut motion = Motion::new(&rolled, Edit::default(), Reversal::Exact);
-            self.states = self.frames.iter().map(|f| motion.state_at(f.time)).collect();
+            self.states = FrameStates::roll(&rolled, self.frames);
             self.rolled_means = means;
         }
         self.step = step;
         Ok(())
+    }
+}
+
+/// States of a motion by training frame.
+#[derive(Default)]
+struct FrameStates {
+    /// One per distinct time.
+    states: Vec<SceneState>,
+    /// Which of them a frame is drawn in.
+    of_frame: Vec<usize>,
+}
+
+impl FrameStates {
+    fn roll(scene: &LagrangianScene, frames: &[Frame]) -> Self {
+        let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);
+        let mut times: Vec<f32> = frames.iter().map(|f| f.time).collect();
+        times.sort_by(f32::total_cmp);
+        times.dedup();
+        let of_frame = frames.iter().map(|f| times.partition_point(|&t| t < f.time)).collect();
+        Self { states: times.into_iter().map(|t| motion.state_at(t)).collect(), of_frame }
+    }
+
+    fn of(&self, frame: usize) -> &SceneState {
+        &self.states[self.of_frame[frame]]
     }
 }
 
