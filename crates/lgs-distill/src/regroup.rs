@@ -15,7 +15,7 @@ use rayon::prelude::*;
 /// Members that an object's motion is fitted to.
 const SAMPLED: usize = 400;
 
-/// An object is merged into another whose motion leaves at most this many times its own residual …
+/// Objects are merged if a motion of both leaves of each at most this many times its own residual …
 const ALIKE: f64 = 2.0;
 /// … plus this part of its displacement.
 const ALIKE_FLOOR: f64 = 0.02;
@@ -63,7 +63,7 @@ fn regrouped(
     config: &PartitionConfig,
     last: bool,
 ) -> Vec<Vec<usize>> {
-    let motions: Vec<Vec<Pose>> = distinct(trajectories, groups.iter().map(|g| (g.clone(), motion_of(trajectories, weights, g))).collect());
+    let motions: Vec<Vec<Pose>> = distinct(trajectories, weights, groups.to_vec());
     let chosen: Vec<Choice> = moving.par_iter().map(|&i| choose(trajectories, i, &motions, config, last)).collect();
     let mut next = vec![Vec::new(); motions.len()];
     let mut left = Vec::new();
@@ -122,23 +122,53 @@ fn motion_of(trajectories: &Trajectories, weights: Option<&[f32]>, members: &[us
     SharedMotion::fit(&trajectories.select(&sampled), own.as_deref(), PoseKind::Rigid).poses
 }
 
-/// Motions without those that another one explains about as well.
-fn distinct(trajectories: &Trajectories, mut objects: Vec<(Vec<usize>, Vec<Pose>)>) -> Vec<Vec<Pose>> {
-    objects.sort_by_key(|(members, _)| (std::cmp::Reverse(members.len()), members.first().copied()));
-    let all: usize = objects.iter().map(|(members, _)| members.len()).sum();
-    let mut kept: Vec<Vec<Pose>> = Vec::new();
-    for (members, poses) in objects {
+/// A group of particles and the rigid motion fitted to it.
+struct Moving {
+    members: Vec<usize>,
+    poses: Vec<Pose>,
+}
+
+/// Motions of the groups, without stray ones, and one for groups that move as one body.
+///
+/// Groups are one body if a motion fitted to both explains each about as well as its own. The motion of one alone would not do: it is
+/// only as good as the group is wide, and says little about parts farther away.
+fn distinct(trajectories: &Trajectories, weights: Option<&[f32]>, mut groups: Vec<Vec<usize>>) -> Vec<Vec<Pose>> {
+    groups.sort_by_key(|members| (std::cmp::Reverse(members.len()), members.first().copied()));
+    let all: usize = groups.iter().map(Vec::len).sum();
+    let mut kept: Vec<Moving> = Vec::new();
+    for members in groups {
+        let poses = motion_of(trajectories, weights, &members);
         let own = median_residual(trajectories, &members, Some(&poses));
-        let rest = median_residual(trajectories, &members, None);
-        if own > UNEXPLAINED * rest && members.len() * FEW < all {
+        if own > UNEXPLAINED * median_residual(trajectories, &members, None) && members.len() * FEW < all {
             continue;
         }
-        let limit = ALIKE * own + ALIKE_FLOOR * rest;
-        if !kept.iter().any(|other| median_residual(trajectories, &members, Some(other)) <= limit) {
-            kept.push(poses);
+        let group = Moving { members, poses };
+        let joined = kept.iter().enumerate().find_map(|(i, other)| joint(trajectories, weights, other, &group).map(|both| (i, both)));
+        match joined {
+            Some((i, both)) => kept[i] = both,
+            None => kept.push(group),
         }
     }
-    kept
+    kept.into_iter().map(|group| group.poses).collect()
+}
+
+/// Two groups as one, if one motion explains both.
+fn joint(trajectories: &Trajectories, weights: Option<&[f32]>, a: &Moving, b: &Moving) -> Option<Moving> {
+    // Equally many of each decide, so that the larger group does not outvote the smaller one.
+    let share = |members: &[usize]| members.iter().copied().step_by(members.len().div_ceil(SAMPLED / 2).max(1)).collect::<Vec<_>>();
+    let mut sampled = share(&a.members);
+    sampled.extend(share(&b.members));
+    let poses = motion_of(trajectories, weights, &sampled);
+    let is_explained = |group: &Moving| {
+        let own = median_residual(trajectories, &group.members, Some(&group.poses));
+        let rest = median_residual(trajectories, &group.members, None);
+        median_residual(trajectories, &group.members, Some(&poses)) <= ALIKE * own + ALIKE_FLOOR * rest
+    };
+    if !is_explained(a) || !is_explained(b) {
+        return None;
+    }
+    let members = [a.members.as_slice(), &b.members].concat();
+    Some(Moving { members, poses })
 }
 
 fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
