@@ -71,7 +71,7 @@ fn alignment_vjp_3000_by_20(bencher: divan::Bencher) {
     let (position, candidate, supports) = alignment_case();
     let alignment = align(&position, &candidate, &supports);
     let v = points(3000, 1.0, 3);
-    bencher.bench(|| align_vjp(&position, &candidate, &supports, &alignment, &v, &[]));
+    bencher.bench(|| align_vjp(&supports, &alignment, &v, &[]));
 }
 
 #[divan::bench(max_time = 4)]

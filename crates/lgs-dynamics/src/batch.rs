@@ -47,36 +47,48 @@ impl<'a> Pool<'a> {
         v: &[[f32; 3]],
         f: impl Fn(&Field, &mut Workspace, &Vec3Rows, &Vec3Rows) -> Vec3Rows + Sync,
     ) -> Vec<[f32; 3]> {
+        let mut out = Vec::new();
+        self.map_into(q, v, &mut out, f);
+        out
+    }
+
+    /// As [`Pool::map`], in an array that is there.
+    fn map_into(
+        &self,
+        q: &[[f32; 3]],
+        v: &[[f32; 3]],
+        out: &mut Vec<[f32; 3]>,
+        f: impl Fn(&Field, &mut Workspace, &Vec3Rows, &Vec3Rows) -> Vec3Rows + Sync,
+    ) {
         assert_eq!(q.len(), v.len(), "positions and velocities");
-        let mut out = vec![[0.0; 3]; q.len()];
+        out.resize(q.len(), [0.0; 3]);
         out.par_chunks_mut(WIDTH).zip(q.par_chunks(WIDTH)).zip(v.par_chunks(WIDTH)).for_each(|((out, q), v)| {
             let rows = self.run(|field, workspace| f(field, workspace, &gather(q), &gather(v)));
             scatter(&rows, out);
         });
-        out
     }
 
     /// Velocities after the kick of a step, `v + h a(q, v)` (Eq. 5).
-    pub(crate) fn kick(&self, q: &[[f32; 3]], v: &[[f32; 3]], h: f32) -> Vec<[f32; 3]> {
-        self.map(q, v, |field, workspace, q, v| {
+    pub(crate) fn kick(&self, q: &[[f32; 3]], v: &[[f32; 3]], h: f32, kicked: &mut Vec<[f32; 3]>) {
+        self.map_into(q, v, kicked, |field, workspace, q, v| {
             let mut kicked = *v;
             add_scaled(&mut kicked, &field.acceleration(workspace, q, v), h);
             kicked
-        })
+        });
     }
 }
 
 /// Cotangents of positions and velocities through `scale · a(q, v)`, with parameter gradients added to one buffer per group.
 pub(crate) fn acceleration_vjp_grouped(
     pool: &Pool,
-    q: &[[f32; 3]],
-    v: &[[f32; 3]],
-    v_a: &[[f32; 3]],
+    [q, v, v_a]: [&[[f32; 3]]; 3],
     scale: f32,
     gradients: &mut [Gradients],
-) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+    [v_q, v_v]: [&mut Vec<[f32; 3]>; 2],
+) {
     let size = group_size(q.len());
-    let (mut v_q, mut v_v) = (vec![[0.0; 3]; q.len()], vec![[0.0; 3]; q.len()]);
+    v_q.resize(q.len(), [0.0; 3]);
+    v_v.resize(q.len(), [0.0; 3]);
     let outputs = v_q.par_chunks_mut(size).zip(v_v.par_chunks_mut(size)).zip(gradients.par_iter_mut());
     let inputs = q.par_chunks(size).zip(v.par_chunks(size)).zip(v_a.par_chunks(size));
     outputs.zip(inputs).for_each(|(((v_q, v_v), gradients), ((q, v), v_a))| {
@@ -89,7 +101,6 @@ pub(crate) fn acceleration_vjp_grouped(
             scatter(&of_v, v_v);
         }
     });
-    (v_q, v_v)
 }
 
 /// Gradients of zero, one per group.
@@ -157,6 +168,7 @@ pub fn acceleration_vjp(
     assert!(q.len() == v.len() && q.len() == v_acceleration.len(), "positions, velocities, cotangents");
     let field = Field::new(system, edit);
     let mut partials = group_gradients(&field, q.len());
-    let (v_q, v_v) = acceleration_vjp_grouped(&Pool::new(&field), q, v, v_acceleration, 1.0, &mut partials);
+    let (mut v_q, mut v_v) = (Vec::new(), Vec::new());
+    acceleration_vjp_grouped(&Pool::new(&field), [q, v, v_acceleration], 1.0, &mut partials, [&mut v_q, &mut v_v]);
     AccelerationGradients { params: field.sum_in_order(&partials), q: v_q, v: v_v }
 }

@@ -3,7 +3,8 @@
 //! `R = argmax tr(RᵀA)` over SO(3) is found by Newton's method from the identity, since the rotation of one step is small: with `K = RᵀA`, the
 //! gradient in body axes is `vex(K − Kᵀ)` and the negative Hessian `M = tr(K) I − sym(K)`. A stationary point with `M` positive definite is the
 //! global maximum (the others are saddles), so success is certified; otherwise Horn's 4×4 matrix is diagonalised by Jacobi rotations. The
-//! derivative needs no singular vectors: reference §8.4. All in f64, per support.
+//! derivative needs no singular vectors: reference §8.4. All in f64. Alignment runs the same method on many supports in SIMD lanes
+//! ([`crate::kabsch_lanes`]) and comes here with those whose rotation the lanes can't certify.
 
 use lgs_core::linear::{Mat3, matrix_from_quat};
 
@@ -12,18 +13,24 @@ pub(crate) type Mat3d = [[f64; 3]; 3];
 
 /// `det M` over `tr³ K` under which the support is called degenerate: about (s₂ + s₃)/s₁ of the signed singular values. f32 coordinates leave
 /// about 1e-7 of noise there.
-const DEGENERATE: f64 = 1e-6;
+pub(crate) const DEGENERATE: f64 = 1e-6;
+
+/// Least pivot of `M`, whatever its scale.
+pub(crate) const TINY: f64 = 1e-30;
+
+/// Square of the Newton step, squared radians, after which one more leaves rounding error: it squares the error that is left.
+pub(crate) const CONVERGED: f64 = 1e-10;
 
 /// How strongly a degenerate fit is drawn to the identity: what the data leave open is not rotated.
 const DEGENERATE_PULL: f64 = 1e-5;
 
 /// A fitted rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Fit {
+struct Fit {
     /// Unit quaternion.
-    pub(crate) rotation: [f64; 4],
+    rotation: [f64; 4],
     /// The lower triangle of the Cholesky factor of `M`; none where the support is degenerate and the rotation has no derivative.
-    pub(crate) curvature: Option<Cholesky>,
+    curvature: Option<Cholesky>,
 }
 
 /// The rotation `R ∈ SO(3)` that maximises `tr(RᵀA)`, for `A = Σ target sourceᵀ` of centred points (Eq. 6).
@@ -45,17 +52,20 @@ pub fn kabsch_vjp(a: &Mat3, v_rotation: &Mat3) -> Mat3 {
     mat_mul(&r, &skew(y)).map(|row| row.map(|v| v as f32))
 }
 
+/// The best rotation for `A` as a unit quaternion.
+pub(crate) fn quaternion(a: &Mat3d) -> [f64; 4] {
+    fit(a).rotation
+}
+
 /// Fits a rotation to `A`.
-pub(crate) fn fit(a: &Mat3d) -> Fit {
+fn fit(a: &Mat3d) -> Fit {
     const ITERATIONS: usize = 12;
-    const CONVERGED: f64 = 1e-10; // squared radians
     let mut rotation = [1.0, 0.0, 0.0, 0.0];
     for _ in 0..ITERATIONS {
         let k = pulled_back(a, rotation);
         let Some(curvature) = Cholesky::of_curvature(&k) else { break };
         let turn = curvature.solve(vex(&k));
         rotation = normalize(quat_mul(rotation, [1.0, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]]));
-        // One more step squares the error that is left, so a step of 1e-5 rad leaves rounding error.
         if turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2] < CONVERGED {
             return Fit { rotation, curvature: Some(curvature) };
         }
@@ -69,7 +79,7 @@ fn fit_by_eigenvector(a: &Mat3d) -> Fit {
         return Fit { rotation, curvature: Some(curvature) };
     }
     let norm = a.as_flattened().iter().map(|v| v * v).sum::<f64>().sqrt();
-    if norm.is_nan() || norm < 1e-30 {
+    if norm.is_nan() || norm < TINY {
         return Fit { rotation: [1.0, 0.0, 0.0, 0.0], curvature: None };
     }
     let mut drawn = *a;
@@ -100,7 +110,7 @@ impl Cholesky {
     /// Of a symmetric matrix given as m00, m10, m11, m20, m21, m22 whose determinant exceeds a small part of `scale³`.
     pub(crate) fn new(m: [f64; 6], scale: f64) -> Option<Self> {
         let tiny = DEGENERATE * scale;
-        let positive = |v: f64| v.is_finite() && v > tiny && v > 1e-30;
+        let positive = |v: f64| v.is_finite() && v > tiny && v > TINY;
         if !positive(m[0]) {
             return None;
         }
@@ -188,7 +198,7 @@ fn quat_mul(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
 }
 
 /// The rotation matrix of a unit quaternion.
-pub(crate) fn matrix_from_quat_f64([w, x, y, z]: [f64; 4]) -> Mat3d {
+fn matrix_from_quat_f64([w, x, y, z]: [f64; 4]) -> Mat3d {
     [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
         [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
@@ -202,20 +212,20 @@ fn vex(x: &Mat3d) -> [f64; 3] {
 }
 
 /// `[y]×`.
-pub(crate) fn skew([x, y, z]: [f64; 3]) -> Mat3d {
+fn skew([x, y, z]: [f64; 3]) -> Mat3d {
     [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
 }
 
 /// `m` in double precision.
-pub(crate) fn widen(m: &Mat3) -> Mat3d {
+fn widen(m: &Mat3) -> Mat3d {
     m.map(|row| row.map(f64::from))
 }
 
-pub(crate) fn transpose(m: &Mat3d) -> Mat3d {
+fn transpose(m: &Mat3d) -> Mat3d {
     std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
 }
 
-pub(crate) fn mat_mul(a: &Mat3d, b: &Mat3d) -> Mat3d {
+fn mat_mul(a: &Mat3d, b: &Mat3d) -> Mat3d {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j]))
 }
 

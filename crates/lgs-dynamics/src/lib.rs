@@ -14,12 +14,17 @@
 //! [`tensor`] puts the fast ones on the autodiff tape of Burn.
 
 mod align;
+mod align_vjp;
 mod aligned;
+mod aligned_vjp;
 mod batch;
 mod block;
 mod field;
 mod gradients;
 mod kabsch;
+mod kabsch_lanes;
+mod lanes;
+mod moments;
 mod network;
 pub mod reference;
 mod reversal;
@@ -30,7 +35,8 @@ mod system;
 pub mod tensor;
 mod twist;
 
-pub use align::{Alignment, align, align_vjp};
+pub use align::{Alignment, align};
+pub use align_vjp::align_vjp;
 pub use batch::{AccelerationGradients, acceleration_vjp};
 pub use kabsch::{kabsch, kabsch_vjp};
 pub use reversal::rollout_reversed;

@@ -6,7 +6,7 @@
 //! at q₁, and velocities then follow their policy over the same interval as in the forward step.
 
 use crate::align::align;
-use crate::aligned::{policy_velocity, rotated};
+use crate::aligned::{policy_velocity, rotate};
 use crate::batch::Pool;
 use crate::block::{Vec3Rows, WIDTH, add_scaled};
 use crate::field::{Field, Workspace};
@@ -14,6 +14,7 @@ use crate::rollout::rollout;
 use crate::state::{Reversal, RolloutSpec, State, VelocityPolicy};
 use crate::supports::Supports;
 use crate::system::{ForceKind, System};
+use crate::twist::Carrier;
 use lgs_core::linear::{scale, sub};
 
 /// The states from `start` into the past: the start (its velocities scaled by α), then one per step of `−dt`.
@@ -48,8 +49,10 @@ type Undrifted = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 4]>);
 /// Positions, velocities over the interval and rotations before an aligned drift.
 fn align_back(after: &State, drifted: &[[f32; 3]], supports: &Supports, policy: VelocityPolicy, h: f32) -> Undrifted {
     let back = align(&after.q, drifted, supports);
-    let rotation = rotated(&back.quaternions, &after.rotation);
-    let v = policy_velocity(policy, &back.aligned, &after.q, after.v.clone(), supports, h);
+    let (mut rotation, mut v) = (vec![[0.0; 4]; after.len()], Vec::new());
+    rotate(&back.quaternions, &after.rotation, &mut rotation);
+    let ends: [&[[f32; 3]]; 2] = [&back.aligned, &after.q];
+    policy_velocity(policy, ends, &mut after.v.clone(), supports, h, &mut Carrier::default(), &mut v);
     (back.aligned, v, rotation)
 }
 

@@ -4,7 +4,8 @@
 //! are independent, and each block of them runs through all steps while its state is in the cache; rollouts with alignment are in
 //! `aligned.rs`. Only states are kept; the backward pass walks them from the end and recomputes activations and rotations.
 
-use crate::aligned::{aligned, aligned_vjp};
+use crate::aligned::aligned;
+use crate::aligned_vjp::aligned_vjp;
 use crate::batch::{Pool, group_gradients, group_size};
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS, add_scaled, gather, gather_or_zero, scatter};
 use crate::field::{Field, Gradients, Workspace};

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 /// Particles per task of a reordering.
-const CHUNK: usize = 1 << 14;
+pub(crate) const CHUNK: usize = 1 << 12;
 
 /// Why rows of indices are no supports.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -128,19 +128,29 @@ impl Supports {
         &self.owners[self.owners_start[slot] as usize..self.owners_start[slot + 1] as usize]
     }
 
+    /// The particle in every slot.
+    pub(crate) fn particles_in_slots(&self) -> &[u32] {
+        &self.particles
+    }
+
+    /// The slot of every particle.
+    pub(crate) fn slots_of_particles(&self) -> &[u32] {
+        &self.slots
+    }
+
     /// Values of particles in the order of slots.
-    pub(crate) fn to_slots<T: Copy + Send + Sync>(&self, of_particles: &[T]) -> Vec<T> {
-        reordered(&self.particles, of_particles)
+    pub(crate) fn to_slots<T: Copy + Send + Sync>(&self, of_particles: &[T], of_slots: &mut Vec<T>) {
+        reorder(&self.particles, of_particles, of_slots);
     }
 
     /// Values of slots in the order of particles.
-    pub(crate) fn to_particles<T: Copy + Send + Sync>(&self, of_slots: &[T]) -> Vec<T> {
-        reordered(&self.slots, of_slots)
+    pub(crate) fn to_particles<T: Copy + Send + Sync>(&self, of_slots: &[T], of_particles: &mut Vec<T>) {
+        reorder(&self.slots, of_slots, of_particles);
     }
 }
 
-fn reordered<T: Copy + Send + Sync>(order: &[u32], values: &[T]) -> Vec<T> {
-    order.par_iter().with_min_len(CHUNK).map(|&at| values[at as usize]).collect()
+fn reorder<T: Copy + Send + Sync>(order: &[u32], values: &[T], reordered: &mut Vec<T>) {
+    order.par_iter().with_min_len(CHUNK).map(|&at| values[at as usize]).collect_into_vec(reordered);
 }
 
 /// All particles by a breadth-first walk over rows of `k` members, from the first particle not yet met.
@@ -204,7 +214,10 @@ mod tests {
         assert_eq!(supports.slot_owners(0), [0, 3], "particle 0 is in its own support and in that of particle 4");
         assert_eq!(supports.slot_owners(4), [4, 4]);
         let values = [10, 11, 12, 13, 14];
-        assert_eq!(supports.to_slots(&values), [10, 13, 11, 14, 12]);
-        assert_eq!(supports.to_particles(&supports.to_slots(&values)), values);
+        let (mut of_slots, mut back) = (Vec::new(), Vec::new());
+        supports.to_slots(&values, &mut of_slots);
+        assert_eq!(of_slots, [10, 13, 11, 14, 12]);
+        supports.to_particles(&of_slots, &mut back);
+        assert_eq!(back, values);
     }
 }

@@ -3,6 +3,8 @@
 //! With midpoints m = (q₀ + q₁)/2 of the step, `ω = I⁻¹ Σ r × (v − v̄)`, `r = m − m̄`, `I = Σ (|r|² − r rᵀ)`, and the new velocity is
 //! `v̄ + ω × (m − m̄)`. For a rigid displacement `q₁ − q₀ = (R − 1) q₀ + t` is a twist of the midpoints exactly, since
 //! `(R − 1)(R + 1)⁻¹` is skew (Cayley): rigid motions are fixed points of the policy for steps of any size. Degenerate supports keep v.
+//!
+//! The sums take two positions, one for the angular momentum and one for the inertia; here they are the same.
 
 use crate::kabsch::Cholesky;
 use crate::supports::Supports;
@@ -13,6 +15,7 @@ const CHUNK: usize = 128;
 
 /// A support's twist.
 struct Twist {
+    mean_before: [f32; 3],
     mean: [f32; 3],
     mean_velocity: [f32; 3],
     spin: [f32; 3],
@@ -20,42 +23,135 @@ struct Twist {
     inertia: Option<Cholesky>,
 }
 
-fn twist(m: &[[f32; 3]], v: &[[f32; 3]], members: &[u32], owner: usize) -> Twist {
-    let per = 1.0 / members.len() as f32;
-    let (m0, v0) = (m[owner], v[owner]);
-    let (mut offset, mut velocity) = ([0.0; 3], [0.0; 3]);
-    for &member in members {
-        offset = add(offset, sub(m[member as usize], m0));
-        velocity = add(velocity, sub(v[member as usize], v0));
-    }
-    let (mean, mean_velocity) = (add(m0, scale(offset, per)), add(v0, scale(velocity, per)));
-    let (mut momentum, mut second) = ([0.0_f32; 3], [0.0_f32; 6]);
-    for &member in members {
-        let r = sub(m[member as usize], mean);
-        let u = sub(v[member as usize], mean_velocity);
-        momentum = add(momentum, cross(r, u));
-        for (sum, value) in second.iter_mut().zip([r[0] * r[0], r[1] * r[0], r[1] * r[1], r[2] * r[0], r[2] * r[1], r[2] * r[2]]) {
-            *sum += value;
-        }
-    }
-    let [xx, yx, yy, zx, zy, zz] = second.map(f64::from);
-    let inertia = Cholesky::new([yy + zz, -yx, xx + zz, -zx, -zy, xx + yy], xx + yy + zz);
-    let spin = inertia.map_or([0.0; 3], |i| i.solve(momentum.map(f64::from)).map(|v| v as f32));
-    Twist { mean, mean_velocity, spin, inertia }
+/// Positions before and after a step, and velocities that belong to the first; in slots of the supports.
+struct Motion<'a> {
+    before: &'a [[f32; 3]],
+    after: &'a [[f32; 3]],
+    v: &'a [[f32; 3]],
 }
 
-/// Velocities `[n, 3]` of the least-squares twists of the supports at positions `m`, `[n, 3]`, each taken at its particle.
+/// Mean of values over members, summed as offsets from the owner's.
+fn mean_of(values: &[[f32; 3]], members: &[u32], owner: usize) -> [f32; 3] {
+    let origin = values[owner];
+    let offset = members.iter().fold([0.0; 3], |sum, &member| add(sum, sub(values[member as usize], origin)));
+    add(origin, scale(offset, 1.0 / members.len() as f32))
+}
+
+impl Motion<'_> {
+    fn twist(&self, members: &[u32], owner: usize) -> Twist {
+        let [mean_before, mean, mean_velocity] = [self.before, self.after, self.v].map(|values| mean_of(values, members, owner));
+        let (mut momentum, mut second) = ([0.0_f32; 3], [0.0_f32; 6]);
+        for &member in members {
+            let member = member as usize;
+            let r = sub(self.after[member], mean);
+            momentum = add(momentum, cross(sub(self.before[member], mean_before), sub(self.v[member], mean_velocity)));
+            for (sum, value) in second.iter_mut().zip([r[0] * r[0], r[1] * r[0], r[1] * r[1], r[2] * r[0], r[2] * r[1], r[2] * r[2]]) {
+                *sum += value;
+            }
+        }
+        let [xx, yx, yy, zx, zy, zz] = second.map(f64::from);
+        let inertia = Cholesky::new([yy + zz, -yx, xx + zz, -zx, -zy, xx + yy], xx + yy + zz);
+        let spin = inertia.map_or([0.0; 3], |i| i.solve(momentum.map(f64::from)).map(|v| v as f32));
+        Twist { mean_before, mean, mean_velocity, spin, inertia }
+    }
+}
+
+/// Velocities `[n, 3]` of the least-squares twists of the supports at positions `[n, 3]`, each taken at its particle.
 ///
-/// Beside the `Rigid` policy this removes independent noise from fitted starting velocities (reference G29).
+/// This removes independent noise from fitted starting velocities (reference G29).
 #[must_use]
-pub fn rigid_velocities(m: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports) -> Vec<[f32; 3]> {
-    let (m, v) = (&supports.to_slots(m), &supports.to_slots(v));
-    let own = |owner: usize| {
-        let t = twist(m, v, supports.slot_members(owner), owner);
-        if t.inertia.is_none() { v[owner] } else { add(t.mean_velocity, cross(t.spin, sub(m[owner], t.mean))) }
-    };
-    let of_slots: Vec<_> = (0..m.len()).into_par_iter().with_min_len(CHUNK).map(own).collect();
-    supports.to_particles(&of_slots)
+pub fn rigid_velocities(positions: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports) -> Vec<[f32; 3]> {
+    let mut carried = Vec::new();
+    Carrier::default().velocities([positions, positions], v, supports, &mut carried);
+    carried
+}
+
+/// Velocities that supports carry through a step, and their cotangents, in arrays that all steps share.
+#[derive(Default)]
+pub(crate) struct Carrier {
+    /// Positions before and after, velocities, cotangents of the carried ones; by slot, as the next two.
+    of_slots: [Vec<[f32; 3]>; 4],
+    pulls: Vec<Pull>,
+    results: Vec<[[f32; 3]; 3]>,
+    /// Cotangents of positions before and after and of the velocities, `[n, 3]` each.
+    cotangents: Vec<[[f32; 3]; 3]>,
+    midpoints: Vec<[f32; 3]>,
+}
+
+impl Carrier {
+    /// Velocities of the twists at the midpoints between two positions.
+    pub(crate) fn midway(&mut self, ends: [&[[f32; 3]]; 2], v: &[[f32; 3]], supports: &Supports, carried: &mut Vec<[f32; 3]>) {
+        let midpoints = self.taken_midpoints(ends);
+        self.velocities([&midpoints, &midpoints], v, supports, carried);
+        self.midpoints = midpoints;
+    }
+
+    /// Backwards through [`Carrier::midway`]: twice the cotangents of both positions in two parts, and those of the velocities.
+    pub(crate) fn midway_vjp(
+        &mut self,
+        ends: [&[[f32; 3]]; 2],
+        v: &[[f32; 3]],
+        supports: &Supports,
+        v_out: &[[f32; 3]],
+    ) -> &[[[f32; 3]; 3]] {
+        let midpoints = self.taken_midpoints(ends);
+        self.velocities_vjp([&midpoints, &midpoints], v, supports, v_out);
+        self.midpoints = midpoints;
+        &self.cotangents
+    }
+
+    fn taken_midpoints(&mut self, [q0, q1]: [&[[f32; 3]]; 2]) -> Vec<[f32; 3]> {
+        let mut midpoints = std::mem::take(&mut self.midpoints);
+        midpoints.clear();
+        midpoints.extend(q0.iter().zip(q1).map(|(&a, &b)| add(a, scale(sub(b, a), 0.5))));
+        midpoints
+    }
+
+    /// Velocities `[n, 3]` after a step that took particles between two positions, each `[n, 3]`, from the velocities before it.
+    fn velocities(&mut self, ends: [&[[f32; 3]]; 2], v: &[[f32; 3]], supports: &Supports, carried: &mut Vec<[f32; 3]>) {
+        let [before, after] = ends;
+        let [own_before, own_after, own_v, results] = &mut self.of_slots;
+        supports.to_slots(before, own_before);
+        supports.to_slots(after, own_after);
+        supports.to_slots(v, own_v);
+        let motion = Motion { before: own_before, after: own_after, v: own_v };
+        let own = |owner: usize| {
+            let t = motion.twist(supports.slot_members(owner), owner);
+            if t.inertia.is_none() { motion.v[owner] } else { add(t.mean_velocity, cross(t.spin, sub(motion.after[owner], t.mean))) }
+        };
+        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(own).collect_into_vec(results);
+        supports.to_particles(results, carried);
+    }
+
+    /// Backwards through [`Carrier::velocities`]: sets the cotangents.
+    fn velocities_vjp(&mut self, ends: [&[[f32; 3]]; 2], v: &[[f32; 3]], supports: &Supports, v_out: &[[f32; 3]]) {
+        let per = 1.0 / supports.k() as f32;
+        for (of_particles, of_slots) in [ends[0], ends[1], v, v_out].into_iter().zip(&mut self.of_slots) {
+            supports.to_slots(of_particles, of_slots);
+        }
+        let [before, after, v, v_out] = &self.of_slots;
+        let motion = Motion { before, after, v };
+        let pull = |owner: usize| {
+            let twist = motion.twist(supports.slot_members(owner), owner);
+            let v_arm = cross(v_out[owner], twist.spin);
+            let v_spin = cross(sub(after[owner], twist.mean), v_out[owner]);
+            let y = twist.inertia.map_or([0.0; 3], |i| i.solve(v_spin.map(f64::from)).map(|v| v as f32));
+            Pull { twist, y, v_mean: scale(v_arm, -per), v_mean_velocity: scale(v_out[owner], per) }
+        };
+        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(pull).collect_into_vec(&mut self.pulls);
+        let pulls = &self.pulls;
+        let member_vjp = |member: usize| {
+            let own = &pulls[member].twist;
+            // Kept velocities of degenerate supports pass their cotangent on; such supports send nothing to their members.
+            let start = match own.inertia {
+                None => [[0.0; 3], [0.0; 3], v_out[member]],
+                Some(_) => [[0.0; 3], cross(v_out[member], own.spin), [0.0; 3]],
+            };
+            supports.slot_owners(member).iter().fold(start, |sum, &owner| pulls[owner as usize].onto(&motion, member, sum))
+        };
+        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(member_vjp).collect_into_vec(&mut self.results);
+        supports.to_particles(&self.results, &mut self.cotangents);
+    }
 }
 
 /// What one support sends back to its members.
@@ -67,58 +163,18 @@ struct Pull {
     v_mean_velocity: [f32; 3],
 }
 
-/// Backwards through [`rigid_velocities`]: cotangents of `m` and `v`.
-pub(crate) fn rigid_velocity_vjp(
-    m: &[[f32; 3]],
-    v: &[[f32; 3]],
-    supports: &Supports,
-    v_out: &[[f32; 3]],
-) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
-    let per = 1.0 / supports.k() as f32;
-    let [m, v, v_out] = &[m, v, v_out].map(|values| supports.to_slots(values));
-    let pull = |owner: usize| {
-        let twist = twist(m, v, supports.slot_members(owner), owner);
-        let v_arm = cross(v_out[owner], twist.spin);
-        let v_spin = cross(sub(m[owner], twist.mean), v_out[owner]);
-        let y = twist.inertia.map_or([0.0; 3], |i| i.solve(v_spin.map(f64::from)).map(|v| v as f32));
-        Pull { twist, y, v_mean: scale(v_arm, -per), v_mean_velocity: scale(v_out[owner], per) }
-    };
-    let pulls: Vec<Pull> = (0..m.len()).into_par_iter().with_min_len(CHUNK).map(pull).collect();
-    let member_vjp = |member: usize| {
-        let own = &pulls[member].twist;
-        if own.inertia.is_none() {
-            // Kept velocities pass their cotangent on; below, the same support sends nothing to its members.
-            return gather(m, v, supports, &pulls, member, [0.0; 3], v_out[member]);
+impl Pull {
+    /// Adds what this support sends to a member: cotangents of its positions before and after and of its velocity.
+    fn onto(&self, motion: &Motion<'_>, member: usize, [v_before, v_after, v_v]: [[f32; 3]; 3]) -> [[f32; 3]; 3] {
+        if self.twist.inertia.is_none() {
+            return [v_before, v_after, v_v];
         }
-        gather(m, v, supports, &pulls, member, cross(v_out[member], own.spin), [0.0; 3])
-    };
-    let (v_m, v_v): (Vec<_>, Vec<_>) = (0..m.len()).into_par_iter().with_min_len(CHUNK).map(member_vjp).unzip();
-    (supports.to_particles(&v_m), supports.to_particles(&v_v))
-}
-
-/// Sums what the supports of a member send to it, on top of the given cotangents.
-fn gather(
-    m: &[[f32; 3]],
-    v: &[[f32; 3]],
-    supports: &Supports,
-    pulls: &[Pull],
-    member: usize,
-    mut v_m: [f32; 3],
-    mut v_v: [f32; 3],
-) -> ([f32; 3], [f32; 3]) {
-    for &owner in supports.slot_owners(member) {
-        let p = &pulls[owner as usize];
-        if p.twist.inertia.is_none() {
-            continue;
-        }
-        let (y, spin) = (p.y, p.twist.spin);
-        let r = sub(m[member], p.twist.mean);
-        let u = sub(v[member], p.twist.mean_velocity);
-        v_v = add(v_v, add(cross(y, r), p.v_mean_velocity));
+        let (y, spin) = (self.y, self.twist.spin);
+        let r0 = sub(motion.before[member], self.twist.mean_before);
+        let r1 = sub(motion.after[member], self.twist.mean);
+        let u = sub(motion.v[member], self.twist.mean_velocity);
         // ω = I⁻¹L: ⟨ω̄, dω⟩ = ⟨y, dL⟩ − yᵀ dI ω
-        let of_momentum = cross(u, y);
-        let of_inertia = add(scale(r, -2.0 * dot(y, spin)), add(scale(y, dot(r, spin)), scale(spin, dot(y, r))));
-        v_m = add(v_m, add(add(of_momentum, of_inertia), p.v_mean));
+        let of_inertia = add(scale(r1, -2.0 * dot(y, spin)), add(scale(y, dot(r1, spin)), scale(spin, dot(y, r1))));
+        [add(v_before, cross(u, y)), add(v_after, add(of_inertia, self.v_mean)), add(v_v, add(cross(y, r0), self.v_mean_velocity))]
     }
-    (v_m, v_v)
 }

@@ -101,7 +101,7 @@ fn alignment() {
     let (w_aligned, w_rotation) = (random_points(40, 1.0, 4), random_points(120, 1.0, 5));
     let v_rotations = w_rotation.as_chunks::<3>().0.to_vec();
     let alignment = align(&position, &candidate, &supports);
-    let (v_position, v_candidate) = align_vjp(&position, &candidate, &supports, &alignment, &w_aligned, &v_rotations);
+    let (v_position, v_candidate) = align_vjp(&supports, &alignment, &w_aligned, &v_rotations);
     let loss = |position: &[[f32; 3]], candidate: &[[f32; 3]]| {
         let result = align(position, candidate, &supports);
         let rotations = result.rotations();

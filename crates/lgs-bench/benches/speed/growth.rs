@@ -30,7 +30,7 @@ pub(crate) fn run(_: &Machine) {
         COUNTS.map(|n| {
             let (position, candidate, supports) = cases.iter().find(|case| case.0.len() == n).expect("a case per count");
             let (aligned, v) = (align(position, candidate, supports), points(n, 1.0, 3));
-            per_gaussian(n, || align_vjp(position, candidate, supports, &aligned, &v, &[]))
+            per_gaussian(n, || align_vjp(supports, &aligned, &v, &[]))
         }),
     );
     let system = system();

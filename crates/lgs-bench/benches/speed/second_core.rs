@@ -21,7 +21,7 @@ pub(crate) fn run(_: &Machine) {
     let (position, candidate, supports) = case(PARTICLES);
     let (aligned, v) = (align(&position, &candidate, &supports), points(PARTICLES, 1.0, 3));
     compare("alignment, forward", 1.8, || align(&position, &candidate, &supports));
-    compare("alignment, backward", 1.8, || align_vjp(&position, &candidate, &supports, &aligned, &v, &[]));
+    compare("alignment, backward", 1.8, || align_vjp(&supports, &aligned, &v, &[]));
 }
 
 /// Prints how much faster two threads are than one, side by side.

@@ -1,7 +1,8 @@
 //! The backend extension: the traits, the CPU implementation, the autodiff nodes.
 
 use super::RolloutCall;
-use crate::align::{Alignment, align, align_vjp};
+use crate::align::{Alignment, align};
+use crate::align_vjp::align_vjp;
 use crate::batch::acceleration_vjp;
 use crate::rollout::{StateCotangents, rollout, rollout_vjp};
 use crate::state::{Edit, RolloutSpec, State};
@@ -49,12 +50,7 @@ pub trait DynamicsKernels: DynamicsOps {
     /// The packed alignment and the alignment itself.
     fn alignment(inputs: [FloatTensor<Self>; 2], supports: &Supports) -> (FloatTensor<Self>, Arc<Alignment>);
     /// Cotangents of positions and candidates.
-    fn align_vjp(
-        inputs: [FloatTensor<Self>; 2],
-        supports: &Supports,
-        alignment: &Alignment,
-        v_packed: FloatTensor<Self>,
-    ) -> [FloatTensor<Self>; 2];
+    fn align_vjp(supports: &Supports, alignment: &Alignment, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 2];
 }
 
 fn floats(tensor: &FloatTensor<Flex>) -> Vec<f32> {
@@ -172,18 +168,13 @@ impl DynamicsKernels for Flex {
         (tensor(values, [supports.particles(), 12]), Arc::new(alignment))
     }
 
-    fn align_vjp(
-        [position, candidate]: [FloatTensor<Self>; 2],
-        supports: &Supports,
-        alignment: &Alignment,
-        v_packed: FloatTensor<Self>,
-    ) -> [FloatTensor<Self>; 2] {
+    fn align_vjp(supports: &Supports, alignment: &Alignment, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 2] {
         let _span = tracing::trace_span!("alignment, backward").entered();
         let values = floats(&v_packed);
         let rows = values.as_chunks::<12>().0;
         let v_aligned: Vec<[f32; 3]> = rows.iter().map(|r| [r[0], r[1], r[2]]).collect();
         let v_rotations: Vec<_> = rows.iter().map(|r| [[r[3], r[4], r[5]], [r[6], r[7], r[8]], [r[9], r[10], r[11]]]).collect();
-        let (v_position, v_candidate) = align_vjp(&points(&position), &points(&candidate), supports, alignment, &v_aligned, &v_rotations);
+        let (v_position, v_candidate) = align_vjp(supports, alignment, &v_aligned, &v_rotations);
         [tensor_of_points(v_position), tensor_of_points(v_candidate)]
     }
 }
@@ -227,12 +218,12 @@ impl<B: DynamicsKernels> Backward<B, 3> for Rollout {
 struct Align;
 
 impl<B: DynamicsKernels> Backward<B, 2> for Align {
-    type State = ([FloatTensor<B>; 2], Arc<Supports>, Arc<Alignment>);
+    type State = (Arc<Supports>, Arc<Alignment>);
 
     fn backward(self, ops: Ops<Self::State, 2>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
         let v_packed = grads.consume::<B>(&ops.node);
-        let (inputs, supports, alignment) = ops.state.clone();
-        register::<B, _, 2>(ops, grads, B::align_vjp(inputs, &supports, &alignment, v_packed));
+        let (supports, alignment) = ops.state.clone();
+        register::<B, _, 2>(ops, grads, B::align_vjp(&supports, &alignment, v_packed));
     }
 }
 
@@ -267,9 +258,9 @@ impl<B: DynamicsKernels, C: CheckpointStrategy> DynamicsOps for Autodiff<B, C> {
     fn align(position: FloatTensor<Self>, candidate: FloatTensor<Self>, supports: Arc<Supports>) -> FloatTensor<Self> {
         let nodes = [position.node(), candidate.node()];
         let inputs = [position.into_primitive(), candidate.into_primitive()];
-        let (out, alignment) = B::alignment(inputs.clone(), &supports);
+        let (out, alignment) = B::alignment(inputs, &supports);
         match Align.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((inputs, supports, alignment), out),
+            OpsKind::Tracked(prep) => prep.finish((supports, alignment), out),
             OpsKind::UnTracked(prep) => prep.finish(out),
         }
     }

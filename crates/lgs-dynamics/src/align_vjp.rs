@@ -1,0 +1,199 @@
+//! The backward pass of the alignment.
+//!
+//! First every support works out what it sends to its members ([`Pull`]), in the lanes of the forward pass: `A` is summed again and its
+//! curvature inverted at the rotation that was found, so nothing but positions and results is kept. Then every particle gathers over the
+//! supports that it belongs to, in the order of slots, instead of scattering: no result depends on the number of threads.
+
+use crate::align::{Alignment, TASK};
+use crate::kabsch_lanes::{cross, matrix, pulled_back, rotated, rotated_back, solve};
+use crate::lanes::{GROUP, Lanes, load, splat, store};
+use crate::moments::{Group, Pair};
+use crate::supports::{CHUNK, Supports};
+use lgs_core::linear::{Mat3, mat_mul, transpose};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// What one support sends back to a member at x and, among the candidates, at y, both relative to its owner: the rows `(V, b)` give
+/// `V x + b` for the member's candidate, their transpose with the row `d` gives `Vᵀ y + d` for its position, `V` being the cotangent of `A`.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+struct Pull([[f32; 4]; 4]);
+
+/// Arrays of a backward pass, and its result.
+#[derive(Debug, Default)]
+pub(crate) struct AlignmentVjp {
+    /// Cotangents of the positions `[n, 3]`.
+    pub(crate) v_position: Vec<[f32; 3]>,
+    /// Cotangents of the candidates `[n, 3]`.
+    pub(crate) v_candidate: Vec<[f32; 3]>,
+    /// By slot, as the other two.
+    pulls: Vec<[Pull; GROUP]>,
+    /// Cotangents that go to the owners alone.
+    own: Vec<[[f32; 4]; GROUP]>,
+    /// Cotangents of positions and candidates.
+    gathered: Vec<Pair>,
+}
+
+/// Backwards through [`crate::align()`]: cotangents of its positions and candidates, given those of the aligned positions `[n, 3]` and of
+/// the rotation matrices `[n, 3, 3]` (empty: zero).
+#[must_use]
+pub fn align_vjp(
+    supports: &Supports,
+    alignment: &Alignment,
+    v_aligned: &[[f32; 3]],
+    v_rotations: &[Mat3],
+) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+    let v_turns: Vec<[f32; 3]> = v_rotations.iter().zip(alignment.rotations()).map(|(v, rotation)| turn_of_matrix(&rotation, v)).collect();
+    let mut vjp = AlignmentVjp::default();
+    vjp.set(supports, alignment, v_aligned, &v_turns);
+    (vjp.v_position, vjp.v_candidate)
+}
+
+/// The cotangent of a small turn θ in `R exp([θ]×)` given that of the matrix: `vex(RᵀḠ − ḠᵀR)`.
+fn turn_of_matrix(r: &Mat3, v_r: &Mat3) -> [f32; 3] {
+    let x = mat_mul(&transpose(r), v_r);
+    [x[2][1] - x[1][2], x[0][2] - x[2][0], x[1][0] - x[0][1]]
+}
+
+impl AlignmentVjp {
+    /// As [`align_vjp`], in the arrays that are there, with the rotations' cotangents given as those of a small turn in body axes (empty:
+    /// zero).
+    pub(crate) fn set(&mut self, supports: &Supports, alignment: &Alignment, v_aligned: &[[f32; 3]], v_turns: &[[f32; 3]]) {
+        let n = supports.particles();
+        assert_eq!(v_aligned.len(), n, "cotangents of the aligned positions");
+        let pull = |group| Arch::new().dispatch(PullBack { supports, alignment, v_aligned, v_turns, first: group * GROUP });
+        let groups = (0..n.div_ceil(GROUP)).into_par_iter().with_min_len(TASK);
+        groups.map(pull).unzip_into_vecs(&mut self.pulls, &mut self.own);
+        let (pulls, own) = (self.pulls.as_flattened(), self.own.as_flattened());
+        let member = |member| gather(pulls, &alignment.pairs, supports.slot_owners(member), member, own[member]);
+        (0..n).into_par_iter().with_min_len(TASK * GROUP).map(member).collect_into_vec(&mut self.gathered);
+        let of_particle = |&slot: &u32| {
+            let Pair([qx, qy, qz, _], [cx, cy, cz, _]) = self.gathered[slot as usize];
+            ([qx, qy, qz], [cx, cy, cz])
+        };
+        let slots = supports.slots_of_particles().par_iter().with_min_len(CHUNK);
+        slots.map(of_particle).unzip_into_vecs(&mut self.v_position, &mut self.v_candidate);
+    }
+}
+
+/// Cotangents of a member's position and candidate: what its owners send, on top of what its `own` support sends to it alone.
+#[inline(always)]
+fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: [f32; 4]) -> Pair {
+    let Pair(q, c) = pairs[member];
+    let mut v_q = own;
+    // Of the candidate, one row per axis whose lanes are summed at the end.
+    let mut rows = [[0.0_f32; 4]; 3];
+    for &owner in owners {
+        let (Pull(pull), Pair(owner_q, owner_c)) = (&pulls[owner as usize], &pairs[owner as usize]);
+        let x = [q[0] - owner_q[0], q[1] - owner_q[1], q[2] - owner_q[2], 1.0];
+        let y = [c[0] - owner_c[0], c[1] - owner_c[1], c[2] - owner_c[2], 1.0];
+        for i in 0..4 {
+            for j in 0..4 {
+                v_q[j] += pull[i][j] * y[i];
+            }
+        }
+        for i in 0..3 {
+            for j in 0..4 {
+                rows[i][j] += pull[i][j] * x[j];
+            }
+        }
+    }
+    let sum = |row: [f32; 4]| (row[0] + row[1]) + (row[2] + row[3]);
+    Pair(v_q, [sum(rows[0]), sum(rows[1]), sum(rows[2]), 0.0])
+}
+
+/// What a group of supports sends to its members, and to its owners alone.
+struct PullBack<'a> {
+    supports: &'a Supports,
+    alignment: &'a Alignment,
+    v_aligned: &'a [[f32; 3]],
+    v_turns: &'a [[f32; 3]],
+    first: usize,
+}
+
+/// Cotangents that come down to a group, and its rotations.
+struct Given {
+    rotation: [Lanes; 4],
+    v_aligned: [Lanes; 3],
+    v_turn: [Lanes; 3],
+}
+
+/// What goes out of a group.
+struct Sent {
+    /// `V`, row by row.
+    v_a: [Lanes; 9],
+    to_candidate: [Lanes; 3],
+    to_position: [Lanes; 3],
+    to_owner: [Lanes; 3],
+}
+
+impl PullBack<'_> {
+    #[inline(always)]
+    fn given(&self) -> Given {
+        let mut given = Given { rotation: [Lanes::ZERO; 4], v_aligned: [Lanes::ZERO; 3], v_turn: [Lanes::ZERO; 3] };
+        let (order, fits) = (self.supports.particles_in_slots(), self.alignment.fits.as_flattened());
+        for lane in 0..GROUP {
+            let slot = (self.first + lane).min(order.len() - 1);
+            let particle = order[slot] as usize;
+            for i in 0..4 {
+                given.rotation[i].0[lane] = f64::from(fits[slot].1[i]);
+            }
+            let (v_aligned, v_turn) = (self.v_aligned[particle], self.v_turns.get(particle).copied().unwrap_or_default());
+            for axis in 0..3 {
+                given.v_aligned[axis].0[lane] = f64::from(v_aligned[axis]);
+                given.v_turn[axis].0[lane] = f64::from(v_turn[axis]);
+            }
+        }
+        given
+    }
+}
+
+/// Vector number `index` of what goes out: aligned = R d + c, and ⟨v, R [e]× d⟩ = e · (d × Rᵀv).
+#[inline(always)]
+fn send<S: Simd>(simd: S, group: &Group, given: &Given, per: f64, index: usize, sent: &mut Sent) {
+    let (zero, per) = (splat(simd, 0.0), splat(simd, per));
+    let r = matrix(&load(simd, &given.rotation, index));
+    let (d, c) = (load(simd, &group.from_mean, index), load(simd, &group.to_candidate_mean, index));
+    let (v, v_turn) = (load(simd, &given.v_aligned, index), load(simd, &given.v_turn, index));
+    let v_offset = rotated_back(&r, &v);
+    let of_offset = cross(d, v_offset);
+    let k = pulled_back(&load(simd, &group.a, index), &r);
+    let (y, certified) = solve(&k, [v_turn[0] + of_offset[0], v_turn[1] + of_offset[1], v_turn[2] + of_offset[2]]);
+    let y = [certified.select(y[0], zero), certified.select(y[1], zero), certified.select(y[2], zero)];
+    // V = R [y]×, whose rows are those of R times y.
+    let rows = [cross([r[0], r[1], r[2]], y), cross([r[3], r[4], r[5]], y), cross([r[6], r[7], r[8]], y)];
+    let v_a = [rows[0][0], rows[0][1], rows[0][2], rows[1][0], rows[1][1], rows[1][2], rows[2][0], rows[2][1], rows[2][2]];
+    // A member is x + d from the mean, its candidate y − c.
+    let (of_d, of_c) = (rotated(&v_a, &d), rotated_back(&v_a, &c));
+    store(&mut sent.v_a, index, v_a);
+    store(&mut sent.to_candidate, index, [v[0].mul_add(per, of_d[0]), v[1].mul_add(per, of_d[1]), v[2].mul_add(per, of_d[2])]);
+    let less = zero - per;
+    let to_position = [v_offset[0] * less - of_c[0], v_offset[1] * less - of_c[1], v_offset[2] * less - of_c[2]];
+    store(&mut sent.to_position, index, to_position);
+    store(&mut sent.to_owner, index, v_offset);
+}
+
+impl WithSimd for PullBack<'_> {
+    type Output = ([Pull; GROUP], [[f32; 4]; GROUP]);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let group = Group::new(&self.alignment.pairs, self.supports, self.first);
+        let (given, zero) = (self.given(), [Lanes::ZERO; 3]);
+        let mut sent = Sent { v_a: [Lanes::ZERO; 9], to_candidate: zero, to_position: zero, to_owner: zero };
+        for index in 0..GROUP / S::F64_LANES {
+            send(simd, &group, &given, 1.0 / self.supports.k() as f64, index, &mut sent);
+        }
+        let (mut pulls, mut own) = ([Pull::default(); GROUP], [[0.0; 4]; GROUP]);
+        for (lane, (Pull(pull), own)) in pulls.iter_mut().zip(&mut own).enumerate() {
+            let of_lane = |lanes: &Lanes| lanes.0[lane] as f32;
+            for i in 0..3 {
+                let [x, y, z] = [&sent.v_a[3 * i], &sent.v_a[3 * i + 1], &sent.v_a[3 * i + 2]].map(of_lane);
+                pull[i] = [x, y, z, of_lane(&sent.to_candidate[i])];
+                pull[3][i] = of_lane(&sent.to_position[i]);
+                own[i] = of_lane(&sent.to_owner[i]);
+            }
+        }
+        (pulls, own)
+    }
+}

@@ -1,0 +1,73 @@
+//! What the fit of a support reads: sums over its members, relative to its owner, a group of supports at a time.
+
+use crate::lanes::{GROUP, Lanes};
+use crate::supports::{CHUNK, Supports};
+use rayon::prelude::*;
+
+/// Two vectors of one particle side by side, so that both come with one line of the cache: its position and candidate, say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Pair(pub(crate) [f32; 4], pub(crate) [f32; 4]);
+
+/// Positions and candidates `[n, 3]` in the order of slots, with a one behind them.
+pub(crate) fn pair_up(position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports, pairs: &mut Vec<Pair>) {
+    let with_one = |[x, y, z]: [f32; 3]| [x, y, z, 1.0];
+    let pair = |&particle: &u32| Pair(with_one(position[particle as usize]), with_one(candidate[particle as usize]));
+    supports.particles_in_slots().par_iter().with_min_len(CHUNK).map(pair).collect_into_vec(pairs);
+}
+
+/// A group of supports at one time; each relative to its owner.
+pub(crate) struct Group {
+    /// `A = Σ (q̃ − c)(q − q̄)ᵀ`, row by row.
+    pub(crate) a: [Lanes; 9],
+    /// Owner minus support mean, at the start of the step.
+    pub(crate) from_mean: [Lanes; 3],
+    /// Support mean minus owner, of the candidates.
+    pub(crate) to_candidate_mean: [Lanes; 3],
+}
+
+impl Group {
+    /// Of supports from slot `first` on; the last one stands in for those that the last group lacks.
+    #[inline(always)]
+    pub(crate) fn new(pairs: &[Pair], supports: &Supports, first: usize) -> Self {
+        let mut group = Self { a: [Lanes::ZERO; 9], from_mean: [Lanes::ZERO; 3], to_candidate_mean: [Lanes::ZERO; 3] };
+        for lane in 0..GROUP {
+            let owner = (first + lane).min(pairs.len() - 1);
+            group.set(lane, sums(pairs, supports.slot_members(owner), owner), supports.k());
+        }
+        group
+    }
+
+    /// From `Σ (y, 1)(x, 1)ᵀ` of `k` members: `Σ (y − ȳ)(x − x̄)ᵀ = Σ y xᵀ − k ȳ x̄ᵀ`; both terms are of the support's own size, as the owner
+    /// is one of its points.
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sums: [[f32; 4]; 4], k: usize) {
+        let per = 1.0 / k as f64;
+        for i in 0..3 {
+            let y = f64::from(sums[i][3]) * per;
+            for (j, a) in self.a[3 * i..3 * i + 3].iter_mut().enumerate() {
+                a.0[lane] = f64::from(sums[i][j]) - y * f64::from(sums[3][j]);
+            }
+            self.to_candidate_mean[i].0[lane] = y;
+            self.from_mean[i].0[lane] = -f64::from(sums[3][i]) * per;
+        }
+    }
+}
+
+/// `Σ (y, 1)(x, 1)ᵀ` of the members' positions x and candidates y relative to the owner's.
+#[inline(always)]
+fn sums(pairs: &[Pair], members: &[u32], owner: usize) -> [[f32; 4]; 4] {
+    let Pair([qx, qy, qz, _], [cx, cy, cz, _]) = pairs[owner];
+    let mut sums = [[0.0_f32; 4]; 4];
+    for &member in members {
+        let Pair(q, c) = &pairs[member as usize];
+        let x = [q[0] - qx, q[1] - qy, q[2] - qz, q[3]];
+        let y = [c[0] - cx, c[1] - cy, c[2] - cz, c[3]];
+        for i in 0..4 {
+            for j in 0..4 {
+                sums[i][j] += y[i] * x[j];
+            }
+        }
+    }
+    sums
+}
