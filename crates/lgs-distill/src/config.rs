@@ -135,7 +135,8 @@ pub struct DistillConfig {
     pub conservative_slack: f32,
     /// … plus this part of the root mean square displacement.
     pub forecast_floor: f32,
-    /// … plus this, world units: what the source of the trajectories cannot resolve. Training from images adds a tenth of a pixel.
+    /// … plus, for laws without a force, this, world units: what the source of the trajectories cannot resolve. Training from images adds
+    /// a tenth of a pixel.
     pub forecast_tolerance: f32,
     /// Particles that hold a rigid object together, at least 4; a support of that many costs no more than one of nearest neighbours.
     pub anchors: usize,

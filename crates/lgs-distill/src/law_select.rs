@@ -111,8 +111,10 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
         .collect();
     let best = kept.iter().map(|(_, score, _)| *score).fold(f64::INFINITY, f64::min);
     let admitted = |candidate: &Candidate| {
-        let slack = if candidate.terms.has_force() { config.forecast_slack } else { config.conservative_slack };
-        best * f64::from(slack) + f64::from(config.forecast_floor) * displacement + f64::from(config.forecast_tolerance)
+        // What cannot be told apart goes to the potential.
+        let (slack, tolerance) =
+            if candidate.terms.has_force() { (config.forecast_slack, 0.0) } else { (config.conservative_slack, config.forecast_tolerance) };
+        best * f64::from(slack) + f64::from(config.forecast_floor) * displacement + f64::from(tolerance)
     };
     kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate)).map(|(candidate, forecast, fitted)| ChosenLaw {
         candidate,

@@ -94,7 +94,7 @@ impl Walk {
         self.v_q0.fill([0.0; 3]);
         self.policy_vjp(policy, states, supports, h);
         let Self { adjoint, step, alignment_vjp, v_turns, v_q0, v_kicked, of_q, of_v } = self;
-        alignment_vjp.set(supports, &step.alignment, &adjoint.q, v_turns);
+        alignment_vjp.update(supports, &step.alignment, &adjoint.q, v_turns);
         accumulate(v_q0, &alignment_vjp.v_position, 1.0);
         accumulate(v_q0, &alignment_vjp.v_candidate, 1.0);
         accumulate(v_kicked, &alignment_vjp.v_candidate, h);
@@ -120,8 +120,8 @@ impl Walk {
                 let cotangents = carrier.midway_vjp([&before.q, &after.q], kicked, supports, v_v);
                 let sums = v_q0.iter_mut().zip(v_q1).zip(&mut self.v_kicked);
                 for (((v_q0, v_q1), v_kicked), own) in sums.zip(cotangents) {
-                    let v_end = scale(add(own[0], own[1]), 0.5);
-                    *v_q0 = add(*v_q0, v_end);
+                    let v_end = scale(own[1], 0.5);
+                    *v_q0 = add(*v_q0, add(own[0], v_end));
                     *v_q1 = add(*v_q1, v_end);
                     *v_kicked = own[2];
                 }

@@ -207,13 +207,14 @@ pub fn align(position: &Tensor<2>, candidate: &Tensor<2>, supports: &Supports) -
     AlignmentTensors { aligned, rotations, quaternions }
 }
 
-/// Velocities of the supports' twists at the midpoints `m`: the `Rigid` policy.
-fn rigid_velocity(m: &Tensor<2>, v: &Tensor<2>, supports: &Supports) -> Tensor<2> {
+/// Velocities of the supports' twists at the midpoints `m`, from angular momenta about `q`: the `Rigid` policy.
+fn rigid_velocity(q: &Tensor<2>, m: &Tensor<2>, v: &Tensor<2>, supports: &Supports) -> Tensor<2> {
     let (n, k) = (supports.particles(), supports.k());
+    let (_, arm) = centred(q, supports);
     let (mean, r) = centred(m, supports);
     let (mean_velocity, u) = centred(v, supports);
     let rows = |x: Tensor<3>| x.reshape([n * k, 3]);
-    let momentum = cross(&rows(r.clone()), &rows(u)).reshape([n, k, 3]).sum_dim(1).reshape([n, 3]);
+    let momentum = cross(&rows(arm), &rows(u)).reshape([n, k, 3]).sum_dim(1).reshape([n, 3]);
     let second = r.clone().swap_dims(1, 2).matmul(r).reshape([n, 9]);
     let trace = columns(&second, 0, 1) + columns(&second, 4, 5) + columns(&second, 8, 9);
     let unit = Tensor::<2>::eye(3, &m.device());
@@ -244,7 +245,7 @@ pub fn rollout(params: &Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: &RolloutC
                 v = match call.velocity_policy {
                     VelocityPolicy::Keep => v,
                     VelocityPolicy::FromPositions => (fitted.aligned.clone() - q.clone()) / h,
-                    VelocityPolicy::Rigid => rigid_velocity(&((q + fitted.aligned.clone()) * 0.5), &v, supports),
+                    VelocityPolicy::Rigid => rigid_velocity(&q, &((q.clone() + fitted.aligned.clone()) * 0.5), &v, supports),
                 };
                 rotation = quaternion_product(&fitted.quaternions, &rotation);
                 fitted.aligned

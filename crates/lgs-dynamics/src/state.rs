@@ -30,8 +30,8 @@ pub enum VelocityPolicy {
     Keep,
     /// They become the displacement of the step over its length.
     FromPositions,
-    /// They become the least-squares twist of the support, taken at the particle. The twist is fitted at the midpoints of the step, where
-    /// the displacement of a rigid motion is a twist exactly, whatever its angle (Cayley's formula), so rigid motions stay as they are.
+    /// The support keeps its momentum and its angular momentum, and the particle gets the velocity that the support has there as one rigid
+    /// body, at the midpoint of the step, where the displacement of a rigid motion is a twist exactly: rigid motions stay as they are.
     Rigid,
 }
 

@@ -1,10 +1,11 @@
-//! The `Rigid` velocity policy: a particle's velocity is replaced by the least-squares twist of its support, taken at the particle.
+//! The `Rigid` velocity policy: a support keeps its momentum and its angular momentum, and a particle gets the velocity that its support has
+//! there as one rigid body.
 //!
-//! With midpoints m = (q₀ + q₁)/2 of the step, `ω = I⁻¹ Σ r × (v − v̄)`, `r = m − m̄`, `I = Σ (|r|² − r rᵀ)`, and the new velocity is
-//! `v̄ + ω × (m − m̄)`. For a rigid displacement `q₁ − q₀ = (R − 1) q₀ + t` is a twist of the midpoints exactly, since
-//! `(R − 1)(R + 1)⁻¹` is skew (Cayley): rigid motions are fixed points of the policy for steps of any size. Degenerate supports keep v.
-//!
-//! The sums take two positions, one for the angular momentum and one for the inertia; here they are the same.
+//! Velocities belong to the midpoints m = (q₀ + q₁)/2 of steps, and what turns them from one to the next are impulses at q₀, which leave
+//! the angular momentum about q₀ alone. With offsets r₀, r of the members from their means at q₀ and m: `L = Σ r₀ × (v − v̄)`,
+//! `I = Σ (|r|² − r rᵀ)`, `ω = I⁻¹ L`, and the new velocity is `v̄ + ω × r`. A free body spins for ever. A rigid displacement
+//! `q₁ − q₀ = (R − 1) q₀ + t` is a twist of the midpoints exactly, since `(R − 1)(R + 1)⁻¹` is skew (Cayley), and has the same L about both:
+//! rigid motions are fixed points of the policy for steps of any size. Degenerate supports keep v.
 
 use crate::kabsch::Cholesky;
 use crate::supports::Supports;
@@ -79,14 +80,14 @@ pub(crate) struct Carrier {
 }
 
 impl Carrier {
-    /// Velocities of the twists at the midpoints between two positions.
+    /// Velocities at the midpoints between two positions, from momenta about the first.
     pub(crate) fn midway(&mut self, ends: [&[[f32; 3]]; 2], v: &[[f32; 3]], supports: &Supports, carried: &mut Vec<[f32; 3]>) {
         let midpoints = self.taken_midpoints(ends);
-        self.velocities([&midpoints, &midpoints], v, supports, carried);
+        self.velocities([ends[0], &midpoints], v, supports, carried);
         self.midpoints = midpoints;
     }
 
-    /// Backwards through [`Carrier::midway`]: twice the cotangents of both positions in two parts, and those of the velocities.
+    /// Backwards through [`Carrier::midway`]: cotangents of the first positions, of the midpoints and of the velocities.
     pub(crate) fn midway_vjp(
         &mut self,
         ends: [&[[f32; 3]]; 2],
@@ -95,7 +96,7 @@ impl Carrier {
         v_out: &[[f32; 3]],
     ) -> &[[[f32; 3]; 3]] {
         let midpoints = self.taken_midpoints(ends);
-        self.velocities_vjp([&midpoints, &midpoints], v, supports, v_out);
+        self.velocities_vjp([ends[0], &midpoints], v, supports, v_out);
         self.midpoints = midpoints;
         &self.cotangents
     }
