@@ -1,4 +1,4 @@
-//! Bytes allocated, counted by the global allocator of a benchmark.
+//! Bytes and blocks allocated, counted by the global allocator of a benchmark.
 #![expect(unsafe_code, reason = "an allocator is an unsafe trait; every call goes to the system's allocator unchanged")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -6,11 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 static LIVE: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
+static BLOCKS: AtomicUsize = AtomicUsize::new(0);
 
 /// The system's allocator with a count: a benchmark declares it with `#[global_allocator]`.
 pub struct Counting;
 
 fn added(bytes: usize) {
+    BLOCKS.fetch_add(1, Relaxed);
     PEAK.fetch_max(LIVE.fetch_add(bytes, Relaxed) + bytes, Relaxed);
 }
 
@@ -41,4 +43,11 @@ pub fn peak_bytes<T>(run: impl FnOnce() -> T) -> (usize, T) {
     PEAK.store(before, Relaxed);
     let result = run();
     (PEAK.load(Relaxed).saturating_sub(before), result)
+}
+
+/// How often `run` allocated.
+pub fn allocations<T>(run: impl FnOnce() -> T) -> usize {
+    let before = BLOCKS.load(Relaxed);
+    std::hint::black_box(run());
+    BLOCKS.load(Relaxed) - before
 }

@@ -36,8 +36,8 @@ impl Alignment {
         self.quaternions.iter().map(|&quaternion| matrix_from_quat(quaternion)).collect()
     }
 
-    /// As [`align`], in the arrays that are there.
-    pub(crate) fn set(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
+    /// As [`align`], in the arrays of an earlier alignment: large arrays cost as much to allocate as to fill.
+    pub fn update(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
         let n = supports.particles();
         assert!(position.len() == n && candidate.len() == n, "{} positions, {} candidates, {n} supports", position.len(), candidate.len());
         pair_up(position, candidate, supports, &mut self.pairs);
@@ -58,7 +58,7 @@ impl Alignment {
 #[must_use]
 pub fn align(position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) -> Alignment {
     let mut alignment = Alignment::default();
-    alignment.set(position, candidate, supports);
+    alignment.update(position, candidate, supports);
     alignment
 }
 

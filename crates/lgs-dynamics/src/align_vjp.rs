@@ -19,13 +19,13 @@ use rayon::prelude::*;
 #[repr(C, align(64))]
 struct Pull([[f32; 4]; 4]);
 
-/// Arrays of a backward pass, and its result.
+/// The result of a backward pass, and arrays that the next one uses again.
 #[derive(Debug, Default)]
-pub(crate) struct AlignmentVjp {
+pub struct AlignmentVjp {
     /// Cotangents of the positions `[n, 3]`.
-    pub(crate) v_position: Vec<[f32; 3]>,
+    pub v_position: Vec<[f32; 3]>,
     /// Cotangents of the candidates `[n, 3]`.
-    pub(crate) v_candidate: Vec<[f32; 3]>,
+    pub v_candidate: Vec<[f32; 3]>,
     /// By slot, as the other two.
     pulls: Vec<[Pull; GROUP]>,
     /// Cotangents that go to the owners alone.
@@ -45,7 +45,7 @@ pub fn align_vjp(
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
     let v_turns: Vec<[f32; 3]> = v_rotations.iter().zip(alignment.rotations()).map(|(v, rotation)| turn_of_matrix(&rotation, v)).collect();
     let mut vjp = AlignmentVjp::default();
-    vjp.set(supports, alignment, v_aligned, &v_turns);
+    vjp.update(supports, alignment, v_aligned, &v_turns);
     (vjp.v_position, vjp.v_candidate)
 }
 
@@ -56,9 +56,9 @@ fn turn_of_matrix(r: &Mat3, v_r: &Mat3) -> [f32; 3] {
 }
 
 impl AlignmentVjp {
-    /// As [`align_vjp`], in the arrays that are there, with the rotations' cotangents given as those of a small turn in body axes (empty:
+    /// As [`align_vjp`], in the arrays of an earlier pass, with the rotations' cotangents given as those of a small turn in body axes (empty:
     /// zero).
-    pub(crate) fn set(&mut self, supports: &Supports, alignment: &Alignment, v_aligned: &[[f32; 3]], v_turns: &[[f32; 3]]) {
+    pub fn update(&mut self, supports: &Supports, alignment: &Alignment, v_aligned: &[[f32; 3]], v_turns: &[[f32; 3]]) {
         let n = supports.particles();
         assert_eq!(v_aligned.len(), n, "cotangents of the aligned positions");
         let pull = |group| Arch::new().dispatch(PullBack { supports, alignment, v_aligned, v_turns, first: group * GROUP });

@@ -27,7 +27,7 @@ impl Step {
         pool.kick(&state.q, &state.v, h, &mut self.kicked);
         self.candidate.clear();
         self.candidate.extend(state.q.iter().zip(&self.kicked).map(|(&q, &v)| add(q, scale(v, h))));
-        self.alignment.set(&state.q, &self.candidate, supports);
+        self.alignment.update(&state.q, &self.candidate, supports);
     }
 }
 

@@ -2,12 +2,12 @@
 //!
 //! All functions take and give world units; normalisation is undone here and nowhere else.
 
-use crate::block::activation::softplus;
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS};
 use crate::gradients::{LayerGradients, add_network};
 use crate::network::{Keep, Mlp, Tape};
 use crate::state::Edit;
-use crate::system::{DAMPING_SHIFT, ForceKind, Layout, System, SystemConfig};
+use crate::structured::{structured, structured_vjp};
+use crate::system::{ForceKind, Layout, System, SystemConfig};
 
 /// A system ready to be evaluated on blocks.
 #[derive(Debug)]
@@ -279,29 +279,5 @@ impl Field {
 
     pub(crate) fn edit(&self) -> &Edit {
         &self.edit
-    }
-}
-
-/// Damping, spin and velocity of a lane.
-fn structured(outputs: &[f32], v: &Vec3Rows, lane: usize) -> (f32, [f32; 3], [f32; 3]) {
-    let (damping, _) = softplus(outputs[lane] - DAMPING_SHIFT);
-    let spin = std::array::from_fn(|axis| outputs[(1 + axis) * WIDTH + lane]);
-    (damping, spin, std::array::from_fn(|axis| v[axis][lane]))
-}
-
-/// Backwards through `scale (−softplus(d − 6) v + w × v)`.
-fn structured_vjp(outputs: &[f32], v: &Vec3Rows, v_force: &Vec3Rows, scale: f32, v_outputs: &mut [f32], v_velocity: &mut Vec3Rows) {
-    for lane in 0..WIDTH {
-        let (damping, spin, velocity) = structured(outputs, v, lane);
-        let (_, slope) = softplus(outputs[lane] - DAMPING_SHIFT);
-        let v_f: [f32; 3] = std::array::from_fn(|axis| scale * v_force[axis][lane]);
-        let power: f32 = (0..3).map(|axis| v_f[axis] * velocity[axis]).sum();
-        v_outputs[lane] = -slope * power;
-        for axis in 0..3 {
-            let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-            // ⟨f̄, w × v⟩ = ⟨w, v × f̄⟩ = ⟨v, f̄ × w⟩
-            v_outputs[(1 + axis) * WIDTH + lane] = velocity[j] * v_f[k] - velocity[k] * v_f[j];
-            v_velocity[axis][lane] = v_f[j] * spin[k] - v_f[k] * spin[j] - damping * v_f[axis];
-        }
     }
 }

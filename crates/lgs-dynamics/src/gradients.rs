@@ -2,8 +2,9 @@
 
 use crate::block::WIDTH;
 use crate::block::buffer::Buffer;
-use crate::block::product::{Add, Left, Product, Right, Rows, padded};
-use crate::network::MlpShape;
+use crate::block::packed::{Right, padded};
+use crate::block::product::{Add, Left, Product, Rows};
+use crate::mlp_shape::MlpShape;
 
 /// A one for every particle of a block.
 const ONES: [f32; WIDTH] = [1.0; WIDTH];

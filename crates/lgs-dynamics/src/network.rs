@@ -10,48 +10,12 @@
 use crate::block::WIDTH;
 use crate::block::activation::{Silu, SiluCurvature, SiluSlope};
 use crate::block::buffer::Buffer;
-use crate::block::product::{Columns, Epilogue, Packed, Product, Rows, Set, padded, vector, vector_at};
+use crate::block::chain::{AddScaled, Chain, EveryRow, Scale, SlopeVjp};
+use crate::block::packed::{Packed, padded};
+use crate::block::product::{Columns, Epilogue, Product, Rows, Set};
 use crate::gradients::LayerGradients;
-use pulp::{Arch, Simd, WithSimd};
-use std::ops::Range;
-
-/// Sizes of a network and where it starts in the parameter vector; each layer's weight `[out, in]` is followed by its bias.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MlpShape {
-    pub(crate) start: usize,
-    pub(crate) inputs: usize,
-    pub(crate) hidden: usize,
-    pub(crate) hidden_layers: usize,
-    pub(crate) outputs: usize,
-}
-
-impl MlpShape {
-    pub(crate) fn layer_inputs(&self, layer: usize) -> usize {
-        if layer == 0 { self.inputs } else { self.hidden }
-    }
-
-    pub(crate) fn layer_outputs(&self, layer: usize) -> usize {
-        if layer == self.hidden_layers { self.outputs } else { self.hidden }
-    }
-
-    fn layer_len(&self, layer: usize) -> usize {
-        self.layer_outputs(layer) * (self.layer_inputs(layer) + 1)
-    }
-
-    pub(crate) fn weight(&self, layer: usize) -> Range<usize> {
-        let start = self.start + (0..layer).map(|l| self.layer_len(l)).sum::<usize>();
-        start..start + self.layer_outputs(layer) * self.layer_inputs(layer)
-    }
-
-    pub(crate) fn bias(&self, layer: usize) -> Range<usize> {
-        let start = self.weight(layer).end;
-        start..start + self.layer_outputs(layer)
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        (0..=self.hidden_layers).map(|l| self.layer_len(l)).sum()
-    }
-}
+use crate::mlp_shape::MlpShape;
+use pulp::Arch;
 
 /// A layer in the forms that products read.
 #[derive(Debug)]
@@ -288,93 +252,6 @@ fn to_rows(narrow: &[f32], stride: usize, out: &mut [f32]) {
     for (feature, row) in out.chunks_exact_mut(WIDTH).enumerate() {
         for (value, line) in row.iter_mut().zip(narrow.chunks_exact(stride)) {
             *value = line[feature];
-        }
-    }
-}
-
-/// `by = by ⊙ sums`, all `[WIDTH, units]`.
-struct Scale<'a> {
-    by: &'a mut [f32],
-    units: usize,
-}
-
-impl Epilogue for Scale<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let by = vector::<S>(self.by, row * self.units + column);
-        *by = simd.mul_f32s(*by, sums);
-    }
-}
-
-/// `v_z = v_z + slope ⊙ sums`.
-struct AddScaled<'a> {
-    slope: &'a [f32],
-    v_z: &'a mut [f32],
-    units: usize,
-}
-
-impl Epilogue for AddScaled<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let at = row * self.units + column;
-        let v_z = vector::<S>(self.v_z, at);
-        *v_z = simd.mul_add_f32s(vector_at::<S>(self.slope, at), sums, *v_z);
-    }
-}
-
-/// With sums `g`: `e = slope ⊙ g`, and `curvature = curvature ⊙ g` for the backward pass.
-struct Chain<'a> {
-    slope: &'a [f32],
-    curvature: Option<&'a mut [f32]>,
-    e: &'a mut [f32],
-    units: usize,
-}
-
-impl Epilogue for Chain<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let at = row * self.units + column;
-        if let Some(curvature) = &mut self.curvature {
-            let curvature = vector::<S>(curvature, at);
-            *curvature = simd.mul_f32s(*curvature, sums);
-        }
-        *vector::<S>(self.e, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
-    }
-}
-
-/// With sums `v_e`: the part of `v_z` that comes through `φ''`, in place of `φ'' ⊙ g`, and `v_g = slope ⊙ v_e`.
-struct SlopeVjp<'a> {
-    slope: &'a [f32],
-    curvature: &'a mut [f32],
-    v_g: &'a mut [f32],
-    units: usize,
-}
-
-impl Epilogue for SlopeVjp<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let at = row * self.units + column;
-        let curvature = vector::<S>(self.curvature, at);
-        *curvature = simd.mul_f32s(*curvature, sums);
-        *vector::<S>(self.v_g, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
-    }
-}
-
-/// Hands one row to an epilogue as every particle's.
-struct EveryRow<'a, E> {
-    row: &'a [f32],
-    epilogue: E,
-}
-
-impl<E: Epilogue> WithSimd for EveryRow<'_, E> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        for row in 0..WIDTH {
-            for (at, &values) in S::as_simd_f32s(self.row).0.iter().enumerate() {
-                self.epilogue.take(simd, row, at * S::F32_LANES, values);
-            }
         }
     }
 }

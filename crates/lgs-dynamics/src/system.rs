@@ -4,7 +4,7 @@
 //! `σ_a q̂(x̂, v/σ_v)`; the `Structured` one is `(σ_a/σ_v)(−softplus(d̂ − 6) v + ŵ × v)` with `[d̂, ŵ]` a network of position alone: Rayleigh
 //! damping and a gyroscopic term, whose power is never positive. Neither takes a time: the flow is autonomous.
 
-use crate::network::MlpShape;
+use crate::mlp_shape::MlpShape;
 use lgs_core::stream;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};

@@ -1,12 +1,17 @@
-//! Local rigid alignment: 50 000 particles in no order, supports of 20.
+//! Local rigid alignment: 50 000 particles in no order, supports of 20; and rollouts that align after every step.
 
-use crate::particles::points;
+use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::Machine;
+use lgs_bench::memory::allocations;
 use lgs_bench::table::{Row, section};
 use lgs_bench::{REPEATS, median_secs};
-use lgs_dynamics::{Supports, align, align_vjp};
+use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, Supports, VelocityPolicy, rollout, rollout_vjp};
 
 const PARTICLES: usize = 50_000;
+
+/// Particles and steps of the rollouts.
+const ROLLED: usize = 3000;
+const STEPS: usize = 15;
 
 /// Members of a support.
 pub(crate) const K: usize = 20;
@@ -25,15 +30,35 @@ pub(crate) fn case(n: usize) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Supports) {
 pub(crate) fn run(machine: &Machine) {
     section(&format!("alignment ({PARTICLES} particles, supports of {K})"));
     let (position, candidate, supports) = case(PARTICLES);
-    let forward = median_secs(REPEATS, || align(&position, &candidate, &supports));
+    let mut aligned = Alignment::default();
+    let forward = median_secs(REPEATS, || aligned.update(&position, &candidate, &supports));
     let rate = (PARTICLES * K) as f64 / forward / machine.cores as f64;
     Row::timed("alignment, forward", forward)
         .with_rate(format!("{:.1} M members/s/core", rate * 1e-6))
         .asked("≥ 25 M", rate >= 25e6)
         .print();
-    let aligned = align(&position, &candidate, &supports);
-    let v = points(PARTICLES, 1.0, 3);
-    let backward = median_secs(REPEATS, || align_vjp(&supports, &aligned, &v, &[]));
+    let (v, mut pulled) = (points(PARTICLES, 1.0, 3), AlignmentVjp::default());
+    let backward = median_secs(REPEATS, || pulled.update(&supports, &aligned, &v, &[]));
     let ratio = backward / forward;
     Row::timed("alignment, backward", backward).with_ratio(format!("{ratio:.2} × forward")).asked("≤ 3 ×", ratio <= 3.0).print();
+    rollouts();
+}
+
+/// Rollouts with the velocity policy that does most, and what a step of theirs allocates beyond the three arrays of its state.
+fn rollouts() {
+    let (position, _, supports) = case(ROLLED);
+    let (system, start) = (system(), State::at_start(position, points(ROLLED, 1.0, 2)));
+    let spec = |steps| RolloutSpec::new(0.01, steps).aligned(&supports, VelocityPolicy::Rigid);
+    let name = format!("rollout of {ROLLED} particles × {STEPS} steps with alignment");
+    Row::timed(format!("{name}, forward"), median_secs(REPEATS, || rollout(&system, &start, &spec(STEPS)))).print();
+    let cotangents = cotangents(ROLLED, 2 * STEPS + 1);
+    let both = |steps| rollout_vjp(&system, &spec(steps), &rollout(&system, &start, &spec(steps)), &cotangents[..=steps]);
+    Row::timed(format!("{name}, forward + backward"), median_secs(REPEATS, || both(STEPS))).print();
+    let beyond_states = |counted: &dyn Fn(usize) -> usize| (counted(2 * STEPS) - counted(STEPS)) as f64 / STEPS as f64 - 3.0;
+    let forward = beyond_states(&|steps| allocations(|| rollout(&system, &start, &spec(steps))));
+    let backward = beyond_states(&|steps| allocations(|| both(steps)));
+    // The thread pool's queues grow by a block now and then.
+    for (pass, found) in [("forward", forward), ("forward + backward", backward)] {
+        Row::figure(format!("{name}, {pass}, allocations"), format!("{found:.1} per step")).asked("< 1", found < 1.0).print();
+    }
 }

@@ -7,10 +7,14 @@ use lgs_bench::memory::peak_bytes;
 use lgs_bench::table::{Row, percent, section};
 use lgs_bench::{REPEATS, median_secs};
 use lgs_dynamics::tensor::RolloutCall;
-use lgs_dynamics::{Edit, RolloutSpec, State, System, VelocityPolicy, reference, rollout, rollout_vjp};
+use lgs_dynamics::{Edit, ForceKind, RolloutSpec, State, System, SystemConfig, VelocityPolicy, reference, rollout, rollout_vjp};
 
 const PARTICLES: usize = 8192;
 const STEPS: usize = 75;
+
+/// Particles of the smaller networks' rollouts.
+const FEW: usize = 2048;
+
 const DT: f32 = 0.01;
 
 /// Steps of the reference, whose time is scaled to all of them: its tape of 75 would need several GB.
@@ -36,6 +40,24 @@ pub(crate) fn run(machine: &Machine) {
     Row::figure("rollout, forward + backward, peak memory over inputs", format!("{mebibytes:.1} MiB"))
         .asked("≤ 64 MiB", mebibytes <= 64.0)
         .print();
+    smaller_networks(machine);
+}
+
+/// Networks of fewer units and both kinds of force, forward + backward: what blocks lose when products are small.
+fn smaller_networks(machine: &Machine) {
+    let start = State::at_start(points(FEW, 1.0, 1), points(FEW, 1.0, 2));
+    let (spec, cotangents) = (RolloutSpec::new(DT, STEPS), cotangents(FEW, STEPS + 1));
+    for hidden in [32, 64] {
+        for force in [ForceKind::Mlp, ForceKind::Structured] {
+            let system = System::init(SystemConfig { hidden, force, ..SystemConfig::paper() }, 1);
+            let secs = median_secs(REPEATS, || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents));
+            let rate = 3.0 * operations(&system.config) * (FEW * STEPS) as f64 / secs;
+            Row::timed(format!("{FEW} particles, {hidden} units, {force:?} force, forward + backward"), secs)
+                .with_rate(format!("{:.1} GFLOP/s", rate * 1e-9))
+                .with_ratio(format!("{} of GEMM", percent(rate / machine.gemm.all)))
+                .print();
+        }
+    }
 }
 
 fn share(name: &str, secs: f64, work: f64, machine: &Machine) -> Row {

@@ -100,7 +100,8 @@ pub(crate) fn softplus(x: f32) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::product::{Columns, Product, Right};
+    use crate::block::packed::Right;
+    use crate::block::product::{Columns, Product};
 
     /// φ, φ' and φ'' of 16 values.
     fn activated(z: [f32; 16]) -> [[f32; 16]; 3] {

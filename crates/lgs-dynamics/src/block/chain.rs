@@ -1,0 +1,92 @@
+//! Ends of matrix products in the chain of the spatial gradient and in the backward passes; all matrices are `[WIDTH, units]`.
+
+use crate::block::WIDTH;
+use crate::block::product::{Epilogue, vector, vector_at};
+use pulp::{Simd, WithSimd};
+
+/// `by = by ⊙ sums`, all `[WIDTH, units]`.
+pub(crate) struct Scale<'a> {
+    pub(crate) by: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for Scale<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let by = vector::<S>(self.by, row * self.units + column);
+        *by = simd.mul_f32s(*by, sums);
+    }
+}
+
+/// `v_z = v_z + slope ⊙ sums`.
+pub(crate) struct AddScaled<'a> {
+    pub(crate) slope: &'a [f32],
+    pub(crate) v_z: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for AddScaled<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        let v_z = vector::<S>(self.v_z, at);
+        *v_z = simd.mul_add_f32s(vector_at::<S>(self.slope, at), sums, *v_z);
+    }
+}
+
+/// With sums `g`: `e = slope ⊙ g`, and `curvature = curvature ⊙ g` for the backward pass.
+pub(crate) struct Chain<'a> {
+    pub(crate) slope: &'a [f32],
+    pub(crate) curvature: Option<&'a mut [f32]>,
+    pub(crate) e: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for Chain<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        if let Some(curvature) = &mut self.curvature {
+            let curvature = vector::<S>(curvature, at);
+            *curvature = simd.mul_f32s(*curvature, sums);
+        }
+        *vector::<S>(self.e, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
+    }
+}
+
+/// With sums `v_e`: the part of `v_z` that comes through `φ''`, in place of `φ'' ⊙ g`, and `v_g = slope ⊙ v_e`.
+pub(crate) struct SlopeVjp<'a> {
+    pub(crate) slope: &'a [f32],
+    pub(crate) curvature: &'a mut [f32],
+    pub(crate) v_g: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for SlopeVjp<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        let curvature = vector::<S>(self.curvature, at);
+        *curvature = simd.mul_f32s(*curvature, sums);
+        *vector::<S>(self.v_g, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
+    }
+}
+
+/// Hands one row to an epilogue as every particle's.
+pub(crate) struct EveryRow<'a, E> {
+    pub(crate) row: &'a [f32],
+    pub(crate) epilogue: E,
+}
+
+impl<E: Epilogue> WithSimd for EveryRow<'_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        for row in 0..WIDTH {
+            for (at, &values) in S::as_simd_f32s(self.row).0.iter().enumerate() {
+                self.epilogue.take(simd, row, at * S::F32_LANES, values);
+            }
+        }
+    }
+}
