@@ -3,6 +3,8 @@
 //! The loop is the one of the rasterizer's tiles without lists, bounds, early exit and bookkeeping of stops: a tile of 16×16 pixels, 64
 //! Gaussians that lie in the first-level cache with it, every pixel of every Gaussian evaluated and blended with masks.
 
+use lgs_render::exponential::exp2;
+use lgs_render::{ALPHA_MAX, ALPHA_MIN, TRANSMITTANCE_STOP};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Edge of a tile, pixels, and the pixels of it.
@@ -11,15 +13,6 @@ const PIXELS: usize = EDGE * EDGE;
 
 /// Gaussians of the list.
 const GAUSSIANS: usize = 64;
-
-/// As the rasterizer blends (reference §2.4): least and greatest α, transmittance at which a pixel stops.
-const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
-const ALPHA_MAX: f32 = 0.99;
-const TRANSMITTANCE_STOP: f32 = 1e-4;
-
-/// The rasterizer's polynomial of 2^x on ±½.
-const EXP2: [f32; 6] = [1.0, 0.693_146_97, 0.240_221_2, 0.055_507_133, 0.009_675_541, 0.001_327_647_2];
-const ROUNDING: f32 = 12_582_912.0;
 
 /// One value per pixel.
 #[derive(Clone, Copy)]
@@ -79,7 +72,7 @@ impl WithSimd for Blend<'_> {
         let centres: [f32; EDGE] = std::array::from_fn(|x| x as f32 + 0.5);
         let centres = S::as_simd_f32s(&centres).0;
         let per_row = EDGE / S::F32_LANES;
-        let (least, most, stop) = (simd.splat_f32s(LOG2_ALPHA_MIN), simd.splat_f32s(ALPHA_MAX), simd.splat_f32s(TRANSMITTANCE_STOP));
+        let (least, most, stop) = (simd.splat_f32s(ALPHA_MIN.log2()), simd.splat_f32s(ALPHA_MAX), simd.splat_f32s(TRANSMITTANCE_STOP));
         for g in gaussians.iter() {
             let (r, gr, b) = (simd.splat_f32s(g.color[0]), simd.splat_f32s(g.color[1]), simd.splat_f32s(g.color[2]));
             for (column, &centre) in centres.iter().enumerate() {
@@ -108,18 +101,6 @@ impl WithSimd for Blend<'_> {
 #[inline(always)]
 fn vectors<S: Simd>(plane: &mut Plane) -> &mut [S::f32s] {
     S::as_mut_simd_f32s(&mut plane.0).0
-}
-
-#[inline(always)]
-fn exp2<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
-    let shifted = simd.add_f32s(x, simd.splat_f32s(ROUNDING));
-    let fraction = simd.sub_f32s(x, simd.sub_f32s(shifted, simd.splat_f32s(ROUNDING)));
-    let mut p = simd.splat_f32s(EXP2[5]);
-    for &c in EXP2[..5].iter().rev() {
-        p = simd.mul_add_f32s(p, fraction, simd.splat_f32s(c));
-    }
-    let exponent = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(23));
-    simd.transmute_f32s_u32s(simd.add_u32s(simd.transmute_u32s_f32s(p), exponent))
 }
 
 #[cfg(test)]

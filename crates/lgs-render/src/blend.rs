@@ -4,8 +4,9 @@
 //! for to infinity, when a Gaussian would bring its transmittance below the threshold; the position of that Gaussian is kept, so that the
 //! backward pass makes exactly the decisions of the forward pass. Rows, and then the tile, are left when all their pixels are closed.
 
+use crate::exponential::exp2;
 use crate::project::{ALPHA_MAX, ALPHA_MIN, Projected, TRANSMITTANCE_STOP};
-use crate::simd::{exp2, fma, none};
+use crate::simd::{fma, none};
 use crate::tile_list::{BATCH, Batch, Heights, Plane, Splat, TileList, offset_x, take_row};
 use crate::tiles::TILE;
 use pulp::{Simd, WithSimd};

@@ -7,9 +7,10 @@
 //! summed per row and `d_x` is applied once per Gaussian.
 
 use crate::blend::TileState;
+use crate::exponential::exp2;
 use crate::project::{ALPHA_MAX, ALPHA_MIN};
 use crate::project_vjp::ImageCotangent;
-use crate::simd::{exp2, fma, reciprocal};
+use crate::simd::{fma, reciprocal};
 use crate::tile_list::{BATCH, Batch, Heights, Plane, Splat, TileList, offset_x, take_row};
 use crate::tiles::TILE;
 use pulp::{Simd, WithSimd};

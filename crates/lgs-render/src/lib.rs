@@ -18,6 +18,8 @@
 mod backward;
 mod blend;
 mod blend_vjp;
+mod cells;
+pub mod exponential;
 mod extent;
 mod photometric;
 mod photometric_band;
@@ -28,6 +30,7 @@ pub mod reference;
 mod sh;
 mod simd;
 mod splats;
+mod ssim;
 pub mod tensor;
 mod tile_list;
 mod tiles;

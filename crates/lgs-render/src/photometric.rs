@@ -7,7 +7,6 @@
 //! between never leaves the cache. Bands overlap by recomputation and depend on the height only; sums are kept per row and added in order.
 
 use crate::photometric_band::Band;
-use crate::window::STEP;
 use lgs_core::Image;
 use pulp::Arch;
 use rayon::prelude::*;
@@ -112,7 +111,7 @@ impl<'a> Pair<'a> {
     }
 
     fn band_rows(&self) -> usize {
-        MIN_BAND_ROWS.max(self.height.div_ceil(MAX_BANDS).next_multiple_of(STEP))
+        MIN_BAND_ROWS.max(self.height.div_ceil(MAX_BANDS))
     }
 
     fn sums(&self) -> Sums {
