@@ -19,6 +19,8 @@ const MOST_GROWTH: f64 = 0.35;
 
 /// Forecast error, as a part of the displacement, above which a motion counts as unexplained.
 const POOR: f64 = 0.01;
+/// Forecast error, as a part of the displacement, above which a motion is not even described.
+const LOST: f64 = 0.1;
 /// How much farther than in the window a law may carry an unexplained motion in three windows.
 const MOST_REACH: f64 = 1.5;
 
@@ -111,9 +113,11 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
         .collect();
     let best = kept.iter().map(|(_, score, _)| *score).fold(f64::INFINITY, f64::min);
     let admitted = |candidate: &Candidate| {
-        // What cannot be told apart goes to the potential.
-        let (slack, tolerance) =
-            if candidate.terms.has_force() { (config.forecast_slack, 0.0) } else { (config.conservative_slack, config.forecast_tolerance) };
+        // What cannot be told apart goes to the potential; where nothing describes the motion, the best forecast counts.
+        let (slack, tolerance) = match (candidate.terms.has_force(), best <= LOST * displacement) {
+            (false, true) => (config.conservative_slack, config.forecast_tolerance),
+            _ => (config.forecast_slack, 0.0),
+        };
         best * f64::from(slack) + f64::from(config.forecast_floor) * displacement + f64::from(tolerance)
     };
     kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate)).map(|(candidate, forecast, fitted)| ChosenLaw {

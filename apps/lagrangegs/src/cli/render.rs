@@ -1,6 +1,7 @@
 //! `lagrangegs render`.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -64,6 +65,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
     let cameras = cameras(&run, args)?.iter().map(|camera| camera::with_width(camera, args.size)).collect();
     let job = Job { times: args.times.0.clone(), cameras, edit: args.motion.edit(), reversal: args.motion.reversal() };
+    let begun = Instant::now();
     let frames = match args.model {
         ModelName::Lagrangian => job.write(&run.scene, &args.out)?,
         ModelName::Source => {
@@ -74,7 +76,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
             job.write_clouds(|time| source.cloud_at(time), run.scene.background, &args.out)?
         }
     };
-    output::print(&format!("{} images, {}\n", frames.len(), args.out.display()))
+    let rate = frames.len() as f64 / begun.elapsed().as_secs_f64().max(1e-9);
+    output::print(&format!("{} images, {rate:.0} per second with rollout and writing, {}\n", frames.len(), args.out.display()))
 }
 
 /// One camera per time.
