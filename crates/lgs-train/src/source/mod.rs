@@ -8,6 +8,7 @@ mod densify;
 mod initial;
 mod order;
 mod params;
+mod presets;
 mod rigidity;
 mod schedule;
 mod stillness;

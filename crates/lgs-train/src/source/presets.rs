@@ -1,0 +1,137 @@
+//! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md` §2.6, §2.7, §3); the `quick`
+//! ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
+
+use lgs_model::source::DeformationConfig;
+
+use super::config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+
+impl SourceConfig {
+    /// DefGS for synthetic scenes as published: hours on a GPU, days on a CPU.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            stretch: 1.0,
+            iterations: 40_000,
+            warmup_iterations: 3000,
+            warmup_frames: WarmupFrames::All,
+            warmup_cameras: 8,
+            window_steps: 1,
+            window_interval: 1000,
+            front_share: 0.0,
+            edge_repeats: 1,
+            initial_gaussians: 100_000,
+            initial_points: InitialPoints::Random,
+            initial_half_extent: 1.3,
+            sh_degree: 3,
+            sh_interval: 1000,
+            ssim_weight: 0.2,
+            reduction: 1,
+            reduced_before: 0,
+            deformation: DeformationConfig::paper(),
+            learning_rates: LearningRates::paper(),
+            densify: DensifyConfig::paper(),
+            rigidity: RigidityConfig { weight: 0.0, neighbors: 4, let_go: 0.1 },
+            stillness: 0.0,
+            stillness_after: 0,
+        }
+    }
+
+    /// Minutes on two CPU cores.
+    #[must_use]
+    pub fn quick() -> Self {
+        let iterations = 4000;
+        Self {
+            stretch: 0.0,
+            iterations,
+            warmup_iterations: 400,
+            warmup_frames: WarmupFrames::First,
+            warmup_cameras: 4,
+            window_steps: 30,
+            window_interval: 20,
+            front_share: 0.5,
+            edge_repeats: 2,
+            initial_gaussians: 3000,
+            initial_points: InitialPoints::Hull,
+            initial_half_extent: 0.0,
+            sh_degree: 1,
+            sh_interval: 1000,
+            ssim_weight: 0.2,
+            reduction: 1,
+            reduced_before: 0,
+            deformation: DeformationConfig::quick(),
+            learning_rates: LearningRates {
+                position_start: 4e-4,
+                position_end: 1e-5,
+                position_steps: 0,
+                sh: 5e-3,
+                sh_rest: 2.5e-4,
+                opacity: 0.05,
+                scale: 5e-3,
+                rotation: 2e-3,
+                deformation_start: 3e-3,
+                deformation_ramp: 100,
+                deformation_end: 1e-4,
+                deformation_steps: 0,
+            },
+            densify: DensifyConfig {
+                after: 150,
+                before: iterations / 2,
+                interval: 100,
+                gradient_threshold: 2e-4,
+                clone_extent: 0.01,
+                min_opacity: 0.01,
+                prune_outside: 2.0,
+                prune_extent: 0.1,
+                prune_large_after: 300,
+                opacity_reset_interval: 0,
+                white_reset_at: 0,
+                max_gaussians: 4000,
+            },
+            rigidity: RigidityConfig { weight: 1.0, neighbors: 6, let_go: 0.1 },
+            stillness: 0.05,
+            stillness_after: iterations * 2 / 3,
+        }
+    }
+}
+
+impl LearningRates {
+    /// As published.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            position_start: 8e-4,
+            position_end: 8e-6,
+            position_steps: 30_000,
+            sh: 2.5e-3,
+            sh_rest: 1.25e-4,
+            opacity: 0.05,
+            scale: 5e-3,
+            rotation: 1e-3,
+            deformation_start: 8e-4,
+            deformation_ramp: 0,
+            deformation_end: 1.6e-6,
+            deformation_steps: 40_000,
+        }
+    }
+}
+
+impl DensifyConfig {
+    /// As published.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            after: 500,
+            before: 15_000,
+            interval: 100,
+            gradient_threshold: 2e-4,
+            clone_extent: 0.01,
+            min_opacity: 0.005,
+            prune_outside: 0.0,
+            prune_extent: 0.1,
+            prune_large_after: 3000,
+            opacity_reset_interval: 3000,
+            white_reset_at: 500,
+            max_gaussians: 0,
+        }
+    }
+}
