@@ -169,15 +169,34 @@ mod tests {
     use super::*;
     use pulp::{Arch, WithSimd};
 
-    struct Evaluate<'a>(&'a mut [f32]);
+    enum Function {
+        Exp2,
+        Log2,
+    }
+
+    struct Evaluate<'a>(Function, &'a mut [f32]);
 
     impl WithSimd for Evaluate<'_> {
         type Output = ();
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
-            for value in S::as_mut_simd_f32s(self.0).0 {
-                *value = V { simd, value: *value }.log2().value;
+            for value in S::as_mut_simd_f32s(self.1).0 {
+                *value = match self.0 {
+                    Function::Exp2 => exp2(simd, *value),
+                    Function::Log2 => V { simd, value: *value }.log2().value,
+                };
             }
+        }
+    }
+
+    #[test]
+    fn exp2_stays_within_its_bound() {
+        let inputs: Vec<f32> = (0..1 << 16).map(|i| -20.0 + i as f32 * (21.0 / 65536.0)).collect();
+        let mut found = inputs.clone();
+        Arch::new().dispatch(Evaluate(Function::Exp2, &mut found));
+        for (x, y) in inputs.iter().zip(&found) {
+            let expected = f64::from(*x).exp2();
+            assert!((f64::from(*y) / expected - 1.0).abs() < 3e-7, "2^{x} gave {y}");
         }
     }
 
@@ -185,7 +204,7 @@ mod tests {
     fn log2_stays_within_its_bound() {
         let inputs: Vec<f32> = (0..1 << 16).map(|i| (-12.0 + i as f32 * (24.0 / 65536.0)).exp2()).collect();
         let mut found = inputs.clone();
-        Arch::new().dispatch(Evaluate(&mut found));
+        Arch::new().dispatch(Evaluate(Function::Log2, &mut found));
         for (x, y) in inputs.iter().zip(&found) {
             let expected = f64::from(*x).log2();
             assert!((f64::from(*y) - expected).abs() < 3e-7 + 1.2e-7 * expected.abs(), "log2 {x} gave {y}, not {expected}");

@@ -17,12 +17,15 @@ fn tiny_dataset(folder: &Path) -> Dataset {
 
 fn tiny_config() -> TrainConfig {
     let settings = [
-        "source.iterations=120",
-        "source.warmup_iterations=40",
-        "source.window_interval=5",
+        // Twice these: a warm-up to 40, a window that grows to 72, and 120 in all.
+        "source.stretch=2",
+        "source.iterations=60",
+        "source.warmup_iterations=20",
+        "source.window_steps=5",
+        "source.window_interval=4",
         "source.initial_gaussians=300",
-        "source.densify.after=20",
-        "source.densify.before=80",
+        "source.densify.after=10",
+        "source.densify.before=40",
         "source.densify.interval=20",
         "source.densify.max_gaussians=400",
         "tune_dynamics.iterations=4",
@@ -67,7 +70,7 @@ fn a_run_that_was_stopped_in_every_stage_delivers_the_same_bytes_on_any_number_o
     assert!(trained.scene.velocities.as_flattened().iter().all(|v| v.is_finite()));
 
     let three_threads = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("pool");
-    for stop in [(Stage::Source, 30), (Stage::Source, 77), (Stage::TuneDynamics, 2), (Stage::TuneGaussians, 7)] {
+    for stop in [(Stage::Source, 30), (Stage::Source, 55), (Stage::Source, 101), (Stage::TuneDynamics, 2), (Stage::TuneGaussians, 7)] {
         let interrupted = three_threads.install(|| run(&stopped, &dataset, Some(stop)));
         assert!(matches!(interrupted, Err(TrainError::Interrupted { .. })), "stopped in {stop:?}");
     }
