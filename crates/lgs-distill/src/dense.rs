@@ -1,7 +1,9 @@
-//! Small dense linear algebra in double precision: Cholesky and least squares, symmetric eigenvectors, the nearest rotation.
+//! Small dense linear algebra in double precision: least squares, symmetric eigenvectors, the nearest rotation.
 //!
 //! The fits of this crate have a few dozen unknowns at most, so plain loops are enough; double precision because they difference
 //! positions twice.
+
+pub(crate) use lgs_core::linear::solve_positive;
 
 /// A point or vector.
 pub(crate) type V3 = [f64; 3];
@@ -74,47 +76,6 @@ pub(crate) fn wide(a: [f32; 3]) -> V3 {
 #[inline]
 pub(crate) fn narrow(a: V3) -> [f32; 3] {
     a.map(|v| v as f32)
-}
-
-/// Solves the symmetric positive definite `a x = b` for `columns` right-hand sides (`b` is `[n, columns]`, row by row) in place.
-///
-/// `false` if `a` (`[n, n]`, lower triangle used) is not positive definite; `b` then means nothing.
-pub(crate) fn solve_positive(a: &mut [f64], b: &mut [f64], n: usize, columns: usize) -> bool {
-    for j in 0..n {
-        let mut pivot = a[j * n + j];
-        for k in 0..j {
-            pivot -= a[j * n + k] * a[j * n + k];
-        }
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return false;
-        }
-        let root = pivot.sqrt();
-        a[j * n + j] = root;
-        for i in j + 1..n {
-            let mut value = a[i * n + j];
-            for k in 0..j {
-                value -= a[i * n + k] * a[j * n + k];
-            }
-            a[i * n + j] = value / root;
-        }
-    }
-    for c in 0..columns {
-        for i in 0..n {
-            let mut value = b[i * columns + c];
-            for k in 0..i {
-                value -= a[i * n + k] * b[k * columns + c];
-            }
-            b[i * columns + c] = value / a[i * n + i];
-        }
-        for i in (0..n).rev() {
-            let mut value = b[i * columns + c];
-            for k in i + 1..n {
-                value -= a[k * n + i] * b[k * columns + c];
-            }
-            b[i * columns + c] = value / a[i * n + i];
-        }
-    }
-    true
 }
 
 /// The inverse of a 3×3 matrix by cofactors; `None` if it is singular.

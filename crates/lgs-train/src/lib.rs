@@ -15,6 +15,7 @@ mod pipeline;
 pub mod run;
 pub mod source;
 pub mod stages;
+pub mod tracks;
 
 pub use checkpoint::Stage;
 pub use config::{Preset, TrainConfig};

@@ -115,6 +115,23 @@ impl Default for RigidityConfig {
     }
 }
 
+/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`): for sets with few images of
+/// each moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GuideConfig {
+    /// Weight of the squared distance from the path (paper: 0, none). It fades after the time window has grown, to 0 at the end.
+    pub weight: f32,
+    /// Paths are looked for in sets with fewer training images than this per distinct time.
+    pub below_images_per_time: f32,
+}
+
+impl Default for GuideConfig {
+    fn default() -> Self {
+        SourceConfig::quick().guide
+    }
+}
+
 /// Image width that the quick preset's iterations are for, pixels.
 const REFERENCE_WIDTH: f32 = 160.0;
 /// Largest factor that larger images bring.
@@ -176,6 +193,8 @@ pub struct SourceConfig {
     pub densify: DensifyConfig,
     /// Rigidity of neighbours.
     pub rigidity: RigidityConfig,
+    /// Guidance by silhouettes.
+    pub guide: GuideConfig,
     /// Weight of the mean displacement of what hardly moves (paper: 0, none): keeps static surroundings static.
     pub stillness: f32,
     /// Iteration from which on it acts: what moves must have been found by then, or it is held back.
@@ -237,6 +256,8 @@ impl SourceConfig {
             ("initial_half_extent", f64::from(self.initial_half_extent)),
             ("densify.gradient_threshold", f64::from(self.densify.gradient_threshold)),
             ("rigidity.weight", f64::from(self.rigidity.weight)),
+            ("guide.weight", f64::from(self.guide.weight)),
+            ("guide.below_images_per_time", f64::from(self.guide.below_images_per_time)),
             ("stretch", f64::from(self.stretch)),
             ("stillness", f64::from(self.stillness)),
             ("densify.prune_outside", f64::from(self.densify.prune_outside)),

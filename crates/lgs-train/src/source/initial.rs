@@ -1,10 +1,12 @@
 //! The first Gaussians (§1.6): positions from the dataset, its silhouettes or a box; sizes from the spacing of neighbours.
 
+use lgs_core::linear::{add, norm, scale, sub};
 use lgs_core::{GaussianCloud, SH_C0, mean_squared_neighbor_distance, sh_coefficients, stream};
-use lgs_data::dataset::{Dataset, Points};
+use lgs_data::dataset::{Dataset, Frame, Points};
 use rand::RngExt;
 
 use super::config::{InitialPoints, SourceConfig};
+use crate::tracks::Track;
 
 /// Opacity of a fresh Gaussian (§1.6).
 const OPACITY: f32 = 0.1;
@@ -15,10 +17,16 @@ const MIN_SQUARED_DISTANCE: f32 = 1e-7;
 /// Share of the points asked for that carving must find; with fewer, silhouettes say too little and the whole box is filled.
 const ENOUGH: f32 = 0.25;
 
-/// The Gaussians that training starts from; the same for the same seed.
+/// Share of the points that the balls of what is tracked are filled with.
+const TRACKED: f32 = 0.6;
+
+/// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same seed.
 #[must_use]
-pub fn initial_cloud(dataset: &Dataset, config: &SourceConfig, seed: u64) -> GaussianCloud {
-    let points = initial_points(dataset, config, seed);
+pub fn initial_cloud(dataset: &Dataset, config: &SourceConfig, tracks: &[Track], seed: u64) -> GaussianCloud {
+    let mut points = initial_points(dataset, config, seed);
+    if !tracks.is_empty() {
+        points = with_tracked(dataset, &points, tracks, seed);
+    }
     let squared = mean_squared_neighbor_distance(&points.positions, 3);
     let n = points.positions.len();
     let coefficients = sh_coefficients(config.sh_degree);
@@ -51,4 +59,39 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
         }
     }
     dataset.initial_points(count, seed)
+}
+
+/// Balls of points at the starts of the tracks, and of the given points those that the first images show beside these.
+fn with_tracked(dataset: &Dataset, points: &Points, tracks: &[Track], seed: u64) -> Points {
+    let frames = dataset.split("train");
+    let first = frames.iter().map(|f| f.time).fold(f32::INFINITY, f32::min);
+    let earliest: Vec<&Frame> = frames.iter().filter(|f| f.time <= first).collect();
+    let explained = |p: [f32; 3]| {
+        let seen_as = |frame: &&Frame, track: &Track| {
+            let from_eye = sub(p, frame.camera.center_in_world());
+            track.explains(&frame.camera, frame.time, scale(from_eye, 1.0 / norm(from_eye).max(1e-9)))
+        };
+        earliest.iter().any(|frame| tracks.iter().any(|track| seen_as(frame, track)))
+    };
+    let mut kept = Points::default();
+    for (&position, &color) in points.positions.iter().zip(&points.colors) {
+        if !explained(position) {
+            kept.positions.push(position);
+            kept.colors.push(color);
+        }
+    }
+    let each = (TRACKED * points.positions.len() as f32) as usize / tracks.len();
+    let mut random = stream(seed, "points of tracks", 0);
+    for track in tracks {
+        let center = track.position(first);
+        let mut in_ball = || loop {
+            let p: [f32; 3] = std::array::from_fn(|_| random.random_range(-1.0..1.0));
+            if norm(p) <= 1.0 {
+                return add(center, scale(p, track.radius));
+            }
+        };
+        kept.positions.extend((0..each).map(|_| in_ball()));
+    }
+    kept.colors.resize(kept.positions.len(), [0.5; 3]);
+    kept
 }

@@ -5,6 +5,7 @@
 
 mod config;
 mod densify;
+mod guide;
 mod initial;
 mod order;
 mod params;
@@ -15,7 +16,7 @@ mod stillness;
 mod trainer;
 
 pub(crate) use config::stretch_factor;
-pub use config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+pub use config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
 pub use densify::{Attributes, DensifyPlan, DensifyStatistics};
 pub use initial::initial_cloud;
 pub use schedule::log_linear;

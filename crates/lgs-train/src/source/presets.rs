@@ -3,7 +3,7 @@
 
 use lgs_model::source::DeformationConfig;
 
-use super::config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+use super::config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
 
 impl SourceConfig {
     /// DefGS for synthetic scenes as published: hours on a GPU, days on a CPU.
@@ -31,6 +31,7 @@ impl SourceConfig {
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
             rigidity: RigidityConfig { weight: 0.0, neighbors: 4, let_go: 0.1 },
+            guide: GuideConfig { weight: 0.0, below_images_per_time: 3.0 },
             stillness: 0.0,
             stillness_after: 0,
         }
@@ -88,6 +89,7 @@ impl SourceConfig {
                 max_gaussians: 4000,
             },
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, let_go: 0.1 },
+            guide: GuideConfig { weight: 3.0, below_images_per_time: 3.0 },
             stillness: 0.05,
             stillness_after: iterations * 2 / 3,
         }

@@ -50,6 +50,15 @@ impl SourceConfig {
         !self.is_warmup(iteration) && iteration < self.warmup_iterations + grown
     }
 
+    /// Weight of the guidance by silhouettes at an iteration: whole while the time window grows, then falling to 0 at the end.
+    #[must_use]
+    pub fn guide_weight(&self, iteration: usize) -> f32 {
+        let grown =
+            (self.warmup_iterations + self.window_interval.saturating_mul(self.window_steps.saturating_sub(1))).min(self.iterations);
+        let left = self.iterations.saturating_sub(iteration) as f32 / (self.iterations - grown).max(1) as f32;
+        self.guide.weight * left.min(1.0)
+    }
+
     /// The last time whose frames are used at an iteration after the warm-up, given the captured window's first and last (§4.4).
     #[must_use]
     pub fn window_end(&self, iteration: usize, first: f32, last: f32) -> f32 {

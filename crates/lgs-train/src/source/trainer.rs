@@ -10,6 +10,7 @@ use lgs_render::tensor::{photometric_loss, rasterize};
 
 use super::config::SourceConfig;
 use super::densify::{Attributes, DensifyPlan, DensifyStatistics};
+use super::guide::Guide;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::params::{Leaves, Rates, Skip, SourceParams, image_tensor};
@@ -49,6 +50,7 @@ pub struct SourceTrainer<'a> {
     statistics: DensifyStatistics,
     order: FrameOrder,
     graph: Option<NeighborGraph>,
+    guide: Guide,
 }
 
 impl<'a> SourceTrainer<'a> {
@@ -63,7 +65,8 @@ impl<'a> SourceTrainer<'a> {
         }
         let device = Device::flex();
         let config = config.stretched(frames[0].camera.width);
-        let cloud = initial_cloud(dataset, &config, seed);
+        let guide = Guide::new(dataset, &config.guide);
+        let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
         let input_frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let network = Deformation::init(config.deformation.clone(), input_frame, seed);
         let order = FrameOrder::new(frames, &config, seed);
@@ -80,6 +83,7 @@ impl<'a> SourceTrainer<'a> {
             params: SourceParams::new(&cloud, network.params, &device),
             input_frame,
             graph: None,
+            guide,
             device,
         })
     }
@@ -126,7 +130,7 @@ impl<'a> SourceTrainer<'a> {
         if !loss.is_finite() {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
-        let total = if deformed { self.with_priors(photometric, &splats.means) } else { photometric };
+        let total = if deformed { self.with_priors(photometric, &splats.means, frame.time) } else { photometric };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
@@ -148,12 +152,12 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings.
-    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>) -> Tensor<1> {
+    /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings, paths that silhouettes tell.
+    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, time: f32) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
         let rigidity = &self.config.rigidity;
         let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
-        if rigidity.weight <= 0.0 && stillness <= 0.0 {
+        if rigidity.weight <= 0.0 && stillness <= 0.0 && self.guide.is_empty() {
             return loss;
         }
         let canonical = self.params.shapes().means;
@@ -164,6 +168,10 @@ impl<'a> SourceTrainer<'a> {
             let graph = self.graph.get_or_insert_with(|| NeighborGraph::new(&canonical, rigidity.neighbors));
             let rigid = graph.gradient(&canonical, deformed, rigidity);
             pull.iter_mut().zip(rigid).for_each(|(p, r)| *p = lgs_core::linear::add(*p, r));
+        }
+        if !self.guide.is_empty() {
+            let guided = self.guide.gradient(&canonical, deformed, time, self.config.guide_weight(self.iteration));
+            pull.iter_mut().zip(guided).for_each(|(p, g)| *p = lgs_core::linear::add(*p, g));
         }
         // The inner product with a constant has that constant as its gradient.
         let pull = TensorData::new(pull.as_flattened().to_vec(), [canonical.len(), 3]);

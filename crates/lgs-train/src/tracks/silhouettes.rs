@@ -1,0 +1,151 @@
+//! What moves in the images of cameras that stand still: pixels that differ from the camera's median image, and the blobs they form.
+
+use std::collections::BTreeMap;
+
+use lgs_core::{Camera, Image};
+use lgs_data::dataset::Frame;
+use rayon::prelude::*;
+
+/// Images are reduced to about this width, pixels: blobs need no detail, and texture finer than this closes up.
+const WIDTH: u32 = 100;
+/// Difference of a channel from the camera's median image from which a pixel counts as moving.
+const DIFFERENCE: f32 = 0.08;
+/// Fewest images of a camera that tell its surroundings from what passes through.
+const FEWEST_IMAGES: usize = 6;
+/// Gaps of up to twice this many pixels in a silhouette are closed.
+const CLOSING: usize = 2;
+/// Fewest pixels of a blob.
+const FEWEST_PIXELS: usize = 8;
+
+/// The moving pixels of an image.
+pub(super) struct Silhouette {
+    /// The camera, reduced as the pixels are.
+    pub(super) camera: Camera,
+    pub(super) time: f32,
+    /// Whether a pixel shows something that moves, `[h, w]`.
+    pub(super) inside: Vec<bool>,
+    /// The blobs that lie wholly in the image.
+    pub(super) blobs: Vec<Blob>,
+}
+
+/// A connected silhouette as a cone of view.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blob {
+    /// Unit direction of its centroid, world axes.
+    pub(super) direction: [f32; 3],
+    /// Radius of the disc of the same area, as a part of the distance.
+    pub(super) angular_radius: f32,
+}
+
+/// The silhouettes of all frames of cameras with enough images.
+pub(super) fn silhouettes(frames: &[Frame], background: [f32; 3]) -> Vec<Silhouette> {
+    let mut by_camera: BTreeMap<usize, Vec<&Frame>> = BTreeMap::new();
+    frames.iter().for_each(|frame| by_camera.entry(frame.camera_id).or_default().push(frame));
+    let cameras: Vec<Vec<&Frame>> = by_camera.into_values().filter(|frames| frames.len() >= FEWEST_IMAGES).collect();
+    cameras.par_iter().flat_map_iter(|frames| of_camera(frames, background)).collect()
+}
+
+fn of_camera(frames: &[&Frame], background: [f32; 3]) -> Vec<Silhouette> {
+    let images: Vec<Image> = frames.iter().map(|frame| reduced(&frame.composited(background))).collect();
+    let still = median(&images);
+    frames.iter().zip(&images).map(|(frame, image)| silhouette(frame, image, &still)).collect()
+}
+
+fn silhouette(frame: &Frame, image: &Image, still: &[[f32; 3]]) -> Silhouette {
+    let differs = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > DIFFERENCE);
+    let (width, height) = (image.width as usize, image.height as usize);
+    let inside = closed(image.pixels.iter().zip(still).map(differs).collect(), width, height);
+    let factor = factor_of(frame.camera.width) as f32;
+    let camera = Camera {
+        width: image.width,
+        height: image.height,
+        fx: frame.camera.fx / factor,
+        fy: frame.camera.fy / factor,
+        cx: frame.camera.cx / factor,
+        cy: frame.camera.cy / factor,
+        ..frame.camera
+    };
+    let blobs = blobs(&inside, &camera);
+    Silhouette { camera, time: frame.time, inside, blobs }
+}
+
+fn factor_of(width: u32) -> usize {
+    (width / WIDTH).max(1) as usize
+}
+
+/// Means of blocks of pixels; rows and columns that fill no block are left out.
+fn reduced(image: &Image) -> Image {
+    let factor = factor_of(image.width);
+    let (width, height) = (image.width as usize / factor, image.height as usize / factor);
+    let part = 1.0 / (factor * factor) as f32;
+    let mean = |i: usize| {
+        let (x, y) = (factor * (i % width), factor * (i / width));
+        let rows = (y..y + factor).map(|row| &image.pixels[row * image.width as usize + x..][..factor]);
+        rows.flatten().fold([0.0; 3], |sum: [f32; 3], p| std::array::from_fn(|c| sum[c] + part * p[c]))
+    };
+    Image { width: width as u32, height: height as u32, pixels: (0..width * height).map(mean).collect() }
+}
+
+/// The median image, channel by channel.
+fn median(images: &[Image]) -> Vec<[f32; 3]> {
+    let mut values = vec![0.0_f32; images.len()];
+    let mut channel = |pixel: usize, c: usize| {
+        values.iter_mut().zip(images).for_each(|(v, image)| *v = image.pixels[pixel][c]);
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f32::total_cmp).1
+    };
+    (0..images[0].pixels.len()).map(|pixel| std::array::from_fn(|c| channel(pixel, c))).collect()
+}
+
+/// Closes small gaps: grown by [`CLOSING`] pixels, then shrunk by as many. Beyond the image everything is taken to be as its border.
+fn closed(mask: Vec<bool>, width: usize, height: usize) -> Vec<bool> {
+    let spread = |mask: Vec<bool>, value: bool| -> Vec<bool> {
+        let at = |i: usize| {
+            let (x, y) = (i % width, i / width);
+            mask[i] == value
+                || (x > 0 && mask[i - 1] == value)
+                || (x + 1 < width && mask[i + 1] == value)
+                || (y > 0 && mask[i - width] == value)
+                || (y + 1 < height && mask[i + width] == value)
+        };
+        (0..mask.len()).map(|i| if at(i) { value } else { !value }).collect()
+    };
+    let grown = (0..CLOSING).fold(mask, |mask, _| spread(mask, true));
+    (0..CLOSING).fold(grown, |mask, _| spread(mask, false))
+}
+
+/// The connected parts that do not touch the border.
+fn blobs(inside: &[bool], camera: &Camera) -> Vec<Blob> {
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let mut left = inside.to_vec();
+    let mut found = Vec::new();
+    for seed in 0..left.len() {
+        let pixels = taken(&mut left, seed, width);
+        let at_border = |&i: &usize| i % width == 0 || i % width == width - 1 || i < width || i >= width * (height - 1);
+        if pixels.len() < FEWEST_PIXELS || pixels.iter().any(at_border) {
+            continue;
+        }
+        let part = 1.0 / pixels.len() as f32;
+        let x = 0.5 + part * pixels.iter().map(|i| (i % width) as f32).sum::<f32>();
+        let y = 0.5 + part * pixels.iter().map(|i| (i / width) as f32).sum::<f32>();
+        // Pixels that are covered in part count as whole ones.
+        let radius = (pixels.len() as f32 / std::f32::consts::PI).sqrt() - 0.5;
+        found.push(Blob { direction: camera.ray_direction_in_world([x, y]), angular_radius: radius / (camera.fx * camera.fy).sqrt() });
+    }
+    found
+}
+
+/// Takes the connected pixels around `seed` out of the mask.
+fn taken(left: &mut [bool], seed: usize, width: usize) -> Vec<usize> {
+    let (mut pixels, mut open) = (Vec::new(), vec![seed]);
+    while let Some(i) = open.pop() {
+        if !std::mem::replace(&mut left[i], false) {
+            continue;
+        }
+        pixels.push(i);
+        let x = i % width;
+        open.extend((x > 0).then(|| i - 1).into_iter().chain((x + 1 < width).then_some(i + 1)));
+        open.extend(i.checked_sub(width).into_iter().chain((i + width < left.len()).then_some(i + width)));
+    }
+    pixels
+}

@@ -1,0 +1,71 @@
+use super::*;
+use lgs_core::linear::add;
+
+const RADIUS: f32 = 0.3;
+
+/// A ball on an arc and one that falls, seen by eight cameras in turn, one image per moment: dark discs on white.
+fn scene(moving_cameras: bool) -> Vec<Frame> {
+    let size = 100;
+    let frame = |i: usize| {
+        let (camera_id, time) = (i * 5 % 8, i as f32 / 120.0);
+        let drift = if moving_cameras { 0.2 * time } else { 0.0 };
+        let angle = std::f32::consts::TAU * camera_id as f32 / 8.0 + drift;
+        let camera = Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), 1.5], [0.0; 3], 1.0, size, size);
+        let id = if moving_cameras { i } else { camera_id };
+        let pixel = |p: usize| {
+            let ray = camera.ray_direction_in_world([(p as u32 % size) as f32 + 0.5, (p as u32 / size) as f32 + 0.5]);
+            let hit = balls(time).iter().any(|&center| {
+                let from_eye = sub(center, camera.center_in_world());
+                let depth = dot(from_eye, ray);
+                norm(sub(from_eye, scale(ray, depth))) < RADIUS
+            });
+            if hit { [40, 40, 40, 255] } else { [255; 4] }
+        };
+        let rgba = (0..(size * size) as usize).flat_map(pixel).collect();
+        Frame { name: format!("{i}"), camera_id: id, camera, time, rgba }
+    };
+    (0..90).map(frame).collect()
+}
+
+fn balls(time: f32) -> [[f32; 3]; 2] {
+    let angle = 4.0 * time;
+    [[angle.cos(), angle.sin(), 0.5], [0.9 - 2.4 * time, -0.2, -0.6]]
+}
+
+const BOUNDS: SceneBox = SceneBox { center: [0.0; 3], half_side: 2.0 };
+
+#[test]
+fn two_balls_are_followed_from_single_images_of_moments() {
+    let tracks = find_tracks(&scene(false), [1.0; 3], BOUNDS);
+    assert_eq!(tracks.len(), 2, "{tracks:?}");
+    for which in 0..2 {
+        let off = |track: &Track, time: f32| norm(sub(track.position(time), balls(time)[which]));
+        let worst = |track: &Track| (0..8).map(|i| off(track, 0.1 * i as f32)).fold(0.0, f32::max);
+        let track = tracks.iter().min_by(|a, b| worst(a).total_cmp(&worst(b))).expect("tracks");
+        assert!(worst(track) < 0.2 * RADIUS, "ball {which}: {}", worst(track));
+        assert!((track.radius - RADIUS).abs() < 0.15 * RADIUS, "{}", track.radius);
+    }
+}
+
+#[test]
+fn moving_cameras_and_empty_images_give_no_paths() {
+    assert_eq!(find_tracks(&scene(true), [1.0; 3], BOUNDS), []);
+    let mut still = scene(false);
+    still.iter_mut().for_each(|frame| frame.rgba.fill(255));
+    assert_eq!(find_tracks(&still, [1.0; 3], BOUNDS), []);
+    assert_eq!(find_tracks(&[], [1.0; 3], BOUNDS), []);
+}
+
+#[test]
+fn a_track_explains_what_is_seen_of_its_ball() {
+    let frames = scene(false);
+    let tracks = find_tracks(&frames, [1.0; 3], BOUNDS);
+    let frame = &frames[20];
+    let toward = |point: [f32; 3]| {
+        let from_eye = sub(point, frame.camera.center_in_world());
+        scale(from_eye, 1.0 / norm(from_eye))
+    };
+    let explained = |point| tracks.iter().any(|track| track.explains(&frame.camera, frame.time, toward(point)));
+    assert!(explained(balls(frame.time)[0]));
+    assert!(!explained(add(balls(frame.time)[0], [0.0, 0.0, 1.0])));
+}
