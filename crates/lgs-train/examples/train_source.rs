@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use lgs_data::dataset::{Dataset, Frame, LoadOptions};
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::SourceModel;
 use lgs_render::{Splats, psnr, rasterize};
 use lgs_train::config::{Preset, TrainConfig};
 use lgs_train::source::SourceTrainer;
 
-fn mean_psnr(model: &DefGs, frames: &[Frame], background: [f32; 3]) -> f32 {
+fn mean_psnr(model: &dyn SourceModel, frames: &[Frame], background: [f32; 3]) -> f32 {
     let psnr = |frame: &Frame| {
         let cloud = model.cloud_at(frame.time);
         let drawn = rasterize(&Splats::from(&cloud), &frame.camera, background);
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let model = trainer.model();
     for split in ["val", "test"] {
-        println!("{split} {:.2} dB", mean_psnr(&model, dataset.split(split), dataset.background));
+        println!("{split} {:.2} dB", mean_psnr(&*model, dataset.split(split), dataset.background));
     }
     Ok(())
 }

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use lgs_distill::{DistillConfig, PartitionConfig};
+use lgs_model::source::SourceKind;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -117,15 +118,21 @@ pub struct TrainConfig {
 }
 
 impl TrainConfig {
-    /// The defaults of a preset.
+    /// The defaults of a preset, with a DefGS source.
     #[must_use]
     pub fn preset(preset: Preset) -> Self {
+        Self::of(preset, SourceKind::Defgs)
+    }
+
+    /// The defaults of a preset with a kind of source.
+    #[must_use]
+    pub fn of(preset: Preset, source: SourceKind) -> Self {
         let quick = Self {
             preset,
             seed: 0,
             checkpoint_secs: 60,
             data: DataConfig::default(),
-            source: SourceConfig::quick(),
+            source: SourceConfig::preset(source, preset),
             motion: MotionOptions::default(),
             partition: PartitionConfig::default(),
             distill: DistillConfig::default(),
@@ -135,7 +142,6 @@ impl TrainConfig {
         match preset {
             Preset::Quick => quick,
             Preset::Paper => Self {
-                source: SourceConfig::paper(),
                 motion: MotionOptions::paper(),
                 distill: DistillConfig::paper(),
                 tune_dynamics: TuneDynamicsConfig::paper(),
@@ -158,7 +164,7 @@ impl TrainConfig {
         for text in overrides {
             set(&mut given, text)?;
         }
-        Self::from_table(Self::preset(preset), &given)
+        Self::from_table(preset, &given)
     }
 
     /// Reads a resolved configuration, such as a run's `config.toml`.
@@ -166,19 +172,22 @@ impl TrainConfig {
     /// # Errors
     /// As [`Self::resolve`].
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        Self::from_table(Self::preset(Preset::Quick), &parse(text, origin)?)
+        Self::from_table(Preset::Quick, &parse(text, origin)?)
     }
 
-    fn from_table(base: Self, given: &Table) -> Result<Self, ConfigError> {
+    fn from_table(preset: Preset, given: &Table) -> Result<Self, ConfigError> {
         let invalid = |key: &str, reason: String| ConfigError::Invalid { key: key.to_owned(), reason };
         let whole = |e: &dyn std::fmt::Display| invalid("configuration", e.to_string());
-        // A preset named in the file decides the defaults that the rest of the file is laid over.
-        let base = match given.get("preset") {
-            Some(value) => {
-                Self::preset(value.clone().try_into().map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?)
-            }
-            None => base,
+        // A preset and a kind of source that are named decide the defaults that the rest is laid over.
+        let preset = match given.get("preset") {
+            Some(value) => value.clone().try_into().map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?,
+            None => preset,
         };
+        let kind = match given.get("source").and_then(|source| source.get("kind")) {
+            Some(value) => value.clone().try_into().map_err(|_| invalid("source.kind", format!("{value} is not {}", known_kinds())))?,
+            None => SourceKind::default(),
+        };
+        let base = Self::of(preset, kind);
         let mut merged = Table::try_from(&base).map_err(|e| whole(&e))?;
         merge(&mut merged, given, "")?;
         let config: Self = Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;
@@ -211,6 +220,11 @@ impl TrainConfig {
         let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         format!("{hash:016x}")
     }
+}
+
+/// Names of all kinds of source models.
+fn known_kinds() -> String {
+    SourceKind::ALL.map(|kind| format!("`{}`", kind.name())).join(" or ")
 }
 
 fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
@@ -308,6 +322,7 @@ mod tests {
             ("source.deformation.depth.x=0", "source.deformation.depth"),
             ("source.deformation.scale_mode=big", "big"),
             ("preset=slow", "preset"),
+            ("source.kind=magic", "source.kind"),
             ("nothing", "nothing"),
         ] {
             let error = quick(&[given]).expect_err(given).to_string();

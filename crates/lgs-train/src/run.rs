@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::{cameras, ply};
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::{SourceKind, SourceModel};
 
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, Checkpoints, RunIdentity, Stage};
@@ -102,10 +102,10 @@ impl RunFolder {
         self.root.join("checkpoints")
     }
 
-    /// The trained source model.
+    /// The source model, of the kind that the configuration names.
     #[must_use]
-    pub fn source_path(&self) -> PathBuf {
-        self.root.join("source").join("defgs.safetensors")
+    pub fn source_path(&self, kind: SourceKind) -> PathBuf {
+        self.root.join("source").join(format!("{}.safetensors", kind.name()))
     }
 
     /// The deliverable.
@@ -125,7 +125,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If something cannot be written.
-    pub fn write_source(&self, model: &DefGs, iteration: usize, dataset: &Dataset) -> Result<(), TrainError> {
+    pub fn write_source(&self, model: &dyn SourceModel, iteration: usize, dataset: &Dataset) -> Result<(), TrainError> {
         let folder = self.root.join("source");
         let cloud = folder.join("point_cloud").join(format!("iteration_{iteration}")).join("point_cloud.ply");
         if let Some(parent) = cloud.parent() {
@@ -134,7 +134,7 @@ impl RunFolder {
         ply::write_ply(&cloud, &model.cloud_at(0.0))?;
         let views: Vec<(String, lgs_core::Camera)> = dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
         cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
-        Ok(model.save(&self.source_path())?)
+        Ok(model.save(&self.source_path(model.kind()))?)
     }
 }
 
@@ -171,7 +171,7 @@ pub fn train_source(
     config: &TrainConfig,
     from: Option<&Checkpoint>,
     control: &mut Control<'_>,
-) -> Result<DefGs, TrainError> {
+) -> Result<Box<dyn SourceModel>, TrainError> {
     let _span = tracing::trace_span!("source").entered();
     let checkpoints = run.checkpoints(config, dataset);
     let mut trainer = match from {
@@ -204,6 +204,6 @@ pub fn train_source(
     }
     save(&trainer)?;
     let model = trainer.model();
-    run.write_source(&model, trainer.iteration(), dataset)?;
+    run.write_source(&*model, trainer.iteration(), dataset)?;
     Ok(model)
 }

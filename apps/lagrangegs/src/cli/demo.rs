@@ -13,7 +13,6 @@ use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::sheet::{Row, contact_sheet, evenly};
 use lgs_eval::table::table;
 use lgs_model::Motion;
-use lgs_model::source::SourceModel;
 use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 

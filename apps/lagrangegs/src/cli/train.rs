@@ -29,9 +29,9 @@ pub(super) struct Args {
     /// Folder of the run, new or (with --resume) one that was begun
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
-    /// Model that learns the motion from the images
-    #[arg(long, value_enum, default_value_t = Source::Defgs)]
-    source: Source,
+    /// Model that learns the motion from the images [default: defgs]
+    #[arg(long, value_enum, value_name = "SOURCE")]
+    source: Option<Source>,
     /// Defaults to start from [default: quick]
     #[arg(long, value_enum, value_name = "PRESET")]
     preset: Option<PresetName>,
@@ -60,6 +60,16 @@ enum Source {
     Freegave,
 }
 
+impl Source {
+    /// Its name in configurations.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Defgs => "defgs",
+            Self::Freegave => "freegave",
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum PresetName {
     /// Minutes on two processor cores
@@ -85,7 +95,7 @@ fn key_value(text: &str) -> Result<String, String> {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    if args.source == Source::Freegave {
+    if args.source == Some(Source::Freegave) {
         bail!("the source model `freegave` is not in this version; use `defgs`");
     }
     // Both choices mean the processor until a build has something faster.
@@ -102,7 +112,8 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
         Some(PresetName::Paper) => Preset::Paper,
         _ => Preset::Quick,
     };
-    let mut sets = args.set.clone();
+    let mut sets: Vec<String> = args.source.iter().map(|source| format!("source.kind={}", source.name())).collect();
+    sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));
     let asked = || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
     if !args.resume {

@@ -1,6 +1,6 @@
 //! Settings of source training; their values are in `presets`.
 
-use lgs_model::source::DeformationConfig;
+use lgs_model::source::{DeformationConfig, SourceKind};
 use serde::{Deserialize, Serialize};
 
 /// Which frames the static warm-up sees.
@@ -130,6 +130,8 @@ pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SourceConfig {
+    /// What the source model is. It decides the defaults of everything below.
+    pub kind: SourceKind,
     /// Every count of iterations below is multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, since
     /// larger images have more to learn from.
     pub stretch: f32,

@@ -1,15 +1,27 @@
 //! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md` §2.6, §2.7, §3); the `quick`
 //! ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
-use lgs_model::source::DeformationConfig;
+use lgs_model::source::{DeformationConfig, SourceKind};
+
+use crate::config::Preset;
 
 use super::config::{DensifyConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
 
 impl SourceConfig {
+    /// The defaults of a kind under a preset.
+    #[must_use]
+    pub fn preset(kind: SourceKind, preset: Preset) -> Self {
+        match (kind, preset) {
+            (SourceKind::Defgs, Preset::Quick) => Self::quick(),
+            (SourceKind::Defgs, Preset::Paper) => Self::paper(),
+        }
+    }
+
     /// DefGS for synthetic scenes as published: hours on a GPU, days on a CPU.
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            kind: SourceKind::Defgs,
             stretch: 1.0,
             iterations: 40_000,
             warmup_iterations: 3000,
@@ -41,6 +53,7 @@ impl SourceConfig {
     pub fn quick() -> Self {
         let iterations = 4000;
         Self {
+            kind: SourceKind::Defgs,
             stretch: 0.0,
             iterations,
             warmup_iterations: 400,

@@ -4,7 +4,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, Image, stream};
 use lgs_data::dataset::{Dataset, Frame, SceneBox};
 use lgs_model::source::tensor::DeformSpec;
-use lgs_model::source::{DefGs, Deformation, InputFrame};
+use lgs_model::source::{DefGs, Deformation, InputFrame, SourceModel};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::{photometric_loss, rasterize};
 
@@ -217,12 +217,12 @@ impl<'a> SourceTrainer<'a> {
 
     /// The model as it is now.
     #[must_use]
-    pub fn model(&self) -> DefGs {
+    pub fn model(&self) -> Box<dyn SourceModel> {
         let config = self.config.deformation.clone();
-        DefGs {
+        Box::new(DefGs {
             canonical: self.params.cloud(),
             deformation: Deformation { config, frame: self.input_frame, params: self.params.network() },
-        }
+        })
     }
 
     /// Writes the whole state into a checkpoint.
