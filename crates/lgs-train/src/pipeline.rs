@@ -59,7 +59,7 @@ impl Pipeline<'_> {
     /// The source model of the configured kind, from where a checkpoint left it; it is in the run's folder afterwards.
     fn source(&self, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<Box<dyn SourceModel>, TrainError> {
         match self.config.source.kind {
-            SourceKind::Defgs => train_source(self.run, self.dataset, self.config, from, control),
+            SourceKind::Defgs | SourceKind::Freegave => train_source(self.run, self.dataset, self.config, from, control),
         }
     }
 

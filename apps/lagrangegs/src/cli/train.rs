@@ -56,7 +56,7 @@ pub(super) struct Args {
 enum Source {
     /// Deformable 3D Gaussians
     Defgs,
-    /// Gaussian velocity fields; not in this version
+    /// A deformation that a field of rigid velocities carries on
     Freegave,
 }
 
@@ -95,9 +95,6 @@ fn key_value(text: &str) -> Result<String, String> {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    if args.source == Some(Source::Freegave) {
-        bail!("the source model `freegave` is not in this version; use `defgs`");
-    }
     // Both choices mean the processor until a build has something faster.
     tracing::debug!(device = ?args.device, "computing on the processor");
     refuse_inside_dataset(&args.out)?;

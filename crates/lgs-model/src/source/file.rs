@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use lgs_core::CloudError;
 use serde::{Deserialize, Serialize};
 
-use super::{DefGs, SourceModel};
+use super::{DefGs, FreeGave, SourceModel};
 use crate::tensor_file::{TensorFile, TensorFileError};
 
 /// A kind of source model.
@@ -15,17 +15,20 @@ pub enum SourceKind {
     /// A deformation network ([`DefGs`]).
     #[default]
     Defgs,
+    /// A deformation network that a velocity field carries on ([`FreeGave`]).
+    Freegave,
 }
 
 impl SourceKind {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Defgs];
+    pub const ALL: [Self; 2] = [Self::Defgs, Self::Freegave];
 
     /// Its name in configurations, messages and file names.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Defgs => "defgs",
+            Self::Freegave => "freegave",
         }
     }
 
@@ -34,6 +37,7 @@ impl SourceKind {
     pub fn format(self) -> &'static str {
         match self {
             Self::Defgs => "lagrangegs-defgs/1",
+            Self::Freegave => "lagrangegs-freegave/1",
         }
     }
 }
@@ -64,5 +68,6 @@ pub fn load_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
     let kind = SourceKind::ALL.into_iter().find(|kind| kind.format() == file.format()).unwrap_or_default();
     match kind {
         SourceKind::Defgs => Ok(Box::new(DefGs::from_tensors(&file, path)?)),
+        SourceKind::Freegave => Ok(Box::new(FreeGave::from_tensors(&file, path)?)),
     }
 }

@@ -7,10 +7,12 @@
 //! [`mod@reference`] is its twin in plain tensor operations.
 
 mod blocks;
+mod chain;
 mod config;
 mod defgs;
 pub mod encoding;
 mod file;
+pub mod freegave;
 mod matrix;
 pub mod network;
 pub mod pose;
@@ -21,6 +23,7 @@ mod time_part;
 pub use config::{DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
 pub use file::{SourceError, SourceKind, load_source};
+pub use freegave::{FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
 pub use network::{Deformation, InputFrame};
 pub use pose::DELTAS;
 
