@@ -284,8 +284,10 @@ mod tests {
 
     #[test]
     fn presets_round_trip_through_toml() {
-        for preset in [Preset::Quick, Preset::Paper] {
-            let config = TrainConfig::preset(preset);
+        let all = [Preset::Quick, Preset::Paper].into_iter().flat_map(|preset| SourceKind::ALL.map(|kind| (preset, kind)));
+        for (preset, kind) in all {
+            let config = TrainConfig::of(preset, kind);
+            assert_eq!((config.preset, config.source.kind), (preset, kind));
             let back = TrainConfig::from_toml(&config.to_toml().expect("toml"), "config.toml").expect("parse");
             assert_eq!(back, config);
             assert_eq!(back.hash(), config.hash());
@@ -323,11 +325,45 @@ mod tests {
             ("source.deformation.scale_mode=big", "big"),
             ("preset=slow", "preset"),
             ("source.kind=magic", "source.kind"),
+            ("source.velocity.width=8", "source.velocity"),
+            ("source.deformation.code=8", "source.deformation.code"),
             ("nothing", "nothing"),
         ] {
             let error = quick(&[given]).expect_err(given).to_string();
             assert!(error.contains(key), "{given}: {error}");
         }
+    }
+
+    #[test]
+    fn a_kind_of_source_brings_its_own_keys_and_defaults() {
+        let config = quick(&["source.kind=freegave", "source.velocity.max_time=0.5", "preset=paper"]).expect("config");
+        assert_eq!(config.source.velocity.as_ref().map(|v| (v.max_time, v.width)), Some((0.5, 128)));
+        assert_eq!((config.source.densify.min_opacity, config.source.window_steps), (0.05, 8));
+        for given in [
+            "source.deformation.code=0",
+            "source.velocity.fps=0",
+            "source.velocity.max_time=-1",
+            "source.hop.length=0",
+            "source.hop.share=2",
+        ] {
+            let (key, _) = given.split_once('=').expect("a setting");
+            let error = quick(&["source.kind=freegave", given]).expect_err(given).to_string();
+            assert!(error.contains(key), "{given}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_published_scenes_have_their_settings() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/freegave");
+        for (scene, max_time, bases) in [("fan", 0.72, 16), ("bat", 0.75, 16), ("chessboard", 0.70, 32), ("factory", 0.70, 32)] {
+            let config = TrainConfig::resolve(Preset::Quick, Some(&folder.join(format!("{scene}.toml"))), &[]).expect(scene);
+            assert_eq!(config.preset, Preset::Paper);
+            assert_eq!(config.source.velocity.map(|v| v.max_time), Some(max_time));
+            assert_eq!(config.source.deformation.code, bases);
+        }
+        let files = std::fs::read_dir(folder).expect("folder").map(|entry| entry.expect("entry").path()).collect::<Vec<_>>();
+        assert_eq!(files.len(), 10);
+        files.iter().for_each(|path| assert!(TrainConfig::resolve(Preset::Quick, Some(path), &[]).is_ok(), "{}", path.display()));
     }
 
     #[test]

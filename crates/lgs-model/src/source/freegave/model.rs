@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use lgs_core::GaussianCloud;
-use lgs_core::linear::{norm, quat_normalize, sub};
+use lgs_core::linear::{norm, sub};
 
 use super::config::RotationForm;
 use super::file::to_tensors;
@@ -88,7 +88,7 @@ impl SourceModel for FreeGave {
             for (i, &[_, _, _, w, x, y, z, ..]) in poses.iter().enumerate() {
                 match drawn_shape([w, x, y, z], cloud.log_scales[i]) {
                     Some((rotation, log_scales)) => (cloud.rotations[i], cloud.log_scales[i]) = (rotation, log_scales),
-                    None => (cloud.rotations[i], cloud.raw_opacities[i]) = (quat_normalize([1.0, 0.0, 0.0, 0.0]), NOT_DRAWN),
+                    None => (cloud.rotations[i], cloud.raw_opacities[i]) = ([1.0, 0.0, 0.0, 0.0], NOT_DRAWN),
                 }
             }
         }
@@ -101,5 +101,97 @@ impl SourceModel for FreeGave {
 
     fn to_tensors(&self) -> TensorFile {
         to_tensors(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::freegave::{FreeGaveConfig, VelocityConfig};
+    use crate::source::network::InputFrame;
+    use crate::source::{DeformationConfig, HeadInit, ScaleMode, load_source};
+
+    fn model(rotation: RotationForm) -> FreeGave {
+        let means: Vec<[f32; 3]> = (0..40).map(|i| [(i as f32).sin(), (i as f32).cos(), i as f32 * 0.02]).collect();
+        let mut canonical = GaussianCloud::isotropic(means, 0.05, [0.3, 0.5, 0.7], 0.6);
+        canonical.log_scales.iter_mut().for_each(|s| s[0] += 0.5);
+        let frame = InputFrame::around(&canonical.means);
+        let deformation = DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
+        let velocity = VelocityConfig { max_time: 0.6, rotation, ..VelocityConfig::quick() };
+        FreeGave::new(canonical, FreeGaveNetworks::init(FreeGaveConfig { deformation, velocity }, frame, 3), 0.75)
+    }
+
+    /// A model whose velocity field is one uniform rotation, and whose deformation does nothing.
+    fn spinning(rotation: RotationForm, omega: f32) -> FreeGave {
+        let mut model = model(rotation);
+        let layout = model.networks.config.layout();
+        let params = &mut model.networks.params;
+        for head in [&layout.deformation.head, &layout.segment.head, &layout.velocity.head] {
+            params[head.weight..head.bias + head.outputs].fill(0.0);
+        }
+        // The first basis alone, of weight one: −ω about z.
+        params[layout.segment.head.bias] = 1.0;
+        params[layout.velocity.head.bias + 5] = -omega;
+        model
+    }
+
+    #[test]
+    fn the_deformation_ends_where_the_velocity_field_begins() {
+        let model = model(RotationForm::Fixed);
+        let far = |a: &[[f32; 3]], b: &[[f32; 3]]| a.iter().zip(b).map(|(a, b)| norm(sub(*a, *b))).fold(0.0, f32::max);
+        let (at, after) = (model.positions_at(0.6), model.positions_at(0.6001));
+        assert!(far(&at, &after) < 1e-3);
+        assert!(far(&at, &model.positions_at(0.8)) > 1e-3, "what moves goes on moving");
+        assert_eq!(model.cloud_at(0.9).means, model.positions_at(0.9));
+        assert_eq!(model.networks.config.deformation.scale_mode, ScaleMode::Fixed);
+        assert_eq!(model.cloud_at(0.9).log_scales, model.canonical.log_scales);
+    }
+
+    #[test]
+    fn what_keeps_still_in_the_window_never_moves() {
+        let mut model = spinning(RotationForm::Fixed, 0.05);
+        let start = model.positions_at(0.0);
+        assert_eq!(model.positions_at(1.5), start, "0.05 · 0.15 is below the threshold");
+        model.networks.config.velocity.still_within = 0.0;
+        assert_ne!(FreeGave::new(model.canonical, model.networks, 0.75).positions_at(1.5), start);
+    }
+
+    #[test]
+    fn a_fast_spin_swells_and_vanishes_in_the_published_form_and_not_in_the_fixed_one() {
+        let pi = std::f32::consts::PI;
+        let widest = |cloud: &GaussianCloud| cloud.log_scales.as_flattened().iter().copied().fold(f32::MIN, f32::max);
+        let (fixed, published) = (spinning(RotationForm::Fixed, pi), spinning(RotationForm::Reference, pi));
+        for time in [1.35, 1.6, 2.25] {
+            let cloud = fixed.cloud_at(time);
+            assert!(cloud.validate().is_ok() && widest(&cloud) == widest(&fixed.canonical));
+            assert_eq!(cloud.raw_opacities, fixed.canonical.raw_opacities);
+        }
+        let swollen = published.cloud_at(1.35);
+        assert!(widest(&swollen) > widest(&published.canonical) + 0.2 && swollen.opacity(0) > 0.5);
+        let gone = published.cloud_at(1.6);
+        assert!(gone.validate().is_ok() && gone.opacity(0) < 1e-6);
+    }
+
+    #[test]
+    fn files_round_trip_and_defects_are_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("source.safetensors");
+        let saved = model(RotationForm::Reference);
+        saved.save(&path).expect("save");
+        let loaded = load_source(&path).expect("load");
+        assert_eq!((loaded.kind(), loaded.len()), (SourceKind::Freegave, 40));
+        assert_eq!(loaded.cloud_at(1.1), saved.cloud_at(1.1));
+        assert_eq!(loaded.to_tensors(), saved.to_tensors().clone());
+        let mut bad = saved.clone();
+        let last = bad.networks.params.len() - 1;
+        bad.networks.params[last] = f32::NAN;
+        bad.save(&path).expect("save");
+        let text = load_source(&path).err().expect("nan").to_string();
+        assert!(text.contains("source.safetensors") && text.contains("networks.velocity.head.bias"), "{text}");
+        let mut bad = saved;
+        bad.networks.config.velocity.max_time = -1.0;
+        bad.save(&path).expect("save");
+        let text = load_source(&path).err().expect("time").to_string();
+        assert!(text.contains("networks.velocity.max_time"), "{text}");
     }
 }
