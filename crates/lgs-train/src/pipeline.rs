@@ -101,7 +101,11 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &self.config.tune_dynamics, self.config.seed), from, control)
+        let mut config = self.config.tune_dynamics.clone();
+        if self.config.last_stage < 2 {
+            config.iterations = 0;
+        }
+        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
     }
 
     fn tune_gaussians(
@@ -110,7 +114,11 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &self.config.tune_gaussians, self.config.seed), from, control)
+        let mut config = self.config.tune_gaussians.clone();
+        if self.config.last_stage < 3 {
+            config.iterations = 0;
+        }
+        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
     }
 
     /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a checkpoint also marks its

@@ -17,6 +17,10 @@ fn tiny_dataset(folder: &Path) -> Dataset {
 }
 
 fn tiny_config(kind: SourceKind) -> TrainConfig {
+    tiny_config_with(kind, &[])
+}
+
+fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
     let settings = [
         &format!("source.kind={}", kind.name()),
         // Twice these: a warm-up to 40, a window that grows to 72, and 120 in all.
@@ -37,7 +41,8 @@ fn tiny_config(kind: SourceKind) -> TrainConfig {
         "tune_gaussians.iterations=12",
         "tune_gaussians.refresh_every=5",
     ];
-    TrainConfig::resolve(Preset::Quick, None, &settings.map(str::to_owned)).expect("config")
+    let settings: Vec<String> = settings.iter().chain(more).map(|s| (*s).to_owned()).collect();
+    TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.
@@ -95,6 +100,27 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     for (name, bytes) in &whole {
         assert!(bytes == &stopped[name], "{name} differs");
     }
+}
+
+#[test]
+fn an_ablated_run_leaves_out_what_it_names() {
+    let folder = tempfile::tempdir().expect("folder");
+    tiny_dataset(folder.path());
+    let config = tiny_config_with(SourceKind::Defgs, &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"]);
+    let options = LoadOptions { train_before: Some(config.data.train_before), ..LoadOptions::default() };
+    let dataset = Dataset::load(&folder.path().join("data"), &options, &|_, _| {}).expect("load");
+    let path = folder.path().join("run");
+    let run = RunFolder::create(&path, &config, &dataset).expect("run");
+    let mut stages = std::collections::BTreeSet::new();
+    let mut progress = |p: Progress| {
+        stages.insert(p.stage);
+    };
+    let scene =
+        train(&run, &dataset, &config, &mut Control { stop: &AtomicBool::new(false), progress: &mut progress }).expect("train").scene;
+    assert_eq!(stages.into_iter().collect::<Vec<_>>(), [Stage::Source, Stage::Distill]);
+    assert!(!scene.objects.is_empty() && scene.objects.iter().all(|object| object.supports.is_none()));
+    assert!(scene.objects.iter().all(|object| object.system.config.force == lgs_dynamics::ForceKind::None));
+    assert!((scene.motion.time_window - 25.0 / 60.0).abs() < 1e-5, "the last training time below 0.5: {}", scene.motion.time_window);
 }
 
 #[test]

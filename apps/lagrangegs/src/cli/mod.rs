@@ -3,6 +3,7 @@
 //! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed and 2 for bad usage; an error
 //! is one line that ends with the path it is about (`failure.rs`). Each command has a file of its own.
 
+mod ablation;
 mod camera;
 mod demo;
 mod eval;

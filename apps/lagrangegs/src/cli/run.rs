@@ -85,7 +85,8 @@ fn recorded_dataset(config: &Path) -> Result<PathBuf> {
 /// How a configuration wants images to be loaded.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
-    LoadOptions { white_background: config.data.white_background, resolution, splits }
+    let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);
+    LoadOptions { white_background: config.data.white_background, resolution, splits, train_before }
 }
 
 /// Loads a dataset behind a progress bar.

@@ -14,6 +14,7 @@ use lgs_train::checkpoint::Stage;
 use lgs_train::config::Preset;
 use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained};
 
+use super::ablation::Ablations;
 use super::failure::At;
 use super::output::{self, refuse_inside_dataset};
 use super::progress::{Task, say};
@@ -50,6 +51,8 @@ pub(super) struct Args {
     /// Continue from the run's latest checkpoint
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    ablations: Ablations,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -110,6 +113,7 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
         _ => Preset::Quick,
     };
     let mut sets: Vec<String> = args.source.iter().map(|source| format!("source.kind={}", source.name())).collect();
+    sets.extend(args.ablations.settings());
     sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));
     let asked = || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
