@@ -34,6 +34,8 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
     let latest = pipeline.checkpoints.latest()?;
     let source = match &latest {
         Some(checkpoint) if checkpoint.stage > Stage::Source => load_source(&run.source_path(config.source.kind))?,
+        // Taken over from another run.
+        None if run.source_path(config.source.kind).exists() => load_source(&run.source_path(config.source.kind))?,
         from => pipeline.source(from.as_ref(), control)?,
     };
     let latest = latest.filter(|c| c.stage > Stage::Source);

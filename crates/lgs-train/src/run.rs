@@ -136,6 +136,48 @@ impl RunFolder {
         cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
         Ok(model.save(&self.source_path(model.kind()))?)
     }
+
+    /// Takes over the trained source of another run of the same dataset, seed, image and source settings: model, splat file, cameras and
+    /// training curve. Training then goes on with stage 1. Nothing happens where this run has a source.
+    ///
+    /// # Errors
+    /// If the other run was made with other settings, or a file cannot be read or written.
+    pub fn adopt_source(&self, config: &TrainConfig, from: &Path) -> Result<(), TrainError> {
+        if self.source_path(config.source.kind).exists() {
+            return Ok(());
+        }
+        let (other, found) = Self::open(from)?;
+        let of_source =
+            |c: &TrainConfig| TrainConfig { seed: c.seed, data: c.data.clone(), source: c.source.clone(), ..TrainConfig::default() };
+        if of_source(config) != of_source(&found) {
+            let (expected, found) = (of_source(config).hash(), of_source(&found).hash());
+            return Err(TrainError::Mismatch { path: other.config_path(), what: "source settings", expected, found });
+        }
+        let (own, partial) = (self.root.join("source"), self.root.join(".source-partial"));
+        for folder in [&own, &partial].into_iter().filter(|folder| folder.exists()) {
+            std::fs::remove_dir_all(folder).map_err(|e| FileError::new("remove folder", folder, e))?;
+        }
+        link_tree(&other.root.join("source"), &partial)?;
+        EventLog::adopt_source(&other.events_path(), &self.events_path())?;
+        std::fs::rename(&partial, &own).map_err(|e| FileError::new("rename folder", &own, e))?;
+        Ok(())
+    }
+}
+
+/// Puts the files of a folder into a new one: links where the file system can, which is safe as files are never written in place, else copies.
+fn link_tree(from: &Path, to: &Path) -> Result<(), FileError> {
+    std::fs::create_dir_all(to).map_err(|e| FileError::new("create folder", to, e))?;
+    let entries = std::fs::read_dir(from).map_err(|e| FileError::new("read folder", from, e))?;
+    for entry in entries {
+        let path = entry.map_err(|e| FileError::new("read folder", from, e))?.path();
+        let copy = to.join(path.file_name().unwrap_or_default());
+        if path.is_dir() {
+            link_tree(&path, &copy)?;
+        } else if std::fs::hard_link(&path, &copy).is_err() {
+            std::fs::copy(&path, &copy).map_err(|e| FileError::new("copy file", &path, e))?;
+        }
+    }
+    Ok(())
 }
 
 /// Calls for a checkpoint every so many seconds.
