@@ -216,6 +216,17 @@ mod tests {
     }
 
     #[test]
+    fn the_manifest_for_kubernetes_counts_the_cells_of_its_suite() {
+        let manifest = include_str!("../../../contrib/kubernetes/bench.yaml");
+        let suite = Suite::open(Path::new("synthetic-objects")).expect("bundled");
+        let plan = Plan::new(suite, Path::new("out"), None).expect("plan");
+        let (sources, rest) = (plan.leaders(), plan.cells.len() - plan.leaders());
+        for line in [format!("completions: {sources} "), format!("completions: {rest} "), format!("name: FIRST, value: \"{sources}\"")] {
+            assert_eq!(manifest.matches(&line).count(), 1, "{line}");
+        }
+    }
+
+    #[test]
     fn a_setting_that_does_not_exist_names_the_cell_and_the_known_keys() {
         let text = SUITE.replace("seeds =", "settings = [\"source.iteration=3\"]\nseeds =");
         let error = plan(&text).expect_err("unknown").to_string();
