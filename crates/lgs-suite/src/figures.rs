@@ -96,7 +96,10 @@ pub(crate) const TEXT_FIGURES: [TextFigure; 11] = [
         title: "foreground extent relative to t = 0, largest to 3 τ_max and over scenes",
         format: Format::Number(3),
         over: Over::Largest,
-        read: |m, model| lagrangian(model, m.physics.extent_ratio_max),
+        read: |m, model| match model {
+            Model::Source => m.physics.source_extent_ratio_max,
+            Model::Lagrangian => m.physics.extent_ratio_max,
+        },
     },
     TextFigure {
         id: "cycle_error_negated_step",

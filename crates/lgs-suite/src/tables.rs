@@ -125,7 +125,7 @@ fn test_columns() -> Vec<String> {
 /// The paper's Table 1.
 fn extrapolation(results: &Results<'_>) -> Table {
     let suite = &results.plan().suite;
-    let quoted = suite.published.into_iter().flat_map(|column| published::others(column)).map(|(name, scores)| Row {
+    let quoted = suite.published.into_iter().flat_map(published::others).map(|(name, scores)| Row {
         labels: vec![name.to_owned()],
         entries: (PUBLISHED_SCORE.iter().zip(&TEST_SCORES))
             .map(|(score, &(_, _, digits, _))| Entry {
