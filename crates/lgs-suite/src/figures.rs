@@ -64,6 +64,8 @@ pub(crate) enum Over {
 pub enum Format {
     /// With so many decimals.
     Number(usize),
+    /// The same, with a sign.
+    Signed(usize),
     /// A fraction as a percentage with so many decimals.
     Percent(usize),
     /// Seconds.
@@ -132,14 +134,14 @@ pub(crate) const TEXT_FIGURES: [TextFigure; 11] = [
     TextFigure {
         id: "psnr_gap",
         title: "PSNR on test, Lagrangian − source, dB",
-        format: Format::Number(2),
+        format: Format::Signed(2),
         over: Over::Every,
         read: |m, model| lagrangian(model, gap(m, |score| score.psnr)),
     },
     TextFigure {
         id: "silhouette_gap",
         title: "silhouette PSNR on test, Lagrangian − source, dB",
-        format: Format::Number(2),
+        format: Format::Signed(2),
         over: Over::Having,
         read: |m, model| lagrangian(model, gap(m, |_| None)),
     },

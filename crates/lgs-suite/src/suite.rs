@@ -208,6 +208,7 @@ impl Suite {
         let mut settings: Vec<String> = method.settings.iter().map(|s| (*s).to_owned()).collect();
         settings.extend_from_slice(&self.settings);
         settings.extend_from_slice(&variant.settings);
+        settings.extend(variant.of_method.iter().filter(|(name, _)| *name == method.name).map(|(_, setting)| (*setting).to_owned()));
         let concerns = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
         let own = self
             .overrides
@@ -270,7 +271,7 @@ impl Check<'_> {
             }
             known.retain(|variant| variant.name != name);
             let OwnVariant { title, table, settings, remark } = own;
-            known.push(Variant { name, title, table, settings, remark });
+            known.push(Variant { name, title, table, settings, of_method: Vec::new(), remark });
         }
         self.all_known("variant", names, &known.iter().map(|v| v.name.as_str()).collect::<Vec<_>>())?;
         let first = [FULL.to_owned()];

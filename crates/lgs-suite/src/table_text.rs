@@ -83,17 +83,25 @@ fn heads(table: &Table) -> impl Iterator<Item = String> {
 fn printed(table: &Table, entry: &Entry) -> impl Iterator<Item = String> {
     let number = |value: Option<f64>| value.map_or_else(|| MISSING.to_owned(), |v| formatted(v, entry.format));
     let own = match (entry.summary.mean, entry.summary.spread) {
-        (Some(mean), Some(spread)) => format!("{} ± {}", formatted(mean, entry.format), formatted(spread, entry.format)),
+        (Some(mean), Some(spread)) => format!("{} ± {}", formatted(mean, entry.format), formatted(spread, entry.format.unsigned())),
         (mean, _) => number(mean),
     };
     let paper = table.published.then(|| number(entry.paper));
     [Some(own), paper].into_iter().flatten()
 }
 
+impl Format {
+    /// For what is never negative.
+    fn unsigned(self) -> Self {
+        if let Self::Signed(digits) = self { Self::Number(digits) } else { self }
+    }
+}
+
 fn formatted(value: f64, format: Format) -> String {
     const MEBIBYTE: f64 = 1024.0 * 1024.0;
     match format {
         Format::Number(digits) => format!("{value:.digits$}"),
+        Format::Signed(digits) => format!("{value:+.digits$}"),
         Format::Percent(digits) => format!("{:.digits$} %", 100.0 * value),
         Format::Seconds => format!("{value:.0} s"),
         Format::Bytes => format!("{:.0} MiB", value / MEBIBYTE),

@@ -4,7 +4,7 @@ use lgs_eval::Metrics;
 use serde::Serialize;
 
 pub use crate::figures::Format;
-use crate::figures::{Model, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
+use crate::figures::{Model, Over, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
 use crate::published::{self, Published};
 use crate::results::{Results, Summary};
 use crate::variants::{FULL, Variant, VariantTable};
@@ -87,6 +87,14 @@ impl Side {
         }
     }
 
+    /// How its figures are printed.
+    fn format(self, digits: usize) -> Format {
+        match self {
+            Self::Of(_) => Format::Number(digits),
+            Self::Difference => Format::Signed(digits),
+        }
+    }
+
     fn read(self, metrics: &Metrics, read: Read) -> Option<f64> {
         match self {
             Self::Of(model) => read(metrics, model),
@@ -111,9 +119,9 @@ impl Side {
 fn test_entries(results: &Results<'_>, method: &str, variant: &str, side: Side) -> Vec<Entry> {
     let scores = results.plan().suite.published.and_then(|column| side.published(column, method, variant));
     let entry = |(i, &(_, _, digits, read)): (usize, &(&str, &str, usize, Read))| Entry {
-        summary: results.over_scenes(method, variant, crate::figures::Over::Every, |m| side.read(m, read)),
+        summary: results.over_scenes(method, variant, Over::Every, |m| side.read(m, read)),
         paper: PUBLISHED_SCORE[i].and_then(|score| scores.map(|scores| scores[score])),
-        format: Format::Number(digits),
+        format: side.format(digits),
     };
     TEST_SCORES.iter().enumerate().map(entry).collect()
 }
@@ -170,9 +178,8 @@ fn ablations(results: &Results<'_>) -> Table {
         for variant in &variants {
             let mut entries = test_entries(results, method.name, &variant.name, Side::Of(Model::Lagrangian));
             let change = results.against_full(method.name, &variant.name, |m| psnr(m, Model::Lagrangian));
-            let change = if variant.name == FULL { Summary::default() } else { change };
-            entries.push(Entry { summary: change, paper: None, format: Format::Number(3) });
-            notes.extend(remark(variant, method.title, change));
+            entries.push(Entry { summary: change, paper: None, format: Format::Signed(3) });
+            notes.extend(if variant.name == FULL { None } else { remark(variant, method.title, change) });
             rows.push(Row { labels: vec![variant.title.clone(), format!("Lagrangian ({})", method.title)], entries });
         }
     }
@@ -215,49 +222,51 @@ fn figures(results: &Results<'_>) -> Table {
 /// Splits that a dataset may have, in the order of time.
 const SPLITS: [&str; 4] = ["val", "test", "long", "past"];
 
+/// The splits that were scored.
+fn known_splits(results: &Results<'_>) -> Vec<&'static str> {
+    SPLITS.into_iter().filter(|split| results.has_split(split)).collect()
+}
+
+/// A table with a column per split; none without a split.
+fn by_split(id: &'static str, title: String, labels: &[&'static str], splits: &[&str], rows: Vec<Row>) -> Table {
+    let rows = if splits.is_empty() { Vec::new() } else { rows };
+    Table::new(id, title, labels, splits.iter().map(|split| (*split).to_owned()).collect(), rows)
+}
+
 /// PSNR on every split.
 fn splits(results: &Results<'_>) -> Table {
-    let suite = &results.plan().suite;
-    let known: Vec<&str> = SPLITS.into_iter().filter(|split| results.has_split(split)).collect();
-    let rows = suite.methods.iter().flat_map(|method| {
-        let known = &known;
-        Side::ALL.map(|side| Row {
-            labels: vec![side.label(method.title)],
-            entries: known
-                .iter()
-                .map(|split| psnr_entry(results.over_scenes(method.name, FULL, crate::figures::Over::Every, split_psnr(split, side))))
-                .collect(),
-        })
-    });
-    let columns = known.iter().map(|split| (*split).to_owned()).collect();
-    let title = format!("{}: PSNR by split, dB", suite.title);
-    Table::new("splits", title, &["method"], columns, if known.is_empty() { Vec::new() } else { rows.collect() })
-        .noted(common_notes(results))
+    let (suite, known) = (&results.plan().suite, known_splits(results));
+    let of = |method: &str, side: Side, split: &&str| {
+        let summary = results.over_scenes(method, FULL, Over::Every, split_psnr(split, side));
+        Entry { summary, paper: None, format: side.format(2) }
+    };
+    let mut rows = Vec::new();
+    for method in &suite.methods {
+        for side in Side::ALL {
+            let entries = known.iter().map(|split| of(method.name, side, split)).collect();
+            rows.push(Row { labels: vec![side.label(method.title)], entries });
+        }
+    }
+    by_split("splits", format!("{}: PSNR by split, dB", suite.title), &["method"], &known, rows).noted(common_notes(results))
 }
 
 /// PSNR of every scene.
 fn scenes(results: &Results<'_>) -> Table {
-    let suite = &results.plan().suite;
-    let known: Vec<&str> = SPLITS.into_iter().filter(|split| results.has_split(split)).collect();
-    let rows = suite.scenes.iter().flat_map(|scene| {
-        let known = &known;
-        suite.methods.iter().flat_map(move |method| {
-            [Model::Source, Model::Lagrangian].map(|model| Row {
-                labels: vec![scene.clone(), Side::Of(model).label(method.title)],
-                entries: known
-                    .iter()
-                    .map(|split| psnr_entry(results.of_scene(scene, method.name, FULL, split_psnr(split, Side::Of(model)))))
-                    .collect(),
-            })
-        })
-    });
-    let columns = known.iter().map(|split| (*split).to_owned()).collect();
-    let title = format!("{}: PSNR by scene and split, dB", suite.title);
-    Table::new("scenes", title, &["scene", "method"], columns, if known.is_empty() { Vec::new() } else { rows.collect() })
-}
-
-fn psnr_entry(summary: Summary) -> Entry {
-    Entry { summary, paper: None, format: Format::Number(2) }
+    let (suite, known) = (&results.plan().suite, known_splits(results));
+    let of = |scene: &str, method: &str, side: Side, split: &&str| {
+        let summary = results.of_scene(scene, method, FULL, split_psnr(split, side));
+        Entry { summary, paper: None, format: side.format(2) }
+    };
+    let mut rows = Vec::new();
+    for scene in &suite.scenes {
+        for method in &suite.methods {
+            for side in [Model::Source, Model::Lagrangian].map(Side::Of) {
+                let entries = known.iter().map(|split| of(scene, method.name, side, split)).collect();
+                rows.push(Row { labels: vec![scene.clone(), side.label(method.title)], entries });
+            }
+        }
+    }
+    by_split("scenes", format!("{}: PSNR by scene and split, dB", suite.title), &["scene", "method"], &known, rows)
 }
 
 /// PSNR of one side on a split.

@@ -24,6 +24,8 @@ pub struct Variant {
     pub table: VariantTable,
     /// What it changes.
     pub settings: Vec<String>,
+    /// What it changes besides with some methods: method, setting.
+    pub of_method: Vec<(&'static str, &'static str)>,
     /// Why the part may be without effect, for the note below the table; empty if there is nothing to say.
     pub remark: String,
 }
@@ -40,12 +42,20 @@ pub fn known_variants() -> Vec<Variant> {
         title: title.to_owned(),
         table,
         settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+        of_method: Vec::new(),
         remark: remark.to_owned(),
     };
     vec![
         variant(FULL, "full", Ablations, &[], ""),
-        variant("before-0.5", "t < 0.5", Windows, &["data.train_before=0.5"], ""),
-        variant("before-0.3", "t < 0.3", Windows, &["data.train_before=0.3"], ""),
+        // The velocity field is supervised beyond the deformation's end (G53).
+        Variant {
+            of_method: vec![("freegave", "source.velocity.max_time=0.45")],
+            ..variant("before-0.5", "t < 0.5", Windows, &["data.train_before=0.5"], "")
+        },
+        Variant {
+            of_method: vec![("freegave", "source.velocity.max_time=0.25")],
+            ..variant("before-0.3", "t < 0.3", Windows, &["data.train_before=0.3"], "")
+        },
         variant(
             "without-stage-3",
             "without stage 3",
