@@ -16,6 +16,7 @@ mod published;
 mod results;
 mod state;
 mod suite;
+mod suite_check;
 pub mod table_text;
 pub mod tables;
 mod variants;

@@ -14,7 +14,10 @@ pub struct Method {
 /// All methods.
 #[must_use]
 pub fn methods() -> &'static [Method] {
-    &[Method { name: "defgs", title: "DefGS", settings: &[] }]
+    &[
+        Method { name: "defgs", title: "DefGS", settings: &["source.kind=defgs"] },
+        Method { name: "freegave", title: "FreeGave", settings: &["source.kind=freegave"] },
+    ]
 }
 
 /// A method by name.

@@ -216,6 +216,23 @@ mod tests {
     }
 
     #[test]
+    fn published_suites_train_freegave_as_its_published_settings_say() {
+        for name in ["nvfi-objects", "nvfi-indoor"] {
+            let plan = Plan::new(Suite::open(Path::new(name)).expect(name), Path::new("out"), None).expect(name);
+            for cell in plan.cells.iter().filter(|cell| cell.method == "freegave" && cell.seed == 0) {
+                let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../configs/freegave/{}.toml", cell.scene));
+                let mut source = TrainConfig::resolve(plan.suite.preset, Some(&file), &[]).expect("settings").source;
+                // A truncated window ends the deformation 0.05 before its end (G53).
+                let until = cell.config.data.train_before;
+                if let Some(velocity) = source.velocity.as_mut().filter(|_| until > 0.0) {
+                    velocity.max_time = ((until - 0.05) * 100.0).round() / 100.0;
+                }
+                assert_eq!(cell.config.source, source, "{}", cell.name());
+            }
+        }
+    }
+
+    #[test]
     fn the_manifest_for_kubernetes_counts_the_cells_of_its_suite() {
         let manifest = include_str!("../../../contrib/kubernetes/bench.yaml");
         let suite = Suite::open(Path::new("synthetic-objects")).expect("bundled");

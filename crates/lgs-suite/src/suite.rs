@@ -17,7 +17,7 @@
 //! title = "half the neighbours"
 //! settings = ["motion.alignment_neighbors=9"]
 //!
-//! [[override]]                           # in order, after the variant's settings
+//! [[override]]                           # in order, before the variant's settings, or after if it names variants
 //! scenes = ["fan"]                       # left out: all; likewise methods, variants
 //! settings = ["partition.clusters=2"]
 //! ```
@@ -31,9 +31,10 @@ use serde::Deserialize;
 
 use crate::bundled::bundled_suites;
 use crate::error::{SuiteError, listed};
-use crate::methods::{Method, method, methods};
+use crate::methods::Method;
 use crate::published::Published;
-use crate::variants::{FULL, Variant, VariantTable, known_variants};
+use crate::suite_check::Check;
+use crate::variants::{Variant, VariantTable};
 
 /// A checked suite.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,10 +85,10 @@ pub struct Folders {
 /// Settings of some cells.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-struct Override {
-    scenes: Vec<String>,
-    methods: Vec<String>,
-    variants: Vec<String>,
+pub(crate) struct Override {
+    pub(crate) scenes: Vec<String>,
+    pub(crate) methods: Vec<String>,
+    pub(crate) variants: Vec<String>,
     settings: Vec<String>,
 }
 
@@ -130,15 +131,16 @@ impl Default for Synthetic {
     }
 }
 
+/// A variant that the file defines.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct OwnVariant {
-    title: String,
+pub(crate) struct OwnVariant {
+    pub(crate) title: String,
     #[serde(default)]
-    table: VariantTable,
-    settings: Vec<String>,
+    pub(crate) table: VariantTable,
+    pub(crate) settings: Vec<String>,
     #[serde(default)]
-    remark: String,
+    pub(crate) remark: String,
 }
 
 impl Suite {
@@ -207,89 +209,15 @@ impl Suite {
     pub(crate) fn settings_of(&self, scene: &str, method: &Method, variant: &Variant) -> Vec<String> {
         let mut settings: Vec<String> = method.settings.iter().map(|s| (*s).to_owned()).collect();
         settings.extend_from_slice(&self.settings);
+        let concerns = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
+        let here = |o: &&Override| concerns(&o.scenes, scene) && concerns(&o.methods, method.name) && concerns(&o.variants, &variant.name);
+        let (of_variants, general): (Vec<&Override>, Vec<&Override>) =
+            self.overrides.iter().filter(here).partition(|o| !o.variants.is_empty());
+        settings.extend(general.iter().flat_map(|o| o.settings.iter().cloned()));
         settings.extend_from_slice(&variant.settings);
         settings.extend(variant.of_method.iter().filter(|(name, _)| *name == method.name).map(|(_, setting)| (*setting).to_owned()));
-        let concerns = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
-        let own = self
-            .overrides
-            .iter()
-            .filter(|o| concerns(&o.scenes, scene) && concerns(&o.methods, method.name) && concerns(&o.variants, &variant.name));
-        settings.extend(own.flat_map(|o| o.settings.iter().cloned()));
+        settings.extend(of_variants.iter().flat_map(|o| o.settings.iter().cloned()));
         settings
-    }
-}
-
-/// Checks of a file.
-struct Check<'a> {
-    origin: &'a str,
-}
-
-impl Check<'_> {
-    fn invalid(&self, key: &'static str, reason: impl Into<String>) -> SuiteError {
-        SuiteError::Invalid { key, reason: reason.into(), origin: self.origin.to_owned() }
-    }
-
-    /// Names become folders.
-    fn name(&self, name: &str) -> Result<(), SuiteError> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        let fine = name.chars().all(plain) && name.starts_with(|c: char| c.is_ascii_alphanumeric());
-        if fine { Ok(()) } else { Err(self.invalid("name", format!("`{name}` should consist of letters, digits, `-`, `_` and `.`"))) }
-    }
-
-    fn list(&self, key: &'static str, names: &[String]) -> Result<(), SuiteError> {
-        for (i, name) in names.iter().enumerate() {
-            self.name(name)?;
-            if names[..i].contains(name) {
-                return Err(self.invalid(key, format!("`{name}` is there twice")));
-            }
-        }
-        Ok(())
-    }
-
-    fn all_known(&self, what: &'static str, names: &[String], known: &[&str]) -> Result<(), SuiteError> {
-        match names.iter().find(|name| !known.contains(&name.as_str())) {
-            None => Ok(()),
-            Some(name) => {
-                let known = listed(known.iter().copied());
-                Err(SuiteError::Unknown { what, name: name.clone(), known, origin: self.origin.to_owned() })
-            }
-        }
-    }
-
-    fn methods(&self, names: &[String]) -> Result<Vec<Method>, SuiteError> {
-        self.all_known("method", names, &methods().iter().map(|method| method.name).collect::<Vec<_>>())?;
-        Ok(names.iter().filter_map(|name| method(name)).collect())
-    }
-
-    /// `full` and the variants named, by the file's own definitions first.
-    fn variants(&self, names: &[String], own: BTreeMap<String, OwnVariant>) -> Result<Vec<Variant>, SuiteError> {
-        let mut known = known_variants();
-        for (name, own) in own {
-            self.name(&name)?;
-            if name == FULL {
-                return Err(self.invalid("variant", "`full` is the variant that changes nothing"));
-            }
-            known.retain(|variant| variant.name != name);
-            let OwnVariant { title, table, settings, remark } = own;
-            known.push(Variant { name, title, table, settings, of_method: Vec::new(), remark });
-        }
-        self.all_known("variant", names, &known.iter().map(|v| v.name.as_str()).collect::<Vec<_>>())?;
-        let first = [FULL.to_owned()];
-        let wanted = first.iter().chain(names.iter().filter(|name| *name != FULL));
-        Ok(wanted.filter_map(|name| known.iter().find(|variant| variant.name == *name).cloned()).collect())
-    }
-
-    fn overrides(&self, overrides: &[Override], scenes: &[String], methods: &[String], variants: &[Variant]) -> Result<(), SuiteError> {
-        fn strs(names: &[String]) -> Vec<&str> {
-            names.iter().map(String::as_str).collect()
-        }
-        let variants: Vec<&str> = variants.iter().map(|v| v.name.as_str()).collect();
-        for o in overrides {
-            self.all_known("scene", &o.scenes, &strs(scenes))?;
-            self.all_known("method", &o.methods, &strs(methods))?;
-            self.all_known("variant", &o.variants, &variants)?;
-        }
-        Ok(())
     }
 }
 
@@ -306,8 +234,8 @@ mod tests {
         let suite = Suite::parse(GOOD, "s.toml").expect("suite");
         assert_eq!(suite.variants.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["full", "before-0.5", "mine"]);
         let of = |scene: &str| suite.settings_of(scene, &suite.methods[0], &suite.variants[2]);
-        assert_eq!(of("fan"), ["last_stage=1", "partition.clusters=2"]);
-        assert_eq!(of("spring"), ["last_stage=1"]);
+        assert_eq!(of("fan"), ["source.kind=defgs", "partition.clusters=2", "last_stage=1"]);
+        assert_eq!(of("spring"), ["source.kind=defgs", "last_stage=1"]);
         assert!(matches!(&suite.data, Scenes::Synthetic(options) if options.size == 40 && options.views == 12));
     }
 

@@ -106,7 +106,8 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
 fn an_ablated_run_leaves_out_what_it_names() {
     let folder = tempfile::tempdir().expect("folder");
     tiny_dataset(folder.path());
-    let config = tiny_config_with(SourceKind::Defgs, &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"]);
+    let config =
+        tiny_config_with(SourceKind::Defgs, &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"]);
     let options = LoadOptions { train_before: Some(config.data.train_before), ..LoadOptions::default() };
     let dataset = Dataset::load(&folder.path().join("data"), &options, &|_, _| {}).expect("load");
     let path = folder.path().join("run");
