@@ -15,7 +15,7 @@ use crate::metrics::{ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physi
 use crate::physics::Truth;
 use crate::physics::cycle::cycle_errors;
 use crate::physics::energy::energy_drift;
-use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, spread_against_truth};
+use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth};
 use crate::physics::fall::fall_time_exponent;
 use crate::physics::force::forces_and_objects;
 use crate::physics::trajectory::trajectory_errors;
@@ -111,10 +111,13 @@ fn physics(subject: &Subject<'_>, motion: &mut Motion<'_>, rows: &ScoredSplits<'
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
     let cameras = subject.dataset.map(distinct_cameras).unwrap_or_default();
     let extent = (!cameras.is_empty()).then(|| pixel_extent(scene, motion, &cameras, scene.background)).flatten();
+    let of_source = |source| source_pixel_extent(source, scene.motion.time_window, &cameras, scene.background);
+    let source_extent = subject.source.filter(|_| !cameras.is_empty()).and_then(of_source);
     Physics {
         cycle_error: cycle_errors(scene),
         extent_ratio_max: extent.map(|r| r.max),
         extent_ratio_min: extent.map(|r| r.min),
+        source_extent_ratio_max: source_extent.map(|r| r.max),
         extent_against_truth: extent_against_truth(subject, motion, rows, (rule, truth.as_ref())),
         trajectory_error,
         trajectory_detail,

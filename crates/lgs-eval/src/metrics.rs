@@ -106,6 +106,8 @@ pub struct Physics {
     pub extent_ratio_max: Option<f64>,
     /// The same, minimum.
     pub extent_ratio_min: Option<f64>,
+    /// The largest of the source model, asked for the same times.
+    pub source_extent_ratio_max: Option<f64>,
     /// Extent of the moving objects and of their paths, over the truth's.
     pub extent_against_truth: ExtentAgainstTruth,
     /// Mean position error over the truth's mean path length, by time.

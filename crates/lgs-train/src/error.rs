@@ -23,7 +23,7 @@ pub enum TrainError {
     Distill(#[from] lgs_distill::DistillError),
     /// A trained source model's file.
     #[error(transparent)]
-    Source(#[from] lgs_model::source::DefGsError),
+    Source(#[from] lgs_model::source::SourceError),
     /// Another file.
     #[error(transparent)]
     File(#[from] FileError),

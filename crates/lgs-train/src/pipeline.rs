@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::{SourceKind, SourceModel, load_source};
 use lgs_model::{LagrangianScene, save_scene, scene_from_tensors};
 
 use crate::TrainError;
@@ -20,7 +20,7 @@ const EVENT_INTERVAL: usize = 10;
 /// What a finished run leaves.
 pub struct Trained {
     /// The source model.
-    pub source: DefGs,
+    pub source: Box<dyn SourceModel>,
     /// The deliverable.
     pub scene: LagrangianScene,
 }
@@ -33,14 +33,16 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
     let pipeline = Pipeline { run, dataset, config, checkpoints: run.checkpoints(config, dataset) };
     let latest = pipeline.checkpoints.latest()?;
     let source = match &latest {
-        Some(checkpoint) if checkpoint.stage > Stage::Source => DefGs::load(&run.source_path())?,
-        from => train_source(run, dataset, config, from.as_ref(), control)?,
+        Some(checkpoint) if checkpoint.stage > Stage::Source => load_source(&run.source_path(config.source.kind))?,
+        // Taken over from another run.
+        None if run.source_path(config.source.kind).exists() => load_source(&run.source_path(config.source.kind))?,
+        from => pipeline.source(from.as_ref(), control)?,
     };
     let latest = latest.filter(|c| c.stage > Stage::Source);
     let scene = match &latest {
         Some(checkpoint) if checkpoint.stage == Stage::TuneGaussians => pipeline.scene_of(checkpoint)?,
         Some(checkpoint) => pipeline.tune_dynamics(pipeline.scene_of(checkpoint)?, Some(checkpoint), control)?,
-        None => pipeline.tune_dynamics(pipeline.distill(&source, control)?, None, control)?,
+        None => pipeline.tune_dynamics(pipeline.distill(&*source, control)?, None, control)?,
     };
     let from = latest.as_ref().filter(|c| c.stage == Stage::TuneGaussians);
     let scene = pipeline.tune_gaussians(scene, from, control)?;
@@ -56,12 +58,19 @@ struct Pipeline<'a> {
 }
 
 impl Pipeline<'_> {
+    /// The source model of the configured kind, from where a checkpoint left it; it is in the run's folder afterwards.
+    fn source(&self, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<Box<dyn SourceModel>, TrainError> {
+        match self.config.source.kind {
+            SourceKind::Defgs | SourceKind::Freegave => train_source(self.run, self.dataset, self.config, from, control),
+        }
+    }
+
     fn scene_of(&self, checkpoint: &Checkpoint) -> Result<LagrangianScene, TrainError> {
         Ok(scene_from_tensors(&checkpoint.file, &checkpoint.path)?)
     }
 
     /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`.
-    fn distill(&self, source: &DefGs, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+    fn distill(&self, source: &dyn SourceModel, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
         let _span = tracing::trace_span!("distill").entered();
         let request = BakeRequest {
             partition: &self.config.partition,
@@ -94,7 +103,11 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &self.config.tune_dynamics, self.config.seed), from, control)
+        let mut config = self.config.tune_dynamics.clone();
+        if self.config.last_stage < 2 {
+            config.iterations = 0;
+        }
+        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
     }
 
     fn tune_gaussians(
@@ -103,7 +116,11 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &self.config.tune_gaussians, self.config.seed), from, control)
+        let mut config = self.config.tune_gaussians.clone();
+        if self.config.last_stage < 3 {
+            config.iterations = 0;
+        }
+        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
     }
 
     /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a checkpoint also marks its

@@ -13,7 +13,6 @@ use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::sheet::{Row, contact_sheet, evenly};
 use lgs_eval::table::table;
 use lgs_model::Motion;
-use lgs_model::source::SourceModel;
 use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 
@@ -67,7 +66,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request { data: &data, out: &root, config, resume })?;
+    train::train(&train::Request { data: &data, out: &root, config, resume, source_from: None })?;
     let run = Run::open(&root)?;
     let metrics = measure(&run, Some(&data), None)?;
     let renders = root.join("renders");

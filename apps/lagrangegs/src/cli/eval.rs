@@ -8,7 +8,6 @@ use lgs_data::synth::GroundTruth;
 use lgs_eval::report::{Series, html};
 use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
-use lgs_model::source::SourceModel;
 use lgs_train::checkpoint::Stage;
 use lgs_train::events::Event;
 
@@ -44,12 +43,7 @@ pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>
     let dataset = load_dataset(&root, &load_options(&run.config, splits))?;
     let truth = GroundTruth::load(&root).at(&root)?;
     let source = run.source()?;
-    let subject = Subject {
-        scene: &run.scene,
-        source: source.as_ref().map(|source| source as &dyn SourceModel),
-        dataset: Some(&dataset),
-        truth: truth.as_ref(),
-    };
+    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: Some(&dataset), truth: truth.as_ref() };
     let _span = tracing::trace_span!("evaluate").entered();
     let task = Task::new("evaluation", 0);
     let mut metrics = evaluate(&subject, &EvalOptions::default(), &|done, total| task.count(done, total));

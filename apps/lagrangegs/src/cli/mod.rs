@@ -3,6 +3,8 @@
 //! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed and 2 for bad usage; an error
 //! is one line that ends with the path it is about (`failure.rs`). Each command has a file of its own.
 
+mod ablation;
+mod bench;
 mod camera;
 mod demo;
 mod eval;
@@ -51,6 +53,8 @@ enum Command {
     Render(render::Args),
     /// Write splat files, one per time, same order and count
     Export(export::Args),
+    /// Run a suite of scenes, methods, seeds and ablations, and make its tables
+    Bench(bench::Args),
     /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
     Info(info::Args),
 }
@@ -69,6 +73,7 @@ pub fn main() -> ExitCode {
         Command::Eval(args) => eval::run(args),
         Command::Render(args) => render::run(args),
         Command::Export(args) => export::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),
     };
     if let Some(profile) = profile {

@@ -8,7 +8,6 @@ use clap::ValueEnum;
 use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::sheet::{Row, contact_sheet, evenly};
-use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 use serde_json::json;
 

@@ -8,7 +8,7 @@ use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_eval::Cost;
-use lgs_model::source::DefGs;
+use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
@@ -37,9 +37,9 @@ impl Run {
     }
 
     /// The source model; nothing if the run has none.
-    pub(crate) fn source(&self) -> Result<Option<DefGs>> {
-        let path = self.folder.source_path();
-        if path.exists() { DefGs::load(&path).at(&path).map(Some) } else { Ok(None) }
+    pub(crate) fn source(&self) -> Result<Option<Box<dyn SourceModel>>> {
+        let path = self.folder.source_path(self.config.source.kind);
+        if path.exists() { load_source(&path).at(&path).map(Some) } else { Ok(None) }
     }
 
     /// The dataset's folder: the one given, or the one that training read.
@@ -85,7 +85,8 @@ fn recorded_dataset(config: &Path) -> Result<PathBuf> {
 /// How a configuration wants images to be loaded.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
-    LoadOptions { white_background: config.data.white_background, resolution, splits }
+    let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);
+    LoadOptions { white_background: config.data.white_background, resolution, splits, train_before }
 }
 
 /// Loads a dataset behind a progress bar.

@@ -14,6 +14,7 @@ use lgs_train::checkpoint::Stage;
 use lgs_train::config::Preset;
 use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained};
 
+use super::ablation::Ablations;
 use super::failure::At;
 use super::output::{self, refuse_inside_dataset};
 use super::progress::{Task, say};
@@ -29,9 +30,9 @@ pub(super) struct Args {
     /// Folder of the run, new or (with --resume) one that was begun
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
-    /// Model that learns the motion from the images
-    #[arg(long, value_enum, default_value_t = Source::Defgs)]
-    source: Source,
+    /// Model that learns the motion from the images [default: defgs]
+    #[arg(long, value_enum, value_name = "SOURCE")]
+    source: Option<Source>,
     /// Defaults to start from [default: quick]
     #[arg(long, value_enum, value_name = "PRESET")]
     preset: Option<PresetName>,
@@ -50,14 +51,26 @@ pub(super) struct Args {
     /// Continue from the run's latest checkpoint
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    ablations: Ablations,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Source {
     /// Deformable 3D Gaussians
     Defgs,
-    /// Gaussian velocity fields; not in this version
+    /// A deformation that a field of rigid velocities carries on
     Freegave,
+}
+
+impl Source {
+    /// Its name in configurations.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Defgs => "defgs",
+            Self::Freegave => "freegave",
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -85,13 +98,10 @@ fn key_value(text: &str) -> Result<String, String> {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    if args.source == Source::Freegave {
-        bail!("the source model `freegave` is not in this version; use `defgs`");
-    }
     // Both choices mean the processor until a build has something faster.
     tracing::debug!(device = ?args.device, "computing on the processor");
     refuse_inside_dataset(&args.out)?;
-    let request = Request { data: &args.data, out: &args.out, config: resolve(args)?, resume: args.resume };
+    let request = Request { data: &args.data, out: &args.out, config: resolve(args)?, resume: args.resume, source_from: None };
     train(&request)?;
     output::print(&format!("{}\n", args.out.display()))
 }
@@ -102,7 +112,9 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
         Some(PresetName::Paper) => Preset::Paper,
         _ => Preset::Quick,
     };
-    let mut sets = args.set.clone();
+    let mut sets: Vec<String> = args.source.iter().map(|source| format!("source.kind={}", source.name())).collect();
+    sets.extend(args.ablations.settings());
+    sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));
     let asked = || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
     if !args.resume {
@@ -122,10 +134,14 @@ pub(super) struct Request<'a> {
     pub(super) out: &'a Path,
     pub(super) config: TrainConfig,
     pub(super) resume: bool,
+    /// Run whose trained source is taken over.
+    pub(super) source_from: Option<&'a Path>,
 }
 
 /// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
 pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
+    // What came before in this process is no part of training.
+    reset_peak_rss();
     let data = std::path::absolute(request.data).at(request.data)?;
     let dataset = load_dataset(&data, &load_options(&request.config, Some(vec!["train".to_owned()])))?;
     let folder = if request.resume {
@@ -135,6 +151,12 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     };
     let begun = Instant::now();
     let mut cost = read_cost(request.out);
+    if let Some(from) = request.source_from {
+        folder.adopt_source(&request.config, from).at(from)?;
+        if cost == Cost::default() {
+            cost = cost_of_source(from);
+        }
+    }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
     let trained = with_bars(&folder, &dataset, &request.config, &mut cost);
     cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
@@ -142,6 +164,16 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         write_cost(request.out, &cost)?;
     }
     trained.at(request.out)
+}
+
+/// What the source of a run took: a run that takes it over counts it as its own.
+fn cost_of_source(root: &Path) -> Cost {
+    let mut cost = Cost::default();
+    if let Some(source) = read_cost(root).stages.iter().find(|stage| stage.stage == Stage::Source.name()) {
+        cost.add_stage(&source.stage, source.secs, source.peak_rss_bytes);
+        cost.train_secs = Some(source.secs);
+    }
+    cost
 }
 
 /// A stage under way.
@@ -183,6 +215,11 @@ fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig, cost: 
 fn message(p: &Progress) -> String {
     let quality = p.psnr.map_or_else(|| format!("loss {:.3e}", p.loss), |psnr| format!("PSNR {psnr:.2} dB"));
     format!("{quality}, {} Gaussians", p.gaussians)
+}
+
+/// Whether Ctrl-C was pressed while something trained.
+pub(super) fn is_stopping() -> bool {
+    stop_flag().load(Ordering::Relaxed)
 }
 
 /// A flag that Ctrl-C raises. The handler is set once per process; later calls share its flag.

@@ -3,8 +3,7 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, Image, stream};
 use lgs_data::dataset::{Dataset, Frame, SceneBox};
-use lgs_model::source::tensor::DeformSpec;
-use lgs_model::source::{DefGs, Deformation, InputFrame};
+use lgs_model::source::{InputFrame, SourceModel};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::{photometric_loss, rasterize};
 
@@ -12,6 +11,7 @@ use super::config::SourceConfig;
 use super::densify::{Attributes, DensifyPlan, DensifyStatistics};
 use super::guide::Guide;
 use super::initial::initial_cloud;
+use super::motion::{Captured, Moment, SourceMotion, source_motion};
 use super::order::{FrameOrder, Round};
 use super::params::{Leaves, Rates, Skip, SourceParams, image_tensor};
 use super::rigidity::NeighborGraph;
@@ -35,7 +35,7 @@ pub struct StepReport {
     pub gaussians: usize,
 }
 
-/// DefGS training between two iterations.
+/// Training between two iterations.
 pub struct SourceTrainer<'a> {
     frames: &'a [Frame],
     background: [f32; 3],
@@ -46,7 +46,7 @@ pub struct SourceTrainer<'a> {
     device: Device,
     iteration: usize,
     params: SourceParams,
-    input_frame: InputFrame,
+    motion: Box<dyn SourceMotion>,
     statistics: DensifyStatistics,
     order: FrameOrder,
     graph: Option<NeighborGraph>,
@@ -67,9 +67,9 @@ impl<'a> SourceTrainer<'a> {
         let config = config.stretched(frames[0].camera.width);
         let guide = Guide::new(dataset, &config.guide);
         let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
-        let input_frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
-        let network = Deformation::init(config.deformation.clone(), input_frame, seed);
+        let frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let order = FrameOrder::new(frames, &config, seed);
+        let motion = source_motion(&config, Captured { frame, time_window: order.span().1, seed });
         Ok(Self {
             order,
             frames,
@@ -80,8 +80,8 @@ impl<'a> SourceTrainer<'a> {
             seed,
             iteration: 0,
             statistics: DensifyStatistics::new(cloud.len()),
-            params: SourceParams::new(&cloud, network.params, &device),
-            input_frame,
+            params: SourceParams::new(&cloud, motion.init(seed), &device),
+            motion,
             graph: None,
             guide,
             device,
@@ -114,14 +114,14 @@ impl<'a> SourceTrainer<'a> {
         let iteration = self.iteration + 1;
         let frame = &self.frames[self.order.next(iteration, &self.config)];
         let (camera, target) = tracing::trace_span!("frame").in_scope(|| self.view(frame, iteration));
-        let deformation = (!self.config.is_warmup(iteration)).then(|| DeformSpec {
-            config: self.config.deformation.clone(),
-            frame: self.input_frame,
-            time: frame.time,
-        });
-        let deformed = deformation.is_some();
+        let deformed = !self.config.is_warmup(iteration);
         let leaves = self.params.leaves();
-        let splats = self.params.splats(&leaves, deformation);
+        let poses = deformed.then(|| {
+            let at = Moment { time: frame.time, iteration };
+            let poses = self.motion.poses(leaves.network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
+            (poses, self.motion.scale_mode())
+        });
+        let splats = self.params.splats(&leaves, poses);
         let drawn = rasterize(&splats, &camera, self.background, self.config.active_degree(iteration));
         let psnr = psnr_of(&drawn.drawn.image, &target);
         let visible = drawn.visible();
@@ -225,12 +225,8 @@ impl<'a> SourceTrainer<'a> {
 
     /// The model as it is now.
     #[must_use]
-    pub fn model(&self) -> DefGs {
-        let config = self.config.deformation.clone();
-        DefGs {
-            canonical: self.params.cloud(),
-            deformation: Deformation { config, frame: self.input_frame, params: self.params.network() },
-        }
+    pub fn model(&self) -> Box<dyn SourceModel> {
+        self.motion.model(self.params.cloud(), self.params.network())
     }
 
     /// Writes the whole state into a checkpoint.
@@ -256,7 +252,7 @@ impl<'a> SourceTrainer<'a> {
     /// If the dataset has no training frames or a part of the state is absent, not finite or of another shape.
     pub fn restore(dataset: &'a Dataset, config: &SourceConfig, seed: u64, file: &TensorFile) -> Result<Self, TrainError> {
         let mut trainer = Self::new(dataset, config, seed)?;
-        trainer.params = SourceParams::read_from(file, config.sh_degree, config.deformation.layout().len, &trainer.device)?;
+        trainer.params = SourceParams::read_from(file, config.sh_degree, trainer.motion.len(), &trainer.device)?;
         let n = trainer.params.len();
         let per_gaussian = |name: &str| {
             let (shape, values) = file.values(name)?;
