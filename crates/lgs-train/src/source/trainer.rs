@@ -112,8 +112,9 @@ impl<'a> SourceTrainer<'a> {
         let (camera, target) = tracing::trace_span!("frame").in_scope(|| self.view(frame, iteration));
         let deformed = !self.config.is_warmup(iteration);
         let leaves = self.params.leaves();
+        let (first, last) = self.order.span();
+        let at = Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) };
         let poses = deformed.then(|| {
-            let at = Moment { time: frame.time, iteration };
             let poses = self.motion.poses(leaves.network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
             (poses, self.motion.scale_mode())
         });
@@ -126,7 +127,7 @@ impl<'a> SourceTrainer<'a> {
         if !loss.is_finite() {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
-        let total = if deformed { self.with_priors(photometric, &splats.means) } else { photometric };
+        let total = if deformed { self.with_priors(photometric, &splats.means, &leaves.network, at) } else { photometric };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
@@ -148,15 +149,20 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings.
-    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>) -> Tensor<1> {
+    /// The loss with what the configuration expects of motions: agreement of its parts, rigid neighbourhoods, still surroundings.
+    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, network: &Tensor<1>, at: Moment) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
+        let shapes = self.params.shapes();
+        let loss = match self.motion.prior(network, &shapes, at) {
+            Some(prior) => loss + prior,
+            None => loss,
+        };
         let rigidity = &self.config.rigidity;
         let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
         if rigidity.weight <= 0.0 && stillness <= 0.0 {
             return loss;
         }
-        let canonical = self.params.shapes().means;
+        let canonical = shapes.means;
         let deformed = values(means);
         let deformed = deformed.as_chunks::<3>().0;
         let mut pull = stillness::gradient(&canonical, deformed, stillness, self.extent);
