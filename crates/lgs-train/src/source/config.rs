@@ -144,13 +144,16 @@ pub struct HopConfig {
     pub longest_step: f32,
     /// Whether Gaussians also turn on the way (paper: false).
     pub turns: bool,
+    /// Weight of the mean squared difference between the mean velocity over a hop and that of the deformation, in which the deformation is
+    /// a constant (paper: 0, none). It shows the velocity field all of the window at once, where images show a frame.
+    pub agreement: f32,
 }
 
 impl HopConfig {
     /// As published.
     #[must_use]
     pub fn paper() -> Self {
-        Self { length: 1.0 / 60.0, share: 1.0, longest_step: 0.0, turns: false }
+        Self { length: 1.0 / 60.0, share: 1.0, longest_step: 0.0, turns: false, agreement: 0.0 }
     }
 }
 
@@ -329,7 +332,9 @@ impl SourceConfig {
                 require(hop.length > 0.0 && hop.length.is_finite(), "hop.length", format_args!("{} is not a positive time", hop.length))?;
                 require((0.0..=1.0).contains(&hop.share), "hop.share", format_args!("{} is not in [0, 1]", hop.share))?;
                 let step = hop.longest_step;
-                require(step >= 0.0 && step.is_finite(), "hop.longest_step", format_args!("{step} is negative or not finite"))
+                require(step >= 0.0 && step.is_finite(), "hop.longest_step", format_args!("{step} is negative or not finite"))?;
+                let weight = hop.agreement;
+                require(weight >= 0.0 && weight.is_finite(), "hop.agreement", format_args!("{weight} is negative or not finite"))
             }
             _ => Err(("kind".to_owned(), "`velocity` and `hop` belong to the source `freegave`, and to no other".to_owned())),
         }

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use burn::tensor::Tensor;
+use burn::tensor::{Tensor, TensorData};
 use lgs_core::{GaussianCloud, stream};
 use lgs_model::source::freegave::tensor::{HopSpec, carry};
-use lgs_model::source::freegave::{FreeGaveNetworks, Hop};
+use lgs_model::source::freegave::{FreeGaveNetworks, Hop, Learns};
 use lgs_model::source::tensor::{DeformSpec, deform};
 use lgs_model::source::{
     DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel, VelocityConfig,
@@ -13,12 +13,15 @@ use lgs_model::source::{
 use rand::RngExt;
 
 use super::config::{HopConfig, SourceConfig};
+use super::params::HostShapes;
 
 /// A frame's time, and when in training it is seen.
 #[derive(Clone, Copy)]
 pub(super) struct Moment {
     pub(super) time: f32,
     pub(super) iteration: usize,
+    /// Last time that training has come to.
+    pub(super) window_end: f32,
 }
 
 /// Networks that move Gaussians, without their parameters, which the trainer keeps as one flat vector.
@@ -31,6 +34,9 @@ pub(super) trait SourceMotion {
 
     /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, as they are drawn in training.
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2>;
+
+    /// What the motion is to cost beside what images say of it, for canonical Gaussians that are constants.
+    fn prior(&self, network: &Tensor<1>, canonical: &HostShapes, at: Moment) -> Option<Tensor<1>>;
 
     /// What pose rows do to scales.
     fn scale_mode(&self) -> ScaleMode;
@@ -81,6 +87,10 @@ impl SourceMotion for Displacement {
         deform(network, means, rotations, DeformSpec { config: self.config.clone(), frame: self.frame, time: at.time })
     }
 
+    fn prior(&self, _network: &Tensor<1>, _canonical: &HostShapes, _at: Moment) -> Option<Tensor<1>> {
+        None
+    }
+
     fn scale_mode(&self) -> ScaleMode {
         self.config.scale_mode
     }
@@ -90,11 +100,20 @@ impl SourceMotion for Displacement {
     }
 }
 
+/// One in so many Gaussians is asked whether velocity field and deformation agree.
+const EVERY: usize = 4;
+
 /// FreeGave.
 struct Flow {
     config: Arc<FreeGaveConfig>,
     hop: HopConfig,
     captured: Captured,
+}
+
+impl Flow {
+    fn spec(&self, hop: Hop) -> HopSpec {
+        HopSpec { config: Arc::clone(&self.config), frame: self.captured.frame, hop }
+    }
 }
 
 impl SourceMotion for Flow {
@@ -108,7 +127,31 @@ impl SourceMotion for Flow {
 
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
         let hop = training_hop(&self.config.velocity, &self.hop, at, self.captured.seed);
-        carry(network, means, rotations, HopSpec { config: Arc::clone(&self.config), frame: self.captured.frame, hop })
+        carry(network, means, rotations, self.spec(hop))
+    }
+
+    /// Disagreement of velocity field and deformation over a hop at a random time, for every few Gaussians.
+    fn prior(&self, network: &Tensor<1>, canonical: &HostShapes, at: Moment) -> Option<Tensor<1>> {
+        let HopConfig { length, longest_step, agreement, .. } = self.hop;
+        let last = at.window_end.min(self.config.velocity.max_time) - length;
+        if agreement <= 0.0 || last <= 0.0 {
+            return None;
+        }
+        let mut random = stream(self.captured.seed, "agreement", at.iteration as u64);
+        let from = random.random_range(0.0..last);
+        let chosen: Vec<usize> = (random.random_range(0..EVERY)..canonical.means.len()).step_by(EVERY).collect();
+        let means: Vec<[f32; 3]> = chosen.iter().map(|&i| canonical.means[i]).collect();
+        let rotations: Vec<[f32; 4]> = chosen.iter().map(|&i| canonical.rotations[i]).collect();
+        let device = network.device();
+        let rows = |values: &[f32], width| Tensor::<2>::from_data(TensorData::new(values.to_vec(), [chosen.len(), width]), &device);
+        let (means, rotations) = (rows(means.as_flattened(), 3), rows(rotations.as_flattened(), 4));
+        let position = |network: Tensor<1>, hop| carry(network, means.clone(), rotations.clone(), self.spec(hop)).narrow(1, 0, 3);
+        let step = if longest_step > 0.0 { longest_step } else { f32::INFINITY };
+        let hop = Hop { from, to: from + length, longest_step: step, turns: false, learns: Learns::Velocity };
+        let carried = position(network.clone(), hop);
+        let target = position(network.clone(), Hop { learns: Learns::Velocity, ..Hop::none(from + length) }).detach();
+        let velocity = (carried - target) / length;
+        Some(velocity.square().sum_dim(1).mean() * agreement)
     }
 
     fn scale_mode(&self) -> ScaleMode {
@@ -124,7 +167,7 @@ impl SourceMotion for Flow {
 /// The training step (§4.3): from a hop before or after the frame's time, or from T* for what lies beyond it.
 fn training_hop(velocity: &VelocityConfig, config: &HopConfig, at: Moment, seed: u64) -> Hop {
     let longest_step = if config.longest_step > 0.0 { config.longest_step } else { f32::INFINITY };
-    let hop = |from| Hop { from, to: at.time, longest_step, turns: config.turns };
+    let hop = |from| Hop { from, to: at.time, longest_step, turns: config.turns, learns: Learns::All };
     if at.time > velocity.max_time {
         return hop(velocity.max_time);
     }
@@ -143,7 +186,7 @@ mod tests {
 
     fn hops(config: &HopConfig, time: f32) -> Vec<Hop> {
         let velocity = VelocityConfig { max_time: 0.7, ..VelocityConfig::paper() };
-        (0..50).map(|iteration| training_hop(&velocity, config, Moment { time, iteration }, 3)).collect()
+        (0..50).map(|iteration| training_hop(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3)).collect()
     }
 
     #[test]

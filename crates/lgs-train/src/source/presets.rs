@@ -151,7 +151,7 @@ impl HopConfig {
     /// Hops that are long enough for small images to show a wrong velocity.
     #[must_use]
     pub fn quick() -> Self {
-        Self { length: 0.1, share: 0.5, longest_step: 0.05, turns: true }
+        Self { length: 0.1, share: 0.0, longest_step: 0.05, turns: true, agreement: 3.0 }
     }
 }
 

@@ -116,8 +116,9 @@ impl<'a> SourceTrainer<'a> {
         let (camera, target) = tracing::trace_span!("frame").in_scope(|| self.view(frame, iteration));
         let deformed = !self.config.is_warmup(iteration);
         let leaves = self.params.leaves();
+        let (first, last) = self.order.span();
+        let at = Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) };
         let poses = deformed.then(|| {
-            let at = Moment { time: frame.time, iteration };
             let poses = self.motion.poses(leaves.network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
             (poses, self.motion.scale_mode())
         });
@@ -130,7 +131,7 @@ impl<'a> SourceTrainer<'a> {
         if !loss.is_finite() {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
-        let total = if deformed { self.with_priors(photometric, &splats.means, frame.time) } else { photometric };
+        let total = if deformed { self.with_priors(photometric, &splats.means, &leaves.network, at) } else { photometric };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
@@ -152,15 +153,21 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings, paths that silhouettes tell.
-    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, time: f32) -> Tensor<1> {
+    /// The loss with what the configuration expects of motions: agreement of its parts, rigid neighbourhoods, still surroundings, paths that
+    /// silhouettes tell.
+    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, network: &Tensor<1>, at: Moment) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
+        let shapes = self.params.shapes();
+        let loss = match self.motion.prior(network, &shapes, at) {
+            Some(prior) => loss + prior,
+            None => loss,
+        };
         let rigidity = &self.config.rigidity;
         let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
         if rigidity.weight <= 0.0 && stillness <= 0.0 && self.guide.is_empty() {
             return loss;
         }
-        let canonical = self.params.shapes().means;
+        let canonical = shapes.means;
         let deformed = values(means);
         let deformed = deformed.as_chunks::<3>().0;
         let mut pull = stillness::gradient(&canonical, deformed, stillness, self.extent);
@@ -170,7 +177,7 @@ impl<'a> SourceTrainer<'a> {
             pull.iter_mut().zip(rigid).for_each(|(p, r)| *p = lgs_core::linear::add(*p, r));
         }
         if !self.guide.is_empty() {
-            let guided = self.guide.gradient(&canonical, deformed, time, self.config.guide_weight(self.iteration));
+            let guided = self.guide.gradient(&canonical, deformed, at.time, self.config.guide_weight(self.iteration));
             pull.iter_mut().zip(guided).for_each(|(p, g)| *p = lgs_core::linear::add(*p, g));
         }
         // The inner product with a constant has that constant as its gradient.

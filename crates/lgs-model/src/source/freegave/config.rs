@@ -81,7 +81,7 @@ impl VelocityConfig {
             depth: 2,
             width: 64,
             time_frequencies: 1,
-            max_time: 0.65,
+            max_time: 0.7,
             rotation: RotationForm::Fixed,
             ..Self::paper()
         }

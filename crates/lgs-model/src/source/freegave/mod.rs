@@ -15,4 +15,4 @@ pub mod twist;
 
 pub use config::{FreeGaveConfig, FreeGaveLayout, RotationForm, VelocityConfig};
 pub use model::FreeGave;
-pub use network::{FreeGaveNetworks, Hop};
+pub use network::{FreeGaveNetworks, Hop, Learns};

@@ -52,6 +52,16 @@ impl FreeGaveNetworks {
     }
 }
 
+/// What a call's gradients reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Learns {
+    /// All networks and the Gaussians.
+    #[default]
+    All,
+    /// What makes the velocity field; the deformation and the Gaussians are constants.
+    Velocity,
+}
+
 /// From when to when a call carries Gaussians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hop {
@@ -63,20 +73,22 @@ pub struct Hop {
     pub longest_step: f32,
     /// Whether Gaussians also turn while they are carried.
     pub turns: bool,
+    /// Which networks gradients reach.
+    pub learns: Learns,
 }
 
 impl Hop {
     /// The deformation alone.
     #[must_use]
     pub fn none(time: f32) -> Self {
-        Self { from: time, to: time, longest_step: f32::INFINITY, turns: false }
+        Self { from: time, to: time, longest_step: f32::INFINITY, turns: false, learns: Learns::All }
     }
 
     /// The render step (§4.3): the deformation up to T*, then the velocity field with rotations.
     #[must_use]
     pub fn to_draw(config: &FreeGaveConfig, time: f32) -> Self {
         let velocity = &config.velocity;
-        Self { from: time.min(velocity.max_time), to: time, longest_step: 1.0 / velocity.fps, turns: true }
+        Self { from: time.min(velocity.max_time), to: time, longest_step: 1.0 / velocity.fps, turns: true, learns: Learns::All }
     }
 }
 
@@ -316,9 +328,14 @@ impl<'a> Call<'a> {
         partial: &mut Partial,
     ) {
         let v_from_flow = kept.flow.as_ref().map(|flow| self.backward_flow(flow, (&kept.codes, bases), rows, partial));
-        let (means, rotations) = (&self.input.means[gaussians.clone()], &self.input.rotations[gaussians]);
-        let block = Block { means, rotations, codes: &kept.codes };
-        let mut v_codes = self.pass.backward(&kept.deformation, block, rows, &mut partial.params);
+        let mut v_codes = vec![0.0; kept.codes.len()];
+        if self.input.hop.learns == Learns::All {
+            let (means, rotations) = (&self.input.means[gaussians.clone()], &self.input.rotations[gaussians]);
+            let block = Block { means, rotations, codes: &kept.codes };
+            v_codes = self.pass.backward(&kept.deformation, block, rows, &mut partial.params);
+        } else {
+            rows.fill([0.0; DELTAS]);
+        }
         if let Some(v) = v_from_flow {
             v_codes.iter_mut().zip(v).for_each(|(sum, v)| *sum += v);
         }

@@ -75,7 +75,7 @@ fn velocity(twist: &Tensor<2>, p: &Tensor<2>) -> Tensor<2> {
 #[cfg(test)]
 mod tests {
     use super::super::config::VelocityConfig;
-    use super::super::network::{FreeGaveNetworks, HopInput, carry_kept, carry_vjp};
+    use super::super::network::{FreeGaveNetworks, HopInput, Learns, carry_kept, carry_vjp};
     use super::super::tensor::{self, HopSpec};
     use super::*;
     use crate::source::pose::DELTAS;
@@ -137,13 +137,33 @@ mod tests {
 
     #[test]
     fn the_fused_networks_agree_with_their_twin() {
-        let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false };
+        let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns: Learns::All };
         compare(&config(MotionHead::Rigid), 1, hop);
         compare(&config(MotionHead::Turn), 700, hop);
-        compare(&config(MotionHead::Turn), 300, Hop { from: 0.4, to: 0.3, longest_step: f32::INFINITY, turns: false });
+        compare(&config(MotionHead::Turn), 300, Hop { from: 0.4, to: 0.3, longest_step: f32::INFINITY, turns: false, learns: Learns::All });
         compare(&config(MotionHead::Rigid), 300, Hop::none(0.2));
         let paper = FreeGaveConfig { deformation: DeformationConfig::freegave_paper(), velocity: VelocityConfig::paper() };
         compare(&paper, 100, hop);
+    }
+
+    #[test]
+    fn the_velocity_field_can_learn_alone() {
+        let config = config(MotionHead::Rigid);
+        let layout = config.layout();
+        let networks = FreeGaveNetworks::init(config.clone(), InputFrame::IDENTITY, 5);
+        let (means, rotations) = gaussians(300);
+        let gradients = |learns| {
+            let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns };
+            let input =
+                HopInput { config: &config, frame: networks.frame, params: &networks.params, means: &means, rotations: &rotations, hop };
+            carry_vjp(input, &carry_kept(input).1, weights(300).as_chunks().0)
+        };
+        let (all, alone) = (gradients(Learns::All), gradients(Learns::Velocity));
+        let (code, segment) = (layout.deformation.len, layout.segment.hidden[0].weight);
+        assert!(alone.params[..code].iter().all(|v| *v == 0.0) && alone.means.as_flattened().iter().all(|v| *v == 0.0));
+        assert_ne!(alone.params[code..segment], all.params[code..segment], "codes also steer the deformation");
+        assert!(alone.params[code..segment].iter().any(|v| *v != 0.0));
+        assert_eq!(alone.params[segment..], all.params[segment..]);
     }
 
     #[test]
@@ -152,7 +172,7 @@ mod tests {
         let networks = FreeGaveNetworks::init(config.clone(), InputFrame::IDENTITY, 5);
         let (means, rotations) = gaussians(3000);
         let weights = weights(3000);
-        let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: true };
+        let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: true, learns: Learns::All };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
             let input =
