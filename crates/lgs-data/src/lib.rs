@@ -16,4 +16,6 @@ pub mod cameras;
 pub mod dataset;
 pub mod files;
 pub mod ply;
+pub mod pth;
 pub mod synth;
+pub mod testing;
