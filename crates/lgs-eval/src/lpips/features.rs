@@ -110,7 +110,7 @@ fn convolved(x: Tensor<4>, (c, weight, bias): &(Convolution, Tensor<4>, Tensor<1
 }
 
 fn pooled(x: Tensor<4>, kernel: usize) -> Tensor<4> {
-    max_pool2d(x, MaxPoolOptions { kernel_size: [kernel; 2], stride: [POOL_STRIDE; 2], ..MaxPoolOptions::default() })
+    max_pool2d(x, MaxPoolOptions { stride: [POOL_STRIDE; 2], ..MaxPoolOptions::new([kernel; 2]) })
 }
 
 /// Features `[channels][pixels]`, every pixel's vector divided by its length.
