@@ -18,6 +18,7 @@ mod run;
 mod synth;
 mod times;
 mod train;
+mod weights;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -53,6 +54,8 @@ enum Command {
     Export(export::Args),
     /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
     Info(info::Args),
+    /// Import the networks that LPIPS needs, and say which there are
+    Weights(weights::Args),
 }
 
 /// Runs the program with the process's arguments.
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Export(args) => export::run(args),
         Command::Info(args) => info::run(args),
+        Command::Weights(args) => weights::run(args),
     };
     if let Some(profile) = profile {
         progress::say(&profile.table(begun.elapsed()));

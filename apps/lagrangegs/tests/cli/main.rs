@@ -6,3 +6,4 @@ mod runs;
 mod scenes;
 mod training;
 mod usage;
+mod weights;
