@@ -71,7 +71,7 @@ impl StateDict {
     /// If it is absent, of another shape, not of 32-bit floats, not whole or not finite.
     pub fn values(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, PthError> {
         let error = |found: String| self.error(name, format!("32-bit floats of shape {shape:?}"), found);
-        let Some(tensor) = self.tensors.get(name) else { return Err(error(self.what_else(name))) };
+        let Some(tensor) = self.tensors.get(name) else { return Err(self.absent(name, format!("32-bit floats of shape {shape:?}"))) };
         if tensor.dtype() != DType::F32 || tensor.shape() != shape {
             return Err(error(format!("{:?} of shape {:?}", tensor.dtype(), tensor.shape())));
         }
@@ -82,6 +82,12 @@ impl StateDict {
             None => Ok(values),
             Some(at) => Err(error(format!("{} at index {at}", values[at]))),
         }
+    }
+
+    /// The error that there is no tensor of a name, with what there is in its place.
+    #[must_use]
+    pub fn absent(&self, name: &str, expected: String) -> PthError {
+        self.error(name, expected, self.what_else(name))
     }
 
     /// An error about a field of this file.

@@ -54,7 +54,8 @@ pub fn score_frames(
         let mut jobs = Vec::new();
         for (time, members) in chunk {
             let lagrangian = scene.cloud_at(&motion.state_at(*time));
-            jobs.push((lagrangian, source.map(|s| s.cloud_at(*time)), members));
+            // What a source does not know is not scored.
+            jobs.push((lagrangian, source.filter(|s| s.covers(*time)).map(|s| s.cloud_at(*time)), members));
         }
         let views: Vec<(&GaussianCloud, Option<&GaussianCloud>, usize)> =
             jobs.iter().flat_map(|(l, s, members)| members.iter().map(move |&i| (l, s.as_ref(), i))).collect();

@@ -67,7 +67,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request { data: &data, out: &root, config, resume })?;
+    train::train(&train::Request { data: Some(&data), out: &root, config, resume })?;
     let run = Run::open(&root)?;
     let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;
     let renders = root.join("renders");

@@ -49,10 +49,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
 /// Computes a run's metrics and writes them into its folder, as `metrics.json` and as a page.
 pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>, options: &EvalOptions<'_>) -> Result<Metrics> {
     let root = run.dataset_path(data)?;
-    let dataset = load_dataset(&root, &load_options(&run.config, splits))?;
-    let truth = GroundTruth::load(&root).at(&root)?;
+    let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
+    let truth = match &root {
+        Some(root) => GroundTruth::load(root).at(root)?,
+        None => None,
+    };
     let source = run.source()?;
-    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: Some(&dataset), truth: truth.as_ref() };
+    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
     let _span = tracing::trace_span!("evaluate").entered();
     let task = Task::new("evaluation", 0);
     let mut metrics = evaluate(&subject, options, &|done, total| task.count(done, total));
