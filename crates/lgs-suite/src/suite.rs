@@ -9,6 +9,7 @@
 //! seeds = [0, 1]
 //! preset = "quick"
 //! settings = ["source.sh_degree=2"]      # of every cell
+//! half_resolution = false                # compare images at half their size
 //!
 //! [synthetic]                            # the scenes are made by `synth`; or [folders], see there
 //! size = 160
@@ -55,6 +56,8 @@ pub struct Suite {
     pub seeds: Vec<u64>,
     /// Defaults of every cell.
     pub preset: Preset,
+    /// Whether images are compared at half their size, as the published figures of single objects.
+    pub half_resolution: bool,
     /// The paper's column that the tables stand beside, if this is its suite.
     pub published: Option<Published>,
     /// The file, for messages.
@@ -109,6 +112,8 @@ struct File {
     synthetic: Option<Synthetic>,
     folders: Option<Folders>,
     published: Option<Published>,
+    #[serde(default)]
+    half_resolution: bool,
     #[serde(default)]
     variant: BTreeMap<String, OwnVariant>,
     #[serde(default, rename = "override")]
@@ -198,6 +203,7 @@ impl Suite {
             variants,
             seeds: file.seeds,
             preset: file.preset,
+            half_resolution: file.half_resolution,
             published: file.published,
             origin: origin.to_owned(),
             settings: file.settings,

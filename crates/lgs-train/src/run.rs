@@ -59,7 +59,10 @@ impl RunFolder {
         if folder.config_path().exists() || folder.checkpoints_path().exists() {
             return Err(TrainError::Occupied(root.to_owned()));
         }
-        let dataset = format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint);
+        let dataset = match dataset.splits.is_empty() {
+            true => "# dataset: none\n".to_owned(),
+            false => format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint),
+        };
         let text = dataset + &config.to_toml()?;
         write_with_parents(&folder.config_path(), |w| w.write_all(text.as_bytes()))?;
         write_atomically(&folder.events_path(), |_| Ok(()))?;

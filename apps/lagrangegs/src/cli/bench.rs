@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use lgs_data::files::write_with_parents;
+use lgs_eval::EvalOptions;
 use lgs_eval::table::aligned;
 use lgs_suite::{Cell, CellState, Plan, Results, Scenes, Suite, all_tables, bundled_suites, table_text};
 use serde_json::json;
@@ -13,6 +14,7 @@ use super::failure::{At, chain};
 use super::output::{self, holds_transforms, refuse_inside_dataset};
 use super::progress::say;
 use super::run::Run;
+use super::weights::perceptual;
 use super::{synth, train};
 
 #[derive(Debug, clap::Args)]
@@ -104,9 +106,11 @@ fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
         let source_from = plan.source_folder(cell).at(&out)?;
         let resume = state == CellState::Begun;
         let config = cell.config.clone();
-        train::train(&train::Request { data: &data, out: &out, config, resume, source_from: source_from.as_deref() })?;
+        train::train(&train::Request { data: Some(&data), out: &out, config, resume, source_from: source_from.as_deref() })?;
     }
-    measure(&Run::open(&out)?, Some(&data), None).map(drop)
+    let perceptual = perceptual()?;
+    let options = EvalOptions { half_resolution: plan.suite.half_resolution, perceptual: perceptual.as_ref(), ..EvalOptions::default() };
+    measure(&Run::open(&out)?, Some(&data), None, &options).map(drop)
 }
 
 /// Makes a synthetic dataset that is not there.

@@ -10,6 +10,7 @@ use lgs_core::{Camera, Image};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::synth::SynthOptions;
 use lgs_dynamics::{Edit, Reversal};
+use lgs_eval::EvalOptions;
 use lgs_eval::sheet::{Row, contact_sheet, evenly};
 use lgs_eval::table::table;
 use lgs_model::Motion;
@@ -66,9 +67,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request { data: &data, out: &root, config, resume, source_from: None })?;
+    train::train(&train::Request { data: Some(&data), out: &root, config, resume, source_from: None })?;
     let run = Run::open(&root)?;
-    let metrics = measure(&run, Some(&data), None)?;
+    let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;
     let renders = root.join("renders");
     pictures(&run, &renders)?;
     let dataset = load_dataset(&data, &load_options(&run.config, None))?;

@@ -15,6 +15,7 @@ use super::failure::At;
 use super::output;
 use super::progress::Task;
 use super::run::{Run, load_dataset, load_options};
+use super::weights::perceptual;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -26,6 +27,12 @@ pub(super) struct Args {
     /// Dataset, if it is no longer where training found it
     #[arg(long, value_name = "DATA")]
     data: Option<PathBuf>,
+    /// Compare images at half their size, as the published figures of single objects
+    #[arg(long)]
+    half_resolution: bool,
+    /// Leave LPIPS out, which takes long, even if there are weights for it
+    #[arg(long)]
+    no_lpips: bool,
     /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
@@ -33,20 +40,25 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
-    let metrics = measure(&run, args.data.as_deref(), args.split.clone())?;
+    let perceptual = if args.no_lpips { None } else { perceptual()? };
+    let options = EvalOptions { half_resolution: args.half_resolution, perceptual: perceptual.as_ref(), ..EvalOptions::default() };
+    let metrics = measure(&run, args.data.as_deref(), args.split.clone(), &options)?;
     if args.json { output::print_json(&metrics) } else { output::print(&table(&metrics)) }
 }
 
 /// Computes a run's metrics and writes them into its folder, as `metrics.json` and as a page.
-pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>) -> Result<Metrics> {
+pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>, options: &EvalOptions<'_>) -> Result<Metrics> {
     let root = run.dataset_path(data)?;
-    let dataset = load_dataset(&root, &load_options(&run.config, splits))?;
-    let truth = GroundTruth::load(&root).at(&root)?;
+    let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
+    let truth = match &root {
+        Some(root) => GroundTruth::load(root).at(root)?,
+        None => None,
+    };
     let source = run.source()?;
-    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: Some(&dataset), truth: truth.as_ref() };
+    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
     let _span = tracing::trace_span!("evaluate").entered();
     let task = Task::new("evaluation", 0);
-    let mut metrics = evaluate(&subject, &EvalOptions::default(), &|done, total| task.count(done, total));
+    let mut metrics = evaluate(&subject, options, &|done, total| task.count(done, total));
     metrics.cost = run.cost();
     let path = run.folder.root().join("metrics.json");
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, &metrics).map_err(Into::into)).at(&path)?;

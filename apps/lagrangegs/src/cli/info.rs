@@ -103,7 +103,7 @@ fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
 fn run_folder(path: &Path) -> Result<Facts> {
     let run = Run::open(path)?;
     let mut facts = vec![("kind", json!("run")), ("preset", json!(run.config.preset)), ("seed", json!(run.config.seed))];
-    if let Ok(dataset) = run.dataset_path(None) {
+    if let Ok(Some(dataset)) = run.dataset_path(None) {
         facts.push(("dataset", json!(dataset)));
     }
     if let Some(secs) = run.cost().train_secs {

@@ -20,6 +20,7 @@ mod run;
 mod synth;
 mod times;
 mod train;
+mod weights;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -57,6 +58,8 @@ enum Command {
     Bench(bench::Args),
     /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
     Info(info::Args),
+    /// Import the networks that LPIPS needs, and say which there are
+    Weights(weights::Args),
 }
 
 /// Runs the program with the process's arguments.
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),
+        Command::Weights(args) => weights::run(args),
     };
     if let Some(profile) = profile {
         progress::say(&profile.table(begun.elapsed()));

@@ -48,7 +48,7 @@ pub(super) struct Args {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ModelName {
+pub(super) enum ModelName {
     /// The Lagrangian scene
     Lagrangian,
     /// What it was distilled from
@@ -101,10 +101,9 @@ fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>)
     if let Some(camera) = camera::find(name, known) {
         return Ok(camera);
     }
-    let root = run.dataset_path(data)?;
-    if !root.is_dir() {
+    let Some(root) = run.dataset_path(data)?.filter(|root| root.is_dir()) else {
         return camera::unknown(name, known);
-    }
+    };
     // Reading the split of the name's first part alone saves decoding all the others.
     let split = name.split('/').next().filter(|split| root.join(format!("transforms_{split}.json")).exists());
     let dataset = load_dataset(&root, &load_options(&run.config, split.map(|s| vec![s.to_owned()])))?;

@@ -42,10 +42,10 @@ impl Run {
         if path.exists() { load_source(&path).at(&path).map(Some) } else { Ok(None) }
     }
 
-    /// The dataset's folder: the one given, or the one that training read.
-    pub(crate) fn dataset_path(&self, given: Option<&Path>) -> Result<PathBuf> {
+    /// The dataset's folder: the one given, or the one that training read; nothing for a run without images.
+    pub(crate) fn dataset_path(&self, given: Option<&Path>) -> Result<Option<PathBuf>> {
         match given {
-            Some(path) => Ok(path.to_owned()),
+            Some(path) => Ok(Some(path.to_owned())),
             None => recorded_dataset(&self.folder.config_path()),
         }
     }
@@ -74,12 +74,16 @@ pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
 }
 
-/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH (FINGERPRINT)`.
-fn recorded_dataset(config: &Path) -> Result<PathBuf> {
+/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH (FINGERPRINT)`, or `# dataset: none`.
+fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
     let text = std::fs::read_to_string(config).at(config)?;
     let line = text.lines().find_map(|line| line.strip_prefix("# dataset: "));
+    if line == Some("none") {
+        return Ok(None);
+    }
     let path = line.and_then(|line| line.rsplit_once(" (")).map(|(path, _)| PathBuf::from(path));
-    path.with_context(|| format!("the run does not say which dataset it was trained on; name it with --data: {}", config.display()))
+    path.map(Some)
+        .with_context(|| format!("the run does not say which dataset it was trained on; name it with --data: {}", config.display()))
 }
 
 /// How a configuration wants images to be loaded.

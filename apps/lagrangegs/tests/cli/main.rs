@@ -2,8 +2,10 @@
 
 mod bad_input;
 mod bench;
+mod imported;
 mod program;
 mod runs;
 mod scenes;
 mod training;
 mod usage;
+mod weights;

@@ -121,6 +121,12 @@ impl Dataset {
         })
     }
 
+    /// No images at all, for what needs none: only a colour behind the Gaussians.
+    #[must_use]
+    pub fn none(background: [f32; 3]) -> Self {
+        Self { root: PathBuf::new(), splits: BTreeMap::new(), background, init_points: None, fingerprint: "none".to_owned() }
+    }
+
     /// The frames of a split; empty if the set has no such split.
     #[must_use]
     pub fn split(&self, name: &str) -> &[Frame] {

@@ -3,9 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use lgs_core::CloudError;
+use lgs_data::files::FileError;
+use lgs_data::frames::{FramesError, read_frames};
+use lgs_data::ply::PlyError;
+use lgs_data::pth::PthError;
 use serde::{Deserialize, Serialize};
 
-use super::{DefGs, FreeGave, SourceModel};
+use super::{DefGs, FreeGave, ImportedFrames, SourceModel, is_official_defgs, read_official_defgs};
 use crate::tensor_file::{TensorFile, TensorFileError};
 
 /// A kind of source model.
@@ -17,11 +21,13 @@ pub enum SourceKind {
     Defgs,
     /// A deformation network that a velocity field carries on ([`FreeGave`]).
     Freegave,
+    /// Trajectories from files ([`ImportedFrames`]).
+    Frames,
 }
 
 impl SourceKind {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Defgs, Self::Freegave];
+    pub const ALL: [Self; 3] = [Self::Defgs, Self::Freegave, Self::Frames];
 
     /// Its name in configurations, messages and file names.
     #[must_use]
@@ -29,6 +35,7 @@ impl SourceKind {
         match self {
             Self::Defgs => "defgs",
             Self::Freegave => "freegave",
+            Self::Frames => "frames",
         }
     }
 
@@ -38,6 +45,7 @@ impl SourceKind {
         match self {
             Self::Defgs => "lagrangegs-defgs/1",
             Self::Freegave => "lagrangegs-freegave/1",
+            Self::Frames => "lagrangegs-frames/1",
         }
     }
 }
@@ -57,6 +65,41 @@ pub enum SourceError {
         /// Defect.
         source: CloudError,
     },
+    /// Frames to import.
+    #[error(transparent)]
+    Frames(#[from] FramesError),
+    /// A PyTorch checkpoint to import.
+    #[error(transparent)]
+    Checkpoint(#[from] PthError),
+    /// A splat file to import.
+    #[error(transparent)]
+    Splats(#[from] PlyError),
+    /// A folder that can't be read.
+    #[error(transparent)]
+    Folder(#[from] FileError),
+    /// The output of another program without a whole model.
+    #[error("expected `point_cloud/iteration_N` and `deform/iteration_N` of the same N, found none: {}", path.display())]
+    NoIteration {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
+/// What [`import_source`] makes of a file or folder.
+#[must_use]
+pub fn imported_kind(path: &Path) -> SourceKind {
+    if is_official_defgs(path) { SourceKind::Defgs } else { SourceKind::Frames }
+}
+
+/// Reads a source model that another program wrote: frames ([`lgs_data::frames`]), or an output folder of the authors' DefGS program.
+///
+/// # Errors
+/// If something is absent, malformed, not finite or does not fit together.
+pub fn import_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
+    match imported_kind(path) {
+        SourceKind::Defgs => Ok(Box::new(read_official_defgs(path)?)),
+        _ => Ok(Box::new(ImportedFrames::new(read_frames(path)?))),
+    }
 }
 
 /// Reads a source model of any kind.
@@ -69,5 +112,6 @@ pub fn load_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
     match kind {
         SourceKind::Defgs => Ok(Box::new(DefGs::from_tensors(&file, path)?)),
         SourceKind::Freegave => Ok(Box::new(FreeGave::from_tensors(&file, path)?)),
+        SourceKind::Frames => Ok(Box::new(ImportedFrames::from_tensors(&file, path)?)),
     }
 }

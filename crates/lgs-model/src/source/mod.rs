@@ -13,8 +13,10 @@ mod defgs;
 pub mod encoding;
 mod file;
 pub mod freegave;
+mod imported;
 mod matrix;
 pub mod network;
+mod official;
 pub mod pose;
 pub mod reference;
 pub mod tensor;
@@ -22,9 +24,11 @@ mod time_part;
 
 pub use config::{DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
-pub use file::{SourceError, SourceKind, load_source};
+pub use file::{SourceError, SourceKind, import_source, imported_kind, load_source};
 pub use freegave::{FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
+pub use imported::ImportedFrames;
 pub use network::{Deformation, InputFrame};
+pub use official::{is_official_defgs, read_official_defgs};
 pub use pose::DELTAS;
 
 use std::path::Path;
@@ -51,6 +55,17 @@ pub trait SourceModel: Send + Sync {
 
     /// Their centres alone, `[n]`, world units.
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
+
+    /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians rest.
+    fn time_range(&self) -> Option<[f32; 2]> {
+        None
+    }
+
+    /// Whether a time is within [`Self::time_range`], rounding aside.
+    fn covers(&self, time: f32) -> bool {
+        const ROUNDING: f32 = 1e-4;
+        self.time_range().is_none_or(|[first, last]| time > first - ROUNDING && time < last + ROUNDING)
+    }
 
     /// The whole model in the format of its kind, to be read by [`load_source`].
     fn to_tensors(&self) -> TensorFile;

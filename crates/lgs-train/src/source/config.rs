@@ -180,6 +180,9 @@ pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
 pub struct SourceConfig {
     /// What the source model is. It decides the defaults of everything below.
     pub kind: SourceKind,
+    /// File or folder that the source model is taken from instead of being trained: frames for the kind `frames`, a folder of the authors'
+    /// program for `defgs`; empty: it is trained.
+    pub import: String,
     /// Every count of iterations below is multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, since
     /// larger images have more to learn from.
     pub stretch: f32,
@@ -322,12 +325,15 @@ impl SourceConfig {
     /// What moves the Gaussians.
     fn validate_motion(&self) -> Result<(), (String, String)> {
         let deformation = self.deformation.clone();
+        let imported = !self.import.is_empty();
         match (self.kind, &self.velocity, &self.hop) {
             (SourceKind::Defgs, None, None) => {
                 deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
                 require(deformation.code == 0, "deformation.code", format_args!("the source `defgs` has no code"))
             }
+            (SourceKind::Frames, None, None) => require(imported, "import", format_args!("the source `frames` needs a file or folder")),
             (SourceKind::Freegave, Some(velocity), Some(hop)) => {
+                require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
                 FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
                 require(hop.length > 0.0 && hop.length.is_finite(), "hop.length", format_args!("{} is not a positive time", hop.length))?;
                 require((0.0..=1.0).contains(&hop.share), "hop.share", format_args!("{} is not in [0, 1]", hop.share))?;

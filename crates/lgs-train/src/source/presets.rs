@@ -15,6 +15,8 @@ impl SourceConfig {
             (SourceKind::Defgs, Preset::Paper) => Self::paper(),
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
+            // Nothing is trained.
+            (SourceKind::Frames, _) => Self { kind, ..Self::quick() },
         }
     }
 
@@ -23,6 +25,7 @@ impl SourceConfig {
     pub fn paper() -> Self {
         Self {
             kind: SourceKind::Defgs,
+            import: String::new(),
             stretch: 1.0,
             iterations: 40_000,
             warmup_iterations: 3000,
@@ -58,6 +61,7 @@ impl SourceConfig {
         let iterations = 4000;
         Self {
             kind: SourceKind::Defgs,
+            import: String::new(),
             stretch: 0.0,
             iterations,
             warmup_iterations: 400,
@@ -121,6 +125,7 @@ impl SourceConfig {
         let defgs = Self::paper();
         Self {
             kind: SourceKind::Freegave,
+            import: String::new(),
             warmup_frames: WarmupFrames::First,
             warmup_cameras: 1,
             window_steps: 8,
@@ -139,6 +144,7 @@ impl SourceConfig {
     pub fn freegave_quick() -> Self {
         Self {
             kind: SourceKind::Freegave,
+            import: String::new(),
             deformation: DeformationConfig::freegave_quick(),
             velocity: Some(VelocityConfig::quick()),
             hop: Some(HopConfig::quick()),
