@@ -7,17 +7,19 @@ use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, percent, section};
 use lgs_bench::{REPEATS, median_secs};
 use lgs_core::{Camera, GaussianCloud};
-use lgs_render::{Rasterized, SplatGradients, Splats, rasterize, rasterize_vjp};
+use lgs_render::{Rasterized, RasterizedVjp, SplatGradients, Splats, rasterize, rasterize_vjp};
+use std::sync::Mutex;
 
 const GAUSSIANS: usize = 50_000;
 const BACKGROUND: [f32; 3] = [1.0; 3];
 
-/// A scene, its camera, and cotangents of the image.
+/// A scene, its camera, cotangents of the image, and the arrays of the results, which are kept from call to call.
 struct Case {
     cloud: GaussianCloud,
     camera: Camera,
     v_image: Vec<[f32; 3]>,
     v_transmittance: Vec<f32>,
+    kept: Mutex<(Rasterized, RasterizedVjp)>,
 }
 
 impl Case {
@@ -25,23 +27,37 @@ impl Case {
         let camera = camera(count);
         let pixels = camera.pixels();
         let v_image = (0..pixels).map(|i| [0, 1, 2].map(|c| ((7 * i + c) % 11) as f32 / 11.0 - 0.4)).collect();
-        Self { cloud: trained_scene(count), camera, v_image, v_transmittance: vec![0.1; pixels] }
+        Self { cloud: trained_scene(count), camera, v_image, v_transmittance: vec![0.1; pixels], kept: Mutex::default() }
     }
 
-    fn forward(&self) -> Rasterized {
-        rasterize(&Splats::from(&self.cloud), &self.camera, BACKGROUND)
+    fn forward(&self) {
+        let (drawn, _) = &mut *self.kept.lock().expect("no panic before");
+        drawn.update(&Splats::from(&self.cloud), &self.camera, BACKGROUND);
     }
 
-    fn both(&self) -> SplatGradients {
-        let drawn = self.forward();
-        rasterize_vjp(&Splats::from(&self.cloud), &self.camera, BACKGROUND, &drawn, &self.v_image, &self.v_transmittance)
+    fn both(&self) {
+        self.forward();
+        let (drawn, pulled) = &mut *self.kept.lock().expect("no panic before");
+        pulled.update(&Splats::from(&self.cloud), &self.camera, BACKGROUND, drawn, &self.v_image, &self.v_transmittance);
+    }
+
+    /// Forward and backward with results in arrays of their own.
+    fn both_anew(&self) -> SplatGradients {
+        let splats = Splats::from(&self.cloud);
+        let drawn = rasterize(&splats, &self.camera, BACKGROUND);
+        rasterize_vjp(&splats, &self.camera, BACKGROUND, &drawn, &self.v_image, &self.v_transmittance)
+    }
+
+    /// Pairs of pixel and Gaussian that the forward pass evaluates.
+    fn pairs(&self) -> u64 {
+        rasterize(&Splats::from(&self.cloud), &self.camera, BACKGROUND).pairs()
     }
 }
 
 pub(crate) fn run(machine: &Machine) {
     let case = Case::new(GAUSSIANS);
     section(&format!("rasterize ({GAUSSIANS} Gaussians, {0}×{0} pixels, spherical harmonics of degree 3)", case.camera.width));
-    let pairs = case.forward().pairs() as f64;
+    let pairs = case.pairs() as f64;
     let forward = median_secs(REPEATS, || case.forward());
     let share = pairs / forward / machine.pairs.all;
     Row::timed("rasterize, forward", forward)
@@ -59,4 +75,7 @@ pub(crate) fn run(machine: &Machine) {
     let cases = COUNTS.map(Case::new);
     print("rasterize, forward", [0, 1, 2].map(|i| per_gaussian(COUNTS[i], || cases[i].forward())));
     print("rasterize, forward + backward", [0, 1, 2].map(|i| per_gaussian(COUNTS[i], || cases[i].both())));
+    let anew = [0, 1, 2].map(|i| per_gaussian(COUNTS[i], || cases[i].both_anew()));
+    let times = anew.map(|secs| format!("{:.0}", secs * 1e9)).join(", ");
+    Row::figure("the same, every array allocated anew", format!("{times} ns")).print();
 }
