@@ -63,10 +63,24 @@ impl Rasterized {
         depth
     }
 
-    /// Pairs of pixel and Gaussian whose alpha the forward pass evaluates: of every tile that a Gaussian's ellipse of alpha 1/255 reaches,
-    /// the rows of pixels that it reaches and that still accept light. The arithmetic floor of blending is their number.
+    /// Pairs of pixel and Gaussian of the scene: for each pixel the Gaussians whose ellipse of alpha 1/255 reaches its tile of 16×16 pixels, up
+    /// to the one that stops the pixel. A rasterizer by tiles without further tests evaluates all of them.
     #[must_use]
-    pub fn pairs(&self) -> u64 {
+    pub fn listed_pairs(&self) -> u64 {
+        let of_tile = |(tile, state): (usize, &TileState)| {
+            let list = self.tile_list(tile);
+            let length = list.members.len() as f32;
+            let rows = (0..list.size[1])
+                .map(|y| state.stop.row(y)[..list.size[0]].iter().map(|stop| (stop + 1.0).min(length) as u64).sum::<u64>());
+            rows.sum::<u64>()
+        };
+        self.tiles.par_iter().enumerate().map(of_tile).sum()
+    }
+
+    /// Pairs of pixel and Gaussian whose alpha the forward pass evaluates: of every tile that a Gaussian's ellipse of alpha 1/255 reaches,
+    /// the rows of pixels that it reaches and that still accept light.
+    #[must_use]
+    pub fn evaluated_pairs(&self) -> u64 {
         let arch = Arch::new();
         let of_tile = |(tile, state)| arch.dispatch(CountPairs { list: self.tile_list(tile), state });
         self.tiles.par_iter().enumerate().map(of_tile).sum()
