@@ -11,4 +11,4 @@ pub mod table;
 mod timing;
 mod triad;
 
-pub use timing::{REPEATS, median_secs};
+pub use timing::{REPEATS, median_secs, medians_in_turns};

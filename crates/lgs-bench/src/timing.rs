@@ -7,16 +7,25 @@ pub const REPEATS: usize = 7;
 
 /// The median over `repeats` (odd) runs of the wall time of `run`, seconds, after one run that is not counted.
 pub fn median_secs<T>(repeats: usize, mut run: impl FnMut() -> T) -> f64 {
-    std::hint::black_box(run());
-    let mut times: Vec<f64> = (0..repeats)
-        .map(|_| {
+    let [secs] = medians_in_turns(repeats, [&mut || drop(std::hint::black_box(run()))]);
+    secs
+}
+
+/// The medians of several operations that take turns, so that what else the machine does in the meantime meets all of them.
+pub fn medians_in_turns<const N: usize>(repeats: usize, mut runs: [&mut dyn FnMut(); N]) -> [f64; N] {
+    runs.iter_mut().for_each(|run| run());
+    let mut times = [const { Vec::new() }; N];
+    for _ in 0..repeats {
+        for (run, times) in runs.iter_mut().zip(&mut times) {
             let start = Instant::now();
-            std::hint::black_box(run());
-            start.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[repeats / 2]
+            run();
+            times.push(start.elapsed().as_secs_f64());
+        }
+    }
+    times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[repeats / 2]
+    })
 }
 
 #[cfg(test)]

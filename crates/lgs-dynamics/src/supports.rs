@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 /// Particles per task of a reordering.
-pub(crate) const CHUNK: usize = 1 << 12;
+pub(crate) const CHUNK: usize = 1 << 10;
 
 /// Why rows of indices are no supports.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,12 +1,11 @@
 //! The driver of the backward pass: blending of every tile back to front, sums over tiles, and back through the projection.
 
 use crate::blend_vjp::{BlendVjp, TileCotangent};
-use crate::project_vjp::{ImageCotangent, project_vjp};
+use crate::project_vjp::{CotangentCell, ImageCotangent, ParameterCotangent, project_vjp};
 use crate::rasterize::{CHUNK, Rasterized};
-use crate::simd::BLOCK;
 use crate::splats::{SplatGradients, Splats};
 use crate::tile_list::{Plane, TileList};
-use crate::tiles::{TILE, split_lengths};
+use crate::tiles::TILE;
 use crate::view::View;
 use lgs_core::Camera;
 use pulp::{Arch, Simd, WithSimd};
@@ -14,7 +13,7 @@ use rayon::prelude::*;
 
 /// Pulls cotangents of image and transmittance back to the parameters of the Gaussians.
 ///
-/// `splats`, `camera` and `background` must be those of the forward pass.
+/// `splats`, `camera` and `background` must be those of the forward pass. [`RasterizedVjp::update`] does the same in arrays that are there.
 ///
 /// # Panics
 /// If a cotangent has another length than the image has pixels.
@@ -27,11 +26,42 @@ pub fn rasterize_vjp(
     v_image: &[[f32; 3]],
     v_transmittance: &[f32],
 ) -> SplatGradients {
-    assert_eq!(v_image.len(), forward.image.len(), "pixels of the image's cotangent");
-    assert_eq!(v_transmittance.len(), forward.image.len(), "pixels of the transmittance's cotangent");
-    let v = PixelCotangents { background, v_image, v_transmittance };
-    let entries = blend_vjp(forward, &v);
-    pull_back(splats, &View::from(camera), forward, &entries)
+    let mut out = RasterizedVjp::default();
+    out.update(splats, camera, background, forward, v_image, v_transmittance);
+    out.gradients
+}
+
+/// The gradients of a backward pass, and the arrays it worked in, for the next one.
+#[derive(Debug, Default)]
+pub struct RasterizedVjp {
+    /// Cotangents of every input.
+    pub gradients: SplatGradients,
+    /// Cotangents of the entries of all tile lists, by number.
+    entries: Vec<CotangentCell>,
+}
+
+impl RasterizedVjp {
+    /// Replaces the gradients by those of [`rasterize_vjp`]; allocates only what has to grow.
+    ///
+    /// # Panics
+    /// If a cotangent has another length than the image has pixels.
+    pub fn update(
+        &mut self,
+        splats: &Splats,
+        camera: &Camera,
+        background: [f32; 3],
+        forward: &Rasterized,
+        v_image: &[[f32; 3]],
+        v_transmittance: &[f32],
+    ) {
+        assert_eq!(v_image.len(), forward.image.len(), "pixels of the image's cotangent");
+        assert_eq!(v_transmittance.len(), forward.image.len(), "pixels of the transmittance's cotangent");
+        let v = PixelCotangents { background, v_image, v_transmittance };
+        self.entries.resize_with(forward.tiling.len(), CotangentCell::default);
+        blend_vjp(forward, &v, &self.entries);
+        self.gradients.resize(splats);
+        pull_back(splats, &View::from(camera), forward, &self.entries, &mut self.gradients);
+    }
 }
 
 /// What the caller sends back.
@@ -41,18 +71,14 @@ struct PixelCotangents<'a> {
     v_transmittance: &'a [f32],
 }
 
-/// Cotangents of the entries of all tile lists.
-fn blend_vjp(forward: &Rasterized, v: &PixelCotangents) -> Vec<ImageCotangent> {
-    let (arch, tiling) = (Arch::new(), &forward.tiling);
-    let mut entries = vec![ImageCotangent::default(); tiling.members.len()];
-    let lengths = tiling.starts.windows(2).map(|pair| (pair[1] - pair[0]) as usize);
-    let parts = split_lengths(&mut entries, lengths);
-    parts.into_par_iter().enumerate().with_max_len(1).for_each(|(tile, out)| {
+/// Fills the cotangents of the entries of all tile lists.
+fn blend_vjp(forward: &Rasterized, v: &PixelCotangents, out: &[CotangentCell]) {
+    let arch = Arch::new();
+    forward.tiles.par_iter().enumerate().with_max_len(1).for_each(|(tile, state)| {
         let list = forward.tile_list(tile);
-        let v = v.of_tile(&list, &forward.tiles[tile].transmittance, forward.width as usize);
-        arch.dispatch(BlendVjp { list, state: &forward.tiles[tile], v, out });
+        let v = v.of_tile(&list, &state.transmittance, forward.width as usize);
+        arch.dispatch(BlendVjp { list, state, v, out });
     });
-    entries
 }
 
 impl PixelCotangents<'_> {
@@ -74,29 +100,15 @@ impl PixelCotangents<'_> {
     }
 }
 
-/// The last step: from sums over pixels to parameters.
-fn pull_back(splats: &Splats, view: &View, forward: &Rasterized, entries: &[ImageCotangent]) -> SplatGradients {
-    let (arch, n, stride) = (Arch::new(), splats.len(), 3 * splats.sh_coefficients);
-    let mut ranks = vec![u32::MAX; n];
-    for (rank, &index) in (0..).zip(&forward.tiling.order) {
-        ranks[index as usize] = rank;
-    }
-    let mut out = SplatGradients {
-        means: vec![[0.0; 3]; n],
-        rotations: vec![[0.0; 4]; n],
-        log_scales: vec![[0.0; 3]; n],
-        raw_opacities: vec![0.0; n],
-        sh: vec![0.0; splats.sh.len()],
-        means2d: vec![[0.0; 2]; n],
-    };
+/// The last step: from sums over pixels to parameters. Every element of `out` is replaced.
+fn pull_back(splats: &Splats, view: &View, forward: &Rasterized, entries: &[CotangentCell], out: &mut SplatGradients) {
+    let (arch, stride) = (Arch::new(), 3 * splats.sh_coefficients);
     let shape = out.means.par_chunks_mut(CHUNK).zip(out.rotations.par_chunks_mut(CHUNK)).zip(out.log_scales.par_chunks_mut(CHUNK));
     let shade = out.raw_opacities.par_chunks_mut(CHUNK).zip(out.sh.par_chunks_mut(CHUNK * stride)).zip(out.means2d.par_chunks_mut(CHUNK));
     shape.zip(shade).enumerate().for_each(|(chunk, (((means, rotations), log_scales), ((raw_opacities, sh), means2d)))| {
-        let first = chunk * CHUNK;
         let out = ChunkGradients { means, rotations, log_scales, raw_opacities, sh, means2d };
-        arch.dispatch(PullBackChunk { splats, view, forward, entries, ranks: &ranks[first..], first, out });
+        arch.dispatch(PullBackChunk { splats, view, forward, entries, first: chunk * CHUNK, out });
     });
-    out
 }
 
 /// The part of [`SplatGradients`] that belongs to a chunk.
@@ -113,9 +125,8 @@ struct PullBackChunk<'a> {
     splats: &'a Splats<'a>,
     view: &'a View,
     forward: &'a Rasterized,
-    entries: &'a [ImageCotangent],
-    /// Places in the depth order, from the chunk's first Gaussian on.
-    ranks: &'a [u32],
+    entries: &'a [CotangentCell],
+    /// Index of the chunk's first Gaussian.
     first: usize,
     out: ChunkGradients<'a>,
 }
@@ -125,27 +136,23 @@ impl WithSimd for PullBackChunk<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { splats, view, forward, entries, ranks, first, out } = self;
+        let Self { splats, view, forward, entries, first, out } = self;
         let stride = 3 * splats.sh_coefficients;
-        let mut sums = [ImageCotangent::default(); BLOCK];
-        for block in (0..out.means.len()).step_by(BLOCK) {
-            let count = BLOCK.min(out.means.len() - block);
-            // All sums first, so that their cache misses overlap.
-            for (sum, &rank) in sums.iter_mut().zip(&ranks[block..block + count]) {
-                *sum = ImageCotangent::default();
-                if rank != u32::MAX {
-                    forward.tiling.entries(rank as usize).iter().for_each(|&slot| sum.accumulate(&entries[slot as usize]));
-                }
-            }
-            for i in (block..block + count).filter(|&i| ranks[i] != u32::MAX) {
-                let v_sh = &mut out.sh[i * stride..(i + 1) * stride];
-                let v = project_vjp(splats, view, (first + i, &forward.projected[first + i]), &sums[i - block], v_sh);
-                out.means[i] = v.mean;
-                out.rotations[i] = v.rotation;
-                out.log_scales[i] = v.log_scale;
-                out.raw_opacities[i] = v.raw_opacity;
-                out.means2d[i] = v.mean2d;
-            }
+        for i in 0..out.means.len() {
+            let v_sh = &mut out.sh[i * stride..(i + 1) * stride];
+            v_sh.fill(0.0);
+            let mut sum = ImageCotangent::default();
+            let entries = &entries[forward.tiling.entries(first + i)];
+            entries.iter().for_each(|entry| sum.accumulate(&entry.get()));
+            let v = match entries {
+                [] => ParameterCotangent::default(),
+                _ => project_vjp(splats, view, (first + i, &forward.projected[first + i]), &sum, v_sh),
+            };
+            out.means[i] = v.mean;
+            out.rotations[i] = v.rotation;
+            out.log_scales[i] = v.log_scale;
+            out.raw_opacities[i] = v.raw_opacity;
+            out.means2d[i] = v.mean2d;
         }
     }
 }

@@ -22,6 +22,14 @@ pub(crate) struct TileState {
     pub processed: usize,
 }
 
+impl TileState {
+    /// A bit for each row that has pixels which no Gaussian before this position closed.
+    fn open_rows(&self, position: usize) -> u32 {
+        let is_open = |row: &usize| self.stop.row(*row).iter().any(|&stop| stop >= position as f32);
+        (0..TILE).filter(is_open).map(|row| 1 << row).sum()
+    }
+}
+
 /// A blended tile.
 pub(crate) struct TileImage {
     /// Colour without background, one plane per channel.
@@ -86,6 +94,28 @@ impl<F: Fn(&Projected) -> [f32; 3]> WithSimd for Blend<'_, F> {
             }
         }
         image
+    }
+}
+
+/// Counts the pixels of the rows that [`Blend`] visited, over all Gaussians of a tile.
+pub(crate) struct CountPairs<'a> {
+    pub list: TileList<'a>,
+    pub state: &'a TileState,
+}
+
+impl WithSimd for CountPairs<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> u64 {
+        let (mut batch, mut rows) = (Batch::new(), 0);
+        for first in (0..self.state.processed).step_by(BATCH) {
+            batch.load(simd, &self.list, first, &|g| g.color);
+            for position in first..self.state.processed.min(first + BATCH) {
+                rows += u64::from((batch.get(position - first).rows & self.state.open_rows(position)).count_ones());
+            }
+        }
+        rows * self.list.size[0] as u64
     }
 }
 

@@ -9,7 +9,7 @@
 use crate::blend::TileState;
 use crate::exponential::exp2;
 use crate::project::{ALPHA_MAX, ALPHA_MIN};
-use crate::project_vjp::ImageCotangent;
+use crate::project_vjp::{CotangentCell, ImageCotangent};
 use crate::simd::{fma, reciprocal};
 use crate::tile_list::{BATCH, Batch, Heights, Plane, Splat, TileList, offset_x, take_row};
 use crate::tiles::TILE;
@@ -27,8 +27,8 @@ pub(crate) struct BlendVjp<'a> {
     pub list: TileList<'a>,
     pub state: &'a TileState,
     pub v: TileCotangent,
-    /// One entry per element of the list, zero on entry.
-    pub out: &'a mut [ImageCotangent],
+    /// Cells by the numbers of entries; all cells of the list are replaced.
+    pub out: &'a [CotangentCell],
 }
 
 impl WithSimd for BlendVjp<'_> {
@@ -47,14 +47,17 @@ impl WithSimd for BlendVjp<'_> {
             stop: S::as_simd_f32s(&state.stop.0).0,
         };
         let mut lit = LitRows::new(state);
+        list.members[state.processed..].iter().for_each(|member| out[member.high() as usize].set(&ImageCotangent::default()));
         for first in (0..state.processed).step_by(BATCH).rev() {
             batch.load(simd, &list, first, &|g| g.color);
             for position in (first..state.processed.min(first + BATCH)).rev() {
                 let mut g = batch.get(position - first);
                 g.rows &= lit.at(position);
+                let mut sum = ImageCotangent::default();
                 if g.rows != 0 {
-                    pixels.remove(simd, &g, position as f32, &mut out[position]);
+                    pixels.remove(simd, &g, position as f32, &mut sum);
                 }
+                out[list.members[position].high() as usize].set(&sum);
             }
         }
     }
@@ -165,7 +168,7 @@ mod tests {
     use crate::blend::{Blend, TileImage};
     use crate::project::{ProjectChunk, Projected};
     use crate::splats::Splats;
-    use crate::tiles::tile;
+    use crate::tiles::Tiling;
     use crate::view::View;
     use lgs_core::testing::{assert_gradient_close, assert_values_close};
     use lgs_core::{Camera, GaussianCloud};
@@ -180,12 +183,14 @@ mod tests {
         let image = dispatch(Blend { list, channels: |g| g.color });
         let weights = |phase: usize| Plane(std::array::from_fn(|i| ((i * 13 + phase * 7) % 17) as f32 / 17.0 - 0.4));
         let v = TileCotangent { color: [weights(0), weights(1), weights(2)], remainder: weights(3) };
-        let mut gradients = vec![ImageCotangent::default(); list.members.len()];
-        vjp(BlendVjp { list, state: &image.state, v, out: &mut gradients });
+        let mut gradients = Vec::new();
+        gradients.resize_with(list.members.len(), CotangentCell::default);
+        vjp(BlendVjp { list, state: &image.state, v, out: &gradients });
         let mut values = image.state.transmittance.0.to_vec();
         values.extend(image.color.iter().flat_map(|plane| plane.0));
         let stopped = image.state.stop.0.iter().any(|&s| s >= 0.0 && s.is_finite());
-        (values, gradients.iter().flat_map(|g| g.moments.into_iter().chain(g.color)).collect(), stopped)
+        let gradients = gradients.iter().map(CotangentCell::get).flat_map(|g| g.moments.into_iter().chain(g.color));
+        (values, gradients.collect(), stopped)
     }
 
     #[test]
@@ -197,7 +202,8 @@ mod tests {
         let (mut projected, mut means2d, mut radii) = (vec![Projected::default(); 100], vec![[0.0; 2]; 100], vec![0; 100]);
         let (out, means2d, radii) = (&mut projected[..], &mut means2d[..], &mut radii[..]);
         Arch::new().dispatch(ProjectChunk { splats: &splats, view: &view, first: 0, out, means2d, radii });
-        let tiling = tile(&projected, [15, 13]);
+        let mut tiling = Tiling::default();
+        tiling.update(&projected, [15, 13]);
         let list = TileList { projected: &projected, members: tiling.tile(0), origin: [0, 0], size: [15, 13] };
         assert!(list.members.len() > 70);
         let (wide, v_wide, stopped) = run(list, |op| Arch::new().dispatch(op), |op| Arch::new().dispatch(op));

@@ -54,12 +54,16 @@ impl Layout {
 pub(crate) type Row<const PLANES: usize> = Vec<[Lanes; PLANES]>;
 
 /// Replaces one plane of a row by an interleaved row, or by zeros.
+#[inline(always)]
 pub(crate) fn read_row<const PLANES: usize>(layout: &Layout, from: Option<&[f32]>, row: &mut Row<PLANES>, plane: usize) {
     let Some(from) = from else {
-        return row.iter_mut().for_each(|planes| planes[plane] = Lanes::ZERO);
+        for planes in row {
+            planes[plane] = Lanes::ZERO;
+        }
+        return;
     };
-    // Four floats for three: the fourth is the next segment's.
     for (segment, pixels) in from.chunks(CHANNELS * layout.cells).enumerate().take(SEGMENTS - 1) {
+        // Four floats for three: the fourth is the next segment's.
         for (planes, pixel) in row.iter_mut().zip(pixels.windows(4).step_by(CHANNELS)) {
             planes[plane].0[CHANNELS * segment..][..4].copy_from_slice(pixel);
         }
@@ -70,15 +74,20 @@ pub(crate) fn read_row<const PLANES: usize>(layout: &Layout, from: Option<&[f32]
     for (planes, pixel) in row.iter_mut().zip(last.as_chunks::<CHANNELS>().0) {
         planes[plane].0[CHANNELS * (SEGMENTS - 1)..][..CHANNELS].copy_from_slice(pixel);
     }
-    (layout.whole..layout.cells).for_each(|cell| layout.clear_outside(cell, &mut row[cell][plane]));
+    for cell in layout.whole..layout.cells {
+        layout.clear_outside(cell, &mut row[cell][plane]);
+    }
 }
 
 /// Writes one plane of a row to an interleaved row.
 pub(crate) fn write_row<const PLANES: usize>(layout: &Layout, row: &Row<PLANES>, plane: usize, out: &mut [f32]) {
     for (segment, pixels) in out.chunks_mut(CHANNELS * layout.cells).enumerate() {
-        for (planes, pixel) in row.iter().zip(pixels.as_chunks_mut::<CHANNELS>().0) {
-            pixel.copy_from_slice(&planes[plane].0[CHANNELS * segment..][..CHANNELS]);
+        let last = pixels.len() / CHANNELS - 1;
+        // Four floats for three: the fourth is overwritten by the next pixel.
+        for (cell, planes) in row[..last].iter().enumerate() {
+            pixels[CHANNELS * cell..][..4].copy_from_slice(&planes[plane].0[CHANNELS * segment..][..4]);
         }
+        pixels[CHANNELS * last..].copy_from_slice(&row[last][plane].0[CHANNELS * segment..][..CHANNELS]);
     }
 }
 
@@ -88,9 +97,13 @@ pub(crate) fn fill_margins<const PLANES: usize>(row: &mut Row<PLANES>, count: us
     for k in 1..=RADIUS {
         // Where the pixels lie, in cells and in segments to the left; then to the right.
         let segments = k.div_ceil(count);
-        row[RADIUS - k] = row[RADIUS + segments * count - k].map(|lanes| moved_up(&lanes, segments));
+        for plane in 0..PLANES {
+            row[RADIUS - k][plane] = moved_up(&row[RADIUS + segments * count - k][plane], segments);
+        }
         let (at, segments) = (RADIUS + count + k - 1, (count + k - 1) / count);
-        row[at] = row[at - segments * count].map(|lanes| moved_down(&lanes, segments));
+        for plane in 0..PLANES {
+            row[at][plane] = moved_down(&row[at - segments * count][plane], segments);
+        }
     }
 }
 

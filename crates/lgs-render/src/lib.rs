@@ -19,6 +19,7 @@ mod backward;
 mod blend;
 mod blend_vjp;
 mod cells;
+mod depth_order;
 pub mod exponential;
 mod extent;
 mod photometric;
@@ -37,8 +38,8 @@ mod tiles;
 mod view;
 mod window;
 
-pub use backward::rasterize_vjp;
-pub use photometric::{DEFAULT_LAMBDA, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};
+pub use backward::{RasterizedVjp, rasterize_vjp};
+pub use photometric::{DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};
 pub use project::{ALPHA_MAX, ALPHA_MIN, BLUR, NEAR, TRANSMITTANCE_STOP};
 pub use rasterize::{Rasterized, rasterize};
 pub use splats::{SplatGradients, Splats};

@@ -13,10 +13,10 @@ use rayon::prelude::*;
 
 /// Weight of the structural term in training.
 pub const DEFAULT_LAMBDA: f32 = 0.2;
-/// Fewest rows of a band: below this the overlap costs more than the parallelism gains.
+/// Rows of a band: below this the overlap costs more than the parallelism gains, unless there were fewer than two bands.
+const BAND_ROWS: usize = 200;
+/// Fewest rows of a band in any case.
 const MIN_BAND_ROWS: usize = 48;
-/// Most bands, for the same reason.
-const MAX_BANDS: usize = 8;
 
 /// The photometric loss of a rendered image.
 ///
@@ -28,14 +28,35 @@ pub fn photometric(rendered: &[[f32; 3]], target: &[[f32; 3]], width: usize, hei
     (1.0 - lambda) * sums.mean_absolute + lambda * (1.0 - sums.ssim)
 }
 
-/// The photometric loss and its gradient by the rendered image.
+/// The photometric loss and its gradient by the rendered image. [`PhotometricVjp::update`] does the same in an array that is there.
 ///
 /// # Panics
 /// If an image has not `width · height` pixels.
 #[must_use]
 pub fn photometric_vjp(rendered: &[[f32; 3]], target: &[[f32; 3]], width: usize, height: usize, lambda: f32) -> (f32, Vec<[f32; 3]>) {
-    let (sums, v) = Pair::new(rendered, target, width, height).sums_vjp(1.0 - lambda, -lambda);
-    ((1.0 - lambda) * sums.mean_absolute + lambda * (1.0 - sums.ssim), v)
+    let mut out = PhotometricVjp::default();
+    let loss = out.update(rendered, target, width, height, lambda);
+    (loss, out.gradient)
+}
+
+/// The gradient of the photometric loss, in an array that is kept from call to call.
+#[derive(Clone, Debug, Default)]
+pub struct PhotometricVjp {
+    /// By the rendered image.
+    pub gradient: Vec<[f32; 3]>,
+}
+
+impl PhotometricVjp {
+    /// Replaces the gradient by that of [`photometric_vjp`], and gives the loss.
+    ///
+    /// # Panics
+    /// If an image has not `width · height` pixels.
+    pub fn update(&mut self, rendered: &[[f32; 3]], target: &[[f32; 3]], width: usize, height: usize, lambda: f32) -> f32 {
+        let pair = Pair::new(rendered, target, width, height);
+        self.gradient.resize(rendered.len(), [0.0; 3]);
+        let sums = pair.sums_vjp(1.0 - lambda, -lambda, &mut self.gradient);
+        (1.0 - lambda) * sums.mean_absolute + lambda * (1.0 - sums.ssim)
+    }
 }
 
 /// Structural similarity of two images of one size, mean over pixels and channels.
@@ -55,7 +76,8 @@ pub fn ssim(a: &Image, b: &Image) -> f32 {
 #[must_use]
 pub fn ssim_vjp(a: &Image, b: &Image) -> (f32, Vec<[f32; 3]>) {
     assert_eq!((a.width, a.height), (b.width, b.height), "sizes of the images");
-    let (sums, v) = Pair::new(&a.pixels, &b.pixels, a.width as usize, a.height as usize).sums_vjp(0.0, 1.0);
+    let mut v = vec![[0.0; 3]; a.pixels.len()];
+    let sums = Pair::new(&a.pixels, &b.pixels, a.width as usize, a.height as usize).sums_vjp(0.0, 1.0, &mut v);
     (sums.ssim, v)
 }
 
@@ -110,8 +132,10 @@ impl<'a> Pair<'a> {
         [&self.a[y * self.row..(y + 1) * self.row], &self.b[y * self.row..(y + 1) * self.row]]
     }
 
+    /// Bands of equal heights, an even number of them, so that two threads finish together.
     fn band_rows(&self) -> usize {
-        MIN_BAND_ROWS.max(self.height.div_ceil(MAX_BANDS))
+        let bands = (self.height / BAND_ROWS).next_multiple_of(2).max(2);
+        MIN_BAND_ROWS.max(self.height.div_ceil(bands))
     }
 
     fn sums(&self) -> Sums {
@@ -126,10 +150,9 @@ impl<'a> Pair<'a> {
         self.total(&partial)
     }
 
-    /// The gradient is that of `weight_absolute · mean|a - b| + weight_ssim · SSIM`.
-    fn sums_vjp(&self, weight_absolute: f32, weight_ssim: f32) -> (Sums, Vec<[f32; 3]>) {
+    /// Every value of `v` is replaced, by the gradient of `weight_absolute · mean|a - b| + weight_ssim · SSIM`.
+    fn sums_vjp(&self, weight_absolute: f32, weight_ssim: f32, v: &mut [[f32; 3]]) -> Sums {
         let (arch, rows) = (Arch::new(), self.band_rows());
-        let mut v = vec![[0.0; 3]; self.a.len() / 3];
         let weights = [weight_absolute, weight_ssim].map(|w| w / self.a.len().max(1) as f32);
         let partial: Vec<Vec<[f64; 2]>> = v
             .as_flattened_mut()
@@ -140,7 +163,7 @@ impl<'a> Pair<'a> {
                 arch.dispatch(Band { pair: *self, rows, weights, v })
             })
             .collect();
-        (self.total(&partial), v)
+        self.total(&partial)
     }
 
     fn total(&self, partial: &[Vec<[f64; 2]>]) -> Sums {

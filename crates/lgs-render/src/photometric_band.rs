@@ -7,7 +7,7 @@
 use crate::cells::{Layout, Row, fill_margins, read_row, write_row};
 use crate::photometric::Pair;
 use crate::simd::{BLOCK, Lanes, V, splat};
-use crate::ssim::{compare_row, slope, window_row};
+use crate::ssim::{compare_cells, slope, window_row};
 use crate::window::{RADIUS, SPAN, STEP, Taps, taps, windowed};
 use pulp::{Simd, WithSimd};
 use std::cell::RefCell;
@@ -15,6 +15,9 @@ use std::ops::Range;
 
 /// Rows that the windows of the next step reach back to.
 const KEPT: usize = SPAN - STEP;
+
+/// Floats of a row whose differences are summed between two steps along a row: more than the cells of a step hold.
+const PIECE: usize = STEP * BLOCK;
 
 /// Some rows of a pair of images; dispatching it gives `[Σ |a - b|, Σ SSIM]` of each row.
 pub(crate) struct Band<'a> {
@@ -83,18 +86,21 @@ impl WithSimd for Band<'_> {
         // The rows of a step are `entering..entering + STEP`, possibly above or below the image.
         let mut step = Step { entering: self.rows.start as isize - 2 * STEP as isize };
         while step.entering - (behind as isize) < self.rows.end as isize {
-            self.enter(simd, &mut scratch, &step, &mut sums);
+            self.enter(&mut scratch, &step);
             let fills = step.entering < self.rows.start as isize;
-            if !fills {
+            let next = Step { entering: step.entering + STEP as isize };
+            if fills {
+                (0..STEP).for_each(|row| self.absolute(simd, &next, row, &mut sums));
+            } else {
                 means(simd, &taps, &mut scratch);
-                self.similarity(simd, &taps, &mut scratch, &step, &mut sums);
+                self.similarity(simd, &taps, &mut scratch, [&step, &next], &mut sums);
             }
             if fills || !with_gradient {
                 scratch.images.iter_mut().enumerate().for_each(|(cell, images)| keep(images, &scratch.entering, cell));
             } else {
                 self.gradient(simd, &taps, &mut scratch, &step);
             }
-            step.entering += STEP as isize;
+            step = next;
         }
         SCRATCH.set(scratch);
         sums
@@ -114,7 +120,7 @@ impl Step {
     }
 }
 
-impl Band<'_> {
+impl<'a> Band<'a> {
     /// Whether a row lies in the image, at most `margin` rows outside of the band.
     #[inline(always)]
     fn needs(&self, y: isize, margin: usize) -> bool {
@@ -122,34 +128,74 @@ impl Band<'_> {
         (first..self.pair.height.min(self.rows.end + margin) as isize).contains(&y)
     }
 
-    /// Reads the entering rows, and sums `|a - b|`.
+    /// A row of both images, if it lies in the image and is needed.
     #[inline(always)]
-    fn enter<S: Simd>(&self, simd: S, scratch: &mut Scratch, step: &Step, sums: &mut [[f64; 2]]) {
+    fn source(&self, y: isize) -> [Option<&'a [f32]>; 2] {
         let margin = if self.v.is_empty() { RADIUS } else { 2 * RADIUS };
+        if !self.needs(y, margin) {
+            return [None; 2];
+        }
+        let [a, b] = self.pair.rows(y as usize);
+        [Some(a), Some(b)]
+    }
+
+    /// Reads the entering rows.
+    #[inline(always)]
+    fn enter(&self, scratch: &mut Scratch, step: &Step) {
         for (row, entering) in scratch.entering.iter_mut().enumerate() {
-            let y = step.row(row, 0);
-            let rows = if self.needs(y, margin) { self.pair.rows(y as usize).map(Some) } else { [None; 2] };
-            read_row(&scratch.layout, rows[0], entering, 0);
-            read_row(&scratch.layout, rows[1], entering, 1);
-            if self.needs(y, 0) {
-                sums[y as usize - self.rows.start][0] = total(&absolute(simd, entering));
+            let [a, b] = self.source(step.row(row, 0));
+            read_row(&scratch.layout, a, entering, 0);
+            read_row(&scratch.layout, b, entering, 1);
+        }
+    }
+
+    /// Sums `|a - b|` of an entering row.
+    #[inline(always)]
+    fn absolute<S: Simd>(&self, simd: S, step: &Step, row: usize, sums: &mut [[f64; 2]]) {
+        let y = step.row(row, 0);
+        if self.needs(y, 0) {
+            let [a, b] = self.pair.rows(y as usize);
+            let mut sum = Lanes::ZERO;
+            for (a, b) in a.chunks(PIECE).zip(b.chunks(PIECE)) {
+                add_absolute(simd, a, b, &mut sum);
             }
+            sums[y as usize - self.rows.start][0] = total(&sum);
         }
     }
 
     /// Turns means into SSIM, which is summed, and into slopes, which are windowed along rows.
+    ///
+    /// Between the cells it sums `|a - b|` of the rows that enter next and clears those that will be written, so that both come from memory,
+    /// in order, while the arithmetic goes on.
     #[inline(always)]
-    fn similarity<S: Simd>(&self, simd: S, taps: &Taps<S>, scratch: &mut Scratch, step: &Step, sums: &mut [[f64; 2]]) {
+    fn similarity<S: Simd>(&mut self, simd: S, taps: &Taps<S>, scratch: &mut Scratch, [step, next]: [&Step; 2], sums: &mut [[f64; 2]]) {
         let Scratch { layout, means, slopes, windowed, inside, .. } = scratch;
         let margin = if self.v.is_empty() { 0 } else { RADIUS };
         for (row, (means, windowed)) in means.iter_mut().zip(windowed).enumerate() {
-            let y = step.row(row, RADIUS);
+            let (y, entering) = (step.row(row, RADIUS), next.row(row, 0));
             if !self.needs(y, margin) {
                 windowed.fill([Lanes::ZERO; 3]);
+                self.absolute(simd, next, row, sums);
                 continue;
             }
             fill_margins(means, layout.cells);
-            let ssim = compare_row(simd, taps, means, inside, slopes);
+            let [a, b] = self.source(entering).map(Option::unwrap_or_default);
+            let (mut a, mut b) = (a.chunks(PIECE), b.chunks(PIECE));
+            let written = usize::try_from(step.row(row, 2 * RADIUS) - self.rows.start as isize).unwrap_or(usize::MAX);
+            let mut written = self.v.chunks_mut(self.pair.row).nth(written).unwrap_or_default().chunks_mut(PIECE);
+            let (mut ssim, mut absolute) = (Lanes::ZERO, Lanes::ZERO);
+            for first in (0..inside.len()).step_by(STEP) {
+                compare_cells(simd, taps, (means, first), inside, slopes, &mut ssim);
+                if let (Some(a), Some(b)) = (a.next(), b.next()) {
+                    add_absolute(simd, a, b, &mut absolute);
+                }
+                if let Some(written) = written.next() {
+                    written.fill(0.0);
+                }
+            }
+            if self.needs(entering, 0) {
+                sums[entering as usize - self.rows.start][0] = total(&absolute);
+            }
             if self.needs(y, 0) {
                 sums[y as usize - self.rows.start][1] = total(&ssim);
             }
@@ -249,17 +295,20 @@ fn column<S: Simd, const PLANES: usize>(
     out
 }
 
-/// `Σ |a - b|` over cells.
+/// Adds `|a - b|`.
 #[inline(always)]
-fn absolute<S: Simd>(simd: S, row: &Row<2>) -> Lanes {
-    let mut out = Lanes::ZERO;
-    for [a, b] in row {
-        for index in 0..BLOCK / S::F32_LANES {
-            let difference = a.get(simd, index) - b.get(simd, index);
-            out.set(index, out.get(simd, index) + V { simd, value: simd.abs_f32s(difference.value) });
-        }
+fn add_absolute<S: Simd>(simd: S, a: &[f32], b: &[f32], sum: &mut Lanes) {
+    let ((a, a_rest), (b, b_rest)) = (S::as_simd_f32s(a), S::as_simd_f32s(b));
+    // Two sums in registers, so that an addition need not wait for the one before it.
+    let mut partial = [splat(simd, 0.0), sum.get(simd, 0)];
+    for (&a, &b) in a.iter().zip(b) {
+        partial.swap(0, 1);
+        partial[0] = partial[0] + V { simd, value: simd.abs_f32s(simd.sub_f32s(a, b)) };
     }
-    out
+    sum.set(0, partial[0] + partial[1]);
+    for (sum, (a, b)) in sum.0.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        *sum += (a - b).abs();
+    }
 }
 
 fn total(lanes: &Lanes) -> f64 {

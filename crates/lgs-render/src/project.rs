@@ -64,11 +64,11 @@ pub(crate) struct ProjectChunk<'a> {
     pub view: &'a View,
     /// Index of the first one.
     pub first: usize,
-    /// Zero on entry; what is invisible stays so.
+    /// What is invisible becomes zero.
     pub out: &'a mut [Projected],
     /// Projected centres, zero for what is behind the near plane.
     pub means2d: &'a mut [[f32; 2]],
-    /// Zero on entry; three standard deviations, pixels, rounded up.
+    /// Three standard deviations, pixels, rounded up; zero for what is invisible.
     pub radii: &'a mut [u32],
 }
 
@@ -85,6 +85,9 @@ impl WithSimd for ProjectChunk<'_> {
             for index in 0..BLOCK / S::F32_LANES {
                 project(simd, &inputs, self.view, index, self.splats.active_degree, &mut image);
             }
+            out.fill(Projected::default());
+            means2d.fill([0.0; 2]);
+            radii.fill(0);
             for lane in 0..out.len() {
                 let Some(mut g) = image.get(lane) else { continue };
                 means2d[lane] = g.mean;

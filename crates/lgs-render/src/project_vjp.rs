@@ -5,6 +5,7 @@ use crate::sh;
 use crate::splats::Splats;
 use crate::view::{Chain, TINY_QUATERNION, View};
 use lgs_core::linear::{Mat3, add, dot, mat_vec, scale, sub, transpose};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Sums over pixels of what blending sends back to one Gaussian.
 ///
@@ -28,7 +29,31 @@ impl ImageCotangent {
     }
 }
 
+/// An [`ImageCotangent`] that any thread may replace; no cell is written by two threads between two joins.
+#[derive(Debug, Default)]
+pub(crate) struct CotangentCell {
+    moments: [AtomicU32; 6],
+    color: [AtomicU32; 3],
+}
+
+impl CotangentCell {
+    #[inline(always)]
+    pub(crate) fn set(&self, v: &ImageCotangent) {
+        self.moments.iter().zip(v.moments).for_each(|(cell, v)| cell.store(v.to_bits(), Relaxed));
+        self.color.iter().zip(v.color).for_each(|(cell, v)| cell.store(v.to_bits(), Relaxed));
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self) -> ImageCotangent {
+        let mut out = ImageCotangent::default();
+        out.moments.iter_mut().zip(&self.moments).for_each(|(v, cell)| *v = f32::from_bits(cell.load(Relaxed)));
+        out.color.iter_mut().zip(&self.color).for_each(|(v, cell)| *v = f32::from_bits(cell.load(Relaxed)));
+        out
+    }
+}
+
 /// Cotangents of the parameters of one Gaussian, its SH coefficients excepted.
+#[derive(Default)]
 pub(crate) struct ParameterCotangent {
     pub mean: [f32; 3],
     pub rotation: [f32; 4],

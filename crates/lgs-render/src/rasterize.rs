@@ -2,11 +2,11 @@
 //!
 //! Deterministic for any number of threads: every parallel task writes its own output, and sums run in a fixed order.
 
-use crate::blend::{Blend, TileState};
+use crate::blend::{Blend, CountPairs, TileState};
 use crate::project::{ProjectChunk, Projected};
 use crate::splats::Splats;
 use crate::tile_list::TileList;
-use crate::tiles::{TILE, Tiling, tile};
+use crate::tiles::{TILE, Tiling};
 use crate::view::View;
 use lgs_core::{Camera, Image};
 use pulp::Arch;
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub(crate) const CHUNK: usize = 256;
 
 /// A rendered image, and what the backward pass needs of the forward one.
-#[derive(Clone, Debug)]
+#[derive(Debug, Default)]
 pub struct Rasterized {
     /// Width in pixels.
     pub width: u32,
@@ -63,10 +63,10 @@ impl Rasterized {
         depth
     }
 
-    /// Pairs of pixel and Gaussian that blending has to look at: for each pixel the Gaussians whose ellipse of alpha 1/255 reaches its tile
-    /// of 16×16 pixels, up to the one that stops the pixel. The arithmetic floor of blending is their number.
+    /// Pairs of pixel and Gaussian of the scene: for each pixel the Gaussians whose ellipse of alpha 1/255 reaches its tile of 16×16 pixels, up
+    /// to the one that stops the pixel. A rasterizer by tiles without further tests evaluates all of them.
     #[must_use]
-    pub fn pairs(&self) -> u64 {
+    pub fn listed_pairs(&self) -> u64 {
         let of_tile = |(tile, state): (usize, &TileState)| {
             let list = self.tile_list(tile);
             let length = list.members.len() as f32;
@@ -74,7 +74,63 @@ impl Rasterized {
                 .map(|y| state.stop.row(y)[..list.size[0]].iter().map(|stop| (stop + 1.0).min(length) as u64).sum::<u64>());
             rows.sum::<u64>()
         };
-        self.tiles.iter().enumerate().map(of_tile).sum()
+        self.tiles.par_iter().enumerate().map(of_tile).sum()
+    }
+
+    /// Pairs of pixel and Gaussian whose alpha the forward pass evaluates: of every tile that a Gaussian's ellipse of alpha 1/255 reaches,
+    /// the rows of pixels that it reaches and that still accept light.
+    #[must_use]
+    pub fn evaluated_pairs(&self) -> u64 {
+        let arch = Arch::new();
+        let of_tile = |(tile, state)| arch.dispatch(CountPairs { list: self.tile_list(tile), state });
+        self.tiles.par_iter().enumerate().map(of_tile).sum()
+    }
+
+    /// Replaces everything by what [`rasterize`] gives; allocates only what has to grow.
+    ///
+    /// # Panics
+    /// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than are stored.
+    pub fn update(&mut self, splats: &Splats, camera: &Camera, background: [f32; 3]) {
+        splats.assert_consistent();
+        let view = View::from(camera);
+        (self.width, self.height) = (camera.width, camera.height);
+        self.project(splats, &view);
+        self.tiling.update(&self.projected, view.size);
+        self.blend(background);
+    }
+
+    /// Projects every Gaussian.
+    fn project(&mut self, splats: &Splats, view: &View) {
+        let Self { projected, means2d, radii, .. } = self;
+        projected.resize(splats.len(), Projected::default());
+        means2d.resize(splats.len(), [0.0; 2]);
+        radii.resize(splats.len(), 0);
+        let arch = Arch::new();
+        let chunks = projected.par_chunks_mut(CHUNK).zip(means2d.par_chunks_mut(CHUNK)).zip(radii.par_chunks_mut(CHUNK)).enumerate();
+        chunks.for_each(|(chunk, ((out, means2d), radii))| {
+            arch.dispatch(ProjectChunk { splats, view, first: chunk * CHUNK, out, means2d, radii });
+        });
+    }
+
+    /// Blends every tile, each into its own part of the image.
+    fn blend(&mut self, background: [f32; 3]) {
+        let (arch, size) = (Arch::new(), self.size());
+        let Self { image, transmittance, projected, tiling, tiles, .. } = self;
+        image.resize(size[0] * size[1], [0.0; 3]);
+        transmittance.resize(size[0] * size[1], 0.0);
+        split_by_tile(image, size)
+            .into_par_iter()
+            .zip(split_by_tile(transmittance, size))
+            .enumerate()
+            .with_max_len(1)
+            .map(|(tile, (image, transmittance))| {
+                let blended = arch.dispatch(Blend { list: tile_list(projected, tiling, size, tile), channels: |g: &Projected| g.color });
+                for (y, (image, transmittance)) in image.into_iter().zip(transmittance).enumerate() {
+                    blended.write_row(y, background, image, transmittance);
+                }
+                blended.state
+            })
+            .collect_into_vec(tiles);
     }
 
     pub(crate) fn tile_list(&self, tile: usize) -> TileList<'_> {
@@ -86,60 +142,21 @@ impl Rasterized {
     }
 }
 
-/// Draws Gaussians over a background.
+/// Draws Gaussians over a background. [`Rasterized::update`] does the same in arrays that are there.
 ///
 /// # Panics
 /// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than are stored.
 #[must_use]
 pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rasterized {
-    splats.assert_consistent();
-    let view = View::from(camera);
-    let n = splats.len();
-    let (mut projected, mut means2d, mut radii) = (vec![Projected::default(); n], vec![[0.0; 2]; n], vec![0; n]);
-    project_all(splats, &view, &mut projected, &mut means2d, &mut radii);
-    let tiling = tile(&projected, view.size);
-    let (image, transmittance, tiles) = blend_image(&projected, &tiling, view.size, background);
-    Rasterized { width: camera.width, height: camera.height, image, transmittance, means2d, radii, projected, tiling, tiles }
-}
-
-/// Projects every Gaussian; what is invisible stays zero.
-fn project_all(splats: &Splats, view: &View, projected: &mut [Projected], means2d: &mut [[f32; 2]], radii: &mut [u32]) {
-    let arch = Arch::new();
-    let chunks = projected.par_chunks_mut(CHUNK).zip(means2d.par_chunks_mut(CHUNK)).zip(radii.par_chunks_mut(CHUNK)).enumerate();
-    chunks.for_each(|(chunk, ((out, means2d), radii))| {
-        arch.dispatch(ProjectChunk { splats, view, first: chunk * CHUNK, out, means2d, radii });
-    });
+    let mut out = Rasterized::default();
+    out.update(splats, camera, background);
+    out
 }
 
 fn tile_list<'a>(projected: &'a [Projected], tiling: &'a Tiling, [width, height]: [usize; 2], tile: usize) -> TileList<'a> {
     let origin = [tile % tiling.columns * TILE, tile / tiling.columns * TILE];
     let size = [TILE.min(width - origin[0]), TILE.min(height - origin[1])];
     TileList { projected, members: tiling.tile(tile), origin, size }
-}
-
-/// Blends every tile, each into its own part of the image.
-fn blend_image(
-    projected: &[Projected],
-    tiling: &Tiling,
-    size: [usize; 2],
-    background: [f32; 3],
-) -> (Vec<[f32; 3]>, Vec<f32>, Vec<TileState>) {
-    let (arch, pixels) = (Arch::new(), size[0] * size[1]);
-    let (mut image, mut transmittance) = (vec![[0.0; 3]; pixels], vec![0.0; pixels]);
-    let tiles = split_by_tile(&mut image, size)
-        .into_par_iter()
-        .zip(split_by_tile(&mut transmittance, size))
-        .enumerate()
-        .with_max_len(1)
-        .map(|(tile, (image, transmittance))| {
-            let blended = arch.dispatch(Blend { list: tile_list(projected, tiling, size, tile), channels: |g: &Projected| g.color });
-            for (y, (image, transmittance)) in image.into_iter().zip(transmittance).enumerate() {
-                blended.write_row(y, background, image, transmittance);
-            }
-            blended.state
-        })
-        .collect();
-    (image, transmittance, tiles)
 }
 
 /// The rows of every tile, tile by tile.

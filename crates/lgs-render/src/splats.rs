@@ -87,3 +87,16 @@ pub struct SplatGradients {
     /// By the projected centres, per pixel: the statistic that drives densification.
     pub means2d: Vec<[f32; 2]>,
 }
+
+impl SplatGradients {
+    /// Sets the lengths; values are left as they are.
+    pub(crate) fn resize(&mut self, splats: &Splats) {
+        let n = splats.len();
+        self.means.resize(n, [0.0; 3]);
+        self.rotations.resize(n, [0.0; 4]);
+        self.log_scales.resize(n, [0.0; 3]);
+        self.raw_opacities.resize(n, 0.0);
+        self.sh.resize(splats.sh.len(), 0.0);
+        self.means2d.resize(n, [0.0; 2]);
+    }
+}

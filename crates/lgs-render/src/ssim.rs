@@ -32,34 +32,40 @@ pub(crate) fn window_row<S: Simd>(simd: S, taps: &Taps<S>, row: &Row<3>, out: &m
         let reach = row[block * STEP..].first_chunk().expect("margins");
         for plane in 0..3 {
             for index in 0..BLOCK / S::F32_LANES {
-                for (out, mean) in out.iter_mut().zip(along(simd, taps, reach, plane, index)) {
-                    out[plane].set(index, mean);
+                let means = along(simd, taps, reach, plane, index);
+                for (i, out) in out.iter_mut().enumerate() {
+                    out[plane].set(index, means[i]);
                 }
             }
         }
     }
 }
 
-/// Windows means along a row; gives the sum of SSIM, and the slopes.
+/// Windows means along a row, `STEP` cells from `first` on; adds up SSIM, and gives the slopes.
 #[inline(always)]
-pub(crate) fn compare_row<S: Simd>(simd: S, taps: &Taps<S>, means: &Row<4>, inside: &[Lanes], slopes: &mut Row<3>) -> Lanes {
-    let mut ssim = Lanes::ZERO;
-    for (block, inside) in inside.as_chunks::<STEP>().0.iter().enumerate() {
-        let reach = means[block * STEP..].first_chunk().expect("margins");
-        let slopes: &mut [_; STEP] = slopes[RADIUS + block * STEP..].first_chunk_mut().expect("margins");
-        for index in 0..BLOCK / S::F32_LANES {
-            let (a, b) = (along(simd, taps, reach, 0, index), along(simd, taps, reach, 1, index));
-            let (squares, products) = (along(simd, taps, reach, 2, index), along(simd, taps, reach, 3, index));
-            for (i, slopes) in slopes.iter_mut().enumerate() {
-                let (s, by) = compare([a[i], b[i], squares[i], products[i]], inside[i].get(simd, index));
-                ssim.set(index, ssim.get(simd, index) + s);
-                slopes[0].set(index, by[0]);
-                slopes[1].set(index, by[1]);
-                slopes[2].set(index, by[2]);
-            }
+pub(crate) fn compare_cells<S: Simd>(
+    simd: S,
+    taps: &Taps<S>,
+    (means, first): (&Row<4>, usize),
+    inside: &[Lanes],
+    slopes: &mut Row<3>,
+    ssim: &mut Lanes,
+) {
+    let reach = means[first..].first_chunk().expect("margins");
+    let slopes: &mut [_; STEP] = slopes[RADIUS + first..].first_chunk_mut().expect("margins");
+    for index in 0..BLOCK / S::F32_LANES {
+        let (a, b) = (along(simd, taps, reach, 0, index), along(simd, taps, reach, 1, index));
+        let (squares, products) = (along(simd, taps, reach, 2, index), along(simd, taps, reach, 3, index));
+        let mut total = ssim.get(simd, index);
+        for (i, (slopes, inside)) in slopes.iter_mut().zip(&inside[first..]).enumerate() {
+            let (s, by) = compare([a[i], b[i], squares[i], products[i]], inside.get(simd, index));
+            total = total + s;
+            slopes[0].set(index, by[0]);
+            slopes[1].set(index, by[1]);
+            slopes[2].set(index, by[2]);
         }
+        ssim.set(index, total);
     }
-    ssim
 }
 
 /// SSIM from the windowed means of a, b, a² + b², ab, and its slopes by those of a, a² + b² and ab; zero where `inside` is.
@@ -73,7 +79,8 @@ fn compare<S: Simd>([a, b, squares, products]: [V<S>; 4], inside: V<S>) -> (V<S>
     let inverse = V { simd: a.simd, value: reciprocal(a.simd, (d1 * d2).value) } * inside;
     let s = n1 * n2 * inverse;
     // s / d1 and s / d2 without two more divisions.
-    let (by_d1, by_d2) = (s * d2 * inverse, s * d1 * inverse);
+    let by_both = s * inverse;
+    let (by_d1, by_d2) = (by_both * d2, by_both * d1);
     let by_mean = b.mul_add(inverse * (n2 - n1), a * (by_d2 - by_d1));
     (s, [by_mean + by_mean, -by_d2, (n1 + n1) * inverse])
 }

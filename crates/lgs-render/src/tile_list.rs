@@ -4,6 +4,7 @@
 //! varies between lanes. A batch is copied out of the scattered Gaussians at once, so that the misses overlap, and the rows of the tile
 //! that each ellipse reaches are found for a vector of Gaussians at a time.
 
+use crate::depth_order::Pair;
 use crate::extent::{MARGIN, SLACK};
 use crate::project::Projected;
 use crate::simd::{BLOCK, Lanes, V, splat};
@@ -42,8 +43,8 @@ impl Plane {
 #[derive(Clone, Copy)]
 pub(crate) struct TileList<'a> {
     pub projected: &'a [Projected],
-    /// Indices into `projected`.
-    pub members: &'a [u32],
+    /// Indices into `projected`, and numbers of the entries.
+    pub members: &'a [Pair],
     /// Top left corner, pixels.
     pub origin: [usize; 2],
     /// Columns and rows inside the image.
@@ -95,8 +96,8 @@ impl Batch {
     pub(crate) fn load<S: Simd>(&mut self, simd: S, list: &TileList, first: usize, channels: &impl Fn(&Projected) -> [f32; 3]) -> usize {
         let members = &list.members[first..list.members.len().min(first + BATCH)];
         let origin = [list.origin[0] as f32, list.origin[1] as f32];
-        for (j, &index) in members.iter().enumerate() {
-            let g = &list.projected[index as usize];
+        for (j, member) in members.iter().enumerate() {
+            let g = &list.projected[member.low() as usize];
             let (block, lane) = (j / BLOCK, j % BLOCK);
             self.mean[0][block].0[lane] = g.mean[0] - origin[0];
             self.mean[1][block].0[lane] = g.mean[1] - origin[1];

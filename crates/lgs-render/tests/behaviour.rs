@@ -4,7 +4,7 @@ use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
 use lgs_core::{Camera, GaussianCloud, stream};
 use lgs_render::tensor::SplatTensors;
-use lgs_render::{ALPHA_MAX, Rasterized, SplatGradients, Splats, photometric_vjp, rasterize, rasterize_vjp};
+use lgs_render::{ALPHA_MAX, PhotometricVjp, Rasterized, RasterizedVjp, SplatGradients, Splats, photometric_vjp, rasterize, rasterize_vjp};
 use rand::RngExt;
 
 const BACKGROUND: [f32; 3] = [0.2, 0.5, 0.8];
@@ -31,9 +31,14 @@ fn draw(cloud: &GaussianCloud, camera: &Camera) -> Rasterized {
     rasterize(&Splats::from(cloud), camera, BACKGROUND)
 }
 
-fn gradients(cloud: &GaussianCloud, camera: &Camera, drawn: &Rasterized) -> SplatGradients {
+/// Cotangents of image and transmittance.
+fn cotangents(camera: &Camera) -> (Vec<[f32; 3]>, Vec<f32>) {
     let v_image: Vec<[f32; 3]> = (0..camera.pixels()).map(|i| [0, 1, 2].map(|c| ((i * 7 + c) % 11) as f32 / 11.0 - 0.4)).collect();
-    let v_transmittance: Vec<f32> = (0..camera.pixels()).map(|i| (i % 5) as f32 / 5.0 - 0.5).collect();
+    (v_image, (0..camera.pixels()).map(|i| (i % 5) as f32 / 5.0 - 0.5).collect())
+}
+
+fn gradients(cloud: &GaussianCloud, camera: &Camera, drawn: &Rasterized) -> SplatGradients {
+    let (v_image, v_transmittance) = cotangents(camera);
     rasterize_vjp(&Splats::from(cloud), camera, BACKGROUND, drawn, &v_image, &v_transmittance)
 }
 
@@ -199,4 +204,33 @@ fn one_thread_and_many_give_the_same_bits() {
     };
     let one = run(1);
     assert!(one == run(2) && one == run(5));
+}
+
+#[test]
+fn arrays_of_an_earlier_call_do_not_change_a_result() {
+    let (mut drawn, mut pulled, mut loss) = (Rasterized::default(), RasterizedVjp::default(), PhotometricVjp::default());
+    for (count, width, height) in [(900, 150, 90), (30, 40, 170), (400, 97, 33)] {
+        let (cloud, camera) = (random_cloud(count, 6), camera(width, height));
+        let (v_image, v_transmittance) = cotangents(&camera);
+        let anew = draw(&cloud, &camera);
+        drawn.update(&Splats::from(&cloud), &camera, BACKGROUND);
+        pulled.update(&Splats::from(&cloud), &camera, BACKGROUND, &drawn, &v_image, &v_transmittance);
+        assert!(drawn.image == anew.image && drawn.transmittance == anew.transmittance);
+        assert!(drawn.radii == anew.radii && drawn.means2d == anew.means2d);
+        assert!(pulled.gradients == gradients(&cloud, &camera, &anew));
+
+        let target = vec![[0.4, 0.3, 0.6]; camera.pixels()];
+        let value = loss.update(&drawn.image, &target, width as usize, height as usize, 0.2);
+        assert!((value, loss.gradient.clone()) == photometric_vjp(&anew.image, &target, width as usize, height as usize, 0.2));
+    }
+}
+
+#[test]
+fn evaluated_pairs_are_a_part_of_those_of_the_tiles() {
+    let small = GaussianCloud::isotropic(vec![[0.0; 3]], 0.02, [0.5; 3], 0.9);
+    let drawn = draw(&small, &camera(64, 64));
+    assert!(drawn.evaluated_pairs() > 0 && drawn.evaluated_pairs() < drawn.listed_pairs());
+    let wide = GaussianCloud::isotropic(vec![[0.0; 3]], 40.0, [0.5; 3], 0.9);
+    let drawn = draw(&wide, &camera(37, 21));
+    assert_eq!((drawn.evaluated_pairs(), drawn.listed_pairs()), (37 * 21, 37 * 21));
 }

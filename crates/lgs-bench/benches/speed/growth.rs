@@ -3,9 +3,9 @@
 use crate::alignment::case;
 use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::Machine;
-use lgs_bench::median_secs;
 use lgs_bench::table::{Row, section};
-use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, rollout, rollout_vjp};
+use lgs_bench::{median_secs, medians_in_turns};
+use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, StateCotangents, Supports, rollout, rollout_vjp};
 
 pub(crate) const COUNTS: [usize; 3] = [5_000, 50_000, 500_000];
 
@@ -17,54 +17,65 @@ const STEPS: usize = 4;
 
 pub(crate) fn run(_: &Machine) {
     section("growth (5 k, 50 k, 500 k Gaussians)");
-    let cases = COUNTS.map(case);
-    let (mut aligned, mut pulled) = (Alignment::default(), AlignmentVjp::default());
-    print(
-        "alignment, forward",
-        [0, 1, 2].map(|i| {
-            let (position, candidate, supports) = &cases[i];
-            per_gaussian(COUNTS[i], || aligned.update(position, candidate, supports))
-        }),
-    );
-    print(
-        "alignment, backward",
-        [0, 1, 2].map(|i| {
-            let (position, candidate, supports) = &cases[i];
-            aligned.update(position, candidate, supports);
-            let v = points(COUNTS[i], 1.0, 3);
-            per_gaussian(COUNTS[i], || pulled.update(supports, &aligned, &v, &[]))
-        }),
-    );
+    let mut cases = COUNTS.map(Aligned::new);
+    print("alignment, forward", per_gaussian(cases.each_mut().map(|case| || case.forward())));
+    print("alignment, backward", per_gaussian(cases.each_mut().map(|case| || case.backward())));
     let system = system();
     let spec = RolloutSpec::new(0.01, STEPS);
-    let start = |n: usize| State::at_start(points(n, 1.0, 1), points(n, 1.0, 2));
+    let starts = COUNTS.map(|n| State::at_start(points(n, 1.0, 1), points(n, 1.0, 2)));
     print(
         &format!("rollout of {STEPS} steps, forward"),
-        COUNTS.map(|n| {
-            let start = start(n);
-            per_gaussian(n, || rollout(&system, &start, &spec))
-        }),
+        per_gaussian(starts.each_ref().map(|start| || drop(rollout(&system, start, &spec)))),
     );
-    print(
-        &format!("rollout of {STEPS} steps, forward + backward"),
-        COUNTS.map(|n| {
-            let (start, cotangents) = (start(n), cotangents(n, STEPS + 1));
-            per_gaussian(n, || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents))
-        }),
-    );
+    let pulled = starts.each_ref().map(|start| (start, cotangents(start.q.len(), STEPS + 1)));
+    let both = |start: &State, v: &[StateCotangents]| drop(rollout_vjp(&system, &spec, &rollout(&system, start, &spec), v));
+    print(&format!("rollout of {STEPS} steps, forward + backward"), per_gaussian(pulled.each_ref().map(|(start, v)| || both(start, v))));
 }
 
-/// Median seconds per Gaussian. A measurement repeats `run` for a tenth of a second at least: where other work takes the processor now and
-/// then, it does so within the measurements of every count, and not of the largest alone.
-pub(crate) fn per_gaussian<T>(n: usize, mut run: impl FnMut() -> T) -> f64 {
-    let runs = (0.1 / median_secs(1, &mut run)).ceil().max(1.0) as usize;
-    let repeated = || (0..runs).for_each(|_| drop(std::hint::black_box(run())));
-    median_secs(5, repeated) / (n * runs) as f64
+/// An alignment, its backward pass, and what goes into them.
+struct Aligned {
+    position: Vec<[f32; 3]>,
+    candidate: Vec<[f32; 3]>,
+    supports: Supports,
+    v: Vec<[f32; 3]>,
+    aligned: Alignment,
+    pulled: AlignmentVjp,
+}
+
+impl Aligned {
+    fn new(n: usize) -> Self {
+        let (position, candidate, supports) = case(n);
+        Self { position, candidate, supports, v: points(n, 1.0, 3), aligned: Alignment::default(), pulled: AlignmentVjp::default() }
+    }
+
+    fn forward(&mut self) {
+        self.aligned.update(&self.position, &self.candidate, &self.supports);
+    }
+
+    fn backward(&mut self) {
+        self.pulled.update(&self.supports, &self.aligned, &self.v, &[]);
+    }
+}
+
+/// Median seconds per Gaussian of the runs for each count, which take turns. A measurement repeats a run for a tenth of a second at least:
+/// where other work takes the processor now and then, it does so within the measurements of every count, and not of the largest alone.
+pub(crate) fn per_gaussian<F: FnMut()>(runs: [F; 3]) -> [f64; 3] {
+    let mut repeated = runs.map(|mut run| {
+        let times = (0.1 / median_secs(1, &mut run)).ceil().max(1.0) as usize;
+        (times, move || (0..times).for_each(|_| run()))
+    });
+    let times = repeated.each_ref().map(|(times, _)| *times);
+    let secs = medians_in_turns(5, repeated.each_mut().map(|(_, run)| run as &mut dyn FnMut()));
+    [0, 1, 2].map(|i| secs[i] / (COUNTS[i] * times[i]) as f64)
 }
 
 /// Prints the times per Gaussian of every count.
 pub(crate) fn print(name: &str, secs: [f64; 3]) {
     let spread = secs.iter().copied().fold(0.0, f64::max) / secs.iter().copied().fold(f64::INFINITY, f64::min);
-    let times = secs.map(|s| format!("{:.0}", s * 1e9)).join(", ");
-    Row::figure(name, format!("{times} ns")).with_ratio(format!("{spread:.2} × between them")).asked("≤ 1.25 ×", spread <= FLAT).print();
+    Row::figure(name, times(secs)).with_ratio(format!("{spread:.2} × between them")).asked("≤ 1.25 ×", spread <= FLAT).print();
+}
+
+/// Nanoseconds per Gaussian.
+pub(crate) fn times(secs: [f64; 3]) -> String {
+    format!("{} ns", secs.map(|s| format!("{:.0}", s * 1e9)).join(", "))
 }

@@ -4,6 +4,7 @@
 //! the machine's rates, measures, and prints its rows; `SECTIONS` lists them.
 
 mod alignment;
+mod deformation;
 mod dynamics;
 mod growth;
 mod loss;
@@ -23,13 +24,14 @@ static ALLOCATOR: Counting = Counting;
 type Section = fn(&Machine);
 
 /// Sections in the order of the report.
-const SECTIONS: [(&str, Section); 6] = [
+const SECTIONS: [(&str, Section); 7] = [
     ("dynamics", dynamics::run),
     ("alignment", alignment::run),
     ("growth", growth::run),
     ("second-core", second_core::run),
     ("rasterize", rasterize::run),
     ("loss", loss::run),
+    ("deformation", deformation::run),
 ];
 
 fn main() {

@@ -4,8 +4,9 @@ use crate::alignment::case;
 use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::{Machine, pool};
 use lgs_bench::table::{Row, section};
-use lgs_bench::{REPEATS, median_secs};
+use lgs_bench::{REPEATS, median_secs, medians_in_turns};
 use lgs_dynamics::{RolloutSpec, State, align, align_vjp, rollout, rollout_vjp};
+use rayon::ThreadPool;
 
 const PARTICLES: usize = 8192;
 const STEPS: usize = 15;
@@ -24,9 +25,13 @@ pub(crate) fn run(_: &Machine) {
     compare("alignment, backward", 1.8, || align_vjp(&supports, &aligned, &v, &[]));
 }
 
-/// Prints how much faster two threads are than one, side by side.
+/// Prints how much faster two threads are than one. They take turns, each for a tenth of a second: threads need a while to fall asleep, and
+/// until then they are in the way of the other pool's.
 pub(crate) fn compare<T: Send>(name: &str, asked: f64, run: impl Fn() -> T + Sync) {
-    let secs = [1, 2].map(|threads| pool(threads).install(|| median_secs(REPEATS, &run)));
+    let [one, two] = [pool(1), pool(2)];
+    let times = (0.1 / two.install(|| median_secs(1, &run))).ceil().max(1.0) as usize;
+    let on = |pool: &ThreadPool| pool.install(|| (0..times).for_each(|_| drop(std::hint::black_box(run()))));
+    let secs = medians_in_turns(REPEATS, [&mut || on(&one), &mut || on(&two)]).map(|secs| secs / times as f64);
     let gain = secs[0] / secs[1];
     Row::timed(format!("{name}, 2 threads"), secs[1])
         .with_ratio(format!("{gain:.2} × 1 thread"))

@@ -1,0 +1,90 @@
+//! The deformation network of DefGS, 8 layers of 256 units, at one time: forward, and forward with the gradient of every parameter.
+
+use crate::particles::points;
+use burn::tensor::{Device, Tensor, TensorData};
+use lgs_bench::machine::Machine;
+use lgs_bench::table::{Row, percent, section};
+use lgs_bench::{REPEATS, median_secs};
+use lgs_model::source::network::{DeformInput, deform, deform_kept, deform_vjp};
+use lgs_model::source::reference::{self, ReferenceInput};
+use lgs_model::source::{DELTAS, Deformation, DeformationConfig, InputFrame};
+
+/// Gaussians of a scene in training, early and late.
+const COUNTS: [usize; 2] = [4000, 20_000];
+
+const TIME: f32 = 0.4;
+
+pub(crate) fn run(machine: &Machine) {
+    let network = Deformation::init(DeformationConfig::paper(), InputFrame::IDENTITY, 1);
+    section(&format!("deformation network ({} layers of {} units)", network.config.depth, network.config.width));
+    let [forward, both] = operations(&network.config);
+    for count in COUNTS {
+        let case = Case::new(&network, count);
+        let name = |what: &str| format!("{count} Gaussians, {what}");
+        let secs = median_secs(REPEATS, || deform(case.input()));
+        share(&name("forward"), secs, forward * count as f64, machine);
+        let secs = median_secs(REPEATS, || case.both());
+        share(&name("forward + backward"), secs, both * count as f64, machine);
+        let measured = median_secs(5, || case.reference());
+        Row::timed(name("forward + backward in tensor operations"), measured)
+            .with_ratio(format!("{:.2} × the fused time", measured / secs))
+            .print();
+    }
+}
+
+/// Gaussians, and cotangents of their poses.
+struct Case<'a> {
+    network: &'a Deformation,
+    means: Vec<[f32; 3]>,
+    rotations: Vec<[f32; 4]>,
+    v_poses: Vec<[f32; DELTAS]>,
+}
+
+impl<'a> Case<'a> {
+    fn new(network: &'a Deformation, count: usize) -> Self {
+        let rotations = points(count, 1.0, 2).into_iter().map(|[x, y, z]| [2.0, x, y, z]).collect();
+        Self { network, means: points(count, 1.0, 1), rotations, v_poses: vec![[1.0; DELTAS]; count] }
+    }
+
+    fn input(&self) -> DeformInput<'_> {
+        let Deformation { config, frame, params } = self.network;
+        DeformInput { config, frame: *frame, params, means: &self.means, rotations: &self.rotations, time: TIME }
+    }
+
+    fn both(&self) -> Vec<f32> {
+        let (poses, kept) = deform_kept(self.input());
+        std::hint::black_box(poses);
+        deform_vjp(self.input(), &kept, &self.v_poses).params
+    }
+
+    /// The same by Burn's operations and its gradient.
+    fn reference(&self) {
+        let device = Device::flex().autodiff();
+        let (params, n) = (&self.network.params, self.means.len());
+        let params = Tensor::<1>::from_data(TensorData::new(params.clone(), [params.len()]), &device).require_grad();
+        let means = Tensor::<2>::from_data(TensorData::new(self.means.as_flattened().to_vec(), [n, 3]), &device);
+        let rotations = Tensor::<2>::from_data(TensorData::new(self.rotations.as_flattened().to_vec(), [n, 4]), &device);
+        let (config, frame) = (&self.network.config, self.network.frame);
+        let poses = reference::deform(ReferenceInput { config, frame, params, means, rotations, time: TIME });
+        std::hint::black_box(poses.sum().backward());
+    }
+}
+
+/// Multiplications and additions of the matrix products for one Gaussian: forward, and forward + backward. The columns of the time, which
+/// are the same for all Gaussians, are not counted, and the encoded position, which is a constant, has no gradient.
+fn operations(config: &DeformationConfig) -> [f64; 2] {
+    let layout = config.layout();
+    let readers = (0..layout.layers.len()).filter(|&i| config.reads_input(i)).count();
+    let all: usize = layout.layers.iter().chain([&layout.head]).map(|l| l.inputs * l.outputs).sum();
+    let forward = 2.0 * (all - readers * config.time_width() * config.width) as f64;
+    let constant = 2.0 * (readers * config.position_width() * config.width) as f64;
+    [forward, 3.0 * forward - constant]
+}
+
+fn share(name: &str, secs: f64, work: f64, machine: &Machine) {
+    let rate = work / secs;
+    Row::timed(name, secs)
+        .with_rate(format!("{:.1} GFLOP/s", rate * 1e-9))
+        .with_ratio(format!("{} of GEMM", percent(rate / machine.gemm.all)))
+        .print();
+}
