@@ -80,6 +80,7 @@ impl VelocityConfig {
             code_skip_layer: 2,
             depth: 2,
             width: 64,
+            time_frequencies: 1,
             max_time: 0.7,
             rotation: RotationForm::Fixed,
             ..Self::paper()
