@@ -58,7 +58,7 @@ pub(super) fn deform_with_codes(input: ReferenceInput<'_>, codes: Option<Tensor<
     let ReferenceInput { config, frame, params, means, rotations, time } = input;
     let mut input = vec![encoded_positions(config, frame, &means), time_features(config, &params, time, means.dims()[0])];
     input.extend(codes);
-    let raw = raw_rows(config, &params, Tensor::cat(input, 1)).mul_scalar(config.gain(time));
+    let raw = raw_rows(config, &params, &Tensor::cat(input, 1)).mul_scalar(config.gain(time));
     let length = rotations.clone().square().sum_dim(1).sqrt();
     let unit = rotations / length;
     let (a, s) = (columns(&raw, 0, 3), columns(&raw, 7, 3));
@@ -104,7 +104,7 @@ fn time_features(config: &DeformationConfig, params: &Tensor<1>, time: f32, n: u
 }
 
 /// Outputs `[n, DELTAS]` of the network before the gain.
-fn raw_rows(config: &DeformationConfig, params: &Tensor<1>, input: Tensor<2>) -> Tensor<2> {
+fn raw_rows(config: &DeformationConfig, params: &Tensor<1>, input: &Tensor<2>) -> Tensor<2> {
     let layout = config.layout();
     let mut hidden = input.clone();
     for (i, l) in layout.layers.iter().enumerate() {

@@ -3,6 +3,8 @@
 use lgs_model::source::{DeformationConfig, FreeGaveConfig, SourceKind, VelocityConfig};
 use serde::{Deserialize, Serialize};
 
+use super::hop::HopConfig;
+
 /// Which frames the static warm-up sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -129,37 +131,6 @@ pub struct GuideConfig {
 impl Default for GuideConfig {
     fn default() -> Self {
         SourceConfig::quick().guide
-    }
-}
-
-/// How FreeGave's velocity field is trained: between the time of the deformation and that of the image (§4.3).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HopConfig {
-    /// Time between the two, to either side, up to T* (paper: 1/60). Longer hops see more of a velocity's error.
-    pub length: f32,
-    /// Share of the iterations up to T* with a hop; the others train the deformation at the image's own time (paper: 1).
-    pub share: f32,
-    /// Longest step of the integration (paper: 0, a single step of any length).
-    pub longest_step: f32,
-    /// Whether Gaussians also turn on the way (paper: false).
-    pub turns: bool,
-    /// Weight of the mean squared difference between the mean velocity over a hop and that of the deformation, in which the deformation is
-    /// a constant (paper: 0, none). It shows the velocity field all of the window at once, where images show a frame.
-    pub agreement: f32,
-}
-
-impl HopConfig {
-    /// As published.
-    #[must_use]
-    pub fn paper() -> Self {
-        Self { length: 1.0 / 60.0, share: 1.0, longest_step: 0.0, turns: false, agreement: 0.0 }
-    }
-}
-
-impl Default for HopConfig {
-    fn default() -> Self {
-        Self::quick()
     }
 }
 
@@ -335,12 +306,7 @@ impl SourceConfig {
             (SourceKind::Freegave, Some(velocity), Some(hop)) => {
                 require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
                 FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
-                require(hop.length > 0.0 && hop.length.is_finite(), "hop.length", format_args!("{} is not a positive time", hop.length))?;
-                require((0.0..=1.0).contains(&hop.share), "hop.share", format_args!("{} is not in [0, 1]", hop.share))?;
-                let step = hop.longest_step;
-                require(step >= 0.0 && step.is_finite(), "hop.longest_step", format_args!("{step} is negative or not finite"))?;
-                let weight = hop.agreement;
-                require(weight >= 0.0 && weight.is_finite(), "hop.agreement", format_args!("{weight} is negative or not finite"))
+                hop.validate().map_err(|(field, reason)| (format!("hop.{field}"), reason))
             }
             _ => Err(("kind".to_owned(), "`velocity` and `hop` belong to the source `freegave`, and to no other".to_owned())),
         }

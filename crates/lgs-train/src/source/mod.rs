@@ -6,6 +6,7 @@
 mod config;
 mod densify;
 mod guide;
+mod hop;
 mod initial;
 mod motion;
 mod order;
@@ -17,8 +18,9 @@ mod stillness;
 mod trainer;
 
 pub(crate) use config::stretch_factor;
-pub use config::{DensifyConfig, GuideConfig, HopConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+pub use config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
 pub use densify::{Attributes, DensifyPlan, DensifyStatistics};
+pub use hop::HopConfig;
 pub use initial::initial_cloud;
 pub use schedule::log_linear;
 pub use trainer::{SourceTrainer, StepReport};

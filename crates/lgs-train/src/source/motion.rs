@@ -7,12 +7,11 @@ use lgs_core::{GaussianCloud, stream};
 use lgs_model::source::freegave::tensor::{HopSpec, carry};
 use lgs_model::source::freegave::{FreeGaveNetworks, Hop, Learns};
 use lgs_model::source::tensor::{DeformSpec, deform};
-use lgs_model::source::{
-    DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel, VelocityConfig,
-};
+use lgs_model::source::{DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel};
 use rand::RngExt;
 
-use super::config::{HopConfig, SourceConfig};
+use super::config::SourceConfig;
+use super::hop::{HopConfig, training_hop};
 use super::params::HostShapes;
 
 /// A frame's time, and when in training it is seen.
@@ -164,44 +163,42 @@ impl SourceMotion for Flow {
     }
 }
 
-/// The training step (§4.3): from a hop before or after the frame's time, or from T* for what lies beyond it.
-fn training_hop(velocity: &VelocityConfig, config: &HopConfig, at: Moment, seed: u64) -> Hop {
-    let longest_step = if config.longest_step > 0.0 { config.longest_step } else { f32::INFINITY };
-    let hop = |from| Hop { from, to: at.time, longest_step, turns: config.turns, learns: Learns::All };
-    if at.time > velocity.max_time {
-        return hop(velocity.max_time);
-    }
-    let mut random = stream(seed, "hop", at.iteration as u64);
-    let (back, made) = (random.random::<bool>(), random.random::<f32>() < config.share);
-    if at.time < config.length || !made {
-        return Hop::none(at.time);
-    }
-    let length = if back { -config.length } else { config.length };
-    hop((at.time - length).clamp(0.0, velocity.max_time))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn hops(config: &HopConfig, time: f32) -> Vec<Hop> {
-        let velocity = VelocityConfig { max_time: 0.7, ..VelocityConfig::paper() };
-        (0..50).map(|iteration| training_hop(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3)).collect()
-    }
+    use crate::adam::{AdamGroup, values};
+    use burn::tensor::Device;
+    use lgs_model::source::{HeadInit, VelocityConfig};
 
     #[test]
-    fn hops_go_both_ways_inside_the_deformations_time_and_one_way_beyond() {
-        let paper = HopConfig::paper();
-        let h = paper.length;
-        let near = |a: f32, b: f32| (a - b).abs() < 1e-6;
-        let inside = hops(&paper, 0.3);
-        assert!(inside.iter().all(|hop| near(hop.from, 0.3 - h) || near(hop.from, 0.3 + h)));
-        assert!(inside.iter().any(|hop| hop.from < 0.3) && inside.iter().any(|hop| hop.from > 0.3));
-        assert!(hops(&paper, 0.7).iter().all(|hop| near(hop.from, 0.7) || near(hop.from, 0.7 - h)), "clipped at T*");
-        assert!(hops(&paper, 0.74).iter().all(|hop| hop.from == 0.7 && hop.to == 0.74 && hop.longest_step.is_infinite()));
-        assert!(hops(&paper, 0.5 * h).iter().all(|hop| *hop == Hop::none(0.5 * h)));
-        let some = HopConfig { share: 0.5, ..paper };
-        let still = hops(&some, 0.3).iter().filter(|hop| hop.from == hop.to).count();
-        assert!((10..40).contains(&still), "{still}");
+    fn agreement_leads_the_velocity_field_to_the_deformation_and_not_the_reverse() {
+        let deformation = DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
+        let config = Arc::new(FreeGaveConfig { deformation, velocity: VelocityConfig::quick() });
+        let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.75, seed: 1 };
+        let flow = Flow { config: Arc::clone(&config), hop: HopConfig::quick(), captured };
+        let wave = |i: usize, f: f32| (i as f32 * f).sin();
+        let means: Vec<[f32; 3]> = (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
+        let rotations = vec![[1.0, 0.0, 0.0, 0.0]; means.len()];
+        let canonical = HostShapes { log_scales: vec![[0.0; 3]; means.len()], means, rotations };
+        let params = flow.init(7);
+        let mut network = AdamGroup::new(params.clone(), [params.len()], &Device::flex());
+        let at = |iteration| Moment { time: 0.3, iteration, window_end: 0.75 };
+        assert!(flow.prior(&network.leaf(), &canonical, Moment { window_end: 0.05, ..at(0) }).is_none(), "no room for a hop");
+        let (mut first, mut last) = (0.0, 0.0);
+        for iteration in 0..200 {
+            let leaf = network.leaf();
+            let loss = flow.prior(&leaf, &canonical, at(iteration)).expect("a weight");
+            let value = values(&loss)[0];
+            if iteration < 20 {
+                first += value;
+            } else if iteration >= 180 {
+                last += value;
+            }
+            let mut gradients = loss.backward();
+            network.step(3e-3, leaf.grad_remove(&mut gradients));
+        }
+        assert!(last < 0.5 * first, "{first} {last}");
+        let own = config.deformation.layout().len;
+        assert_eq!(network.values()[..own], params[..own], "the deformation is a constant");
     }
 }

@@ -3,7 +3,8 @@
 
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
-use super::config::{DensifyConfig, GuideConfig, HopConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+use super::config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+use super::hop::HopConfig;
 use crate::config::Preset;
 
 impl SourceConfig {
@@ -150,14 +151,6 @@ impl SourceConfig {
             hop: Some(HopConfig::quick()),
             ..Self::quick()
         }
-    }
-}
-
-impl HopConfig {
-    /// Hops that are long enough for small images to show a wrong velocity.
-    #[must_use]
-    pub fn quick() -> Self {
-        Self { length: 0.1, share: 0.0, longest_step: 0.05, turns: true, agreement: 3.0 }
     }
 }
 

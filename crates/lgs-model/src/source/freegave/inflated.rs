@@ -52,9 +52,9 @@ fn eigen(mut m: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
             for row in &mut m {
                 (row[p], row[q]) = (cos * row[p] - sin * row[q], sin * row[p] + cos * row[q]);
             }
-            for c in 0..3 {
-                (m[p][c], m[q][c]) = (cos * m[p][c] - sin * m[q][c], sin * m[p][c] + cos * m[q][c]);
-            }
+            let (upper, lower) = (m[p], m[q]);
+            m[p] = std::array::from_fn(|c| cos * upper[c] - sin * lower[c]);
+            m[q] = std::array::from_fn(|c| sin * upper[c] + cos * lower[c]);
             for row in &mut vectors {
                 (row[p], row[q]) = (cos * row[p] - sin * row[q], sin * row[p] + cos * row[q]);
             }

@@ -4,6 +4,7 @@
 //! twist that moves this Gaussian ([`twist`]). The networks run as one fused operation on slices ([`network`]), which [`tensor`] makes
 //! differentiable inside Burn; [`mod@reference`] is its twin in plain tensor operations.
 
+mod call;
 mod config;
 mod file;
 mod inflated;

@@ -1,0 +1,104 @@
+//! The step between the time of FreeGave's deformation and that of an image, through which its velocity field is trained (§4.3).
+
+use lgs_core::stream;
+use lgs_model::source::VelocityConfig;
+use lgs_model::source::freegave::{Hop, Learns};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+use super::motion::Moment;
+
+/// How FreeGave's velocity field is trained: between the time of the deformation and that of the image (§4.3).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HopConfig {
+    /// Time between the two, to either side, up to T* (paper: 1/60). Longer hops see more of a velocity's error.
+    pub length: f32,
+    /// Share of the iterations up to T* with a hop; the others train the deformation at the image's own time (paper: 1).
+    pub share: f32,
+    /// Longest step of the integration (paper: 0, a single step of any length).
+    pub longest_step: f32,
+    /// Whether Gaussians also turn on the way (paper: false).
+    pub turns: bool,
+    /// Weight of the mean squared difference between the mean velocity over a hop and that of the deformation, in which the deformation is
+    /// a constant (paper: 0, none). It shows the velocity field all of the window at once, where images show a frame.
+    pub agreement: f32,
+}
+
+impl HopConfig {
+    /// Images alone show velocities where the deformation has ended; before, its agreement with the velocity field does.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self { length: 0.1, share: 0.0, longest_step: 0.05, turns: true, agreement: 3.0 }
+    }
+
+    /// As published.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { length: 1.0 / 60.0, share: 1.0, longest_step: 0.0, turns: false, agreement: 0.0 }
+    }
+
+    /// What is wrong with the values, as (field, reason).
+    pub(super) fn validate(&self) -> Result<(), (String, String)> {
+        let refuse = |field: &str, reason: String| Err((field.to_owned(), reason));
+        let Self { length, share, longest_step, agreement, .. } = *self;
+        if !(length > 0.0 && length.is_finite()) {
+            return refuse("length", format!("{length} is not a positive time"));
+        }
+        if !(0.0..=1.0).contains(&share) {
+            return refuse("share", format!("{share} is not in [0, 1]"));
+        }
+        match [("longest_step", longest_step), ("agreement", agreement)].into_iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
+            Some((field, value)) => refuse(field, format!("{value} is negative or not finite")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Default for HopConfig {
+    fn default() -> Self {
+        Self::quick()
+    }
+}
+
+/// The training step (§4.3): from a hop before or after the frame's time, or from T* for what lies beyond it.
+pub(super) fn training_hop(velocity: &VelocityConfig, config: &HopConfig, at: Moment, seed: u64) -> Hop {
+    let longest_step = if config.longest_step > 0.0 { config.longest_step } else { f32::INFINITY };
+    let hop = |from| Hop { from, to: at.time, longest_step, turns: config.turns, learns: Learns::All };
+    if at.time > velocity.max_time {
+        return hop(velocity.max_time);
+    }
+    let mut random = stream(seed, "hop", at.iteration as u64);
+    let (back, made) = (random.random::<bool>(), random.random::<f32>() < config.share);
+    if at.time < config.length || !made {
+        return Hop::none(at.time);
+    }
+    let length = if back { -config.length } else { config.length };
+    hop((at.time - length).clamp(0.0, velocity.max_time))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hops(config: &HopConfig, time: f32) -> Vec<Hop> {
+        let velocity = VelocityConfig { max_time: 0.7, ..VelocityConfig::paper() };
+        (0..50).map(|iteration| training_hop(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3)).collect()
+    }
+
+    #[test]
+    fn hops_go_both_ways_inside_the_deformations_time_and_one_way_beyond() {
+        let paper = HopConfig::paper();
+        let h = paper.length;
+        let near = |a: f32, b: f32| (a - b).abs() < 1e-6;
+        let inside = hops(&paper, 0.3);
+        assert!(inside.iter().all(|hop| near(hop.from, 0.3 - h) || near(hop.from, 0.3 + h)));
+        assert!(inside.iter().any(|hop| hop.from < 0.3) && inside.iter().any(|hop| hop.from > 0.3));
+        assert!(hops(&paper, 0.7).iter().all(|hop| near(hop.from, 0.7) || near(hop.from, 0.7 - h)), "clipped at T*");
+        assert!(hops(&paper, 0.74).iter().all(|hop| hop.from == 0.7 && hop.to == 0.74 && hop.longest_step.is_infinite()));
+        assert!(hops(&paper, 0.5 * h).iter().all(|hop| *hop == Hop::none(0.5 * h)));
+        let some = HopConfig { share: 0.5, ..paper };
+        let still = hops(&some, 0.3).iter().filter(|hop| hop.from == hop.to).count();
+        assert!((10..40).contains(&still), "{still}");
+    }
+}
