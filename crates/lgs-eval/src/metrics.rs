@@ -132,9 +132,9 @@ pub struct Physics {
 /// Learned potentials against true ones: the errors of the worst object, and every object whose law has a potential.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PotentialAgainstTruth {
-    /// Length of the mean −∇U at visited states over g, minus 1, where gravity is uniform.
+    /// Length of the mean −∇U at visited states over that of the true field, minus 1, where that is uniform (gravity).
     pub magnitude_error: Option<f64>,
-    /// Angle between the mean −∇U and gravity, degrees.
+    /// Angle between the mean −∇U and the true field, degrees.
     pub direction_error_degrees: Option<f64>,
     /// Curvature of U across the directions of motion over ω², minus 1, for springs and uniform rotations.
     pub curvature_error: Option<f64>,
@@ -147,17 +147,17 @@ pub struct PotentialAgainstTruth {
 pub struct ObjectPotential {
     /// Label of the true object.
     pub object: i32,
-    /// Mean ∇U at visited states, world units per squared unit of time, where gravity is uniform.
+    /// Mean ∇U at visited states, world units per squared unit of time, where the true field is uniform.
     pub gradient: Option<[f64; 3]>,
-    /// Its length over g, minus 1.
+    /// Its length over the true field's, minus 1.
     pub magnitude_error: Option<f64>,
-    /// Its angle to gravity, degrees.
+    /// Its angle to the true field, degrees.
     pub direction_error_degrees: Option<f64>,
     /// Mean curvature of U across the directions of motion, per squared unit of time, where the law is harmonic.
     pub curvature: Option<f64>,
     /// The same over ω², minus 1.
     pub curvature_error: Option<f64>,
-    /// Error of the whole acceleration −∇U + Q, relative, as a magnitude: small where the motion is right whatever the split into U and Q.
+    /// Error of the curvature if all of the acceleration −∇U + Q is counted: small where the motion is right whatever the split into U and Q.
     pub net_error: Option<f64>,
 }
 

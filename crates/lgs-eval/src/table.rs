@@ -77,8 +77,8 @@ pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     if let Some(potential) = &physics.potential {
         let angle = potential.direction_error_degrees.map(|d| format!("{d:.2}°"));
         rows.extend([
-            ("mean −∇U against g".to_owned(), potential.magnitude_error.map(|e| format!("{:+.2} %", 100.0 * e))),
-            ("direction of −∇U against gravity".to_owned(), angle),
+            ("size of −∇U against the true".to_owned(), potential.magnitude_error.map(|e| format!("{:+.2} %", 100.0 * e))),
+            ("direction of −∇U against the true".to_owned(), angle),
             ("curvature of U against ω²".to_owned(), potential.curvature_error.map(|e| format!("{:+.2} %", 100.0 * e))),
         ]);
     }

@@ -33,6 +33,12 @@ impl Axis {
         self
     }
 
+    /// The same without numbers.
+    pub(crate) fn unnumbered(mut self) -> Self {
+        self.ticks.clear();
+        self
+    }
+
     /// Where its numbers stand.
     pub(crate) fn ticks(&self) -> &[f64] {
         &self.ticks
@@ -43,14 +49,21 @@ impl Axis {
         Self { low: range.start, high: range.end, ticks: ticks.to_vec(), digits, logarithmic: true, label: label.to_owned() }
     }
 
-    /// A logarithmic axis with labels at 1, 2 and 5 times powers of ten.
+    /// A logarithmic axis with labels at powers of ten, and between them where there is room.
     pub(crate) fn decades(range: Range<f64>, label: &str) -> Self {
         let exponents = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
         let wide = range.end > 100.0 * range.start;
-        let factors: &[f64] = if wide { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let narrow = range.end < 10.0 * range.start;
+        let factors: &[f64] = if wide {
+            &[1.0]
+        } else if narrow {
+            &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0]
+        } else {
+            &[1.0, 2.0, 5.0]
+        };
         let all = exponents.flat_map(|e| factors.iter().map(move |f| f * 10.0_f64.powi(e)));
         let ticks: Vec<f64> = all.filter(|t| (range.start * 0.999..=range.end * 1.001).contains(t)).collect();
-        let digits = ticks.first().map_or(1, |t| (-t.log10().floor()).max(0.0) as usize);
+        let digits = ticks.first().map_or(1, |t| (1.0 - t.log10().floor()).max(0.0) as usize);
         Self { low: range.start, high: range.end, ticks, digits, logarithmic: true, label: label.to_owned() }
     }
 
@@ -87,7 +100,7 @@ fn needed_digits(value: f64, most: usize) -> usize {
 /// 1, 2 or 5 times a power of ten, not below `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10.0_f64.powf(step.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|f| f * power).into_iter().find(|&s| s >= step * 0.999).unwrap_or(10.0 * power)
+    [1.0, 2.0, 5.0, 10.0].map(|f| f * power).into_iter().find(|&s| s >= step * 0.7).unwrap_or(10.0 * power)
 }
 
 /// The range of values, with a part of its width added on both sides.
@@ -131,7 +144,7 @@ mod tests {
         let axis = Axis::linear(-0.75..2.25, 6, "time");
         assert_eq!(axis.ticks, [-0.5, 0.0, 0.5, 1.0, 1.5, 2.0]);
         assert_eq!(axis.written(-0.5), "−0.5");
-        assert_eq!(Axis::linear(12.3..47.0, 5, "dB").ticks, [20.0, 30.0, 40.0]);
+        assert_eq!(Axis::linear(12.3..47.0, 5, "dB").ticks, [15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0]);
         assert_eq!(Axis::linear(3.0..3.0, 5, "flat").range(), 2.5..3.5);
         assert_eq!(number(-0.001, 1), "0.0");
     }
@@ -142,5 +155,6 @@ mod tests {
         assert!((axis.fraction(0.5) - 0.25).abs() < 1e-12 && (axis.fraction(1.0) - 0.5).abs() < 1e-12);
         assert_eq!([0.25, 0.5, 1.0].map(|v| axis.written(v)), ["0.25", "0.5", "1"]);
         assert_eq!(Axis::decades(0.3..6.0, "s").ticks, [0.5, 1.0, 2.0, 5.0]);
+        assert_eq!(Axis::decades(0.02..3.0, "s").ticks, [0.1, 1.0]);
     }
 }

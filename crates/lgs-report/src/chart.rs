@@ -150,7 +150,7 @@ pub(crate) fn arrow<B: DrawingBackend>(area: &Area<B>, [from, to]: [[f64; 2]; 2]
     if !length.is_finite() || length < 2.0 {
         return Ok(());
     }
-    let head = (3.5 * width).clamp(2.5, 0.6 * length.max(5.0));
+    let head = (4.0 + width).min(0.7 * length);
     let (ux, uy) = (dx / length, dy / length);
     let neck = [to[0] - head * ux, to[1] - head * uy];
     let side = |s: f64| canvas([neck[0] - s * 0.5 * head * uy, neck[1] + s * 0.5 * head * ux]);

@@ -9,7 +9,7 @@ const SHAPE: f64 = 1e-3;
 const UPRIGHT: f64 = 0.5;
 
 /// Components of a direction below which it is written without them.
-const SMALL: f64 = 0.06;
+const SMALL: f64 = 0.1;
 
 /// A plane with two orthonormal directions, world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,9 +62,9 @@ impl Plane {
         std::array::from_fn(|c| (self.origin[c] + at[0] * self.right[c] + at[1] * self.up[c]) as f32)
     }
 
-    /// Both directions as axis labels, such as `0.94 x − 0.33 y`.
+    /// Both directions as axis labels in world units, such as `0.94 x − 0.33 y`.
     pub(crate) fn labels(&self) -> [String; 2] {
-        [self.right, self.up].map(|d| format!("{} (world units)", written(d)))
+        [self.right, self.up].map(written)
     }
 }
 
@@ -161,7 +161,7 @@ mod tests {
         let fall = |x: f32| (0..10).map(|i| [x, 0.1 * x, -0.1 * i as f32]).collect::<Vec<_>>();
         let plane = Plane::of_motion(&[fall(0.0), fall(0.5)]);
         assert!(plane.up[2] > 0.999, "{plane:?}");
-        assert_eq!(plane.labels()[1], "z (world units)");
+        assert_eq!(plane.labels()[1], "z");
         let still = Plane::of_motion(&[]);
         assert!((dot(still.right, still.right) - 1.0).abs() < 1e-9);
     }

@@ -1,9 +1,9 @@
-//! Thick lines on a bitmap, segment by segment.
+//! Thick lines on a bitmap, segment by segment, and letters where the SVG has them.
 //!
 //! plotters turns a thick path into one polygon, which it fills by the even-odd rule: a path that crosses itself gets holes there. Drawn one by
 //! one, with a disc at every joint, segments have none.
 
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind};
+use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform};
 
 /// A backend whose thick paths are drawn in segments.
 pub(crate) struct Stroked<B>(pub(crate) B);
@@ -58,6 +58,15 @@ impl<B: DrawingBackend> DrawingBackend for Stroked<B> {
     }
 
     fn draw_text<T: BackendTextStyle>(&mut self, text: &str, style: &T, at: BackendCoord) -> Done<B> {
-        self.0.draw_text(text, style, at)
+        /// The bitmap's letters stand higher than the SVG's by this part of a line's height, whatever they are aligned by.
+        const LOWER: f64 = 0.11;
+        let shift = (LOWER * style.size()).round() as i32;
+        let (dx, dy) = match style.transform() {
+            FontTransform::None => (0, shift),
+            FontTransform::Rotate90 => (-shift, 0),
+            FontTransform::Rotate180 => (0, -shift),
+            FontTransform::Rotate270 => (shift, 0),
+        };
+        self.0.draw_text(text, style, (at.0 + dx, at.1 + dy))
     }
 }

@@ -1,7 +1,7 @@
-//! The learned potential against the true one: −∇U against gravity, and the curvature of U against ω².
+//! The learned potential against the true one: −∇U against a uniform field, and the curvature of U against ω².
 //!
 //! Both are taken over the states that moving Gaussians visit in the captured window, at α = β = γ = 1. What acts besides the potential is not
-//! counted: a law that puts part of the acceleration into Q is off here even if its motion is right (G42), and `net_…` says so.
+//! counted: a law that puts part of the acceleration into Q is off here even if its motion is right (G42); for harmonic laws `net_error` says so.
 //! The constants of the truth are those of `scene.json`.
 
 use std::collections::BTreeMap;
@@ -45,7 +45,10 @@ impl TrueForce {
             values.try_into().ok()
         };
         match law["law"].as_str()? {
-            "uniform gravity" => Some(Self::Uniform([0.0, 0.0, -law["g"].as_f64()?])),
+            "uniform gravity" => {
+                let g = [0.0, 0.0, -law["g"].as_f64()?];
+                Some(Self::Uniform(falling(g, vector("spin").unwrap_or_default(), vector("velocity").unwrap_or_default())?))
+            }
             "uniform rotation" => {
                 let axis = vector("axis")?;
                 let helper = if axis[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
@@ -72,6 +75,15 @@ impl TrueForce {
             }
         }
     }
+}
+
+/// The conservative part of a fall with a spin ω about the vertical and a velocity v₀ at t = 0; nothing for other axes.
+///
+/// A point's acceleration is `g + ω × (ω × r)` with r from the moving centre, which is no function of the position. With the point's own velocity
+/// `v = v₀ + g t + ω × r` it is `(g − ω × v₀) + ω × v`, a uniform field and a gyroscopic force: the only form that U(q) and Q(q, v) can take.
+fn falling(g: [f64; 3], spin: [f64; 3], velocity: [f64; 3]) -> Option<[f64; 3]> {
+    let turn = cross(spin, velocity);
+    (norm(cross(spin, g)) <= 1e-9 * norm(spin) * norm(g)).then(|| std::array::from_fn(|c| g[c] - turn[c]))
 }
 
 /// The true label of each object of a scene: that of most true points nearest to its Gaussians at t = 0; nothing for what stands still.
@@ -124,11 +136,10 @@ fn against(object: &ObjectModel, force: &TrueForce, states: &[SceneState]) -> Ob
     let mut found = ObjectPotential::default();
     match force {
         TrueForce::Uniform(g) => {
-            let (mean, net) = (mean_of(&visited.conservative), mean_of(&visited.net));
+            let mean = mean_of(&visited.conservative);
             found.gradient = Some(mean.map(|v| -v));
             found.magnitude_error = finite(norm(mean) / norm(*g) - 1.0);
             found.direction_error_degrees = finite(angle(mean, *g));
-            found.net_error = finite(norm(std::array::from_fn(|c| net[c] - g[c])) / norm(*g));
         }
         TrueForce::Harmonic { curvature, directions, .. } => {
             let of = |accelerations: &[[f64; 3]]| curvatures(&visited.positions, accelerations, directions);
@@ -231,6 +242,10 @@ mod tests {
     fn laws_with_a_potential_give_their_force() {
         let fall = TrueForce::of_law(&json!({"law": "uniform gravity", "g": 0.9})).expect("gravity");
         assert_eq!(fall.at([3.0, 2.0, 1.0]), [0.0, 0.0, -0.9]);
+        let throw = json!({"law": "uniform gravity", "g": 1.0, "spin": [0.0, 0.0, 2.0], "velocity": [0.5, 0.0, 3.0]});
+        assert_eq!(TrueForce::of_law(&throw), Some(TrueForce::Uniform([0.0, -1.0, -1.0])));
+        let tumble = json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0; 3]});
+        assert_eq!(TrueForce::of_law(&tumble), None, "no potential of the position alone");
         let fan = json!({"law": "uniform rotation", "center": [0.0, 0.0, 1.0], "axis": [0.0, 0.0, 1.0], "omega": 2.0});
         let force = TrueForce::of_law(&fan).expect("rotation").at([0.5, -0.25, 7.0]);
         assert!(norm(std::array::from_fn(|c| force[c] - [-2.0, 1.0, 0.0][c])) < 1e-12, "{force:?}");

@@ -13,6 +13,9 @@ use crate::style::{LAGRANGIAN, TRUTH, line};
 const SIZE: [f64; 2] = [620.0, 400.0];
 const FRAME: Frame = Frame { at: [66.0, 44.0], size: [540.0, 306.0] };
 
+/// Pieces of a power law, straight only where both axes are logarithmic.
+const CURVE: usize = 60;
+
 /// Room beyond the first and the last scale, as a factor.
 const MARGIN: f64 = 1.15;
 
@@ -33,7 +36,11 @@ pub(crate) fn figure(physics: &Physics) -> Result<Option<Figure>, ReportError> {
     let center = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0.ln() / n, sum.1 + p.1.ln() / n));
     let (Some(x), Some(y)) = (padded(points.iter().map(|p| p.0), 0.0), padded(points.iter().map(|p| p.1), 0.0)) else { return Ok(None) };
     let ends = [x.start / MARGIN, x.end * MARGIN];
-    let power = |exponent: f64| ends.map(|b| (b, (center.1 + exponent * (b.ln() - center.0)).exp())).to_vec();
+    let between = |part: f64| ends[0] * (ends[1] / ends[0]).powf(part);
+    let power = |exponent: f64| -> Vec<(f64, f64)> {
+        let at = |b: f64| (b, (center.1 + exponent * (b.ln() - center.0)).exp());
+        (0..=CURVE).map(|i| at(between(i as f64 / CURVE as f64))).collect()
+    };
     let scales: Vec<f64> = points.iter().map(|p| p.0).collect();
     let axes = [
         Axis::logarithmic(ends[0]..ends[1], &scales, 2, "scale of the potential β"),

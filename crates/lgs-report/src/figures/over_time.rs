@@ -67,7 +67,7 @@ pub(crate) fn position_error(paths: &Paths) -> Result<Option<Figure>, ReportErro
     let of = |tracks: &Tracks, colour| Line { colour, points: distances(tracks, truth), dotted: false };
     let mut lines: Vec<Line> = paths.source.iter().map(|tracks| of(tracks, SOURCE)).collect();
     lines.push(of(&paths.lagrangian, LAGRANGIAN));
-    let caption = "Mean distance of the followed particles to where the truth has them; shaded: the captured window.";
+    let caption = "Mean distance of the followed particles to where the truth has them, matched at t = 0; shaded: the captured window.";
     let axis = |values: Option<Range<f64>>| values.map(|v| Axis::decades(v.start.max(1e-5)..v.end.max(2e-5), "distance (world units)"));
     chart("position-error", caption, lines, (Vec::new(), paths.window), axis)
 }
@@ -119,7 +119,8 @@ fn mean_by_time(frames: &[FrameMetrics], pick: impl Fn(&FrameMetrics) -> Option<
 /// Mean distance over particles at every time that both know.
 fn distances(tracks: &Tracks, truth: &Tracks) -> Vec<(f64, f64)> {
     let at = |row: usize| {
-        let (before, weight) = place(&truth.times, tracks.times[row])?;
+        // At the start both agree by construction.
+        let (before, weight) = place(&truth.times, tracks.times[row]).filter(|_| tracks.times[row].abs() > 1e-6)?;
         let particles = tracks.positions.iter().zip(&truth.positions);
         let sum: f64 = particles
             .map(|(own, real)| {

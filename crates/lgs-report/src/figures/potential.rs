@@ -76,7 +76,7 @@ pub(crate) fn figure(scene: &LagrangianScene, paths: &Paths, forces: &[Option<Tr
     let size = [columns as f64 * (LEFT + last.frame.size[0] + BAR) + 8.0, y - 26.0];
     let known = panels.iter().flat_map(|p| &p.arrows).any(|(_, _, truth)| truth.is_some());
     let caption = format!(
-        "The learned potential U of each object, from its minimum, on the plane of the object’s motion through its centre; arrows: the force −∇U{}. White: paths of particles, thick where observed.",
+        "The learned potential U of each object, from its minimum, on the plane of the object’s motion through its centre; arrows: the force −∇U{}. White: paths of particles, thick where observed. Axes in world units, U in squared world units per squared time.",
         if known { " (blue) over the true one (black)" } else { "" }
     );
     Figure::of("potential", &caption, &Potential { panels, size }).map(Some)
@@ -188,7 +188,7 @@ impl Panel {
             let from = frame.place(x, y, *place);
             let to = |force: &[f64; 2]| [from[0] + scale * force[0], from[1] - scale * force[1]];
             if let Some(truth) = truth {
-                arrow(area, [from, to(truth)], 2.8, TRUTH)?;
+                arrow(area, [from, to(truth)], 3.0, TRUTH)?;
             }
             arrow(area, [from, to(own)], 1.4, if truth.is_some() { pale(LAGRANGIAN, 0.75) } else { LAGRANGIAN })?;
         }
@@ -233,7 +233,6 @@ impl Drawing for Potential {
         if self.panels.iter().flat_map(|p| &p.arrows).any(|(_, _, truth)| truth.is_some()) {
             entries.push((Mark::Arrow, TRUTH, "true force".to_owned()));
         }
-        entries.push((Mark::Square, pale(FAINT, 0.15), "U in (world units / time)²".to_owned()));
         legend(area, [LEFT, 16.0], &entries)?;
         self.panels.iter().try_for_each(|panel| panel.draw(area))
     }

@@ -11,14 +11,14 @@ use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::paths::spread;
 use crate::style::{LAGRANGIAN, TRUTH};
-use crate::views::{drawn, longest_view, of_width, resized, spread_in_time};
+use crate::views::{drawn, longest_view, of_width, resized};
 
 /// Columns, t = 0 among them.
 const COLUMNS: usize = 6;
 /// Arrows over all objects, about.
 const ARROWS: usize = 12;
 /// Length of the fastest arrow, as a part of the image's width.
-const LONGEST: f64 = 0.2;
+const LONGEST: f64 = 0.22;
 
 /// Stepping back.
 const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
@@ -37,9 +37,10 @@ pub(crate) fn figure(
     let window = scene.motion.time_window;
     let camera = of_width(&camera, image_width(COLUMNS));
     let past: Vec<&Frame> = seen.iter().copied().filter(|f| f.time < -1e-4 && f.time >= -window - 1e-4).collect();
-    let mut frames = spread_in_time(&past, COLUMNS - 1);
-    frames.reverse();
     let even: Vec<f32> = (1..COLUMNS).map(|i| window * i as f32 / (COLUMNS - 1) as f32).collect();
+    let nearest = |time: f32| past.iter().copied().min_by(|a, b| (a.time + time).abs().total_cmp(&(b.time + time).abs()));
+    let mut frames: Vec<&Frame> = even.iter().filter_map(|&time| nearest(time)).collect();
+    frames.dedup_by_key(|f| f.time.to_bits());
     let times: Vec<f32> =
         std::iter::once(0.0).chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even }).collect();
     let rows_of_arrows = followed(scene);
@@ -48,7 +49,8 @@ pub(crate) fn figure(
         let mut cell = |&time: &f32| {
             let state = motion.state_at(sign * time);
             let image = drawn(&scene.cloud_at(&state), &camera, scene.background);
-            let arrows = rows_of_arrows.iter().map(|&r| arrow(&state, r, &camera, f64::from(sign) * scale)).collect();
+            let all = rows_of_arrows.iter().map(|&r| arrow(&state, r, &camera, f64::from(sign) * scale));
+            let arrows = all.filter(|[from, _]| in_view(*from)).collect();
             Some(Cell { image, note: format!("t = {}", number(f64::from(sign * time), 2)), arrows })
         };
         Row { title: title.to_owned(), colour, cells: times.iter().map(&mut cell).collect() }
@@ -92,6 +94,11 @@ fn arrow(state: &SceneState, row: usize, camera: &Camera, scale: f64) -> [[f64; 
     [part(q), part(tip)]
 }
 
+/// Whether a part of the image is inside of it.
+fn in_view(part: [f64; 2]) -> bool {
+    part.iter().all(|p| (0.0..=1.0).contains(p))
+}
+
 /// Largest speed in the image, parts of its width per unit of time.
 fn fastest(motion: &mut Motion<'_>, times: &[f32], rows: &[usize], camera: &Camera) -> f64 {
     /// Units of time over which a displacement stands for the velocity.
@@ -102,7 +109,9 @@ fn fastest(motion: &mut Motion<'_>, times: &[f32], rows: &[usize], camera: &Came
             let state = motion.state_at(sign * time);
             for &row in rows {
                 let [from, to] = arrow(&state, row, camera, SHORT);
-                largest = largest.max((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT);
+                if in_view(from) {
+                    largest = largest.max((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT);
+                }
             }
         }
     }

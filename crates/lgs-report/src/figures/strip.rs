@@ -10,7 +10,7 @@ use crate::chart::{TEXT, TITLE, arrow, segment, write};
 use crate::style::{FAINT, INK, PAPER, line};
 
 const WIDTH: f64 = 820.0;
-const LEFT: f64 = 84.0;
+const LEFT: f64 = 92.0;
 const GAP: f64 = 3.0;
 /// Space under a row for a note on every image.
 const NOTES: f64 = 15.0;
@@ -70,7 +70,8 @@ impl Strip {
 
     fn at(&self, row: usize, column: usize) -> [f64; 2] {
         let [width, height] = self.cell();
-        [LEFT + column as f64 * (width + GAP), TOP + row as f64 * (height + NOTES + GAP)]
+        let noted = self.rows[..row].iter().filter(|r| r.cells.iter().flatten().any(|c| !c.note.is_empty())).count();
+        [LEFT + column as f64 * (width + GAP), TOP + row as f64 * (height + GAP) + noted as f64 * NOTES]
     }
 
     fn cells(&self) -> impl Iterator<Item = ([f64; 2], &Row, &Cell)> {
@@ -84,7 +85,7 @@ impl Drawing for Strip {
     fn size(&self) -> [f64; 2] {
         let [_, bottom] = self.at(self.rows.len(), 0);
         let [right, _] = self.at(0, self.labels.len());
-        [right + 8.0, bottom + 4.0]
+        [right + 8.0, bottom + 3.0]
     }
 
     fn pictures(&self) -> Vec<Picture> {

@@ -6,7 +6,7 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, TEXT, border, canvas, open, path, segment, write};
+use crate::chart::{Frame, TEXT, border, open, path, segment, write};
 use crate::error::ReportError;
 use crate::style::{FAINT, LAGRANGIAN, SOURCE, line, pale};
 
@@ -15,6 +15,9 @@ const FRAME: Frame = Frame { at: [66.0, 36.0], size: [740.0, 234.0] };
 
 /// Points of a stage that are averaged into one of the bold line, as a divisor of all.
 const AVERAGED: usize = 25;
+
+/// Width of a short stage, as a part of all steps.
+const NARROWEST: f64 = 0.22;
 
 /// PSNR of training images in one stage.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,17 +45,24 @@ struct Training {
 /// The figure; nothing without curves.
 pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
     let mut stages: Vec<Stage> = Vec::new();
+    let drawn: Vec<(&Curve, f64)> = curves
+        .iter()
+        .filter(|c| c.points.len() > 1)
+        .map(|c| (c, c.points.iter().map(|p| p.0).fold(0.0, f64::max)))
+        .filter(|&(_, last)| last > 0.0)
+        .collect();
+    let all: f64 = drawn.iter().map(|d| d.1).sum();
     let mut from = 0.0;
-    for curve in curves.iter().filter(|c| c.points.len() > 1) {
-        let last = curve.points.iter().map(|p| p.0).fold(0.0, f64::max);
-        let points = curve.points.iter().map(|p| (from + p.0, p.1)).collect();
+    for (curve, last) in drawn {
+        let width = (last / all).max(NARROWEST);
+        let points = curve.points.iter().map(|p| (from + width * p.0 / last, p.1)).collect();
         let colour = if stages.is_empty() && curve.stage == "source" { SOURCE } else { LAGRANGIAN };
-        stages.push(Stage { name: curve.stage.clone(), colour, from, to: from + last, points });
-        from += last;
+        stages.push(Stage { name: format!("{}, {last:.0} steps", curve.stage), colour, from, to: from + width, points });
+        from += width;
     }
     let values = stages.iter().flat_map(|s| &s.points);
     let (Some(y), true) = (padded(values.map(|p| p.1), 0.05), from > 0.0) else { return Ok(None) };
-    let axes = [Axis::linear(0.0..from, 8, "steps, all stages"), Axis::linear(y, 6, "PSNR (dB)")];
+    let axes = [Axis::linear(0.0..from, 0, "training, stage after stage").unnumbered(), Axis::linear(y, 6, "PSNR (dB)")];
     let caption = "PSNR of the training images drawn at each step, stage after stage; bold: mean over neighbouring steps.";
     Figure::of("training", caption, &Training { stages, axes }).map(Some)
 }
@@ -80,12 +90,8 @@ impl Drawing for Training {
         for stage in &self.stages {
             let start = place(stage.from);
             segment(area, [[start, FRAME.at[1]], [start, FRAME.at[1] + FRAME.size[1]]], line(FAINT, 0.75))?;
-            let (width, _) = area.estimate_text_size(&stage.name, &crate::style::letters(TEXT, FAINT))?;
-            let room = canvas([place(stage.to) - start, 0.0]).0;
-            if width as i32 <= room {
-                let middle = 0.5 * (start + place(stage.to));
-                write(area, &stage.name, [middle, FRAME.at[1] - 8.0], TEXT, stage.colour, (HPos::Center, VPos::Bottom))?;
-            }
+            let middle = 0.5 * (start + place(stage.to));
+            write(area, &stage.name, [middle, FRAME.at[1] - 8.0], TEXT - 1.0, stage.colour, (HPos::Center, VPos::Bottom))?;
         }
         border(area, FRAME, [x, y], [x.ticks(), y.ticks()])
     }
