@@ -11,7 +11,7 @@ const STYLE: &str = "\
 *{box-sizing:border-box}body{font:16px/1.55 system-ui,sans-serif;max-width:56rem;margin:0 auto;padding:1.5rem 1rem 4rem;color:var(--ink);background:var(--paper)}\
 h1{font-size:1.5rem;overflow-wrap:anywhere}h2{font-size:1.2rem;margin:2.2rem 0 .6rem}h3{font-size:1rem;margin:1.6rem 0 .4rem}\
 p{margin:.5rem 0}.soft{color:var(--soft);font-size:.875rem}.wide{overflow-x:auto}\
-table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums}caption{text-align:left;color:var(--soft);padding:.2rem 0}\
+table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums}\
 td,th{padding:.3rem .7rem;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}td:first-child,th:first-child{text-align:left;padding-left:0}\
 figure{margin:1.2rem 0}figure .wide{background:#fff;border:1px solid var(--line);border-radius:8px;padding:.4rem}\
 figure svg,figure img{display:block;width:100%;min-width:36rem;height:auto}figcaption{color:var(--soft);font-size:.875rem;margin-top:.4rem}\
@@ -31,8 +31,8 @@ pub(crate) fn table(caption: &str, rows: &[Vec<String>], header: bool) -> String
     if rows.is_empty() {
         return String::new();
     }
-    let caption = if caption.is_empty() { String::new() } else { format!("<caption>{}</caption>\n", escaped(caption)) };
-    let mut text = format!("<div class=\"wide\"><table>\n{caption}");
+    let caption = if caption.is_empty() { String::new() } else { format!("<p class=\"soft\">{}</p>\n", escaped(caption)) };
+    let mut text = format!("{caption}<div class=\"wide\"><table>\n");
     for (index, row) in rows.iter().enumerate() {
         let tag = if header && index == 0 { "th" } else { "td" };
         let cells: String = row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();

@@ -96,6 +96,7 @@ fn oriented(first: [f64; 3], second: [f64; 3]) -> Plane {
 
 fn written(d: [f64; 3]) -> String {
     let mut text = String::new();
+    let alone = d.iter().filter(|v| v.abs() >= SMALL).count() == 1;
     for (value, name) in d.into_iter().zip(["x", "y", "z"]).filter(|(v, _)| v.abs() >= SMALL) {
         let sign = match (text.is_empty(), value < 0.0) {
             (true, true) => "−",
@@ -103,7 +104,7 @@ fn written(d: [f64; 3]) -> String {
             (false, true) => " − ",
             (false, false) => " + ",
         };
-        let size = if value.abs() > 0.9975 { String::new() } else { format!("{} ", number(value.abs(), 2)) };
+        let size = if alone { String::new() } else { format!("{} ", number(value.abs(), 2)) };
         text.push_str(&format!("{sign}{size}{name}"));
     }
     text

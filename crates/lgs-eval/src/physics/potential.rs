@@ -244,13 +244,12 @@ mod tests {
         assert_eq!(fall.at([3.0, 2.0, 1.0]), [0.0, 0.0, -0.9]);
         let throw = json!({"law": "uniform gravity", "g": 1.0, "spin": [0.0, 0.0, 2.0], "velocity": [0.5, 0.0, 3.0]});
         assert_eq!(TrueForce::of_law(&throw), Some(TrueForce::Uniform([0.0, -1.0, -1.0])));
-        let tumble = json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0; 3]});
+        let tumble = json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
         assert_eq!(TrueForce::of_law(&tumble), None, "no potential of the position alone");
         let fan = json!({"law": "uniform rotation", "center": [0.0, 0.0, 1.0], "axis": [0.0, 0.0, 1.0], "omega": 2.0});
         let force = TrueForce::of_law(&fan).expect("rotation").at([0.5, -0.25, 7.0]);
         assert!(norm(std::array::from_fn(|c| force[c] - [-2.0, 1.0, 0.0][c])) < 1e-12, "{force:?}");
-        let slide =
-            json!({"law": "isotropic harmonic", "center": [0.0; 3], "displacement": [2.0, 0.0, 0.0], "velocity": [0.0; 3], "k": 9.0});
+        let slide = json!({"law": "isotropic harmonic", "center": [0.0, 0.0, 0.0], "displacement": [2.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0], "k": 9.0});
         let Some(TrueForce::Harmonic { directions, .. }) = TrueForce::of_law(&slide) else { panic!("harmonic") };
         assert_eq!(directions, [[1.0, 0.0, 0.0]], "a push along no direction adds none");
         assert_eq!(TrueForce::of_law(&json!({"law": "linear drag", "drag": 1.0})), None);

@@ -58,7 +58,7 @@ pub(crate) fn psnr(metrics: &Metrics, window: f64) -> Result<Option<Figure>, Rep
         lines.push(Line { colour: LAGRANGIAN, points: mean_by_time(frames, |f| Some(f.lagrangian)), dotted: true });
     }
     let caption = "PSNR over all images of a time, by split; shaded: the captured window. Outside of it the source model guesses, and the Lagrangian scene goes on.";
-    chart("psnr", caption, lines, (stretches, window), |values| values.map(|v| Axis::linear(v, 6, "PSNR (dB)")))
+    chart("psnr", caption, lines, (stretches, window), |values| padded(values, 0.08).map(|v| Axis::linear(v, 6, "PSNR (dB)")))
 }
 
 /// Mean distance of particles to where the truth has them; nothing without a truth.
@@ -68,7 +68,9 @@ pub(crate) fn position_error(paths: &Paths) -> Result<Option<Figure>, ReportErro
     let mut lines: Vec<Line> = paths.source.iter().map(|tracks| of(tracks, SOURCE)).collect();
     lines.push(of(&paths.lagrangian, LAGRANGIAN));
     let caption = "Mean distance of the followed particles to where the truth has them, matched at t = 0; shaded: the captured window.";
-    let axis = |values: Option<Range<f64>>| values.map(|v| Axis::decades(v.start.max(1e-5)..v.end.max(2e-5), "distance (world units)"));
+    let axis = |values: &mut dyn Iterator<Item = f64>| {
+        padded(values, 0.0).map(|v| Axis::decades(v.start / 1.5..v.end * 1.5, "distance (world units)"))
+    };
     chart("position-error", caption, lines, (Vec::new(), paths.window), axis)
 }
 
@@ -77,12 +79,12 @@ fn chart(
     caption: &str,
     lines: Vec<Line>,
     (stretches, window): (Vec<Stretch>, f64),
-    axis: impl Fn(Option<Range<f64>>) -> Option<Axis>,
+    axis: impl Fn(&mut dyn Iterator<Item = f64>) -> Option<Axis>,
 ) -> Result<Option<Figure>, ReportError> {
     let lines: Vec<Line> = lines.into_iter().filter(|l| !l.points.is_empty()).collect();
     let all = || lines.iter().flat_map(|l| &l.points);
     let times = padded(all().map(|p| p.0), 0.02);
-    let (Some(times), Some(y)) = (times, axis(padded(all().map(|p| p.1), 0.08))) else { return Ok(None) };
+    let (Some(times), Some(y)) = (times, axis(&mut all().map(|p| p.1))) else { return Ok(None) };
     let named = |colour: RGBColor, text: &str| (Mark::Line(2.0), colour, text.to_owned());
     let mut entries = Vec::new();
     if lines.iter().any(|l| l.colour == SOURCE) {

@@ -185,12 +185,12 @@ impl Panel {
             self.arrows.iter().flat_map(|(_, own, truth)| [Some(*own), *truth]).flatten().map(|a| a[0].hypot(a[1])).fold(0.0, f64::max);
         let scale = if longest > 0.0 { 0.85 * SPACING / longest } else { 0.0 };
         for (place, own, truth) in &self.arrows {
-            let from = frame.place(x, y, *place);
-            let to = |force: &[f64; 2]| [from[0] + scale * force[0], from[1] - scale * force[1]];
+            let middle = frame.place(x, y, *place);
+            let end = |force: &[f64; 2], part: f64| [middle[0] + part * scale * force[0], middle[1] - part * scale * force[1]];
             if let Some(truth) = truth {
-                arrow(area, [from, to(truth)], 3.0, TRUTH)?;
+                arrow(area, [end(truth, -0.5), end(truth, 0.5)], 3.0, TRUTH)?;
             }
-            arrow(area, [from, to(own)], 1.4, if truth.is_some() { pale(LAGRANGIAN, 0.75) } else { LAGRANGIAN })?;
+            arrow(area, [end(own, -0.5), end(own, 0.5)], 1.4, if truth.is_some() { pale(LAGRANGIAN, 0.75) } else { LAGRANGIAN })?;
         }
         let starts: Vec<(f64, f64)> = self.paths.iter().filter_map(|p| p.get(self.observed.start)).copied().collect();
         dots(&chart, &starts, 2.4, PAPER)?;

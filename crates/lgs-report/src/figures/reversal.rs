@@ -17,8 +17,10 @@ use crate::views::{drawn, longest_view, of_width, resized};
 const COLUMNS: usize = 6;
 /// Arrows over all objects, about.
 const ARROWS: usize = 12;
-/// Length of the fastest arrow, as a part of the image's width.
-const LONGEST: f64 = 0.22;
+/// Length of a fast arrow, as a part of the image's width.
+const LONG: f64 = 0.16;
+/// Part of the arrows that are no longer than that: a few near the camera may be.
+const MOST: f64 = 0.8;
 
 /// Stepping back.
 const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
@@ -44,7 +46,7 @@ pub(crate) fn figure(
     let times: Vec<f32> =
         std::iter::once(0.0).chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even }).collect();
     let rows_of_arrows = followed(scene);
-    let scale = LONGEST / fastest(motion, &times, &rows_of_arrows, &camera).max(1e-9);
+    let scale = LONG / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
     let mut row = |title: &str, colour, sign: f32| {
         let mut cell = |&time: &f32| {
             let state = motion.state_at(sign * time);
@@ -99,21 +101,23 @@ fn in_view(part: [f64; 2]) -> bool {
     part.iter().all(|p| (0.0..=1.0).contains(p))
 }
 
-/// Largest speed in the image, parts of its width per unit of time.
-fn fastest(motion: &mut Motion<'_>, times: &[f32], rows: &[usize], camera: &Camera) -> f64 {
+/// A speed in the image that [`MOST`] do not exceed, parts of its width per unit of time.
+fn fast(motion: &mut Motion<'_>, times: &[f32], rows: &[usize], camera: &Camera) -> f64 {
     /// Units of time over which a displacement stands for the velocity.
     const SHORT: f64 = 1e-2;
-    let mut largest = 0.0_f64;
+    let mut speeds = Vec::new();
     for &time in times {
         for sign in [1.0, -1.0] {
             let state = motion.state_at(sign * time);
             for &row in rows {
                 let [from, to] = arrow(&state, row, camera, SHORT);
                 if in_view(from) {
-                    largest = largest.max((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT);
+                    speeds.push((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT);
                 }
             }
         }
     }
-    largest
+    speeds.retain(|s| s.is_finite());
+    speeds.sort_by(f64::total_cmp);
+    speeds.get((MOST * speeds.len() as f64) as usize).copied().unwrap_or(0.0)
 }

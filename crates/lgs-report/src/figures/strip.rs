@@ -14,7 +14,8 @@ const LEFT: f64 = 92.0;
 const GAP: f64 = 3.0;
 /// Space under a row for a note on every image.
 const NOTES: f64 = 15.0;
-const TOP: f64 = 46.0;
+/// Space above the images: labels, and groups over them.
+const TOP: [f64; 2] = [24.0, 46.0];
 
 /// One image with what is drawn on and under it.
 #[derive(Clone, Debug)]
@@ -63,6 +64,10 @@ pub(crate) fn image_width(columns: usize) -> u32 {
 }
 
 impl Strip {
+    fn top(&self) -> f64 {
+        TOP[usize::from(!self.groups.is_empty())]
+    }
+
     fn cell(&self) -> [f64; 2] {
         let width = cell_width(self.labels.len());
         [width, (width * self.aspect).round()]
@@ -71,7 +76,7 @@ impl Strip {
     fn at(&self, row: usize, column: usize) -> [f64; 2] {
         let [width, height] = self.cell();
         let noted = self.rows[..row].iter().filter(|r| r.cells.iter().flatten().any(|c| !c.note.is_empty())).count();
-        [LEFT + column as f64 * (width + GAP), TOP + row as f64 * (height + GAP) + noted as f64 * NOTES]
+        [LEFT + column as f64 * (width + GAP), self.top() + row as f64 * (height + GAP) + noted as f64 * NOTES]
     }
 
     fn cells(&self) -> impl Iterator<Item = ([f64; 2], &Row, &Cell)> {
@@ -100,7 +105,7 @@ impl Drawing for Strip {
         }
         for group in &self.groups {
             let ([from, _], [to, _]) = (self.at(0, group.columns.start), self.at(0, group.columns.end));
-            let (y, colour) = (TOP - 22.0, if group.strong { INK } else { FAINT });
+            let (y, colour) = (self.top() - 22.0, if group.strong { INK } else { FAINT });
             segment(area, [[from, y], [to - GAP, y]], line(colour, if group.strong { 2.5 } else { 1.0 }))?;
             write(area, &group.name, [0.5 * (from + to - GAP), y - 5.0], TEXT, colour, (HPos::Center, VPos::Bottom))?;
         }

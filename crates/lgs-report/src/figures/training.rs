@@ -8,7 +8,7 @@ use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
 use crate::chart::{Frame, TEXT, border, open, path, segment, write};
 use crate::error::ReportError;
-use crate::style::{FAINT, LAGRANGIAN, SOURCE, line, pale};
+use crate::style::{FAINT, INK, LAGRANGIAN, SOURCE, line, pale};
 
 const SIZE: [f64; 2] = [820.0, 320.0];
 const FRAME: Frame = Frame { at: [66.0, 36.0], size: [740.0, 234.0] };
@@ -31,6 +31,7 @@ pub struct Curve {
 /// A stage's place on the common axis.
 struct Stage {
     name: String,
+    steps: String,
     colour: RGBColor,
     from: f64,
     to: f64,
@@ -57,7 +58,7 @@ pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
         let width = (last / all).max(NARROWEST);
         let points = curve.points.iter().map(|p| (from + width * p.0 / last, p.1)).collect();
         let colour = if stages.is_empty() && curve.stage == "source" { SOURCE } else { LAGRANGIAN };
-        stages.push(Stage { name: format!("{}, {last:.0} steps", curve.stage), colour, from, to: from + width, points });
+        stages.push(Stage { name: curve.stage.clone(), steps: format!("{last:.0} steps"), colour, from, to: from + width, points });
         from += width;
     }
     let values = stages.iter().flat_map(|s| &s.points);
@@ -91,7 +92,8 @@ impl Drawing for Training {
             let start = place(stage.from);
             segment(area, [[start, FRAME.at[1]], [start, FRAME.at[1] + FRAME.size[1]]], line(FAINT, 0.75))?;
             let middle = 0.5 * (start + place(stage.to));
-            write(area, &stage.name, [middle, FRAME.at[1] - 8.0], TEXT - 1.0, stage.colour, (HPos::Center, VPos::Bottom))?;
+            write(area, &stage.name, [middle, FRAME.at[1] - 8.0], TEXT, stage.colour, (HPos::Center, VPos::Bottom))?;
+            write(area, &stage.steps, [middle, FRAME.at[1] + FRAME.size[1] + 7.0], TEXT, INK, (HPos::Center, VPos::Top))?;
         }
         border(area, FRAME, [x, y], [x.ticks(), y.ticks()])
     }
