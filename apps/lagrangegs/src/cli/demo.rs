@@ -9,10 +9,10 @@ use lgs_core::{Camera, Image};
 use lgs_data::dataset::Dataset;
 use lgs_data::synth::SynthOptions;
 use lgs_dynamics::{Edit, Reversal};
-use lgs_eval::sheet::{Row, contact_sheet, evenly};
 use lgs_eval::table::table;
 use lgs_model::Motion;
 use lgs_model::source::SourceModel;
+use lgs_report::sheet::{Row, contact_sheet, evenly};
 use lgs_report::{longest_view, spread_in_time};
 use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
@@ -96,7 +96,7 @@ fn pictures(run: &Run, folder: &Path) -> Result<()> {
         let edit = Edit { potential_scale: beta, ..Edit::default() };
         let images = job(times.clone(), edit).write(&run.scene, &folder.join(format!("potential-{beta}")))?;
         let chosen = evenly(images.len(), COLUMNS);
-        rows.push(Row { title: format!("beta={beta}"), frames: chosen.iter().map(|&i| images[i].clone()).collect() });
+        rows.push(Row { title: format!("β = {beta}"), frames: chosen.iter().map(|&i| images[i].clone()).collect() });
     }
     let labels: Vec<String> = evenly(times.len(), COLUMNS).iter().map(|&i| time_label(times[i])).collect();
     write_png(&folder.join("potential-scales.png"), &contact_sheet(&labels, &rows))

@@ -2,6 +2,7 @@
 
 mod beta_sweep;
 mod extrapolation;
+mod field;
 mod over_time;
 mod partition;
 mod potential;
