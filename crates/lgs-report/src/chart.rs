@@ -68,7 +68,7 @@ pub(crate) fn border<B: DrawingBackend>(area: &Area<B>, frame: Frame, [x, y]: [&
     write(area, &x.label, [left + 0.5 * width, top + height + 25.0], TEXT, INK, (HPos::Center, VPos::Top))?;
     if !y.label.is_empty() {
         let style = letters(TEXT, INK).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
-        area.draw(&Text::new(y.label.clone(), canvas([left - 50.0, top + 0.5 * height]), style))?;
+        area.draw(&Text::new(y.label.clone(), canvas([left - 60.0, top + 0.5 * height]), style))?;
     }
     Ok(())
 }

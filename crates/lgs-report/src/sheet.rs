@@ -5,7 +5,7 @@
 use lgs_core::Image;
 use plotters::style::{FontDesc, FontFamily, FontStyle};
 
-use crate::style::load_letters;
+use crate::style::{LOWER, load_letters};
 
 /// Height of a line of letters, pixels, beside small and large frames.
 const LETTERS: [usize; 2] = [13, 22];
@@ -82,7 +82,8 @@ fn write(sheet: &mut Image, text: &str, at: [usize; 2], size: usize) {
     let letters = letters_of(size);
     let pixels = &mut sheet.pixels;
     // Letters that cannot be drawn are left out: a sheet is worth more than its labels.
-    let _ = letters.draw(text, (at[0] as i32, at[1] as i32), |x, y, coverage| {
+    let lower = (LOWER * size as f64).round() as i32;
+    let _ = letters.draw(text, (at[0] as i32, at[1] as i32 + lower), |x, y, coverage| {
         let (x, y) = (usize::try_from(x).unwrap_or(usize::MAX), usize::try_from(y).unwrap_or(usize::MAX));
         if x < width && y < height {
             let pixel = &mut pixels[y * width + x];

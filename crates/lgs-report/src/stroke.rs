@@ -3,6 +3,7 @@
 //! plotters turns a thick path into one polygon, which it fills by the even-odd rule: a path that crosses itself gets holes there. Drawn one by
 //! one, with a disc at every joint, segments have none.
 
+use crate::style::LOWER;
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform};
 
 /// A backend whose thick paths are drawn in segments.
@@ -58,8 +59,6 @@ impl<B: DrawingBackend> DrawingBackend for Stroked<B> {
     }
 
     fn draw_text<T: BackendTextStyle>(&mut self, text: &str, style: &T, at: BackendCoord) -> Done<B> {
-        /// The bitmap's letters stand higher than the SVG's by this part of a line's height, whatever they are aligned by.
-        const LOWER: f64 = 0.11;
         let shift = (LOWER * style.size()).round() as i32;
         let (dx, dy) = match style.transform() {
             FontTransform::None => (0, shift),

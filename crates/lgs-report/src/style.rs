@@ -73,6 +73,9 @@ pub(crate) fn letters(size: f64, colour: RGBColor) -> TextStyle<'static> {
     TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
 }
 
+/// How far a bitmap's letters stand above where an SVG has them, whatever they are aligned by, as a part of a line's height.
+pub(crate) const LOWER: f64 = 0.11;
+
 /// Makes the bundled letters known to plotters, once.
 pub(crate) fn load_letters() -> Result<(), ReportError> {
     static LOADED: OnceLock<bool> = OnceLock::new();

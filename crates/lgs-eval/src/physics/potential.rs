@@ -25,13 +25,15 @@ const RIDGE: f64 = 1e-9;
 pub enum TrueForce {
     /// The same everywhere, world units per squared unit of time.
     Uniform([f64; 3]),
-    /// Towards a centre or an axis, `−ω²` times the distance, along these orthonormal directions.
+    /// Towards a centre or an axis, `−ω²` times the distance.
     Harmonic {
         /// Where it vanishes.
         center: [f64; 3],
         /// ω², per squared unit of time.
         curvature: f64,
-        /// Directions in which the object moves: one or two.
+        /// Unit vector along which it does not act, for a rotation.
+        axis: Option<[f64; 3]>,
+        /// Orthonormal directions in which the object moves: one or two.
         directions: Vec<[f64; 3]>,
     },
 }
@@ -50,14 +52,14 @@ impl TrueForce {
                 Some(Self::Uniform(falling(g, vector("spin").unwrap_or_default(), vector("velocity").unwrap_or_default())?))
             }
             "uniform rotation" => {
-                let axis = vector("axis")?;
+                let axis = *orthonormal(&[vector("axis")?]).first()?;
                 let helper = if axis[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
                 let directions = orthonormal(&[axis, helper, cross(axis, helper)]).into_iter().skip(1).collect();
-                Some(Self::Harmonic { center: vector("center")?, curvature: law["omega"].as_f64()?.powi(2), directions })
+                Some(Self::Harmonic { center: vector("center")?, curvature: law["omega"].as_f64()?.powi(2), axis: Some(axis), directions })
             }
             "isotropic harmonic" => {
                 let directions = orthonormal(&[vector("displacement")?, vector("velocity")?]);
-                Some(Self::Harmonic { center: vector("center")?, curvature: law["k"].as_f64()?, directions })
+                Some(Self::Harmonic { center: vector("center")?, curvature: law["k"].as_f64()?, axis: None, directions })
             }
             _ => None,
         }
@@ -68,10 +70,11 @@ impl TrueForce {
     pub fn at(&self, q: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Uniform(g) => *g,
-            Self::Harmonic { center, curvature, directions } => {
+            Self::Harmonic { center, curvature, axis, .. } => {
                 let from_center: [f64; 3] = std::array::from_fn(|c| q[c] - center[c]);
-                let along: Vec<f64> = directions.iter().map(|e| dot(*e, from_center)).collect();
-                std::array::from_fn(|c| -curvature * directions.iter().zip(&along).map(|(e, a)| e[c] * a).sum::<f64>())
+                let axis = axis.unwrap_or_default();
+                let along = dot(axis, from_center);
+                std::array::from_fn(|c| -curvature * (from_center[c] - along * axis[c]))
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::error::ReportError;
 use crate::style::{LAGRANGIAN, TRUTH, line};
 
 const SIZE: [f64; 2] = [620.0, 400.0];
-const FRAME: Frame = Frame { at: [66.0, 44.0], size: [540.0, 306.0] };
+const FRAME: Frame = Frame { at: [76.0, 44.0], size: [530.0, 306.0] };
 
 /// Pieces of a power law, straight only where both axes are logarithmic.
 const CURVE: usize = 60;

@@ -16,7 +16,7 @@ use crate::paths::{Paths, Tracks};
 use crate::style::{FAINT, LAGRANGIAN, SOURCE, line};
 
 const SIZE: [f64; 2] = [820.0, 350.0];
-const FRAME: Frame = Frame { at: [66.0, 56.0], size: [740.0, 244.0] };
+const FRAME: Frame = Frame { at: [76.0, 56.0], size: [730.0, 244.0] };
 
 /// Axis label of times.
 const TIME: &str = "time t (captured sequence: 0 … 1)";

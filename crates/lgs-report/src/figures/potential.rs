@@ -21,7 +21,7 @@ const PANELS: usize = 4;
 /// Distance of arrows, shown pixels.
 const SPACING: f64 = 40.0;
 
-const LEFT: f64 = 66.0;
+const LEFT: f64 = 76.0;
 const TOP: f64 = 58.0;
 const BAR: f64 = 74.0;
 

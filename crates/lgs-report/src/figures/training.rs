@@ -11,7 +11,7 @@ use crate::error::ReportError;
 use crate::style::{FAINT, INK, LAGRANGIAN, SOURCE, line, pale};
 
 const SIZE: [f64; 2] = [820.0, 320.0];
-const FRAME: Frame = Frame { at: [66.0, 36.0], size: [740.0, 234.0] };
+const FRAME: Frame = Frame { at: [76.0, 36.0], size: [730.0, 234.0] };
 
 /// Points of a stage that are averaged into one of the bold line, as a divisor of all.
 const AVERAGED: usize = 25;

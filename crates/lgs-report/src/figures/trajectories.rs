@@ -13,7 +13,7 @@ use crate::plane::Plane;
 use crate::style::{FAINT, LAGRANGIAN, SOURCE, TRUTH, line, object_colour, pale};
 
 const WIDTH: f64 = 820.0;
-const LEFT: f64 = 66.0;
+const LEFT: f64 = 76.0;
 const TOP: f64 = 62.0;
 const GAP: f64 = 16.0;
 /// Height of the panels, shown pixels.
