@@ -15,5 +15,8 @@
 pub mod cameras;
 pub mod dataset;
 pub mod files;
+pub mod frames;
 pub mod ply;
+pub mod pth;
 pub mod synth;
+pub mod testing;

@@ -19,10 +19,25 @@ pub enum SharedMotionKind {
     None,
 }
 
+/// How moving particles are grouped into objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PartitionMethod {
+    /// Connected components of the graph of neighbours that move together (G14), refined by regrouping.
+    #[default]
+    Graph,
+    /// k-means on displacements and first positions, into a given number of clusters (G15).
+    KMeans,
+}
+
 /// Static/moving split and objects (0.01 rule, G14).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PartitionConfig {
+    /// Graph or k-means.
+    pub method: PartitionMethod,
+    /// Objects that k-means looks for (G15: 1, but 2 on `fan`, 3 on `bat`, 10, 6, 10, 6 indoors).
+    pub clusters: usize,
     /// A particle that never gets farther than this from its first position is static, world units.
     pub static_displacement: f32,
     /// Neighbours per particle in the graph of moving ones.
@@ -47,6 +62,8 @@ pub struct PartitionConfig {
 impl Default for PartitionConfig {
     fn default() -> Self {
         Self {
+            method: PartitionMethod::Graph,
+            clusters: 1,
             static_displacement: 0.01,
             neighbors: 16,
             length_tolerance: 0.1,
@@ -60,11 +77,26 @@ impl Default for PartitionConfig {
     }
 }
 
+impl PartitionConfig {
+    /// Checks the counts.
+    ///
+    /// # Errors
+    /// The key and the reason.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        for (key, count) in [("clusters", self.clusters), ("neighbors", self.neighbors)] {
+            if count == 0 {
+                return Err((key, "0 is below 1".to_owned()));
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Acceleration matching of the networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MatchingConfig {
-    /// Adam steps.
+    /// Adam steps; 0 leaves it out, and networks learn from rollouts alone, as in the paper (Eq. 7).
     pub steps: usize,
     /// States per step.
     pub batch: usize,
@@ -184,7 +216,7 @@ impl DistillConfig {
             force: ForceKind::Mlp,
             hidden: 128,
             matching: MatchingConfig { steps: 3000, batch: 512, learning_rate: 2e-3, force_penalty: 1e-3, particles: 4096 },
-            rollout: RolloutConfig { steps: 400, particles: 512, learning_rate: 1e-4, ..RolloutConfig::default() },
+            rollout: RolloutConfig { steps: 400, particles: 512, learning_rate: 1e-4, first_horizon: 10, ..RolloutConfig::default() },
             ..Self::default()
         }
     }

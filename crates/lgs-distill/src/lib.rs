@@ -25,6 +25,7 @@ mod dense;
 mod distill;
 mod error;
 mod fitted_law;
+mod k_means;
 mod law;
 mod law_fit;
 mod law_select;
@@ -41,7 +42,7 @@ mod targets;
 mod testing;
 mod trajectories;
 
-pub use config::{DistillConfig, MatchingConfig, PartitionConfig, RolloutConfig, SharedMotionKind};
+pub use config::{DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod, RolloutConfig, SharedMotionKind};
 pub use distill::{DistillProgress, DistillStage, Distilled, anchored_supports, distill};
 pub use error::DistillError;
 pub use law::{Law, Stiffness, Terms};

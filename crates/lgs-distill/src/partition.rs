@@ -3,13 +3,21 @@
 //! Static: never farther than 0.01 from where it started. The moving ones are linked to their nearest neighbours at the first sample;
 //! a link holds while its length hardly changes and both displacements are alike, and objects are the connected components, the largest
 //! first (ties by their first particle). Paths are smoothed by a low-degree polynomial before, so that the jitter of a source model
-//! neither makes walls move nor cuts links.
+//! neither makes walls move nor cuts links. The alternative of G15, k-means with a given number of clusters, replaces graph and components.
 
 use crate::chebyshev::{Curve, Order};
-use crate::config::PartitionConfig;
+use crate::config::{PartitionConfig, PartitionMethod};
 use crate::dense::{V3, median, norm2, sub};
+use crate::k_means::k_means;
 use crate::{DistillError, Trajectories};
 use rayon::prelude::*;
+
+/// Displacements in a feature of k-means.
+const DISPLACEMENTS: usize = 8;
+/// Length of a feature.
+const FEATURES: usize = 3 * DISPLACEMENTS + 3;
+/// Weight of the first position in a feature.
+const PLACE: f64 = 0.1;
 
 /// Labels of all particles.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -43,10 +51,27 @@ pub fn partition(trajectories: &Trajectories, config: &PartitionConfig) -> Resul
     let paths = smooth_paths(trajectories, config.smoothing_degree);
     let limit = f64::from(config.static_displacement).powi(2);
     let moving: Vec<usize> = (0..paths.len()).filter(|&i| paths[i].iter().any(|&p| norm2(sub(p, paths[i][0])) >= limit)).collect();
-    let slack = f64::from(config.length_slack) + 3.0 * left_noise(trajectories, config.smoothing_degree);
-    let components = components(trajectories, &paths, &moving, slack, config);
+    let components = match config.method {
+        PartitionMethod::Graph => {
+            let slack = f64::from(config.length_slack) + 3.0 * left_noise(trajectories, config.smoothing_degree);
+            components(trajectories, &paths, &moving, slack, config)
+        }
+        PartitionMethod::KMeans => k_means(&moving.iter().map(|&i| feature(&paths[i])).collect::<Vec<_>>(), config.clusters),
+    };
     let objects = label(trajectories, &moving, &components, config.smallest_object);
     Ok(without_negligible(&objects, &paths, config.negligible_motion))
+}
+
+/// Numbers that tell a path from others in k-means (G15): displacements at eight times spread evenly over the window, and a tenth of the
+/// first position.
+fn feature(path: &[V3]) -> [f64; FEATURES] {
+    let mut feature = [0.0; FEATURES];
+    for (k, out) in feature[..3 * DISPLACEMENTS].as_chunks_mut::<3>().0.iter_mut().enumerate() {
+        let sample = (k + 1) * (path.len() - 1) / DISPLACEMENTS;
+        *out = sub(path[sample], path[0]);
+    }
+    feature[3 * DISPLACEMENTS..].copy_from_slice(&path[0].map(|x| PLACE * x));
+    feature
 }
 
 /// Each particle's path, smoothed.

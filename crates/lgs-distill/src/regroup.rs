@@ -5,7 +5,7 @@
 //! explains its path best, or to rest if that does. What no motion explains is grouped anew among itself. A scene that is one object with
 //! nothing static beside it is left as it is.
 
-use crate::config::PartitionConfig;
+use crate::config::{PartitionConfig, PartitionMethod};
 use crate::dense::{V3, add, mat_t_vec, norm2, scale, sub};
 use crate::partition::{Partition, components};
 use crate::shared_motion::{Pose, PoseKind, SharedMotion};
@@ -25,7 +25,7 @@ const UNEXPLAINED: f64 = 0.12;
 /// … and this many of it would not make up all that moves: stray particles, not a soft body.
 const FEW: usize = 20;
 
-/// The refined partition of the same particles.
+/// The refined partition of the same particles; one by k-means (G15) is left as it is.
 ///
 /// # Errors
 /// If the trajectories are malformed.
@@ -38,7 +38,7 @@ pub fn regroup(
     trajectories.validate()?;
     let moving: Vec<usize> = (0..trajectories.len()).filter(|&i| partition.object[i] >= 0).collect();
     let one_body = partition.objects == 1 && moving.len() == trajectories.len();
-    if partition.objects == 0 || one_body {
+    if partition.objects == 0 || one_body || config.method == PartitionMethod::KMeans {
         return Ok(partition);
     }
     let mut groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();

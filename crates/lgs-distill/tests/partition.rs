@@ -1,7 +1,7 @@
 //! Static/moving split and objects.
 
 use lgs_data::synth;
-use lgs_distill::{PartitionConfig, SceneConfig, Trajectories, distill_scene, partition};
+use lgs_distill::{PartitionConfig, PartitionMethod, SceneConfig, Trajectories, distill_scene, partition};
 use rand::RngExt;
 
 fn sampled(points: impl Fn(f32) -> Vec<[f32; 3]>) -> Trajectories {
@@ -87,4 +87,18 @@ fn configurations_read_back_and_reject_unknown_fields() {
     assert_eq!(serde_json::from_str::<SceneConfig>(&text).unwrap(), SceneConfig::default());
     assert!(serde_json::from_str::<SceneConfig>(r#"{"object": {"hiden": 3}}"#).is_err());
     assert!(serde_json::from_str::<SceneConfig>(r#"{"object": {"hidden": 48}}"#).is_ok());
+}
+
+#[test]
+fn k_means_with_the_right_count_parts_the_same_bodies() {
+    let config = PartitionConfig { method: PartitionMethod::KMeans, clusters: 2, ..PartitionConfig::default() };
+    let found = partition(&noisy(touching(), 0.001), &config).unwrap();
+    assert_eq!(found.objects, 2);
+    assert!(found.object[..216].iter().all(|&o| o == -1), "the wall stands");
+    for bodies in [216..216 + 343, 216 + 343..216 + 343 + 216] {
+        let first = found.object[bodies.start];
+        assert!(first >= 0 && found.object[bodies.clone()].iter().all(|&o| o == first), "{bodies:?}");
+    }
+    let one = partition(&touching(), &PartitionConfig { clusters: 1, ..config }).unwrap();
+    assert_eq!((one.objects, one.moving()), (1, 343 + 216 + 5));
 }

@@ -10,12 +10,13 @@ use lgs_dynamics::{Edit, Reversal};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 
-use crate::image_score::{ForegroundRule, ImageScore};
-use crate::metrics::{ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, SCHEMA, SplitMetrics};
+use crate::image_score::{ForegroundRule, ImageScore, Scoring};
+use crate::lpips::Perceptual;
+use crate::metrics::{ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, Protocol, SCHEMA, SplitMetrics};
 use crate::physics::Truth;
 use crate::physics::cycle::cycle_errors;
 use crate::physics::energy::energy_drift;
-use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, spread_against_truth};
+use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth};
 use crate::physics::fall::fall_time_exponent;
 use crate::physics::force::forces_and_objects;
 use crate::physics::potential::potential_against_truth;
@@ -37,29 +38,43 @@ pub struct Subject<'a> {
 
 /// What to compute.
 #[derive(Clone, Copy, Debug)]
-pub struct EvalOptions {
+pub struct EvalOptions<'a> {
     /// How negative times are reached.
     pub reversal: Reversal,
+    /// Compare images at half their size, as the published figures of single objects.
+    pub half_resolution: bool,
+    /// Networks of LPIPS, if there are weights.
+    pub perceptual: Option<&'a Perceptual>,
 }
 
-impl Default for EvalOptions {
+impl Default for EvalOptions<'_> {
     fn default() -> Self {
-        Self { reversal: Reversal::Exact }
+        Self { reversal: Reversal::Exact, half_resolution: false, perceptual: None }
     }
 }
 
 /// Computes every figure that can be had; `progress` gets frames done and frames in all, from several threads.
 #[must_use]
-pub fn evaluate(subject: &Subject<'_>, options: &EvalOptions, progress: &(dyn Fn(usize, usize) + Sync)) -> Metrics {
+pub fn evaluate(subject: &Subject<'_>, options: &EvalOptions<'_>, progress: &(dyn Fn(usize, usize) + Sync)) -> Metrics {
     let scene = subject.scene;
     let mut motion = Motion::new(scene, Edit::default(), options.reversal);
     let rule = subject.dataset.map(foreground_rule);
-    let rows = score_splits(subject, &mut motion, rule.unwrap_or(ForegroundRule::Opacity), progress);
+    let scoring = Scoring {
+        background: scene.background,
+        rule: rule.unwrap_or(ForegroundRule::Opacity),
+        half_resolution: options.half_resolution,
+        perceptual: options.perceptual,
+    };
+    let rows = score_splits(subject, &mut motion, &scoring, progress);
     Metrics {
         schema: SCHEMA,
         splits: rows.iter().map(|(name, (_, rows))| (name.clone(), split_metrics(rows))).collect(),
         physics: physics(subject, &mut motion, &rows, rule),
         foreground: rule,
+        protocol: Protocol {
+            half_resolution: options.half_resolution,
+            lpips_weights: options.perceptual.map(|p| p.origins.clone()).unwrap_or_default(),
+        },
         footprint: Footprint { static_gaussians: scene.statics.len(), moving_gaussians: scene.movers.len(), objects: scene.objects.len() },
         frames: rows.iter().map(|(name, (frames, rows))| (name.clone(), frame_metrics(frames, rows))).collect(),
         ..Metrics::default()
@@ -71,7 +86,7 @@ type ScoredSplits<'a> = BTreeMap<String, (&'a [Frame], Vec<FrameRow>)>;
 fn score_splits<'a>(
     subject: &Subject<'a>,
     motion: &mut Motion<'_>,
-    rule: ForegroundRule,
+    scoring: &Scoring<'_>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> ScoredSplits<'a> {
     let Some(dataset) = subject.dataset else { return BTreeMap::new() };
@@ -79,7 +94,7 @@ fn score_splits<'a>(
     let done = AtomicUsize::new(0);
     let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
     let score = |(name, frames): (&String, &'a Vec<Frame>)| {
-        let rows = score_frames(subject.source, (subject.scene, &mut *motion), frames, (subject.scene.background, rule), &tick);
+        let rows = score_frames(subject.source, (subject.scene, &mut *motion), frames, scoring, &tick);
         (name.clone(), (frames.as_slice(), rows))
     };
     dataset.splits.iter().map(score).collect()
@@ -112,10 +127,13 @@ fn physics(subject: &Subject<'_>, motion: &mut Motion<'_>, rows: &ScoredSplits<'
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
     let cameras = subject.dataset.map(distinct_cameras).unwrap_or_default();
     let extent = (!cameras.is_empty()).then(|| pixel_extent(scene, motion, &cameras, scene.background)).flatten();
+    let of_source = |source| source_pixel_extent(source, scene.motion.time_window, &cameras, scene.background);
+    let source_extent = subject.source.filter(|_| !cameras.is_empty()).and_then(of_source);
     Physics {
         cycle_error: cycle_errors(scene),
         extent_ratio_max: extent.map(|r| r.max),
         extent_ratio_min: extent.map(|r| r.min),
+        source_extent_ratio_max: source_extent.map(|r| r.max),
         extent_against_truth: extent_against_truth(subject, motion, rows, (rule, truth.as_ref())),
         trajectory_error,
         trajectory_detail,

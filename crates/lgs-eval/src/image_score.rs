@@ -1,14 +1,20 @@
 //! Scores of one rendered image against the true one (reference sections 2.5, 7.1 and G47).
 //!
-//! Both images are rounded to 8 bits first, as if they had been written and read back. An object scene is mostly background, which any
+//! Both images are rounded to 8 bits first, as if they had been written and read back; with [`Scoring::half_resolution`] they are then
+//! averaged to half their size, without rounding again. (Where the true image is half transparent, the published scripts truncate what
+//! we round: less than one level of 255, and nothing where it is opaque.) An object scene is mostly background, which any
 //! model paints perfectly, so PSNR is also taken over the foreground alone: the union of the true and the predicted one. With alpha in
 //! the images the true foreground is `alpha > 0.5` and the predicted one `1 − transmittance > 0.5`. Opaque images say nothing about
 //! what is background, so both are then the pixels whose colour differs from the background colour by more than
 //! [`CONTENT_THRESHOLD`]; for a room that is nearly everything. That second mask is always scored too (`psnr_content`), because
-//! some sets paint a white floor that is opaque but as flattering as an empty background.
+//! some sets paint a white floor that is opaque but as flattering as an empty background. The silhouette's PSNR compares the two
+//! foregrounds by opacity as binary images.
 
 use lgs_core::Image;
 use serde::{Deserialize, Serialize};
+
+use crate::half_size::{halved, halved_pixels};
+use crate::lpips::{Perceptual, PerceptualScore};
 
 /// Smallest mean squared error that counts: identical images score 100 dB instead of infinity.
 const MSE_FLOOR: f64 = 1e-10;
@@ -29,10 +35,23 @@ pub enum ForegroundRule {
     Colour,
 }
 
+/// How images are compared.
+#[derive(Clone, Copy, Debug)]
+pub struct Scoring<'a> {
+    /// What both models are drawn on and true images are composited over.
+    pub background: [f32; 3],
+    /// What counts as foreground.
+    pub rule: ForegroundRule,
+    /// Compare at half the size.
+    pub half_resolution: bool,
+    /// Networks of LPIPS, if there are weights.
+    pub perceptual: Option<&'a Perceptual>,
+}
+
 /// An image with the foreground it shows.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// Colours, rounded to 8 bits.
+    /// Colours, rounded to 8 bits, then perhaps averaged to half the size.
     pub image: Image,
     /// Whether each pixel is foreground.
     pub foreground: Vec<bool>,
@@ -43,11 +62,16 @@ pub struct Picture {
 impl Picture {
     /// Rounds an image and finds its foreground; `opacity` is `[height · width]`, in [0, 1].
     #[must_use]
-    pub fn new(image: &Image, opacity: impl Iterator<Item = f32>, background: [f32; 3], rule: ForegroundRule) -> Self {
-        let image = image.quantized();
-        let content: Vec<bool> = image.pixels.iter().map(|&p| differs(p, background)).collect();
-        let foreground = match rule {
-            ForegroundRule::Opacity => opacity.map(|o| o > OPACITY_THRESHOLD).collect(),
+    pub fn new(image: &Image, opacity: impl Iterator<Item = f32>, scoring: &Scoring<'_>) -> Self {
+        let mut opacity: Vec<[f32; 1]> = opacity.map(|o| [o]).collect();
+        let mut image = image.quantized();
+        if scoring.half_resolution {
+            opacity = halved_pixels(&opacity, [image.width as usize, image.height as usize]);
+            image = halved(&image);
+        }
+        let content: Vec<bool> = image.pixels.iter().map(|&p| differs(p, scoring.background)).collect();
+        let foreground = match scoring.rule {
+            ForegroundRule::Opacity => opacity.iter().map(|[o]| *o > OPACITY_THRESHOLD).collect(),
             ForegroundRule::Colour => content.clone(),
         };
         assert_eq!(foreground.len(), image.pixels.len(), "opacity and pixels");
@@ -76,17 +100,21 @@ pub struct ImageScore {
     pub psnr_foreground: Option<f64>,
     /// PSNR over the pixels of either image that differ from the background colour, dB.
     pub psnr_content: Option<f64>,
+    /// PSNR of the two foregrounds as binary images, dB; nothing without opacity.
+    pub psnr_silhouette: Option<f64>,
     /// Structural similarity.
     pub ssim: f64,
+    /// LPIPS, filled in by who has the networks.
+    pub perceptual: PerceptualScore,
     /// Foreground pixels of the prediction.
     pub predicted_pixels: usize,
     /// Foreground pixels of the truth.
     pub true_pixels: usize,
 }
 
-/// Scores a prediction; both pictures must have one size.
+/// Scores a prediction, all but LPIPS; both pictures must have one size.
 #[must_use]
-pub fn score(predicted: &Picture, truth: &Picture) -> ImageScore {
+pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> ImageScore {
     let squared = squared_errors(&predicted.image, &truth.image);
     let mse = masked_mse(&squared, |_| true).unwrap_or(0.0);
     let union = |a: &[bool], b: &[bool]| masked_mse(&squared, |i| a[i] || b[i]).map(psnr_of_mse);
@@ -95,10 +123,18 @@ pub fn score(predicted: &Picture, truth: &Picture) -> ImageScore {
         psnr: psnr_of_mse(mse),
         psnr_foreground: union(&predicted.foreground, &truth.foreground),
         psnr_content: union(&predicted.content, &truth.content),
+        psnr_silhouette: (rule == ForegroundRule::Opacity).then(|| silhouette_psnr(&predicted.foreground, &truth.foreground)),
         ssim: f64::from(lgs_render::ssim(&predicted.image, &truth.image)),
+        perceptual: PerceptualScore::default(),
         predicted_pixels: predicted.foreground_pixels(),
         true_pixels: truth.foreground_pixels(),
     }
+}
+
+/// PSNR of two binary images (G47).
+fn silhouette_psnr(a: &[bool], b: &[bool]) -> f64 {
+    let wrong = a.iter().zip(b).filter(|(a, b)| a != b).count();
+    psnr_of_mse(wrong as f64 / a.len().max(1) as f64)
 }
 
 /// `20 log10(1/√mse)`, with identical images at 100 dB.
@@ -130,8 +166,17 @@ mod tests {
     const WHITE: [f32; 3] = [1.0; 3];
 
     fn picture(pixels: Vec<[f32; 3]>, opacity: &[f32], rule: ForegroundRule) -> Picture {
+        at_size(pixels, opacity, rule, false)
+    }
+
+    fn at_size(pixels: Vec<[f32; 3]>, opacity: &[f32], rule: ForegroundRule, half_resolution: bool) -> Picture {
         let side = (pixels.len() as f32).sqrt() as u32;
-        Picture::new(&Image { width: side, height: side, pixels }, opacity.iter().copied(), WHITE, rule)
+        let scoring = Scoring { background: WHITE, rule, half_resolution, perceptual: None };
+        Picture::new(&Image { width: side, height: side, pixels }, opacity.iter().copied(), &scoring)
+    }
+
+    fn score(predicted: &Picture, truth: &Picture) -> ImageScore {
+        super::score(predicted, truth, ForegroundRule::Opacity)
     }
 
     #[test]
@@ -173,6 +218,25 @@ mod tests {
         pixels[8] = [0.99; 3];
         let a = picture(pixels, &[1.0; 256], ForegroundRule::Colour);
         assert_eq!(a.foreground_pixels(), 1);
+    }
+
+    #[test]
+    fn the_silhouette_counts_pixels_that_only_one_of_both_shows() {
+        let shown = |n: usize| (0..256).map(|i| f32::from(u8::from(i < n))).collect::<Vec<f32>>();
+        let of = |n: usize| picture(vec![WHITE; 256], &shown(n), ForegroundRule::Opacity);
+        let psnr = score(&of(40), &of(16)).psnr_silhouette.expect("opacity");
+        assert!((psnr - -10.0 * (24.0_f64 / 256.0).log10()).abs() < 1e-9);
+        assert_eq!(score(&of(16), &of(16)).psnr_silhouette, Some(100.0));
+        assert_eq!(super::score(&of(40), &of(16), ForegroundRule::Colour).psnr_silhouette, None);
+    }
+
+    #[test]
+    fn half_resolution_averages_what_was_rounded() {
+        // Columns of 0.2 (51 of 255) and 0.3 (77): their mean is no multiple of 1/255 and must not be rounded again.
+        let columns: Vec<[f32; 3]> = (0..256).map(|i| [if i % 2 == 0 { 0.2 } else { 0.3 }; 3]).collect();
+        let small = at_size(columns, &[1.0; 256], ForegroundRule::Opacity, true);
+        assert_eq!((small.image.width, small.image.height, small.foreground_pixels()), (8, 8, 64));
+        assert!(small.image.pixels.iter().all(|p| (p[0] - 64.0 / 255.0).abs() < 1e-6));
     }
 
     #[test]

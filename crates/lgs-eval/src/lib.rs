@@ -7,7 +7,9 @@
 //! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and becomes `null`; no figure is made up.
 
 mod evaluate;
+pub mod half_size;
 pub mod image_score;
+pub mod lpips;
 pub mod memory;
 mod metrics;
 pub mod physics;
@@ -18,7 +20,7 @@ pub mod table;
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use metrics::{
     Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics, ObjectPotential, ObjectSummary,
-    Physics, PotentialAgainstTruth, SplitMetrics, SplitScore, StageCost, TrajectoryDetail,
+    Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore, StageCost, TrajectoryDetail,
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};

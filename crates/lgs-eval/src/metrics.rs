@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::image_score::{ForegroundRule, ImageScore};
+use crate::lpips::store::Origin;
 
 /// Version of the layout.
 pub(crate) const SCHEMA: u32 = 1;
@@ -24,10 +25,23 @@ pub struct Metrics {
     pub cost: Cost,
     /// How foreground was told from background; nothing without images.
     pub foreground: Option<ForegroundRule>,
+    /// How images were compared.
+    #[serde(default)]
+    pub protocol: Protocol,
     /// What the scene consists of.
     pub footprint: Footprint,
     /// Image figures of every frame, by split, in the order of the dataset.
     pub frames: BTreeMap<String, Vec<FrameMetrics>>,
+}
+
+/// How images were compared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Protocol {
+    /// At half the size of the images, by averaging 2 × 2 pixels, as the published figures of single objects.
+    pub half_resolution: bool,
+    /// The weights that LPIPS used; empty without.
+    pub lpips_weights: Vec<Origin>,
 }
 
 /// Both models on one split.
@@ -41,19 +55,26 @@ pub struct SplitMetrics {
 
 /// One model on one split.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SplitScore {
     /// Mean over images of PSNR.
     pub psnr: Option<f64>,
-    /// PSNR of the mean squared error over all images ("MAEPSNR" of the published tables).
+    /// PSNR of the mean squared error over all images: `−10 log10(meanᵢ 10^(−PSNRᵢ/10))`, the "MAEPSNR" of the published tables.
     pub psnr_of_mean_mse: Option<f64>,
     /// Mean over images of PSNR over the union of true and predicted foreground.
     pub psnr_foreground: Option<f64>,
     /// Mean over images of PSNR over the pixels that differ from the background colour in either image.
     pub psnr_content: Option<f64>,
+    /// Mean over images of PSNR of true and predicted foreground as binary images; nothing for opaque images.
+    pub psnr_silhouette: Option<f64>,
     /// Mean over images of SSIM.
     pub ssim: Option<f64>,
-    /// Mean over images of LPIPS; there are no weights for it yet.
+    /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without weights.
     pub lpips_vgg: Option<f64>,
+    /// The same with inputs in [0, 1], as in the published tables of FreeGave and DefGS.
+    pub lpips_vgg_unnormalised: Option<f64>,
+    /// Mean over images of LPIPS with AlexNet, inputs in [−1, 1].
+    pub lpips_alex: Option<f64>,
     /// Number of images.
     pub frames: usize,
 }
@@ -106,6 +127,8 @@ pub struct Physics {
     pub extent_ratio_max: Option<f64>,
     /// The same, minimum.
     pub extent_ratio_min: Option<f64>,
+    /// The largest of the source model, asked for the same times.
+    pub source_extent_ratio_max: Option<f64>,
     /// Extent of the moving objects and of their paths, over the truth's.
     pub extent_against_truth: ExtentAgainstTruth,
     /// Mean position error over the truth's mean path length, by time.

@@ -1,21 +1,25 @@
 //! Both models against the images of a split.
 //!
-//! Frames are grouped by time, so that a cloud is computed once per time, and a few times are rendered together to keep all processors
-//! busy while memory stays bounded. Every frame's score is computed by itself and sums run in frame order: the number of threads changes
-//! nothing.
+//! Frames are grouped by time, so that a cloud is computed once per time, and a few frames are rendered together to keep all processors
+//! busy while memory stays bounded. LPIPS then takes one frame after another, each on all processors, as its layers need much memory.
+//! Every frame's score is computed by itself and sums run in frame order: the number of threads changes nothing.
 
-use lgs_core::GaussianCloud;
+use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 use rayon::prelude::*;
 
-use crate::image_score::{ForegroundRule, ImageScore, Picture, psnr_of_mse, score};
+use crate::image_score::{ForegroundRule, ImageScore, Picture, Scoring, psnr_of_mse, score};
+use crate::lpips::PerceptualScore;
 use crate::metrics::SplitScore;
 use crate::{finite, render};
 
 /// Times whose clouds are in memory together.
 const TIMES_AT_ONCE: usize = 4;
+
+/// Frames whose pictures are in memory together.
+const FRAMES_AT_ONCE: usize = 32;
 
 /// Scores of one frame.
 #[derive(Clone, Debug)]
@@ -41,7 +45,7 @@ pub fn score_frames(
     source: Option<&dyn SourceModel>,
     (scene, motion): (&LagrangianScene, &mut Motion<'_>),
     frames: &[Frame],
-    (background, rule): ([f32; 3], ForegroundRule),
+    scoring: &Scoring<'_>,
     done: &(dyn Fn() + Sync),
 ) -> Vec<FrameRow> {
     let groups = frames_by_time(frames);
@@ -50,33 +54,68 @@ pub fn score_frames(
         let mut jobs = Vec::new();
         for (time, members) in chunk {
             let lagrangian = scene.cloud_at(&motion.state_at(*time));
-            jobs.push((lagrangian, source.map(|s| s.cloud_at(*time)), members));
+            // What a source does not know is not scored.
+            jobs.push((lagrangian, source.filter(|s| s.covers(*time)).map(|s| s.cloud_at(*time)), members));
         }
         let views: Vec<(&GaussianCloud, Option<&GaussianCloud>, usize)> =
             jobs.iter().flat_map(|(l, s, members)| members.iter().map(move |&i| (l, s.as_ref(), i))).collect();
-        rows.par_extend(views.into_par_iter().map(|(lagrangian, source, index)| {
-            let row = score_frame(&frames[index], lagrangian, source, background, rule);
-            done();
-            FrameRow { index, source: row.1, lagrangian: row.0 }
-        }));
+        for views in views.chunks(FRAMES_AT_ONCE) {
+            let drawn = |&(lagrangian, source, index): &(&GaussianCloud, Option<&GaussianCloud>, usize)| {
+                let pictures = Pictures::new(&frames[index], lagrangian, source, scoring);
+                let row = pictures.row(index, scoring.rule);
+                let Some(_) = scoring.perceptual else {
+                    done();
+                    return (row, None);
+                };
+                (row, Some(pictures))
+            };
+            let scored: Vec<(FrameRow, Option<Pictures>)> = views.par_iter().map(drawn).collect();
+            for (mut row, pictures) in scored {
+                if let (Some(pictures), Some(perceptual)) = (pictures, scoring.perceptual) {
+                    row.set_perceptual(&perceptual.score(&pictures.predictions(), &pictures.truth.image));
+                    done();
+                }
+                rows.push(row);
+            }
+        }
     }
     rows.sort_by_key(|row| row.index);
     rows
 }
 
-fn score_frame(
-    frame: &Frame,
-    lagrangian: &GaussianCloud,
-    source: Option<&GaussianCloud>,
-    background: [f32; 3],
-    rule: ForegroundRule,
-) -> (ImageScore, Option<ImageScore>) {
-    let truth = Picture::new(&frame.composited(background), frame.alpha().into_iter(), background, rule);
-    let of = |cloud: &GaussianCloud| {
-        let rendered = render(cloud, &frame.camera, background);
-        score(&Picture::new(&rendered.image, rendered.opacity(), background, rule), &truth)
-    };
-    (of(lagrangian), source.map(of))
+impl FrameRow {
+    /// Fills in LPIPS, in the order of [`Pictures::predictions`].
+    fn set_perceptual(&mut self, scores: &[PerceptualScore]) {
+        let models = std::iter::once(&mut self.lagrangian).chain(self.source.as_mut());
+        models.zip(scores).for_each(|(model, score)| model.perceptual = *score);
+    }
+}
+
+/// One frame: the truth and what both models draw.
+struct Pictures {
+    truth: Picture,
+    lagrangian: Picture,
+    source: Option<Picture>,
+}
+
+impl Pictures {
+    fn new(frame: &Frame, lagrangian: &GaussianCloud, source: Option<&GaussianCloud>, scoring: &Scoring<'_>) -> Self {
+        let drawn = |cloud: &GaussianCloud| {
+            let rendered = render(cloud, &frame.camera, scoring.background);
+            Picture::new(&rendered.image, rendered.opacity(), scoring)
+        };
+        let truth = Picture::new(&frame.composited(scoring.background), frame.alpha().into_iter(), scoring);
+        Self { truth, lagrangian: drawn(lagrangian), source: source.map(drawn) }
+    }
+
+    fn row(&self, index: usize, rule: ForegroundRule) -> FrameRow {
+        let of = |picture: &Picture| score(picture, &self.truth, rule);
+        FrameRow { index, source: self.source.as_ref().map(of), lagrangian: of(&self.lagrangian) }
+    }
+
+    fn predictions(&self) -> Vec<&Image> {
+        std::iter::once(&self.lagrangian).chain(&self.source).map(|picture| &picture.image).collect()
+    }
 }
 
 /// Indices of frames by time, times ascending.
@@ -99,13 +138,17 @@ fn frames_by_time(frames: &[Frame]) -> Vec<(f32, Vec<usize>)> {
 pub fn aggregate(scores: &[ImageScore]) -> Option<SplitScore> {
     let mean = |values: Vec<f64>| finite(values.iter().sum::<f64>() / values.len() as f64);
     let mse = mean(scores.iter().map(|s| s.mse).collect())?;
+    let perceptual = |pick: fn(&PerceptualScore) -> Option<f64>| mean(scores.iter().filter_map(|s| pick(&s.perceptual)).collect());
     Some(SplitScore {
         psnr: mean(scores.iter().map(|s| s.psnr).collect()),
         psnr_of_mean_mse: Some(psnr_of_mse(mse)),
         psnr_foreground: mean(scores.iter().filter_map(|s| s.psnr_foreground).collect()),
         psnr_content: mean(scores.iter().filter_map(|s| s.psnr_content).collect()),
+        psnr_silhouette: mean(scores.iter().filter_map(|s| s.psnr_silhouette).collect()),
         ssim: mean(scores.iter().map(|s| s.ssim).collect()),
-        lpips_vgg: None,
+        lpips_vgg: perceptual(|p| p.vgg),
+        lpips_vgg_unnormalised: perceptual(|p| p.vgg_unnormalised),
+        lpips_alex: perceptual(|p| p.alex),
         frames: scores.len(),
     })
 }
@@ -116,7 +159,17 @@ mod tests {
 
     fn with_mse(mse: f64, foreground: Option<f64>) -> ImageScore {
         let psnr = psnr_of_mse(mse);
-        ImageScore { mse, psnr, psnr_foreground: foreground, psnr_content: None, ssim: 0.5, predicted_pixels: 0, true_pixels: 0 }
+        ImageScore {
+            mse,
+            psnr,
+            psnr_foreground: foreground,
+            psnr_content: None,
+            psnr_silhouette: None,
+            ssim: 0.5,
+            perceptual: PerceptualScore { alex: foreground, ..PerceptualScore::default() },
+            predicted_pixels: 0,
+            true_pixels: 0,
+        }
     }
 
     #[test]
@@ -125,7 +178,7 @@ mod tests {
         assert!((split.psnr.expect("psnr") - 30.0).abs() < 1e-9);
         assert!((split.psnr_of_mean_mse.expect("psnr") - -10.0 * (0.00505_f64).log10()).abs() < 1e-9);
         assert_eq!(split.psnr_foreground, Some(10.0), "frames without foreground do not count");
-        assert_eq!(split.frames, 2);
+        assert_eq!((split.frames, split.lpips_alex, split.lpips_vgg), (2, Some(10.0), None));
     }
 
     #[test]

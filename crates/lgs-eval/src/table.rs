@@ -25,7 +25,20 @@ pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     if names.is_empty() {
         return Vec::new();
     }
-    let header = ["split", "model", "PSNR", "of mean MSE", "foreground", "content", "SSIM", "frames"];
+    let header = [
+        "split",
+        "model",
+        "PSNR",
+        "of mean MSE",
+        "foreground",
+        "content",
+        "silhouette",
+        "SSIM",
+        "LPIPS vgg",
+        "vgg [0,1]",
+        "alex",
+        "frames",
+    ];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     for name in names {
         let split = &metrics.splits[name];
@@ -37,6 +50,7 @@ pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
 
 fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
     let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
+    let lpips = |value: Option<f64>| value.map_or_else(|| "n/a".to_owned(), |v| format!("{v:.4}"));
     vec![
         split.to_owned(),
         model.to_owned(),
@@ -44,7 +58,11 @@ fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
         number(score.psnr_of_mean_mse, 2),
         number(score.psnr_foreground, 2),
         number(score.psnr_content, 2),
+        number(score.psnr_silhouette, 2),
         number(score.ssim, 4),
+        lpips(score.lpips_vgg),
+        lpips(score.lpips_vgg_unnormalised),
+        lpips(score.lpips_alex),
         score.frames.to_string(),
     ]
 }
@@ -132,6 +150,7 @@ mod tests {
         let firsts: Vec<&str> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
         assert_eq!(firsts, ["split", "val", "test", "past", "extra", "cycle"], "{text}");
         assert!(text.contains("31.23") && text.contains("0.9877") && text.contains("0.120 %"), "{text}");
+        assert!(text.lines().nth(1).is_some_and(|line| line.matches("n/a").count() == 3), "no LPIPS without weights: {text}");
     }
 
     #[test]

@@ -155,14 +155,22 @@ impl TensorFile {
     /// # Errors
     /// If it cannot be read, is damaged, or is of another format or version.
     pub fn load(path: &Path, format: &str) -> Result<Self, TensorFileError> {
+        Self::load_one_of(path, &[format])
+    }
+
+    /// Reads a file of any of several formats; [`Self::format`] says which it is.
+    ///
+    /// # Errors
+    /// If it cannot be read, is damaged, or is of another format or version.
+    pub fn load_one_of(path: &Path, formats: &[&str]) -> Result<Self, TensorFileError> {
         let bytes = std::fs::read(path).map_err(|source| TensorFileError::Read { path: path.to_owned(), source })?;
         let damaged = |reason: String| TensorFileError::Damaged { path: path.to_owned(), reason };
         let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|e| damaged(e.to_string()))?;
         let json = header.metadata().as_ref().and_then(|m| m.get("lagrangegs").cloned()).unwrap_or_else(|| "{}".to_owned());
         let mut metadata: BTreeMap<String, String> = serde_json::from_str(&json).map_err(|e| damaged(e.to_string()))?;
         let found = metadata.remove(FORMAT_KEY).unwrap_or_else(|| "no format name".to_owned());
-        if found != format {
-            return Err(TensorFileError::Format { path: path.to_owned(), expected: format.to_owned(), found });
+        if !formats.contains(&found.as_str()) {
+            return Err(TensorFileError::Format { path: path.to_owned(), expected: formats.join("` or `"), found });
         }
         let parsed = SafeTensors::deserialize(&bytes).map_err(|e| damaged(e.to_string()))?;
         let mut file = Self { format: found, path: path.to_owned(), metadata, tensors: BTreeMap::new() };
@@ -176,6 +184,12 @@ impl TensorFile {
             file.tensors.insert(name, (view.shape().to_vec(), values));
         }
         Ok(file)
+    }
+
+    /// Format name and version.
+    #[must_use]
+    pub fn format(&self) -> &str {
+        &self.format
     }
 
     /// A metadata entry.

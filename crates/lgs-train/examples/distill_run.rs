@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use lgs_model::source::DefGs;
+use lgs_model::source::load_source;
 use lgs_train::stages::{BakeRequest, bake};
 use lgs_train::{RunFolder, TrainConfig};
 
@@ -21,10 +21,12 @@ fn pixel_size(root: &Path) -> Result<f32, Box<dyn std::error::Error>> {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     tracing_subscriber::fmt().with_env_filter(tracing_subscriber::EnvFilter::from_default_env()).with_writer(std::io::stderr).init();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let Some((root, settings)) = arguments.split_first() else { return Err("usage: distill_run RUN [key=value]…".into()) };
+    let Some((root, given)) = arguments.split_first() else { return Err("usage: distill_run RUN [key=value]…".into()) };
     let (run, own) = RunFolder::open(Path::new(root))?;
-    let config = TrainConfig::resolve(own.preset, None, settings)?;
-    let source = DefGs::load(&run.source_path())?;
+    let mut settings = vec![format!("source.kind={}", own.source.kind.name())];
+    settings.extend_from_slice(given);
+    let config = TrainConfig::resolve(own.preset, None, &settings)?;
+    let source = load_source(&run.source_path(own.source.kind))?;
     let request = BakeRequest {
         partition: &config.partition,
         distill: &config.distill,
@@ -34,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         background: [1.0; 3],
         seed: config.seed,
     };
-    let baked = bake(&source, &request, &mut |_, _, _| {})?;
+    let baked = bake(&*source, &request, &mut |_, _, _| {})?;
     println!("{}", serde_json::to_string_pretty(&baked.reports)?);
     Ok(())
 }

@@ -1,21 +1,31 @@
-//! Trains a source model on a dataset and prints what its held-out frames say: `train_source DATA [key=value]…`.
+//! Trains a source model on a dataset and prints what its held-out frames say, as a whole and by time: `train_source DATA [key=value]…`.
 
 use std::path::Path;
 use std::time::Instant;
 
 use lgs_data::dataset::{Dataset, Frame, LoadOptions};
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::SourceModel;
 use lgs_render::{Splats, psnr, rasterize};
 use lgs_train::config::{Preset, TrainConfig};
 use lgs_train::source::SourceTrainer;
 
-fn mean_psnr(model: &DefGs, frames: &[Frame], background: [f32; 3]) -> f32 {
+/// Parts of a split that are printed by themselves.
+const PARTS: usize = 8;
+
+/// PSNR by time, dB.
+fn psnr_by_time(model: &dyn SourceModel, frames: &[Frame], background: [f32; 3]) -> Vec<(f32, f32)> {
     let psnr = |frame: &Frame| {
         let cloud = model.cloud_at(frame.time);
         let drawn = rasterize(&Splats::from(&cloud), &frame.camera, background);
-        psnr(&drawn.to_image(), &frame.composited(background))
+        (frame.time, psnr(&drawn.to_image(), &frame.composited(background)))
     };
-    frames.iter().map(psnr).sum::<f32>() / frames.len().max(1) as f32
+    let mut rows: Vec<(f32, f32)> = frames.iter().map(psnr).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows
+}
+
+fn mean(rows: &[(f32, f32)]) -> f32 {
+    rows.iter().map(|(_, psnr)| psnr).sum::<f32>() / rows.len().max(1) as f32
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,18 +37,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dataset = Dataset::load(Path::new(&data), &options, &|_, _| {})?;
     let mut trainer = SourceTrainer::new(&dataset, &config.source, config.seed)?;
     let start = Instant::now();
-    let mut mean = 0.0;
+    let mut recent = 0.0;
     while !trainer.is_done() {
         let report = trainer.step()?;
-        mean += report.psnr / 100.0;
+        recent += report.psnr / 100.0;
         if report.iteration % 100 == 0 {
-            eprintln!("{:5} psnr {mean:.2} gaussians {} {:.1} s", report.iteration, report.gaussians, start.elapsed().as_secs_f32());
-            mean = 0.0;
+            eprintln!("{:5} psnr {recent:.2} gaussians {} {:.1} s", report.iteration, report.gaussians, start.elapsed().as_secs_f32());
+            recent = 0.0;
         }
     }
     let model = trainer.model();
     for split in ["val", "test"] {
-        println!("{split} {:.2} dB", mean_psnr(&model, dataset.split(split), dataset.background));
+        let rows = psnr_by_time(&*model, dataset.split(split), dataset.background);
+        println!("{split} {:.2} dB", mean(&rows));
+        for part in rows.chunks(rows.len().div_ceil(PARTS).max(1)) {
+            eprintln!("{split} from t = {:.3}: {:.2} dB", part[0].0, mean(part));
+        }
     }
     Ok(())
 }

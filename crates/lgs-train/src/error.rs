@@ -23,7 +23,17 @@ pub enum TrainError {
     Distill(#[from] lgs_distill::DistillError),
     /// A trained source model's file.
     #[error(transparent)]
-    Source(#[from] lgs_model::source::DefGsError),
+    Source(#[from] lgs_model::source::SourceError),
+    /// A source model from elsewhere does not fit the run.
+    #[error("the imported source: expected {expected}, found {found}: {}", path.display())]
+    Import {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is needed.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
     /// Another file.
     #[error(transparent)]
     File(#[from] FileError),

@@ -62,6 +62,16 @@ impl EventLog {
         Self::open(path)
     }
 
+    /// Begins a log with what another one tells of the source.
+    ///
+    /// # Errors
+    /// If one cannot be read or the other not be written.
+    pub fn adopt_source(from: &Path, to: &Path) -> Result<(), TrainError> {
+        let text = std::fs::read_to_string(from).map_err(|e| FileError::new("read file", from, e))?;
+        write_atomically(to, |w| w.write_all(text.as_bytes()))?;
+        Self::resume(to, Stage::Source, usize::MAX).map(drop)
+    }
+
     fn open(path: &Path) -> Result<Self, TrainError> {
         let file = OpenOptions::new().append(true).open(path).map_err(|e| FileError::new("open file", path, e))?;
         Ok(Self { path: path.to_owned(), file })

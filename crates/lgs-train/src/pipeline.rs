@@ -4,13 +4,14 @@ use std::sync::atomic::Ordering;
 
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, save_scene, scene_from_tensors};
 
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::events::{Event, EventLog};
+use crate::import::imported_source;
 use crate::run::{CheckpointTimer, Control, Progress, RunFolder, train_source};
 use crate::stages::{BakeRequest, TuneDynamics, TuneGaussians, Tuning, bake};
 
@@ -20,12 +21,12 @@ const EVENT_INTERVAL: usize = 10;
 /// What a finished run leaves.
 pub struct Trained {
     /// The source model.
-    pub source: DefGs,
+    pub source: Box<dyn SourceModel>,
     /// The deliverable.
     pub scene: LagrangianScene,
 }
 
-/// Trains all stages of a run, continuing from its latest checkpoint if it has one, and writes `source/` and `lagrangian.safetensors`.
+/// Trains all stages of a run (without images, an imported source and stage 1), continuing from its latest checkpoint if it has one, and writes `source/` and `lagrangian.safetensors`.
 ///
 /// # Errors
 /// If a file cannot be read or written, a value stops being finite, or a stop was asked for (after a checkpoint).
@@ -33,14 +34,21 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
     let pipeline = Pipeline { run, dataset, config, checkpoints: run.checkpoints(config, dataset) };
     let latest = pipeline.checkpoints.latest()?;
     let source = match &latest {
-        Some(checkpoint) if checkpoint.stage > Stage::Source => DefGs::load(&run.source_path())?,
-        from => train_source(run, dataset, config, from.as_ref(), control)?,
+        Some(checkpoint) if checkpoint.stage > Stage::Source => load_source(&run.source_path(config.source.kind))?,
+        // Taken over from another run.
+        None if run.source_path(config.source.kind).exists() => load_source(&run.source_path(config.source.kind))?,
+        from => pipeline.source(from.as_ref(), control)?,
     };
     let latest = latest.filter(|c| c.stage > Stage::Source);
+    if !pipeline.has_images() {
+        let scene = pipeline.distill(&*source, control)?;
+        save_scene(&scene, &run.scene_path())?;
+        return Ok(Trained { source, scene });
+    }
     let scene = match &latest {
         Some(checkpoint) if checkpoint.stage == Stage::TuneGaussians => pipeline.scene_of(checkpoint)?,
         Some(checkpoint) => pipeline.tune_dynamics(pipeline.scene_of(checkpoint)?, Some(checkpoint), control)?,
-        None => pipeline.tune_dynamics(pipeline.distill(&source, control)?, None, control)?,
+        None => pipeline.tune_dynamics(pipeline.distill(&*source, control)?, None, control)?,
     };
     let from = latest.as_ref().filter(|c| c.stage == Stage::TuneGaussians);
     let scene = pipeline.tune_gaussians(scene, from, control)?;
@@ -56,18 +64,35 @@ struct Pipeline<'a> {
 }
 
 impl Pipeline<'_> {
+    /// The source model of the configured kind, from where a checkpoint left it; it is in the run's folder afterwards.
+    fn source(&self, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<Box<dyn SourceModel>, TrainError> {
+        match self.config.source.import.as_str() {
+            "" => train_source(self.run, self.dataset, self.config, from, control),
+            _ => {
+                let source = imported_source(self.config, self.has_images())?;
+                self.run.write_source(&*source, 0, self.dataset)?;
+                Ok(source)
+            }
+        }
+    }
+
+    /// Whether there is anything to tune on; without, training ends with stage 1.
+    fn has_images(&self) -> bool {
+        !self.dataset.split("train").is_empty()
+    }
+
     fn scene_of(&self, checkpoint: &Checkpoint) -> Result<LagrangianScene, TrainError> {
         Ok(scene_from_tensors(&checkpoint.file, &checkpoint.path)?)
     }
 
     /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`.
-    fn distill(&self, source: &DefGs, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+    fn distill(&self, source: &dyn SourceModel, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
         let _span = tracing::trace_span!("distill").entered();
         let request = BakeRequest {
             partition: &self.config.partition,
             distill: &self.config.distill,
             motion: &self.config.motion,
-            time_window: self.time_window(),
+            time_window: self.time_window(source),
             pixel_size: self.dataset.pixel_size(),
             background: self.dataset.background,
             seed: self.config.seed,
@@ -83,9 +108,12 @@ impl Pipeline<'_> {
         Ok(baked.scene)
     }
 
-    /// End of the captured window: the last training time.
-    fn time_window(&self) -> f32 {
-        self.dataset.split("train").iter().map(|f| f.time).fold(self.config.motion.dt, f32::max)
+    /// End of the captured window: the last training time, or the end of what the source knows if that is earlier.
+    fn time_window(&self, source: &dyn SourceModel) -> f32 {
+        let images = self.dataset.split("train").iter().map(|f| f.time).reduce(f32::max);
+        let known = source.time_range().map(|[_, last]| last);
+        let window = images.into_iter().chain(known).fold(f32::INFINITY, f32::min);
+        if window.is_finite() { window.max(self.config.motion.dt) } else { self.config.motion.dt }
     }
 
     fn tune_dynamics(
@@ -94,7 +122,11 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &self.config.tune_dynamics, self.config.seed), from, control)
+        let mut config = self.config.tune_dynamics.clone();
+        if self.config.last_stage < 2 {
+            config.iterations = 0;
+        }
+        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
     }
 
     fn tune_gaussians(
@@ -103,7 +135,11 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &self.config.tune_gaussians, self.config.seed), from, control)
+        let mut config = self.config.tune_gaussians.clone();
+        if self.config.last_stage < 3 {
+            config.iterations = 0;
+        }
+        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
     }
 
     /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a checkpoint also marks its

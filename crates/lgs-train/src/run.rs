@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::{cameras, ply};
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::{SourceKind, SourceModel};
 
 use crate::TrainError;
 use crate::checkpoint::{Checkpoint, Checkpoints, RunIdentity, Stage};
@@ -59,7 +59,10 @@ impl RunFolder {
         if folder.config_path().exists() || folder.checkpoints_path().exists() {
             return Err(TrainError::Occupied(root.to_owned()));
         }
-        let dataset = format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint);
+        let dataset = match dataset.splits.is_empty() {
+            true => "# dataset: none\n".to_owned(),
+            false => format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint),
+        };
         let text = dataset + &config.to_toml()?;
         write_with_parents(&folder.config_path(), |w| w.write_all(text.as_bytes()))?;
         write_atomically(&folder.events_path(), |_| Ok(()))?;
@@ -102,10 +105,10 @@ impl RunFolder {
         self.root.join("checkpoints")
     }
 
-    /// The trained source model.
+    /// The source model, of the kind that the configuration names.
     #[must_use]
-    pub fn source_path(&self) -> PathBuf {
-        self.root.join("source").join("defgs.safetensors")
+    pub fn source_path(&self, kind: SourceKind) -> PathBuf {
+        self.root.join("source").join(format!("{}.safetensors", kind.name()))
     }
 
     /// The deliverable.
@@ -125,7 +128,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// If something cannot be written.
-    pub fn write_source(&self, model: &DefGs, iteration: usize, dataset: &Dataset) -> Result<(), TrainError> {
+    pub fn write_source(&self, model: &dyn SourceModel, iteration: usize, dataset: &Dataset) -> Result<(), TrainError> {
         let folder = self.root.join("source");
         let cloud = folder.join("point_cloud").join(format!("iteration_{iteration}")).join("point_cloud.ply");
         if let Some(parent) = cloud.parent() {
@@ -134,8 +137,50 @@ impl RunFolder {
         ply::write_ply(&cloud, &model.cloud_at(0.0))?;
         let views: Vec<(String, lgs_core::Camera)> = dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
         cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
-        Ok(model.save(&self.source_path())?)
+        Ok(model.save(&self.source_path(model.kind()))?)
     }
+
+    /// Takes over the trained source of another run of the same dataset, seed, image and source settings: model, splat file, cameras and
+    /// training curve. Training then goes on with stage 1. Nothing happens where this run has a source.
+    ///
+    /// # Errors
+    /// If the other run was made with other settings, or a file cannot be read or written.
+    pub fn adopt_source(&self, config: &TrainConfig, from: &Path) -> Result<(), TrainError> {
+        if self.source_path(config.source.kind).exists() {
+            return Ok(());
+        }
+        let (other, found) = Self::open(from)?;
+        let of_source =
+            |c: &TrainConfig| TrainConfig { seed: c.seed, data: c.data.clone(), source: c.source.clone(), ..TrainConfig::default() };
+        if of_source(config) != of_source(&found) {
+            let (expected, found) = (of_source(config).hash(), of_source(&found).hash());
+            return Err(TrainError::Mismatch { path: other.config_path(), what: "source settings", expected, found });
+        }
+        let (own, partial) = (self.root.join("source"), self.root.join(".source-partial"));
+        for folder in [&own, &partial].into_iter().filter(|folder| folder.exists()) {
+            std::fs::remove_dir_all(folder).map_err(|e| FileError::new("remove folder", folder, e))?;
+        }
+        link_tree(&other.root.join("source"), &partial)?;
+        EventLog::adopt_source(&other.events_path(), &self.events_path())?;
+        std::fs::rename(&partial, &own).map_err(|e| FileError::new("rename folder", &own, e))?;
+        Ok(())
+    }
+}
+
+/// Puts the files of a folder into a new one: links where the file system can, which is safe as files are never written in place, else copies.
+fn link_tree(from: &Path, to: &Path) -> Result<(), FileError> {
+    std::fs::create_dir_all(to).map_err(|e| FileError::new("create folder", to, e))?;
+    let entries = std::fs::read_dir(from).map_err(|e| FileError::new("read folder", from, e))?;
+    for entry in entries {
+        let path = entry.map_err(|e| FileError::new("read folder", from, e))?.path();
+        let copy = to.join(path.file_name().unwrap_or_default());
+        if path.is_dir() {
+            link_tree(&path, &copy)?;
+        } else if std::fs::hard_link(&path, &copy).is_err() {
+            std::fs::copy(&path, &copy).map_err(|e| FileError::new("copy file", &path, e))?;
+        }
+    }
+    Ok(())
 }
 
 /// Calls for a checkpoint every so many seconds.
@@ -171,7 +216,7 @@ pub fn train_source(
     config: &TrainConfig,
     from: Option<&Checkpoint>,
     control: &mut Control<'_>,
-) -> Result<DefGs, TrainError> {
+) -> Result<Box<dyn SourceModel>, TrainError> {
     let _span = tracing::trace_span!("source").entered();
     let checkpoints = run.checkpoints(config, dataset);
     let mut trainer = match from {
@@ -204,6 +249,6 @@ pub fn train_source(
     }
     save(&trainer)?;
     let model = trainer.model();
-    run.write_source(&model, trainer.iteration(), dataset)?;
+    run.write_source(&*model, trainer.iteration(), dataset)?;
     Ok(model)
 }

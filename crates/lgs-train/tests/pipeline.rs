@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
+use lgs_model::source::SourceKind;
 use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, train};
 
 fn tiny_dataset(folder: &Path) -> Dataset {
@@ -15,8 +16,13 @@ fn tiny_dataset(folder: &Path) -> Dataset {
     Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
 }
 
-fn tiny_config() -> TrainConfig {
+fn tiny_config(kind: SourceKind) -> TrainConfig {
+    tiny_config_with(kind, &[])
+}
+
+fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
     let settings = [
+        &format!("source.kind={}", kind.name()),
         // Twice these: a warm-up to 40, a window that grows to 72, and 120 in all.
         "source.stretch=2",
         "source.iterations=60",
@@ -35,12 +41,13 @@ fn tiny_config() -> TrainConfig {
         "tune_gaussians.iterations=12",
         "tune_gaussians.refresh_every=5",
     ];
-    TrainConfig::resolve(Preset::Quick, None, &settings.map(str::to_owned)).expect("config")
+    let settings: Vec<String> = settings.iter().chain(more).map(|s| (*s).to_owned()).collect();
+    TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.
-fn run(folder: &Path, dataset: &Dataset, stop_at: Option<(Stage, usize)>) -> Result<Trained, TrainError> {
-    let config = tiny_config();
+fn run(folder: &Path, dataset: &Dataset, kind: SourceKind, stop_at: Option<(Stage, usize)>) -> Result<Trained, TrainError> {
+    let config = tiny_config(kind);
     let run = if folder.exists() { RunFolder::open(folder)?.0 } else { RunFolder::create(folder, &config, dataset)? };
     let stop = AtomicBool::new(false);
     let mut progress = |p: Progress| {
@@ -55,26 +62,38 @@ fn run(folder: &Path, dataset: &Dataset, stop_at: Option<(Stage, usize)>) -> Res
 fn delivered(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let checkpoints = std::fs::read_dir(folder.join("checkpoints")).expect("checkpoints").map(|e| e.expect("entry").path());
     let mut files: Vec<_> = checkpoints.filter(|p| p.to_string_lossy().contains("tune-gaussians-0000012")).collect();
-    files.extend([folder.join("lagrangian.safetensors"), folder.join("source/defgs.safetensors"), folder.join("events.jsonl")]);
+    let source = std::fs::read_dir(folder.join("source")).expect("source").map(|e| e.expect("entry").path());
+    files.extend(source.filter(|p| p.extension().is_some_and(|e| e == "safetensors")));
+    files.extend([folder.join("lagrangian.safetensors"), folder.join("events.jsonl")]);
     files.into_iter().map(|p| (p.file_name().expect("name").to_string_lossy().into_owned(), std::fs::read(&p).expect("read"))).collect()
 }
 
 #[test]
 fn a_run_that_was_stopped_in_every_stage_delivers_the_same_bytes_on_any_number_of_threads() {
+    stopped_runs_deliver_the_same_bytes(SourceKind::Defgs);
+}
+
+#[test]
+fn so_does_one_with_a_velocity_field() {
+    stopped_runs_deliver_the_same_bytes(SourceKind::Freegave);
+}
+
+fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     let folder = tempfile::tempdir().expect("folder");
     let dataset = tiny_dataset(folder.path());
     let (whole, stopped) = (folder.path().join("whole"), folder.path().join("stopped"));
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool");
-    let trained = one_thread.install(|| run(&whole, &dataset, None)).expect("train");
+    let trained = one_thread.install(|| run(&whole, &dataset, kind, None)).expect("train");
+    assert_eq!(trained.source.kind(), kind);
     assert!(!trained.scene.movers.is_empty(), "the ball was found to move");
     assert!(trained.scene.velocities.as_flattened().iter().all(|v| v.is_finite()));
 
     let three_threads = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("pool");
     for stop in [(Stage::Source, 30), (Stage::Source, 55), (Stage::Source, 101), (Stage::TuneDynamics, 2), (Stage::TuneGaussians, 7)] {
-        let interrupted = three_threads.install(|| run(&stopped, &dataset, Some(stop)));
+        let interrupted = three_threads.install(|| run(&stopped, &dataset, kind, Some(stop)));
         assert!(matches!(interrupted, Err(TrainError::Interrupted { .. })), "stopped in {stop:?}");
     }
-    three_threads.install(|| run(&stopped, &dataset, None)).expect("resume");
+    three_threads.install(|| run(&stopped, &dataset, kind, None)).expect("resume");
     let (whole, stopped) = (delivered(&whole), delivered(&stopped));
     assert_eq!(whole.len(), 4);
     assert_eq!(whole.keys().collect::<Vec<_>>(), stopped.keys().collect::<Vec<_>>());
@@ -84,16 +103,38 @@ fn a_run_that_was_stopped_in_every_stage_delivers_the_same_bytes_on_any_number_o
 }
 
 #[test]
+fn an_ablated_run_leaves_out_what_it_names() {
+    let folder = tempfile::tempdir().expect("folder");
+    tiny_dataset(folder.path());
+    let config =
+        tiny_config_with(SourceKind::Defgs, &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"]);
+    let options = LoadOptions { train_before: Some(config.data.train_before), ..LoadOptions::default() };
+    let dataset = Dataset::load(&folder.path().join("data"), &options, &|_, _| {}).expect("load");
+    let path = folder.path().join("run");
+    let run = RunFolder::create(&path, &config, &dataset).expect("run");
+    let mut stages = std::collections::BTreeSet::new();
+    let mut progress = |p: Progress| {
+        stages.insert(p.stage);
+    };
+    let scene =
+        train(&run, &dataset, &config, &mut Control { stop: &AtomicBool::new(false), progress: &mut progress }).expect("train").scene;
+    assert_eq!(stages.into_iter().collect::<Vec<_>>(), [Stage::Source, Stage::Distill]);
+    assert!(!scene.objects.is_empty() && scene.objects.iter().all(|object| object.supports.is_none()));
+    assert!(scene.objects.iter().all(|object| object.system.config.force == lgs_dynamics::ForceKind::None));
+    assert!((scene.motion.time_window - 25.0 / 60.0).abs() < 1e-5, "the last training time below 0.5: {}", scene.motion.time_window);
+}
+
+#[test]
 fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
     let folder = tempfile::tempdir().expect("folder");
     let dataset = tiny_dataset(folder.path());
     let path = folder.path().join("run");
-    run(&path, &dataset, Some((Stage::Source, 3))).err().expect("stopped");
-    let again = RunFolder::create(&path, &tiny_config(), &dataset).expect_err("occupied").to_string();
+    run(&path, &dataset, SourceKind::Freegave, Some((Stage::Source, 3))).err().expect("stopped");
+    let again = RunFolder::create(&path, &tiny_config(SourceKind::Freegave), &dataset).expect_err("occupied").to_string();
     assert!(again.contains("run"), "{again}");
     let checkpoint = std::fs::read_dir(path.join("checkpoints")).expect("folder").next().expect("one").expect("entry").path();
     let bytes = std::fs::read(&checkpoint).expect("read");
     std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).expect("cut");
-    let error = run(&path, &dataset, None).err().expect("damaged").to_string();
+    let error = run(&path, &dataset, SourceKind::Freegave, None).err().expect("damaged").to_string();
     assert!(error.contains("0-source-0000003.safetensors"), "{error}");
 }

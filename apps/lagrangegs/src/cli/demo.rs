@@ -9,9 +9,9 @@ use lgs_core::{Camera, Image};
 use lgs_data::dataset::Dataset;
 use lgs_data::synth::SynthOptions;
 use lgs_dynamics::{Edit, Reversal};
+use lgs_eval::EvalOptions;
 use lgs_eval::table::table;
 use lgs_model::Motion;
-use lgs_model::source::SourceModel;
 use lgs_report::sheet::{Row, contact_sheet, evenly};
 use lgs_report::{longest_view, spread_in_time};
 use lgs_train::TrainConfig;
@@ -67,9 +67,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request { data: &data, out: &root, config, resume })?;
+    train::train(&train::Request { data: Some(&data), out: &root, config, resume, source_from: None })?;
     let run = Run::open(&root)?;
-    let metrics = measure(&run, Some(&data), None)?;
+    let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;
     let renders = root.join("renders");
     pictures(&run, &renders)?;
     let dataset = load_dataset(&data, &load_options(&run.config, None))?;

@@ -7,13 +7,13 @@ use lgs_data::files::write_atomically;
 use lgs_data::synth::GroundTruth;
 use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
-use lgs_model::source::SourceModel;
 
 use super::failure::At;
 use super::output;
 use super::progress::Task;
 use super::report::write_report;
 use super::run::{Run, load_dataset, load_options};
+use super::weights::perceptual;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -25,6 +25,12 @@ pub(super) struct Args {
     /// Dataset, if it is no longer where training found it
     #[arg(long, value_name = "DATA")]
     data: Option<PathBuf>,
+    /// Compare images at half their size, as the published figures of single objects
+    #[arg(long)]
+    half_resolution: bool,
+    /// Leave LPIPS out, which takes long, even if there are weights for it
+    #[arg(long)]
+    no_lpips: bool,
     /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
@@ -32,23 +38,23 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
-    let metrics = measure(&run, args.data.as_deref(), args.split.clone())?;
+    let perceptual = if args.no_lpips { None } else { perceptual()? };
+    let options = EvalOptions { half_resolution: args.half_resolution, perceptual: perceptual.as_ref(), ..EvalOptions::default() };
+    let metrics = measure(&run, args.data.as_deref(), args.split.clone(), &options)?;
     if args.json { output::print_json(&metrics) } else { output::print(&table(&metrics)) }
 }
 
 /// Computes a run's metrics and writes them into its folder, as `metrics.json`, as figures and as a page.
-pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>) -> Result<Metrics> {
+pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>, options: &EvalOptions<'_>) -> Result<Metrics> {
     let root = run.dataset_path(data)?;
-    let dataset = load_dataset(&root, &load_options(&run.config, splits))?;
-    let truth = GroundTruth::load(&root).at(&root)?;
-    let source = run.source()?;
-    let subject = Subject {
-        scene: &run.scene,
-        source: source.as_ref().map(|source| source as &dyn SourceModel),
-        dataset: Some(&dataset),
-        truth: truth.as_ref(),
+    let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
+    let truth = match &root {
+        Some(root) => GroundTruth::load(root).at(root)?,
+        None => None,
     };
-    let mut metrics = scored(&subject);
+    let source = run.source()?;
+    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
+    let mut metrics = scored(&subject, options);
     metrics.cost = run.cost();
     let path = run.folder.root().join("metrics.json");
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, &metrics).map_err(Into::into)).at(&path)?;
@@ -56,8 +62,8 @@ pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>
     Ok(metrics)
 }
 
-fn scored(subject: &Subject<'_>) -> Metrics {
+fn scored(subject: &Subject<'_>, options: &EvalOptions<'_>) -> Metrics {
     let _span = tracing::trace_span!("evaluate").entered();
     let task = Task::new("evaluation", 0);
-    evaluate(subject, &EvalOptions::default(), &|done, total| task.count(done, total))
+    evaluate(subject, options, &|done, total| task.count(done, total))
 }

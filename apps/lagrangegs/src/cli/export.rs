@@ -2,15 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use lgs_data::ply::write_ply;
+use lgs_dynamics::Edit;
 use lgs_model::Motion;
 use serde_json::json;
 
 use super::failure::At;
 use super::frames::{MotionArgs, file_name, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list};
+use super::render::ModelName;
 use super::run::Run;
 use super::times::Times;
 
@@ -21,6 +23,9 @@ pub(super) struct Args {
     /// Times: FROM:TO:STEP, single times, or both separated by commas; from −τ_max to 3 τ_max
     #[arg(long, allow_hyphen_values = true)]
     times: Times,
+    /// Whose Gaussians
+    #[arg(long, value_enum, default_value_t = ModelName::Lagrangian)]
+    model: ModelName,
     /// File format
     #[arg(long, value_enum, default_value_t = Format::Ply)]
     format: Format,
@@ -41,6 +46,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
     args.times.check(&run.scene.motion).at(&args.run)?;
     refuse_inside_dataset(&args.out)?;
+    let source = match args.model {
+        ModelName::Lagrangian => None,
+        ModelName::Source if args.motion.edit() != Edit::default() => {
+            bail!("the source model has no physics to scale; leave out the scales or `--model source`")
+        }
+        ModelName::Source => Some(run.source()?.with_context(|| format!("the run has no source model: {}", args.run.display()))?),
+    };
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
     let extension = match args.format {
         Format::Ply => "ply",
@@ -54,11 +66,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
         prepare_folder(&args.out)?;
         remove_listed(&args.out)?;
     }
-    let cloud_at = |time| run.scene.cloud_at(&motion.state_at(time));
+    let gaussians = source.as_ref().map_or(run.scene.len(), |source| source.len());
+    let cloud_at = |time| match &source {
+        Some(source) => source.cloud_at(time),
+        None => run.scene.cloud_at(&motion.state_at(time)),
+    };
     sweep(cloud_at, times, "export", |index, cloud| write_ply(&path(index), cloud).at(&path(index)))?;
     if !single {
         let files = times.iter().enumerate().map(|(i, &t)| json!({"file": file_name(i, t, extension), "time": t})).collect::<Vec<_>>();
-        write_list(&args.out, &json!({ "gaussians": run.scene.len(), "frames": files }))?;
+        write_list(&args.out, &json!({ "gaussians": gaussians, "frames": files }))?;
     }
-    output::print(&format!("{} files of {} Gaussians, {}\n", times.len(), run.scene.len(), args.out.display()))
+    output::print(&format!("{} files of {} Gaussians, {}\n", times.len(), gaussians, args.out.display()))
 }

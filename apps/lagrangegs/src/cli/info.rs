@@ -8,7 +8,7 @@ use lgs_data::dataset::{Dataset, Frame, LoadOptions};
 use lgs_data::ply::read_ply;
 use lgs_data::synth::GroundTruth;
 use lgs_eval::table::aligned;
-use lgs_model::source::{DefGs, SourceModel};
+use lgs_model::source::load_source;
 use lgs_model::{LagrangianScene, ObjectModel, load_scene};
 use lgs_train::checkpoint::read_checkpoint;
 use serde_json::{Map, Value, json};
@@ -103,13 +103,16 @@ fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
 fn run_folder(path: &Path) -> Result<Facts> {
     let run = Run::open(path)?;
     let mut facts = vec![("kind", json!("run")), ("preset", json!(run.config.preset)), ("seed", json!(run.config.seed))];
-    if let Ok(dataset) = run.dataset_path(None) {
+    if let Ok(Some(dataset)) = run.dataset_path(None) {
         facts.push(("dataset", json!(dataset)));
     }
     if let Some(secs) = run.cost().train_secs {
         facts.push(("training", json!(format!("{secs:.0} s"))));
     }
-    facts.push(("source model", json!(run.source()?.map_or_else(|| "none".to_owned(), |s| format!("{} Gaussians", s.len())))));
+    facts.push((
+        "source model",
+        json!(run.source()?.map_or_else(|| "none".to_owned(), |s| format!("{}, {} Gaussians", s.kind().name(), s.len()))),
+    ));
     facts.extend(scene(&run.scene));
     Ok(facts)
 }
@@ -128,8 +131,12 @@ fn tensors(path: &Path) -> Result<Facts> {
             ("tensors", json!(checkpoint.file.names().count())),
         ]);
     }
-    if let Ok(model) = DefGs::load(path) {
-        return Ok([vec![("kind", json!("source model"))], cloud("at t = 0", &model.cloud_at(0.0))[1..].to_vec()].concat());
+    if let Ok(model) = load_source(path) {
+        return Ok([
+            vec![("kind", json!(format!("source model, {}", model.kind().name())))],
+            cloud("at t = 0", &model.cloud_at(0.0))[1..].to_vec(),
+        ]
+        .concat());
     }
     match path.parent().map(GroundTruth::load) {
         Some(Ok(Some(truth))) if path.file_name().is_some_and(|n| n == "ground_truth.safetensors") => Ok(vec![

@@ -3,6 +3,8 @@
 //! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed and 2 for bad usage; an error
 //! is one line that ends with the path it is about (`failure.rs`). Each command has a file of its own.
 
+mod ablation;
+mod bench;
 mod camera;
 mod demo;
 mod eval;
@@ -19,6 +21,7 @@ mod run;
 mod synth;
 mod times;
 mod train;
+mod weights;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -54,8 +57,12 @@ enum Command {
     Render(render::Args),
     /// Write splat files, one per time, same order and count
     Export(export::Args),
+    /// Run a suite of scenes, methods, seeds and ablations, and make its tables
+    Bench(bench::Args),
     /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
     Info(info::Args),
+    /// Import the networks that LPIPS needs, and say which there are
+    Weights(weights::Args),
 }
 
 /// Runs the program with the process's arguments.
@@ -73,7 +80,9 @@ pub fn main() -> ExitCode {
         Command::Report(args) => report::run(args),
         Command::Render(args) => render::run(args),
         Command::Export(args) => export::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),
+        Command::Weights(args) => weights::run(args),
     };
     if let Some(profile) = profile {
         progress::say(&profile.table(begun.elapsed()));

@@ -7,7 +7,6 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_dynamics::{Edit, Reversal};
-use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 use lgs_report::sheet::{Row, contact_sheet, evenly};
 use serde_json::json;
@@ -49,7 +48,7 @@ pub(super) struct Args {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ModelName {
+pub(super) enum ModelName {
     /// The Lagrangian scene
     Lagrangian,
     /// What it was distilled from
@@ -102,10 +101,9 @@ fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>)
     if let Some(camera) = camera::find(name, known) {
         return Ok(camera);
     }
-    let root = run.dataset_path(data)?;
-    if !root.is_dir() {
+    let Some(root) = run.dataset_path(data)?.filter(|root| root.is_dir()) else {
         return camera::unknown(name, known);
-    }
+    };
     // Reading the split of the name's first part alone saves decoding all the others.
     let split = name.split('/').next().filter(|split| root.join(format!("transforms_{split}.json")).exists());
     let dataset = load_dataset(&root, &load_options(&run.config, split.map(|s| vec![s.to_owned()])))?;

@@ -6,7 +6,6 @@ use anyhow::{Result, bail};
 use lgs_core::Camera;
 use lgs_data::synth::GroundTruth;
 use lgs_eval::{Metrics, Subject};
-use lgs_model::source::SourceModel;
 use lgs_report::{Curve, FIGURES, RunSubject, read_metrics, write_run_report};
 use lgs_train::checkpoint::Stage;
 use lgs_train::events::Event;
@@ -31,16 +30,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bail!("the run has not been evaluated; call `lagrangegs eval` first: {}", args.run.display());
     };
     // Only a dataset that is named has to be there.
-    let root = run.dataset_path(args.data.as_deref()).ok().filter(|root| args.data.is_some() || root.is_dir());
+    let root = run.dataset_path(args.data.as_deref()).ok().flatten().filter(|root| args.data.is_some() || root.is_dir());
     let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, None))).transpose()?;
     let truth = root.as_ref().map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
     let source = run.source()?;
-    let subject = Subject {
-        scene: &run.scene,
-        source: source.as_ref().map(|source| source as &dyn SourceModel),
-        dataset: dataset.as_ref(),
-        truth: truth.as_ref(),
-    };
+    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
     write_report(&run, &subject, &metrics)?;
     let root = run.folder.root();
     output::print(&format!("report   {}\nfigures  {}\n", root.join("report.html").display(), root.join(FIGURES).display()))

@@ -8,7 +8,7 @@ use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_eval::Cost;
-use lgs_model::source::DefGs;
+use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
@@ -37,15 +37,15 @@ impl Run {
     }
 
     /// The source model; nothing if the run has none.
-    pub(crate) fn source(&self) -> Result<Option<DefGs>> {
-        let path = self.folder.source_path();
-        if path.exists() { DefGs::load(&path).at(&path).map(Some) } else { Ok(None) }
+    pub(crate) fn source(&self) -> Result<Option<Box<dyn SourceModel>>> {
+        let path = self.folder.source_path(self.config.source.kind);
+        if path.exists() { load_source(&path).at(&path).map(Some) } else { Ok(None) }
     }
 
-    /// The dataset's folder: the one given, or the one that training read.
-    pub(crate) fn dataset_path(&self, given: Option<&Path>) -> Result<PathBuf> {
+    /// The dataset's folder: the one given, or the one that training read; nothing for a run without images.
+    pub(crate) fn dataset_path(&self, given: Option<&Path>) -> Result<Option<PathBuf>> {
         match given {
-            Some(path) => Ok(path.to_owned()),
+            Some(path) => Ok(Some(path.to_owned())),
             None => recorded_dataset(&self.folder.config_path()),
         }
     }
@@ -74,18 +74,23 @@ pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
 }
 
-/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH (FINGERPRINT)`.
-fn recorded_dataset(config: &Path) -> Result<PathBuf> {
+/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH (FINGERPRINT)`, or `# dataset: none`.
+fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
     let text = std::fs::read_to_string(config).at(config)?;
     let line = text.lines().find_map(|line| line.strip_prefix("# dataset: "));
+    if line == Some("none") {
+        return Ok(None);
+    }
     let path = line.and_then(|line| line.rsplit_once(" (")).map(|(path, _)| PathBuf::from(path));
-    path.with_context(|| format!("the run does not say which dataset it was trained on; name it with --data: {}", config.display()))
+    path.map(Some)
+        .with_context(|| format!("the run does not say which dataset it was trained on; name it with --data: {}", config.display()))
 }
 
 /// How a configuration wants images to be loaded.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
-    LoadOptions { white_background: config.data.white_background, resolution, splits }
+    let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);
+    LoadOptions { white_background: config.data.white_background, resolution, splits, train_before }
 }
 
 /// Loads a dataset behind a progress bar.

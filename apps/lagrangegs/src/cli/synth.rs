@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use lgs_data::files::folder_of;
 use lgs_data::synth::{SynthOptions, generate, scenes};
 use lgs_eval::table::aligned;
 
@@ -52,9 +53,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 /// Writes a scene behind a progress bar.
 pub(super) fn make(scene: &str, options: &SynthOptions, out: &Path) -> Result<()> {
-    if let Some(parent) = out.parent() {
-        output::refuse_inside_dataset(parent)?;
-    }
+    output::refuse_inside_dataset(folder_of(out))?;
     let task = Task::new(scene, 0);
     generate(scene, options, out, &|done, total| task.count(done, total)).at(out)
 }

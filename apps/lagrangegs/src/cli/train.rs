@@ -10,10 +10,12 @@ use clap::ValueEnum;
 use lgs_data::dataset::Dataset;
 use lgs_eval::Cost;
 use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
+use lgs_model::source::imported_kind;
 use lgs_train::checkpoint::Stage;
 use lgs_train::config::Preset;
-use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained};
+use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained, imported_source};
 
+use super::ablation::Ablations;
 use super::failure::At;
 use super::output::{self, refuse_inside_dataset};
 use super::progress::{Task, say};
@@ -24,14 +26,19 @@ const ABORTED: i32 = 130;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Dataset in the D-NeRF layout
-    data: PathBuf,
+    /// Dataset in the D-NeRF layout; with `--source frames` and no `--import`, the frames themselves
+    #[arg(required_unless_present = "import")]
+    data: Option<PathBuf>,
     /// Folder of the run, new or (with --resume) one that was begun
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
-    /// Model that learns the motion from the images
-    #[arg(long, value_enum, default_value_t = Source::Defgs)]
-    source: Source,
+    /// Model that learns the motion from the images [default: defgs]
+    #[arg(long, value_enum, value_name = "SOURCE")]
+    source: Option<Source>,
+    /// Take the source model from here instead of training it: a folder of .ply frames, a .safetensors of trajectories, or an output folder
+    /// of the DefGS authors' program; without a dataset, stage 1 is all that is done
+    #[arg(long, value_name = "PATH")]
+    import: Option<PathBuf>,
     /// Defaults to start from [default: quick]
     #[arg(long, value_enum, value_name = "PRESET")]
     preset: Option<PresetName>,
@@ -50,14 +57,29 @@ pub(super) struct Args {
     /// Continue from the run's latest checkpoint
     #[arg(long)]
     resume: bool,
+    #[command(flatten)]
+    ablations: Ablations,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Source {
     /// Deformable 3D Gaussians
     Defgs,
-    /// Gaussian velocity fields; not in this version
+    /// A deformation that a field of rigid velocities carries on
     Freegave,
+    /// Trajectories from elsewhere
+    Frames,
+}
+
+impl Source {
+    /// Its name in configurations.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Defgs => "defgs",
+            Self::Freegave => "freegave",
+            Self::Frames => "frames",
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -85,15 +107,36 @@ fn key_value(text: &str) -> Result<String, String> {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    if args.source == Source::Freegave {
-        bail!("the source model `freegave` is not in this version; use `defgs`");
-    }
     // Both choices mean the processor until a build has something faster.
     tracing::debug!(device = ?args.device, "computing on the processor");
     refuse_inside_dataset(&args.out)?;
-    let request = Request { data: &args.data, out: &args.out, config: resolve(args)?, resume: args.resume };
+    let request = Request { data: args.paths().0, out: &args.out, config: resolve(args)?, resume: args.resume, source_from: None };
     train(&request)?;
     output::print(&format!("{}\n", args.out.display()))
+}
+
+impl Args {
+    /// Dataset, and what to import: the one path of `--source frames PATH` is the frames.
+    fn paths(&self) -> (Option<&Path>, Option<&Path>) {
+        match (self.data.as_deref(), self.import.as_deref()) {
+            (frames, None) if self.source == Some(Source::Frames) => (None, frames),
+            paths => paths,
+        }
+    }
+
+    /// Settings of the source: its kind, which files to import decide if nothing else does, and these files.
+    fn source_settings(&self) -> Result<Vec<String>> {
+        let Some(import) = self.paths().1 else {
+            return Ok(self.source.iter().map(|source| format!("source.kind={}", source.name())).collect());
+        };
+        // An official model is a source that could have been trained here, whatever it is called.
+        let kind = match (imported_kind(import), self.source) {
+            (found, None | Some(Source::Frames)) => found.name(),
+            (_, Some(named)) => named.name(),
+        };
+        let path = std::path::absolute(import).at(import)?;
+        Ok(vec![format!("source.kind={kind}"), format!("source.import={}", path.display())])
+    }
 }
 
 /// The configuration asked for; with `--resume` the run's own, which flags may repeat but not change.
@@ -102,7 +145,9 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
         Some(PresetName::Paper) => Preset::Paper,
         _ => Preset::Quick,
     };
-    let mut sets = args.set.clone();
+    let mut sets = args.source_settings()?;
+    sets.extend(args.ablations.settings());
+    sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));
     let asked = || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
     if !args.resume {
@@ -118,16 +163,24 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
 
 /// What to train, from what, into which folder.
 pub(super) struct Request<'a> {
-    pub(super) data: &'a Path,
+    /// Nothing: an imported source is distilled, and that is all.
+    pub(super) data: Option<&'a Path>,
     pub(super) out: &'a Path,
     pub(super) config: TrainConfig,
     pub(super) resume: bool,
+    /// Run whose trained source is taken over.
+    pub(super) source_from: Option<&'a Path>,
 }
 
 /// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
 pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
-    let data = std::path::absolute(request.data).at(request.data)?;
-    let dataset = load_dataset(&data, &load_options(&request.config, Some(vec!["train".to_owned()])))?;
+    // What came before in this process is no part of training.
+    reset_peak_rss();
+    let dataset = training_images(request)?;
+    if !request.config.source.import.is_empty() {
+        // Before a folder is made for the run; training reads it again.
+        imported_source(&request.config, request.data.is_some()).at(Path::new(&request.config.source.import))?;
+    }
     let folder = if request.resume {
         RunFolder::open(request.out).at(request.out)?.0
     } else {
@@ -135,6 +188,12 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     };
     let begun = Instant::now();
     let mut cost = read_cost(request.out);
+    if let Some(from) = request.source_from {
+        folder.adopt_source(&request.config, from).at(from)?;
+        if cost == Cost::default() {
+            cost = cost_of_source(from);
+        }
+    }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
     let trained = with_bars(&folder, &dataset, &request.config, &mut cost);
     cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
@@ -142,6 +201,24 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         write_cost(request.out, &cost)?;
     }
     trained.at(request.out)
+}
+
+/// What the source of a run took: a run that takes it over counts it as its own.
+fn cost_of_source(root: &Path) -> Cost {
+    let mut cost = Cost::default();
+    if let Some(source) = read_cost(root).stages.iter().find(|stage| stage.stage == Stage::Source.name()) {
+        cost.add_stage(&source.stage, source.secs, source.peak_rss_bytes);
+        cost.train_secs = Some(source.secs);
+    }
+    cost
+}
+
+fn training_images(request: &Request<'_>) -> Result<Dataset> {
+    let options = load_options(&request.config, Some(vec!["train".to_owned()]));
+    match request.data {
+        Some(data) => load_dataset(&std::path::absolute(data).at(data)?, &options),
+        None => Ok(Dataset::none(if options.white_background { [1.0; 3] } else { [0.0; 3] })),
+    }
 }
 
 /// A stage under way.
@@ -183,6 +260,11 @@ fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig, cost: 
 fn message(p: &Progress) -> String {
     let quality = p.psnr.map_or_else(|| format!("loss {:.3e}", p.loss), |psnr| format!("PSNR {psnr:.2} dB"));
     format!("{quality}, {} Gaussians", p.gaussians)
+}
+
+/// Whether Ctrl-C was pressed while something trained.
+pub(super) fn is_stopping() -> bool {
+    stop_flag().load(Ordering::Relaxed)
 }
 
 /// A flag that Ctrl-C raises. The handler is set once per process; later calls share its flag.

@@ -1,8 +1,11 @@
 //! The program as a user runs it: arguments in, exit code, stdout and stderr out.
 
 mod bad_input;
+mod bench;
+mod imported;
 mod program;
 mod runs;
 mod scenes;
 mod training;
 mod usage;
+mod weights;

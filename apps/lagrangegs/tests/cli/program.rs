@@ -17,7 +17,14 @@ pub(crate) struct Done {
 
 /// Runs the program.
 pub(crate) fn lagrangegs<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Done {
-    let out = Command::new(env!("CARGO_BIN_EXE_lagrangegs")).args(args).env_remove("RUST_LOG").output().expect("the program starts");
+    // Weights that a user has imported would only slow tests down.
+    lagrangegs_with_weights(args, Path::new("no-weights"))
+}
+
+/// Runs the program with a folder of weights.
+pub(crate) fn lagrangegs_with_weights<S: AsRef<std::ffi::OsStr>>(args: &[S], weights: &Path) -> Done {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
+    let out = command.args(args).env_remove("RUST_LOG").env("LAGRANGEGS_WEIGHTS", weights).output().expect("the program starts");
     Done {
         code: out.status.code().expect("an exit code"),
         stdout: String::from_utf8(out.stdout).expect("stdout is text"),

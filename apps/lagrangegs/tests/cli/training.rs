@@ -85,6 +85,26 @@ fn a_run_that_was_interrupted_resumes_to_the_same_bytes() {
 }
 
 #[test]
+fn a_velocity_field_is_a_source_like_any_other() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let (run, out) = (dir.path().join("run"), dir.path().join("out"));
+    train(&data, &run, "--source freegave").ok();
+    let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("out", &out)];
+    call("train {data} --out {run} --source defgs --resume", &paths).fails(&run, &["another configuration"]);
+    let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    assert!(metrics["splits"]["long"]["source"]["psnr"].is_f64(), "{metrics}");
+    call("render {run} --times 0:1:0.5 --camera 0 --model source --out {out}", &paths).ok();
+    assert_eq!(files(&out).len(), 5);
+    assert!(call("info {run}", &paths).ok().contains("freegave"));
+    let model = run.join("source/freegave.safetensors");
+    assert!(call("info {model}", &[("model", &model)]).ok().contains("freegave"));
+    let whole = std::fs::read(&model).expect("bytes");
+    std::fs::write(&model, &whole[..whole.len() / 2]).expect("cut");
+    call("eval {run}", &paths).fails(&model, &["damaged"]);
+}
+
+#[test]
 fn settings_that_do_not_exist_are_named() {
     let dir = folder();
     let (data, run) = (dir.path().join("data"), dir.path().join("run"));
@@ -108,7 +128,7 @@ fn runs_that_cannot_be_started_or_resumed_are_named() {
     assert_eq!(train(&data, &run, "").code, 1);
     let none = dir.path().join("none");
     call("train {data} --out {run} --resume", &[("data", &data), ("run", &none)]).fails(&none.join("config.toml"), &["no run to resume"]);
-    call("train {data} --out {run} --source freegave", &[("data", &data), ("run", &none)]).fails(Path::new("`defgs`"), &["freegave"]);
+    assert_eq!(call("train {data} --out {run} --source magic", &[("data", &data), ("run", &none)]).code, 2);
     assert!(!none.exists());
 }
 

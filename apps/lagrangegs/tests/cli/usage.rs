@@ -4,8 +4,17 @@ use crate::program::{call, folder, lagrangegs};
 
 #[test]
 fn help_and_version_are_no_errors() {
-    for command in ["--help", "demo --help", "synth --help", "train --help", "eval --help", "render --help", "export --help", "info --help"]
-    {
+    for command in [
+        "--help",
+        "demo --help",
+        "synth --help",
+        "train --help",
+        "eval --help",
+        "render --help",
+        "export --help",
+        "info --help",
+        "weights --help",
+    ] {
         assert!(call(command, &[]).ok().contains("Usage"), "{command}");
     }
     assert!(lagrangegs(&["--version"]).ok().starts_with("lagrangegs "));
@@ -31,6 +40,7 @@ fn unknown_or_missing_arguments_are_bad_usage() {
         ("render run --times 0 --out x --camera orbit:left", "left"),
         ("export run --times 0 --out x --format obj", "obj"),
         ("info", "PATH"),
+        ("weights import", "FILE"),
     ] {
         call(line, &[]).is_bad_usage(&[word]);
     }

@@ -79,6 +79,14 @@ pub enum Problem {
         /// Width × height of the image.
         found: String,
     },
+    /// No frame is early enough.
+    #[error("the split has no frame with a time below {limit}: its first is at {first}")]
+    NothingBefore {
+        /// The limit asked for.
+        limit: f32,
+        /// The earliest time.
+        first: f32,
+    },
     /// A resolution of zero was asked for.
     #[error("the resolution should be a width of at least 1 pixel, found 0")]
     Resolution,

@@ -59,7 +59,7 @@ pub struct Frame {
 }
 
 /// How to load a set.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// White instead of black behind transparent pixels. Default: white.
     pub white_background: bool,
@@ -67,11 +67,13 @@ pub struct LoadOptions {
     pub resolution: Option<u32>,
     /// Splits to load. Default: all of them.
     pub splits: Option<Vec<String>>,
+    /// Only frames of `train` with a time below this are loaded; other splits stay whole. Default: all.
+    pub train_before: Option<f32>,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { white_background: true, resolution: None, splits: None }
+        Self { white_background: true, resolution: None, splits: None, train_before: None }
     }
 }
 
@@ -86,8 +88,12 @@ impl Dataset {
             return Err(DatasetError::new(root, Problem::Resolution));
         }
         let files = transforms::split_files(root, options.splits.as_deref())?;
-        let read = |(name, path): (String, PathBuf)| transforms::read(root, &path).map(|specs| (name, specs));
-        let splits = files.into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let read = |(name, path): (String, PathBuf)| {
+            let specs = transforms::read(root, &path)?;
+            let limit = options.train_before.filter(|_| name == "train").unwrap_or(f32::INFINITY);
+            Ok((name, before(specs, limit, &path)?))
+        };
+        let splits = files.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
         let total = splits.iter().map(|(_, specs)| specs.len()).sum();
         let done = AtomicUsize::new(0);
         let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
@@ -113,6 +119,12 @@ impl Dataset {
             init_points: points::shipped(root)?,
             fingerprint: fingerprint::of(root)?,
         })
+    }
+
+    /// No images at all, for what needs none: only a colour behind the Gaussians.
+    #[must_use]
+    pub fn none(background: [f32; 3]) -> Self {
+        Self { root: PathBuf::new(), splits: BTreeMap::new(), background, init_points: None, fingerprint: "none".to_owned() }
     }
 
     /// The frames of a split; empty if the set has no such split.
@@ -170,6 +182,13 @@ impl Frame {
     pub fn has_alpha(&self) -> bool {
         self.rgba.as_chunks::<4>().0.iter().any(|p| p[3] < 255)
     }
+}
+
+/// The frames with a time below a limit; there must be one.
+fn before(mut specs: Vec<FrameSpec>, limit: f32, path: &Path) -> Result<Vec<FrameSpec>, DatasetError> {
+    let first = specs.iter().map(|spec| spec.time).fold(f32::INFINITY, f32::min);
+    specs.retain(|spec| spec.time < limit);
+    if specs.is_empty() { Err(DatasetError::new(path, Problem::NothingBefore { limit, first })) } else { Ok(specs) }
 }
 
 fn load_frame(spec: &FrameSpec, resolution: Option<u32>) -> Result<Frame, DatasetError> {

@@ -132,6 +132,17 @@ fn chosen_splits_are_loaded_and_unknown_ones_named() {
 }
 
 #[test]
+fn a_truncated_window_drops_late_training_frames_only() {
+    let dir = folder(|_, _| {});
+    let before = |limit| LoadOptions { train_before: Some(limit), ..LoadOptions::default() };
+    let dataset = Dataset::load(dir.path(), &before(0.5), &|_, _| {}).unwrap();
+    assert_eq!(dataset.split("train").iter().map(|f| f.time).collect::<Vec<_>>(), [0.0], "the limit itself is not below it");
+    assert_eq!(dataset.split("test").len(), 1);
+    let error = Dataset::load(dir.path(), &before(0.0), &|_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("below 0") && error.ends_with("transforms_train.json"), "{error}");
+}
+
+#[test]
 fn the_fingerprint_sees_poses_and_pixels() {
     let original = load(&folder(|_, _| {})).unwrap().fingerprint;
     assert_eq!(original, load(&folder(|_, _| {})).unwrap().fingerprint);

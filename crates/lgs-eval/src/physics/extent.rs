@@ -5,7 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use lgs_core::{Camera, GaussianCloud};
+use lgs_core::{Camera, GaussianCloud, linear};
+use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion, SceneState};
 use rayon::prelude::*;
 
@@ -51,20 +52,59 @@ impl Range {
 /// Where everything is covered by static Gaussians (a room) only the moving ones are drawn: the walls would hide every change.
 #[must_use]
 pub fn pixel_extent(scene: &LagrangianScene, motion: &mut Motion<'_>, cameras: &[Camera], background: [f32; 3]) -> Option<Range> {
-    let views: Vec<Camera> = spaced(cameras, VIEWS).into_iter().map(shrunk).collect();
-    let whole = counts(&scene.cloud_at(&motion.state_at(0.0)), &views, background);
-    let covered = whole.iter().zip(&views).all(|(&count, view)| count as f64 > 0.95 * view.pixels() as f64);
+    let lens = Lens::new(cameras, background);
+    let covered = lens.is_covered(&scene.cloud_at(&motion.state_at(0.0)));
     let bare = LagrangianScene { statics: GaussianCloud { sh_degree: scene.movers.sh_degree, ..Default::default() }, ..scene.clone() };
     let shown = if covered && !scene.movers.is_empty() { &bare } else { scene };
-    let start = counts(&shown.cloud_at(&motion.state_at(0.0)), &views, background);
-    let end = 3.0 * scene.motion.time_window;
-    let ratios: Vec<f64> = (1..=TIMES)
-        .map(|i| {
-            let cloud = shown.cloud_at(&motion.state_at(end * i as f32 / TIMES as f32));
-            mean_ratio(&counts(&cloud, &views, background), &start).unwrap_or(f64::NAN)
-        })
-        .collect();
-    Range::of(ratios)
+    lens.extent(3.0 * scene.motion.time_window, |t| shown.cloud_at(&motion.state_at(t)))
+}
+
+/// The same of a source model that is asked for times up to three windows. Where everything is covered, only what moves within the window is
+/// drawn: farther than 0.01 world units from where it is at t = 0 (G18).
+#[must_use]
+pub fn source_pixel_extent(source: &dyn SourceModel, window: f32, cameras: &[Camera], background: [f32; 3]) -> Option<Range> {
+    const STATIC: f32 = 0.01;
+    const SAMPLES: usize = 15;
+    let lens = Lens::new(cameras, background);
+    if !lens.is_covered(&source.cloud_at(0.0)) {
+        return lens.extent(3.0 * window, |t| source.cloud_at(t));
+    }
+    let start = source.positions_at(0.0);
+    let mut moves = vec![false; start.len()];
+    for i in 1..=SAMPLES {
+        let now = source.positions_at(window * i as f32 / SAMPLES as f32);
+        moves.iter_mut().zip(start.iter().zip(&now)).for_each(|(moves, (&a, &b))| *moves |= linear::norm(linear::sub(b, a)) >= STATIC);
+    }
+    let movers: Vec<usize> = (0..moves.len()).filter(|&i| moves[i]).collect();
+    lens.extent(3.0 * window, |t| source.cloud_at(t).select(&movers))
+}
+
+/// What foreground is counted through.
+struct Lens {
+    views: Vec<Camera>,
+    background: [f32; 3],
+}
+
+impl Lens {
+    fn new(cameras: &[Camera], background: [f32; 3]) -> Self {
+        Self { views: spaced(cameras, VIEWS).into_iter().map(shrunk).collect(), background }
+    }
+
+    /// Whether a cloud leaves nothing of the background to see.
+    fn is_covered(&self, cloud: &GaussianCloud) -> bool {
+        let counts = counts(cloud, &self.views, self.background);
+        counts.iter().zip(&self.views).all(|(&count, view)| count as f64 > 0.95 * view.pixels() as f64)
+    }
+
+    /// Range over times in (0, `end`] of foreground over that at t = 0.
+    fn extent(&self, end: f32, mut cloud_at: impl FnMut(f32) -> GaussianCloud) -> Option<Range> {
+        let start = counts(&cloud_at(0.0), &self.views, self.background);
+        let ratio = |i: usize| {
+            let cloud = cloud_at(end * i as f32 / TIMES as f32);
+            mean_ratio(&counts(&cloud, &self.views, self.background), &start).unwrap_or(f64::NAN)
+        };
+        Range::of((1..=TIMES).map(ratio).collect::<Vec<_>>())
+    }
 }
 
 fn mean_ratio(counts: &[usize], start: &[usize]) -> Option<f64> {
@@ -178,6 +218,16 @@ mod tests {
         assert_eq!(Range::of([1.0, 2.0, 0.5]), Some(Range { max: 2.0, min: 0.5 }));
         assert_eq!(Range::of([1.0, f64::NAN]), None);
         assert_eq!(Range::of([]), None);
+    }
+
+    #[test]
+    fn what_grows_is_found_to_grow() {
+        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.8, 96, 96);
+        let lens = Lens::new(&[camera], [1.0; 3]);
+        let ball = |radius: f32| GaussianCloud::isotropic(vec![[0.0; 3]], radius, [0.5; 3], 0.95);
+        assert!(!lens.is_covered(&ball(0.1)) && lens.is_covered(&ball(5.0)));
+        let range = lens.extent(1.0, |t| ball(0.15 * (1.0 + t))).expect("range");
+        assert!((range.max - 4.0).abs() < 0.4 && range.min > 1.0, "twice the radius, four times the pixels: {range:?}");
     }
 
     #[test]

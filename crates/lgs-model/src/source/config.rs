@@ -25,6 +25,8 @@ pub enum ScaleMode {
 pub enum MotionHead {
     /// A displacement, and a change of the quaternion: DefGS.
     Displacement,
+    /// A displacement, and a quaternion of any length that turns the Gaussian: FreeGave.
+    Turn,
     /// A rotation about the scene's centre and a translation, which also turn the Gaussian: all of a rigid body share one output
     /// (in the spirit of the six-DoF option, §3.3, without its singularity at rest).
     Rigid,
@@ -60,6 +62,8 @@ pub struct DeformationConfig {
     pub time_hidden: usize,
     /// Outputs of the time network (paper: 30); 0: the time encoding enters directly.
     pub time_features: usize,
+    /// Features of each Gaussian that enter beside position and time (paper: 0; FreeGave: 16, or 32 indoors). DefGS has none.
+    pub code: usize,
     /// What moves (paper: displacement).
     pub motion_head: MotionHead,
     /// What happens to scales (paper: additive).
@@ -93,6 +97,7 @@ impl DeformationConfig {
             time_frequencies: 6,
             time_hidden: 256,
             time_features: 30,
+            code: 0,
             motion_head: MotionHead::Displacement,
             scale_mode: ScaleMode::Additive,
             head_init: HeadInit::Uniform,
@@ -113,6 +118,7 @@ impl DeformationConfig {
             time_frequencies: 4,
             time_hidden: 64,
             time_features: 24,
+            code: 0,
             motion_head: MotionHead::Rigid,
             scale_mode: ScaleMode::Fixed,
             head_init: HeadInit::Small,
@@ -120,6 +126,28 @@ impl DeformationConfig {
             gain_slope: 1.0,
             normalised_positions: true,
         }
+    }
+
+    /// FreeGave's, `light`, for synthetic objects, exactly (§4.1).
+    #[must_use]
+    pub fn freegave_paper() -> Self {
+        Self {
+            depth: 6,
+            width: 128,
+            skip_layer: 3,
+            position_frequencies: 8,
+            time_hidden: 128,
+            code: 16,
+            motion_head: MotionHead::Turn,
+            scale_mode: ScaleMode::Exponent,
+            ..Self::paper()
+        }
+    }
+
+    /// The network of [`Self::quick`] with a code of few bases.
+    #[must_use]
+    pub fn freegave_quick() -> Self {
+        Self { code: 8, ..Self::quick() }
     }
 
     /// What is wrong with the sizes, as (field, reason).
@@ -134,6 +162,7 @@ impl DeformationConfig {
             ("time_frequencies", self.time_frequencies, 0, 16),
             ("time_hidden", self.time_hidden, 1, 4096),
             ("time_features", self.time_features, 0, 4096),
+            ("code", self.code, 0, 1024),
         ];
         for (field, value) in [("gain_start", self.gain_start), ("gain_slope", self.gain_slope)] {
             if !(value >= 0.0 && value.is_finite()) {
@@ -201,12 +230,32 @@ pub struct LinearRange {
     pub bias: usize,
 }
 
+impl LinearRange {
+    /// A layer from float `len` on, which is moved to its end.
+    pub(super) fn take(inputs: usize, outputs: usize, len: &mut usize) -> Self {
+        let range = Self { inputs, outputs, weight: *len, bias: *len + inputs * outputs };
+        *len += inputs * outputs + outputs;
+        range
+    }
+}
+
+/// Names, shapes and ranges of the parameters of named layers.
+pub(super) fn params_of(linears: Vec<(String, &LinearRange)>) -> Vec<ParamRange> {
+    let entries = linears.into_iter().flat_map(|(name, l)| {
+        [
+            ParamRange { name: format!("{name}.weight"), shape: vec![l.outputs, l.inputs], range: l.weight..l.bias },
+            ParamRange { name: format!("{name}.bias"), shape: vec![l.outputs], range: l.bias..l.bias + l.outputs },
+        ]
+    });
+    entries.collect()
+}
+
 /// Places of all layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkLayout {
     /// The time network's two layers, if there is one.
     pub time: Option<[LinearRange; 2]>,
-    /// Hidden layers. Where a layer reads the input its columns are position, time, then the layer before.
+    /// Hidden layers. Where a layer reads the input its columns are position, time, code, then the layer before.
     pub layers: Vec<LinearRange>,
     /// The output layer: Δx (3), Δrotation (4), Δscale (3).
     pub head: LinearRange,
@@ -217,15 +266,11 @@ pub struct NetworkLayout {
 impl NetworkLayout {
     fn new(config: &DeformationConfig) -> Self {
         let mut len = 0;
-        let mut linear = |inputs: usize, outputs: usize| {
-            let range = LinearRange { inputs, outputs, weight: len, bias: len + inputs * outputs };
-            len += inputs * outputs + outputs;
-            range
-        };
+        let mut linear = |inputs: usize, outputs: usize| LinearRange::take(inputs, outputs, &mut len);
         let time_encoding = encoded_width(1, config.time_frequencies);
         let time = (config.time_features > 0)
             .then(|| [linear(time_encoding, config.time_hidden), linear(config.time_hidden, config.time_features)]);
-        let input = config.position_width() + config.time_width();
+        let input = config.position_width() + config.time_width() + config.code;
         let layers = (0..config.depth)
             .map(|i| {
                 let own = if i == 0 { 0 } else { config.width };
@@ -247,13 +292,7 @@ impl NetworkLayout {
     /// Names, shapes and ranges of all parameters.
     #[must_use]
     pub fn params(&self) -> Vec<ParamRange> {
-        let entries = self.linears().into_iter().flat_map(|(name, l)| {
-            [
-                ParamRange { name: format!("{name}.weight"), shape: vec![l.outputs, l.inputs], range: l.weight..l.bias },
-                ParamRange { name: format!("{name}.bias"), shape: vec![l.outputs], range: l.bias..l.bias + l.outputs },
-            ]
-        });
-        entries.collect()
+        params_of(self.linears())
     }
 }
 

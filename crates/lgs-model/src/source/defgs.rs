@@ -6,12 +6,13 @@
 
 use std::path::Path;
 
+use lgs_core::GaussianCloud;
 use lgs_core::linear::quat_normalize;
-use lgs_core::{CloudError, GaussianCloud};
 use serde::{Deserialize, Serialize};
 
 use super::SourceModel;
 use super::config::{DeformationConfig, ScaleMode};
+use super::file::{SourceError, SourceKind};
 use super::network::{Deformation, InputFrame};
 use super::pose::DELTAS;
 use crate::scene::{insert_cloud, read_cloud};
@@ -19,26 +20,6 @@ use crate::tensor_file::{TensorFile, TensorFileError};
 
 /// Smallest standard deviation after an additive change, world units: keeps logarithms finite (§8.2 A.2).
 pub const DEFORMED_SCALE_FLOOR: f32 = 1e-6;
-
-/// Format name and version of the file.
-const FORMAT: &str = "lagrangegs-defgs/1";
-
-/// Why a DefGS model could not be written or read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum DefGsError {
-    /// The file itself.
-    #[error(transparent)]
-    File(#[from] TensorFileError),
-    /// The Gaussians do not fit together.
-    #[error("{path}: canonical Gaussians: {source}")]
-    Cloud {
-        /// File.
-        path: std::path::PathBuf,
-        /// Defect.
-        source: CloudError,
-    },
-}
 
 /// A trained DefGS model.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +31,10 @@ pub struct DefGs {
 }
 
 impl SourceModel for DefGs {
+    fn kind(&self) -> SourceKind {
+        SourceKind::Defgs
+    }
+
     fn len(&self) -> usize {
         self.canonical.len()
     }
@@ -60,6 +45,13 @@ impl SourceModel for DefGs {
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         self.poses(time).iter().map(|&[x, y, z, ..]| [x, y, z]).collect()
+    }
+
+    fn to_tensors(&self) -> TensorFile {
+        let mut file = TensorFile::new(self.kind().format());
+        insert_cloud(&mut file, "canonical", &self.canonical);
+        self.deformation.insert_into(&mut file, "deformation");
+        file
     }
 }
 
@@ -130,26 +122,14 @@ impl DefGs {
         self.deformation.poses(&self.canonical.means, &self.canonical.rotations, time)
     }
 
-    /// Writes the model, atomically.
+    /// Reads what [`SourceModel::save`] wrote to `path`.
     ///
     /// # Errors
-    /// If the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), DefGsError> {
-        let mut file = TensorFile::new(FORMAT);
-        insert_cloud(&mut file, "canonical", &self.canonical);
-        self.deformation.insert_into(&mut file, "deformation");
-        Ok(file.save(path)?)
-    }
-
-    /// Reads a model.
-    ///
-    /// # Errors
-    /// If the file cannot be read, is damaged, of another version, or its arrays do not fit together.
-    pub fn load(path: &Path) -> Result<Self, DefGsError> {
-        let file = TensorFile::load(path, FORMAT)?;
-        let canonical = read_cloud(&file, "canonical")?;
-        canonical.validate().map_err(|source| DefGsError::Cloud { path: path.to_owned(), source })?;
-        let deformation = Deformation::read_from(&file, "deformation")?;
+    /// If an array is absent, not finite or of another shape.
+    pub fn from_tensors(file: &TensorFile, path: &Path) -> Result<Self, SourceError> {
+        let canonical = read_cloud(file, "canonical")?;
+        canonical.validate().map_err(|source| SourceError::Cloud { path: path.to_owned(), source })?;
+        let deformation = Deformation::read_from(file, "deformation")?;
         Ok(Self { canonical, deformation })
     }
 }
@@ -157,7 +137,7 @@ impl DefGs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::HeadInit;
+    use crate::source::{HeadInit, load_source};
 
     fn model(config: DeformationConfig) -> DefGs {
         let means: Vec<[f32; 3]> = (0..40).map(|i| [(i as f32).sin(), (i as f32).cos(), i as f32 * 0.02]).collect();
@@ -197,13 +177,18 @@ mod tests {
         let path = folder.path().join("source.safetensors");
         let saved = model(DeformationConfig::quick());
         saved.save(&path).expect("save");
-        assert_eq!(DefGs::load(&path).expect("load"), saved);
+        let read = || TensorFile::load(&path, saved.kind().format()).map_err(SourceError::from);
+        assert_eq!(read().and_then(|file| DefGs::from_tensors(&file, &path)).expect("load"), saved);
+        assert_eq!(load_source(&path).expect("load").cloud_at(0.3), saved.cloud_at(0.3));
         let mut bad = saved.clone();
         bad.deformation.params[7] = f32::NAN;
         bad.save(&path).expect("save");
-        let text = DefGs::load(&path).expect_err("nan").to_string();
+        let text = load_source(&path).err().expect("nan").to_string();
         assert!(text.contains("source.safetensors") && text.contains("deformation.time.0.weight"), "{text}");
-        let absent = DefGs::load(&folder.path().join("none")).expect_err("absent").to_string();
+        let absent = load_source(&folder.path().join("none")).err().expect("absent").to_string();
         assert!(absent.contains("none"), "{absent}");
+        TensorFile::new("something/1").save(&path).expect("save");
+        let other = load_source(&path).err().expect("format").to_string();
+        assert!(other.contains("something/1") && other.contains(SourceKind::Defgs.format()), "{other}");
     }
 }

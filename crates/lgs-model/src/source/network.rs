@@ -7,15 +7,20 @@
 use rand::RngExt;
 use rayon::prelude::*;
 
-use super::blocks::{Activations, Pass};
+use super::blocks::{Activations, Block, Pass, encoded};
 use super::config::{DeformationConfig, HeadInit};
 use super::pose::DELTAS;
 
 /// Gaussians per block: activations of a small network stay in the second-level cache.
-const BLOCK: usize = 256;
+pub(super) const BLOCK: usize = 256;
 
 /// Blocks whose weight gradients are accumulated together; bounds the memory of the partial sums.
 const BLOCKS_PER_PARTIAL: usize = 4;
+
+/// How many blocks of `n` Gaussians are accumulated together.
+pub(super) fn blocks_together(n: usize) -> usize {
+    BLOCKS_PER_PARTIAL.min(n.div_ceil(16 * BLOCK).max(1))
+}
 
 /// The affine map applied to positions before encoding: `(x − center) / scale`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,10 +144,16 @@ pub fn deform_kept(input: DeformInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
 /// Pose rows, and what `keep` makes of every block's activations.
 fn forward<T: Send>(input: DeformInput<'_>, keep: impl Fn(Activations) -> T + Sync) -> (Vec<[f32; DELTAS]>, Vec<T>) {
     assert_eq!(input.means.len(), input.rotations.len(), "centres and quaternions");
+    assert_eq!(input.params.len(), input.config.layout().len, "parameters of the deformation network");
     let pass = Pass::new(&input);
     let mut poses = vec![[0.0; DELTAS]; input.means.len()];
     let blocks = poses.par_chunks_mut(BLOCK).zip(input.means.par_chunks(BLOCK)).zip(input.rotations.par_chunks(BLOCK));
-    let kept = blocks.map(|((poses, means), rotations)| keep(pass.forward(means, rotations, poses))).collect();
+    let kept = blocks
+        .map(|((poses, means), rotations)| {
+            let encoded = encoded(means, input.frame, input.config);
+            keep(pass.forward(Block { means, rotations, codes: &[] }, encoded, poses))
+        })
+        .collect();
     (poses, kept)
 }
 
@@ -156,7 +167,7 @@ pub fn deform_vjp(input: DeformInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]
     assert_eq!((input.rotations.len(), v_poses.len(), kept.blocks.len()), (n, n, n.div_ceil(BLOCK)), "Gaussians and cotangents");
     let pass = Pass::new(&input);
     let mut rows = v_poses.to_vec();
-    let together = BLOCKS_PER_PARTIAL.min(n.div_ceil(16 * BLOCK).max(1));
+    let together = blocks_together(n);
     let groups = rows.par_chunks_mut(together * BLOCK).zip(kept.blocks.par_chunks(together)).enumerate();
     let partials: Vec<Vec<f32>> = groups
         .map(|(group, (rows, kept))| {
@@ -164,7 +175,8 @@ pub fn deform_vjp(input: DeformInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]
             for (block, (rows, activations)) in rows.chunks_mut(BLOCK).zip(kept).enumerate() {
                 let first = (group * together + block) * BLOCK;
                 let gaussians = first..first + rows.len();
-                pass.backward(activations, &input.means[gaussians.clone()], &input.rotations[gaussians], rows, &mut v_params);
+                let block = Block { means: &input.means[gaussians.clone()], rotations: &input.rotations[gaussians], codes: &[] };
+                pass.backward(activations, block, rows, &mut v_params);
             }
             v_params
         })

@@ -2,6 +2,7 @@
 //!
 //! Raw rows are `[a (3), r (4), Δs (3)]`, pose rows `[x', q', Δs]`. With `q̂ = q/‖q‖`:
 //! - displacement (DefGS, §3.4): `x' = x + a`, `q' = q̂ + r`;
+//! - turn (FreeGave, §4.3): `x' = x + a`, `q' = r/‖r‖ ⊗ q̂`;
 //! - rigid: `R = exp(r₁..₃)`, `x' = c + R (x − c) + σ a`, `q' = R ⊗ q̂`, about the centre c and in the scale σ of the input frame (the
 //!   fourth number of r is unused). A rigid body's Gaussians then all need the same six numbers.
 
@@ -61,13 +62,24 @@ fn rotate(q: [f32; 4], u: [f32; 3]) -> [f32; 3] {
     add(add(u, scale(t, q[0])), cross(n, t))
 }
 
+/// The inverse of a unit quaternion.
+fn conjugate(q: [f32; 4]) -> [f32; 4] {
+    [q[0], -q[1], -q[2], -q[3]]
+}
+
+/// A quaternion divided by its length, and that length; without a direction, no rotation.
+fn unit_or_none(r: [f32; 4]) -> ([f32; 4], f32) {
+    let length = length4(r);
+    if length > 1e-12 { (r.map(|v| v / length), length) } else { ([1.0, 0.0, 0.0, 0.0], 1.0) }
+}
+
 /// Cotangents of a rotation's quaternion and of the vector turned.
 fn rotate_vjp(q: [f32; 4], u: [f32; 3], v: [f32; 3]) -> ([f32; 4], [f32; 3]) {
     let n = [q[1], q[2], q[3]];
     let v_w = 2.0 * dot(v, cross(n, u));
     let turned = scale(cross(u, v), q[0]);
     let v_n: [f32; 3] = std::array::from_fn(|i| 2.0 * (turned[i] + v[i] * dot(n, u) + u[i] * dot(v, n) - 2.0 * n[i] * dot(v, u)));
-    ([v_w, v_n[0], v_n[1], v_n[2]], rotate([q[0], -q[1], -q[2], -q[3]], v))
+    ([v_w, v_n[0], v_n[1], v_n[2]], rotate(conjugate(q), v))
 }
 
 /// A Gaussian's pose row from its raw row, centre and quaternion.
@@ -78,6 +90,7 @@ pub fn pose(head: MotionHead, frame: InputFrame, raw: &[f32; DELTAS], x: [f32; 3
     let unit = q.map(|v| v / length);
     match head {
         MotionHead::Displacement => join(add(x, a), std::array::from_fn(|i| unit[i] + r[i]), s),
+        MotionHead::Turn => join(add(x, a), quat_mul(unit_or_none(r).0, unit), s),
         MotionHead::Rigid => {
             let turn = quat_exp([r[0], r[1], r[2]]);
             let from_center = rotate(turn, sub(x, frame.center));
@@ -101,11 +114,17 @@ pub fn pose_vjp(
     let unit = q.map(|v| v / length);
     let (v_raw, v_center, v_unit) = match head {
         MotionHead::Displacement => (join(v_x, v_q, v_s), v_x, v_q),
+        MotionHead::Turn => {
+            let (turn, length) = unit_or_none(r);
+            let v_turn = quat_mul(v_q, conjugate(unit));
+            let along: f32 = (0..4).map(|i| turn[i] * v_turn[i]).sum();
+            let v_r = std::array::from_fn(|i| (v_turn[i] - turn[i] * along) / length);
+            (join(v_x, v_r, v_s), v_x, quat_mul(conjugate(turn), v_q))
+        }
         MotionHead::Rigid => {
             let w = [r[0], r[1], r[2]];
             let turn = quat_exp(w);
             let (v_turn, v_center) = rotate_vjp(turn, sub(x, frame.center), v_x);
-            let conjugate = |q: [f32; 4]| [q[0], -q[1], -q[2], -q[3]];
             let from_quat = quat_mul(v_q, conjugate(unit));
             let v_w = quat_exp_vjp(w, std::array::from_fn(|i| v_turn[i] + from_quat[i]));
             let v_r = [v_w[0], v_w[1], v_w[2], 0.0];
@@ -150,6 +169,8 @@ mod tests {
     #[test]
     fn gradients_are_those_of_finite_differences_at_every_angle() {
         check(MotionHead::Displacement, 0.5);
+        check(MotionHead::Turn, 0.5);
+        check(MotionHead::Turn, 3.0);
         for angle in [0.0, 1e-3, 0.02, 0.04, 0.5, 2.0, 3.2, 6.0] {
             check(MotionHead::Rigid, angle);
         }

@@ -6,21 +6,29 @@ use super::config::{DeformationConfig, LinearRange, MotionHead};
 use super::encoding::encode;
 use super::network::InputFrame;
 
-fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
+pub(super) fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
     let weight: Tensor<2> = params.clone().narrow(0, l.weight, l.inputs * l.outputs).reshape([l.outputs, l.inputs]);
     let bias: Tensor<2> = params.clone().narrow(0, l.bias, l.outputs).reshape([1, l.outputs]);
     x.matmul(weight.transpose()) + bias
 }
 
 /// Columns of a matrix.
-fn columns(x: &Tensor<2>, from: usize, count: usize) -> Tensor<2> {
+pub(super) fn columns(x: &Tensor<2>, from: usize, count: usize) -> Tensor<2> {
     x.clone().narrow(1, from, count)
 }
 
 /// `a × b`, row by row.
-fn cross(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
+pub(super) fn cross(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     let term = |i, j| columns(a, i, 1) * columns(b, j, 1) - columns(a, j, 1) * columns(b, i, 1);
     Tensor::cat(vec![term(1, 2), term(2, 0), term(0, 1)], 1)
+}
+
+/// The product of quaternions, row by row.
+fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
+    let ((a_w, a_n), (b_w, b_n)) = ((columns(a, 0, 1), columns(a, 1, 3)), (columns(b, 0, 1), columns(b, 1, 3)));
+    let w = a_w.clone() * b_w.clone() - (a_n.clone() * b_n.clone()).sum_dim(1);
+    let n = b_n.clone() * a_w + a_n.clone() * b_w + cross(&a_n, &b_n);
+    Tensor::cat(vec![w, n], 1)
 }
 
 /// Inputs of [`deform`].
@@ -42,14 +50,25 @@ pub struct ReferenceInput<'a> {
 /// Pose rows `[n, DELTAS]`, as [`super::network::deform`]. The rotation's coefficients are written for angles that are not tiny.
 #[must_use]
 pub fn deform(input: ReferenceInput<'_>) -> Tensor<2> {
+    deform_with_codes(input, None)
+}
+
+/// The same for a network that also reads codes `[n, code]`.
+pub(super) fn deform_with_codes(input: ReferenceInput<'_>, codes: Option<Tensor<2>>) -> Tensor<2> {
     let ReferenceInput { config, frame, params, means, rotations, time } = input;
-    let points = means.to_data().try_to_vec::<f32>().unwrap_or_default();
-    let raw = raw_rows(config, frame, &params, points.as_chunks::<3>().0, time);
+    let mut input = vec![encoded_positions(config, frame, &means), time_features(config, &params, time, means.dims()[0])];
+    input.extend(codes);
+    let raw = raw_rows(config, &params, Tensor::cat(input, 1)).mul_scalar(config.gain(time));
     let length = rotations.clone().square().sum_dim(1).sqrt();
     let unit = rotations / length;
     let (a, s) = (columns(&raw, 0, 3), columns(&raw, 7, 3));
     if config.motion_head == MotionHead::Displacement {
         return Tensor::cat(vec![means + a, unit + columns(&raw, 3, 4), s], 1);
+    }
+    if config.motion_head == MotionHead::Turn {
+        let r = columns(&raw, 3, 4);
+        let length = r.clone().square().sum_dim(1).sqrt();
+        return Tensor::cat(vec![means + a, quat_mul(&(r / length), &unit), s], 1);
     }
     let w = columns(&raw, 3, 3);
     let theta = w.clone().square().sum_dim(1).sqrt();
@@ -59,32 +78,34 @@ pub fn deform(input: ReferenceInput<'_>) -> Tensor<2> {
     let u = means - center.clone();
     let twice = cross(&n, &u) * 2.0;
     let turned = u + twice.clone() * cos.clone() + cross(&n, &twice);
-    let (unit_w, unit_n) = (columns(&unit, 0, 1), columns(&unit, 1, 3));
-    let product_w = cos.clone() * unit_w.clone() - (n.clone() * unit_n.clone()).sum_dim(1);
-    let product_n = unit_n.clone() * cos + n.clone() * unit_w + cross(&n, &unit_n);
-    Tensor::cat(vec![turned + center + a * frame.scale, product_w, product_n, s], 1)
+    let product = quat_mul(&Tensor::cat(vec![cos, n], 1), &unit);
+    Tensor::cat(vec![turned + center + a * frame.scale, product, s], 1)
 }
 
-/// Raw rows `[n, DELTAS]` of `positions` at a time, from the flat parameters `[P]`.
-fn raw_rows(config: &DeformationConfig, frame: InputFrame, params: &Tensor<1>, positions: &[[f32; 3]], time: f32) -> Tensor<2> {
-    let device = params.device();
-    let n = positions.len();
-    let encoded: Vec<f32> = positions
-        .iter()
-        .flat_map(|p| {
-            let local: [f32; 3] = std::array::from_fn(|i| (p[i] - frame.center[i]) / frame.scale);
-            encode(&local, config.position_frequencies)
-        })
-        .collect();
-    let x = Tensor::<2>::from_data(TensorData::new(encoded, [n, config.position_width()]), &device);
-    let time_encoding = encode(&[time], config.time_frequencies);
-    let width = time_encoding.len();
-    let mut t = Tensor::<2>::from_data(TensorData::new(time_encoding, [1, width]), &device);
-    let layout = config.layout();
-    if let Some([first, second]) = &layout.time {
+/// Encodings `[n, features]` of centres, as constants.
+pub(super) fn encoded_positions(config: &DeformationConfig, frame: InputFrame, means: &Tensor<2>) -> Tensor<2> {
+    let points = means.to_data().try_to_vec::<f32>().unwrap_or_default();
+    let rows = points.as_chunks::<3>().0.iter().flat_map(|p| {
+        let local: [f32; 3] = std::array::from_fn(|i| (p[i] - frame.center[i]) / frame.scale);
+        encode(&local, config.position_frequencies)
+    });
+    Tensor::from_data(TensorData::new(rows.collect(), [means.dims()[0], config.position_width()]), &means.device())
+}
+
+/// What stands for the time at the network's input, `[n, features]`.
+fn time_features(config: &DeformationConfig, params: &Tensor<1>, time: f32, n: usize) -> Tensor<2> {
+    let encoding = encode(&[time], config.time_frequencies);
+    let width = encoding.len();
+    let mut t = Tensor::<2>::from_data(TensorData::new(encoding, [1, width]), &params.device());
+    if let Some([first, second]) = &config.layout().time {
         t = linear(params, second, relu(linear(params, first, t)));
     }
-    let input = Tensor::cat(vec![x, t.expand([n, config.time_width()])], 1);
+    t.expand([n, config.time_width()])
+}
+
+/// Outputs `[n, DELTAS]` of the network before the gain.
+fn raw_rows(config: &DeformationConfig, params: &Tensor<1>, input: Tensor<2>) -> Tensor<2> {
+    let layout = config.layout();
     let mut hidden = input.clone();
     for (i, l) in layout.layers.iter().enumerate() {
         if i > 0 && config.reads_input(i) {
@@ -92,5 +113,5 @@ fn raw_rows(config: &DeformationConfig, frame: InputFrame, params: &Tensor<1>, p
         }
         hidden = relu(linear(params, l, hidden));
     }
-    linear(params, &layout.head, hidden).mul_scalar(config.gain(time))
+    linear(params, &layout.head, hidden)
 }

@@ -191,6 +191,7 @@ mod tests {
         compare(&rigid, 1);
         compare(&rigid, 700);
         compare(&moved, 700);
+        compare(&DeformationConfig { motion_head: MotionHead::Turn, ..rigid.clone() }, 300);
         compare(&DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, gain_start: 1.0, gain_slope: 0.0, ..moved }, 300);
         compare(&DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..rigid }, 5000);
         compare(&DeformationConfig { width: 64, ..DeformationConfig::paper() }, 300);

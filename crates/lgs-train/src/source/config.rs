@@ -1,6 +1,6 @@
 //! Settings of source training; their values are in `presets`.
 
-use lgs_model::source::DeformationConfig;
+use lgs_model::source::{DeformationConfig, FreeGaveConfig, SourceKind, VelocityConfig};
 use serde::{Deserialize, Serialize};
 
 /// Which frames the static warm-up sees.
@@ -132,6 +132,37 @@ impl Default for GuideConfig {
     }
 }
 
+/// How FreeGave's velocity field is trained: between the time of the deformation and that of the image (§4.3).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HopConfig {
+    /// Time between the two, to either side, up to T* (paper: 1/60). Longer hops see more of a velocity's error.
+    pub length: f32,
+    /// Share of the iterations up to T* with a hop; the others train the deformation at the image's own time (paper: 1).
+    pub share: f32,
+    /// Longest step of the integration (paper: 0, a single step of any length).
+    pub longest_step: f32,
+    /// Whether Gaussians also turn on the way (paper: false).
+    pub turns: bool,
+    /// Weight of the mean squared difference between the mean velocity over a hop and that of the deformation, in which the deformation is
+    /// a constant (paper: 0, none). It shows the velocity field all of the window at once, where images show a frame.
+    pub agreement: f32,
+}
+
+impl HopConfig {
+    /// As published.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { length: 1.0 / 60.0, share: 1.0, longest_step: 0.0, turns: false, agreement: 0.0 }
+    }
+}
+
+impl Default for HopConfig {
+    fn default() -> Self {
+        Self::quick()
+    }
+}
+
 /// Image width that the quick preset's iterations are for, pixels.
 const REFERENCE_WIDTH: f32 = 160.0;
 /// Largest factor that larger images bring.
@@ -147,6 +178,11 @@ pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SourceConfig {
+    /// What the source model is. It decides the defaults of everything below.
+    pub kind: SourceKind,
+    /// File or folder that the source model is taken from instead of being trained: frames for the kind `frames`, a folder of the authors'
+    /// program for `defgs`; empty: it is trained.
+    pub import: String,
     /// Every count of iterations below is multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, since
     /// larger images have more to learn from.
     pub stretch: f32,
@@ -187,6 +223,12 @@ pub struct SourceConfig {
     pub reduced_before: usize,
     /// The deformation network.
     pub deformation: DeformationConfig,
+    /// The velocity field that goes on where the deformation ends: FreeGave alone has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<VelocityConfig>,
+    /// How it is trained.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hop: Option<HopConfig>,
     /// Learning rates.
     pub learning_rates: LearningRates,
     /// Densification.
@@ -238,7 +280,7 @@ impl SourceConfig {
     /// # Errors
     /// The first value out of range.
     pub fn validate(&self) -> Result<(), (String, String)> {
-        self.deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
+        self.validate_motion()?;
         let rates = &self.learning_rates;
         let positive = [
             ("learning_rates.position_start", rates.position_start),
@@ -276,6 +318,32 @@ impl SourceConfig {
         require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
         require((1..=64).contains(&self.reduction), "reduction", format_args!("{} is not between 1 and 64", self.reduction))?;
         require((1..=64).contains(&self.rigidity.neighbors), "rigidity.neighbors", format_args!("not between 1 and 64"))
+    }
+}
+
+impl SourceConfig {
+    /// What moves the Gaussians.
+    fn validate_motion(&self) -> Result<(), (String, String)> {
+        let deformation = self.deformation.clone();
+        let imported = !self.import.is_empty();
+        match (self.kind, &self.velocity, &self.hop) {
+            (SourceKind::Defgs, None, None) => {
+                deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
+                require(deformation.code == 0, "deformation.code", format_args!("the source `defgs` has no code"))
+            }
+            (SourceKind::Frames, None, None) => require(imported, "import", format_args!("the source `frames` needs a file or folder")),
+            (SourceKind::Freegave, Some(velocity), Some(hop)) => {
+                require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
+                FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
+                require(hop.length > 0.0 && hop.length.is_finite(), "hop.length", format_args!("{} is not a positive time", hop.length))?;
+                require((0.0..=1.0).contains(&hop.share), "hop.share", format_args!("{} is not in [0, 1]", hop.share))?;
+                let step = hop.longest_step;
+                require(step >= 0.0 && step.is_finite(), "hop.longest_step", format_args!("{step} is negative or not finite"))?;
+                let weight = hop.agreement;
+                require(weight >= 0.0 && weight.is_finite(), "hop.agreement", format_args!("{weight} is negative or not finite"))
+            }
+            _ => Err(("kind".to_owned(), "`velocity` and `hop` belong to the source `freegave`, and to no other".to_owned())),
+        }
     }
 }
 

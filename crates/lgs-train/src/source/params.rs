@@ -1,8 +1,7 @@
-//! The trained parameters of DefGS, one Adam group per attribute, and how they become what the rasterizer draws (§2.6, §3.4).
+//! The trained parameters of a source model, one Adam group per attribute, and how they become what the rasterizer draws (§2.6, §3.4).
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{GaussianCloud, sh_coefficients};
-use lgs_model::source::tensor::{DeformSpec, deform};
 use lgs_model::source::{DEFORMED_SCALE_FLOOR, ScaleMode};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::SplatTensors;
@@ -26,13 +25,13 @@ pub(super) struct SourceParams {
 
 /// Tracked leaves of one iteration.
 pub(super) struct Leaves {
-    means: Tensor<2>,
-    rotations: Tensor<2>,
+    pub(super) means: Tensor<2>,
+    pub(super) rotations: Tensor<2>,
     log_scales: Tensor<2>,
     raw_opacities: Tensor<2>,
     sh_dc: Tensor<2>,
     sh_rest: Option<Tensor<2>>,
-    network: Tensor<1>,
+    pub(super) network: Tensor<1>,
     /// Zeros; its gradient is that by the projected centres.
     pub(super) probe: Tensor<2>,
 }
@@ -85,8 +84,8 @@ impl SourceParams {
         }
     }
 
-    /// What is drawn: the canonical Gaussians, or those at the time of `deformation`.
-    pub(super) fn splats(&self, leaves: &Leaves, deformation: Option<DeformSpec>) -> SplatTensors {
+    /// What is drawn: the canonical Gaussians, or those in pose rows `[n, DELTAS]`, whose last numbers change scales in a mode.
+    pub(super) fn splats(&self, leaves: &Leaves, poses: Option<(Tensor<2>, ScaleMode)>) -> SplatTensors {
         let n = self.len();
         let dc = leaves.sh_dc.clone().reshape([n, 1, 3]);
         let sh = match &leaves.sh_rest {
@@ -101,9 +100,7 @@ impl SourceParams {
             sh,
             means2d_probe: leaves.probe.clone(),
         };
-        if let Some(spec) = deformation {
-            let mode = spec.config.scale_mode;
-            let pose = deform(leaves.network.clone(), splats.means, splats.rotations, spec);
+        if let Some((pose, mode)) = poses {
             splats.means = pose.clone().narrow(1, 0, 3);
             splats.rotations = pose.clone().narrow(1, 3, 4);
             splats.log_scales = match mode {

@@ -1,15 +1,31 @@
 //! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md` §2.6, §2.7, §3); the `quick`
 //! ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
-use lgs_model::source::DeformationConfig;
+use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
-use super::config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+use super::config::{DensifyConfig, GuideConfig, HopConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+use crate::config::Preset;
 
 impl SourceConfig {
+    /// The defaults of a kind under a preset.
+    #[must_use]
+    pub fn preset(kind: SourceKind, preset: Preset) -> Self {
+        match (kind, preset) {
+            (SourceKind::Defgs, Preset::Quick) => Self::quick(),
+            (SourceKind::Defgs, Preset::Paper) => Self::paper(),
+            (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
+            (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
+            // Nothing is trained.
+            (SourceKind::Frames, _) => Self { kind, ..Self::quick() },
+        }
+    }
+
     /// DefGS for synthetic scenes as published: hours on a GPU, days on a CPU.
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            kind: SourceKind::Defgs,
+            import: String::new(),
             stretch: 1.0,
             iterations: 40_000,
             warmup_iterations: 3000,
@@ -28,6 +44,8 @@ impl SourceConfig {
             reduction: 1,
             reduced_before: 0,
             deformation: DeformationConfig::paper(),
+            velocity: None,
+            hop: None,
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
             rigidity: RigidityConfig { weight: 0.0, neighbors: 4, let_go: 0.1 },
@@ -42,6 +60,8 @@ impl SourceConfig {
     pub fn quick() -> Self {
         let iterations = 4000;
         Self {
+            kind: SourceKind::Defgs,
+            import: String::new(),
             stretch: 0.0,
             iterations,
             warmup_iterations: 400,
@@ -60,6 +80,8 @@ impl SourceConfig {
             reduction: 1,
             reduced_before: 0,
             deformation: DeformationConfig::quick(),
+            velocity: None,
+            hop: None,
             learning_rates: LearningRates {
                 position_start: 4e-4,
                 position_end: 1e-5,
@@ -93,6 +115,49 @@ impl SourceConfig {
             stillness: 0.05,
             stillness_after: iterations * 2 / 3,
         }
+    }
+}
+
+impl SourceConfig {
+    /// FreeGave for synthetic objects as published (`reference-systems.md` §4); T* and K of single scenes are in `configs/freegave`.
+    #[must_use]
+    pub fn freegave_paper() -> Self {
+        let defgs = Self::paper();
+        Self {
+            kind: SourceKind::Freegave,
+            import: String::new(),
+            warmup_frames: WarmupFrames::First,
+            warmup_cameras: 1,
+            window_steps: 8,
+            initial_gaussians: 50_000,
+            initial_half_extent: 2.0,
+            deformation: DeformationConfig::freegave_paper(),
+            velocity: Some(VelocityConfig::paper()),
+            hop: Some(HopConfig::paper()),
+            densify: DensifyConfig { min_opacity: 0.05, ..defgs.densify.clone() },
+            ..defgs
+        }
+    }
+
+    /// FreeGave in minutes on two CPU cores.
+    #[must_use]
+    pub fn freegave_quick() -> Self {
+        Self {
+            kind: SourceKind::Freegave,
+            import: String::new(),
+            deformation: DeformationConfig::freegave_quick(),
+            velocity: Some(VelocityConfig::quick()),
+            hop: Some(HopConfig::quick()),
+            ..Self::quick()
+        }
+    }
+}
+
+impl HopConfig {
+    /// Hops that are long enough for small images to show a wrong velocity.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self { length: 0.1, share: 0.0, longest_step: 0.05, turns: true, agreement: 3.0 }
     }
 }
 

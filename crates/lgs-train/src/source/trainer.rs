@@ -3,8 +3,7 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, Image, stream};
 use lgs_data::dataset::{Dataset, Frame, SceneBox};
-use lgs_model::source::tensor::DeformSpec;
-use lgs_model::source::{DefGs, Deformation, InputFrame};
+use lgs_model::source::{InputFrame, SourceModel};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::{photometric_loss, rasterize};
 
@@ -12,6 +11,7 @@ use super::config::SourceConfig;
 use super::densify::{Attributes, DensifyPlan, DensifyStatistics};
 use super::guide::Guide;
 use super::initial::initial_cloud;
+use super::motion::{Captured, Moment, SourceMotion, source_motion};
 use super::order::{FrameOrder, Round};
 use super::params::{Leaves, Rates, Skip, SourceParams, image_tensor};
 use super::rigidity::NeighborGraph;
@@ -35,7 +35,7 @@ pub struct StepReport {
     pub gaussians: usize,
 }
 
-/// DefGS training between two iterations.
+/// Training between two iterations.
 pub struct SourceTrainer<'a> {
     frames: &'a [Frame],
     background: [f32; 3],
@@ -46,7 +46,7 @@ pub struct SourceTrainer<'a> {
     device: Device,
     iteration: usize,
     params: SourceParams,
-    input_frame: InputFrame,
+    motion: Box<dyn SourceMotion>,
     statistics: DensifyStatistics,
     order: FrameOrder,
     graph: Option<NeighborGraph>,
@@ -67,9 +67,9 @@ impl<'a> SourceTrainer<'a> {
         let config = config.stretched(frames[0].camera.width);
         let guide = Guide::new(dataset, &config.guide);
         let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
-        let input_frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
-        let network = Deformation::init(config.deformation.clone(), input_frame, seed);
+        let frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let order = FrameOrder::new(frames, &config, seed);
+        let motion = source_motion(&config, Captured { frame, time_window: order.span().1, seed });
         Ok(Self {
             order,
             frames,
@@ -80,8 +80,8 @@ impl<'a> SourceTrainer<'a> {
             seed,
             iteration: 0,
             statistics: DensifyStatistics::new(cloud.len()),
-            params: SourceParams::new(&cloud, network.params, &device),
-            input_frame,
+            params: SourceParams::new(&cloud, motion.init(seed), &device),
+            motion,
             graph: None,
             guide,
             device,
@@ -114,14 +114,15 @@ impl<'a> SourceTrainer<'a> {
         let iteration = self.iteration + 1;
         let frame = &self.frames[self.order.next(iteration, &self.config)];
         let (camera, target) = tracing::trace_span!("frame").in_scope(|| self.view(frame, iteration));
-        let deformation = (!self.config.is_warmup(iteration)).then(|| DeformSpec {
-            config: self.config.deformation.clone(),
-            frame: self.input_frame,
-            time: frame.time,
-        });
-        let deformed = deformation.is_some();
+        let deformed = !self.config.is_warmup(iteration);
         let leaves = self.params.leaves();
-        let splats = self.params.splats(&leaves, deformation);
+        let (first, last) = self.order.span();
+        let at = Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) };
+        let poses = deformed.then(|| {
+            let poses = self.motion.poses(leaves.network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
+            (poses, self.motion.scale_mode())
+        });
+        let splats = self.params.splats(&leaves, poses);
         let drawn = rasterize(&splats, &camera, self.background, self.config.active_degree(iteration));
         let psnr = psnr_of(&drawn.drawn.image, &target);
         let visible = drawn.visible();
@@ -130,7 +131,7 @@ impl<'a> SourceTrainer<'a> {
         if !loss.is_finite() {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
-        let total = if deformed { self.with_priors(photometric, &splats.means, frame.time) } else { photometric };
+        let total = if deformed { self.with_priors(photometric, &splats.means, &leaves.network, at) } else { photometric };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
@@ -152,15 +153,21 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    /// The loss with what the configuration expects of motions: rigid neighbourhoods, still surroundings, paths that silhouettes tell.
-    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, time: f32) -> Tensor<1> {
+    /// The loss with what the configuration expects of motions: agreement of its parts, rigid neighbourhoods, still surroundings, paths that
+    /// silhouettes tell.
+    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, network: &Tensor<1>, at: Moment) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
+        let shapes = self.params.shapes();
+        let loss = match self.motion.prior(network, &shapes, at) {
+            Some(prior) => loss + prior,
+            None => loss,
+        };
         let rigidity = &self.config.rigidity;
         let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
         if rigidity.weight <= 0.0 && stillness <= 0.0 && self.guide.is_empty() {
             return loss;
         }
-        let canonical = self.params.shapes().means;
+        let canonical = shapes.means;
         let deformed = values(means);
         let deformed = deformed.as_chunks::<3>().0;
         let mut pull = stillness::gradient(&canonical, deformed, stillness, self.extent);
@@ -170,7 +177,7 @@ impl<'a> SourceTrainer<'a> {
             pull.iter_mut().zip(rigid).for_each(|(p, r)| *p = lgs_core::linear::add(*p, r));
         }
         if !self.guide.is_empty() {
-            let guided = self.guide.gradient(&canonical, deformed, time, self.config.guide_weight(self.iteration));
+            let guided = self.guide.gradient(&canonical, deformed, at.time, self.config.guide_weight(self.iteration));
             pull.iter_mut().zip(guided).for_each(|(p, g)| *p = lgs_core::linear::add(*p, g));
         }
         // The inner product with a constant has that constant as its gradient.
@@ -225,12 +232,8 @@ impl<'a> SourceTrainer<'a> {
 
     /// The model as it is now.
     #[must_use]
-    pub fn model(&self) -> DefGs {
-        let config = self.config.deformation.clone();
-        DefGs {
-            canonical: self.params.cloud(),
-            deformation: Deformation { config, frame: self.input_frame, params: self.params.network() },
-        }
+    pub fn model(&self) -> Box<dyn SourceModel> {
+        self.motion.model(self.params.cloud(), self.params.network())
     }
 
     /// Writes the whole state into a checkpoint.
@@ -256,7 +259,7 @@ impl<'a> SourceTrainer<'a> {
     /// If the dataset has no training frames or a part of the state is absent, not finite or of another shape.
     pub fn restore(dataset: &'a Dataset, config: &SourceConfig, seed: u64, file: &TensorFile) -> Result<Self, TrainError> {
         let mut trainer = Self::new(dataset, config, seed)?;
-        trainer.params = SourceParams::read_from(file, config.sh_degree, config.deformation.layout().len, &trainer.device)?;
+        trainer.params = SourceParams::read_from(file, config.sh_degree, trainer.motion.len(), &trainer.device)?;
         let n = trainer.params.len();
         let per_gaussian = |name: &str| {
             let (shape, values) = file.values(name)?;

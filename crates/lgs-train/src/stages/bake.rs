@@ -57,7 +57,8 @@ pub fn bake(
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions };
     let forecast_tolerance = request.distill.forecast_tolerance + RESOLVED * request.pixel_size;
-    let object = DistillConfig { forecast_tolerance, ..request.distill.clone() };
+    let whole_object = request.distill.whole_object && request.motion.alignment;
+    let object = DistillConfig { forecast_tolerance, whole_object, ..request.distill.clone() };
     let config = SceneConfig { partition: request.partition.clone(), object };
     let distilled = distill_scene(&trajectories, Some(&weights), &config, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
@@ -86,7 +87,7 @@ fn alignment(object: &Distilled, options: &MotionOptions) -> (Option<Supports>, 
     if object.anchors.is_some() {
         return (Some(object.supports(0)), VelocityPolicy::Rigid);
     }
-    let aligned = options.alignment_neighbors > 0 && object.q0.len() > 1;
+    let aligned = options.alignment && options.alignment_neighbors > 0 && object.q0.len() > 1;
     (aligned.then(|| object.supports(options.alignment_neighbors + 1)), options.velocity_policy)
 }
 

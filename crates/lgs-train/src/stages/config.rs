@@ -10,7 +10,10 @@ use serde::{Deserialize, Serialize};
 pub struct MotionOptions {
     /// Time step Δτ (G8). Default 0.01.
     pub dt: f32,
-    /// Neighbours in a support of local rigid alignment, the particle itself not counted (G19); 0 turns alignment off. Default 19.
+    /// Local rigid alignment (Eq. 6). Without it (ablation, G60) candidates are final, Gaussians keep the orientation they have at t = 0, and
+    /// no law may hold an object rigid. Default true.
+    pub alignment: bool,
+    /// Neighbours in a support of the alignment, the particle itself not counted (G19); 0 is no alignment. Default 19.
     pub alignment_neighbors: usize,
     /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (reference section 8.7). On long rollouts of trained scenes
     /// the first two are equally accurate, and only the first returns exactly.
@@ -19,7 +22,7 @@ pub struct MotionOptions {
 
 impl Default for MotionOptions {
     fn default() -> Self {
-        Self { dt: 0.01, alignment_neighbors: 19, velocity_policy: VelocityPolicy::Keep }
+        Self { dt: 0.01, alignment: true, alignment_neighbors: 19, velocity_policy: VelocityPolicy::Keep }
     }
 }
 

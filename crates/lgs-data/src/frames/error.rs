@@ -1,0 +1,98 @@
+//! What can be wrong with frames.
+
+use std::path::{Path, PathBuf};
+
+use crate::files::FileError;
+use crate::ply::PlyError;
+
+/// Frames that can't be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FramesError {
+    /// A file or folder can't be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A frame is no splat file.
+    #[error(transparent)]
+    Ply(#[from] PlyError),
+    /// The contents do not fit together.
+    #[error("{problem}: {}", path.display())]
+    Content {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: FramesProblem,
+    },
+}
+
+impl FramesError {
+    pub(super) fn new(path: &Path, problem: FramesProblem) -> Self {
+        Self::Content { path: path.to_path_buf(), problem }
+    }
+}
+
+/// What is wrong with frames, which are counted from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FramesProblem {
+    /// The folder holds no frame.
+    #[error("expected `.ply` frames, found none")]
+    NoFrames,
+    /// One frame is no motion.
+    #[error("expected at least 2 frames, found {0}")]
+    TooFew(usize),
+    /// Nothing says when a frame is.
+    #[error(
+        "the frame `{0}` has no time; expected it in `frames.json`, `times.json` or `times.txt`, or at the end of the name, as in \
+         `0003_t+0.0300.ply`"
+    )]
+    NoTime(String),
+    /// A list of times has another length than the list of frames.
+    #[error("expected a time for each of {expected} frames, found {found}")]
+    Times {
+        /// Frames.
+        expected: usize,
+        /// Times.
+        found: usize,
+    },
+    /// A list of times that is not one.
+    #[error("malformed times: {0}")]
+    Malformed(String),
+    /// Two frames of one time, or tensors out of order.
+    #[error("`times`: expected finite and strictly ascending numbers, found {before} before {after}")]
+    NotAscending {
+        /// A time.
+        before: f32,
+        /// The next one.
+        after: f32,
+    },
+    /// A frame has more or fewer Gaussians than the first.
+    #[error("expected {expected} Gaussians as in the first frame, found {found}")]
+    Count {
+        /// Of the first frame.
+        expected: usize,
+        /// Of this one.
+        found: usize,
+    },
+    /// A quaternion that stands for no rotation.
+    #[error("`rotations`: the quaternion of Gaussian {index} in frame {frame} is zero")]
+    ZeroRotation {
+        /// Which frame.
+        frame: usize,
+        /// Which Gaussian.
+        index: usize,
+    },
+    /// Not a safetensors file.
+    #[error("not a folder of frames and no whole safetensors file: {0}")]
+    Tensors(String),
+    /// A tensor is absent or not as it should be.
+    #[error("`{field}`: expected {expected}, found {found}")]
+    Tensor {
+        /// Its name.
+        field: &'static str,
+        /// What it should be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
+}

@@ -1,0 +1,152 @@
+use super::*;
+use crate::ply::write_ply;
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, serialize_to_file};
+use std::fs;
+use std::path::PathBuf;
+
+fn cloud(count: usize, time: f32) -> GaussianCloud {
+    let means = (0..count).map(|i| [i as f32 + time, time * time, 0.0]).collect();
+    let mut cloud = GaussianCloud::isotropic(means, 0.1, [0.2, 0.4, 0.6], 0.8);
+    cloud.raw_opacities[0] = time;
+    cloud
+}
+
+/// A folder of frames with given names and times.
+fn folder(frames: &[(&str, f32)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, time) in frames {
+        write_ply(&folder.path().join(name), &cloud(3, *time)).unwrap();
+    }
+    folder
+}
+
+fn refused(path: &Path, ends: &str, words: &[&str]) {
+    let text = read_frames(path).unwrap_err().to_string();
+    assert!(text.ends_with(ends), "{text}");
+    for word in words {
+        assert!(text.contains(word), "should contain {word}: {text}");
+    }
+}
+
+#[test]
+fn times_come_from_names_lists_and_the_manifest_of_an_export() {
+    let named = folder(&[("0001_t+0.5000.ply", 0.5), ("0000_t-0.2500.ply", -0.25), ("0002_t+0.1000.ply", 0.1)]);
+    let sequence = read_frames(named.path()).unwrap();
+    assert_eq!(sequence.times, [-0.25, 0.1, 0.5]);
+    assert_eq!(sequence.positions[2], cloud(3, 0.5).means);
+    assert_eq!(sequence.gaussians, cloud(3, 0.1), "appearance is that of the frame nearest to t = 0");
+    assert_eq!(sequence.rotations.len(), 3);
+    let listed = folder(&[("f2.ply", 0.2), ("f10.ply", 0.4)]);
+    for (list, text) in [
+        ("times.txt", "0.2\n\n0.4\n"),
+        ("times.json", "[0.2, 0.4]"),
+        ("times.json", "{\"f10.ply\": 0.4, \"f2.ply\": 0.2}"),
+        ("frames.json", "{\"frames\": [{\"file\": \"f10.ply\", \"time\": 0.4}, {\"file\": \"f2.ply\", \"time\": 0.2}]}"),
+    ] {
+        let path = listed.path().join(list);
+        fs::write(&path, text).unwrap();
+        let sequence = read_frames(listed.path()).unwrap();
+        assert_eq!((sequence.times.as_slice(), &sequence.positions[1]), (&[0.2, 0.4][..], &cloud(3, 0.4).means), "{text}");
+        fs::remove_file(path).unwrap();
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_folder_is_named() {
+    let frames = folder(&[("t0.0.ply", 0.0), ("t0.1.ply", 0.1)]);
+    let other = frames.path().join("t0.2.ply");
+    write_ply(&other, &cloud(4, 0.2)).unwrap();
+    refused(frames.path(), "t0.2.ply", &["expected 3 Gaussians", "found 4"]);
+    let mut bytes = Vec::new();
+    write_ply(&other, &cloud(3, 0.2)).unwrap();
+    bytes.extend(fs::read(&other).unwrap());
+    let at = bytes.len() - 4 * 17;
+    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    fs::write(&other, bytes).unwrap();
+    refused(frames.path(), "t0.2.ply", &["not finite", "`x` of vertex 2"]);
+    fs::rename(&other, frames.path().join("shot3.ply")).unwrap();
+    let end = frames.path().display().to_string();
+    refused(frames.path(), &end, &["`shot3.ply` has no time"]);
+    let times = frames.path().join("times.txt");
+    fs::write(&times, "0.1\n0.2").unwrap();
+    refused(frames.path(), "times.txt", &["each of 3 frames, found 2"]);
+    fs::write(&times, "0.1\nsoon\n0.3").unwrap();
+    refused(frames.path(), "times.txt", &["`soon`"]);
+    let list = frames.path().join("times.json");
+    fs::write(&list, "{\"t0.0.ply\": 0}").unwrap();
+    refused(frames.path(), "times.json", &["no time"]);
+    fs::write(frames.path().join("frames.json"), "{\"frames\": [{\"file\": \"../x.ply\", \"time\": 0}]}").unwrap();
+    refused(frames.path(), "frames.json", &["malformed"]);
+    let same = folder(&[("a_t0.1.ply", 0.1), ("b_t0.1.ply", 0.1)]);
+    refused(same.path(), &same.path().display().to_string(), &["strictly ascending"]);
+    let single = folder(&[("t0.1.ply", 0.1)]);
+    refused(single.path(), &single.path().display().to_string(), &["at least 2 frames"]);
+    let empty = folder(&[]);
+    refused(empty.path(), &empty.path().display().to_string(), &["found none"]);
+    refused(&empty.path().join("absent"), "absent", &["read file"]);
+}
+
+fn write_tensors(path: &Path, tensors: &[(&str, &[usize], Vec<f32>)]) {
+    let bytes: Vec<Vec<u8>> = tensors.iter().map(|(.., v)| v.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
+    let view = |((name, shape, _), bytes): (&(&str, &[usize], Vec<f32>), &'_ Vec<u8>)| {
+        ((*name).to_owned(), TensorView::new(Dtype::F32, shape.to_vec(), Vec::leak(bytes.clone())).unwrap())
+    };
+    serialize_to_file(tensors.iter().zip(&bytes).map(view).collect::<Vec<_>>(), None, path).unwrap();
+}
+
+fn sample<'a>() -> Vec<(&'a str, &'a [usize], Vec<f32>)> {
+    vec![
+        ("times", &[3], vec![0.0, 0.1, 0.3]),
+        ("positions", &[3, 2, 3], (0..18).map(|v| v as f32).collect()),
+        ("rotations", &[2, 4], [1.0, 0.0, 0.0, 0.0].repeat(2)),
+        ("log_scales", &[2, 3], vec![-3.0; 6]),
+        ("raw_opacities", &[2], vec![1.0; 2]),
+        ("sh", &[2, 4, 3], vec![0.1; 24]),
+    ]
+}
+
+fn tensor_file(folder: &Path, tensors: &[(&str, &[usize], Vec<f32>)]) -> PathBuf {
+    let path = folder.join("paths.safetensors");
+    write_tensors(&path, tensors);
+    path
+}
+
+#[test]
+fn tensors_are_read_with_constant_or_changing_rotations() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = tensor_file(dir.path(), &sample());
+    let sequence = read_frames(&path).unwrap();
+    assert_eq!((sequence.times.len(), sequence.rotations.len(), sequence.gaussians.sh_degree), (3, 1, 1));
+    assert_eq!(sequence.positions[1][1], [9.0, 10.0, 11.0]);
+    let mut turning = sample();
+    turning[2] = ("rotations", &[3, 2, 4], (1..25).map(|v| v as f32).collect());
+    let sequence = read_frames(&tensor_file(dir.path(), &turning)).unwrap();
+    assert_eq!(sequence.rotations[2][1], [21.0, 22.0, 23.0, 24.0]);
+    assert_eq!(sequence.gaussians.rotations[1], [5.0, 6.0, 7.0, 8.0]);
+}
+
+#[test]
+fn what_is_wrong_with_tensors_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let broken: [(usize, Option<(&str, &[usize], Vec<f32>)>, &str); 6] = [
+        (1, None, "`positions`"),
+        (1, Some(("positions", &[2, 3, 3], vec![0.0; 18])), "`positions`: expected 32-bit floats of shape [3, n, 3]"),
+        (1, Some(("positions", &[3, 2, 3], vec![f32::NAN; 18])), "NaN at index 0"),
+        (0, Some(("times", &[3], vec![0.0, 0.2, 0.2])), "strictly ascending"),
+        (2, Some(("rotations", &[2, 4], vec![0.0; 8])), "Gaussian 0 in frame 0 is zero"),
+        (5, Some(("sh", &[2, 5, 3], vec![0.1; 30])), "`sh`"),
+    ];
+    for (index, replacement, word) in broken {
+        let mut tensors = sample();
+        tensors.remove(index);
+        tensors.extend(replacement);
+        refused(&tensor_file(dir.path(), &tensors), "paths.safetensors", &[word]);
+    }
+    let path = tensor_file(dir.path(), &sample());
+    let whole = fs::read(&path).unwrap();
+    for length in (0..whole.len()).step_by(7) {
+        fs::write(&path, &whole[..length]).unwrap();
+        refused(&path, "paths.safetensors", &["safetensors"]);
+    }
+}

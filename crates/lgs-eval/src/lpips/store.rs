@@ -1,0 +1,371 @@
+//! Where imported weights are kept, and how they get there.
+//!
+//! A file is recognised by the names and shapes in it, not by its own name, and only the tensors that LPIPS needs are kept. The SHA-256
+//! hash of the file says which published weights they are; other weights are kept too (a checkpoint saved anew has another hash), but
+//! they stay marked as unknown, since figures compare only between equal weights.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use lgs_data::files::FileError;
+use lgs_data::pth::{PthError, StateDict};
+use lgs_model::{TensorFile, TensorFileError};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::trunk::Trunk;
+
+/// Format name and version of a stored file.
+const FORMAT: &str = "lagrangegs-weights/1";
+
+/// Why weights could not be imported or loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WeightsError {
+    /// The file to import.
+    #[error(transparent)]
+    Checkpoint(#[from] PthError),
+    /// A stored file.
+    #[error(transparent)]
+    Stored(#[from] TensorFileError),
+    /// A file or folder that can't be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// None of the networks.
+    #[error(
+        "expected torchvision's VGG-16 or AlexNet (`features.0.weight`) or LPIPS linear weights (`lin0.model.1.weight`), \
+         found {found}: {}",
+        path.display()
+    )]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        found: String,
+    },
+    /// Contents that do not match the hash in the file's own name.
+    #[error("the name says that the SHA-256 hash starts with {expected}, found {found}: the download is damaged: {}", path.display())]
+    Hash {
+        /// The file.
+        path: PathBuf,
+        /// From the name.
+        expected: String,
+        /// Of the contents.
+        found: String,
+    },
+    /// Weights of LPIPS 0.0.
+    #[error("expected the linear weights of LPIPS 0.1, found those of 0.0, which give other figures: {}", path.display())]
+    Superseded {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// What a file of weights is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WeightKind {
+    /// Convolutions of VGG-16.
+    VggTrunk,
+    /// LPIPS weights of its channels.
+    VggLinear,
+    /// Convolutions of AlexNet.
+    AlexTrunk,
+    /// LPIPS weights of its channels.
+    AlexLinear,
+}
+
+impl WeightKind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::VggTrunk, Self::VggLinear, Self::AlexTrunk, Self::AlexLinear];
+
+    /// Its name, also of the stored file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::VggTrunk => "vgg-trunk",
+            Self::VggLinear => "vgg-linear",
+            Self::AlexTrunk => "alex-trunk",
+            Self::AlexLinear => "alex-linear",
+        }
+    }
+
+    /// Published files: the start of their SHA-256 hash, and where they come from.
+    #[must_use]
+    pub fn published(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::VggTrunk => &[("397923af", "torchvision vgg16-397923af.pth")],
+            Self::VggLinear => &[("a78928a0af1e5f0fcb1f3b9e8f8c3a2a5a3de244d830ad5c1feddc79b8432868", "lpips 0.1.4 weights/v0.1/vgg.pth")],
+            Self::AlexTrunk => {
+                &[("7be5be79", "torchvision alexnet-owt-7be5be79.pth"), ("4df8aa71", "torchvision alexnet-owt-4df8aa71.pth")]
+            }
+            Self::AlexLinear => {
+                &[("df73285e35b22355a2df87cdb6b70b343713b667eddbda73e1977e0c860835c0", "lpips 0.1.4 weights/v0.1/alex.pth")]
+            }
+        }
+    }
+
+    pub(super) fn is_linear(self) -> bool {
+        matches!(self, Self::VggLinear | Self::AlexLinear)
+    }
+
+    /// Names and shapes of its tensors, as in the published files.
+    pub(super) fn tensors(self) -> Vec<(String, Vec<usize>)> {
+        let trunk = if matches!(self, Self::VggTrunk | Self::VggLinear) { Trunk::Vgg } else { Trunk::Alex };
+        if self.is_linear() {
+            let linear = |(i, n)| (format!("lin{i}.model.1.weight"), vec![1, n, 1, 1]);
+            return trunk.compared_channels().into_iter().enumerate().map(linear).collect();
+        }
+        let both = |c: super::trunk::Convolution| {
+            let name = |part: &str| format!("features.{}.{part}", c.index);
+            [(name("weight"), vec![c.outputs, c.inputs, c.kernel, c.kernel]), (name("bias"), vec![c.outputs])]
+        };
+        trunk.convolutions().flat_map(both).collect()
+    }
+
+    /// What a checkpoint must be meant for, by the tensors that tell the networks apart.
+    fn of(dict: &StateDict) -> Option<Self> {
+        if let Some(shape) = dict.shape("features.0.weight") {
+            // The first convolution's kernel: 11 × 11 or 3 × 3.
+            return Some(if shape.last() == Some(&11) { Self::AlexTrunk } else { Self::VggTrunk });
+        }
+        let shape = dict.shape("lin1.model.1.weight")?;
+        Some(if shape.get(1) == Some(&192) { Self::AlexLinear } else { Self::VggLinear })
+    }
+}
+
+/// Linear weights of LPIPS 0.0, whose inputs were scaled otherwise; the shapes are the same as in 0.1.
+const SUPERSEDED: [&str; 2] = [
+    "b9e4236260c3dd988fc79d2a48d645d885afcbb21f9fd595e6744cf7419b582c",
+    "18720f55913d0af89042f13faa7e536a6ce1444a0914e6db9461355ece1e8cd5",
+];
+
+/// Where stored weights came from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// What they are for.
+    pub kind: WeightKind,
+    /// Name of the imported file.
+    pub file: String,
+    /// SHA-256 hash of the imported file, hexadecimal.
+    pub sha256: String,
+    /// Which published file it is; nothing if the hash is of none.
+    pub published: Option<String>,
+    /// SHA-256 hash of the tensors that were kept, checked when they are loaded.
+    tensors_sha256: String,
+}
+
+/// Stored tensors and where they came from.
+#[derive(Clone, Debug)]
+pub struct Weights {
+    file: TensorFile,
+    /// Where they came from.
+    pub origin: Origin,
+}
+
+impl Weights {
+    /// A tensor of a given shape.
+    ///
+    /// # Errors
+    /// If it is absent or of another shape.
+    pub(super) fn values(&self, name: &str, shape: &[usize]) -> Result<&[f32], TensorFileError> {
+        let (found, values) = self.file.values(name)?;
+        if found == shape { Ok(values) } else { Err(self.file.field(name, &format!("shape {shape:?}"), format!("{found:?}"))) }
+    }
+
+    /// Weights with given tensors.
+    #[cfg(test)]
+    pub(super) fn of(kind: WeightKind, tensors: &[(String, Vec<usize>, Vec<f32>)]) -> Self {
+        let mut file = TensorFile::new(FORMAT);
+        tensors.iter().for_each(|(name, shape, values)| file.insert(name, shape, values));
+        let origin = Origin { kind, file: String::new(), sha256: String::new(), published: None, tensors_sha256: String::new() };
+        Self { file, origin }
+    }
+}
+
+/// A folder of imported weights.
+#[derive(Clone, Debug)]
+pub struct WeightStore {
+    folder: PathBuf,
+}
+
+impl WeightStore {
+    /// The store in a folder, which need not exist yet.
+    #[must_use]
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Imports a PyTorch checkpoint.
+    ///
+    /// # Errors
+    /// If it can't be read, holds none of the networks, a tensor is absent, misshapen or not finite, its contents do not match the hash
+    /// in its name, it is of LPIPS 0.0, or the folder can't be written.
+    pub fn import(&self, path: &Path) -> Result<Origin, WeightsError> {
+        let dict = StateDict::open(path)?;
+        let kind = WeightKind::of(&dict).ok_or_else(|| unknown(path, &dict))?;
+        let sha256 = file_hash(path)?;
+        if let Some(expected) = hash_in_name(path).filter(|start| !sha256.starts_with(start.as_str())) {
+            return Err(WeightsError::Hash { path: path.to_owned(), expected, found: sha256 });
+        }
+        if SUPERSEDED.contains(&sha256.as_str()) {
+            return Err(WeightsError::Superseded { path: path.to_owned() });
+        }
+        let mut file = TensorFile::new(FORMAT);
+        let mut tensors_hash = Sha256::new();
+        for (name, shape) in kind.tensors() {
+            let values = dict.values(&name, &shape)?;
+            add_to_hash(&mut tensors_hash, &name, &values);
+            file.insert(name, &shape, &values);
+        }
+        let published = kind.published().iter().find(|(start, _)| sha256.starts_with(start)).map(|(_, name)| (*name).to_owned());
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let origin = Origin { kind, file: name, sha256, published, tensors_sha256: hexadecimal(tensors_hash) };
+        // Names and hashes always serialise.
+        file.set_metadata("origin", serde_json::to_string(&origin).unwrap_or_default());
+        std::fs::create_dir_all(&self.folder).map_err(|e| FileError::new("create folder", &self.folder, e))?;
+        file.save(&self.path(kind))?;
+        Ok(origin)
+    }
+
+    /// Stored weights; nothing if none were imported.
+    ///
+    /// # Errors
+    /// If the stored file can't be read, is damaged, or its tensors are not those that were imported.
+    pub fn load(&self, kind: WeightKind) -> Result<Option<Weights>, WeightsError> {
+        let path = self.path(kind);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let file = TensorFile::load(&path, FORMAT)?;
+        let origin: Origin = file.metadata_json("origin")?;
+        let mut hash = Sha256::new();
+        for (name, _) in kind.tensors() {
+            add_to_hash(&mut hash, &name, file.values(&name)?.1);
+        }
+        let found = hexadecimal(hash);
+        if found != origin.tensors_sha256 {
+            return Err(file.field("tensors_sha256", &origin.tensors_sha256, found).into());
+        }
+        Ok(Some(Weights { file, origin }))
+    }
+
+    fn path(&self, kind: WeightKind) -> PathBuf {
+        self.folder.join(format!("lpips-{}.safetensors", kind.name()))
+    }
+}
+
+fn unknown(path: &Path, dict: &StateDict) -> WeightsError {
+    let mut names = dict.names();
+    let found = match names.next() {
+        None => "no tensors".to_owned(),
+        Some(first) => format!("`{first}` and {} other tensors", names.count()),
+    };
+    WeightsError::Unknown { path: path.to_owned(), found }
+}
+
+/// The eight digits that torchvision puts at the end of a file's name.
+fn hash_in_name(path: &Path) -> Option<String> {
+    let stem = path.file_stem()?.to_str()?;
+    let (_, digits) = stem.rsplit_once('-')?;
+    let lower = digits.to_ascii_lowercase();
+    (lower.len() == 8 && lower.bytes().all(|b| b.is_ascii_hexdigit())).then_some(lower)
+}
+
+fn file_hash(path: &Path) -> Result<String, FileError> {
+    let failed = |reason| FileError::new("read file", path, reason);
+    let mut file = std::fs::File::open(path).map_err(failed)?;
+    let mut hash = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer).map_err(failed)? {
+            0 => return Ok(hexadecimal(hash)),
+            n => hash.update(&buffer[..n]),
+        }
+    }
+}
+
+fn add_to_hash(hash: &mut Sha256, name: &str, values: &[f32]) {
+    hash.update(name.as_bytes());
+    values.iter().for_each(|v| hash.update(v.to_le_bytes()));
+}
+
+fn hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::features::tests::tensors;
+    use super::*;
+    use lgs_data::testing::{CheckpointEntry, checkpoint};
+
+    fn checkpoint_of(tensors: &[(String, Vec<usize>, Vec<f32>)]) -> Vec<u8> {
+        let entries: Vec<_> = tensors.iter().map(|(name, shape, v)| (name.as_str(), CheckpointEntry::Tensor(shape, v))).collect();
+        checkpoint(&entries)
+    }
+
+    #[test]
+    fn every_kind_is_recognised_by_content_and_comes_back_as_it_was() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = WeightStore::new(folder.path().join("weights"));
+        for kind in [WeightKind::AlexLinear, WeightKind::AlexTrunk, WeightKind::VggLinear] {
+            assert!(store.load(kind).expect("load").is_none());
+            let path = folder.path().join("anything.pth");
+            std::fs::write(&path, checkpoint_of(&tensors(kind))).expect("write");
+            let origin = store.import(&path).expect("import");
+            assert_eq!((origin.kind, origin.published.as_deref(), origin.sha256.len()), (kind, None, 64));
+            let weights = store.load(kind).expect("load").expect("there");
+            assert_eq!(weights.origin, origin);
+            for (name, shape, values) in tensors(kind) {
+                assert_eq!(weights.values(&name, &shape).expect("tensor"), values);
+            }
+        }
+    }
+
+    #[test]
+    fn defects_are_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = WeightStore::new(folder.path().join("weights"));
+        let refused = |name: &str, tensors: &[(String, Vec<usize>, Vec<f32>)]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, checkpoint_of(tensors)).expect("write");
+            let text = store.import(&path).expect_err("refused").to_string();
+            assert!(text.ends_with(name), "{text}");
+            text
+        };
+        let good = tensors(WeightKind::VggLinear);
+        assert!(refused("vgg-397923af.pth", &good).contains("starts with 397923af"));
+        assert!(refused("other.pth", &[("fc.weight".to_owned(), vec![1], vec![0.0])]).contains("`fc.weight` and 0 other tensors"));
+        let squeeze = |(i, (name, ..)): (usize, &(String, Vec<usize>, Vec<f32>))| {
+            let n = [64, 128, 256, 384, 384][i];
+            (name.clone(), vec![1, n, 1, 1], vec![0.5; n])
+        };
+        let squeeze: Vec<_> = good.iter().enumerate().map(squeeze).collect();
+        assert!(refused("squeeze.pth", &squeeze).contains("`lin3.model.1.weight`"));
+        assert!(refused("cut.pth", &good[..4]).contains("`lin4.model.1.weight`"));
+        assert!(!folder.path().join("weights").exists(), "nothing is stored of what was refused");
+    }
+
+    #[test]
+    fn stored_tensors_that_changed_are_refused() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = WeightStore::new(folder.path());
+        let path = folder.path().join("alex.pth");
+        std::fs::write(&path, checkpoint_of(&tensors(WeightKind::AlexLinear))).expect("write");
+        store.import(&path).expect("import");
+        let stored = store.path(WeightKind::AlexLinear);
+        let mut bytes = std::fs::read(&stored).expect("bytes");
+        let last = bytes.len() - 4;
+        bytes[last] ^= 1;
+        std::fs::write(&stored, bytes).expect("write");
+        let text = store.load(WeightKind::AlexLinear).expect_err("changed").to_string();
+        assert!(text.contains("tensors_sha256"), "{text}");
+    }
+}

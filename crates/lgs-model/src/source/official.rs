@@ -1,0 +1,219 @@
+//! Models that the authors' DefGS program wrote (`reference-systems.md` §3), read into [`DefGs`].
+//!
+//! Its output folder holds `point_cloud/iteration_N/point_cloud.ply`, the canonical Gaussians, and `deform/iteration_N/deform.pth`, the
+//! deformation network's state dictionary: `timenet.{0,2}` (absent for real scenes), `linear.{0..7}`, and the heads `gaussian_warp`,
+//! `gaussian_rotation` and `gaussian_scaling`, which are one layer of ours. Sizes are read from the shapes.
+
+use std::path::{Path, PathBuf};
+
+use lgs_data::files::FileError;
+use lgs_data::ply::read_ply;
+use lgs_data::pth::{PthError, StateDict};
+
+use super::config::{DeformationConfig, HeadInit, MotionHead, ParamRange, ScaleMode};
+use super::defgs::DefGs;
+use super::encoding::encoded_width;
+use super::file::SourceError;
+use super::network::{Deformation, InputFrame};
+use super::pose::DELTAS;
+
+/// Heads in the order of a pose row, with their outputs.
+const HEADS: [(&str, usize); 3] = [("gaussian_warp", 3), ("gaussian_rotation", 4), ("gaussian_scaling", 3)];
+
+/// Frequencies of the time's encoding where there is no time network (§3.1).
+const REAL_TIME_FREQUENCIES: usize = 10;
+
+/// Whether a folder looks like the output of the DefGS program.
+#[must_use]
+pub fn is_official_defgs(folder: &Path) -> bool {
+    folder.join("deform").is_dir() && folder.join("point_cloud").is_dir()
+}
+
+/// Reads the latest iteration for which there are both Gaussians and network.
+///
+/// # Errors
+/// If there is none, a file can't be read, the network has the six-degrees-of-freedom head, or a tensor is absent or does not fit.
+pub fn read_official_defgs(folder: &Path) -> Result<DefGs, SourceError> {
+    let iteration = latest_iteration(folder)?;
+    let file = |part: &str, name: &str| folder.join(part).join(format!("iteration_{iteration}")).join(name);
+    let deformation = deformation(&StateDict::open(&file("deform", "deform.pth"))?)?;
+    let canonical = read_ply(&file("point_cloud", "point_cloud.ply"))?;
+    Ok(DefGs { canonical, deformation })
+}
+
+fn latest_iteration(folder: &Path) -> Result<usize, SourceError> {
+    let (gaussians, networks) = (iterations(&folder.join("point_cloud"))?, iterations(&folder.join("deform"))?);
+    let both = gaussians.into_iter().filter(|iteration| networks.contains(iteration));
+    both.max().ok_or_else(|| SourceError::NoIteration { path: folder.to_owned() })
+}
+
+/// Numbers N of the folders `iteration_N`.
+fn iterations(folder: &PathBuf) -> Result<Vec<usize>, FileError> {
+    let failed = |e| FileError::new("read folder", folder, e);
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        found.extend(name.to_str().and_then(|name| name.strip_prefix("iteration_")?.parse::<usize>().ok()));
+    }
+    Ok(found)
+}
+
+/// The network of a state dictionary.
+fn deformation(dict: &StateDict) -> Result<Deformation, PthError> {
+    if dict.shape("branch_w.weight").is_some() {
+        let found = "`branch_w`, the six-degrees-of-freedom head, which is not read".to_owned();
+        return Err(dict.error("gaussian_warp.weight", "the displacement head".to_owned(), found));
+    }
+    let config = sizes(dict)?;
+    config.validate().map_err(|(field, reason)| dict.error(field, "a size in range".to_owned(), reason))?;
+    let layout = config.layout();
+    let mut params = Vec::with_capacity(layout.len);
+    for param in layout.params() {
+        params.extend(values(dict, &param)?);
+    }
+    Ok(Deformation { config, frame: InputFrame::IDENTITY, params })
+}
+
+/// Sizes by the shapes of the weights.
+fn sizes(dict: &StateDict) -> Result<DeformationConfig, PthError> {
+    let matrix = |name: &str| match dict.shape(name) {
+        Some(&[outputs, inputs]) => Ok([outputs, inputs]),
+        Some(found) => Err(dict.error(name, "a weight [out, in]".to_owned(), format!("shape {found:?}"))),
+        None => Err(dict.absent(name, "a weight [out, in]".to_owned())),
+    };
+    let frequencies = |name: &str, numbers: usize, dimensions: usize| {
+        let frequencies = (numbers / dimensions).saturating_sub(1) / 2;
+        let fits = encoded_width(dimensions, frequencies) == numbers;
+        let expected = || format!("inputs for encoded {dimensions}-vectors");
+        if fits { Ok(frequencies) } else { Err(dict.error(name, expected(), format!("{numbers} numbers"))) }
+    };
+    let [width, inputs] = matrix("linear.0.weight")?;
+    let depth = (0..).take_while(|i| dict.shape(&format!("linear.{i}.weight")).is_some()).count();
+    let (time_frequencies, time_hidden, time_features) = match dict.shape("timenet.0.weight") {
+        Some(_) => {
+            let [hidden, encoded] = matrix("timenet.0.weight")?;
+            (frequencies("timenet.0.weight", encoded, 1)?, hidden, matrix("timenet.2.weight")?[0])
+        }
+        None => (REAL_TIME_FREQUENCIES, DeformationConfig::paper().time_hidden, 0),
+    };
+    let time_width = if time_features > 0 { time_features } else { encoded_width(1, time_frequencies) };
+    let position_frequencies = frequencies("linear.0.weight", inputs.saturating_sub(time_width), 3)?;
+    Ok(DeformationConfig {
+        depth,
+        width,
+        skip_layer: depth / 2,
+        position_frequencies,
+        time_frequencies,
+        time_hidden,
+        time_features,
+        motion_head: MotionHead::Displacement,
+        scale_mode: ScaleMode::Additive,
+        head_init: HeadInit::Uniform,
+        ..DeformationConfig::paper()
+    })
+}
+
+/// The values of one of our parameters; inputs are in the same order: position, time, then the layer before.
+fn values(dict: &StateDict, param: &ParamRange) -> Result<Vec<f32>, PthError> {
+    let (layer, part) = param.name.rsplit_once('.').unwrap_or((&param.name, ""));
+    if layer == "head" {
+        debug_assert_eq!(HEADS.iter().map(|(_, outputs)| outputs).sum::<usize>(), DELTAS);
+        let head = |&(name, outputs): &(&str, usize)| dict.values(&format!("{name}.{part}"), &[&[outputs], &param.shape[1..]].concat());
+        return Ok(HEADS.iter().map(head).collect::<Result<Vec<_>, _>>()?.concat());
+    }
+    let theirs = match layer {
+        // A ReLU without parameters stands between the two.
+        "time.0" => "timenet.0".to_owned(),
+        "time.1" => "timenet.2".to_owned(),
+        other => other.replace("layer.", "linear."),
+    };
+    dict.values(&format!("{theirs}.{part}"), &param.shape)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::SourceModel;
+    use lgs_core::GaussianCloud;
+    use lgs_data::ply::write_ply;
+    use lgs_data::testing::{CheckpointEntry, checkpoint};
+
+    type Tensors = Vec<(String, Vec<usize>, Vec<f32>)>;
+
+    /// A model of ours and the state dictionary that the authors' program would have written of it.
+    fn model(config: DeformationConfig) -> (DefGs, Tensors) {
+        let means: Vec<[f32; 3]> = (0..30).map(|i| [(i as f32).sin(), (i as f32).cos(), 0.1 * i as f32]).collect();
+        let deformation = Deformation::init(config, InputFrame::IDENTITY, 3);
+        let mut tensors = Vec::new();
+        for param in deformation.config.layout().params() {
+            let values = &deformation.params[param.range.clone()];
+            let (layer, part) = param.name.rsplit_once('.').expect("a layer's part");
+            if layer == "head" {
+                let (mut rest, per_output) = (values, values.len() / DELTAS);
+                for (name, outputs) in HEADS {
+                    let (own, after) = rest.split_at(outputs * per_output);
+                    tensors.push((format!("{name}.{part}"), [&[outputs], &param.shape[1..]].concat(), own.to_vec()));
+                    rest = after;
+                }
+            } else {
+                let name = layer.replace("layer.", "linear.").replace("time.1", "timenet.2").replace("time.0", "timenet.0");
+                tensors.push((format!("{name}.{part}"), param.shape, values.to_vec()));
+            }
+        }
+        (DefGs { canonical: GaussianCloud::isotropic(means, 0.05, [0.3, 0.5, 0.7], 0.6), deformation }, tensors)
+    }
+
+    fn write(folder: &Path, model: &DefGs, tensors: &Tensors) -> PathBuf {
+        for (iteration, part) in [(7, "point_cloud"), (7, "deform"), (20, "point_cloud"), (20, "deform"), (100, "point_cloud")] {
+            std::fs::create_dir_all(folder.join(part).join(format!("iteration_{iteration}"))).expect("folder");
+        }
+        write_ply(&folder.join("point_cloud/iteration_20/point_cloud.ply"), &model.canonical).expect("ply");
+        let entries: Vec<_> = tensors.iter().map(|(name, shape, v)| (name.as_str(), CheckpointEntry::Tensor(shape, v))).collect();
+        let path = folder.join("deform/iteration_20/deform.pth");
+        std::fs::write(&path, checkpoint(&entries)).expect("pth");
+        path
+    }
+
+    #[test]
+    fn both_of_the_authors_networks_move_gaussians_as_ours_does() {
+        let real = DeformationConfig { time_features: 0, time_frequencies: 10, ..DeformationConfig::paper() };
+        for config in [DeformationConfig::paper(), real] {
+            let folder = tempfile::tempdir().expect("folder");
+            let (model, tensors) = model(config);
+            write(folder.path(), &model, &tensors);
+            assert!(is_official_defgs(folder.path()));
+            let read = read_official_defgs(folder.path()).expect("read");
+            assert_eq!(read.deformation, model.deformation);
+            assert_eq!(read.cloud_at(0.4), model.cloud_at(0.4));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_folder_is_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let (model, mut tensors) = model(DeformationConfig::paper());
+        let path = write(folder.path(), &model, &tensors);
+        let refused = |word: &str| {
+            let text = read_official_defgs(folder.path()).expect_err(word).to_string();
+            assert!(text.contains(word) && text.contains(&folder.path().display().to_string()), "{text}");
+        };
+        let whole = std::fs::read(&path).expect("bytes");
+        std::fs::write(&path, &whole[..whole.len() - 5]).expect("cut");
+        refused("deform.pth");
+        let at = tensors.iter().position(|(name, ..)| name == "linear.5.weight").expect("the layer after the skip");
+        let skip = std::mem::replace(&mut tensors[at], ("linear.5.weight".to_owned(), vec![256, 256], vec![0.0; 256 * 256]));
+        write(folder.path(), &model, &tensors);
+        refused("`linear.5.weight`");
+        tensors[at] = skip;
+        tensors.push(("branch_w.weight".to_owned(), vec![3, 256], vec![0.0; 768]));
+        write(folder.path(), &model, &tensors);
+        refused("six-degrees-of-freedom");
+        tensors.pop();
+        tensors.retain(|(name, ..)| name != "gaussian_scaling.bias");
+        write(folder.path(), &model, &tensors);
+        refused("`gaussian_scaling.bias`");
+        std::fs::remove_dir_all(folder.path().join("deform/iteration_20")).expect("remove");
+        std::fs::remove_dir_all(folder.path().join("deform/iteration_7")).expect("remove");
+        refused("iteration_N");
+    }
+}

@@ -1,0 +1,97 @@
+//! What can be wrong with a suite.
+
+use std::path::PathBuf;
+
+use lgs_data::files::FileError;
+use lgs_train::TrainError;
+use lgs_train::config::ConfigError;
+
+/// Why a suite cannot be read, planned or run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SuiteError {
+    /// The file cannot be read.
+    #[error("there is no suite file, and no bundled suite of that name ({known}): {reason}: {}", path.display())]
+    Read {
+        /// What was asked for.
+        path: PathBuf,
+        /// Why it is no file.
+        reason: std::io::Error,
+        /// Names of the bundled suites.
+        known: String,
+    },
+    /// Not TOML, or a key that does not exist.
+    #[error("{reason}: {origin}")]
+    Syntax {
+        /// The file.
+        origin: String,
+        /// What the parser says; an unknown key comes with the known ones.
+        reason: String,
+    },
+    /// A name that does not exist.
+    #[error("unknown {what} `{name}`; known: {known}: {origin}")]
+    Unknown {
+        /// Scene, method, variant.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// All that exist.
+        known: String,
+        /// The file.
+        origin: String,
+    },
+    /// A value that cannot be.
+    #[error("`{key}`: {reason}: {origin}")]
+    Invalid {
+        /// The key.
+        key: &'static str,
+        /// Why.
+        reason: String,
+        /// The file.
+        origin: String,
+    },
+    /// The settings of a cell are no configuration.
+    #[error("settings of {cell}: {reason}: {origin}")]
+    Settings {
+        /// The cell.
+        cell: String,
+        /// What is wrong.
+        reason: ConfigError,
+        /// The file.
+        origin: String,
+    },
+    /// No cell has this number.
+    #[error("there is no cell {index}; the suite has the cells 0 to {last}: {origin}")]
+    NoCell {
+        /// The number asked for.
+        index: usize,
+        /// The largest one.
+        last: usize,
+        /// The file.
+        origin: String,
+    },
+    /// The folder of a cell holds a run of other settings.
+    #[error("the folder holds a run with other settings than the suite's; remove it or choose another output folder: {}", .0.display())]
+    OtherSettings(PathBuf),
+    /// A cell whose source comes from another one that has not been run.
+    #[error("cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that one first")]
+    NoSource {
+        /// The cell.
+        cell: usize,
+        /// The one with the source.
+        leader: usize,
+        /// Its name.
+        name: String,
+    },
+    /// A run folder.
+    #[error(transparent)]
+    Train(#[from] TrainError),
+    /// A file.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+/// Names, in backticks, joined by commas.
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    names.into_iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,280 @@
+//! A suite file: parsed, with every name in it checked.
+//!
+//! ```toml
+//! name = "my-suite"                      # folder below `runs`, and first word of the tables
+//! title = "Two objects"
+//! scenes = ["fan", "spring"]
+//! methods = ["defgs"]
+//! variants = ["before-0.5", "mine"]      # beside `full`
+//! seeds = [0, 1]
+//! preset = "quick"
+//! settings = ["source.sh_degree=2"]      # of every cell
+//! half_resolution = false                # compare images at half their size
+//!
+//! [synthetic]                            # the scenes are made by `synth`; or [folders], see there
+//! size = 160
+//!
+//! [variant.mine]
+//! title = "half the neighbours"
+//! settings = ["motion.alignment_neighbors=9"]
+//!
+//! [[override]]                           # in order, before the variant's settings, or after if it names variants
+//! scenes = ["fan"]                       # left out: all; likewise methods, variants
+//! settings = ["partition.clusters=2"]
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use lgs_data::synth::{SynthOptions, scenes as synthetic_scenes};
+use lgs_train::Preset;
+use serde::Deserialize;
+
+use crate::bundled::bundled_suites;
+use crate::error::{SuiteError, listed};
+use crate::methods::Method;
+use crate::published::Published;
+use crate::suite_check::Check;
+use crate::variants::{Variant, VariantTable};
+
+/// A checked suite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suite {
+    /// Name of its folder.
+    pub name: String,
+    /// Title of its report.
+    pub title: String,
+    /// Scenes by name, in order.
+    pub scenes: Vec<String>,
+    /// Where the scenes come from.
+    pub data: Scenes,
+    /// Source models, in order.
+    pub methods: Vec<Method>,
+    /// `full`, then the others in order.
+    pub variants: Vec<Variant>,
+    /// Seeds, in order.
+    pub seeds: Vec<u64>,
+    /// Defaults of every cell.
+    pub preset: Preset,
+    /// Whether images are compared at half their size, as the published figures of single objects.
+    pub half_resolution: bool,
+    /// The paper's column that the tables stand beside, if this is its suite.
+    pub published: Option<Published>,
+    /// The file, for messages.
+    pub origin: String,
+    settings: Vec<String>,
+    overrides: Vec<Override>,
+}
+
+/// Where a suite's scenes come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scenes {
+    /// Made from the catalogue of synthetic scenes.
+    Synthetic(SynthOptions),
+    /// Datasets in the D-NeRF layout, one folder each.
+    Folders(Folders),
+}
+
+/// Datasets on disk.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Folders {
+    /// Folder that holds one folder per scene, if none is given at the command line; relative to where the program is called.
+    pub path: String,
+    /// What the folder should hold, for the message that it is absent.
+    pub about: String,
+}
+
+/// Settings of some cells.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Override {
+    pub(crate) scenes: Vec<String>,
+    pub(crate) methods: Vec<String>,
+    pub(crate) variants: Vec<String>,
+    settings: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    title: String,
+    scenes: Vec<String>,
+    methods: Vec<String>,
+    #[serde(default)]
+    variants: Vec<String>,
+    seeds: Vec<u64>,
+    #[serde(default)]
+    preset: Preset,
+    #[serde(default)]
+    settings: Vec<String>,
+    synthetic: Option<Synthetic>,
+    folders: Option<Folders>,
+    published: Option<Published>,
+    #[serde(default)]
+    half_resolution: bool,
+    #[serde(default)]
+    variant: BTreeMap<String, OwnVariant>,
+    #[serde(default, rename = "override")]
+    overrides: Vec<Override>,
+}
+
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Synthetic {
+    size: u32,
+    views: usize,
+    seed: u64,
+    train_fps: u32,
+}
+
+impl Default for Synthetic {
+    fn default() -> Self {
+        let SynthOptions { size, views, seed, train_fps } = SynthOptions::default();
+        Self { size, views, seed, train_fps }
+    }
+}
+
+/// A variant that the file defines.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OwnVariant {
+    pub(crate) title: String,
+    #[serde(default)]
+    pub(crate) table: VariantTable,
+    pub(crate) settings: Vec<String>,
+    #[serde(default)]
+    pub(crate) remark: String,
+}
+
+impl Suite {
+    /// A bundled suite by name, or else a suite file.
+    ///
+    /// # Errors
+    /// If there is neither, or as [`Self::parse`].
+    pub fn open(name_or_path: &Path) -> Result<Self, SuiteError> {
+        if let Some(bundled) = bundled_suites().iter().find(|suite| Path::new(suite.name) == name_or_path) {
+            return Self::parse(bundled.text, &format!("bundled suite {}", bundled.name));
+        }
+        let known = || listed(bundled_suites().iter().map(|suite| suite.name));
+        let read = std::fs::read_to_string(name_or_path);
+        let text = read.map_err(|reason| SuiteError::Read { path: name_or_path.to_owned(), reason, known: known() })?;
+        Self::parse(&text, &name_or_path.display().to_string())
+    }
+
+    /// Reads a suite; `origin` is what messages call it.
+    ///
+    /// # Errors
+    /// If it is not TOML, a key or name is unknown (the error lists the known ones), a list is empty or repeats itself.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, SuiteError> {
+        let file: File =
+            toml::from_str(text).map_err(|e| SuiteError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })?;
+        let check = Check { origin };
+        check.name(&file.name)?;
+        check.list("scenes", &file.scenes)?;
+        check.list("methods", &file.methods)?;
+        check.list("variants", &file.variants)?;
+        check.list("seeds", &file.seeds.iter().map(u64::to_string).collect::<Vec<_>>())?;
+        for (key, empty) in [("scenes", file.scenes.is_empty()), ("methods", file.methods.is_empty()), ("seeds", file.seeds.is_empty())] {
+            if empty {
+                return Err(check.invalid(key, "the list is empty"));
+            }
+        }
+        let data = match (file.synthetic, file.folders) {
+            (Some(made), None) => {
+                let known: Vec<&str> = synthetic_scenes().iter().map(|scene| scene.name).collect();
+                check.all_known("scene", &file.scenes, &known)?;
+                let Synthetic { size, views, seed, train_fps } = made;
+                Scenes::Synthetic(SynthOptions { size, views, seed, train_fps })
+            }
+            (None, Some(folders)) => Scenes::Folders(folders),
+            _ => return Err(check.invalid("scenes", "expected either a table [synthetic] or a table [folders]")),
+        };
+        let methods = check.methods(&file.methods)?;
+        let variants = check.variants(&file.variants, file.variant)?;
+        check.overrides(&file.overrides, &file.scenes, &file.methods, &variants)?;
+        Ok(Self {
+            name: file.name,
+            title: file.title,
+            scenes: file.scenes,
+            data,
+            methods,
+            variants,
+            seeds: file.seeds,
+            preset: file.preset,
+            half_resolution: file.half_resolution,
+            published: file.published,
+            origin: origin.to_owned(),
+            settings: file.settings,
+            overrides: file.overrides,
+        })
+    }
+
+    /// The settings of a cell beside its seed, later ones winning.
+    pub(crate) fn settings_of(&self, scene: &str, method: &Method, variant: &Variant) -> Vec<String> {
+        let mut settings: Vec<String> = method.settings.iter().map(|s| (*s).to_owned()).collect();
+        settings.extend_from_slice(&self.settings);
+        let concerns = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
+        let here = |o: &&Override| concerns(&o.scenes, scene) && concerns(&o.methods, method.name) && concerns(&o.variants, &variant.name);
+        let (of_variants, general): (Vec<&Override>, Vec<&Override>) =
+            self.overrides.iter().filter(here).partition(|o| !o.variants.is_empty());
+        settings.extend(general.iter().flat_map(|o| o.settings.iter().cloned()));
+        settings.extend_from_slice(&variant.settings);
+        settings.extend(variant.of_method.iter().filter(|(name, _)| *name == method.name).map(|(_, setting)| (*setting).to_owned()));
+        settings.extend(of_variants.iter().flat_map(|o| o.settings.iter().cloned()));
+        settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "name = \"s\"\ntitle = \"S\"\nscenes = [\"fan\", \"spring\"]\nmethods = [\"defgs\"]\nvariants = [\"before-0.5\", \"mine\"]\n\
+        seeds = [0, 1]\n[synthetic]\nsize = 40\n[variant.mine]\ntitle = \"mine\"\nsettings = [\"last_stage=1\"]\n[[override]]\n\
+        scenes = [\"fan\"]\nsettings = [\"partition.clusters=2\"]\n";
+
+    #[test]
+    fn a_suite_has_full_first_and_overrides_only_where_they_say() {
+        let suite = Suite::parse(GOOD, "s.toml").expect("suite");
+        assert_eq!(suite.variants.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["full", "before-0.5", "mine"]);
+        let of = |scene: &str| suite.settings_of(scene, &suite.methods[0], &suite.variants[2]);
+        assert_eq!(of("fan"), ["source.kind=defgs", "partition.clusters=2", "last_stage=1"]);
+        assert_eq!(of("spring"), ["source.kind=defgs", "last_stage=1"]);
+        assert!(matches!(&suite.data, Scenes::Synthetic(options) if options.size == 40 && options.views == 12));
+    }
+
+    #[test]
+    fn every_mistake_is_named_with_what_is_known() {
+        for (from, to, words) in [
+            ("[\"fan\", \"spring\"]", "[\"fan\", \"sprung\"]", ["unknown scene `sprung`", "`spring`"]),
+            ("[\"defgs\"]", "[\"degfs\"]", ["unknown method `degfs`", "`defgs`"]),
+            ("\"before-0.5\"", "\"before-0.7\"", ["unknown variant `before-0.7`", "`before-0.3`"]),
+            ("seeds", "seed", ["unknown field `seed`", "`seeds`"]),
+            ("size = 40", "sizes = 40", ["unknown field `sizes`", "`size`"]),
+            ("seeds = [0, 1]", "seeds = []", ["`seeds`", "empty"]),
+            ("seeds = [0, 1]", "seeds = [0, 0]", ["`seeds`", "twice"]),
+            ("seeds = [0, 1]", "seeds = 1", ["sequence", "s.toml"]),
+            ("name = \"s\"", "name = \"../s\"", ["`name`", "../s"]),
+            ("scenes = [\"fan\"]\n", "scenes = [\"bat\"]\n", ["unknown scene `bat`", "`fan`"]),
+            ("[synthetic]\nsize = 40", "", ["[synthetic]", "[folders]"]),
+            ("title = \"S\"", "title = ", ["s.toml", ""]),
+        ] {
+            let text = GOOD.replace(from, to);
+            assert_ne!(text, GOOD, "{from}");
+            let error = Suite::parse(&text, "s.toml").expect_err(to).to_string();
+            assert!(words.iter().all(|word| error.contains(word)) && error.ends_with("s.toml"), "{to}: {error}");
+        }
+    }
+
+    #[test]
+    fn bundled_suites_open_by_name_and_others_are_named() {
+        for bundled in bundled_suites() {
+            let suite = Suite::open(Path::new(bundled.name)).expect(bundled.name);
+            assert_eq!(suite.name, bundled.name);
+        }
+        let error = Suite::open(Path::new("nothing")).expect_err("absent").to_string();
+        assert!(error.contains("`nvfi-objects`") && error.ends_with("nothing"), "{error}");
+    }
+}

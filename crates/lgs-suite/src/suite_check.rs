@@ -1,0 +1,89 @@
+//! Checks of a suite file: every name in it must exist, and be fit for a folder.
+
+use std::collections::BTreeMap;
+
+use crate::error::{SuiteError, listed};
+use crate::methods::{Method, method, methods};
+use crate::suite::{Override, OwnVariant};
+use crate::variants::{FULL, Variant, known_variants};
+
+/// Checks of a file.
+pub(crate) struct Check<'a> {
+    /// What messages call the file.
+    pub(crate) origin: &'a str,
+}
+
+impl Check<'_> {
+    pub(crate) fn invalid(&self, key: &'static str, reason: impl Into<String>) -> SuiteError {
+        SuiteError::Invalid { key, reason: reason.into(), origin: self.origin.to_owned() }
+    }
+
+    /// Names become folders.
+    pub(crate) fn name(&self, name: &str) -> Result<(), SuiteError> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        let fine = name.chars().all(plain) && name.starts_with(|c: char| c.is_ascii_alphanumeric());
+        if fine { Ok(()) } else { Err(self.invalid("name", format!("`{name}` should consist of letters, digits, `-`, `_` and `.`"))) }
+    }
+
+    pub(crate) fn list(&self, key: &'static str, names: &[String]) -> Result<(), SuiteError> {
+        for (i, name) in names.iter().enumerate() {
+            self.name(name)?;
+            if names[..i].contains(name) {
+                return Err(self.invalid(key, format!("`{name}` is there twice")));
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn all_known(&self, what: &'static str, names: &[String], known: &[&str]) -> Result<(), SuiteError> {
+        match names.iter().find(|name| !known.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(name) => {
+                let known = listed(known.iter().copied());
+                Err(SuiteError::Unknown { what, name: name.clone(), known, origin: self.origin.to_owned() })
+            }
+        }
+    }
+
+    pub(crate) fn methods(&self, names: &[String]) -> Result<Vec<Method>, SuiteError> {
+        self.all_known("method", names, &methods().iter().map(|method| method.name).collect::<Vec<_>>())?;
+        Ok(names.iter().filter_map(|name| method(name)).collect())
+    }
+
+    /// `full` and the variants named, by the file's own definitions first.
+    pub(crate) fn variants(&self, names: &[String], own: BTreeMap<String, OwnVariant>) -> Result<Vec<Variant>, SuiteError> {
+        let mut known = known_variants();
+        for (name, own) in own {
+            self.name(&name)?;
+            if name == FULL {
+                return Err(self.invalid("variant", "`full` is the variant that changes nothing"));
+            }
+            known.retain(|variant| variant.name != name);
+            let OwnVariant { title, table, settings, remark } = own;
+            known.push(Variant { name, title, table, settings, of_method: Vec::new(), remark });
+        }
+        self.all_known("variant", names, &known.iter().map(|v| v.name.as_str()).collect::<Vec<_>>())?;
+        let first = [FULL.to_owned()];
+        let wanted = first.iter().chain(names.iter().filter(|name| *name != FULL));
+        Ok(wanted.filter_map(|name| known.iter().find(|variant| variant.name == *name).cloned()).collect())
+    }
+
+    pub(crate) fn overrides(
+        &self,
+        overrides: &[Override],
+        scenes: &[String],
+        methods: &[String],
+        variants: &[Variant],
+    ) -> Result<(), SuiteError> {
+        pub(crate) fn strs(names: &[String]) -> Vec<&str> {
+            names.iter().map(String::as_str).collect()
+        }
+        let variants: Vec<&str> = variants.iter().map(|v| v.name.as_str()).collect();
+        for o in overrides {
+            self.all_known("scene", &o.scenes, &strs(scenes))?;
+            self.all_known("method", &o.methods, &strs(methods))?;
+            self.all_known("variant", &o.variants, &variants)?;
+        }
+        Ok(())
+    }
+}

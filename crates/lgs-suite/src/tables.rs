@@ -1,0 +1,295 @@
+//! The tables of a suite: the paper's Tables 1, 2 and 3, the figures of its text, and every split and scene.
+
+use lgs_eval::Metrics;
+use serde::Serialize;
+
+pub use crate::figures::Format;
+use crate::figures::{Model, Over, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
+use crate::published::{self, Published};
+use crate::results::{Results, Summary};
+use crate::variants::{FULL, Variant, VariantTable};
+
+/// A table of summaries.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Table {
+    /// Name of its files.
+    pub id: &'static str,
+    /// Title.
+    pub title: String,
+    /// What the labels of a row are.
+    pub labels: Vec<&'static str>,
+    /// Titles of the columns of figures.
+    pub columns: Vec<String>,
+    /// Its rows.
+    pub rows: Vec<Row>,
+    /// Whether any entry has a number of the paper beside it.
+    pub published: bool,
+    /// What has to be said about it.
+    pub notes: Vec<String>,
+}
+
+/// A row.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// What it is about.
+    pub labels: Vec<String>,
+    /// One per column.
+    pub entries: Vec<Entry>,
+}
+
+/// A figure in a table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Entry {
+    /// Ours.
+    #[serde(flatten)]
+    pub summary: Summary,
+    /// The paper's.
+    pub paper: Option<f64>,
+    /// How both are printed.
+    pub format: Format,
+}
+
+impl Table {
+    fn new(id: &'static str, title: impl Into<String>, labels: &[&'static str], columns: Vec<String>, rows: Vec<Row>) -> Self {
+        let published = rows.iter().flat_map(|row| &row.entries).any(|entry| entry.paper.is_some());
+        Self { id, title: title.into(), labels: labels.to_vec(), columns, rows, published, notes: Vec::new() }
+    }
+
+    fn noted(mut self, notes: impl IntoIterator<Item = String>) -> Self {
+        self.notes.extend(notes);
+        self
+    }
+}
+
+/// All tables of a suite that have rows.
+#[must_use]
+pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
+    let tables = [extrapolation(results), windows(results), ablations(results), figures(results), splits(results), scenes(results)];
+    tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
+}
+
+/// What a row of a pair is about.
+#[derive(Clone, Copy)]
+enum Side {
+    Of(Model),
+    Difference,
+}
+
+impl Side {
+    const ALL: [Self; 3] = [Self::Of(Model::Source), Self::Of(Model::Lagrangian), Self::Difference];
+
+    /// Its label for a method.
+    fn label(self, method: &str) -> String {
+        match self {
+            Self::Of(Model::Source) => method.to_owned(),
+            Self::Of(Model::Lagrangian) => format!("Lagrangian ({method})"),
+            Self::Difference => "difference".to_owned(),
+        }
+    }
+
+    /// How its figures are printed.
+    fn format(self, digits: usize) -> Format {
+        match self {
+            Self::Of(_) => Format::Number(digits),
+            Self::Difference => Format::Signed(digits),
+        }
+    }
+
+    fn read(self, metrics: &Metrics, read: Read) -> Option<f64> {
+        match self {
+            Self::Of(model) => read(metrics, model),
+            Self::Difference => Some(read(metrics, Model::Lagrangian)? - read(metrics, Model::Source)?),
+        }
+    }
+
+    /// The paper's scores.
+    fn published(self, column: Published, method: &str, variant: &str) -> Option<published::Scores> {
+        let of = |model| published::scores(column, method, variant, model);
+        match self {
+            Self::Of(model) => of(model),
+            Self::Difference => {
+                let (lagrangian, source) = (of(Model::Lagrangian)?, of(Model::Source)?);
+                Some(std::array::from_fn(|i| lagrangian[i] - source[i]))
+            }
+        }
+    }
+}
+
+/// Scores on the test split of one side of a method's variant.
+fn test_entries(results: &Results<'_>, method: &str, variant: &str, side: Side) -> Vec<Entry> {
+    let scores = results.plan().suite.published.and_then(|column| side.published(column, method, variant));
+    let entry = |(i, &(_, _, digits, read)): (usize, &(&str, &str, usize, Read))| Entry {
+        summary: results.over_scenes(method, variant, Over::Every, |m| side.read(m, read)),
+        paper: PUBLISHED_SCORE[i].and_then(|score| scores.map(|scores| scores[score])),
+        format: side.format(digits),
+    };
+    TEST_SCORES.iter().enumerate().map(entry).collect()
+}
+
+fn test_columns() -> Vec<String> {
+    TEST_SCORES.iter().map(|(_, title, _, _)| (*title).to_owned()).collect()
+}
+
+/// The paper's Table 1.
+fn extrapolation(results: &Results<'_>) -> Table {
+    let suite = &results.plan().suite;
+    let quoted = suite.published.into_iter().flat_map(published::others).map(|(name, scores)| Row {
+        labels: vec![name.to_owned()],
+        entries: (PUBLISHED_SCORE.iter().zip(&TEST_SCORES))
+            .map(|(score, &(_, _, digits, _))| Entry {
+                summary: Summary::default(),
+                paper: score.map(|score| scores[score]),
+                format: Format::Number(digits),
+            })
+            .collect(),
+    });
+    let own = suite.methods.iter().flat_map(|method| {
+        Side::ALL.map(|side| Row { labels: vec![side.label(method.title)], entries: test_entries(results, method.name, FULL, side) })
+    });
+    let rows = quoted.chain(own).collect();
+    let title = format!("{}: short-term extrapolation (test, after the captured window)", suite.title);
+    Table::new("extrapolation", title, &["method"], test_columns(), rows).noted(common_notes(results))
+}
+
+/// The paper's Table 2.
+fn windows(results: &Results<'_>) -> Table {
+    let suite = &results.plan().suite;
+    let variants: Vec<&Variant> = suite.variants.iter().filter(|v| v.table == VariantTable::Windows).collect();
+    let full = suite.variants.iter().find(|v| v.name == FULL).filter(|_| !variants.is_empty());
+    let rows = full.into_iter().chain(variants).flat_map(|variant| {
+        suite.methods.iter().flat_map(move |method| {
+            Side::ALL.map(|side| Row {
+                labels: vec![variant.title.clone(), side.label(method.title)],
+                entries: test_entries(results, method.name, &variant.name, side),
+            })
+        })
+    });
+    let title = format!("{}: truncated training windows, same test split", suite.title);
+    Table::new("windows", title, &["window", "method"], test_columns(), rows.collect()).noted(common_notes(results))
+}
+
+/// The paper's Table 3.
+fn ablations(results: &Results<'_>) -> Table {
+    let suite = &results.plan().suite;
+    let (_, _, _, psnr) = TEST_SCORES[0];
+    let variants: Vec<&Variant> = suite.variants.iter().filter(|v| v.table == VariantTable::Ablations).collect();
+    let (mut rows, mut notes) = (Vec::new(), common_notes(results));
+    for method in suite.methods.iter().filter(|_| variants.len() > 1) {
+        for variant in &variants {
+            let mut entries = test_entries(results, method.name, &variant.name, Side::Of(Model::Lagrangian));
+            let change = results.against_full(method.name, &variant.name, |m| psnr(m, Model::Lagrangian));
+            entries.push(Entry { summary: change, paper: None, format: Format::Signed(3) });
+            notes.extend(if variant.name == FULL { None } else { remark(variant, method.title, change) });
+            rows.push(Row { labels: vec![variant.title.clone(), format!("Lagrangian ({})", method.title)], entries });
+        }
+    }
+    let mut columns = test_columns();
+    columns.push("PSNR − full".to_owned());
+    let title = format!("{}: ablations of the Lagrangian model", suite.title);
+    Table::new("ablations", title, &["variant", "method"], columns, rows).noted(notes)
+}
+
+/// Says where a variant costs nothing, and why that may be.
+fn remark(variant: &Variant, method: &str, change: Summary) -> Option<String> {
+    let loss = -change.mean?;
+    let within = change.spread.unwrap_or(0.0).max(NOTHING);
+    let why = if variant.remark.is_empty() { String::new() } else { format!(": {}", variant.remark) };
+    (loss <= within).then(|| format!("{} ({method}): no loss beyond the spread of seeds{why}.", variant.title))
+}
+
+/// A change of PSNR that is none, dB.
+const NOTHING: f64 = 0.05;
+
+/// The figures of the paper's text.
+fn figures(results: &Results<'_>) -> Table {
+    let suite = &results.plan().suite;
+    let models = [Model::Source, Model::Lagrangian];
+    let columns = suite.methods.iter().flat_map(|method| models.map(|model| Side::Of(model).label(method.title))).collect();
+    let row = |figure: &crate::figures::TextFigure| Row {
+        labels: vec![figure.title.to_owned()],
+        entries: (suite.methods.iter().flat_map(|method| models.map(|model| (method, model))))
+            .map(|(method, model)| Entry {
+                summary: results.over_scenes(method.name, FULL, figure.over, |m| (figure.read)(m, model)),
+                paper: suite.published.and_then(|column| published::text_figure(column, method.name, figure.id, model)),
+                format: figure.format,
+            })
+            .collect(),
+    };
+    let title = format!("{}: figures of the motion and of training", suite.title);
+    Table::new("figures", title, &["figure"], columns, TEXT_FIGURES.iter().map(row).collect()).noted(common_notes(results))
+}
+
+/// Splits that a dataset may have, in the order of time.
+const SPLITS: [&str; 4] = ["val", "test", "long", "past"];
+
+/// The splits that were scored.
+fn known_splits(results: &Results<'_>) -> Vec<&'static str> {
+    SPLITS.into_iter().filter(|split| results.has_split(split)).collect()
+}
+
+/// A table with a column per split; none without a split.
+fn by_split(id: &'static str, title: String, labels: &[&'static str], splits: &[&str], rows: Vec<Row>) -> Table {
+    let rows = if splits.is_empty() { Vec::new() } else { rows };
+    Table::new(id, title, labels, splits.iter().map(|split| (*split).to_owned()).collect(), rows)
+}
+
+/// PSNR on every split.
+fn splits(results: &Results<'_>) -> Table {
+    let (suite, known) = (&results.plan().suite, known_splits(results));
+    let of = |method: &str, side: Side, split: &&str| {
+        let summary = results.over_scenes(method, FULL, Over::Every, split_psnr(split, side));
+        Entry { summary, paper: None, format: side.format(2) }
+    };
+    let mut rows = Vec::new();
+    for method in &suite.methods {
+        for side in Side::ALL {
+            let entries = known.iter().map(|split| of(method.name, side, split)).collect();
+            rows.push(Row { labels: vec![side.label(method.title)], entries });
+        }
+    }
+    by_split("splits", format!("{}: PSNR by split, dB", suite.title), &["method"], &known, rows).noted(common_notes(results))
+}
+
+/// PSNR of every scene.
+fn scenes(results: &Results<'_>) -> Table {
+    let (suite, known) = (&results.plan().suite, known_splits(results));
+    let of = |scene: &str, method: &str, side: Side, split: &&str| {
+        let summary = results.of_scene(scene, method, FULL, split_psnr(split, side));
+        Entry { summary, paper: None, format: side.format(2) }
+    };
+    let mut rows = Vec::new();
+    for scene in &suite.scenes {
+        for method in &suite.methods {
+            for side in [Model::Source, Model::Lagrangian].map(Side::Of) {
+                let entries = known.iter().map(|split| of(scene, method.name, side, split)).collect();
+                rows.push(Row { labels: vec![scene.clone(), side.label(method.title)], entries });
+            }
+        }
+    }
+    by_split("scenes", format!("{}: PSNR by scene and split, dB", suite.title), &["scene", "method"], &known, rows)
+}
+
+/// PSNR of one side on a split.
+fn split_psnr(split: &str, side: Side) -> impl Fn(&Metrics) -> Option<f64> {
+    move |metrics| {
+        let of = |model| split_score(metrics, split, model)?.psnr;
+        match side {
+            Side::Of(model) => of(model),
+            Side::Difference => Some(of(Model::Lagrangian)? - of(Model::Source)?),
+        }
+    }
+}
+
+/// What holds of every table.
+fn common_notes(results: &Results<'_>) -> Vec<String> {
+    let plan = results.plan();
+    let (done, all, seeds) = (results.done(), plan.cells.len(), plan.suite.seeds.len());
+    let mut notes = vec![match seeds {
+        1 => "Mean over scenes; one seed, so no spread.".to_owned(),
+        _ => format!("Mean over scenes, then over {seeds} seeds; ± is the sample standard deviation over seeds."),
+    }];
+    if done < all {
+        notes.push(format!("{done} of {all} runs are done; n/a where a scene or a seed is missing."));
+    }
+    notes
+}
