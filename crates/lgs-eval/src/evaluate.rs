@@ -19,6 +19,7 @@ use crate::physics::energy::energy_drift;
 use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth};
 use crate::physics::fall::fall_time_exponent;
 use crate::physics::force::forces_and_objects;
+use crate::physics::potential::potential_against_truth;
 use crate::physics::trajectory::trajectory_errors;
 use crate::split_score::{FrameRow, aggregate, foreground_rule, score_frames};
 
@@ -141,6 +142,7 @@ fn physics(subject: &Subject<'_>, motion: &mut Motion<'_>, rows: &ScoredSplits<'
         fall_time_exponent: fall_time_exponent(scene, 1.0),
         fall_time_exponent_without_force: fall_time_exponent(scene, 0.0),
         force_ratio,
+        potential: truth.as_ref().and_then(|truth| potential_against_truth(scene, motion, truth)),
         objects,
     }
 }

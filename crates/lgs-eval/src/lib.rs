@@ -1,7 +1,7 @@
 //! How good a trained scene is: images against images, and motion against the laws that it should follow.
 //!
 //! [`evaluate`] takes a run's two models and what is known of the truth and returns [`Metrics`], the contents of `metrics.json`;
-//! [`table`] prints them, [`report`] makes a page of them, [`sheet`] puts frames beside each other. One definition per metric, all of it on the same
+//! [`table`] prints them; figures and pages are `lgs_report`'s. One definition per metric, all of it on the same
 //! [`lgs_model::Motion`] and the same rasterizer as training: nothing is scored that is not also what a user renders.
 //!
 //! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and becomes `null`; no figure is made up.
@@ -14,15 +14,13 @@ pub mod memory;
 mod metrics;
 pub mod physics;
 mod render;
-pub mod report;
-pub mod sheet;
 mod split_score;
 pub mod table;
 
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use metrics::{
-    Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics, ObjectSummary, Physics, Protocol,
-    SplitMetrics, SplitScore, StageCost, TrajectoryDetail,
+    Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics, ObjectPotential, ObjectSummary,
+    Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore, StageCost, TrajectoryDetail,
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};

@@ -145,8 +145,43 @@ pub struct Physics {
     pub fall_time_exponent_without_force: FallTime,
     /// Mean ‖Q‖ over mean ‖∇U‖ at the states visited in [0, τ_max] (G42).
     pub force_ratio: Option<f64>,
+    /// The learned potential against the true one; nothing where the truth has none or is not known.
+    #[serde(default)]
+    pub potential: Option<PotentialAgainstTruth>,
     /// Every object.
     pub objects: Vec<ObjectSummary>,
+}
+
+/// Learned potentials against true ones: the errors of the worst object, and every object whose law has a potential.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PotentialAgainstTruth {
+    /// Length of the mean −∇U at visited states over that of the true field, minus 1, where that is uniform (gravity).
+    pub magnitude_error: Option<f64>,
+    /// Angle between the mean −∇U and the true field, degrees.
+    pub direction_error_degrees: Option<f64>,
+    /// Curvature of U across the directions of motion over ω², minus 1, for springs and uniform rotations.
+    pub curvature_error: Option<f64>,
+    /// The objects.
+    pub objects: Vec<ObjectPotential>,
+}
+
+/// One object's learned potential against the true one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ObjectPotential {
+    /// Label of the true object.
+    pub object: i32,
+    /// Mean ∇U at visited states, world units per squared unit of time, where the true field is uniform.
+    pub gradient: Option<[f64; 3]>,
+    /// Its length over the true field's, minus 1.
+    pub magnitude_error: Option<f64>,
+    /// Its angle to the true field, degrees.
+    pub direction_error_degrees: Option<f64>,
+    /// Mean curvature of U across the directions of motion, per squared unit of time, where the law is harmonic.
+    pub curvature: Option<f64>,
+    /// The same over ω², minus 1.
+    pub curvature_error: Option<f64>,
+    /// Error of the curvature if all of the acceleration −∇U + Q is counted: small where the motion is right whatever the split into U and Q.
+    pub net_error: Option<f64>,
 }
 
 /// Cycle errors: Σ‖q₀ − q̂₀‖ / Σ path length, over moving Gaussians.

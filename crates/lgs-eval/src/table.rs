@@ -18,7 +18,8 @@ pub fn table(metrics: &Metrics) -> String {
 }
 
 /// Image figures: a header, then one row per split and model; empty without images.
-pub(crate) fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
+#[must_use]
+pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let mut names: Vec<&String> = metrics.splits.keys().collect();
     names.sort_by_key(|name| (SPLIT_ORDER.iter().position(|known| known == name).unwrap_or(SPLIT_ORDER.len()), (*name).clone()));
     if names.is_empty() {
@@ -67,7 +68,8 @@ fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
 }
 
 /// Names and values of the figures that exist.
-pub(crate) fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
+#[must_use]
+pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let physics = &metrics.physics;
     let cycle = &physics.cycle_error;
     let against = &physics.extent_against_truth;
@@ -90,6 +92,14 @@ pub(crate) fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let mut times: Vec<(&String, Option<f64>)> = physics.trajectory_error.iter().map(|(t, e)| (t, *e)).collect();
     times.sort_by(|a, b| a.0.parse::<f64>().unwrap_or(0.0).total_cmp(&b.0.parse::<f64>().unwrap_or(0.0)));
     rows.extend(times.into_iter().map(|(t, error)| (format!("trajectory error at t = {t}"), percent(error))));
+    if let Some(potential) = &physics.potential {
+        let angle = potential.direction_error_degrees.map(|d| format!("{d:.2}°"));
+        rows.extend([
+            ("size of −∇U against the true".to_owned(), potential.magnitude_error.map(|e| format!("{:+.2} %", 100.0 * e))),
+            ("direction of −∇U against the true".to_owned(), angle),
+            ("curvature of U against ω²".to_owned(), potential.curvature_error.map(|e| format!("{:+.2} %", 100.0 * e))),
+        ]);
+    }
     let fall_text = || Some(format!("{:.4} (r = {:.5})", fall.slope?, fall.r?));
     rows.extend([
         ("energy drift, no force".to_owned(), percent(physics.energy_drift)),

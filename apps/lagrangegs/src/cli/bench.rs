@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use lgs_data::files::write_with_parents;
 use lgs_eval::EvalOptions;
 use lgs_eval::table::aligned;
+use lgs_report::write_suite_report;
 use lgs_suite::{Cell, CellState, Plan, Results, Scenes, Suite, all_tables, bundled_suites, table_text};
 use serde_json::json;
 
@@ -124,7 +125,7 @@ fn make_dataset(plan: &Plan, cell: &Cell, data: &Path) -> Result<()> {
     if holds_transforms(data) { Ok(()) } else { made }
 }
 
-/// Writes the tables of what is there, and prints them.
+/// Writes the tables of what is there and a page of all runs, and prints the tables.
 fn tables(plan: &Plan, json: bool) -> Result<()> {
     let tables = all_tables(&Results::load(plan));
     let folder = plan.tables_folder();
@@ -141,6 +142,9 @@ fn tables(plan: &Plan, json: bool) -> Result<()> {
     write("tables.json".to_owned(), &format!("{document:#}\n"))?;
     let markdown = tables.iter().map(table_text::markdown).collect::<Vec<_>>().join("\n");
     write("tables.md".to_owned(), &markdown)?;
+    let runs: Vec<(String, PathBuf)> = plan.cells.iter().map(|cell| (cell.name(), plan.run_folder(cell))).collect();
+    let page = plan.root().join("report.html");
+    write_suite_report(&page, &plan.suite.name, &runs).at(&page)?;
     if json { output::print_json(&document) } else { output::print(&markdown) }
 }
 

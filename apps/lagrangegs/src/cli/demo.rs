@@ -2,18 +2,18 @@
 //!
 //! Called again on the same folder it continues where it was interrupted.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use lgs_core::{Camera, Image};
-use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::dataset::Dataset;
 use lgs_data::synth::SynthOptions;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::EvalOptions;
-use lgs_eval::sheet::{Row, contact_sheet, evenly};
 use lgs_eval::table::table;
 use lgs_model::Motion;
+use lgs_report::sheet::{Row, contact_sheet, evenly};
+use lgs_report::{longest_view, spread_in_time};
 use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 
@@ -74,7 +74,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     pictures(&run, &renders)?;
     let dataset = load_dataset(&data, &load_options(&run.config, None))?;
     comparison(&run, &dataset, &renders.join("comparison.png"))?;
-    output::print(&format!("{}\npictures  {}\nrun       {}\n", table(&metrics), renders.display(), root.display()))
+    output::print(&format!(
+        "{}\nreport    {}\npictures  {}\nrun       {}\n",
+        table(&metrics),
+        root.join("report.html").display(),
+        renders.display(),
+        root.display()
+    ))
 }
 
 /// The future, the past, and the same start under other potentials.
@@ -90,7 +96,7 @@ fn pictures(run: &Run, folder: &Path) -> Result<()> {
         let edit = Edit { potential_scale: beta, ..Edit::default() };
         let images = job(times.clone(), edit).write(&run.scene, &folder.join(format!("potential-{beta}")))?;
         let chosen = evenly(images.len(), COLUMNS);
-        rows.push(Row { title: format!("beta={beta}"), frames: chosen.iter().map(|&i| images[i].clone()).collect() });
+        rows.push(Row { title: format!("β = {beta}"), frames: chosen.iter().map(|&i| images[i].clone()).collect() });
     }
     let labels: Vec<String> = evenly(times.len(), COLUMNS).iter().map(|&i| time_label(times[i])).collect();
     write_png(&folder.join("potential-scales.png"), &contact_sheet(&labels, &rows))
@@ -104,7 +110,10 @@ fn steps(from: f32, to: f32) -> Vec<f32> {
 
 /// Truth, source model and Lagrangian scene as one camera of the dataset sees them, over all the times at which it has images.
 fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
-    let Some(frames) = longest_view(dataset) else { return Ok(()) };
+    let frames = longest_view(dataset);
+    if frames.is_empty() {
+        return Ok(());
+    }
     let times = Times(frames.iter().map(|f| f.time).collect());
     times.check(&run.scene.motion).at(&dataset.root)?;
     let chosen = spread_in_time(&frames, COLUMNS);
@@ -119,28 +128,4 @@ fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
     rows.push(row("lagrangian", chosen.iter().map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time)), &f.camera)).collect()));
     let labels: Vec<String> = chosen.iter().map(|f| time_label(f.time)).collect();
     write_png(path, &contact_sheet(&labels, &rows))
-}
-
-/// At most `count` of the frames (sorted by time), those nearest to evenly spaced times.
-fn spread_in_time<'a>(frames: &[&'a Frame], count: usize) -> Vec<&'a Frame> {
-    let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Vec::new() };
-    let wanted = |i: usize| first.time + (last.time - first.time) * i as f32 / (count - 1).max(1) as f32;
-    let nearest = |time: f32| (0..frames.len()).min_by(|&a, &b| (frames[a].time - time).abs().total_cmp(&(frames[b].time - time).abs()));
-    let mut indices: Vec<usize> = (0..count).filter_map(|i| nearest(wanted(i))).collect();
-    indices.dedup();
-    indices.into_iter().map(|i| frames[i]).collect()
-}
-
-/// The frames, in order of time, of the camera that sees the longest span.
-fn longest_view(dataset: &Dataset) -> Option<Vec<&Frame>> {
-    let mut views: BTreeMap<usize, Vec<&Frame>> = BTreeMap::new();
-    for frame in dataset.splits.values().flatten() {
-        views.entry(frame.camera_id).or_default().push(frame);
-    }
-    for frames in views.values_mut() {
-        frames.sort_by(|a, b| a.time.total_cmp(&b.time));
-    }
-    let span = |frames: &[&Frame]| frames.last().map_or(0.0, |last| last.time - frames[0].time);
-    // The first of equals: `max_by` alone would take the last.
-    views.into_values().rev().max_by(|a, b| span(a).total_cmp(&span(b)))
 }

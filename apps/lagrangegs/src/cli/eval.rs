@@ -5,15 +5,13 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use lgs_data::files::write_atomically;
 use lgs_data::synth::GroundTruth;
-use lgs_eval::report::{Series, html};
 use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
-use lgs_train::checkpoint::Stage;
-use lgs_train::events::Event;
 
 use super::failure::At;
 use super::output;
 use super::progress::Task;
+use super::report::write_report;
 use super::run::{Run, load_dataset, load_options};
 use super::weights::perceptual;
 
@@ -46,7 +44,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if args.json { output::print_json(&metrics) } else { output::print(&table(&metrics)) }
 }
 
-/// Computes a run's metrics and writes them into its folder, as `metrics.json` and as a page.
+/// Computes a run's metrics and writes them into its folder, as `metrics.json`, as figures and as a page.
 pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>, options: &EvalOptions<'_>) -> Result<Metrics> {
     let root = run.dataset_path(data)?;
     let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
@@ -56,27 +54,16 @@ pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>
     };
     let source = run.source()?;
     let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
-    let _span = tracing::trace_span!("evaluate").entered();
-    let task = Task::new("evaluation", 0);
-    let mut metrics = evaluate(&subject, options, &|done, total| task.count(done, total));
+    let mut metrics = scored(&subject, options);
     metrics.cost = run.cost();
     let path = run.folder.root().join("metrics.json");
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, &metrics).map_err(Into::into)).at(&path)?;
-    write_report(run, &metrics)?;
+    write_report(run, &subject, &metrics)?;
     Ok(metrics)
 }
 
-/// Writes `report.html`: the figures and the training curves of the run's events.
-fn write_report(run: &Run, metrics: &Metrics) -> Result<()> {
-    let events = std::fs::read_to_string(run.folder.events_path()).unwrap_or_default();
-    let events: Vec<Event> = events.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
-    let curve = |stage: Stage| {
-        let own = events.iter().filter(|event| event.stage == stage.name());
-        let points = own.filter_map(|event| event.psnr.map(|psnr| (event.step as f64, f64::from(psnr)))).collect();
-        Series { name: stage.name().to_owned(), points }
-    };
-    let curves: Vec<Series> = Stage::ALL.into_iter().map(curve).filter(|series| !series.points.is_empty()).collect();
-    let title = run.folder.root().display().to_string();
-    let path = run.folder.root().join("report.html");
-    write_atomically(&path, |w| w.write_all(html(&title, metrics, &curves).as_bytes())).at(&path)
+fn scored(subject: &Subject<'_>, options: &EvalOptions<'_>) -> Metrics {
+    let _span = tracing::trace_span!("evaluate").entered();
+    let task = Task::new("evaluation", 0);
+    evaluate(subject, options, &|done, total| task.count(done, total))
 }

@@ -16,6 +16,7 @@ mod output;
 mod profile;
 mod progress;
 mod render;
+mod report;
 mod run;
 mod synth;
 mod times;
@@ -50,6 +51,8 @@ enum Command {
     Train(train::Args),
     /// Measure a run: images of every split, and the motion
     Eval(eval::Args),
+    /// Draw the figures of an evaluated run and gather them in report.html (eval does so too)
+    Report(report::Args),
     /// Render a run at any times, from any camera, under edited physics
     Render(render::Args),
     /// Write splat files, one per time, same order and count
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         Command::Synth(args) => synth::run(args),
         Command::Train(args) => train::run(args),
         Command::Eval(args) => eval::run(args),
+        Command::Report(args) => report::run(args),
         Command::Render(args) => render::run(args),
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),

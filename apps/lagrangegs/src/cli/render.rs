@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_dynamics::{Edit, Reversal};
-use lgs_eval::sheet::{Row, contact_sheet, evenly};
 use lgs_model::{LagrangianScene, Motion};
+use lgs_report::sheet::{Row, contact_sheet, evenly};
 use serde_json::json;
 
 use super::camera::{self, CameraChoice, Orbit};
@@ -164,5 +164,5 @@ impl Job {
 
 /// A time over a column of a contact sheet.
 pub(super) fn time_label(time: f32) -> String {
-    format!("t={time:.2}")
+    format!("t = {time:.2}")
 }

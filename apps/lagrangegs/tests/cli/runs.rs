@@ -27,9 +27,35 @@ fn metrics_follow_the_schema_and_are_kept_in_the_run() {
     assert!(physics["cycle_error"]["exact"].is_f64() && physics["extent_ratio_max"].is_f64() && physics["energy_drift"].is_f64());
     assert!((physics["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);
     assert!(physics["trajectory_error"]["2.25"].is_f64() && physics["trajectory_error"]["-0.75"].is_f64());
+    assert!(physics["potential"].is_object(), "the truth has gravity");
     assert!(metrics["cost"]["train_secs"].is_null(), "nothing was trained");
     let kept: Value = serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics.json")).expect("JSON");
     assert_eq!(kept["splits"], metrics["splits"]);
+}
+
+#[test]
+fn a_report_needs_metrics_and_stands_alone_after_them() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let run = falling_run(dir.path(), &data);
+    call("report {run}", &[("run", &run)]).fails(&run, &["has not been evaluated", "eval"]);
+    call("eval {run}", &[("run", &run)]).ok();
+    let names = files(&run.join("figures"));
+    for name in ["psnr", "trajectories", "potential", "beta-sweep", "time-reversal", "extrapolation", "partition"] {
+        assert!(names.contains(&format!("{name}.svg")) && names.contains(&format!("{name}.png")), "{name}: {names:?}");
+    }
+    let page = std::fs::read(run.join("report.html")).expect("page");
+    std::fs::remove_file(run.join("report.html")).expect("remove");
+    let stdout = call("report {run}", &[("run", &run)]).ok();
+    assert!(stdout.contains("report.html"), "{stdout}");
+    assert_eq!(std::fs::read(run.join("report.html")).expect("page"), page, "the same page from the metrics alone");
+    // Without its dataset the run still has what its own scene shows.
+    std::fs::remove_dir_all(&data).expect("remove");
+    call("report {run}", &[("run", &run)]).ok();
+    let names = files(&run.join("figures"));
+    assert!(names.contains(&"potential.png".to_owned()) && !names.contains(&"extrapolation.png".to_owned()), "{names:?}");
+    std::fs::write(run.join("metrics.json"), "[]").expect("damage");
+    call("report {run}", &[("run", &run)]).fails(&run.join("metrics.json"), &["damaged"]);
 }
 
 #[test]

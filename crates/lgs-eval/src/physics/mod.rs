@@ -1,13 +1,14 @@
 //! Figures of the motion itself.
 //!
 //! Each module computes one: [`cycle`] there and back, [`extent`] in pixels and in space, [`trajectory`] against the truth, [`energy`],
-//! [`fall`] times under scaled potentials, [`force`] against potential. Sums are in f64 and in the order of Gaussians and times.
+//! [`fall`] times under scaled potentials, [`force`] against potential, [`potential`] against the true one. Sums are in f64 and in the order of Gaussians and times.
 
 pub mod cycle;
 pub mod energy;
 pub mod extent;
 pub mod fall;
 pub mod force;
+pub mod potential;
 pub mod trajectory;
 mod truth;
 

@@ -51,6 +51,12 @@ impl<'a> Truth<'a> {
         self.truth.object[point]
     }
 
+    /// Law and constants of an object, as `scene.json` has them.
+    #[must_use]
+    pub fn law(&self, object: i32) -> Option<&'a serde_json::Value> {
+        self.truth.law["objects"].get(usize::try_from(object).ok()?)
+    }
+
     /// Whether each point belongs to something that moves.
     #[must_use]
     pub fn moving(&self) -> Vec<bool> {

@@ -1,17 +1,19 @@
 //! Contact sheets: frames in a grid, a label over every column and a title before every row, as one image.
 //!
-//! Letters are the public-domain 8×8 font, drawn at a size that suits the frames.
+//! Letters have a size that suits the frames.
 
-use font8x8::legacy::BASIC_LEGACY;
 use lgs_core::Image;
+use plotters::style::{FontDesc, FontFamily, FontStyle};
 
-/// Side of a letter's bitmap.
-const GLYPH: usize = 8;
+use crate::style::{LOWER, load_letters};
+
+/// Height of a line of letters, pixels, beside small and large frames.
+const LETTERS: [usize; 2] = [13, 22];
 
 /// Space around frames and letters, pixels.
 const MARGIN: usize = 4;
 
-/// Frame width from which letters are drawn doubled.
+/// Frame width from which letters are large.
 const LARGE_FRAME: u32 = 160;
 
 const PAPER: [f32; 3] = [1.0; 3];
@@ -20,32 +22,33 @@ const INK: [f32; 3] = [0.1; 3];
 /// A row of frames.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Written before the frames; ASCII.
+    /// Written before the frames.
     pub title: String,
     /// The frames; fewer than the sheet has columns leave blanks. All of a sheet should have one size; smaller ones are centred.
     pub frames: Vec<Image>,
 }
 
-/// A grid of frames under column labels (ASCII).
+/// A grid of frames under column labels.
 #[must_use]
 pub fn contact_sheet(labels: &[String], rows: &[Row]) -> Image {
     let columns = rows.iter().map(|row| row.frames.len()).max().unwrap_or(0).max(labels.len());
     let frames = || rows.iter().flat_map(|row| &row.frames);
     let (width, height) = (frames().map(|f| f.width).max().unwrap_or(1), frames().map(|f| f.height).max().unwrap_or(1));
-    let zoom = if width >= LARGE_FRAME { 2 } else { 1 };
-    let letter = GLYPH * zoom;
-    let title_width = rows.iter().map(|row| row.title.chars().count()).max().unwrap_or(0) * letter;
+    // Without letters, which are part of the program, labels would be left out.
+    let _ = load_letters();
+    let letter = LETTERS[usize::from(width >= LARGE_FRAME)];
+    let title_width = rows.iter().map(|row| width_of(&row.title, letter)).max().unwrap_or(0);
     let left = if title_width > 0 { title_width + 2 * MARGIN } else { MARGIN };
     let top = letter + 2 * MARGIN;
     let cell = [width as usize + MARGIN, height as usize + MARGIN];
     let mut sheet = Image::filled((left + columns * cell[0]) as u32, (top + rows.len() * cell[1]) as u32, PAPER);
     for (c, label) in labels.iter().enumerate() {
-        let room = cell[0].saturating_sub(label.chars().count() * letter) / 2;
-        write(&mut sheet, label, [left + c * cell[0] + room, MARGIN], zoom);
+        let room = cell[0].saturating_sub(width_of(label, letter)) / 2;
+        write(&mut sheet, label, [left + c * cell[0] + room, MARGIN], letter);
     }
     for (r, row) in rows.iter().enumerate() {
         let y = top + r * cell[1];
-        write(&mut sheet, &row.title, [MARGIN, y + (height as usize).saturating_sub(letter) / 2], zoom);
+        write(&mut sheet, &row.title, [MARGIN, y + (height as usize).saturating_sub(letter) / 2], letter);
         for (c, frame) in row.frames.iter().enumerate() {
             let inset = [(width - frame.width) as usize / 2, (height - frame.height) as usize / 2];
             paste(&mut sheet, frame, [left + c * cell[0] + inset[0], y + inset[1]]);
@@ -74,20 +77,30 @@ fn paste(sheet: &mut Image, frame: &Image, at: [usize; 2]) {
 }
 
 /// Writes text with its upper left corner at a pixel; what does not fit is cut off.
-fn write(sheet: &mut Image, text: &str, at: [usize; 2], zoom: usize) {
+fn write(sheet: &mut Image, text: &str, at: [usize; 2], size: usize) {
     let (width, height) = (sheet.width as usize, sheet.height as usize);
-    for (i, letter) in text.chars().enumerate() {
-        let glyph = BASIC_LEGACY.get(letter as usize).unwrap_or(&BASIC_LEGACY['?' as usize]);
-        for y in 0..GLYPH * zoom {
-            for x in 0..GLYPH * zoom {
-                let inked = glyph[y / zoom] >> (x / zoom) & 1 == 1;
-                let (px, py) = (at[0] + i * GLYPH * zoom + x, at[1] + y);
-                if inked && px < width && py < height {
-                    sheet.pixels[py * width + px] = INK;
-                }
-            }
+    let letters = letters_of(size);
+    let pixels = &mut sheet.pixels;
+    // Letters that cannot be drawn are left out: a sheet is worth more than its labels.
+    let lower = (LOWER * size as f64).round() as i32;
+    let _ = letters.draw(text, (at[0] as i32, at[1] as i32 + lower), |x, y, coverage| {
+        let (x, y) = (usize::try_from(x).unwrap_or(usize::MAX), usize::try_from(y).unwrap_or(usize::MAX));
+        if x < width && y < height {
+            let pixel = &mut pixels[y * width + x];
+            *pixel = std::array::from_fn(|c| pixel[c] + coverage * (INK[c] - pixel[c]));
         }
-    }
+        Ok::<(), std::convert::Infallible>(())
+    });
+}
+
+/// Letters whose lines are `size` pixels high.
+fn letters_of(size: usize) -> FontDesc<'static> {
+    FontDesc::new(FontFamily::Name("sans-serif"), size as f64, FontStyle::Normal)
+}
+
+/// Width of a text, pixels.
+fn width_of(text: &str, size: usize) -> usize {
+    letters_of(size).box_size(text).map_or(0, |(width, _)| width as usize)
 }
 
 #[cfg(test)]
@@ -105,7 +118,7 @@ mod tests {
         assert_eq!(sheet.pixels.len(), sheet.width as usize * sheet.height as usize);
         let grey = sheet.pixels.iter().filter(|p| **p == [0.5; 3]).count();
         assert_eq!(grey, 5 * 200);
-        assert!(sheet.pixels.contains(&INK), "there are letters");
+        assert!(sheet.pixels.iter().any(|p| p[0] < 0.3), "there are letters");
     }
 
     #[test]

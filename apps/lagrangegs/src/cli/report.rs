@@ -1,0 +1,75 @@
+//! `lagrangegs report`: the figures of a run and `report.html`, from the metrics that `eval` left.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use lgs_core::Camera;
+use lgs_data::synth::GroundTruth;
+use lgs_eval::{Metrics, Subject};
+use lgs_report::{Curve, FIGURES, RunSubject, read_metrics, write_run_report};
+use lgs_train::checkpoint::Stage;
+use lgs_train::events::Event;
+
+use super::failure::At;
+use super::output;
+use super::progress::Task;
+use super::run::{Run, load_dataset, load_options};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder of the run
+    run: PathBuf,
+    /// Dataset, if it is no longer where training found it; a run without one has no figures of true images
+    #[arg(long, value_name = "DATA")]
+    data: Option<PathBuf>,
+}
+
+pub(super) fn run(args: &Args) -> Result<()> {
+    let run = Run::open(&args.run)?;
+    let Some(metrics) = read_metrics(&args.run).at(&args.run)? else {
+        bail!("the run has not been evaluated; call `lagrangegs eval` first: {}", args.run.display());
+    };
+    // Only a dataset that is named has to be there.
+    let root = run.dataset_path(args.data.as_deref()).ok().flatten().filter(|root| args.data.is_some() || root.is_dir());
+    let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, None))).transpose()?;
+    let truth = root.as_ref().map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
+    let source = run.source()?;
+    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
+    write_report(&run, &subject, &metrics)?;
+    let root = run.folder.root();
+    output::print(&format!("report   {}\nfigures  {}\n", root.join("report.html").display(), root.join(FIGURES).display()))
+}
+
+/// Writes a run's figures and `report.html`.
+pub(super) fn write_report(run: &Run, subject: &Subject<'_>, metrics: &Metrics) -> Result<()> {
+    let _span = tracing::trace_span!("report").entered();
+    let _task = Task::new("figures", 0);
+    let root = run.folder.root();
+    let cameras: Vec<Camera> = run.cameras()?.into_iter().map(|(_, camera)| camera).collect();
+    let config = std::fs::read_to_string(run.folder.config_path()).unwrap_or_default();
+    let report = RunSubject {
+        title: &root.display().to_string(),
+        scene: subject.scene,
+        source: subject.source,
+        dataset: subject.dataset,
+        truth: subject.truth,
+        cameras: &cameras,
+        metrics,
+        training: &training_curves(run),
+        config: &config,
+    };
+    write_run_report(root, &report).at(root)?;
+    Ok(())
+}
+
+/// PSNR by step of every stage that renders, from the run's events; a line that a crash cut short is left out.
+fn training_curves(run: &Run) -> Vec<Curve> {
+    let text = std::fs::read_to_string(run.folder.events_path()).unwrap_or_default();
+    let events: Vec<Event> = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let curve = |stage: Stage| {
+        let own = events.iter().filter(|event| event.stage == stage.name());
+        let points = own.filter_map(|event| event.psnr.map(|psnr| (event.step as f64, f64::from(psnr)))).collect();
+        Curve { stage: stage.name().to_owned(), points }
+    };
+    Stage::ALL.into_iter().map(curve).filter(|curve| !curve.points.is_empty()).collect()
+}

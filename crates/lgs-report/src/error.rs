@@ -1,0 +1,34 @@
+//! Why a report could not be made.
+
+use std::path::PathBuf;
+
+use lgs_data::files::FileError;
+use lgs_data::ply::PlyError;
+
+/// Why a report could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The colour-coded splat file could not be written.
+    #[error(transparent)]
+    Splats(#[from] PlyError),
+    /// A figure could not be drawn.
+    #[error("figure `{figure}`: {reason}")]
+    Drawing {
+        /// Name of the figure.
+        figure: String,
+        /// What plotters says.
+        reason: String,
+    },
+    /// The metrics of a run are damaged.
+    #[error("the metrics are damaged: {reason}: {}", path.display())]
+    Metrics {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+}

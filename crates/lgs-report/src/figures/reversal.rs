@@ -1,0 +1,123 @@
+//! Time reversal: the motion forward and backward from t = 0, with velocity arrows (gap G63: the state's v forward, −v stepping back).
+
+use lgs_core::Camera;
+use lgs_data::dataset::{Dataset, Frame};
+use lgs_model::{LagrangianScene, Motion, SceneState};
+use plotters::style::RGBColor;
+
+use super::strip::{Cell, Row, Strip, image_width};
+use crate::axis::number;
+use crate::canvas::Figure;
+use crate::error::ReportError;
+use crate::paths::spread;
+use crate::style::{LAGRANGIAN, TRUTH};
+use crate::views::{drawn, longest_view, of_width, resized};
+
+/// Columns, t = 0 among them.
+const COLUMNS: usize = 6;
+/// Arrows over all objects, about.
+const ARROWS: usize = 12;
+/// Length of a fast arrow, as a part of the image's width.
+const LONG: f64 = 0.16;
+/// Part of the arrows that are no longer than that: a few near the camera may be.
+const MOST: f64 = 0.8;
+
+/// Stepping back.
+const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
+
+/// The figure; nothing without movers or without a camera.
+pub(crate) fn figure(
+    (scene, motion): (&LagrangianScene, &mut Motion<'_>),
+    dataset: Option<&Dataset>,
+    cameras: &[Camera],
+) -> Result<Option<Figure>, ReportError> {
+    let seen = dataset.map(longest_view).unwrap_or_default();
+    let Some(camera) = seen.first().map(|f| f.camera).or(cameras.first().copied()) else { return Ok(None) };
+    if scene.movers.is_empty() {
+        return Ok(None);
+    }
+    let window = scene.motion.time_window;
+    let camera = of_width(&camera, image_width(COLUMNS));
+    let past: Vec<&Frame> = seen.iter().copied().filter(|f| f.time < -1e-4 && f.time >= -window - 1e-4).collect();
+    let even: Vec<f32> = (1..COLUMNS).map(|i| window * i as f32 / (COLUMNS - 1) as f32).collect();
+    let nearest = |time: f32| past.iter().copied().min_by(|a, b| (a.time + time).abs().total_cmp(&(b.time + time).abs()));
+    let mut frames: Vec<&Frame> = even.iter().filter_map(|&time| nearest(time)).collect();
+    frames.dedup_by_key(|f| f.time.to_bits());
+    let times: Vec<f32> =
+        std::iter::once(0.0).chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even }).collect();
+    let rows_of_arrows = followed(scene);
+    let scale = LONG / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
+    let mut row = |title: &str, colour, sign: f32| {
+        let mut cell = |&time: &f32| {
+            let state = motion.state_at(sign * time);
+            let image = drawn(&scene.cloud_at(&state), &camera, scene.background);
+            let all = rows_of_arrows.iter().map(|&r| arrow(&state, r, &camera, f64::from(sign) * scale));
+            let arrows = all.filter(|[from, _]| in_view(*from)).collect();
+            Some(Cell { image, note: format!("t = {}", number(f64::from(sign * time), 2)), arrows })
+        };
+        Row { title: title.to_owned(), colour, cells: times.iter().map(&mut cell).collect() }
+    };
+    let mut rows = vec![row("forward", LAGRANGIAN, 1.0), row("backward", BACKWARD, -1.0)];
+    if frames.len() == COLUMNS - 1 {
+        let zero = seen.iter().find(|f| f.time.abs() < 1e-4);
+        let cell = |frame: &&Frame| Cell {
+            image: resized(&frame.composited(scene.background), camera.width, camera.height),
+            note: format!("t = {}", number(f64::from(frame.time), 2)),
+            arrows: Vec::new(),
+        };
+        let cells = std::iter::once(zero.map(cell)).chain(frames.iter().map(|f| Some(cell(f)))).collect();
+        rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells });
+    }
+    let labels = times.iter().map(|&t| if t == 0.0 { "t = 0".to_owned() } else { format!("±{}", number(f64::from(t), 2)) }).collect();
+    let strip = Strip { labels, groups: Vec::new(), rows, aspect: f64::from(camera.height) / f64::from(camera.width) };
+    let caption = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, backward to times before the first image. Arrows: velocity v forward, −v backward, the direction of the next step.";
+    Figure::of("time-reversal", caption, &strip).map(Some)
+}
+
+/// Rows of the moving Gaussians that carry an arrow.
+fn followed(scene: &LagrangianScene) -> Vec<usize> {
+    let each = (ARROWS / scene.objects.len().max(1)).max(2);
+    let of = |object: &lgs_model::ObjectModel| {
+        let first = object.members.start;
+        spread(&scene.movers.means[object.members.clone()], each).into_iter().map(move |i| first + i).collect::<Vec<_>>()
+    };
+    scene.objects.iter().flat_map(of).collect()
+}
+
+/// Ends of a Gaussian's velocity arrow as parts of the image, `scale` units of time long.
+fn arrow(state: &SceneState, row: usize, camera: &Camera, scale: f64) -> [[f64; 2]; 2] {
+    let (q, v) = (state.q[row], state.v[row]);
+    let tip: [f32; 3] = std::array::from_fn(|c| (f64::from(q[c]) + scale * f64::from(v[c])) as f32);
+    let part = |p: [f32; 3]| {
+        let (pixel, depth) = camera.pixel_from_world(p);
+        let inside = depth > 1e-3;
+        [pixel[0] / camera.width as f32, pixel[1] / camera.height as f32].map(|x| if inside { f64::from(x) } else { f64::NAN })
+    };
+    [part(q), part(tip)]
+}
+
+/// Whether a part of the image is inside of it.
+fn in_view(part: [f64; 2]) -> bool {
+    part.iter().all(|p| (0.0..=1.0).contains(p))
+}
+
+/// A speed in the image that [`MOST`] do not exceed, parts of its width per unit of time.
+fn fast(motion: &mut Motion<'_>, times: &[f32], rows: &[usize], camera: &Camera) -> f64 {
+    /// Units of time over which a displacement stands for the velocity.
+    const SHORT: f64 = 1e-2;
+    let mut speeds = Vec::new();
+    for &time in times {
+        for sign in [1.0, -1.0] {
+            let state = motion.state_at(sign * time);
+            for &row in rows {
+                let [from, to] = arrow(&state, row, camera, SHORT);
+                if in_view(from) {
+                    speeds.push((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT);
+                }
+            }
+        }
+    }
+    speeds.retain(|s| s.is_finite());
+    speeds.sort_by(f64::total_cmp);
+    speeds.get((MOST * speeds.len() as f64) as usize).copied().unwrap_or(0.0)
+}
