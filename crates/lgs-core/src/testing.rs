@@ -1,4 +1,21 @@
-//! Comparison of float arrays for tests: worst index, relative L2 error and cosine in one message.
+//! Comparison of float arrays for tests: worst index, relative L2 error and cosine in one message; and numbers to compare with other
+//! languages.
+
+/// Numbers in [0, 1) from a 32-bit mixing of seed and index: the same in any language, for expected values made by another program.
+pub fn pseudo_random(count: usize, seed: u32) -> impl Iterator<Item = f64> {
+    (0..count as u32).map(move |i| {
+        let mut x = i.wrapping_add(seed.wrapping_mul(0x9E37_79B1));
+        x = (x ^ x >> 16).wrapping_mul(0x7FEB_352D);
+        x = (x ^ x >> 15).wrapping_mul(0x846C_A68B);
+        f64::from((x ^ x >> 16) >> 8) / f64::from(1 << 24)
+    })
+}
+
+/// [`pseudo_random`] numbers in ±`bound`.
+#[must_use]
+pub fn pseudo_random_within(bound: f64, count: usize, seed: u32) -> Vec<f32> {
+    pseudo_random(count, seed).map(|v| ((2.0 * v - 1.0) * bound) as f32).collect()
+}
 
 /// How far two arrays are apart.
 #[derive(Clone, Copy, Debug)]

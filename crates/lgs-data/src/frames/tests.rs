@@ -87,15 +87,17 @@ fn what_is_wrong_with_a_folder_is_named() {
     refused(&empty.path().join("absent"), "absent", &["read file"]);
 }
 
-fn write_tensors(path: &Path, tensors: &[(&str, &[usize], Vec<f32>)]) {
+type Named<'a> = (&'a str, &'a [usize], Vec<f32>);
+
+fn write_tensors(path: &Path, tensors: &[Named<'_>]) {
     let bytes: Vec<Vec<u8>> = tensors.iter().map(|(.., v)| v.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
-    let view = |((name, shape, _), bytes): (&(&str, &[usize], Vec<f32>), &'_ Vec<u8>)| {
-        ((*name).to_owned(), TensorView::new(Dtype::F32, shape.to_vec(), Vec::leak(bytes.clone())).unwrap())
-    };
-    serialize_to_file(tensors.iter().zip(&bytes).map(view).collect::<Vec<_>>(), None, path).unwrap();
+    let view =
+        |(i, (name, shape, _)): (usize, &Named<'_>)| ((*name).to_owned(), TensorView::new(Dtype::F32, shape.to_vec(), &bytes[i]).unwrap());
+    let views: Vec<(String, TensorView<'_>)> = tensors.iter().enumerate().map(view).collect();
+    serialize_to_file(views, None, path).unwrap();
 }
 
-fn sample<'a>() -> Vec<(&'a str, &'a [usize], Vec<f32>)> {
+fn sample<'a>() -> Vec<Named<'a>> {
     vec![
         ("times", &[3], vec![0.0, 0.1, 0.3]),
         ("positions", &[3, 2, 3], (0..18).map(|v| v as f32).collect()),
@@ -106,7 +108,7 @@ fn sample<'a>() -> Vec<(&'a str, &'a [usize], Vec<f32>)> {
     ]
 }
 
-fn tensor_file(folder: &Path, tensors: &[(&str, &[usize], Vec<f32>)]) -> PathBuf {
+fn tensor_file(folder: &Path, tensors: &[Named<'_>]) -> PathBuf {
     let path = folder.join("paths.safetensors");
     write_tensors(&path, tensors);
     path
@@ -129,7 +131,7 @@ fn tensors_are_read_with_constant_or_changing_rotations() {
 #[test]
 fn what_is_wrong_with_tensors_is_named() {
     let dir = tempfile::tempdir().unwrap();
-    let broken: [(usize, Option<(&str, &[usize], Vec<f32>)>, &str); 6] = [
+    let broken: [(usize, Option<Named<'_>>, &str); 6] = [
         (1, None, "`positions`"),
         (1, Some(("positions", &[2, 3, 3], vec![0.0; 18])), "`positions`: expected 32-bit floats of shape [3, n, 3]"),
         (1, Some(("positions", &[3, 2, 3], vec![f32::NAN; 18])), "NaN at index 0"),

@@ -143,20 +143,7 @@ fn weighted_distance(a: &[Vec<f32>], b: &[Vec<f32>], weights: &[f32]) -> f64 {
 pub(super) mod tests {
     use super::super::store::WeightKind;
     use super::*;
-
-    /// Numbers in [0, 1) from a 32-bit mixing of seed and index: the same in any language.
-    pub(in super::super) fn pseudo_random(count: usize, seed: u32) -> impl Iterator<Item = f64> {
-        (0..count as u32).map(move |i| {
-            let mut x = i.wrapping_add(seed.wrapping_mul(0x9E37_79B1));
-            x = (x ^ x >> 16).wrapping_mul(0x7FEB_352D);
-            x = (x ^ x >> 15).wrapping_mul(0x846C_A68B);
-            f64::from((x ^ x >> 16) >> 8) / f64::from(1 << 24)
-        })
-    }
-
-    fn signed(count: usize, seed: u32, bound: f64) -> Vec<f32> {
-        pseudo_random(count, seed).map(|v| ((2.0 * v - 1.0) * bound) as f32).collect()
-    }
+    use lgs_core::testing::{pseudo_random, pseudo_random_within};
 
     /// The tensors of a trunk's files: weights in ±√(6 / fan-in), biases in ±0.1, linear weights in [0, 1).
     pub(in super::super) fn tensors(kind: WeightKind) -> Vec<(String, Vec<usize>, Vec<f32>)> {
@@ -167,9 +154,9 @@ pub(super) mod tests {
             let values = if kind.is_linear() {
                 pseudo_random(count, 100 + index("lin")).map(|v| v as f32).collect()
             } else if name.ends_with("weight") {
-                signed(count, 2 * index("") + 1, (6.0 / shape[1..].iter().product::<usize>() as f64).sqrt())
+                pseudo_random_within((6.0 / shape[1..].iter().product::<usize>() as f64).sqrt(), count, 2 * index("") + 1)
             } else {
-                signed(count, 2 * index("") + 2, 0.1)
+                pseudo_random_within(0.1, count, 2 * index("") + 2)
             };
             tensors.push((name, shape, values));
         }
@@ -184,7 +171,7 @@ pub(super) mod tests {
     /// Two images that differ, rounded to 8 bits.
     fn images(width: u32, height: u32) -> [Image; 2] {
         let n = (width * height) as usize;
-        let planes = |seed| signed(3 * n, seed, 1.0).into_iter().map(|v| f64::from(v) * 0.5 + 0.5).collect::<Vec<f64>>();
+        let planes = |seed| pseudo_random_within(1.0, 3 * n, seed).into_iter().map(|v| f64::from(v) * 0.5 + 0.5).collect::<Vec<f64>>();
         let (a, b) = (planes(201), planes(202));
         let image = |share: f64| {
             let value = |i: usize| (((1.0 - share) * a[i] + share * b[i]) * 255.0 + 0.5).floor() / 255.0;

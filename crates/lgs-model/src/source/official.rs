@@ -135,6 +135,7 @@ mod tests {
     use super::*;
     use crate::source::SourceModel;
     use lgs_core::GaussianCloud;
+    use lgs_core::testing::{assert_values_close, pseudo_random_within};
     use lgs_data::ply::write_ply;
     use lgs_data::testing::{CheckpointEntry, checkpoint};
 
@@ -185,6 +186,97 @@ mod tests {
             let read = read_official_defgs(folder.path()).expect("read");
             assert_eq!(read.deformation, model.deformation);
             assert_eq!(read.cloud_at(0.4), model.cloud_at(0.4));
+        }
+    }
+
+    /// A state dictionary as the authors' program shapes it, filled with pseudo-random numbers in ±1/√fan-in by layer seed.
+    fn pseudo_random_dictionary(blender: bool) -> Tensors {
+        let input = 63 + if blender { 30 } else { 21 };
+        let mut layers = vec![("gaussian_warp".to_owned(), 3, 256, 30), ("gaussian_rotation".to_owned(), 4, 256, 31)];
+        layers.push(("gaussian_scaling".to_owned(), 3, 256, 32));
+        for i in 0..8 {
+            let inputs = [input, 256, 256, 256, 256, 256 + input, 256, 256][i];
+            layers.push((format!("linear.{i}"), 256, inputs, i as u32));
+        }
+        if blender {
+            layers.extend([("timenet.0".to_owned(), 256, 13, 20), ("timenet.2".to_owned(), 30, 256, 22)]);
+        }
+        let both = |(name, outputs, inputs, seed): (String, usize, usize, u32)| {
+            let values = |count, seed| pseudo_random_within(1.0 / (inputs as f64).sqrt(), count, seed);
+            let weight = (format!("{name}.weight"), vec![outputs, inputs], values(outputs * inputs, 2 * seed + 1));
+            [weight, (format!("{name}.bias"), vec![outputs], values(outputs, 2 * seed + 2))]
+        };
+        layers.into_iter().flat_map(both).collect()
+    }
+
+    /// Expected values: the published network written down in numpy, float64, fed the same pseudo-random numbers.
+    #[test]
+    fn both_networks_agree_with_an_independent_implementation() {
+        let canonical = GaussianCloud {
+            rotations: vec![[1.0, 0.2, -0.1, 0.4], [0.5, 0.5, -0.5, 0.6]],
+            log_scales: vec![[-1.0; 3]; 2],
+            ..GaussianCloud::isotropic(vec![[0.3, -0.2, 0.5], [-0.7, 0.4, 0.1]], 0.1, [0.5; 3], 0.6)
+        };
+        let synthetic: [[f32; 10]; 2] = [
+            [
+                0.333_739_93,
+                -0.203_551_24,
+                0.478_764_06,
+                0.927_090_2,
+                0.214_190_04,
+                -0.073_433_29,
+                0.298_720_55,
+                -1.177_055_2,
+                -1.152_160_1,
+                -0.889_162_15,
+            ],
+            [
+                -0.664_595_4,
+                0.406_478_04,
+                0.079_098_93,
+                0.522_329_4,
+                0.502_250_2,
+                -0.456_025_5,
+                0.516_679_3,
+                -1.128_452,
+                -1.216_038,
+                -0.856_291_5,
+            ],
+        ];
+        let real: [[f32; 10]; 2] = [
+            [
+                0.323_899_7,
+                -0.190_575_09,
+                0.500_625_2,
+                0.923_407_2,
+                0.213_134_11,
+                -0.078_616_72,
+                0.309_374_25,
+                -1.213_048,
+                -1.168_416_4,
+                -0.840_693_45,
+            ],
+            [
+                -0.660_312_6,
+                0.398_558_3,
+                0.083_508_94,
+                0.496_363_38,
+                0.509_882_4,
+                -0.483_721_08,
+                0.509_565_7,
+                -1.241_997,
+                -1.148_415,
+                -0.872_900_6,
+            ],
+        ];
+        for (blender, expected) in [(true, synthetic), (false, real)] {
+            let folder = tempfile::tempdir().expect("folder");
+            let (mut model, _) = model(DeformationConfig::paper());
+            model.canonical = canonical.clone();
+            write(folder.path(), &model, &pseudo_random_dictionary(blender));
+            let cloud = read_official_defgs(folder.path()).expect("read").cloud_at(0.4);
+            let rows = (0..2).flat_map(|i| [cloud.means[i].as_slice(), &cloud.rotations[i], &cloud.log_scales[i]].concat());
+            assert_values_close("Gaussians", &rows.collect::<Vec<f32>>(), expected.as_flattened(), 2e-5, 1e-5);
         }
     }
 
