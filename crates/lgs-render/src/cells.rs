@@ -74,8 +74,8 @@ pub(crate) fn read_row<const PLANES: usize>(layout: &Layout, from: Option<&[f32]
     for (planes, pixel) in row.iter_mut().zip(last.as_chunks::<CHANNELS>().0) {
         planes[plane].0[CHANNELS * (SEGMENTS - 1)..][..CHANNELS].copy_from_slice(pixel);
     }
-    for cell in layout.whole..layout.cells {
-        layout.clear_outside(cell, &mut row[cell][plane]);
+    for (cell, planes) in row.iter_mut().enumerate().take(layout.cells).skip(layout.whole) {
+        layout.clear_outside(cell, &mut planes[plane]);
     }
 }
 
@@ -97,13 +97,17 @@ pub(crate) fn fill_margins<const PLANES: usize>(row: &mut Row<PLANES>, count: us
     for k in 1..=RADIUS {
         // Where the pixels lie, in cells and in segments to the left; then to the right.
         let segments = k.div_ceil(count);
-        for plane in 0..PLANES {
-            row[RADIUS - k][plane] = moved_up(&row[RADIUS + segments * count - k][plane], segments);
+        let mut left = row[RADIUS + segments * count - k];
+        for lanes in &mut left {
+            *lanes = moved_up(lanes, segments);
         }
+        row[RADIUS - k] = left;
         let (at, segments) = (RADIUS + count + k - 1, (count + k - 1) / count);
-        for plane in 0..PLANES {
-            row[at][plane] = moved_down(&row[at - segments * count][plane], segments);
+        let mut right = row[at - segments * count];
+        for lanes in &mut right {
+            *lanes = moved_down(lanes, segments);
         }
+        row[at] = right;
     }
 }
 
