@@ -97,6 +97,11 @@ impl<'a> Results<'a> {
         Summary::of(&self.plan.suite.seeds.iter().filter_map(of_seed).collect::<Vec<_>>())
     }
 
+    /// Number of runs that were measured by another protocol than the suite's.
+    pub(crate) fn scored_otherwise(&self) -> usize {
+        self.metrics.iter().flatten().filter(|m| m.protocol.half_resolution != self.plan.suite.half_resolution).count()
+    }
+
     /// Whether any run scored a split.
     pub(crate) fn has_split(&self, split: &str) -> bool {
         self.metrics.iter().flatten().any(|m| crate::figures::split_score(m, split, Model::Lagrangian).is_some())

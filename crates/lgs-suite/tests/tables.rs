@@ -54,10 +54,10 @@ fn means_go_over_scenes_then_seeds() {
     let lagrangian = rows[1].entries[0].summary;
     assert!(close(lagrangian.mean, 31.5) && close(lagrangian.spread, 2.0_f64.sqrt()) && lagrangian.seeds == 2, "{lagrangian:?}");
     assert!(close(rows[2].entries[0].summary.mean, 11.5));
-    assert_eq!(rows[1].entries[3].summary.mean, None, "no LPIPS, no number");
+    assert_eq!(rows[1].entries[4].summary.mean, None, "no LPIPS, no number");
     assert_eq!(rows[1].entries[0].paper, None);
     let ablation = &table(&tables, "ablations").rows[1];
-    let change = ablation.entries[4].summary;
+    let change = ablation.entries[5].summary;
     assert!(close(change.mean, -3.0) && close(change.spread, 0.0), "paired by scene and seed: {change:?}");
     let figures = table(&tables, "figures");
     let of = |words: &str| figures.rows.iter().find(|row| row.labels[0].contains(words)).expect(words).entries[1].summary;
@@ -75,7 +75,7 @@ fn an_incomplete_set_is_missing_and_says_so() {
     assert!(close(found.mean, 30.5) && found.spread.is_none() && found.seeds == 1, "seed 0 alone is complete: {found:?}");
     assert!(extrapolation.notes.iter().any(|note| note.contains("11 of 12")), "{:?}", extrapolation.notes);
     let none = tables(&plan, |_| false);
-    assert!(table_text::markdown(table(&none, "extrapolation")).contains("| DefGS | n/a | n/a | n/a | n/a |"));
+    assert!(table_text::markdown(table(&none, "extrapolation")).contains("| DefGS | n/a | n/a | n/a | n/a | n/a |"));
     assert!(none.iter().all(|table| table.id != "scenes"), "no split was scored");
 }
 
@@ -100,7 +100,7 @@ fn every_format_holds_the_numbers() {
     let tables = tables(&plan, |_| true);
     let extrapolation = table(&tables, "extrapolation");
     let markdown = table_text::markdown(extrapolation);
-    assert!(markdown.contains("| Lagrangian (DefGS) | 31.500 ± 1.414 | 30.500 ± 1.414 | 0.900 ± 0.000 | n/a |"), "{markdown}");
+    assert!(markdown.contains("| Lagrangian (DefGS) | 31.500 ± 1.414 | 30.500 ± 1.414 | 0.900 ± 0.000 | n/a | n/a |"), "{markdown}");
     let widths: Vec<usize> = markdown.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
     assert!(widths.iter().all(|w| *w == widths[0]), "{widths:?}");
     let csv = table_text::csv(extrapolation);
