@@ -5,11 +5,12 @@ use std::path::Path;
 
 use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::frames::FrameSequence;
 use lgs_data::ply::read_ply;
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
-use lgs_model::source::SourceModel;
+use lgs_model::source::{ImportedFrames, SourceModel};
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
 use lgs_report::{Curve, RunSubject, suite_html, write_run_report};
 
@@ -54,20 +55,13 @@ fn scene(blocks: usize) -> LagrangianScene {
 }
 
 /// A source model for which nothing moves.
-struct Still(GaussianCloud);
-
-impl SourceModel for Still {
-    fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    fn cloud_at(&self, _time: f32) -> GaussianCloud {
-        self.0.clone()
-    }
-
-    fn positions_at(&self, _time: f32) -> Vec<[f32; 3]> {
-        self.0.means.clone()
-    }
+fn still(gaussians: &GaussianCloud) -> ImportedFrames {
+    ImportedFrames::new(FrameSequence {
+        times: vec![-10.0, 10.0],
+        positions: vec![gaussians.means.clone(); 2],
+        rotations: vec![gaussians.rotations.clone()],
+        gaussians: gaussians.clone(),
+    })
 }
 
 fn truth(scene: &LagrangianScene) -> GroundTruth {
@@ -135,7 +129,7 @@ fn all_bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_run_with_everything_has_every_figure_in_both_formats_and_on_the_page() {
     let dir = tempfile::tempdir().expect("folder");
     let (scene, dataset) = (scene(2), dataset());
-    let (truth, source) = (truth(&scene), Still(scene.movers.clone()));
+    let (truth, source) = (truth(&scene), still(&scene.movers));
     let names = report(dir.path(), &scene, Known { source: Some(&source), dataset: Some(&dataset), truth: Some(&truth) });
     let expected =
         ["extrapolation", "psnr", "trajectories", "position-error", "potential", "beta-sweep", "time-reversal", "partition", "training"];

@@ -42,7 +42,7 @@ pub(crate) const TEST_SCORES: [(&str, &str, usize, Read); 5] = [
     ("psnr_of_mean_mse", "PSNR of mean MSE", 3, |m, model| split_score(m, "test", model)?.psnr_of_mean_mse),
     ("ssim", "SSIM", 3, |m, model| split_score(m, "test", model)?.ssim),
     ("lpips_vgg", "LPIPS (VGG)", 3, |m, model| split_score(m, "test", model)?.lpips_vgg),
-    ("lpips_vgg_unnormalised", "LPIPS (VGG, inputs in [0, 1])", 3, |m, model| split_score(m, "test", model)?.lpips_vgg_unnormalised),
+    ("lpips_vgg_unnormalised", "LPIPS (unnormalised VGG)", 3, |m, model| split_score(m, "test", model)?.lpips_vgg_unnormalised),
 ];
 
 /// Which of the paper's scores each of [`TEST_SCORES`] stands beside: its PSNR is that of the mean squared error, its LPIPS

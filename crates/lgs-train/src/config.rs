@@ -315,7 +315,10 @@ mod tests {
     fn presets_round_trip_through_toml() {
         let all = [Preset::Quick, Preset::Paper].into_iter().flat_map(|preset| SourceKind::ALL.map(|kind| (preset, kind)));
         for (preset, kind) in all {
-            let config = TrainConfig::of(preset, kind);
+            let mut config = TrainConfig::of(preset, kind);
+            if kind == SourceKind::Frames {
+                config.source.import = "frames".to_owned();
+            }
             assert_eq!((config.preset, config.source.kind), (preset, kind));
             let back = TrainConfig::from_toml(&config.to_toml().expect("toml"), "config.toml").expect("parse");
             assert_eq!(back, config);
