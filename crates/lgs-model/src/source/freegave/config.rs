@@ -14,7 +14,7 @@ const SEGMENT_FACTOR: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RotationForm {
-    /// As published: products of I + h [ω]×, never orthonormalised, then a quaternion by a formula that fails near half a turn. Gaussians
+    /// As published: products of `I + h [ω]×`, never orthonormalised, then a quaternion by a formula that fails near half a turn. Gaussians
     /// swell in the plane of rotation, and what is not a number is not drawn.
     Reference,
     /// Products of exp(h ω), renormalised.
