@@ -10,59 +10,11 @@ use lgs_model::source::SourceKind;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+pub use crate::layers::ConfigError;
+
+use crate::layers::{merge, parse, set};
 use crate::source::SourceConfig;
 use crate::stages::{MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
-
-/// Why a configuration was refused.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// The file cannot be read.
-    #[error("cannot read the configuration: {reason}: {path}")]
-    Read {
-        /// File.
-        path: std::path::PathBuf,
-        /// Cause.
-        reason: std::io::Error,
-    },
-    /// Not TOML.
-    #[error("not valid TOML: {reason}: {origin}")]
-    Syntax {
-        /// File or override.
-        origin: String,
-        /// What the parser says.
-        reason: String,
-    },
-    /// An override without `=`.
-    #[error("`{0}` is not of the form key=value")]
-    Override(String),
-    /// A key that does not exist.
-    #[error("unknown key `{key}`; known here: {known}")]
-    Unknown {
-        /// Dotted key.
-        key: String,
-        /// Keys at that place.
-        known: String,
-    },
-    /// A value of another type.
-    #[error("`{key}`: expected {expected}, found {found}")]
-    Type {
-        /// Dotted key.
-        key: String,
-        /// Type of the default.
-        expected: String,
-        /// Type given.
-        found: String,
-    },
-    /// A value out of range or not among the choices.
-    #[error("`{key}`: {reason}")]
-    Invalid {
-        /// Dotted key, or the whole configuration.
-        key: String,
-        /// Why.
-        reason: String,
-    },
-}
 
 /// Sets of defaults.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -254,52 +206,6 @@ impl TrainConfig {
 /// Names of all kinds of source models.
 fn known_kinds() -> String {
     SourceKind::ALL.map(|kind| format!("`{}`", kind.name())).join(" or ")
-}
-
-fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
-    text.parse::<Table>().map_err(|e| ConfigError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })
-}
-
-/// Puts `a.b=value` into a table; a value that is not TOML by itself is taken as a string.
-fn set(table: &mut Table, text: &str) -> Result<(), ConfigError> {
-    let (key, value) = text.split_once('=').ok_or_else(|| ConfigError::Override(text.to_owned()))?;
-    let (key, value) = (key.trim(), value.trim());
-    let value =
-        format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v")).unwrap_or_else(|| Value::String(value.to_owned()));
-    let mut place = table;
-    let mut parts: Vec<&str> = key.split('.').collect();
-    let last = parts.pop().unwrap_or_default();
-    for part in parts {
-        let entry = place.entry(part).or_insert_with(|| Value::Table(Table::new()));
-        place = entry.as_table_mut().ok_or_else(|| ConfigError::Unknown { key: key.to_owned(), known: format!("`{part}` has no keys") })?;
-    }
-    place.insert(last.to_owned(), value);
-    Ok(())
-}
-
-/// Lays `given` over `base`; every key must exist there with a value of the same type.
-fn merge(base: &mut Table, given: &Table, prefix: &str) -> Result<(), ConfigError> {
-    for (name, value) in given {
-        let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
-        let known = base.keys().cloned().collect::<Vec<_>>().join(", ");
-        let Some(slot) = base.get_mut(name) else { return Err(ConfigError::Unknown { key, known }) };
-        match (slot, value) {
-            (Value::Table(slot), Value::Table(value)) => merge(slot, value, &key)?,
-            (slot @ Value::Float(_), Value::Integer(value)) => *slot = Value::Float(*value as f64),
-            (Value::Integer(_), Value::Integer(value)) if *value < 0 => {
-                return Err(ConfigError::Invalid { key, reason: format!("{value} is negative") });
-            }
-            (slot, value) if slot.same_type(value) => *slot = value.clone(),
-            (slot, value) => {
-                return Err(ConfigError::Type {
-                    key,
-                    expected: slot.type_str().to_owned(),
-                    found: format!("{} ({value})", value.type_str()),
-                });
-            }
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

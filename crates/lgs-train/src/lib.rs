@@ -12,6 +12,7 @@ pub mod config;
 mod error;
 pub mod events;
 mod import;
+mod layers;
 mod pipeline;
 pub mod run;
 pub mod source;
