@@ -82,7 +82,7 @@ pub struct TuneDynamicsConfig {
 impl Default for TuneDynamicsConfig {
     fn default() -> Self {
         Self {
-            iterations: 400,
+            iterations: 150,
             frames_per_step: 6,
             learning_rate: 2e-4,
             velocity_learning_rate: 2e-3,
