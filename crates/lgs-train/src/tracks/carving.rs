@@ -38,6 +38,11 @@ impl Votes {
         Self { times: silhouettes.iter().map(|s| s.time).collect(), centers, votes, half_side: bounds.half_side }
     }
 
+    /// Whether any silhouette is near enough in time to a moment, `span` being that of the whole.
+    pub(super) fn reach(silhouettes: &[Silhouette], moment: f32, span: f32) -> bool {
+        silhouettes.iter().any(|silhouette| (silhouette.time - moment).abs() < REACH * span)
+    }
+
     /// For every moment the voxels with the most votes, with the share of the votes they got.
     fn candidates(&self, moments: &[f32]) -> Vec<Vec<(usize, f32)>> {
         let reach = REACH * (moments[moments.len() - 1] - moments[0]).max(1e-6);

@@ -76,7 +76,8 @@ pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> 
     if last <= first {
         return tracks;
     }
-    let moments: Vec<f32> = (0..MOMENTS).map(|i| first + (last - first) * i as f32 / (MOMENTS - 1) as f32).collect();
+    let evenly = (0..MOMENTS).map(|i| first + (last - first) * i as f32 / (MOMENTS - 1) as f32);
+    let moments: Vec<f32> = evenly.filter(|&moment| Votes::reach(&silhouettes, moment, last - first)).collect();
     while tracks.len() < MOST {
         let coarse = Votes::new(&silhouettes, bounds).path(&moments);
         let start = Curve::through(&moments, &coarse).map(|curve| curve.refined(&silhouettes, FIRST_RADIUS * bounds.half_side));
