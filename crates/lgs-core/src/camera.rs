@@ -82,6 +82,14 @@ impl Camera {
         Self { width, height, fx: self.fx * sx, fy: self.fy * sy, cx: self.cx * sx, cy: self.cy * sy, ..*self }
     }
 
+    /// The view of [`crate::Image::reduced`].
+    #[must_use]
+    pub fn reduced(&self, factor: u32) -> Self {
+        let by = factor as f32;
+        let (width, height) = (self.width / factor, self.height / factor);
+        Self { width, height, fx: self.fx / by, fy: self.fy / by, cx: self.cx / by, cy: self.cy / by, ..*self }
+    }
+
     /// Number of pixels.
     #[must_use]
     pub fn pixels(&self) -> usize {

@@ -18,6 +18,20 @@ impl Image {
         Self { width, height, pixels: vec![rgb; width as usize * height as usize] }
     }
 
+    /// Means of blocks of `factor`² pixels; rows and columns that fill no block are left out. [`crate::Camera::reduced`] fits to it.
+    #[must_use]
+    pub fn reduced(&self, factor: u32) -> Self {
+        let side = factor as usize;
+        let (width, height) = (self.width / factor, self.height / factor);
+        let part = 1.0 / (side * side) as f32;
+        let mean = |i: usize| {
+            let (x, y) = (side * (i % width as usize), side * (i / width as usize));
+            let rows = (y..y + side).map(|row| &self.pixels[row * self.width as usize + x..][..side]);
+            rows.flatten().fold([0.0; 3], |sum: [f32; 3], p| std::array::from_fn(|c| sum[c] + part * p[c]))
+        };
+        Self { width, height, pixels: (0..width as usize * height as usize).map(mean).collect() }
+    }
+
     /// Bytes of an 8-bit RGB image, rounded to nearest and clamped.
     #[must_use]
     pub fn to_rgb8(&self) -> Vec<u8> {
@@ -29,5 +43,23 @@ impl Image {
     pub fn quantized(&self) -> Self {
         let pixels = self.pixels.iter().map(|p| p.map(|v| ((v.clamp(0.0, 1.0) * 255.0 + 0.5).floor()) / 255.0)).collect();
         Self { pixels, ..*self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Camera;
+
+    #[test]
+    fn a_reduced_image_holds_means_and_its_camera_sees_them_in_place() {
+        let pixels = (0..15).map(|i| [i as f32, 1.0, 0.0]).collect();
+        let small = Image { width: 5, height: 3, pixels }.reduced(2);
+        assert_eq!((small.width, small.height), (2, 1));
+        assert_eq!(small.pixels, [[3.0, 1.0, 0.0], [5.0, 1.0, 0.0]]);
+        let camera = Camera::look_at([3.0, 0.0, 1.0], [0.0; 3], 0.8, 101, 67);
+        let (pixel, _) = camera.pixel_from_world([0.2, 0.3, 0.1]);
+        let (reduced, _) = camera.reduced(2).pixel_from_world([0.2, 0.3, 0.1]);
+        assert!((0..2).all(|i| (2.0 * reduced[i] - pixel[i]).abs() < 1e-3), "{pixel:?} {reduced:?}");
     }
 }

@@ -20,6 +20,8 @@ mod official;
 pub mod pose;
 pub mod reference;
 pub mod tensor;
+#[cfg(test)]
+mod testing;
 mod time_part;
 
 pub use config::{DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode};

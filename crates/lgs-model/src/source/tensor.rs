@@ -131,57 +131,20 @@ pub fn deform(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: D
 mod tests {
     use super::super::network::Deformation;
     use super::super::reference::{self, ReferenceInput};
+    use super::super::testing::{FRAME, compare_twins, gaussians, weights};
     use super::super::{HeadInit, MotionHead};
     use super::*;
-    use burn::tensor::Device;
-    use lgs_core::testing::{assert_gradient_close, assert_values_close};
-
-    type Gaussians = (Vec<[f32; 3]>, Vec<[f32; 4]>);
-
-    fn gaussians(n: usize) -> Gaussians {
-        let wave = |i: usize, f: f32| (i as f32 * f).sin();
-        let means = (0..n).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23) * 0.5]);
-        let rotations = (0..n).map(|i| [1.0 + wave(i, 0.5), wave(i, 0.7), wave(i, 1.1), wave(i, 0.2)]);
-        (means.collect(), rotations.collect())
-    }
-
-    fn weights(n: usize) -> Vec<f32> {
-        (0..n * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect()
-    }
 
     fn compare(config: &DeformationConfig, n: usize) {
-        let frame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
-        let net = Deformation::init(config.clone(), frame, 5);
-        let device = Device::flex().autodiff();
-        let (means, rotations) = gaussians(n);
-        let leaf = |values: &[f32], width: usize| {
-            Tensor::<2>::from_data(TensorData::new(values.to_vec(), [values.len() / width, width]), &device).require_grad()
-        };
-        let run = |fused: bool| {
-            let params = Tensor::<1>::from_floats(net.params.as_slice(), &device).require_grad();
-            let (means, rotations) = (leaf(means.as_flattened(), 3), leaf(rotations.as_flattened(), 4));
-            let time = 0.4;
-            let leaves = (params.clone(), means.clone(), rotations.clone());
-            let out = if fused {
-                deform(params, means, rotations, DeformSpec { config: config.clone(), frame, time })
-            } else {
-                reference::deform(ReferenceInput { config, frame, params, means, rotations, time })
-            };
-            let weights = Tensor::<2>::from_data(TensorData::new(weights(n), [n, DELTAS]), &device);
-            let g = (out.clone() * weights).sum().backward();
-            let values = |t: TensorData| t.try_to_vec::<f32>().expect("f32");
-            [
-                values(out.into_data()),
-                values(leaves.0.grad(&g).expect("params").into_data()),
-                values(leaves.1.grad(&g).expect("means").into_data()),
-                values(leaves.2.grad(&g).expect("rotations").into_data()),
-            ]
-        };
-        let (found, expected) = (run(true), run(false));
-        assert_values_close("poses", &found[0], &expected[0], 1e-5, 1e-5);
-        for (i, name) in ["parameters", "means", "rotations"].into_iter().enumerate() {
-            assert_gradient_close(name, &found[i + 1], &expected[i + 1]);
-        }
+        let net = Deformation::init(config.clone(), FRAME, 5);
+        let time = 0.4;
+        let spec = DeformSpec { config: config.clone(), frame: FRAME, time };
+        compare_twins(
+            &net.params,
+            n,
+            |params, means, rotations| deform(params, means, rotations, spec),
+            |params, means, rotations| reference::deform(ReferenceInput { config, frame: FRAME, params, means, rotations, time }),
+        );
     }
 
     #[test]

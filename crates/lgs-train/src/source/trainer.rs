@@ -141,13 +141,13 @@ impl<'a> SourceTrainer<'a> {
         Ok(StepReport { iteration, loss, psnr, gaussians: self.params.len() })
     }
 
-    /// Camera and image of an iteration, reduced in size early on if so configured and the size divides.
+    /// Camera and image of an iteration, reduced in size early on if so configured.
     fn view(&self, frame: &Frame, iteration: usize) -> (Camera, Image) {
         let image = frame.composited(self.background);
         let factor = self.config.reduction;
-        let divides = image.width.is_multiple_of(factor) && image.height.is_multiple_of(factor);
-        if factor > 1 && iteration < self.config.reduced_before && divides {
-            (frame.camera.resized(image.width / factor, image.height / factor), reduced(&image, factor as usize))
+        let fits = image.width >= factor && image.height >= factor;
+        if factor > 1 && iteration < self.config.reduced_before && fits {
+            (frame.camera.reduced(factor), image.reduced(factor))
         } else {
             (frame.camera, image)
         }
@@ -285,18 +285,6 @@ fn read_graph(file: &TensorFile, n: usize) -> Result<Option<NeighborGraph>, Tens
         return Err(file.field(NAME, &format!("[{n}, k] indices below {n}"), format!("shape {shape:?}")));
     }
     Ok(Some(NeighborGraph { indices: indices.to_vec(), row: shape[1] }))
-}
-
-/// Means of blocks of `factor`² pixels.
-fn reduced(image: &Image, factor: usize) -> Image {
-    let (width, height) = (image.width as usize / factor, image.height as usize / factor);
-    let part = 1.0 / (factor * factor) as f32;
-    let mean = |i: usize| {
-        let (x, y) = (factor * (i % width), factor * (i / width));
-        let rows = (y..y + factor).map(|row| &image.pixels[row * image.width as usize + x..][..factor]);
-        rows.flatten().fold([0.0; 3], |sum: [f32; 3], p| std::array::from_fn(|c| sum[c] + part * p[c]))
-    };
-    Image { width: width as u32, height: height as u32, pixels: (0..width * height).map(mean).collect() }
 }
 
 fn psnr_of(image: &[[f32; 3]], target: &Image) -> f32 {

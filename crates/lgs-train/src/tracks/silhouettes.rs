@@ -46,7 +46,8 @@ pub(super) fn silhouettes(frames: &[Frame], background: [f32; 3]) -> Vec<Silhoue
 }
 
 fn of_camera(frames: &[&Frame], background: [f32; 3]) -> Vec<Silhouette> {
-    let images: Vec<Image> = frames.iter().map(|frame| reduced(&frame.composited(background))).collect();
+    let factor = factor_of(frames[0].camera.width);
+    let images: Vec<Image> = frames.iter().map(|frame| frame.composited(background).reduced(factor)).collect();
     let still = median(&images);
     frames.iter().zip(&images).map(|(frame, image)| silhouette(frame, image, &still)).collect()
 }
@@ -55,35 +56,14 @@ fn silhouette(frame: &Frame, image: &Image, still: &[[f32; 3]]) -> Silhouette {
     let differs = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > DIFFERENCE);
     let (width, height) = (image.width as usize, image.height as usize);
     let inside = closed(image.pixels.iter().zip(still).map(differs).collect(), width, height);
-    let factor = factor_of(frame.camera.width) as f32;
-    let camera = Camera {
-        width: image.width,
-        height: image.height,
-        fx: frame.camera.fx / factor,
-        fy: frame.camera.fy / factor,
-        cx: frame.camera.cx / factor,
-        cy: frame.camera.cy / factor,
-        ..frame.camera
-    };
+    let camera = frame.camera.reduced(factor_of(frame.camera.width));
     let blobs = blobs(&inside, &camera);
     Silhouette { camera, time: frame.time, inside, blobs }
 }
 
-fn factor_of(width: u32) -> usize {
-    (width / WIDTH).max(1) as usize
-}
-
-/// Means of blocks of pixels; rows and columns that fill no block are left out.
-fn reduced(image: &Image) -> Image {
-    let factor = factor_of(image.width);
-    let (width, height) = (image.width as usize / factor, image.height as usize / factor);
-    let part = 1.0 / (factor * factor) as f32;
-    let mean = |i: usize| {
-        let (x, y) = (factor * (i % width), factor * (i / width));
-        let rows = (y..y + factor).map(|row| &image.pixels[row * image.width as usize + x..][..factor]);
-        rows.flatten().fold([0.0; 3], |sum: [f32; 3], p| std::array::from_fn(|c| sum[c] + part * p[c]))
-    };
-    Image { width: width as u32, height: height as u32, pixels: (0..width * height).map(mean).collect() }
+/// How many times an image of a width is reduced.
+fn factor_of(width: u32) -> u32 {
+    (width / WIDTH).max(1)
 }
 
 /// The median image, channel by channel.

@@ -78,22 +78,9 @@ mod tests {
     use super::super::network::{FreeGaveNetworks, HopInput, Learns, carry_kept, carry_vjp};
     use super::super::tensor::{self, HopSpec};
     use super::*;
-    use crate::source::pose::DELTAS;
+    use crate::source::testing::{FRAME, compare_twins, gaussians, weights};
     use crate::source::{DeformationConfig, HeadInit, MotionHead};
-    use burn::tensor::Device;
-    use lgs_core::testing::{assert_gradient_close, assert_values_close};
     use std::sync::Arc;
-
-    fn gaussians(n: usize) -> (Vec<[f32; 3]>, Vec<[f32; 4]>) {
-        let wave = |i: usize, f: f32| (i as f32 * f).sin();
-        let means = (0..n).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23) * 0.5]);
-        let rotations = (0..n).map(|i| [1.0 + wave(i, 0.5), wave(i, 0.7), wave(i, 1.1), wave(i, 0.2)]);
-        (means.collect(), rotations.collect())
-    }
-
-    fn weights(n: usize) -> Vec<f32> {
-        (0..n * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect()
-    }
 
     fn config(head: MotionHead) -> FreeGaveConfig {
         let deformation =
@@ -102,37 +89,14 @@ mod tests {
     }
 
     fn compare(config: &FreeGaveConfig, n: usize, hop: Hop) {
-        let frame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
-        let networks = FreeGaveNetworks::init(config.clone(), frame, 5);
-        let device = Device::flex().autodiff();
-        let (means, rotations) = gaussians(n);
-        let leaf = |values: &[f32], width: usize| {
-            Tensor::<2>::from_data(TensorData::new(values.to_vec(), [values.len() / width, width]), &device).require_grad()
-        };
-        let run = |fused: bool| {
-            let params = Tensor::<1>::from_floats(networks.params.as_slice(), &device).require_grad();
-            let (means, rotations) = (leaf(means.as_flattened(), 3), leaf(rotations.as_flattened(), 4));
-            let leaves = (params.clone(), means.clone(), rotations.clone());
-            let out = if fused {
-                tensor::carry(params, means, rotations, HopSpec { config: Arc::new(config.clone()), frame, hop })
-            } else {
-                carry(CarryInput { config, frame, params, means, rotations, hop })
-            };
-            let weights = Tensor::<2>::from_data(TensorData::new(weights(n), [n, DELTAS]), &device);
-            let g = (out.clone() * weights).sum().backward();
-            let values = |t: TensorData| t.try_to_vec::<f32>().expect("f32");
-            [
-                values(out.into_data()),
-                values(leaves.0.grad(&g).expect("params").into_data()),
-                values(leaves.1.grad(&g).expect("means").into_data()),
-                values(leaves.2.grad(&g).expect("rotations").into_data()),
-            ]
-        };
-        let (found, expected) = (run(true), run(false));
-        assert_values_close("poses", &found[0], &expected[0], 1e-5, 1e-5);
-        for (i, name) in ["parameters", "means", "rotations"].into_iter().enumerate() {
-            assert_gradient_close(name, &found[i + 1], &expected[i + 1]);
-        }
+        let params = FreeGaveNetworks::init(config.clone(), FRAME, 5).params;
+        let spec = HopSpec { config: Arc::new(config.clone()), frame: FRAME, hop };
+        compare_twins(
+            &params,
+            n,
+            |params, means, rotations| tensor::carry(params, means, rotations, spec),
+            |params, means, rotations| carry(CarryInput { config, frame: FRAME, params, means, rotations, hop }),
+        );
     }
 
     #[test]
