@@ -4,7 +4,8 @@
 //! of a, b, a² + b² and ab (the two variances occur only as a sum). Its gradient windows three maps again; the window is its own transpose.
 //!
 //! Bands of rows are streamed in parallel (`photometric_band`), so that images are read once, the gradient is written once, and what lies
-//! between never leaves the cache. Bands overlap by recomputation and depend on the height only; sums are kept per row and added in order.
+//! between never leaves the cache. There is a band for each thread. Bands overlap by recomputation, so that nothing that a row becomes depends
+//! on where its band begins; sums are kept per row and added in order.
 
 use crate::photometric_band::Band;
 use lgs_core::Image;
@@ -13,9 +14,7 @@ use rayon::prelude::*;
 
 /// Weight of the structural term in training.
 pub const DEFAULT_LAMBDA: f32 = 0.2;
-/// Rows of a band: below this the overlap costs more than the parallelism gains, unless there were fewer than two bands.
-const BAND_ROWS: usize = 200;
-/// Fewest rows of a band in any case.
+/// Fewest rows of a band: below this the overlap costs more than the parallelism gains.
 const MIN_BAND_ROWS: usize = 48;
 
 /// The photometric loss of a rendered image.
@@ -132,10 +131,9 @@ impl<'a> Pair<'a> {
         [&self.a[y * self.row..(y + 1) * self.row], &self.b[y * self.row..(y + 1) * self.row]]
     }
 
-    /// Bands of equal heights, an even number of them, so that two threads finish together.
+    /// Bands of equal heights, one per thread, so that threads finish together and few rows are computed twice.
     fn band_rows(&self) -> usize {
-        let bands = (self.height / BAND_ROWS).next_multiple_of(2).max(2);
-        MIN_BAND_ROWS.max(self.height.div_ceil(bands))
+        MIN_BAND_ROWS.max(self.height.div_ceil(rayon::current_num_threads()))
     }
 
     fn sums(&self) -> Sums {

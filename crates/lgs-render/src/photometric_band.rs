@@ -1,6 +1,7 @@
 //! A band of rows of the photometric loss, streamed `STEP` rows at a time through the windows of SSIM.
 //!
-//! Rows of both images enter as cells (`cells`). `RADIUS` rows behind, a, b, a² + b² and ab are windowed along columns and then along rows;
+//! Rows of both images enter as cells (`cells`) of `p = a + b` and `m = a - b`. `RADIUS` rows behind, p, m, p² and m² are windowed along columns
+//! and then along rows;
 //! the means become SSIM and its three slopes, which are windowed along rows at once. Another `RADIUS` rows behind, the slopes are windowed
 //! along columns and become the gradient. A cell keeps its rows of earlier steps side by side, so that columns are read from one place.
 
@@ -33,13 +34,13 @@ pub(crate) struct Band<'a> {
 #[derive(Default)]
 struct Scratch {
     layout: Layout,
-    /// Rows of a and b that enter; the gradient takes the place of a.
+    /// Rows of p and m that enter; the gradient takes the place of p.
     entering: [Row<2>; STEP],
-    /// By cell, rows of a and b of earlier steps.
+    /// By cell, rows of p and m of earlier steps.
     images: Vec<[[Lanes; KEPT]; 2]>,
-    /// Rows of a, b, a² + b² and ab, windowed along columns.
+    /// Rows of p, m, p² and m², windowed along columns.
     means: [Row<4>; STEP],
-    /// A row of the slopes of SSIM by the windowed a, a² + b² and ab.
+    /// A row of the slopes of SSIM, as `ssim` gives them.
     slopes: Row<3>,
     /// Rows of slopes, windowed along rows.
     windowed: [Row<3>; STEP],
@@ -82,11 +83,11 @@ impl WithSimd for Band<'_> {
         let mut sums = vec![[0.0; 2]; self.rows.len()];
         let with_gradient = !self.v.is_empty();
         let behind = if with_gradient { 2 * RADIUS } else { RADIUS };
-        let taps = taps(simd);
+        let taps = taps(simd, 1.0);
         // The rows of a step are `entering..entering + STEP`, possibly above or below the image.
         let mut step = Step { entering: self.rows.start as isize - 2 * STEP as isize };
         while step.entering - (behind as isize) < self.rows.end as isize {
-            self.enter(&mut scratch, &step);
+            self.enter(simd, &mut scratch, &step);
             let fills = step.entering < self.rows.start as isize;
             let next = Step { entering: step.entering + STEP as isize };
             if fills {
@@ -98,7 +99,7 @@ impl WithSimd for Band<'_> {
             if fills || !with_gradient {
                 scratch.images.iter_mut().enumerate().for_each(|(cell, images)| keep(images, &scratch.entering, cell));
             } else {
-                self.gradient(simd, &taps, &mut scratch, &step);
+                self.gradient(simd, &mut scratch, &step);
             }
             step = next;
         }
@@ -139,13 +140,20 @@ impl<'a> Band<'a> {
         [Some(a), Some(b)]
     }
 
-    /// Reads the entering rows.
+    /// Reads the entering rows: the sum and the difference of the images.
     #[inline(always)]
-    fn enter(&self, scratch: &mut Scratch, step: &Step) {
+    fn enter<S: Simd>(&self, simd: S, scratch: &mut Scratch, step: &Step) {
         for (row, entering) in scratch.entering.iter_mut().enumerate() {
             let [a, b] = self.source(step.row(row, 0));
             read_row(&scratch.layout, a, entering, 0);
             read_row(&scratch.layout, b, entering, 1);
+            for cell in entering {
+                for index in 0..BLOCK / S::F32_LANES {
+                    let (a, b) = (cell[0].get(simd, index), cell[1].get(simd, index));
+                    cell[0].set(index, a + b);
+                    cell[1].set(index, a - b);
+                }
+            }
         }
     }
 
@@ -208,10 +216,11 @@ impl<'a> Band<'a> {
 
     /// Windows slopes along columns, and writes the gradient of the rows `2 RADIUS` behind.
     #[inline(always)]
-    fn gradient<S: Simd>(&mut self, simd: S, taps: &Taps<S>, scratch: &mut Scratch, step: &Step) {
+    fn gradient<S: Simd>(&mut self, simd: S, scratch: &mut Scratch, step: &Step) {
         let Scratch { layout, images, windowed: rows, earlier, entering: out, .. } = scratch;
+        let scaled = &taps(simd, 2.0 * self.weights[1]);
         for (cell, (images, earlier)) in images.iter_mut().zip(earlier).enumerate() {
-            let [a, b] = *images;
+            let [p, m] = *images;
             keep(images, out, cell);
             for index in 0..BLOCK / S::F32_LANES {
                 let mut means = [[splat(simd, 0.0); STEP]; 3];
@@ -220,12 +229,12 @@ impl<'a> Band<'a> {
                     for (out, &value) in earlier[plane].iter_mut().zip(&column[STEP..]) {
                         out.set(index, value);
                     }
-                    *means = windowed(taps, &column);
+                    *means = windowed(scaled, &column);
                 }
                 for (row, out) in out.iter_mut().enumerate() {
-                    let pixels = [a[row].get(simd, index), b[row].get(simd, index)];
+                    let pixels = [p[row].get(simd, index), m[row].get(simd, index)];
                     let means = [means[0][row], means[1][row], means[2][row]];
-                    out[cell][0].set(index, slope(simd, pixels, means, self.weights));
+                    out[cell][0].set(index, slope(simd, pixels, means, self.weights[0]));
                 }
             }
         }
@@ -239,24 +248,24 @@ impl<'a> Band<'a> {
     }
 }
 
-/// Windows images, their squares and their product along columns: the rows `RADIUS` behind.
+/// Windows p, m and their squares along columns: the rows `RADIUS` behind.
 #[inline(always)]
 fn means<S: Simd>(simd: S, taps: &Taps<S>, scratch: &mut Scratch) {
     let Scratch { entering, images, means, .. } = scratch;
-    for (cell, [a, b]) in images.iter().enumerate() {
+    for (cell, [p, m]) in images.iter().enumerate() {
         for index in 0..BLOCK / S::F32_LANES {
-            let (mut x, mut y) = (column(simd, a, entering, cell, 0, index), column(simd, b, entering, cell, 1, index));
-            let (mean_a, mean_b) = (windowed(taps, &x), windowed(taps, &y));
+            let (mut x, mut y) = (column(simd, p, entering, cell, 0, index), column(simd, m, entering, cell, 1, index));
+            let (mean_p, mean_m) = (windowed(taps, &x), windowed(taps, &y));
             for i in 0..SPAN {
-                (x[i], y[i]) = (x[i].mul_add(x[i], y[i] * y[i]), x[i] * y[i]);
+                (x[i], y[i]) = (x[i] * x[i], y[i] * y[i]);
             }
-            let (squares, products) = (windowed(taps, &x), windowed(taps, &y));
+            let (squares_p, squares_m) = (windowed(taps, &x), windowed(taps, &y));
             for (row, means) in means.iter_mut().enumerate() {
                 let means = &mut means[RADIUS + cell];
-                means[0].set(index, mean_a[row]);
-                means[1].set(index, mean_b[row]);
-                means[2].set(index, squares[row]);
-                means[3].set(index, products[row]);
+                means[0].set(index, mean_p[row]);
+                means[1].set(index, mean_m[row]);
+                means[2].set(index, squares_p[row]);
+                means[3].set(index, squares_m[row]);
             }
         }
     }

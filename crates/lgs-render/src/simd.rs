@@ -54,6 +54,12 @@ impl<S: Simd> V<S> {
         Self { value: self.simd.mul_add_f32s(self.value, b.value, c.value), ..self }
     }
 
+    /// `c - self · b`.
+    #[inline(always)]
+    pub(crate) fn negate_mul_add(self, b: Self, c: Self) -> Self {
+        Self { value: self.simd.negate_mul_add_f32s(self.value, b.value, c.value), ..self }
+    }
+
     #[inline(always)]
     pub(crate) fn sqrt(self) -> Self {
         Self { value: self.simd.sqrt_f32s(self.value), ..self }

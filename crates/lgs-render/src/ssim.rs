@@ -1,14 +1,18 @@
-//! SSIM and its slopes from windowed means, and the windows along rows of cells around them.
+//! SSIM and its slopes from windowed means.
+//!
+//! Of the sum `p = a + b` and the difference `m = a - b`: with means P and M, and variances about them,
+//! `2 μa μb = (P² - M²) / 2`, `μa² + μb² = (P² + M²) / 2`, and the same for the variances. The halves cancel in SSIM.
 
 use crate::cells::Row;
 use crate::simd::{BLOCK, Lanes, V, reciprocal, splat};
 use crate::window::{RADIUS, SPAN, STEP, Taps, windowed};
 use pulp::Simd;
 
-/// `(0.01 L)²` for a dynamic range of 1.
-const C1: f32 = 1e-4;
-/// `(0.03 L)²` for a dynamic range of 1.
-const C2: f32 = 9e-4;
+/// `2 (0.01 L)²` for a dynamic range of 1.
+const C1: f32 = 2e-4;
+/// `2 (0.03 L)²` for a dynamic range of 1.
+const C2: f32 = 1.8e-3;
+
 /// The window along a row around `STEP` cells.
 #[inline(always)]
 fn along<S: Simd, const PLANES: usize>(
@@ -54,11 +58,11 @@ pub(crate) fn compare_cells<S: Simd>(
     let reach = means[first..].first_chunk().expect("margins");
     let slopes: &mut [_; STEP] = slopes[RADIUS + first..].first_chunk_mut().expect("margins");
     for index in 0..BLOCK / S::F32_LANES {
-        let (a, b) = (along(simd, taps, reach, 0, index), along(simd, taps, reach, 1, index));
-        let (squares, products) = (along(simd, taps, reach, 2, index), along(simd, taps, reach, 3, index));
+        let (p, m) = (along(simd, taps, reach, 0, index), along(simd, taps, reach, 1, index));
+        let (squares_p, squares_m) = (along(simd, taps, reach, 2, index), along(simd, taps, reach, 3, index));
         let mut total = ssim.get(simd, index);
         for (i, (slopes, inside)) in slopes.iter_mut().zip(&inside[first..]).enumerate() {
-            let (s, by) = compare([a[i], b[i], squares[i], products[i]], inside.get(simd, index));
+            let (s, by) = compare([p[i], m[i], squares_p[i], squares_m[i]], inside.get(simd, index));
             total = total + s;
             slopes[0].set(index, by[0]);
             slopes[1].set(index, by[1]);
@@ -68,29 +72,27 @@ pub(crate) fn compare_cells<S: Simd>(
     }
 }
 
-/// SSIM from the windowed means of a, b, a² + b², ab, and its slopes by those of a, a² + b² and ab; zero where `inside` is.
+/// SSIM from the windowed means of p, m, p² and m², and half of its slopes by those of p (with that of m), of p², and, negated, of m²; zero
+/// where `inside` is.
 #[inline(always)]
-fn compare<S: Simd>([a, b, squares, products]: [V<S>; 4], inside: V<S>) -> (V<S>, [V<S>; 3]) {
-    let (two, c1, c2) = (a.of(2.0), a.of(C1), a.of(C2));
-    let (aa_bb, ab) = (a.mul_add(a, b * b), a * b);
-    let (n1, n2) = (two.mul_add(ab, c1), two.mul_add(products - ab, c2));
-    let (d1, d2) = (aa_bb + c1, squares - aa_bb + c2);
-    // A factor of all that follows.
-    let inverse = V { simd: a.simd, value: reciprocal(a.simd, (d1 * d2).value) } * inside;
+fn compare<S: Simd>([p, m, squares_p, squares_m]: [V<S>; 4], inside: V<S>) -> (V<S>, [V<S>; 3]) {
+    let p_c = p.mul_add(p, p.of(C1));
+    let (n1, d1) = (m.negate_mul_add(m, p_c), m.mul_add(m, p_c));
+    let (q, r) = (p.negate_mul_add(p, squares_p + p.of(C2)), m.negate_mul_add(m, squares_m));
+    let (n2, d2) = (q - r, q + r);
+    let inverse = V { simd: p.simd, value: reciprocal(p.simd, (d1 * d2).value) } * inside;
     let s = n1 * n2 * inverse;
-    // s / d1 and s / d2 without two more divisions.
-    let by_both = s * inverse;
-    let (by_d1, by_d2) = (by_both * d2, by_both * d1);
-    let by_mean = b.mul_add(inverse * (n2 - n1), a * (by_d2 - by_d1));
-    (s, [by_mean + by_mean, -by_d2, (n1 + n1) * inverse])
+    let (u1, v1) = (s.negate_mul_add(d1, n1), s.mul_add(d1, n1));
+    let (u2, v2) = (s.negate_mul_add(d2, n2), s.mul_add(d2, n2));
+    let by_mean = m.mul_add(v1 - v2, p * (u2 - u1));
+    (s, [by_mean * inverse, u1 * inverse, v1 * inverse])
 }
 
-/// The gradient from the windowed slopes.
+/// The gradient from the slopes, windowed with twice the weight of SSIM.
 #[inline(always)]
-pub(crate) fn slope<S: Simd>(simd: S, [a, b]: [V<S>; 2], [mean, square, product]: [V<S>; 3], weights: [f32; 2]) -> V<S> {
-    let (absolute, zero) = (splat(simd, weights[0]), splat(simd, 0.0));
-    let above = absolute.where_set(simd.greater_than_f32s(a.value, b.value), zero);
-    let sign = (-absolute).where_set(simd.less_than_f32s(a.value, b.value), above);
-    let structure = (a + a).mul_add(square, b.mul_add(product, mean));
-    splat(simd, weights[1]).mul_add(structure, sign)
+pub(crate) fn slope<S: Simd>(simd: S, [p, m]: [V<S>; 2], [mean, by_sum, by_difference]: [V<S>; 3], weight_absolute: f32) -> V<S> {
+    let (absolute, zero) = (splat(simd, weight_absolute), splat(simd, 0.0));
+    let above = absolute.where_set(simd.greater_than_f32s(m.value, zero.value), zero);
+    let sign = (-absolute).where_set(simd.less_than_f32s(m.value, zero.value), above);
+    m.negate_mul_add(by_difference, p.mul_add(by_sum, mean)) + sign
 }

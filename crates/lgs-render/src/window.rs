@@ -25,33 +25,32 @@ pub(crate) fn weights() -> [f32; SIZE] {
 /// The window as vectors, from its edge to its centre; the other half is the same.
 pub(crate) type Taps<S> = [V<S>; RADIUS + 1];
 
+/// The window times a factor.
 #[inline(always)]
-pub(crate) fn taps<S: Simd>(simd: S) -> Taps<S> {
+pub(crate) fn taps<S: Simd>(simd: S, scale: f32) -> Taps<S> {
     let mut out = [splat(simd, 0.0); RADIUS + 1];
     for (out, weight) in out.iter_mut().zip(weights()) {
-        *out = splat(simd, weight);
+        *out = splat(simd, scale * weight);
     }
     out
 }
 
-/// Adds inputs, by number, to the sums they belong to. Written out, because the compiler keeps sums in registers only where every index is a
-/// constant.
-macro_rules! add_inputs {
-    ($taps:ident, $inputs:ident, $out:ident: $($input:literal to $($sum:literal)+;)+) => {$($(
-        $out[$sum] = $taps[RADIUS - ($input - $sum - RADIUS as isize).unsigned_abs()].mul_add($inputs[$input], $out[$sum]);
-    )+)+};
+/// Adds a tap's products to all sums, tap by tap, so that no sum waits for another. Written out, because the compiler keeps sums in registers only
+/// where every index is a constant.
+macro_rules! add_taps {
+    ($taps:ident, $inputs:ident, $out:ident: $($tap:literal)+) => {$(
+        add_taps!(@ $taps, $inputs, $out, $tap: 0 1 2 3 4 5 6 7);
+    )+};
+    (@ $taps:ident, $inputs:ident, $out:ident, $tap:literal: $($sum:literal)+) => {$(
+        $out[$sum] = $taps[RADIUS - ($tap - RADIUS as isize).unsigned_abs()].mul_add($inputs[$tap + $sum], $out[$sum]);
+    )+};
 }
 
-/// The window around each of the middle `STEP` inputs. Input by input, so that one is loaded once for all of its sums.
+/// The window around each of the middle `STEP` inputs.
 #[inline(always)]
-#[rustfmt::skip]
 pub(crate) fn windowed<S: Simd>(taps: &Taps<S>, inputs: &[V<S>; SPAN]) -> [V<S>; STEP] {
     let mut out = [splat(taps[0].simd, 0.0); STEP];
-    add_inputs!(taps, inputs, out:
-        0 to 0; 1 to 0 1; 2 to 0 1 2; 3 to 0 1 2 3; 4 to 0 1 2 3 4; 5 to 0 1 2 3 4 5; 6 to 0 1 2 3 4 5 6;
-        7 to 0 1 2 3 4 5 6 7; 8 to 0 1 2 3 4 5 6 7; 9 to 0 1 2 3 4 5 6 7; 10 to 0 1 2 3 4 5 6 7;
-        11 to 1 2 3 4 5 6 7; 12 to 2 3 4 5 6 7; 13 to 3 4 5 6 7; 14 to 4 5 6 7; 15 to 5 6 7; 16 to 6 7; 17 to 7;
-    );
+    add_taps!(taps, inputs, out: 0 1 2 3 4 5 6 7 8 9 10);
     out
 }
 
@@ -67,7 +66,7 @@ mod tests {
 
         fn with_simd<S: Simd>(self, simd: S) -> [f32; STEP] {
             let inputs = self.0.map(|value| splat(simd, value));
-            windowed(&taps(simd), &inputs).map(|mean| simd.reduce_sum_f32s(mean.value) / S::F32_LANES as f32)
+            windowed(&taps(simd, 1.0), &inputs).map(|mean| simd.reduce_sum_f32s(mean.value) / S::F32_LANES as f32)
         }
     }
 

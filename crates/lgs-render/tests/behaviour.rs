@@ -234,3 +234,21 @@ fn evaluated_pairs_are_a_part_of_those_of_the_tiles() {
     let drawn = draw(&wide, &camera(37, 21));
     assert_eq!((drawn.evaluated_pairs(), drawn.listed_pairs()), (37 * 21, 37 * 21));
 }
+
+#[test]
+fn the_photometric_loss_and_its_gradient_have_the_same_bits_with_any_number_of_threads() {
+    let (width, height) = (37, 331);
+    let image = |phase: usize| -> Vec<[f32; 3]> {
+        (0..width * height).map(|i| [0, 1, 2].map(|c| ((i * 31 + i / width + 7 * c + phase * i) % 97) as f32 / 97.0)).collect()
+    };
+    let (rendered, target) = (image(0), image(5));
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let (loss, gradient) = pool.install(|| photometric_vjp(&rendered, &target, width, height, 0.2));
+        (loss.to_bits(), gradient.as_flattened().iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+    };
+    let one = run(1);
+    for threads in [2, 3, 5, 16] {
+        assert_eq!(run(threads), one, "{threads} threads");
+    }
+}
