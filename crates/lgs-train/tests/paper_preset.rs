@@ -56,7 +56,6 @@ fn the_source_is_the_references() {
     let rates = &source.learning_rates;
     assert_eq!((rates.position_start, rates.position_end, rates.position_steps), (8e-4, 8e-6, 30_000), "§2.6");
     assert_eq!((rates.sh, rates.sh_rest, rates.opacity, rates.scale, rates.rotation), (2.5e-3, 1.25e-4, 0.05, 5e-3, 1e-3), "§2.6");
-    assert_eq!(rates.settled, 1.0, "constant, §2.6");
     assert_eq!((rates.deformation_start, rates.deformation_end, rates.deformation_steps), (8e-4, 1.6e-6, 40_000), "§2.6");
     let densify = &source.densify;
     assert_eq!((densify.after, densify.before, densify.interval, densify.gradient_threshold), (500, 15_000, 100, 2e-4), "§2.7");

@@ -45,9 +45,6 @@ pub struct LearningRates {
     pub scale: f64,
     /// Quaternions (paper: 1e-3).
     pub rotation: f64,
-    /// What the five rates above are multiplied by at the end (paper: 1); they fall to it log-linearly once densification is over. One image
-    /// a step makes constant rates leave every Gaussian with the noise of the images seen last.
-    pub settled: f64,
     /// Deformation network at the start (paper: 8e-4).
     pub deformation_start: f64,
     /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are full steps in every weight,
@@ -261,7 +258,6 @@ impl SourceConfig {
             ("learning_rates.position_end", rates.position_end),
             ("learning_rates.deformation_start", rates.deformation_start),
             ("learning_rates.deformation_end", rates.deformation_end),
-            ("learning_rates.settled", rates.settled),
             ("rigidity.let_go", f64::from(self.rigidity.let_go)),
         ];
         let not_negative = [

@@ -116,17 +116,16 @@ impl SourceParams {
     pub(super) fn step(&mut self, leaves: &Leaves, gradients: &mut burn::tensor::Gradients, skip: Skip, rates: &Rates<'_>) {
         let Rates { config, iteration } = *rates;
         let rates = &config.learning_rates;
-        let settling = config.settling(iteration);
         if !skip.gaussians {
             self.means.step(config.position_rate(iteration), leaves.means.grad_remove(gradients));
-            self.rotations.step(settling * rates.rotation, leaves.rotations.grad_remove(gradients));
-            self.log_scales.step(settling * rates.scale, leaves.log_scales.grad_remove(gradients));
+            self.rotations.step(rates.rotation, leaves.rotations.grad_remove(gradients));
+            self.log_scales.step(rates.scale, leaves.log_scales.grad_remove(gradients));
             if !skip.opacity {
-                self.raw_opacities.step(settling * rates.opacity, leaves.raw_opacities.grad_remove(gradients));
+                self.raw_opacities.step(rates.opacity, leaves.raw_opacities.grad_remove(gradients));
             }
-            self.sh_dc.step(settling * rates.sh, leaves.sh_dc.grad_remove(gradients));
+            self.sh_dc.step(rates.sh, leaves.sh_dc.grad_remove(gradients));
             if let (Some(group), Some(leaf)) = (&mut self.sh_rest, &leaves.sh_rest) {
-                group.step(settling * rates.sh_rest, leaf.grad_remove(gradients));
+                group.step(rates.sh_rest, leaf.grad_remove(gradients));
             }
         }
         self.network.step(config.deformation_rate(iteration), leaves.network.grad_remove(gradients));

@@ -31,14 +31,6 @@ impl SourceConfig {
         ramp * log_linear(iteration, rates.deformation_start, rates.deformation_end, over(rates.deformation_steps, self.iterations))
     }
 
-    /// What the rates of colours, opacities, scales and rotations are multiplied by at an iteration: 1 until densification is over, then
-    /// falling to its end value.
-    #[must_use]
-    pub fn settling(&self, iteration: usize) -> f64 {
-        let from = self.densify.before.min(self.iterations);
-        log_linear(iteration.saturating_sub(from), 1.0, self.learning_rates.settled, self.iterations - from)
-    }
-
     /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.
     #[must_use]
     pub fn active_degree(&self, iteration: usize) -> usize {
@@ -93,19 +85,6 @@ mod tests {
         let ramped = long.deformation_rate(long.warmup_iterations + 9) / long.learning_rates.deformation_start;
         assert!((ramped - 0.1).abs() < 0.01, "{ramped}");
         assert!((quick.position_rate(700) - quick.learning_rates.position_end).abs() < 1e-12);
-    }
-
-    #[test]
-    fn attributes_settle_between_densification_and_the_end() {
-        let quick = SourceConfig::quick();
-        let (from, end) = (quick.densify.before, quick.iterations);
-        assert_eq!([1, from].map(|i| quick.settling(i)), [1.0; 2]);
-        assert!((quick.settling((from + end) / 2) - quick.learning_rates.settled.sqrt()).abs() < 1e-9);
-        assert!((quick.settling(end) - quick.learning_rates.settled).abs() < 1e-12);
-        let paper = SourceConfig::paper();
-        assert_eq!([1, 20_000, 40_000].map(|i| paper.settling(i)), [1.0; 3], "published rates are constant");
-        let short = SourceConfig { iterations: from / 2, ..quick };
-        assert_eq!(short.settling(from / 2), 1.0, "densified to the end");
     }
 
     #[test]

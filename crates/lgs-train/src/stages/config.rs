@@ -156,11 +156,11 @@ impl Default for TuneGaussiansConfig {
         Self {
             stretch: 0.0,
             iterations: 800,
-            means_learning_rate: 1e-3,
-            scales_learning_rate: 1e-2,
-            rotations_learning_rate: 3e-3,
-            opacities_learning_rate: 5e-2,
-            colors_learning_rate: 5e-3,
+            means_learning_rate: 4e-4,
+            scales_learning_rate: 5e-3,
+            rotations_learning_rate: 1e-3,
+            opacities_learning_rate: 3e-2,
+            colors_learning_rate: 2.5e-3,
             refresh_every: 100,
             ssim_weight: 0.2,
         }
@@ -178,7 +178,6 @@ impl TuneGaussiansConfig {
             scales_learning_rate: 5e-4,
             rotations_learning_rate: 1e-4,
             opacities_learning_rate: 5e-3,
-            colors_learning_rate: 2.5e-3,
             ..Self::default()
         }
     }
