@@ -346,7 +346,7 @@ fn shared_motion(
     noise: f64,
     displacement: f64,
 ) -> Option<SharedMotion> {
-    let fit = |kind| SharedMotion::fit(trajectories, weights, kind);
+    let fit = |kind| SharedMotion::fit(trajectories, weights, kind).refined(trajectories, weights);
     match config.shared_motion {
         SharedMotionKind::None => None,
         SharedMotionKind::Rigid => Some(fit(PoseKind::Rigid)),

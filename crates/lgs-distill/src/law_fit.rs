@@ -107,10 +107,8 @@ impl<'a> LawFit<'a> {
         }
     }
 
-    /// The law of a candidate's terms that matches accelerations best, as a start for the rollouts.
-    fn match_accelerations(&self, candidate: &Candidate) -> Law {
-        let terms = &candidate.terms;
-        let equations = if candidate.whole_object { &self.centroid } else { &self.particles };
+    /// The law of some terms that matches accelerations best, as a start for the rollouts.
+    fn match_accelerations(&self, terms: &Terms, equations: &NormalEquations) -> Law {
         let columns = active_columns(terms);
         let n = columns.len();
         let pairs = |a: &[usize], b: &[usize]| a.iter().flat_map(|&i| b.iter().map(move |&j| equations.gram[i][j])).sum::<f64>();
@@ -137,10 +135,34 @@ impl<'a> LawFit<'a> {
         Law::with_unknowns(self.center, terms, &law.unknowns(terms))
     }
 
-    /// Levenberg–Marquardt from the matched accelerations. `None` if nothing finite comes of it or the damping is negative.
+    /// The best of Levenberg–Marquardt from several laws: those that match accelerations of the particles and of their centroid, and none.
+    /// Rollouts of a rigid body have valleys of their own, and no one start leads into the deepest of them every time. `None` if nothing
+    /// finite comes of it or the damping is negative.
     pub(crate) fn fit(&self, candidate: &Candidate) -> Option<FittedLaw> {
-        let mut unknowns = self.match_accelerations(candidate).unknowns(&candidate.terms);
-        unknowns.resize(unknowns.len() + self.start_unknowns(), 0.0);
+        let starts = [
+            self.match_accelerations(&candidate.terms, &self.centroid),
+            self.match_accelerations(&candidate.terms, &self.particles),
+            Law::free(self.center),
+        ];
+        let starts = if candidate.whole_object { &starts[..] } else { &starts[1..2] };
+        let descents = starts.iter().map(|law| {
+            let mut unknowns = law.unknowns(&candidate.terms);
+            unknowns.resize(unknowns.len() + self.start_unknowns(), 0.0);
+            self.descend(candidate, unknowns)
+        });
+        let (unknowns, cost) = descents.reduce(|best, next| if next.1 < best.1 { next } else { best })?;
+        let (law, start) = self.decode(candidate, &unknowns);
+        let error = (cost / (self.points.len() * self.motion.poses.len()) as f64).sqrt();
+        (error.is_finite() && law.damping >= 0.0).then_some(FittedLaw {
+            anchoring: candidate.whole_object.then_some(self.anchoring),
+            law,
+            start,
+            error,
+        })
+    }
+
+    /// Levenberg–Marquardt: the unknowns where it stops, and the sum of squares there.
+    fn descend(&self, candidate: &Candidate, mut unknowns: Vec<f64>) -> (Vec<f64>, f64) {
         let mut residual = self.residual(candidate, &unknowns);
         let mut cost = sum_of_squares(&residual);
         let mut lambda = 1e-4;
@@ -167,14 +189,7 @@ impl<'a> LawFit<'a> {
                 break;
             }
         }
-        let (law, start) = self.decode(candidate, &unknowns);
-        let error = (cost / (self.points.len() * self.motion.poses.len()) as f64).sqrt();
-        (error.is_finite() && law.damping >= 0.0).then_some(FittedLaw {
-            anchoring: candidate.whole_object.then_some(self.anchoring),
-            law,
-            start,
-            error,
-        })
+        (unknowns, cost)
     }
 
     /// Unknowns of the initial state.

@@ -13,6 +13,8 @@ use crate::dense::{M3, V3, add, dot, mat_t_vec, mat_vec, median, nearest_rotatio
 const TURNS: usize = 6;
 /// Weight of a particle whose residual is this many medians is a quarter; beyond, it falls with the fourth power.
 const OUTLIER_MEDIANS: f64 = 3.0;
+/// Residual of a particle at one sample, in medians over the particles, at which its weight there is a quarter.
+const STRAY_MEDIANS: f64 = 1.0;
 /// Ridge of an affine pose towards the rigid one, as a part of the shape's largest variance: thin directions say nothing.
 const AFFINE_RIDGE: f64 = 1e-6;
 
@@ -73,10 +75,7 @@ impl SharedMotion {
     /// Fits poses and shape; `weights` are the particles' own (opacity, size), all 1 if absent.
     pub(crate) fn fit(trajectories: &Trajectories, weights: Option<&[f32]>, kind: PoseKind) -> Self {
         let n = trajectories.len();
-        let own: Vec<f64> = match weights {
-            Some(w) => w.iter().map(|&w| f64::from(w).max(0.0)).collect(),
-            None => vec![1.0; n],
-        };
+        let own = own_weights(weights, n);
         let middle = trajectories.times.len() / 2;
         let mut motion = Self {
             kind,
@@ -87,14 +86,32 @@ impl SharedMotion {
             residual: 0.0,
         };
         for turn in 0..TURNS {
-            motion.center_shape();
             // The first turns are rigid in any case: an affine fit needs a shape that is about right.
             let affine = kind == PoseKind::Affine && turn >= 2;
-            motion.poses = (0..motion.times.len()).map(|s| motion.pose_of(trajectories, s, affine)).collect();
-            motion.update_shape(trajectories);
-            motion.update_weights(trajectories, &own);
+            motion.turn(trajectories, &own, |motion, sample| motion.pose_of(trajectories, sample, &motion.weights, affine));
         }
         motion
+    }
+
+    /// Further turns in which a particle counts less at the samples where it strays. A source model lets parts of an object slip for a
+    /// while, in hidden places and at the ends of the window above all; whole paths tell less of this than moments do.
+    pub(crate) fn refined(mut self, trajectories: &Trajectories, weights: Option<&[f32]>) -> Self {
+        let own = own_weights(weights, trajectories.len());
+        let affine = self.kind == PoseKind::Affine;
+        for _ in 0..TURNS {
+            self.turn(trajectories, &own, |motion, sample| {
+                motion.pose_of(trajectories, sample, &motion.weights_at(trajectories, sample), affine)
+            });
+        }
+        self
+    }
+
+    /// One turn of poses, shape and weights.
+    fn turn(&mut self, trajectories: &Trajectories, own: &[f64], pose: impl Fn(&Self, usize) -> Pose) {
+        self.center_shape();
+        self.poses = (0..self.times.len()).map(|sample| pose(self, sample)).collect();
+        self.update_shape(trajectories);
+        self.update_weights(trajectories, own);
     }
 
     /// Moves the weighted centroid of the shape to the origin.
@@ -104,40 +121,33 @@ impl SharedMotion {
     }
 
     /// The pose that carries the shape onto a sample.
-    fn pose_of(&self, trajectories: &Trajectories, sample: usize, affine: bool) -> Pose {
-        let mut shift = [0.0; 3];
-        for (j, &w) in self.weights.iter().enumerate() {
-            shift = add(shift, scale(trajectories.at(sample, j), w));
-        }
+    fn pose_of(&self, trajectories: &Trajectories, sample: usize, weights: &[f64], affine: bool) -> Pose {
+        let mean = |row: &dyn Fn(usize) -> V3| weights.iter().enumerate().fold([0.0; 3], |sum, (j, &w)| add(sum, scale(row(j), w)));
+        let (seen, shape) = (mean(&|j| trajectories.at(sample, j)), mean(&|j| self.shape[j]));
         let mut moment = [[0.0; 3]; 3];
-        for (j, (b, &w)) in self.shape.iter().zip(&self.weights).enumerate() {
-            let x = sub(trajectories.at(sample, j), shift);
-            for (row, x) in moment.iter_mut().zip(x) {
-                for (entry, b) in row.iter_mut().zip(b) {
-                    *entry += w * x * b;
+        let mut covariance = [[0.0; 3]; 3];
+        for (j, (b, &w)) in self.shape.iter().zip(weights).enumerate() {
+            let (x, b) = (sub(trajectories.at(sample, j), seen), sub(*b, shape));
+            for i in 0..3 {
+                for k in 0..3 {
+                    moment[i][k] += w * x[i] * b[k];
+                    covariance[i][k] += w * b[i] * b[k];
                 }
             }
         }
         let rotation = nearest_rotation(&moment);
-        Pose { linear: if affine { self.affine_from(&moment, &rotation) } else { rotation }, shift }
+        let linear = if affine { affine_from(&moment, covariance, &rotation) } else { rotation };
+        Pose { linear, shift: sub(seen, mat_vec(&linear, shape)) }
     }
 
-    /// Least squares `linear` of `moment = linear · covariance`, drawn to the rotation where the shape is thin.
-    fn affine_from(&self, moment: &M3, rotation: &M3) -> M3 {
-        let mut covariance = self.covariance();
-        let ridge = AFFINE_RIDGE * (covariance[0][0] + covariance[1][1] + covariance[2][2]) + 1e-300;
-        let mut rhs = [0.0; 9];
-        for i in 0..3 {
-            covariance[i][i] += ridge;
-            for k in 0..3 {
-                rhs[3 * k + i] = moment[i][k] + ridge * rotation[i][k];
-            }
-        }
-        let mut gram: Vec<f64> = covariance.concat();
-        if !solve_positive(&mut gram, &mut rhs, 3, 3) {
-            return *rotation;
-        }
-        std::array::from_fn(|i| std::array::from_fn(|k| rhs[3 * k + i]))
+    /// Weights of the particles at one sample: the less, the farther one is from where the sample's pose has it.
+    fn weights_at(&self, trajectories: &Trajectories, sample: usize) -> Vec<f64> {
+        let pose = &self.poses[sample];
+        let squared: Vec<f64> =
+            (self.shape.iter().enumerate()).map(|(j, &b)| norm2(sub(trajectories.at(sample, j), pose.apply(b)))).collect();
+        let typical = median(squared.clone()).max(1e-24);
+        let factor = |r: f64| (1.0 + r / (STRAY_MEDIANS * STRAY_MEDIANS * typical)).powi(-2);
+        normalised(&self.weights.iter().zip(&squared).map(|(&w, &r)| w * factor(r)).collect::<Vec<_>>())
     }
 
     /// Weighted covariance of the shape.
@@ -240,6 +250,28 @@ impl SmoothPose {
     }
 }
 
+/// Least squares `linear` of `moment = linear · covariance`, drawn to the rotation where the shape is thin.
+fn affine_from(moment: &M3, mut covariance: M3, rotation: &M3) -> M3 {
+    let ridge = AFFINE_RIDGE * (covariance[0][0] + covariance[1][1] + covariance[2][2]) + 1e-300;
+    let mut rhs = [0.0; 9];
+    for i in 0..3 {
+        covariance[i][i] += ridge;
+        for k in 0..3 {
+            rhs[3 * k + i] = moment[i][k] + ridge * rotation[i][k];
+        }
+    }
+    let mut gram: Vec<f64> = covariance.concat();
+    if !solve_positive(&mut gram, &mut rhs, 3, 3) {
+        return *rotation;
+    }
+    std::array::from_fn(|i| std::array::from_fn(|k| rhs[3 * k + i]))
+}
+
+/// The particles' own weights, all 1 if absent.
+fn own_weights(weights: Option<&[f32]>, particles: usize) -> Vec<f64> {
+    weights.map_or_else(|| vec![1.0; particles], |weights| weights.iter().map(|&w| f64::from(w).max(0.0)).collect())
+}
+
 /// Weights with sum 1; equal ones if they have none.
 fn normalised(weights: &[f64]) -> Vec<f64> {
     let sum: f64 = weights.iter().sum();
@@ -288,6 +320,25 @@ mod tests {
         let pose = smooth.at(0.3, Order::Value);
         let spin = angular_velocity(&pose.linear, &smooth.at(0.3, Order::First).linear);
         assert!((spin[0] - 2.0).abs() < 0.05 && (spin[2] + 1.0).abs() < 0.05, "{spin:?}");
+    }
+
+    #[test]
+    fn a_part_that_slips_for_a_while_does_not_pull_then() {
+        let truth = tumbling(0.0);
+        let mut slipping = truth.clone();
+        for (s, row) in slipping.positions.iter_mut().enumerate().skip(60) {
+            for (particle, now) in row.iter_mut().take(120).zip(&truth.positions[s - 6]) {
+                *particle = *now;
+            }
+        }
+        let error = |motion: &SharedMotion| {
+            let ends = (60..76).flat_map(|s| (150..300).map(move |j| (s, j)));
+            let sum: f64 = ends.map(|(s, j)| norm2(sub(motion.poses[s].apply(motion.shape[j]), truth.at(s, j)))).sum();
+            (sum / (16.0 * 150.0)).sqrt()
+        };
+        let plain = SharedMotion::fit(&slipping, None, PoseKind::Rigid);
+        let refined = plain.clone().refined(&slipping, None);
+        assert!(error(&refined) < 0.2 * error(&plain), "{} {}", error(&refined), error(&plain));
     }
 
     #[test]

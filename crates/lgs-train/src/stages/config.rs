@@ -130,8 +130,7 @@ impl TuneDynamicsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneGaussiansConfig {
-    /// The iterations are multiplied by this (paper: 1); 0: by the images' pixels over 160², between 1 and 9. The motion is settled here, so
-    /// what is left to learn are outlines and surfaces, and a larger image shows these by its pixels.
+    /// The iterations are multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, as the source's are.
     pub stretch: f32,
     /// Optimiser steps (G33: 10 000); 0 skips the stage.
     pub iterations: usize,
@@ -155,8 +154,8 @@ impl Default for TuneGaussiansConfig {
     fn default() -> Self {
         Self {
             stretch: 0.0,
-            iterations: 800,
-            means_learning_rate: 4e-4,
+            iterations: 2000,
+            means_learning_rate: 1e-4,
             scales_learning_rate: 5e-3,
             rotations_learning_rate: 1e-3,
             opacities_learning_rate: 3e-2,
@@ -185,9 +184,7 @@ impl TuneGaussiansConfig {
     /// The configuration for images of a width, with the iterations multiplied out.
     #[must_use]
     pub fn stretched(&self, width: u32) -> Self {
-        let by_width = stretch_factor(self.stretch, width);
-        let factor = if self.stretch > 0.0 { by_width } else { by_width * by_width };
-        let iterations = (self.iterations as f64 * factor).round() as usize;
+        let iterations = (self.iterations as f64 * stretch_factor(self.stretch, width)).round() as usize;
         Self { stretch: 1.0, iterations, ..self.clone() }
     }
 
@@ -212,13 +209,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn refinement_is_as_long_as_images_have_pixels_unless_told_otherwise() {
+    fn refinement_is_as_long_as_images_are_wide_unless_told_otherwise() {
         let quick = TuneGaussiansConfig::default();
         let at = |config: &TuneGaussiansConfig, width| config.stretched(width).iterations;
-        assert_eq!([100, 160, 400, 4000].map(|width| at(&quick, width)), [800, 800, 5000, 7200]);
+        assert_eq!([100, 160, 400, 4000].map(|width| at(&quick, width)), [2000, 2000, 5000, 6000]);
         let given = TuneGaussiansConfig { stretch: 2.0, ..quick };
-        assert_eq!(at(&given, 400), 1600);
+        assert_eq!(at(&given, 400), 4000);
         assert_eq!(at(&TuneGaussiansConfig::paper(), 800), 10_000);
-        assert_eq!(given.stretched(400).stretched(400).iterations, 1600, "once");
+        assert_eq!(given.stretched(400).stretched(400).iterations, 4000, "once");
     }
 }
