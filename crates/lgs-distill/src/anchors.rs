@@ -5,7 +5,8 @@
 
 use crate::chebyshev::Order;
 use crate::dense::{V3, add, mat_t_vec, norm2, solve_positive, sub};
-use crate::shared_motion::{SharedMotion, SmoothPose};
+use crate::pose::SmoothPose;
+use crate::shared_motion::SharedMotion;
 
 /// Particles lighter than this part of the mean weight (outliers, faint ones) are no anchors, unless too few are left.
 const LIGHTEST: f64 = 0.3;
@@ -22,7 +23,7 @@ pub(crate) fn steadiest_point(motion: &SharedMotion, smooth: &SmoothPose) -> V3 
         let entries = pose.entries();
         std::array::from_fn(|i| sum[i] + per * entries[i])
     });
-    let mean = crate::shared_motion::Pose::from_entries(&mean);
+    let mean = crate::pose::Pose::from_entries(&mean);
     let duration = motion.times[motion.times.len() - 1] - motion.times[0];
     let ridge = seconds.len() as f64 * (LEAST_TURN / (duration * duration)).powi(2);
     let (mut gram, mut rhs) = (vec![0.0; 9], [0.0; 3]);

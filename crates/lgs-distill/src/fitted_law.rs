@@ -2,8 +2,9 @@
 
 use crate::dense::{V3, norm2, sub};
 use crate::law::{Law, Terms};
+use crate::pose::{Pose, angular_velocity};
 use crate::rigid_body::{Anchoring, Body};
-use crate::shared_motion::{Pose, SharedMotion, angular_velocity};
+use crate::shared_motion::SharedMotion;
 
 /// Pose and velocity field of a shared motion at its first sample.
 #[derive(Clone, Copy, Debug)]

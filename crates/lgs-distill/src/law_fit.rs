@@ -9,8 +9,9 @@ use crate::chebyshev::Order;
 use crate::dense::{M3, V3, add, cross, mat_mul, rotation_of_vector, scale, solve_positive, sub};
 use crate::fitted_law::{Candidate, FittedLaw, Start};
 use crate::law::{Law, Stiffness, Terms, active_columns, full_design};
+use crate::pose::{PoseKind, SmoothPose, angular_velocity};
 use crate::rigid_body::Anchoring;
-use crate::shared_motion::{PoseKind, SharedMotion, SmoothPose, angular_velocity};
+use crate::shared_motion::SharedMotion;
 
 /// Iterations of Levenberg–Marquardt; it stops by itself long before.
 const ITERATIONS: usize = 40;

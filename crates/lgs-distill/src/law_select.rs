@@ -10,8 +10,9 @@ use crate::dense::{V3, add, norm2, scale, sub};
 use crate::fitted_law::{Candidate, FittedLaw};
 use crate::law::{Stiffness, Terms, fastest_rate, growth_rate};
 use crate::law_fit::LawFit;
+use crate::pose::PoseKind;
 use crate::rigid_body::Anchoring;
-use crate::shared_motion::{PoseKind, SharedMotion};
+use crate::shared_motion::SharedMotion;
 use rayon::prelude::*;
 
 /// A potential that pushes apart may do so by this exponent over the window, and no more: over three windows it would tear apart.

@@ -32,6 +32,7 @@ mod law_select;
 mod law_system;
 mod network_fit;
 mod partition;
+mod pose;
 mod regroup;
 mod report;
 mod rigid_body;

@@ -8,7 +8,8 @@
 use crate::config::{PartitionConfig, PartitionMethod};
 use crate::dense::{V3, add, mat_t_vec, norm2, scale, sub};
 use crate::partition::{Partition, components};
-use crate::shared_motion::{Pose, PoseKind, SharedMotion};
+use crate::pose::{Pose, PoseKind};
+use crate::shared_motion::SharedMotion;
 use crate::{DistillError, Trajectories};
 use rayon::prelude::*;
 

@@ -6,8 +6,9 @@
 //! that sample alone, so nothing is smoothed over time. An affine motion is what a law linear in position and velocity does to a body.
 
 use crate::Trajectories;
-use crate::chebyshev::{Curve, Order};
-use crate::dense::{M3, V3, add, dot, mat_t_vec, mat_vec, median, nearest_rotation, norm2, scale, solve_positive, sub, symmetric_eigen};
+use crate::chebyshev::Curve;
+use crate::dense::{M3, V3, add, mat_t_vec, mat_vec, median, nearest_rotation, norm2, scale, solve_positive, sub, symmetric_eigen};
+use crate::pose::{Pose, PoseKind, SmoothPose};
 
 /// Turns of poses, shape and weights; the shape settles in two or three.
 const TURNS: usize = 6;
@@ -17,42 +18,6 @@ const OUTLIER_MEDIANS: f64 = 3.0;
 const STRAY_MEDIANS: f64 = 1.0;
 /// Ridge of an affine pose towards the rigid one, as a part of the shape's largest variance: thin directions say nothing.
 const AFFINE_RIDGE: f64 = 1e-6;
-
-/// Which poses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum PoseKind {
-    /// Rotation and shift.
-    Rigid,
-    /// Any linear map and shift.
-    Affine,
-}
-
-/// `x_j(t) = linear b_j + shift`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pose {
-    /// World axes from shape axes.
-    pub(crate) linear: M3,
-    /// Where the shape's centroid is.
-    pub(crate) shift: V3,
-}
-
-impl Pose {
-    /// The position of a shape point.
-    #[inline]
-    pub(crate) fn apply(&self, shape: V3) -> V3 {
-        add(mat_vec(&self.linear, shape), self.shift)
-    }
-
-    /// The twelve entries, `linear` row by row and then `shift`.
-    pub(crate) fn entries(&self) -> [f64; 12] {
-        std::array::from_fn(|i| if i < 9 { self.linear[i / 3][i % 3] } else { self.shift[i - 9] })
-    }
-
-    /// The pose of twelve entries.
-    pub(crate) fn from_entries(entries: &[f64]) -> Self {
-        Self { linear: std::array::from_fn(|i| std::array::from_fn(|j| entries[3 * i + j])), shift: [entries[9], entries[10], entries[11]] }
-    }
-}
 
 /// An object's shared motion.
 #[derive(Clone, Debug)]
@@ -237,19 +202,6 @@ impl SharedMotion {
     }
 }
 
-/// A pose as a function of time.
-#[derive(Clone, Debug)]
-pub(crate) struct SmoothPose {
-    curve: Curve,
-}
-
-impl SmoothPose {
-    /// The pose, or its derivative, at a time.
-    pub(crate) fn at(&self, time: f64, order: Order) -> Pose {
-        Pose::from_entries(&self.curve.at(time, order))
-    }
-}
-
 /// Least squares `linear` of `moment = linear · covariance`, drawn to the rotation where the shape is thin.
 fn affine_from(moment: &M3, mut covariance: M3, rotation: &M3) -> M3 {
     let ridge = AFFINE_RIDGE * (covariance[0][0] + covariance[1][1] + covariance[2][2]) + 1e-300;
@@ -278,16 +230,12 @@ fn normalised(weights: &[f64]) -> Vec<f64> {
     if sum > 0.0 && sum.is_finite() { weights.iter().map(|w| w / sum).collect() } else { vec![1.0 / weights.len() as f64; weights.len()] }
 }
 
-/// The rotation vector rate of a rigid velocity field `linear' linearᵀ` (the antisymmetric part).
-pub(crate) fn angular_velocity(linear: &M3, rate: &M3) -> V3 {
-    let spin = |i: usize, j: usize| dot(rate[i], linear[j]);
-    [0.5 * (spin(2, 1) - spin(1, 2)), 0.5 * (spin(0, 2) - spin(2, 0)), 0.5 * (spin(1, 0) - spin(0, 1))]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chebyshev::Order;
     use crate::dense::{narrow, rotation_of_vector};
+    use crate::pose::angular_velocity;
     use crate::testing::{block, noisy};
 
     fn tumbling(noise: f32) -> Trajectories {

@@ -6,7 +6,8 @@
 use crate::Trajectories;
 use crate::chebyshev::{Curve, Order};
 use crate::dense::{V3, add, scale, sub};
-use crate::shared_motion::{SharedMotion, SmoothPose};
+use crate::pose::SmoothPose;
+use crate::shared_motion::SharedMotion;
 use rayon::prelude::*;
 
 /// Paths on the grid from one step before the first sample to one after the last: `[n][T + 2]`.
