@@ -53,6 +53,9 @@ pub struct PartitionConfig {
     /// Objects whose root mean square displacement is below this part of the largest one's are static: a source's surroundings are never
     /// quite still.
     pub negligible_motion: f32,
+    /// Where there are images: objects whose rest would raise the mean squared error of the source's images by less than this part are
+    /// static (G14: 0, none). Plain walls slide along themselves, which no image tells from rest.
+    pub unseen_motion: f32,
     /// Rounds in which particles go to the motion that explains them best; 0 leaves the graph's objects as they are (G14).
     pub regroup_rounds: usize,
     /// Degree of the polynomial that smooths each particle's path before the tests; 0 leaves it as it is.
@@ -71,6 +74,7 @@ impl Default for PartitionConfig {
             displacement_tolerance: 0.25,
             smallest_object: 50,
             negligible_motion: 0.08,
+            unseen_motion: 0.6,
             regroup_rounds: 4,
             smoothing_degree: 6,
         }

@@ -50,5 +50,5 @@ pub use law::{Law, Stiffness, Terms};
 pub use partition::{Partition, partition, typical_displacement};
 pub use regroup::regroup;
 pub use report::{DistillReport, PathKind};
-pub use scene::{SceneConfig, SceneDistillation, distill_scene};
+pub use scene::{SceneConfig, SceneDistillation, distill_objects, distill_scene, find_objects};
 pub use trajectories::Trajectories;

@@ -35,6 +35,15 @@ impl Partition {
         (0..self.object.len()).filter(|&i| self.object[i] == object as i32).collect()
     }
 
+    /// The partition with only the objects that `kept` says, labelled anew in the same order; the particles of the others are static.
+    #[must_use]
+    pub fn with_only(&self, kept: &[bool]) -> Self {
+        let mut next = 0..;
+        let labels: Vec<i32> = kept.iter().map(|&kept| if kept { next.next().unwrap_or(-1) } else { -1 }).collect();
+        let label = |&o: &i32| usize::try_from(o).ok().and_then(|o| labels.get(o).copied()).unwrap_or(-1);
+        Self { object: self.object.iter().map(label).collect(), objects: labels.iter().filter(|&&l| l >= 0).count() }
+    }
+
     /// Number of moving particles.
     #[must_use]
     pub fn moving(&self) -> usize {
@@ -168,10 +177,7 @@ fn without_negligible(partition: &Partition, paths: &[Vec<V3>], part: f32) -> Pa
     }
     let mean_squares: Vec<f64> = sums.iter().map(|&(sum, count)| sum / count.max(1) as f64).collect();
     let limit = f64::from(part).powi(2) * mean_squares.iter().copied().fold(0.0, f64::max);
-    let mut next = 0..;
-    let labels: Vec<i32> = mean_squares.iter().map(|&m| if m < limit { -1 } else { next.next().unwrap_or(-1) }).collect();
-    let object = partition.object.iter().map(|&o| usize::try_from(o).map_or(-1, |o| labels[o])).collect();
-    Partition { object, objects: labels.iter().filter(|&&l| l >= 0).count() }
+    partition.with_only(&mean_squares.iter().map(|&m| m >= limit).collect::<Vec<_>>())
 }
 
 /// Labels by falling size; small components take the label of the nearest particle of a large one.

@@ -37,18 +37,45 @@ pub fn distill_scene(
     seed: u64,
     progress: &mut dyn FnMut(usize, usize, DistillProgress),
 ) -> Result<SceneDistillation, DistillError> {
+    let partition = find_objects(trajectories, weights, &config.partition)?;
+    distill_objects(trajectories, weights, partition, &config.object, seed, progress)
+}
+
+/// The static particles and the objects of a scene, regrouped.
+///
+/// # Errors
+/// If trajectories or weights are malformed.
+pub fn find_objects(trajectories: &Trajectories, weights: Option<&[f32]>, config: &PartitionConfig) -> Result<Partition, DistillError> {
     if let Some(found) = weights.map(<[f32]>::len).filter(|&len| len != trajectories.len()) {
         return Err(DistillError::Length { field: "weights", expected: trajectories.len(), found });
     }
-    let found = partition(trajectories, &config.partition)?;
-    let partition = regroup(trajectories, weights, found, &config.partition)?;
+    regroup(trajectories, weights, partition(trajectories, config)?, config)
+}
+
+/// Distils each object of a partition of the same particles.
+///
+/// # Errors
+/// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
+pub fn distill_objects(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    partition: Partition,
+    config: &DistillConfig,
+    seed: u64,
+    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+) -> Result<SceneDistillation, DistillError> {
+    for (field, found) in [("weights", weights.map(<[f32]>::len)), ("partition", Some(partition.object.len()))] {
+        if let Some(found) = found.filter(|&len| len != trajectories.len()) {
+            return Err(DistillError::Length { field, expected: trajectories.len(), found });
+        }
+    }
     let mut objects = Vec::with_capacity(partition.objects);
     for object in 0..partition.objects {
         let members = partition.members(object);
         let own_weights: Option<Vec<f32>> = weights.map(|w| members.iter().map(|&i| w[i]).collect());
         let own_seed = seed.wrapping_add(object as u64);
         let mut tell = |p| progress(object, partition.objects, p);
-        let distilled = distill(&trajectories.select(&members), own_weights.as_deref(), &config.object, own_seed, &mut tell)?;
+        let distilled = distill(&trajectories.select(&members), own_weights.as_deref(), config, own_seed, &mut tell)?;
         objects.push((members, distilled));
     }
     Ok(SceneDistillation { partition, objects })

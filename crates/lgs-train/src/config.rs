@@ -31,6 +31,7 @@ pub enum Preset {
     /// |---|---|---|---|
     /// | `partition.smoothing_degree` | 6 | 0 (G12, G14) | a source's jitter makes walls move and cuts links of one body |
     /// | `partition.regroup_rounds` | 4 | 0 (G14) | the graph joins a body with what wobbles beside it, and parts it where nothing is seen |
+    /// | `partition.unseen_motion` | 0.6 | 0 (G14) | plain surfaces of a source slide along themselves, which no image tells from rest |
     /// | `partition.negligible_motion` | 0.08 | 0 (G18) | surroundings of a trained source are never quite still |
     /// | `distill.shared_motion` | auto | none (G12) | particles of one body denoise each other |
     /// | `distill.matching.steps` | 3000 | 0 (G31) | every state teaches by itself what rollouts then refine; 0 is the paper's way (Eq. 7 alone) |

@@ -95,6 +95,7 @@ impl Pipeline<'_> {
             time_window: self.time_window(source),
             pixel_size: self.dataset.pixel_size(),
             background: self.dataset.background,
+            frames: self.dataset.split("train"),
             seed: self.config.seed,
         };
         let gaussians = source.len();

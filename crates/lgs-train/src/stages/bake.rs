@@ -1,14 +1,17 @@
 //! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at t = 0.
 
 use lgs_core::GaussianCloud;
+use lgs_data::dataset::Frame;
 use lgs_distill::{
-    DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneConfig, SceneDistillation, Trajectories, distill_scene,
+    DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneDistillation, Trajectories, distill_objects,
+    find_objects,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
 
 use super::config::MotionOptions;
+use super::seen_motion::seen_to_move;
 use crate::TrainError;
 
 /// A distilled scene with the report of every object.
@@ -37,6 +40,8 @@ pub struct BakeRequest<'a> {
     pub pixel_size: f32,
     /// Colour behind the Gaussians.
     pub background: [f32; 3],
+    /// Training frames, which tell what is seen to move; without any, everything that moves counts.
+    pub frames: &'a [Frame],
     /// Seed of the run.
     pub seed: u64,
 }
@@ -59,8 +64,9 @@ pub fn bake(
     let forecast_tolerance = request.distill.forecast_tolerance + RESOLVED * request.pixel_size;
     let whole_object = request.distill.whole_object && request.motion.alignment;
     let object = DistillConfig { forecast_tolerance, whole_object, ..request.distill.clone() };
-    let config = SceneConfig { partition: request.partition.clone(), object };
-    let distilled = distill_scene(&trajectories, Some(&weights), &config, request.seed, progress)?;
+    let found = find_objects(&trajectories, Some(&weights), request.partition)?;
+    let partition = found.with_only(&seen_to_move(source, &found, request));
+    let distilled = distill_objects(&trajectories, Some(&weights), partition, &object, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
 }
 

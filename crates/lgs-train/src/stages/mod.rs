@@ -6,6 +6,7 @@ mod bake;
 mod config;
 mod mover_tensors;
 mod object_tensors;
+mod seen_motion;
 mod tune_dynamics;
 mod tune_gaussians;
 mod tuning;

@@ -1,0 +1,117 @@
+//! Which objects the images show to move.
+//!
+//! A source model moves whatever it likes where images say nothing: a plain wall slides along itself. An object whose Gaussians might as
+//! well rest where they are at t = 0 is part of the surroundings (G18).
+
+use lgs_core::GaussianCloud;
+use lgs_data::dataset::Frame;
+use lgs_distill::Partition;
+use lgs_model::source::SourceModel;
+use lgs_render::{Splats, mse, rasterize};
+use rayon::prelude::*;
+
+use super::bake::BakeRequest;
+
+/// Training frames that are looked at, spread evenly over the window.
+const LOOKS: usize = 24;
+
+/// For every object of a partition of the source's Gaussians, whether its rest would show in the training frames.
+pub(super) fn seen_to_move(source: &dyn SourceModel, partition: &Partition, request: &BakeRequest<'_>) -> Vec<bool> {
+    let tolerance = f64::from(request.partition.unseen_motion);
+    let frames = spread(request.frames);
+    if tolerance <= 0.0 || frames.is_empty() {
+        return vec![true; partition.objects];
+    }
+    let start = source.cloud_at(0.0);
+    let members: Vec<Vec<usize>> = (0..partition.objects).map(|object| partition.members(object)).collect();
+    let errors: Vec<Vec<f64>> = frames.par_iter().map(|frame| errors(source, &start, &members, frame, request.background)).collect();
+    let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
+    let moving = total(0);
+    (0..partition.objects)
+        .map(|object| {
+            let rise = total(object + 1) / moving.max(f64::MIN_POSITIVE) - 1.0;
+            tracing::debug!(object, gaussians = members[object].len(), rise, "error of the images if it were at rest");
+            rise >= tolerance
+        })
+        .collect()
+}
+
+/// Mean squared errors of a frame: of the source, and with each object at rest.
+fn errors(source: &dyn SourceModel, start: &GaussianCloud, members: &[Vec<usize>], frame: &Frame, background: [f32; 3]) -> Vec<f64> {
+    let image = frame.composited(background);
+    let error = |cloud: &GaussianCloud| mse(&rasterize(&Splats::from(cloud), &frame.camera, background).to_image(), &image);
+    let cloud = source.cloud_at(frame.time);
+    let resting = members.iter().map(|members| {
+        let mut resting = cloud.clone();
+        for &i in members {
+            resting.means[i] = start.means[i];
+            resting.rotations[i] = start.rotations[i];
+            resting.log_scales[i] = start.log_scales[i];
+        }
+        error(&resting)
+    });
+    std::iter::once(error(&cloud)).chain(resting).collect()
+}
+
+/// Frames spread evenly over the window.
+fn spread(frames: &[Frame]) -> Vec<&Frame> {
+    let mut ordered: Vec<&Frame> = frames.iter().collect();
+    ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let looks = LOOKS.min(ordered.len());
+    (0..looks).map(|k| ordered[(2 * k + 1) * ordered.len() / (2 * looks)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::MotionOptions;
+    use glam::{Mat4, Vec3};
+    use lgs_core::Camera;
+    use lgs_distill::{DistillConfig, PartitionConfig};
+    use lgs_model::source::ImportedFrames;
+
+    /// Two balls that slide as far as each other, of which the second has the colour of the background.
+    fn sliding() -> ImportedFrames {
+        let gaussians = GaussianCloud {
+            means: vec![[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]],
+            rotations: vec![[1.0, 0.0, 0.0, 0.0]; 2],
+            log_scales: vec![[-2.0; 3]; 2],
+            raw_opacities: vec![3.0; 2],
+            sh: [[-1.7; 3], [1.0 / 0.282_094_8 * 0.5; 3]].concat(),
+            sh_degree: 0,
+        };
+        let shifted = gaussians.means.iter().map(|m| [m[0], m[1] + 0.6, m[2]]).collect();
+        let positions = vec![gaussians.means.clone(), shifted];
+        let rotations = vec![gaussians.rotations.clone()];
+        ImportedFrames::new(lgs_data::frames::FrameSequence { gaussians, times: vec![0.0, 1.0], positions, rotations })
+    }
+
+    #[test]
+    fn what_no_image_shows_to_move_rests() {
+        let source = sliding();
+        let camera_from_world = Mat4::from_translation(Vec3::new(0.0, 0.0, 4.0));
+        let camera = Camera { width: 48, height: 48, fx: 48.0, fy: 48.0, cx: 24.0, cy: 24.0, camera_from_world };
+        let frame = |&time: &f32| {
+            let drawn = rasterize(&Splats::from(&source.cloud_at(time)), &camera, [1.0; 3]).to_image();
+            // Not quite what the source draws.
+            let pixel = |(i, p): (usize, &[f32; 3])| [p[0] - 0.01 * (i % 7) as f32, p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8);
+            Frame { name: String::new(), camera_id: 0, camera, time, rgba: drawn.pixels.iter().enumerate().flat_map(pixel).collect() }
+        };
+        let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
+        let partition = Partition { object: vec![0, 1], objects: 2 };
+        let (config, distill, motion) = (PartitionConfig::default(), DistillConfig::default(), MotionOptions::default());
+        let request = BakeRequest {
+            partition: &config,
+            distill: &distill,
+            motion: &motion,
+            time_window: 1.0,
+            pixel_size: 0.0,
+            background: [1.0; 3],
+            frames: &frames,
+            seed: 0,
+        };
+        assert_eq!(seen_to_move(&source, &partition, &request), [true, false]);
+        let off = PartitionConfig { unseen_motion: 0.0, ..config.clone() };
+        assert_eq!(seen_to_move(&source, &partition, &BakeRequest { partition: &off, ..request }), [true, true]);
+    }
+}
