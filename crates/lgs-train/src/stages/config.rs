@@ -130,7 +130,9 @@ impl TuneDynamicsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneGaussiansConfig {
-    /// The iterations are multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, as the source's are.
+    /// The iterations, and the rate of the means, are multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1
+    /// and 3, as the source's iterations are. A step sees all pixels of an image, and where a batch is larger, steps may be longer by its
+    /// root: measured for the means alone.
     pub stretch: f32,
     /// Optimiser steps (G33: 10 000); 0 skips the stage.
     pub iterations: usize,
@@ -184,8 +186,9 @@ impl TuneGaussiansConfig {
     /// The configuration for images of a width, with the iterations multiplied out.
     #[must_use]
     pub fn stretched(&self, width: u32) -> Self {
-        let iterations = (self.iterations as f64 * stretch_factor(self.stretch, width)).round() as usize;
-        Self { stretch: 1.0, iterations, ..self.clone() }
+        let factor = stretch_factor(self.stretch, width);
+        let iterations = (self.iterations as f64 * factor).round() as usize;
+        Self { stretch: 1.0, iterations, means_learning_rate: self.means_learning_rate * factor, ..self.clone() }
     }
 
     /// Checks the values.
@@ -212,6 +215,8 @@ mod tests {
     fn refinement_is_as_long_as_images_are_wide_unless_told_otherwise() {
         let quick = TuneGaussiansConfig::default();
         let at = |config: &TuneGaussiansConfig, width| config.stretched(width).iterations;
+        assert_eq!(quick.stretched(160).means_learning_rate, quick.means_learning_rate);
+        assert!((quick.stretched(400).means_learning_rate - 2.5 * quick.means_learning_rate).abs() < 1e-9);
         assert_eq!([100, 160, 400, 4000].map(|width| at(&quick, width)), [2000, 2000, 5000, 6000]);
         let given = TuneGaussiansConfig { stretch: 2.0, ..quick };
         assert_eq!(at(&given, 400), 4000);
