@@ -54,7 +54,7 @@ pub struct PartitionConfig {
     /// quite still.
     pub negligible_motion: f32,
     /// Where there are images: objects whose rest would raise the mean squared error of the source's images by less than this part are
-    /// static (G14: 0, none). Plain walls slide along themselves, which no image tells from rest.
+    /// static, unless nothing else raises it much more (G14: 0, none). Plain walls slide along themselves, which no image tells from rest.
     pub unseen_motion: f32,
     /// Rounds in which particles go to the motion that explains them best; 0 leaves the graph's objects as they are (G14).
     pub regroup_rounds: usize,

@@ -14,6 +14,8 @@ use super::bake::BakeRequest;
 
 /// Training frames that are looked at, spread evenly over the window.
 const LOOKS: usize = 24;
+/// An object that shows more than this part of what the plainest one shows is not hidden.
+const HIDDEN: f64 = 0.1;
 
 /// For every object of a partition of the source's Gaussians, whether its rest would show in the training frames.
 pub(super) fn seen_to_move(source: &dyn SourceModel, partition: &Partition, request: &BakeRequest<'_>) -> Vec<bool> {
@@ -27,13 +29,13 @@ pub(super) fn seen_to_move(source: &dyn SourceModel, partition: &Partition, requ
     let errors: Vec<Vec<f64>> = frames.par_iter().map(|frame| errors(source, &start, &members, frame, request.background)).collect();
     let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
     let moving = total(0);
-    (0..partition.objects)
-        .map(|object| {
-            let rise = total(object + 1) / moving.max(f64::MIN_POSITIVE) - 1.0;
-            tracing::debug!(object, gaussians = members[object].len(), rise, "error of the images if it were at rest");
-            rise >= tolerance
-        })
-        .collect()
+    let rises: Vec<f64> = (1..=partition.objects).map(|column| total(column) / moving.max(f64::MIN_POSITIVE) - 1.0).collect();
+    for (object, rise) in rises.iter().enumerate() {
+        tracing::debug!(object, gaussians = members[object].len(), rise, "error of the images if it were at rest");
+    }
+    // Of a poor source little shows; then what shows most moves all the same.
+    let most = rises.iter().copied().fold(0.0, f64::max);
+    rises.iter().map(|&rise| rise >= tolerance.min(HIDDEN * most)).collect()
 }
 
 /// Mean squared errors of a frame: of the source, and with each object at rest.
@@ -111,6 +113,8 @@ mod tests {
             seed: 0,
         };
         assert_eq!(seen_to_move(&source, &partition, &request), [true, false]);
+        let alone = Partition { object: vec![-1, 0], objects: 1 };
+        assert_eq!(seen_to_move(&source, &alone, &request), [true], "nothing shows more");
         let off = PartitionConfig { unseen_motion: 0.0, ..config.clone() };
         assert_eq!(seen_to_move(&source, &partition, &BakeRequest { partition: &off, ..request }), [true, true]);
     }
