@@ -92,6 +92,11 @@ impl PartitionConfig {
                 return Err((key, "0 is below 1".to_owned()));
             }
         }
+        for (key, part) in [("negligible_motion", self.negligible_motion), ("unseen_motion", self.unseen_motion)] {
+            if !(part.is_finite() && part >= 0.0) {
+                return Err((key, format!("{part} is negative or not finite")));
+            }
+        }
         Ok(())
     }
 }

@@ -136,16 +136,16 @@ impl<'a> LawFit<'a> {
         Law::with_unknowns(self.center, terms, &law.unknowns(terms))
     }
 
-    /// The best of Levenberg–Marquardt from several laws: those that match accelerations of the particles and of their centroid, and none.
-    /// Rollouts of a rigid body have valleys of their own, and no one start leads into the deepest of them every time. `None` if nothing
-    /// finite comes of it or the damping is negative.
+    /// Levenberg–Marquardt from the law that matches the particles' accelerations; for a rigid body also from the one that matches those of
+    /// the centroid and from none, and the best is kept: rollouts of a rigid body have valleys of their own, and no one start leads into the
+    /// deepest every time. `None` if nothing finite comes of it or the damping is negative.
     pub(crate) fn fit(&self, candidate: &Candidate) -> Option<FittedLaw> {
-        let starts = [
-            self.match_accelerations(&candidate.terms, &self.centroid),
-            self.match_accelerations(&candidate.terms, &self.particles),
-            Law::free(self.center),
-        ];
-        let starts = if candidate.whole_object { &starts[..] } else { &starts[1..2] };
+        let by_particles = self.match_accelerations(&candidate.terms, &self.particles);
+        let starts = if candidate.whole_object {
+            vec![self.match_accelerations(&candidate.terms, &self.centroid), by_particles, Law::free(self.center)]
+        } else {
+            vec![by_particles]
+        };
         let descents = starts.iter().map(|law| {
             let mut unknowns = law.unknowns(&candidate.terms);
             unknowns.resize(unknowns.len() + self.start_unknowns(), 0.0);

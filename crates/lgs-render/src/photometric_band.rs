@@ -1,8 +1,7 @@
 //! A band of rows of the photometric loss, streamed `STEP` rows at a time through the windows of SSIM.
 //!
 //! Rows of both images enter as cells (`cells`) of `p = a + b` and `m = a - b`. `RADIUS` rows behind, p, m, p² and m² are windowed along columns
-//! and then along rows;
-//! the means become SSIM and its three slopes, which are windowed along rows at once. Another `RADIUS` rows behind, the slopes are windowed
+//! and then along rows; the means become SSIM and its three slopes, which are windowed along rows at once. Another `RADIUS` rows behind, the slopes are windowed
 //! along columns and become the gradient. A cell keeps its rows of earlier steps side by side, so that columns are read from one place.
 
 use crate::cells::{Layout, Row, fill_margins, read_row, write_row};

@@ -67,7 +67,6 @@ fn spread(frames: &[Frame]) -> Vec<&Frame> {
 mod tests {
     use super::*;
     use crate::stages::MotionOptions;
-    use glam::{Mat4, Vec3};
     use lgs_core::Camera;
     use lgs_distill::{DistillConfig, PartitionConfig};
     use lgs_model::source::ImportedFrames;
@@ -82,7 +81,7 @@ mod tests {
             sh: [[-1.7; 3], [1.0 / 0.282_094_8 * 0.5; 3]].concat(),
             sh_degree: 0,
         };
-        let shifted = gaussians.means.iter().map(|m| [m[0], m[1] + 0.6, m[2]]).collect();
+        let shifted = gaussians.means.iter().map(|m| [m[0], m[1], m[2] + 0.6]).collect();
         let positions = vec![gaussians.means.clone(), shifted];
         let rotations = vec![gaussians.rotations.clone()];
         ImportedFrames::new(lgs_data::frames::FrameSequence { gaussians, times: vec![0.0, 1.0], positions, rotations })
@@ -91,8 +90,7 @@ mod tests {
     #[test]
     fn what_no_image_shows_to_move_rests() {
         let source = sliding();
-        let camera_from_world = Mat4::from_translation(Vec3::new(0.0, 0.0, 4.0));
-        let camera = Camera { width: 48, height: 48, fx: 48.0, fy: 48.0, cx: 24.0, cy: 24.0, camera_from_world };
+        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.8, 48, 48);
         let frame = |&time: &f32| {
             let drawn = rasterize(&Splats::from(&source.cloud_at(time)), &camera, [1.0; 3]).to_image();
             // Not quite what the source draws.
