@@ -2,6 +2,9 @@
 
 use glam::{Mat4, Vec3, Vec4};
 
+/// Depth up to which nothing is drawn unless a camera says otherwise, world units: as in 3D Gaussian splatting (§2.3).
+pub const DEFAULT_NEAR: f32 = 0.2;
+
 /// A pinhole camera. Pixels are continuous coordinates, the centre of pixel (i, j) being (i + 0.5, j + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -19,6 +22,8 @@ pub struct Camera {
     pub cy: f32,
     /// Rigid transform from world to camera axes (OpenCV).
     pub camera_from_world: Mat4,
+    /// Only Gaussians whose centres are deeper than this are drawn, world units.
+    pub near: f32,
 }
 
 impl Camera {
@@ -42,6 +47,7 @@ impl Camera {
             cx: 0.5 * width as f32,
             cy: 0.5 * height as f32,
             camera_from_world: world_from_camera.inverse(),
+            near: DEFAULT_NEAR,
         }
     }
 

@@ -20,7 +20,7 @@ mod neighbors;
 mod streams;
 pub mod testing;
 
-pub use camera::Camera;
+pub use camera::{Camera, DEFAULT_NEAR};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use image::Image;
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};

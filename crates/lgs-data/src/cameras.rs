@@ -6,7 +6,7 @@
 
 use crate::files::{self, FileError};
 use glam::{Mat3, Mat4, Vec3};
-use lgs_core::Camera;
+use lgs_core::{Camera, DEFAULT_NEAR};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -127,6 +127,7 @@ fn camera(path: &Path, index: usize, entry: Entry) -> Result<(String, Camera), C
             camera_from_world.z_axis.extend(0.0),
             translation.extend(1.0),
         ),
+        near: DEFAULT_NEAR,
     };
     Ok((entry.img_name, camera))
 }

@@ -14,8 +14,6 @@ use crate::splats::Splats;
 use crate::view::View;
 use pulp::{Simd, WithSimd};
 
-/// Gaussians nearer than this along the viewing axis (world units) are culled.
-pub const NEAR: f32 = 0.2;
 /// Low-pass filter added to the diagonal of the image covariance, square pixels.
 pub const BLUR: f32 = 0.3;
 /// A Gaussian contributes to a pixel if its alpha there is at least this.
@@ -89,7 +87,7 @@ impl WithSimd for ProjectChunk<'_> {
             means2d.fill([0.0; 2]);
             radii.fill(0);
             for lane in 0..out.len() {
-                let Some(mut g) = image.get(lane) else { continue };
+                let Some(mut g) = image.get(lane, self.view.near) else { continue };
                 means2d[lane] = g.mean;
                 if !g.can_be_seen(self.view.size) || image.determinant.0[lane].is_infinite() {
                     continue;
@@ -168,12 +166,12 @@ impl Default for ImageBlock {
 }
 
 impl ImageBlock {
-    /// A lane, still without its colour; `None` behind the near plane.
+    /// A lane, still without its colour; `None` up to the near plane.
     #[inline(always)]
-    fn get(&self, lane: usize) -> Option<Projected> {
+    fn get(&self, lane: usize, near: f32) -> Option<Projected> {
         let depth = self.depth.0[lane];
         // Written so that NaN is culled as well.
-        (depth > NEAR).then_some(Projected {
+        (depth > near).then_some(Projected {
             mean: [self.mean[0].0[lane], self.mean[1].0[lane]],
             factor: [self.factor[0].0[lane], self.factor[1].0[lane], self.factor[2].0[lane]],
             log2_opacity: self.log2_opacity.0[lane],

@@ -4,7 +4,7 @@
 //! Every Gaussian is evaluated at every pixel (`[n, pixels]` tensors). What is decided without a gradient — culling, depth order, which
 //! pairs reach 1/255, where blending stops — is a mask of constants, as in the fast kernel.
 
-use crate::project::{ALPHA_MAX, ALPHA_MIN, BLUR, NEAR, TRANSMITTANCE_STOP};
+use crate::project::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
 use crate::sh::{C1, C2, C3};
 use crate::tensor::SplatTensors;
 use crate::window::{RADIUS, weights};
@@ -74,7 +74,7 @@ impl ImagePlane {
 fn front_to_back(means: &Tensor<2>, camera: &Camera) -> Vec<i64> {
     let values = means.clone().into_data().try_to_vec::<f32>().expect("f32 means");
     let depth: Vec<f32> = values.as_chunks::<3>().0.iter().map(|&mean| camera.pixel_from_world(mean).1).collect();
-    let mut order: Vec<i64> = (0..depth.len() as i64).filter(|&i| depth[i as usize] > NEAR).collect();
+    let mut order: Vec<i64> = (0..depth.len() as i64).filter(|&i| depth[i as usize] > camera.near).collect();
     order.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]));
     order
 }

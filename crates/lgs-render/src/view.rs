@@ -20,6 +20,7 @@ pub(crate) struct View {
     pub center: [f32; 3],
     /// Width and height of the image, pixels.
     pub size: [usize; 2],
+    pub near: f32,
 }
 
 impl From<&Camera> for View {
@@ -37,6 +38,7 @@ impl From<&Camera> for View {
             ],
             center: scale(mat_vec(&transpose(&rotation), translation), -1.0),
             size: [camera.width as usize, camera.height as usize],
+            near: camera.near,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
-use lgs_core::{Camera, GaussianCloud, stream};
+use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, stream};
 use lgs_render::tensor::SplatTensors;
 use lgs_render::{ALPHA_MAX, PhotometricVjp, Rasterized, RasterizedVjp, SplatGradients, Splats, photometric_vjp, rasterize, rasterize_vjp};
 use rand::RngExt;
@@ -11,6 +11,13 @@ const BACKGROUND: [f32; 3] = [0.2, 0.5, 0.8];
 
 fn camera(width: u32, height: u32) -> Camera {
     Camera::look_at([0.3, -3.2, 1.1], [0.0; 3], 0.7, width, height)
+}
+
+/// At the origin, looking along z, with a field of view of 53°.
+fn axis_camera(size: u32) -> Camera {
+    let (focal, center) = (size as f32, 0.5 * size as f32);
+    let camera_from_world = glam::Mat4::IDENTITY;
+    Camera { width: size, height: size, fx: focal, fy: focal, cx: center, cy: center, camera_from_world, near: DEFAULT_NEAR }
 }
 
 fn random_cloud(count: usize, seed: u64) -> GaussianCloud {
@@ -94,7 +101,7 @@ fn a_huge_gaussian_covers_every_pixel_evenly() {
 #[test]
 fn a_needle_seen_from_its_side_stays_thin() {
     // 400 px long and 0.5 px wide at 45°: the quadratic form cancels to a part in 10⁶.
-    let camera = Camera { camera_from_world: glam::Mat4::IDENTITY, width: 64, height: 64, fx: 64.0, fy: 64.0, cx: 32.0, cy: 32.0 };
+    let camera = axis_camera(64);
     let mut cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 4.0]], 1.0, [1.0; 3], 0.9);
     let half = 0.5_f32.sqrt().acos() / 2.0;
     cloud.rotations = vec![[half.cos(), 0.0, 0.0, half.sin()]];
@@ -155,7 +162,7 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
 
 #[test]
 fn blending_stops_before_the_gaussian_that_would_exhaust_the_light() {
-    let camera = Camera { camera_from_world: glam::Mat4::IDENTITY, width: 1, height: 1, fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5 };
+    let camera = axis_camera(1);
     let mut cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0], [0.0, 0.0, 4.0]], 9.0, [0.0; 3], 0.5);
     cloud.raw_opacities = vec![(0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.1_f32 / 0.9).ln()];
     let drawn = draw(&cloud, &camera);
@@ -180,8 +187,20 @@ fn hidden_gaussians_do_not_change_the_image() {
 }
 
 #[test]
+fn what_is_not_beyond_the_near_plane_is_neither_drawn_nor_changed() {
+    let cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 0.8], [0.0, 0.0, 2.0]], 0.1, [0.5; 3], 0.9);
+    let far = GaussianCloud::isotropic(vec![[0.0, 0.0, 2.0]], 0.1, [0.5; 3], 0.9);
+    let camera = Camera { near: 0.8, ..axis_camera(16) };
+    let drawn = draw(&cloud, &camera);
+    assert_eq!(drawn.image, draw(&far, &camera).image);
+    assert_ne!(drawn.image, draw(&cloud, &axis_camera(16)).image);
+    let v = gradients(&cloud, &camera, &drawn);
+    assert!(v.raw_opacities[0] == 0.0 && v.raw_opacities[1] != 0.0);
+}
+
+#[test]
 fn the_expected_depth_of_an_opaque_layer_is_its_distance() {
-    let camera = Camera { camera_from_world: glam::Mat4::IDENTITY, width: 8, height: 8, fx: 8.0, fy: 8.0, cx: 4.0, cy: 4.0 };
+    let camera = axis_camera(8);
     let cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 3.0]], 100.0, [0.5; 3], 0.95);
     let drawn = draw(&cloud, &camera);
     for (depth, transmittance) in drawn.expected_depth().iter().zip(&drawn.transmittance) {

@@ -22,6 +22,8 @@ pub enum Stage {
     Source,
     /// Stage 1: distillation of U, Q and v0.
     Distill,
+    /// Between stages 1 and 2: the Gaussians settle into the distilled motion.
+    SettleGaussians,
     /// Stage 2: photometric tuning of the dynamics.
     TuneDynamics,
     /// Stage 3: refinement of the Gaussians.
@@ -30,7 +32,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Self; 4] = [Self::Source, Self::Distill, Self::TuneDynamics, Self::TuneGaussians];
+    pub const ALL: [Self; 5] = [Self::Source, Self::Distill, Self::SettleGaussians, Self::TuneDynamics, Self::TuneGaussians];
 
     /// Its name in files and messages.
     #[must_use]
@@ -38,6 +40,7 @@ impl Stage {
         match self {
             Self::Source => "source",
             Self::Distill => "distill",
+            Self::SettleGaussians => "settle-gaussians",
             Self::TuneDynamics => "tune-dynamics",
             Self::TuneGaussians => "tune-gaussians",
         }

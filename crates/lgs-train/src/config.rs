@@ -85,6 +85,8 @@ pub struct TrainConfig {
     pub partition: PartitionConfig,
     /// Stage 1.
     pub distill: DistillConfig,
+    /// Refinement of the Gaussians before stage 2 as well (paper: none); left out with stage 3.
+    pub settle_gaussians: TuneGaussiansConfig,
     /// Stage 2.
     pub tune_dynamics: TuneDynamicsConfig,
     /// Stage 3.
@@ -111,6 +113,7 @@ impl TrainConfig {
             motion: MotionOptions::default(),
             partition: PartitionConfig::default(),
             distill: DistillConfig::default(),
+            settle_gaussians: TuneGaussiansConfig::settling(),
             tune_dynamics: TuneDynamicsConfig::default(),
             tune_gaussians: TuneGaussiansConfig::default(),
         };
@@ -119,6 +122,7 @@ impl TrainConfig {
             Preset::Paper => Self {
                 motion: MotionOptions::paper(),
                 distill: DistillConfig::paper(),
+                settle_gaussians: TuneGaussiansConfig { iterations: 0, ..TuneGaussiansConfig::paper() },
                 tune_dynamics: TuneDynamicsConfig::paper(),
                 tune_gaussians: TuneGaussiansConfig::paper(),
                 ..quick
@@ -170,7 +174,11 @@ impl TrainConfig {
         config.distill.validate().map_err(|e| ConfigError::Invalid { key: "distill".to_owned(), reason: e.to_string() })?;
         config.partition.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("partition.{key}"), reason })?;
         config.motion.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("motion.{key}"), reason })?;
-        let stages = [("tune_dynamics", config.tune_dynamics.validate()), ("tune_gaussians", config.tune_gaussians.validate())];
+        let stages = [
+            ("settle_gaussians", config.settle_gaussians.validate()),
+            ("tune_dynamics", config.tune_dynamics.validate()),
+            ("tune_gaussians", config.tune_gaussians.validate()),
+        ];
         for (stage, checked) in stages {
             checked.map_err(|(key, reason)| ConfigError::Invalid { key: format!("{stage}.{key}"), reason })?;
         }

@@ -45,13 +45,16 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
         save_scene(&scene, &run.scene_path())?;
         return Ok(Trained { source, scene });
     }
-    let scene = match &latest {
-        Some(checkpoint) if checkpoint.stage == Stage::TuneGaussians => pipeline.scene_of(checkpoint)?,
-        Some(checkpoint) => pipeline.tune_dynamics(pipeline.scene_of(checkpoint)?, Some(checkpoint), control)?,
-        None => pipeline.tune_dynamics(pipeline.distill(&*source, control)?, None, control)?,
+    let reached = latest.as_ref().map_or(Stage::Distill, |checkpoint| checkpoint.stage);
+    let mut scene = match &latest {
+        Some(checkpoint) => pipeline.scene_of(checkpoint)?,
+        None => pipeline.distill(&*source, control)?,
     };
-    let from = latest.as_ref().filter(|c| c.stage == Stage::TuneGaussians);
-    let scene = pipeline.tune_gaussians(scene, from, control)?;
+    for stage in [Stage::SettleGaussians, Stage::TuneDynamics, Stage::TuneGaussians] {
+        if reached <= stage {
+            scene = pipeline.tune(stage, scene, latest.as_ref().filter(|checkpoint| checkpoint.stage == stage), control)?;
+        }
+    }
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
 }
@@ -117,53 +120,49 @@ impl Pipeline<'_> {
         if window.is_finite() { window.max(self.config.motion.dt) } else { self.config.motion.dt }
     }
 
-    fn tune_dynamics(
+    /// One of the stages that descend a loss on the images; none of its steps where the configuration leaves it out.
+    fn tune(
         &self,
+        stage: Stage,
         scene: LagrangianScene,
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        let mut config = self.config.tune_dynamics.clone();
-        if self.config.last_stage < 2 {
-            config.iterations = 0;
+        let (frames, seed, last_stage) = (self.dataset.split("train"), self.config.seed, self.config.last_stage);
+        if stage == Stage::TuneDynamics {
+            let mut config = self.config.tune_dynamics.clone();
+            config.iterations *= usize::from(last_stage >= 2);
+            return self.drive(TuneDynamics::new(scene, frames, &config, seed), from, control);
         }
-        self.drive(TuneDynamics::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
-    }
-
-    fn tune_gaussians(
-        &self,
-        scene: LagrangianScene,
-        from: Option<&Checkpoint>,
-        control: &mut Control<'_>,
-    ) -> Result<LagrangianScene, TrainError> {
-        let mut config = self.config.tune_gaussians.clone();
-        if self.config.last_stage < 3 {
-            config.iterations = 0;
-        }
-        self.drive(TuneGaussians::new(scene, self.dataset.split("train"), &config, self.config.seed), from, control)
+        let settling = stage == Stage::SettleGaussians;
+        let mut config = if settling { &self.config.settle_gaussians } else { &self.config.tune_gaussians }.clone();
+        config.iterations *= usize::from(last_stage >= 3);
+        self.drive(TuneGaussians::new(stage, scene, frames, &config, seed), from, control)
     }
 
     /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a checkpoint also marks its
     /// start and its end.
-    fn drive<T: Tuning>(&self, mut stage: T, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+    fn drive(&self, mut stage: impl Tuning, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
         if let Some(checkpoint) = from {
             stage.restore(&checkpoint.file, checkpoint.step)?;
         }
         let (steps, gaussians) = (stage.steps(), stage.scene().len());
-        let _span = match T::STAGE {
+        let name = stage.stage();
+        let _span = match name {
+            Stage::SettleGaussians => tracing::trace_span!("settle-gaussians"),
             Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
             _ => tracing::trace_span!("tune-gaussians"),
         }
         .entered();
-        let mut events = EventLog::resume(&self.run.events_path(), T::STAGE, stage.step_index())?;
+        let mut events = EventLog::resume(&self.run.events_path(), name, stage.step_index())?;
         let mut timer = CheckpointTimer::new(self.config);
         if stage.step_index() == 0 {
-            self.checkpoints.save(T::STAGE, 0, stage.checkpoint())?;
+            self.checkpoints.save(name, 0, stage.checkpoint())?;
         }
         while !stage.is_finished() {
             if control.stop.load(Ordering::Relaxed) {
-                self.checkpoints.save(T::STAGE, stage.step_index(), stage.checkpoint())?;
-                return Err(TrainError::Interrupted { stage: T::STAGE.name(), iteration: stage.step_index() });
+                self.checkpoints.save(name, stage.step_index(), stage.checkpoint())?;
+                return Err(TrainError::Interrupted { stage: name.name(), iteration: stage.step_index() });
             }
             let report = stage.step();
             let step = stage.step_index();
@@ -172,14 +171,14 @@ impl Pipeline<'_> {
             }
             let (loss, psnr) = (report.loss, Some(report.psnr));
             if step.is_multiple_of(EVENT_INTERVAL) {
-                events.append(&Event { stage: T::STAGE.name().to_owned(), step, loss, psnr, gaussians })?;
+                events.append(&Event { stage: name.name().to_owned(), step, loss, psnr, gaussians })?;
             }
-            (control.progress)(Progress { stage: T::STAGE, step, steps, loss, psnr, gaussians });
+            (control.progress)(Progress { stage: name, step, steps, loss, psnr, gaussians });
             if timer.is_due() {
-                self.checkpoints.save(T::STAGE, step, stage.checkpoint())?;
+                self.checkpoints.save(name, step, stage.checkpoint())?;
             }
         }
-        self.checkpoints.save(T::STAGE, stage.step_index(), stage.checkpoint())?;
+        self.checkpoints.save(name, stage.step_index(), stage.checkpoint())?;
         Ok(stage.scene())
     }
 }

@@ -3,6 +3,7 @@
 
 use lgs_distill::PartitionMethod;
 use lgs_dynamics::{ForceKind, PotentialKind, VelocityPolicy};
+use lgs_model::source::SourceKind;
 use lgs_train::stages::InitialVelocity;
 use lgs_train::{Preset, TrainConfig};
 
@@ -37,7 +38,8 @@ fn photometric_stages_are_the_references() {
     assert_eq!((dynamics.iterations, dynamics.frames_per_step, dynamics.ssim_weight), (5_000, 1, 0.2), "G32");
     assert_eq!((dynamics.learning_rate, dynamics.velocity_learning_rate), (1e-4, 1e-3), "G32");
     assert_eq!((dynamics.refresh_every, dynamics.subset, dynamics.window_steps, dynamics.full_window_every), (10, 8_192, 15, 4), "G23–G27");
-    assert_eq!(dynamics.initial_velocity, InitialVelocity::Free, "G29");
+    assert_eq!((dynamics.initial_velocity, dynamics.pose_learning_rate), (InitialVelocity::Free, 0.0), "G29");
+    assert_eq!(config.settle_gaussians.iterations, 0, "stage 2 follows stage 1");
     assert_eq!(
         (gaussians.iterations, gaussians.stretch, gaussians.refresh_every, gaussians.ssim_weight),
         (10_000, 1.0, 100, 0.2),
@@ -65,4 +67,6 @@ fn the_source_is_the_references() {
         "§2.7"
     );
     assert_eq!((densify.opacity_reset_interval, densify.white_reset_at), (3_000, 500), "§2.7");
+    assert_eq!(source.near, 0.2, "§2.3");
+    assert_eq!(TrainConfig::of(Preset::Paper, SourceKind::Freegave).source.near, 0.8, "§2.8");
 }

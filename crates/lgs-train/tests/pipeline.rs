@@ -38,6 +38,7 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
         "tune_dynamics.frames_per_step=2",
         "tune_dynamics.subset=64",
         "tune_dynamics.refresh_every=3",
+        "settle_gaussians.iterations=5",
         "tune_gaussians.iterations=12",
         "tune_gaussians.refresh_every=5",
     ];
@@ -89,7 +90,14 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     assert!(trained.scene.velocities.as_flattened().iter().all(|v| v.is_finite()));
 
     let three_threads = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("pool");
-    for stop in [(Stage::Source, 30), (Stage::Source, 55), (Stage::Source, 101), (Stage::TuneDynamics, 2), (Stage::TuneGaussians, 7)] {
+    for stop in [
+        (Stage::Source, 30),
+        (Stage::Source, 55),
+        (Stage::Source, 101),
+        (Stage::SettleGaussians, 2),
+        (Stage::TuneDynamics, 2),
+        (Stage::TuneGaussians, 7),
+    ] {
         let interrupted = three_threads.install(|| run(&stopped, &dataset, kind, Some(stop)));
         assert!(matches!(interrupted, Err(TrainError::Interrupted { .. })), "stopped in {stop:?}");
     }

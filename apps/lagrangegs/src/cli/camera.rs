@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
-use lgs_core::{Camera, GaussianCloud};
+use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
 
 /// Field of view of an orbit where no camera is known, radians.
 const DEFAULT_FOV_X: f32 = 0.8;
@@ -51,6 +51,7 @@ pub(crate) struct Orbit {
     height: f32,
     fov_x: f32,
     size: [u32; 2],
+    near: f32,
 }
 
 impl Orbit {
@@ -68,7 +69,7 @@ impl Orbit {
         let radius = ORBIT_ROOM * offsets.iter().map(|o| o[0].hypot(o[1])).sum::<f32>() / n;
         let height = ORBIT_ROOM * offsets.iter().map(|o| o[2]).sum::<f32>() / n;
         let fov_x = 2.0 * (first.width as f32 / (2.0 * first.fx)).atan();
-        Self { center, radius: radius.max(1e-3), height, fov_x, size: [first.width, first.height] }
+        Self { center, radius: radius.max(1e-3), height, fov_x, size: [first.width, first.height], near: first.near }
     }
 
     fn of_cloud(cloud: &GaussianCloud, first: Option<&Camera>) -> Self {
@@ -77,14 +78,21 @@ impl Orbit {
         let square = |p: &[f32; 3]| (0..3).map(|c| (p[c] - center[c]).powi(2)).sum::<f32>();
         let spread = (cloud.means.iter().map(square).sum::<f32>() / n).sqrt().max(0.1);
         let size = first.map_or([DEFAULT_WIDTH; 2], |c| [c.width, c.height]);
-        Self { center, radius: DEFAULT_DISTANCE * spread, height: spread, fov_x: DEFAULT_FOV_X, size }
+        Self {
+            center,
+            radius: DEFAULT_DISTANCE * spread,
+            height: spread,
+            fov_x: DEFAULT_FOV_X,
+            size,
+            near: first.map_or(DEFAULT_NEAR, |c| c.near),
+        }
     }
 
     /// The camera at an azimuth, counted from +x towards +y.
     pub(crate) fn at(&self, azimuth_degrees: f32) -> Camera {
         let (s, c) = azimuth_degrees.to_radians().sin_cos();
         let eye = [self.center[0] + self.radius * c, self.center[1] + self.radius * s, self.center[2] + self.height];
-        Camera::look_at(eye, self.center, self.fov_x, self.size[0], self.size[1])
+        Camera { near: self.near, ..Camera::look_at(eye, self.center, self.fov_x, self.size[0], self.size[1]) }
     }
 
     /// Cameras for `count` frames: once around, or still.

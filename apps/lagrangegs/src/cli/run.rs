@@ -53,7 +53,9 @@ impl Run {
     /// Training cameras by image name; none if the run does not list them.
     pub(crate) fn cameras(&self) -> Result<Vec<(String, Camera)>> {
         let path = self.folder.root().join("source").join("cameras.json");
-        if path.exists() { read_cameras_json(&path).at(&path) } else { Ok(Vec::new()) }
+        let mut cameras = if path.exists() { read_cameras_json(&path).at(&path)? } else { Vec::new() };
+        cameras.iter_mut().for_each(|(_, camera)| camera.near = self.config.source.near);
+        Ok(cameras)
     }
 
     /// Reads what training took.
@@ -90,7 +92,7 @@ fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
     let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);
-    LoadOptions { white_background: config.data.white_background, resolution, splits, train_before }
+    LoadOptions { white_background: config.data.white_background, resolution, splits, train_before, near: config.source.near }
 }
 
 /// Loads a dataset behind a progress bar.

@@ -53,7 +53,7 @@ fn with_a_dataset_all_stages_run_and_only_times_with_frames_are_scored() {
     let (frames, _) = frames(dir.path());
     let run = dir.path().join("imported");
     let paths: [(&str, &Path); 3] = [("frames", &frames), ("run", &run), ("data", &data)];
-    let few = "--set tune_dynamics.iterations=2 --set tune_gaussians.iterations=2";
+    let few = "--set settle_gaussians.iterations=2 --set tune_dynamics.iterations=2 --set tune_gaussians.iterations=2";
     call(&format!("train {{data}} --source frames --import {{frames}} --out {{run}} {few}"), &paths).ok();
     let metrics: Value = serde_json::from_str(&call("eval {run} --split val,test --json", &paths).ok()).expect("one JSON document");
     let score = |split: &str, model: &str| metrics["splits"][split][model].clone();

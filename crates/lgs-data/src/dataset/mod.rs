@@ -18,7 +18,7 @@ pub use crate::ply::Points;
 pub use error::{DatasetError, Problem};
 pub use points::SceneBox;
 
-use lgs_core::{Camera, Image};
+use lgs_core::{Camera, DEFAULT_NEAR, Image};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -69,11 +69,13 @@ pub struct LoadOptions {
     pub splits: Option<Vec<String>>,
     /// Only frames of `train` with a time below this are loaded; other splits stay whole. Default: all.
     pub train_before: Option<f32>,
+    /// Near plane of all cameras, world units. Default: [`DEFAULT_NEAR`].
+    pub near: f32,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { white_background: true, resolution: None, splits: None, train_before: None }
+        Self { white_background: true, resolution: None, splits: None, train_before: None, near: DEFAULT_NEAR }
     }
 }
 
@@ -103,7 +105,7 @@ impl Dataset {
             let frames: Result<Vec<Frame>, DatasetError> = specs
                 .par_iter()
                 .map(|spec| {
-                    let frame = load_frame(spec, options.resolution)?;
+                    let frame = load_frame(spec, options)?;
                     tick();
                     Ok(frame)
                 })
@@ -191,10 +193,10 @@ fn before(mut specs: Vec<FrameSpec>, limit: f32, path: &Path) -> Result<Vec<Fram
     if specs.is_empty() { Err(DatasetError::new(path, Problem::NothingBefore { limit, first })) } else { Ok(specs) }
 }
 
-fn load_frame(spec: &FrameSpec, resolution: Option<u32>) -> Result<Frame, DatasetError> {
+fn load_frame(spec: &FrameSpec, options: &LoadOptions) -> Result<Frame, DatasetError> {
     let image = pixels::decode(&spec.image_path)?;
-    let camera = spec.camera(image.width(), image.height())?;
-    let (camera, image) = match resolution {
+    let camera = Camera { near: options.near, ..spec.camera(image.width(), image.height())? };
+    let (camera, image) = match options.resolution {
         Some(width) if width != camera.width => {
             let height = (f64::from(camera.height) * f64::from(width) / f64::from(camera.width)).round().max(1.0) as u32;
             (camera.resized(width, height), pixels::resized(&image, width, height))

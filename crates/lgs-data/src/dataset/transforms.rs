@@ -4,7 +4,7 @@ use super::{DatasetError, Problem};
 use crate::cameras::is_rotation;
 use crate::files::{self, FileError};
 use glam::Mat3;
-use lgs_core::Camera;
+use lgs_core::{Camera, DEFAULT_NEAR};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -177,7 +177,7 @@ impl FrameSpec {
                 return Err(Problem::Value { frame, field, expected, found: value.to_string() });
             }
         }
-        Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world: self.camera_from_world })
+        Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world: self.camera_from_world, near: DEFAULT_NEAR })
     }
 }
 

@@ -44,6 +44,7 @@ impl Vector {
             cx: self.number("cx"),
             cy: self.number("cy"),
             camera_from_world: glam::Mat4::from_cols_array(&view).transpose(),
+            near: lgs_core::DEFAULT_NEAR,
         }
     }
 }

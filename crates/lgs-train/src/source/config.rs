@@ -181,6 +181,9 @@ pub struct SourceConfig {
     pub initial_points: InitialPoints,
     /// Half edge of the initial box, world units (paper: 1.3, around the origin); 0: inferred from the cameras.
     pub initial_half_extent: f32,
+    /// Only Gaussians deeper than this in a view are drawn, by the Lagrangian scene as well, world units (paper: 0.2; FreeGave: 0.8). Nothing can
+    /// then float close in front of a training camera, unseen by the others.
+    pub near: f32,
     /// Largest degree of spherical harmonics (paper: 3).
     pub sh_degree: usize,
     /// Iterations after which the degree in use rises by one (paper: 1000).
@@ -267,6 +270,7 @@ impl SourceConfig {
             ("learning_rates.scale", rates.scale),
             ("learning_rates.rotation", rates.rotation),
             ("initial_half_extent", f64::from(self.initial_half_extent)),
+            ("near", f64::from(self.near)),
             ("densify.gradient_threshold", f64::from(self.densify.gradient_threshold)),
             ("rigidity.weight", f64::from(self.rigidity.weight)),
             ("guide.weight", f64::from(self.guide.weight)),

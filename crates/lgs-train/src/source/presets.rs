@@ -1,11 +1,15 @@
 //! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md` §2.6, §2.7, §3); the `quick`
 //! ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
+use lgs_core::DEFAULT_NEAR;
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
 use super::config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
 use super::hop::HopConfig;
 use crate::config::Preset;
+
+/// Near plane of FreeGave, world units (§2.8).
+const FREEGAVE_NEAR: f32 = 0.8;
 
 impl SourceConfig {
     /// The defaults of a kind under a preset.
@@ -39,6 +43,7 @@ impl SourceConfig {
             initial_gaussians: 100_000,
             initial_points: InitialPoints::Random,
             initial_half_extent: 1.3,
+            near: DEFAULT_NEAR,
             sh_degree: 3,
             sh_interval: 1000,
             ssim_weight: 0.2,
@@ -75,6 +80,7 @@ impl SourceConfig {
             initial_gaussians: 3000,
             initial_points: InitialPoints::Hull,
             initial_half_extent: 0.0,
+            near: DEFAULT_NEAR,
             sh_degree: 1,
             sh_interval: 1000,
             ssim_weight: 0.2,
@@ -132,6 +138,7 @@ impl SourceConfig {
             window_steps: 8,
             initial_gaussians: 50_000,
             initial_half_extent: 2.0,
+            near: FREEGAVE_NEAR,
             deformation: DeformationConfig::freegave_paper(),
             velocity: Some(VelocityConfig::paper()),
             hop: Some(HopConfig::paper()),
@@ -146,6 +153,7 @@ impl SourceConfig {
         Self {
             kind: SourceKind::Freegave,
             import: String::new(),
+            near: FREEGAVE_NEAR,
             deformation: DeformationConfig::freegave_quick(),
             velocity: Some(VelocityConfig::quick()),
             hop: Some(HopConfig::quick()),

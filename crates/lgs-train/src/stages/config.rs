@@ -64,6 +64,8 @@ pub struct TuneDynamicsConfig {
     pub learning_rate: f64,
     /// Learning rate of the initial velocity as a part of the rms speed (G32: 1e-3).
     pub velocity_learning_rate: f64,
+    /// Learning rate of every object's pose at t = 0, in radii and radians (paper: 0, the source's poses stay).
+    pub pose_learning_rate: f64,
     /// What of the initial velocity is tuned.
     pub initial_velocity: InitialVelocity,
     /// Truncated backpropagation: gradients reach back this many steps (G26: 15); 0 reaches back to t = 0.
@@ -86,6 +88,7 @@ impl Default for TuneDynamicsConfig {
             frames_per_step: 6,
             learning_rate: 2e-4,
             velocity_learning_rate: 2e-3,
+            pose_learning_rate: 2e-3,
             initial_velocity: InitialVelocity::Twist,
             window_steps: 0,
             full_window_every: 4,
@@ -105,6 +108,7 @@ impl TuneDynamicsConfig {
             frames_per_step: 1,
             learning_rate: 1e-4,
             velocity_learning_rate: 1e-3,
+            pose_learning_rate: 0.0,
             initial_velocity: InitialVelocity::Free,
             window_steps: 15,
             subset: 8_192,
@@ -126,7 +130,7 @@ impl TuneDynamicsConfig {
     }
 }
 
-/// Stage 3: the Gaussians against the images; the dynamics stay.
+/// Stage 3, or the settling before stage 2: the Gaussians against the images; the dynamics stay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneGaussiansConfig {
@@ -169,6 +173,12 @@ impl Default for TuneGaussiansConfig {
 }
 
 impl TuneGaussiansConfig {
+    /// The settling before stage 2 of the quick preset.
+    #[must_use]
+    pub fn settling() -> Self {
+        Self { iterations: 1200, ..Self::default() }
+    }
+
     /// The reference's defaults (G33).
     #[must_use]
     pub fn paper() -> Self {

@@ -4,6 +4,7 @@
 
 mod bake;
 mod config;
+mod initial_pose;
 mod mover_tensors;
 mod object_tensors;
 mod seen_motion;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use burn::tensor::{Device, Tensor};
-use lgs_core::Stream;
+use lgs_core::{Stream, linear};
 use lgs_distill::anchored_supports;
 use lgs_dynamics::tensor::{RolloutCall, rollout};
 use lgs_dynamics::{Edit, RolloutSpec, Supports, SystemConfig, VelocityPolicy};
@@ -11,6 +11,7 @@ use lgs_model::{LagrangianScene, ObjectModel, SceneState, TensorFile, TensorFile
 use rand::seq::index::sample;
 
 use super::config::InitialVelocity;
+use super::initial_pose::{Displacement, InitialPose};
 use super::mover_tensors::{quat_mul, rows};
 use crate::adam::{AdamGroup, values};
 
@@ -32,6 +33,8 @@ pub(super) struct TrainableObject {
     pub(super) network: AdamGroup<1>,
     /// `[6, 1]` twist (linear, angular about the centre) or `[n, 3]` change of every velocity, on top of `base_velocity`.
     pub(super) velocity: AdamGroup<2>,
+    pub(super) pose: InitialPose,
+    base_points: Tensor<2>,
     base_velocity: Tensor<2>,
     /// `[3 n, 6]`, velocities from a twist; none if every velocity is free.
     twist_basis: Option<Tensor<2>>,
@@ -48,6 +51,10 @@ pub(super) struct TrainableObject {
 pub(super) struct ObjectPath {
     pub(super) network: Tensor<1>,
     pub(super) velocity: Tensor<2>,
+    /// Of the pose at t = 0, if the window starts there.
+    pub(super) pose: Option<Tensor<1>>,
+    /// The rotation in its displacement, `[1, 4]`.
+    turn: Option<Tensor<2>>,
     /// Rows of the scene's movers that were rolled.
     pub(super) rows: Vec<usize>,
     /// States `[steps + 1, n, 10]`: position, velocity, rotation since the window's start.
@@ -67,6 +74,8 @@ impl TrainableObject {
         Self {
             network: AdamGroup::new(object.system.params.clone(), [object.system.params.len()], device),
             velocity: AdamGroup::new(vec![0.0; shape[0] * shape[1]], shape, device),
+            pose: InitialPose::new(points, velocities, device),
+            base_points: rows(points, device),
             base_velocity: rows(velocities, device),
             twist_basis,
             rms_speed: mean_square.sqrt(),
@@ -82,20 +91,47 @@ impl TrainableObject {
         let shape = if self.twist_basis.is_some() { [6, 1] } else { self.base_velocity.dims() };
         self.network = AdamGroup::read_from(file, &format!("{name}.network"), [Some(self.config.parameters())], device)?;
         self.velocity = AdamGroup::read_from(file, &format!("{name}.velocity"), shape.map(Some), device)?;
-        Ok(())
+        self.pose.restore(file, &format!("{name}.pose"), device)
     }
 
-    /// Initial velocities of all particles.
-    pub(super) fn velocities(&self) -> Vec<[f32; 3]> {
-        values(&self.velocity_from(self.velocity.leaf()).inner()).as_chunks().0.to_vec()
+    /// Adds what a checkpoint holds of it under a name.
+    pub(super) fn insert_into(&self, file: &mut TensorFile, name: &str) {
+        self.network.insert_into(file, &format!("{name}.network"));
+        self.velocity.insert_into(file, &format!("{name}.velocity"));
+        self.pose.insert_into(file, &format!("{name}.pose"));
     }
 
-    fn velocity_from(&self, change: Tensor<2>) -> Tensor<2> {
-        let base = self.base_velocity.clone().autodiff();
-        match &self.twist_basis {
-            Some(basis) => base + basis.clone().autodiff().matmul(change).reshape(self.base_velocity.dims()),
-            None => base + change,
+    /// Brings what has been learned into the scene that the object was made from.
+    pub(super) fn write_to(&self, scene: &mut LagrangianScene, index: usize) {
+        let members = scene.objects[index].members.clone();
+        scene.objects[index].system.params = self.network.values();
+        let displacement = self.pose.displacement();
+        let velocities = self.velocity_from(self.velocity.leaf(), &displacement);
+        scene.velocities[members.clone()].copy_from_slice(values(&velocities.inner()).as_chunks().0);
+        let points = values(&self.points(&displacement).inner());
+        scene.movers.means[members.clone()].copy_from_slice(points.as_chunks().0);
+        let turn = values(&displacement.turn.inner());
+        for rotation in &mut scene.movers.rotations[members] {
+            *rotation = linear::quat_mul([turn[0], turn[1], turn[2], turn[3]], *rotation);
         }
+    }
+
+    /// Positions of all particles at t = 0.
+    fn points(&self, displacement: &Displacement) -> Tensor<2> {
+        self.base_points.clone().autodiff() + displacement.change.clone()
+    }
+
+    /// Their velocities.
+    fn velocity_from(&self, change: Tensor<2>, displacement: &Displacement) -> Tensor<2> {
+        let base = self.base_velocity.clone().autodiff();
+        let (change, spin) = match &self.twist_basis {
+            Some(basis) => {
+                let spin = change.clone().narrow(0, 3, 3).reshape([3]);
+                (basis.clone().autodiff().matmul(change).reshape(self.base_velocity.dims()), Some(spin))
+            }
+            None => (change, None),
+        };
+        base + change + self.pose.velocity_change(&displacement.change, spin)
     }
 
     /// Rolls a random subset of at most `subset` particles (0: all) over a window that starts in the scene's state `start`.
@@ -111,19 +147,23 @@ impl TrainableObject {
         let chosen = self.choose(object.members.len(), subset, rng);
         let rolled: Vec<usize> = chosen.iter().map(|&i| object.members.start + i as usize).collect();
         let pick3 = |from: &[[f32; 3]]| rolled.iter().map(|&i| from[i]).collect::<Vec<_>>();
-        let q = pick3(&start.q);
-        let supports = self.supports_of(&chosen, object.members.len(), &q);
+        let kept_q = pick3(&start.q);
+        let supports = self.supports_of(&chosen, object.members.len(), &kept_q);
         let (network, velocity) = (self.network.leaf(), self.velocity.leaf());
-        let v = if window.first == 0 {
-            let indices: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
-            self.velocity_from(velocity.clone()).select(0, Tensor::from_ints(indices.as_slice(), device))
-        } else {
-            rows(&pick3(&start.v), device)
+        let displacement = (window.first == 0).then(|| self.pose.displacement());
+        let (q, v) = match &displacement {
+            Some(displacement) => {
+                let indices: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
+                let pick = |of_all: Tensor<2>| of_all.select(0, Tensor::from_ints(indices.as_slice(), device));
+                (pick(self.points(displacement)), pick(self.velocity_from(velocity.clone(), displacement)))
+            }
+            None => (rows(&kept_q, device), rows(&pick3(&start.v), device)),
         };
         let rotation: Vec<[f32; 4]> = rolled.iter().map(|&i| start.rotation[i]).collect();
         let call = self.call(window.dt, window.steps, supports.clone());
-        let states = rollout(network.clone(), rows(&q, device), v, call);
-        ObjectPath { network, velocity, rows: rolled, states, start_rotation: rows(&rotation, device), supports }
+        let states = rollout(network.clone(), q, v, call);
+        let (pose, turn) = displacement.map(|d| (d.leaf, d.turn)).unzip();
+        ObjectPath { network, velocity, pose, turn, rows: rolled, states, start_rotation: rows(&rotation, device), supports }
     }
 
     /// Particles of a subset, ascending; a common support is always among them.
@@ -158,8 +198,14 @@ impl TrainableObject {
 }
 
 impl ObjectPath {
+    /// Whether the displacement at t = 0 is part of the graph, and not of what the window starts from.
+    pub(super) fn is_displaced(&self) -> bool {
+        self.turn.is_some()
+    }
+
     /// Positions and quaternions of the subset at a time of the window, from quaternions at t = 0.
     pub(super) fn poses_at(&self, object: &TrainableObject, window: &Window, time: f32, at_start: &Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+        let at_start = &self.turn.as_ref().map_or(at_start.clone(), |turn| quat_mul(turn, at_start));
         let n = self.rows.len();
         let until = RolloutSpec::until(time, window.dt);
         let mut state = self.states.clone().narrow(0, until.steps - window.first, 1).reshape([n, 10]);

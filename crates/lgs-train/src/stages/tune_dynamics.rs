@@ -1,4 +1,4 @@
-//! Stage 2: photometric tuning of U, Q and the initial velocity, with the Gaussians fixed.
+//! Stage 2: photometric tuning of U, Q, the initial velocity and the initial pose of every object, with its Gaussians fixed.
 //!
 //! Every few steps the whole motion is rolled without gradients and kept (G23). A step draws training frames and, in every object, a subset
 //! of its particles; the subset is rolled with gradients, the others are drawn where the kept motion has them (G24). One rollout serves all
@@ -76,7 +76,7 @@ impl<'a> TuneDynamics<'a> {
     /// The photometric loss of one frame and its mean squared error.
     fn loss(&self, frame: &Frame, kept: &KeptMotion, paths: &[ObjectPath], window: &Window, device: &Device) -> (Tensor<1>, f64) {
         let state = kept.state_at(frame.time.max(0.0));
-        let cloud = self.scene.cloud_at(&state);
+        let cloud = kept.scene.cloud_at(&state);
         let statics = self.scene.statics.len();
         let mut is_free = vec![false; cloud.len()];
         for row in paths.iter().flat_map(|path| &path.rows) {
@@ -85,7 +85,8 @@ impl<'a> TuneDynamics<'a> {
         let fixed: Vec<usize> = (0..cloud.len()).filter(|&i| !is_free[i]).collect();
         let mut drawn = CloudTensors::new(&cloud.select(&fixed), device);
         for (object, path) in self.objects.iter().zip(paths) {
-            let own = CloudTensors::new(&self.scene.movers.select(&path.rows), device);
+            let at_start = if path.is_displaced() { &self.scene } else { &kept.scene };
+            let own = CloudTensors::new(&at_start.movers.select(&path.rows), device);
             let (means, rotations) = path.poses_at(object, window, frame.time.max(0.0), &own.rotations);
             drawn = drawn.followed_by(&CloudTensors { means, rotations, ..own });
         }
@@ -96,11 +97,10 @@ impl<'a> TuneDynamics<'a> {
     /// The scene that the kept motion of a checkpoint was rolled from.
     fn kept_scene(&self, file: &TensorFile) -> Result<LagrangianScene, TensorFileError> {
         let mut scene = self.scene.clone();
-        let velocities: Vec<[f32; 3]> = file.rows("tune.kept.velocities")?;
-        if velocities.len() != scene.velocities.len() {
-            return Err(file.field("tune.kept.velocities", &format!("{} rows", scene.velocities.len()), velocities.len().to_string()));
-        }
-        scene.velocities = velocities;
+        let movers = scene.movers.len();
+        scene.velocities = kept_rows(file, "tune.kept.velocities", movers)?;
+        scene.movers.means = kept_rows(file, "tune.kept.means", movers)?;
+        scene.movers.rotations = kept_rows(file, "tune.kept.rotations", movers)?;
         for (index, object) in scene.objects.iter_mut().enumerate() {
             let name = format!("tune.kept.{index}");
             let (_, params) = file.values(&name)?;
@@ -114,7 +114,9 @@ impl<'a> TuneDynamics<'a> {
 }
 
 impl Tuning for TuneDynamics<'_> {
-    const STAGE: Stage = Stage::TuneDynamics;
+    fn stage(&self) -> Stage {
+        Stage::TuneDynamics
+    }
 
     fn steps(&self) -> usize {
         self.config.iterations
@@ -130,10 +132,7 @@ impl Tuning for TuneDynamics<'_> {
 
     fn scene(&self) -> LagrangianScene {
         let mut scene = self.scene.clone();
-        for (object, trained) in scene.objects.iter_mut().zip(&self.objects) {
-            object.system.params = trained.network.values();
-            scene.velocities[object.members.clone()].copy_from_slice(&trained.velocities());
-        }
+        self.objects.iter().enumerate().for_each(|(index, trained)| trained.write_to(&mut scene, index));
         scene
     }
 
@@ -160,6 +159,7 @@ impl Tuning for TuneDynamics<'_> {
             object.network.step(self.config.learning_rate * rate, path.network.grad(&gradients));
             let velocity_rate = self.config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
             object.velocity.step(velocity_rate, path.velocity.grad(&gradients));
+            object.pose.step(self.config.pose_learning_rate * rate, path.pose.as_ref().and_then(|pose| pose.grad(&gradients)));
         }
         self.step += 1;
         self.kept = Some(kept);
@@ -170,11 +170,13 @@ impl Tuning for TuneDynamics<'_> {
     fn checkpoint(&self) -> TensorFile {
         let mut file = scene_to_tensors(&self.scene, CHECKPOINT_FORMAT);
         for (index, object) in self.objects.iter().enumerate() {
-            object.network.insert_into(&mut file, &format!("tune.{index}.network"));
-            object.velocity.insert_into(&mut file, &format!("tune.{index}.velocity"));
+            object.insert_into(&mut file, &format!("tune.{index}"));
         }
         let Some(kept) = &self.kept else { return file };
-        file.insert("tune.kept.velocities", &[kept.scene.velocities.len(), 3], kept.scene.velocities.as_flattened());
+        let LagrangianScene { movers, velocities, .. } = &kept.scene;
+        file.insert("tune.kept.velocities", &[velocities.len(), 3], velocities.as_flattened());
+        file.insert("tune.kept.means", &[movers.len(), 3], movers.means.as_flattened());
+        file.insert("tune.kept.rotations", &[movers.len(), 4], movers.rotations.as_flattened());
         for (index, object) in kept.scene.objects.iter().enumerate() {
             file.insert(format!("tune.kept.{index}"), &[object.system.params.len()], &object.system.params);
         }
@@ -191,4 +193,10 @@ impl Tuning for TuneDynamics<'_> {
         self.step = step;
         Ok(())
     }
+}
+
+/// Rows of the kept motion in a checkpoint, one per moving Gaussian.
+fn kept_rows<const D: usize>(file: &TensorFile, name: &str, movers: usize) -> Result<Vec<[f32; D]>, TensorFileError> {
+    let rows: Vec<[f32; D]> = file.rows(name)?;
+    if rows.len() == movers { Ok(rows) } else { Err(file.field(name, &format!("{movers} rows"), rows.len().to_string())) }
 }

@@ -1,5 +1,8 @@
 //! Stage 3: the Gaussians against the images, with the dynamics frozen.
 //!
+//! The same, shorter, comes before stage 2: a source model lets Gaussians slip where its motion is not that of the surfaces, and only once
+//! they have settled into the distilled motion do the images' residuals speak of what is wrong with it.
+//!
 //! A step draws one training frame and its state of the current motion. Moving Gaussians are drawn where the rollout put them, displaced by
 //! the accumulated rotation times what their means have changed since that rollout (straight-through, G34); the motion is rolled anew
 //! from the changed means every so many steps.
@@ -20,8 +23,9 @@ use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 /// Colours' direction-dependent part learns slower by this (reference section 2.6).
 const SH_REST_DIVISOR: f64 = 20.0;
 
-/// Stage 3 of a run.
+/// Stage 3 of a run, or the settling before stage 2.
 pub struct TuneGaussians<'a> {
+    stage: Stage,
     scene: LagrangianScene,
     frames: &'a [Frame],
     config: TuneGaussiansConfig,
@@ -37,13 +41,25 @@ pub struct TuneGaussians<'a> {
 }
 
 impl<'a> TuneGaussians<'a> {
-    /// Stage 3 from its first step. `frames` are the training frames.
+    /// The stage of that name from its first step. `frames` are the training frames.
     #[must_use]
-    pub fn new(scene: LagrangianScene, frames: &'a [Frame], config: &TuneGaussiansConfig, seed: u64) -> Self {
+    pub fn new(stage: Stage, scene: LagrangianScene, frames: &'a [Frame], config: &TuneGaussiansConfig, seed: u64) -> Self {
         let device = Device::flex();
         let config = config.stretched(frames.first().map_or(0, |f| f.camera.width));
         let (statics, movers) = (TrainableCloud::new(&scene.statics, &device), TrainableCloud::new(&scene.movers, &device));
-        Self { rolled_means: Vec::new(), states: FrameStates::default(), scene, frames, config, seed, step: 0, statics, movers, device }
+        Self {
+            stage,
+            rolled_means: Vec::new(),
+            states: FrameStates::default(),
+            scene,
+            frames,
+            config,
+            seed,
+            step: 0,
+            statics,
+            movers,
+            device,
+        }
     }
 
     fn roll(&mut self) {
@@ -68,7 +84,9 @@ impl<'a> TuneGaussians<'a> {
 }
 
 impl Tuning for TuneGaussians<'_> {
-    const STAGE: Stage = Stage::TuneGaussians;
+    fn stage(&self) -> Stage {
+        self.stage
+    }
 
     fn steps(&self) -> usize {
         self.config.iterations
@@ -93,7 +111,7 @@ impl Tuning for TuneGaussians<'_> {
         if self.rolled_means.is_empty() || self.step.is_multiple_of(self.config.refresh_every.max(1)) {
             self.roll();
         }
-        let mut rng = stream(self.seed, "tune-gaussians", self.step as u64);
+        let mut rng = stream(self.seed, self.stage.name(), self.step as u64);
         let chosen = rng.random_range(0..self.frames.len());
         let device = self.device.clone().autodiff();
         let (statics, movers) = (self.statics.leaves(), self.movers.leaves());

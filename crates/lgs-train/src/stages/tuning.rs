@@ -8,7 +8,7 @@ use crate::checkpoint::Stage;
 /// A stage that descends a loss on the images step by step.
 pub trait Tuning {
     /// Which one.
-    const STAGE: Stage;
+    fn stage(&self) -> Stage;
 
     /// Steps in all.
     fn steps(&self) -> usize;

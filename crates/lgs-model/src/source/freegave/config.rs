@@ -35,7 +35,7 @@ pub struct VelocityConfig {
     pub depth: usize,
     /// Units per hidden layer of the velocity network (paper: 128).
     pub width: usize,
-    /// Frequencies of its time encoding (paper: 3). Fewer make velocities change more evenly, also beyond the captured window.
+    /// Frequencies of its time encoding (paper: 3). With 1 velocities change more evenly beyond the captured window, but some motions are never followed.
     pub time_frequencies: usize,
     /// T*: the deformation ends and the velocity field takes over (paper: 0.70 to 0.75, by scene).
     pub max_time: f32,
@@ -80,7 +80,6 @@ impl VelocityConfig {
             code_skip_layer: 2,
             depth: 2,
             width: 64,
-            time_frequencies: 1,
             max_time: 0.7,
             rotation: RotationForm::Fixed,
             ..Self::paper()

@@ -1,0 +1,146 @@
+//! Where an object is at t = 0, in stage 2: a rigid displacement of what distillation found there.
+//!
+//! A source model follows a body least well at the ends of the captured window. Where its first pose is off, initial velocity and law can
+//! only be as good as a motion from that pose allows, whatever the images say.
+
+use burn::tensor::{Device, Tensor};
+use lgs_core::linear::{add, cross, scale, solve_positive, sub};
+use lgs_model::{TensorFile, TensorFileError};
+
+use super::mover_tensors::{quat_mul, rows, vector};
+use crate::adam::AdamGroup;
+
+/// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its centre, to first order.
+const SIZE: usize = 6;
+
+/// One object's displacement.
+pub(super) struct InitialPose {
+    group: AdamGroup<1>,
+    /// `[n, 3]`, from the centre.
+    offsets: Tensor<2>,
+    /// Root mean square distance from the centre, world units.
+    radius: f32,
+    /// Angular velocity of the object as a whole.
+    spin: [f32; 3],
+}
+
+/// A displacement in a step's graph.
+pub(super) struct Displacement {
+    pub(super) leaf: Tensor<1>,
+    /// Of every particle, `[n, 3]`.
+    pub(super) change: Tensor<2>,
+    /// The rotation in it, `[1, 4]`.
+    pub(super) turn: Tensor<2>,
+}
+
+impl InitialPose {
+    /// No displacement of particles with such positions and velocities.
+    pub(super) fn new(points: &[[f32; 3]], velocities: &[[f32; 3]], device: &Device) -> Self {
+        let center = mean(points);
+        let offsets: Vec<[f32; 3]> = points.iter().map(|&p| sub(p, center)).collect();
+        let square = offsets.as_flattened().iter().map(|x| x * x).sum::<f32>() / points.len().max(1) as f32;
+        Self {
+            group: AdamGroup::new(vec![0.0; SIZE], [SIZE], device),
+            spin: spin(&offsets, velocities),
+            radius: square.sqrt(),
+            offsets: rows(&offsets, device),
+        }
+    }
+
+    /// Reads what a checkpoint holds under a name.
+    pub(super) fn restore(&mut self, file: &TensorFile, name: &str, device: &Device) -> Result<(), TensorFileError> {
+        self.group = AdamGroup::read_from(file, name, [Some(SIZE)], device)?;
+        Ok(())
+    }
+
+    pub(super) fn insert_into(&self, file: &mut TensorFile, name: &str) {
+        self.group.insert_into(file, name);
+    }
+
+    pub(super) fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<1>>) {
+        self.group.step(learning_rate, gradient);
+    }
+
+    /// The displacement now, as a function of a new leaf.
+    pub(super) fn displacement(&self) -> Displacement {
+        let leaf = self.group.leaf();
+        let translation = leaf.clone().narrow(0, 0, 3).mul_scalar(self.radius).reshape([1, 3]);
+        let half = leaf.clone().narrow(0, 3, 3).mul_scalar(0.5).reshape([1, 3]);
+        let length = (half.clone().powi_scalar(2).sum_dim(1) + 1.0).sqrt();
+        let one = Tensor::ones([1, 1], &leaf.device());
+        let turn = Tensor::cat(vec![one, half], 1) / length;
+        let offsets = self.offsets.clone().autodiff();
+        let pure = Tensor::cat(vec![Tensor::zeros([offsets.dims()[0], 1], &leaf.device()), offsets.clone()], 1);
+        let back = turn.clone() * Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &leaf.device()).reshape([1, 4]);
+        let turned = quat_mul(&quat_mul(&turn, &pure), &back).narrow(1, 1, 3);
+        Displacement { change: turned - offsets + translation, leaf, turn }
+    }
+
+    /// What the displacement `[n, 3]` changes in the velocities, `[n, 3]`: the body keeps its linear and angular velocity, here with an
+    /// addition `[3]` to the latter.
+    pub(super) fn velocity_change(&self, change: &Tensor<2>, more_spin: Option<Tensor<1>>) -> Tensor<2> {
+        let spin = vector(&self.spin, &change.device());
+        let spin = more_spin.map_or(spin.clone(), |more| spin + more).reshape([1, 3]);
+        spin.expand(change.dims()).cross(change.clone(), 1)
+    }
+}
+
+fn mean(points: &[[f32; 3]]) -> [f32; 3] {
+    scale(points.iter().fold([0.0; 3], |sum, &p| add(sum, p)), 1.0 / points.len().max(1) as f32)
+}
+
+/// The angular velocity of particles as a whole, by least squares; zero where it is undetermined.
+fn spin(offsets: &[[f32; 3]], velocities: &[[f32; 3]]) -> [f32; 3] {
+    let (mut inertia, mut momentum) = ([0.0; 9], [0.0; 3]);
+    for (&offset, &velocity) in offsets.iter().zip(velocities) {
+        let r = offset.map(f64::from);
+        let square: f64 = r.iter().map(|x| x * x).sum();
+        for i in 0..3 {
+            for j in 0..3 {
+                inertia[3 * i + j] += if i == j { square } else { 0.0 } - r[i] * r[j];
+            }
+            momentum[i] += f64::from(cross(offset, velocity)[i]);
+        }
+    }
+    if solve_positive(&mut inertia, &mut momentum, 3, 1) { momentum.map(|v| v as f32) } else { [0.0; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adam::values;
+
+    const POINTS: [[f32; 3]; 4] = [[1.0, 0.0, 0.5], [-0.5, 0.3, 0.0], [0.2, -0.9, 0.1], [0.1, 0.4, -0.8]];
+    const SPIN: [f32; 3] = [0.3, -0.5, 1.1];
+
+    fn pose(points: &[[f32; 3]]) -> InitialPose {
+        let center = mean(points);
+        let velocities: Vec<[f32; 3]> = points.iter().map(|&p| add([2.0, 0.0, -1.0], cross(SPIN, sub(p, center)))).collect();
+        InitialPose::new(points, &velocities, &Device::flex())
+    }
+
+    #[test]
+    fn nothing_moves_at_first_and_then_the_body_moves_rigidly_within_its_field_of_velocities() {
+        let mut pose = pose(&POINTS);
+        let still = pose.displacement();
+        assert!(values(&still.change.inner()).iter().all(|&x| x == 0.0));
+        pose.group.replace(vec![0.1, 0.0, -0.2, 0.4, 0.2, -0.3]);
+        let moved = pose.displacement();
+        let change: Vec<[f32; 3]> = values(&moved.change.clone().inner()).as_chunks().0.to_vec();
+        let after: Vec<[f32; 3]> = POINTS.iter().zip(&change).map(|(&p, &c)| add(p, c)).collect();
+        for (i, j) in [(0, 1), (0, 2), (1, 3)] {
+            let distance = |p: &[[f32; 3]]| lgs_core::linear::norm(sub(p[i], p[j]));
+            assert!((distance(&POINTS) - distance(&after)).abs() < 1e-6);
+        }
+        let velocities: Vec<[f32; 3]> = values(&pose.velocity_change(&moved.change, None).inner()).as_chunks().0.to_vec();
+        for (velocity, &change) in velocities.iter().zip(&change) {
+            assert!(sub(*velocity, cross(SPIN, change)).iter().all(|x| x.abs() < 1e-5), "{velocity:?}");
+        }
+    }
+
+    #[test]
+    fn points_on_a_line_have_no_spin() {
+        assert_eq!(pose(&[[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]).spin, [0.0; 3]);
+        assert_eq!(pose(&[]).radius, 0.0);
+    }
+}

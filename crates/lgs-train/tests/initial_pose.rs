@@ -1,0 +1,82 @@
+//! Stage 2 against images of a known motion: an object that begins turned and shifted is brought to where the images show it.
+
+use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, norm, quat_mul, sub};
+use lgs_core::{Camera, GaussianCloud};
+use lgs_data::dataset::Frame;
+use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, Supports, System, SystemConfig, VelocityPolicy};
+use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
+use lgs_render::{Splats, rasterize};
+use lgs_train::stages::{TuneDynamics, TuneDynamicsConfig, Tuning};
+
+const SPIN: [f32; 3] = [0.0, 0.0, 1.5];
+
+/// A bar of coloured blobs that turns about the vertical axis beside the origin, free of forces.
+fn turning_bar() -> LagrangianScene {
+    let means: Vec<[f32; 3]> = (0..24).map(|i| [0.15 * (i % 8) as f32 - 0.5, 0.12 * (i / 8) as f32, 0.1 * (i % 3) as f32]).collect();
+    let mut movers = GaussianCloud::isotropic(means.clone(), 0.07, [0.5; 3], 0.9);
+    for (i, color) in movers.sh.iter_mut().enumerate() {
+        *color = ((i * 37) % 11) as f32 / 5.0 - 1.0;
+    }
+    let config = SystemConfig {
+        potential: PotentialKind::QuadraticMlp,
+        force: ForceKind::None,
+        hidden: 4,
+        hidden_layers: 1,
+        normalisation: Normalisation::identity(),
+    };
+    let mut system = System::init(config, 0);
+    system.params.fill(0.0);
+    let supports = Supports::from_rows((0..24 * 24).map(|i| i % 24).collect(), 24).expect("supports of all");
+    LagrangianScene {
+        statics: GaussianCloud::default(),
+        velocities: means.iter().map(|&q| cross(SPIN, q)).collect(),
+        movers,
+        objects: vec![ObjectModel { system, members: 0..24, supports: Some(supports), velocity_policy: VelocityPolicy::Rigid }],
+        motion: MotionConfig { dt: 0.02, time_window: 0.4 },
+        background: [1.0; 3],
+    }
+}
+
+fn images(scene: &LagrangianScene) -> Vec<Frame> {
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);
+    let eyes = [[0.0, -3.0, 1.0], [2.5, 1.5, 1.5], [-2.0, 2.0, 2.0]];
+    let frame = |i: usize, motion: &mut Motion| {
+        let (camera, time) = (Camera::look_at(eyes[i % 3], [0.0; 3], 0.7, 40, 40), 0.4 * i as f32 / 14.0);
+        let drawn = rasterize(&Splats::from(&scene.cloud_at(&motion.state_at(time))), &camera, scene.background).to_image();
+        let pixel = |p: &[f32; 3]| [p[0], p[1], p[2], 1.0].map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8);
+        Frame { name: String::new(), camera_id: i % 3, camera, time, rgba: drawn.pixels.iter().flat_map(pixel).collect() }
+    };
+    (0..15).map(|i| frame(i, &mut motion)).collect()
+}
+
+/// Largest distance of a mean from where it belongs.
+fn distance(scene: &LagrangianScene, truth: &LagrangianScene) -> f32 {
+    let pairs = scene.movers.means.iter().zip(&truth.movers.means);
+    pairs.map(|(&a, &b)| norm(sub(a, b))).fold(0.0, f32::max)
+}
+
+#[test]
+fn a_wrong_pose_at_the_start_is_found_from_the_images() {
+    let truth = turning_bar();
+    let frames = images(&truth);
+    let mut wrong = truth.clone();
+    let turn = [0.04_f32.cos(), 0.0, 0.0, 0.04_f32.sin()];
+    let moved = |q: [f32; 3]| add(mat_vec(&matrix_from_quat(turn), q), [0.01, -0.02, 0.02]);
+    wrong.movers.means.iter_mut().for_each(|q| *q = moved(*q));
+    wrong.velocities = wrong.movers.means.iter().map(|&q| cross(SPIN, q)).collect();
+    wrong.movers.rotations.iter_mut().for_each(|r| *r = quat_mul(turn, *r));
+    let begun = distance(&wrong, &truth);
+    let tuned = |pose_learning_rate: f64| {
+        let config = TuneDynamicsConfig { iterations: 60, frames_per_step: 3, pose_learning_rate, ..TuneDynamicsConfig::default() };
+        let mut stage = TuneDynamics::new(wrong.clone(), &frames, &config, 0);
+        while !stage.is_finished() {
+            stage.step();
+        }
+        stage.scene()
+    };
+    assert_eq!(distance(&tuned(0.0), &truth), begun, "the pose stays unless it is tuned");
+    let found = tuned(4e-3);
+    assert!(distance(&found, &truth) < 0.3 * begun, "{} of {begun}", distance(&found, &truth));
+    let velocity_error = found.velocities.iter().zip(&truth.velocities).map(|(&a, &b)| norm(sub(a, b))).fold(0.0, f32::max);
+    assert!(velocity_error < 0.05, "{velocity_error}");
+}
