@@ -3,7 +3,8 @@
 //! `NegatedStep` is the forward scheme with −h (Eq. 8). `Exact` inverts the forward step: drift back with the velocity that is known,
 //! `q₀ = q₁ − h v₁`, then solve `v₀ + h a(q₀, v₀) = v₁`. Where the force is linear in velocity that is a 3×3 system per particle, without
 //! force it is explicit, otherwise a fixed point. With supports the drifted positions are candidates (reference G39), aligned with the shapes
-//! at q₁, and velocities then follow their policy over the same interval as in the forward step.
+//! at q₁, and velocities then follow their policy over the same interval as in the forward step. Where a body moves as one (policy `Rigid`, one
+//! support), that misses the state before the step by the second order of h, and the forward step from there tells by how much.
 
 use crate::align::align;
 use crate::aligned::{policy_velocity, rotate};
@@ -11,11 +12,14 @@ use crate::batch::Pool;
 use crate::block::{Vec3Rows, WIDTH, add_scaled};
 use crate::field::{Field, Workspace};
 use crate::rollout::rollout;
-use crate::state::{Reversal, RolloutSpec, State, VelocityPolicy};
+use crate::state::{Edit, Reversal, RolloutSpec, State, VelocityPolicy};
 use crate::supports::Supports;
 use crate::system::{ForceKind, System};
-use crate::twist::Carrier;
-use lgs_core::linear::{scale, sub};
+use crate::twist::{Carrier, rigid_velocities};
+use lgs_core::linear::{add, quat_mul, quat_normalize, scale, sub};
+
+/// Times that a step back is corrected by the step forward from where it led.
+const CORRECTIONS: usize = 2;
 
 /// The states from `start` into the past: the start (its velocities scaled by α), then one per step of `−dt`.
 #[must_use]
@@ -27,11 +31,45 @@ pub fn rollout_reversed(system: &System, start: &State, spec: &RolloutSpec, reve
     let pool = Pool::new(&field);
     let v = start.v.iter().map(|v| v.map(|x| x * spec.edit.velocity_scale)).collect();
     let mut states = vec![State { v, ..start.clone() }];
+    let corrections = if moves_as_one(spec) { CORRECTIONS } else { 0 };
     for h in spec.step_lengths() {
         let after = &states[states.len() - 1];
-        states.push(step_back(&pool, after, spec, h));
+        let mut before = step_back(&pool, after, spec, h);
+        for _ in 0..corrections {
+            before = corrected(system, &before, after, spec, h);
+        }
+        states.push(before);
     }
     states
+}
+
+/// Whether all particles have one support and one twist.
+fn moves_as_one(spec: &RolloutSpec) -> bool {
+    let common = |supports: &Supports| (1..supports.particles()).all(|particle| supports.members(particle) == supports.members(0));
+    spec.velocity_policy == VelocityPolicy::Rigid && spec.supports.is_some_and(common)
+}
+
+/// A state before a step, less what a step forward of `h` from it misses of `after`. All changes are rigid: what is not rigid does not survive
+/// a step and would grow on the way back.
+fn corrected(system: &System, before: &State, after: &State, spec: &RolloutSpec, h: f32) -> State {
+    let edit = Edit { velocity_scale: 1.0, ..spec.edit };
+    let forward = rollout(system, before, &RolloutSpec { dt: h, steps: 1, last_dt: None, edit, ..*spec });
+    let (Some(reached), Some(supports)) = (forward.last(), spec.supports) else { return before.clone() };
+    let (mut next, mut displaced) = (before.clone(), before.q.clone());
+    for i in 0..after.len() {
+        let missed_v = sub(after.v[i], reached.v[i]);
+        next.v[i] = add(before.v[i], missed_v);
+        displaced[i] = add(before.q[i], sub(sub(after.q[i], reached.q[i]), scale(missed_v, h)));
+        let turn = quat_mul(reached.rotation[i], quat_conjugate(before.rotation[i]));
+        next.rotation[i] = quat_normalize(quat_mul(quat_conjugate(turn), after.rotation[i]));
+    }
+    next.q = align(&before.q, &displaced, supports).aligned;
+    next.v = carried(&next.q, &next.v, supports, h);
+    next
+}
+
+fn quat_conjugate([w, x, y, z]: [f32; 4]) -> [f32; 4] {
+    [w, -x, -y, -z]
 }
 
 fn step_back(pool: &Pool, after: &State, spec: &RolloutSpec, h: f32) -> State {
@@ -40,8 +78,18 @@ fn step_back(pool: &Pool, after: &State, spec: &RolloutSpec, h: f32) -> State {
         None => (drifted, after.v.clone(), after.rotation.clone()),
         Some(supports) => align_back(after, &drifted, supports, spec.velocity_policy, h),
     };
-    let v = pool.map(&q, &v, |field, workspace, q, v| unkick(field, workspace, q, v, h));
+    let mut v = pool.map(&q, &v, |field, workspace, q, v| unkick(field, workspace, q, v, h));
+    if let (Some(supports), VelocityPolicy::Rigid) = (spec.supports, spec.velocity_policy) {
+        v = carried(&q, &v, supports, h);
+    }
     State { q, v, rotation }
+}
+
+/// What the policy `Rigid` left of velocities `[n, 3]` at the end of a step of `h`: the twist at the midpoints of that step. Kicks are not
+/// rigid, and taking one off leaves what it added beside a twist.
+fn carried(q: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports, h: f32) -> Vec<[f32; 3]> {
+    let midpoints: Vec<[f32; 3]> = q.iter().zip(v).map(|(&q, &v)| sub(q, scale(v, 0.5 * h))).collect();
+    rigid_velocities(&midpoints, v, supports)
 }
 
 type Undrifted = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 4]>);
