@@ -113,7 +113,7 @@ impl TrainConfig {
             motion: MotionOptions::default(),
             partition: PartitionConfig::default(),
             distill: DistillConfig::default(),
-            settle_gaussians: TuneGaussiansConfig::settling(),
+            settle_gaussians: TuneGaussiansConfig::default(),
             tune_dynamics: TuneDynamicsConfig::default(),
             tune_gaussians: TuneGaussiansConfig::default(),
         };

@@ -173,12 +173,6 @@ impl Default for TuneGaussiansConfig {
 }
 
 impl TuneGaussiansConfig {
-    /// The settling before stage 2 of the quick preset.
-    #[must_use]
-    pub fn settling() -> Self {
-        Self { iterations: 1200, ..Self::default() }
-    }
-
     /// The reference's defaults (G33).
     #[must_use]
     pub fn paper() -> Self {
