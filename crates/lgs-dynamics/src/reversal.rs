@@ -55,17 +55,14 @@ fn corrected(system: &System, before: &State, after: &State, spec: &RolloutSpec,
     let edit = Edit { velocity_scale: 1.0, ..spec.edit };
     let forward = rollout(system, before, &RolloutSpec { dt: h, steps: 1, last_dt: None, edit, ..*spec });
     let (Some(reached), Some(supports)) = (forward.last(), spec.supports) else { return before.clone() };
-    let (mut next, mut displaced) = (before.clone(), before.q.clone());
-    for i in 0..after.len() {
-        let missed_v = sub(after.v[i], reached.v[i]);
-        next.v[i] = add(before.v[i], missed_v);
-        displaced[i] = add(before.q[i], sub(sub(after.q[i], reached.q[i]), scale(missed_v, h)));
-        let turn = quat_mul(reached.rotation[i], quat_conjugate(before.rotation[i]));
-        next.rotation[i] = quat_normalize(quat_mul(quat_conjugate(turn), after.rotation[i]));
-    }
-    next.q = align(&before.q, &displaced, supports).aligned;
-    next.v = carried(&next.q, &next.v, supports, h);
-    next
+    let missed_v: Vec<[f32; 3]> = after.v.iter().zip(&reached.v).map(|(&a, &b)| sub(a, b)).collect();
+    let displaced: Vec<[f32; 3]> =
+        (0..after.len()).map(|i| add(before.q[i], sub(sub(after.q[i], reached.q[i]), scale(missed_v[i], h)))).collect();
+    let turn = |i: usize| quat_mul(reached.rotation[i], quat_conjugate(before.rotation[i]));
+    let rotation = (0..after.len()).map(|i| quat_normalize(quat_mul(quat_conjugate(turn(i)), after.rotation[i]))).collect();
+    let q = align(&before.q, &displaced, supports).aligned;
+    let v: Vec<[f32; 3]> = before.v.iter().zip(missed_v).map(|(&v, missed)| add(v, missed)).collect();
+    State { v: carried(&q, &v, supports, h), q, rotation }
 }
 
 fn quat_conjugate([w, x, y, z]: [f32; 4]) -> [f32; 4] {
