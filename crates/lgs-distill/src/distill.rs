@@ -5,29 +5,26 @@
 
 use crate::anchors::{choose_anchors, steadiest_point};
 use crate::config::{DistillConfig, SharedMotionKind};
-use crate::dense::{V3, add, norm2, scale, sub, wide};
+use crate::dense::{V3, norm2, wide};
 use crate::law::Law;
 use crate::law_select::{ChosenLaw, choose_law};
 use crate::law_system::{normalisation, system_of_law};
-use crate::network_fit::{Hold, Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of};
+use crate::network_fit::{VelocityField, start_of};
+use crate::network_training::Training;
 use crate::pose::PoseKind;
 use crate::report::{DistillReport, PathKind};
 use crate::shared_motion::SharedMotion;
 use crate::targets::Paths;
 use crate::{DistillError, Trajectories};
-use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig, rollout};
+use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig};
 
 /// Particles that errors and scales are measured on.
-const JUDGES: usize = 200;
+pub(crate) const JUDGES: usize = 200;
 /// Networks have to forecast better than the law alone by this factor.
 const WORTH_IT: f64 = 0.5;
-/// Or they have to describe the window better by this factor, and stay within [`MOST_REACH`] for three windows: a motion whose turning
+/// Or they have to describe the window better by this factor, and stay near for three windows ([`Training::stays`]): a motion whose turning
 /// point lies in the held-out part cannot be forecast, and is still described.
 const DESCRIBES: f64 = 0.5;
-/// How much farther than in the window networks may carry an object in three windows.
-const MOST_REACH: f64 = 1.5;
-/// How many times more rollout steps networks of an object that is held rigid get.
-const HELD_STEPS: usize = 8;
 /// An affine motion is preferred to a rigid one only if the rigid residual is this many times larger …
 const RIGID_SLACK: f64 = 1.5;
 /// … and exceeds it by this part of the displacement.
@@ -222,7 +219,7 @@ impl Seen {
     fn train_networks(&self, distilled: &mut Distilled, config: &DistillConfig, seed: u64, progress: &mut dyn FnMut(DistillProgress)) {
         let samples = self.paths.samples();
         let known = samples - ((samples as f32 * config.held_out) as usize).clamp(1, samples / 2);
-        let training = Training::new(self, distilled, config);
+        let training = Training::new(&self.paths, &self.anchors, distilled, config);
         let mut better = true;
         if let Some(forecast) = distilled.report.forecast_error {
             let (system, field) = training.run(&distilled.system, known, seed, progress);
@@ -275,67 +272,6 @@ impl Seen {
         let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| norm2(wide(r))).sum::<f64>().sqrt();
         let (force, gradient) = (size(&system.forces(&q, &v)), size(&system.potential_gradients(&q)));
         if gradient > 0.0 { force / gradient } else { force }
-    }
-}
-
-/// What networks are trained on: a part of the particles, or the anchors of an object that is held rigid.
-struct Training<'a> {
-    config: &'a DistillConfig,
-    paths: Paths,
-    judges: Vec<usize>,
-    supports: Option<Supports>,
-    force_is_fixed: bool,
-}
-
-impl<'a> Training<'a> {
-    fn new(seen: &Seen, distilled: &Distilled, config: &'a DistillConfig) -> Self {
-        let whole_object = distilled.report.whole_object;
-        let particles = if whole_object { seen.anchors.clone() } else { seen.paths.spread(config.matching.particles) };
-        let paths = seen.paths.part(&particles, seen.paths.samples());
-        let local: Vec<u32> = (0..paths.len() as u32).collect();
-        let supports = whole_object.then(|| anchored_supports(&local, paths.len()));
-        let judges = if whole_object { (0..paths.len()).collect() } else { paths.spread(JUDGES) };
-        let force_is_fixed = whole_object && !distilled.report.terms.is_some_and(|terms| terms.has_force());
-        Self { config, paths, judges, supports, force_is_fixed }
-    }
-
-    fn hold(&self) -> Hold<'_> {
-        Hold { supports: self.supports.as_ref(), force_is_fixed: self.force_is_fixed }
-    }
-
-    fn error(&self, system: &System, field: &VelocityField, samples: std::ops::Range<usize>) -> f64 {
-        rollout_error(system, field, &self.paths, &self.judges, samples, self.hold())
-    }
-
-    /// Whether a rollout to three windows stays near where the object was in the first.
-    fn stays(&self, system: &System, field: &VelocityField) -> bool {
-        let seen: Vec<V3> = self.judges.iter().flat_map(|&j| (0..self.paths.samples()).map(move |s| self.paths.position(j, s))).collect();
-        let center = scale(seen.iter().fold([0.0; 3], |sum, &p| add(sum, p)), 1.0 / seen.len() as f64);
-        let limit = MOST_REACH * MOST_REACH * seen.iter().map(|&p| norm2(sub(p, center))).fold(0.0, f64::max);
-        let start = start_of(system, field, &self.paths, &self.judges);
-        let spec = self.hold().spec(self.paths.dt(), 3 * (self.paths.samples() - 1));
-        let states = rollout(system, &start, &spec);
-        states.iter().flat_map(|state| &state.q).all(|&q| norm2(sub(wide(q), center)) <= limit)
-    }
-
-    /// Matching (of independent particles) and rollouts on the first `samples` samples; rollouts count only if they lower the error.
-    fn run(&self, system: &System, samples: usize, seed: u64, progress: &mut dyn FnMut(DistillProgress)) -> (System, VelocityField) {
-        let all: Vec<usize> = (0..self.paths.len()).collect();
-        let paths = self.paths.part(&all, samples);
-        let (mut system, mut field) = (system.clone(), VelocityField::NONE);
-        let tell = |stage, steps| move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) };
-        let mut rollouts = self.config.rollout.clone();
-        if self.supports.is_some() {
-            // A held object's internal forces do not show in accelerations: rollouts have to teach everything.
-            (rollouts.steps, rollouts.learning_rate) = (HELD_STEPS * rollouts.steps, self.config.matching.learning_rate);
-        } else {
-            let matching = tell(DistillStage::Matching, self.config.matching.steps);
-            match_accelerations(&mut system, &paths, &self.config.matching, seed, &mut |tick| progress(matching(tick)));
-        }
-        let (before, unrefined) = (self.error(&system, &field, 0..samples), system.clone());
-        let refining = tell(DistillStage::Rollout, rollouts.steps);
-        refine_by_rollouts(&mut system, &mut field, &paths, &rollouts, self.hold(), seed, &mut |tick| progress(refining(tick)));
-        if self.error(&system, &field, 0..samples) > before { (unrefined, VelocityField::NONE) } else { (system, field) }
     }
 }
 

@@ -31,6 +31,7 @@ mod law_fit;
 mod law_select;
 mod law_system;
 mod network_fit;
+mod network_training;
 mod partition;
 mod pose;
 mod regroup;

@@ -11,6 +11,7 @@ mod features;
 mod perceptual;
 pub mod store;
 mod trunk;
+mod weight_kind;
 
 pub use features::Lpips;
 pub use perceptual::{Perceptual, PerceptualScore};
