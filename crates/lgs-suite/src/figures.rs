@@ -94,7 +94,7 @@ fn lagrangian(model: Model, value: Option<f64>) -> Option<f64> {
 }
 
 /// The figures of the paper's text (§9.4), and the errors against the truth that only synthetic scenes have.
-pub(crate) const TEXT_FIGURES: [TextFigure; 11] = [
+pub(crate) const TEXT_FIGURES: [TextFigure; 12] = [
     TextFigure {
         id: "extent_ratio_largest",
         title: "foreground extent relative to t = 0, largest to 3 τ_max and over scenes",
@@ -104,6 +104,13 @@ pub(crate) const TEXT_FIGURES: [TextFigure; 11] = [
             Model::Source => m.physics.source_extent_ratio_max,
             Model::Lagrangian => m.physics.extent_ratio_max,
         },
+    },
+    TextFigure {
+        id: "spread_over_truth_largest",
+        title: "size of what moves over the truth's, largest to 3 τ_max and over scenes",
+        format: Format::Number(3),
+        over: Over::Largest,
+        read: |m, model| lagrangian(model, m.physics.extent_against_truth.spread_max),
     },
     TextFigure {
         id: "cycle_error_negated_step",

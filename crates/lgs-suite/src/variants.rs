@@ -61,7 +61,7 @@ pub fn known_variants() -> Vec<Variant> {
             "without stage 3",
             Ablations,
             &["last_stage=2"],
-            "the source's Gaussians already fit the images, and stage 3 refines them inside of the window only",
+            "the source's Gaussians already fit the images; left out are both refinements, before and after the dynamics are tuned",
         ),
         variant(
             "without-stages-2-3",

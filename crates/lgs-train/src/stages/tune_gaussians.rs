@@ -1,6 +1,6 @@
 //! Stage 3: the Gaussians against the images, with the dynamics frozen.
 //!
-//! The same, shorter, comes before stage 2: a source model lets Gaussians slip where its motion is not that of the surfaces, and only once
+//! The same comes before stage 2: a source model lets Gaussians slip where its motion is not that of the surfaces, and only once
 //! they have settled into the distilled motion do the images' residuals speak of what is wrong with it.
 //!
 //! A step draws one training frame and its state of the current motion. Moving Gaussians are drawn where the rollout put them, displaced by
