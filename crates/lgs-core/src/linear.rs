@@ -15,6 +15,13 @@ pub fn quat_mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     ]
 }
 
+/// The conjugate of a quaternion: the inverse of a rotation.
+#[inline]
+#[must_use]
+pub fn quat_conjugate([w, x, y, z]: [f32; 4]) -> [f32; 4] {
+    [w, -x, -y, -z]
+}
+
 /// The quaternion scaled to unit length; a (near) zero one becomes the identity.
 #[must_use]
 #[inline]

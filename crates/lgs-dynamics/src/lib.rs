@@ -35,6 +35,7 @@ mod structured;
 mod supports;
 mod system;
 pub mod tensor;
+pub mod testing;
 mod twist;
 
 pub use align::{Alignment, align};

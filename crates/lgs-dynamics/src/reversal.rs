@@ -16,7 +16,7 @@ use crate::state::{Edit, Reversal, RolloutSpec, State, VelocityPolicy};
 use crate::supports::Supports;
 use crate::system::{ForceKind, System};
 use crate::twist::{Carrier, rigid_velocities};
-use lgs_core::linear::{add, quat_mul, quat_normalize, scale, sub};
+use lgs_core::linear::{add, quat_conjugate, quat_mul, quat_normalize, scale, sub};
 
 /// Times that a step back is corrected by the step forward from where it led.
 const CORRECTIONS: usize = 2;
@@ -45,8 +45,7 @@ pub fn rollout_reversed(system: &System, start: &State, spec: &RolloutSpec, reve
 
 /// Whether all particles have one support and one twist.
 fn moves_as_one(spec: &RolloutSpec) -> bool {
-    let common = |supports: &Supports| (1..supports.particles()).all(|particle| supports.members(particle) == supports.members(0));
-    spec.velocity_policy == VelocityPolicy::Rigid && spec.supports.is_some_and(common)
+    spec.velocity_policy == VelocityPolicy::Rigid && spec.supports.is_some_and(|supports| supports.common().is_some())
 }
 
 /// A state before a step, less what a step forward of `h` from it misses of `after`. All changes are rigid: what is not rigid does not survive
@@ -63,10 +62,6 @@ fn corrected(system: &System, before: &State, after: &State, spec: &RolloutSpec,
     let q = align(&before.q, &displaced, supports).aligned;
     let v: Vec<[f32; 3]> = before.v.iter().zip(missed_v).map(|(&v, missed)| add(v, missed)).collect();
     State { v: carried(&q, &v, supports, h), q, rotation }
-}
-
-fn quat_conjugate([w, x, y, z]: [f32; 4]) -> [f32; 4] {
-    [w, -x, -y, -z]
 }
 
 fn step_back(pool: &Pool, after: &State, spec: &RolloutSpec, h: f32) -> State {

@@ -118,6 +118,13 @@ impl Supports {
         &self.indices[particle * self.k..(particle + 1) * self.k]
     }
 
+    /// The support that all particles share, where they are several and do.
+    #[must_use]
+    pub fn common(&self) -> Option<&[u32]> {
+        let first = (self.particles() > 1).then(|| self.members(0))?;
+        (1..self.particles()).all(|particle| self.members(particle) == first).then_some(first)
+    }
+
     /// The slots of a slot's support.
     pub(crate) fn slot_members(&self, slot: usize) -> &[u32] {
         &self.members[slot * self.k..(slot + 1) * self.k]

@@ -3,41 +3,22 @@
 mod support;
 
 use lgs_core::linear::{add, cross, dot, mat_vec, matrix_from_quat, norm, quat_normalize, scale, sub};
+use lgs_dynamics::testing::linear_law;
 use lgs_dynamics::{
-    Edit, ForceKind, Normalisation, PotentialKind, Reversal, RolloutSpec, State, StateCotangents, Supports, System, SystemConfig,
-    VelocityPolicy, align, rigid_velocities, rollout, rollout_reversed, rollout_vjp,
+    Edit, ForceKind, PotentialKind, Reversal, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, align,
+    rigid_velocities, rollout, rollout_reversed, rollout_vjp,
 };
 use support::random_points;
 
 const TAU_MAX: f32 = 0.75;
 const POLICIES: [VelocityPolicy; 3] = [VelocityPolicy::Keep, VelocityPolicy::FromPositions, VelocityPolicy::Rigid];
 
-/// A system with `U = g·q + ½ qᵀ S q` (S as xx, yy, zz, xy, xz, yz), and constant structured damping and spin.
-fn quadratic(linear: [f32; 3], matrix: [f32; 6], damping: f32, spin: [f32; 3]) -> System {
-    let force = if damping == 0.0 && spin == [0.0; 3] { ForceKind::None } else { ForceKind::Structured };
-    let normalisation = Normalisation::identity();
-    let config = SystemConfig { potential: PotentialKind::QuadraticMlp, force, hidden: 4, hidden_layers: 1, normalisation };
-    let mut system = System::init(config, 1);
-    system.params.fill(0.0);
-    for entry in system.layout() {
-        let own = &mut system.params[entry.range];
-        match entry.name.as_str() {
-            "potential.linear" => own.copy_from_slice(&linear),
-            "potential.quadratic" => own.copy_from_slice(&matrix),
-            // softplus(raw − 6) = damping
-            "force.1.bias" => own.copy_from_slice(&[6.0 + damping.max(1e-30).exp_m1().ln(), spin[0], spin[1], spin[2]]),
-            _ => {}
-        }
-    }
-    system
-}
-
 fn gravity() -> System {
-    quadratic([0.0, 0.0, 9.81], [0.0; 6], 0.0, [0.0; 3])
+    linear_law([0.0, 0.0, 9.81], [0.0; 6], 0.0, [0.0; 3])
 }
 
 fn harmonic(omega: f32) -> System {
-    quadratic([0.0; 3], [omega * omega, omega * omega, 0.0, 0.0, 0.0, 0.0], 0.0, [0.0; 3])
+    linear_law([0.0; 3], [omega * omega, omega * omega, 0.0, 0.0, 0.0, 0.0], 0.0, [0.0; 3])
 }
 
 /// A solid body: points of a box around `center`.
@@ -75,8 +56,8 @@ fn motions() -> Vec<Motion> {
         motion("fan, spin 2", harmonic(2.0), &blade, turning(2.0), 1e-4),
         motion("fan, spin 6", harmonic(6.0), &blade, turning(6.0), 1e-4),
         // The explicit gyroscopic kick lets speeds grow by (ω h)²/2 per step, which is not rigid.
-        motion("projectile with spin", quadratic(carried, [0.0; 6], 0.0, [0.0, 0.0, 4.0]), &thrown, v_thrown, 0.01),
-        motion("sled with drag", quadratic([0.0; 3], [0.0; 6], 1.2, [0.0; 3]), &thrown, sliding, 1e-4),
+        motion("projectile with spin", linear_law(carried, [0.0; 6], 0.0, [0.0, 0.0, 4.0]), &thrown, v_thrown, 0.01),
+        motion("sled with drag", linear_law([0.0; 3], [0.0; 6], 1.2, [0.0; 3]), &thrown, sliding, 1e-4),
         motion("network, not rigid", support::lively_system(PotentialKind::QuadraticMlp, ForceKind::Structured), &fall, drifting, 0.05),
     ]
 }

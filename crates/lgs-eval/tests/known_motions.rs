@@ -5,34 +5,14 @@ use std::collections::BTreeMap;
 use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::synth::GroundTruth;
-use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, Supports, System, SystemConfig, VelocityPolicy};
+use lgs_dynamics::testing::quadratic;
+use lgs_dynamics::{Edit, Reversal, Supports, System, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 
 const GRAVITY: f32 = 2.0;
 /// One and a half radians by the end of the window; after whole half turns the kicks at both ends would cancel.
 const OMEGA: f32 = 2.0;
-
-/// A potential `g·q + ½ qᵀ S q` with S given as xx, yy, zz, xy, xz, yz.
-fn quadratic(linear: [f32; 3], matrix: [f32; 6]) -> System {
-    let config = SystemConfig {
-        potential: PotentialKind::QuadraticMlp,
-        force: ForceKind::None,
-        hidden: 4,
-        hidden_layers: 1,
-        normalisation: Normalisation::identity(),
-    };
-    let mut system = System::init(config, 0);
-    system.params.fill(0.0);
-    for entry in system.layout() {
-        match entry.name.as_str() {
-            "potential.linear" => system.params[entry.range].copy_from_slice(&linear),
-            "potential.quadratic" => system.params[entry.range].copy_from_slice(&matrix),
-            _ => {}
-        }
-    }
-    system
-}
 
 /// A 5×5×5 block of Gaussians around a centre.
 fn block(center: [f32; 3]) -> Vec<[f32; 3]> {

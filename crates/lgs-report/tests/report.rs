@@ -8,7 +8,8 @@ use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::frames::FrameSequence;
 use lgs_data::ply::read_ply;
 use lgs_data::synth::GroundTruth;
-use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig, VelocityPolicy};
+use lgs_dynamics::testing::quadratic;
+use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
 use lgs_model::source::{ImportedFrames, SourceModel};
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
@@ -17,29 +18,13 @@ use lgs_report::{Curve, RunSubject, suite_html, write_run_report};
 const GRAVITY: f32 = 2.0;
 const SIZE: u32 = 24;
 
-/// A uniform field along −z.
-fn gravity() -> System {
-    let config = SystemConfig {
-        potential: PotentialKind::QuadraticMlp,
-        force: ForceKind::None,
-        hidden: 4,
-        hidden_layers: 1,
-        normalisation: Normalisation::identity(),
-    };
-    let mut system = System::init(config, 0);
-    system.params.fill(0.0);
-    let linear = system.layout().into_iter().find(|e| e.name == "potential.linear").expect("linear term").range;
-    system.params[linear].copy_from_slice(&[0.0, 0.0, GRAVITY]);
-    system
-}
-
 /// Blocks of 27 Gaussians in free fall side by side, over a still floor.
 fn scene(blocks: usize) -> LagrangianScene {
     let block =
         |b: usize| (0..27).map(move |i| [i % 3, i / 3 % 3, i / 9].map(|c| 0.1 * c as f32)).map(move |[x, y, z]| [x + b as f32, y, z]);
     let means: Vec<[f32; 3]> = (0..blocks).flat_map(block).collect();
     let object = |b: usize| ObjectModel {
-        system: gravity(),
+        system: quadratic([0.0, 0.0, GRAVITY], [0.0; 6]),
         members: 27 * b..27 * (b + 1),
         supports: Some(Supports::nearest(&means[27 * b..27 * (b + 1)], 8)),
         velocity_policy: VelocityPolicy::Keep,

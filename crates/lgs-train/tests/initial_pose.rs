@@ -3,7 +3,8 @@
 use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, norm, quat_mul, sub};
 use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::Frame;
-use lgs_dynamics::{Edit, ForceKind, Normalisation, PotentialKind, Reversal, Supports, System, SystemConfig, VelocityPolicy};
+use lgs_dynamics::testing::quadratic;
+use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 use lgs_render::{Splats, rasterize};
 use lgs_train::stages::{TuneDynamics, TuneDynamicsConfig, Tuning};
@@ -17,15 +18,7 @@ fn turning_bar() -> LagrangianScene {
     for (i, color) in movers.sh.iter_mut().enumerate() {
         *color = ((i * 37) % 11) as f32 / 5.0 - 1.0;
     }
-    let config = SystemConfig {
-        potential: PotentialKind::QuadraticMlp,
-        force: ForceKind::None,
-        hidden: 4,
-        hidden_layers: 1,
-        normalisation: Normalisation::identity(),
-    };
-    let mut system = System::init(config, 0);
-    system.params.fill(0.0);
+    let system = quadratic([0.0; 3], [0.0; 6]);
     let supports = Supports::from_rows((0..24 * 24).map(|i| i % 24).collect(), 24).expect("supports of all");
     LagrangianScene {
         statics: GaussianCloud::default(),

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lagrangegs::lgs_core::GaussianCloud;
-use lagrangegs::lgs_dynamics::{ForceKind, Normalisation, PotentialKind, Supports, System, SystemConfig, VelocityPolicy};
+use lagrangegs::lgs_dynamics::testing::quadratic;
+use lagrangegs::lgs_dynamics::{Supports, VelocityPolicy};
 use lagrangegs::lgs_model::{LagrangianScene, MotionConfig, ObjectModel, save_scene};
 use lagrangegs::lgs_train::{Preset, TrainConfig};
 
@@ -103,17 +104,7 @@ pub(crate) fn falling_run(folder: &Path, dataset: &Path) -> PathBuf {
 }
 
 fn falling_scene() -> LagrangianScene {
-    let config = SystemConfig {
-        potential: PotentialKind::QuadraticMlp,
-        force: ForceKind::None,
-        hidden: 4,
-        hidden_layers: 1,
-        normalisation: Normalisation::identity(),
-    };
-    let mut system = System::init(config, 0);
-    system.params.fill(0.0);
-    let linear = system.layout().into_iter().find(|e| e.name == "potential.linear").expect("linear term").range;
-    system.params[linear].copy_from_slice(&[0.0, 0.0, 2.0]);
+    let system = quadratic([0.0, 0.0, 2.0], [0.0; 6]);
     let means: Vec<[f32; 3]> = (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| 0.1 * c as f32)).collect();
     let supports = Some(Supports::nearest(&means, 8));
     LagrangianScene {

@@ -6,7 +6,7 @@
 //! - rigid: `R = exp(r₁..₃)`, `x' = c + R (x − c) + σ a`, `q' = R ⊗ q̂`, about the centre c and in the scale σ of the input frame (the
 //!   fourth number of r is unused). A rigid body's Gaussians then all need the same six numbers.
 
-use lgs_core::linear::{add, cross, dot, quat_mul, scale, sub};
+use lgs_core::linear::{add, cross, dot, quat_conjugate, quat_mul, scale, sub};
 
 use super::config::MotionHead;
 use super::network::InputFrame;
@@ -62,11 +62,6 @@ fn rotate(q: [f32; 4], u: [f32; 3]) -> [f32; 3] {
     add(add(u, scale(t, q[0])), cross(n, t))
 }
 
-/// The inverse of a unit quaternion.
-fn conjugate(q: [f32; 4]) -> [f32; 4] {
-    [q[0], -q[1], -q[2], -q[3]]
-}
-
 /// A quaternion divided by its length, and that length; without a direction, no rotation.
 fn unit_or_none(r: [f32; 4]) -> ([f32; 4], f32) {
     let length = length4(r);
@@ -79,7 +74,7 @@ fn rotate_vjp(q: [f32; 4], u: [f32; 3], v: [f32; 3]) -> ([f32; 4], [f32; 3]) {
     let v_w = 2.0 * dot(v, cross(n, u));
     let turned = scale(cross(u, v), q[0]);
     let v_n: [f32; 3] = std::array::from_fn(|i| 2.0 * (turned[i] + v[i] * dot(n, u) + u[i] * dot(v, n) - 2.0 * n[i] * dot(v, u)));
-    ([v_w, v_n[0], v_n[1], v_n[2]], rotate(conjugate(q), v))
+    ([v_w, v_n[0], v_n[1], v_n[2]], rotate(quat_conjugate(q), v))
 }
 
 /// A Gaussian's pose row from its raw row, centre and quaternion.
@@ -116,19 +111,19 @@ pub fn pose_vjp(
         MotionHead::Displacement => (join(v_x, v_q, v_s), v_x, v_q),
         MotionHead::Turn => {
             let (turn, length) = unit_or_none(r);
-            let v_turn = quat_mul(v_q, conjugate(unit));
+            let v_turn = quat_mul(v_q, quat_conjugate(unit));
             let along: f32 = (0..4).map(|i| turn[i] * v_turn[i]).sum();
             let v_r = std::array::from_fn(|i| (v_turn[i] - turn[i] * along) / length);
-            (join(v_x, v_r, v_s), v_x, quat_mul(conjugate(turn), v_q))
+            (join(v_x, v_r, v_s), v_x, quat_mul(quat_conjugate(turn), v_q))
         }
         MotionHead::Rigid => {
             let w = [r[0], r[1], r[2]];
             let turn = quat_exp(w);
             let (v_turn, v_center) = rotate_vjp(turn, sub(x, frame.center), v_x);
-            let from_quat = quat_mul(v_q, conjugate(unit));
+            let from_quat = quat_mul(v_q, quat_conjugate(unit));
             let v_w = quat_exp_vjp(w, std::array::from_fn(|i| v_turn[i] + from_quat[i]));
             let v_r = [v_w[0], v_w[1], v_w[2], 0.0];
-            (join(scale(v_x, frame.scale), v_r, v_s), v_center, quat_mul(conjugate(turn), v_q))
+            (join(scale(v_x, frame.scale), v_r, v_s), v_center, quat_mul(quat_conjugate(turn), v_q))
         }
     };
     let along: f32 = (0..4).map(|i| unit[i] * v_unit[i]).sum();

@@ -81,7 +81,7 @@ impl TrainableObject {
             rms_speed: mean_square.sqrt(),
             config: object.system.config,
             velocity_policy: object.velocity_policy,
-            common: object.supports.as_ref().and_then(common_support),
+            common: object.supports.as_ref().and_then(Supports::common).map(<[u32]>::to_vec),
             supports: object.supports.clone().map(Arc::new),
         }
     }
@@ -218,13 +218,6 @@ impl ObjectPath {
         }
         (state.narrow(1, 0, 3), quat_mul(&rotation, at_start))
     }
-}
-
-/// The support that all particles share, if they do.
-fn common_support(supports: &Supports) -> Option<Vec<u32>> {
-    let first = (supports.particles() > 1).then(|| supports.members(0))?;
-    let shared = (1..supports.particles()).all(|i| supports.members(i) == first);
-    shared.then(|| first.to_vec())
 }
 
 /// `[3 n, 6]`: row 3j + i gives component i of particle j's velocity from a twist (u, ω) about the object's centre, u + ω × r.
