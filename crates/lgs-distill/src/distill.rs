@@ -3,9 +3,10 @@
 //! Particles that share a motion are denoised together; a linear law is chosen by forecasts and fitted by rollouts; networks learn what
 //! it leaves if that is worth it (or everything, in the paper's configuration), and stay only if they forecast better.
 
-use crate::anchors::{choose_anchors, steadiest_point};
+use crate::anchors::choose_anchors;
 use crate::config::{DistillConfig, SharedMotionKind};
 use crate::dense::{V3, norm2, wide};
+use crate::fitted_law::FittedLaw;
 use crate::law::Law;
 use crate::law_select::{ChosenLaw, choose_law};
 use crate::law_system::{normalisation, system_of_law};
@@ -121,6 +122,9 @@ pub fn distill(
     if unexplained {
         seen.train_networks(&mut distilled, config, seed, progress);
     }
+    if let Some(held) = law.and_then(|chosen| chosen.held).filter(|_| !distilled.report.networks) {
+        seen.hold(&mut distilled, &held);
+    }
     let finite = |rows: &[[f32; 3]]| rows.as_flattened().iter().all(|v| v.is_finite());
     if !(finite(&distilled.q0) && finite(&distilled.v0) && distilled.system.params.iter().all(|p| p.is_finite())) {
         return Err(DistillError::Diverged { stage: "distillation" });
@@ -149,8 +153,7 @@ impl Seen {
         let (paths, degree, anchors) = match &motion {
             Some(motion) => {
                 let (smooth, degree) = motion.smooth(config.degrees());
-                let center = steadiest_point(motion, &smooth);
-                let anchors = choose_anchors(motion, center, config.anchors);
+                let anchors = choose_anchors(motion, &smooth, config.anchors);
                 (Paths::shared(motion, &smooth, f64::from(trajectories.dt())), degree, anchors)
             }
             None => {
@@ -198,6 +201,17 @@ impl Seen {
         };
         let anchors = whole_object.then(|| self.anchors.iter().map(|&i| i as u32).collect());
         Distilled { system: system_of_law(self.system_config(config), &chosen.fitted.law, seed), q0, v0, anchors, report }
+    }
+
+    /// Starts the object as a body that one support holds rigid: what has been seen to be rigid need not lose its shape later.
+    fn hold(&self, distilled: &mut Distilled, held: &FittedLaw) {
+        let Some(motion) = &self.motion else { return };
+        distilled.system = system_of_law(distilled.system.config, &held.law, 0);
+        distilled.report.law = Some(held.law);
+        (distilled.q0, distilled.v0) = held.initial_states(motion, f64::from(self.paths.dt()));
+        distilled.anchors = Some(self.anchors.iter().map(|&i| i as u32).collect());
+        distilled.report.whole_object = true;
+        distilled.report.window_error = held.error;
     }
 
     /// An untrained system that starts on the paths.

@@ -149,10 +149,25 @@ impl<'a> LawFit<'a> {
         let descents = starts.iter().map(|law| {
             let mut unknowns = law.unknowns(&candidate.terms);
             unknowns.resize(unknowns.len() + self.start_unknowns(), 0.0);
-            self.descend(candidate, unknowns)
+            self.descend(candidate, unknowns, 0)
         });
         let (unknowns, cost) = descents.reduce(|best, next| if next.1 < best.1 { next } else { best })?;
-        let (law, start) = self.decode(candidate, &unknowns);
+        self.fitted(candidate, &unknowns, cost)
+    }
+
+    /// The best start of a body that is held rigid and follows a law fitted to independent particles. `None` if nothing finite comes of it.
+    pub(crate) fn held(&self, law: &Law, candidate: &Candidate) -> Option<FittedLaw> {
+        let candidate = Candidate { whole_object: true, ..*candidate };
+        let mut unknowns = law.unknowns(&candidate.terms);
+        let fixed = unknowns.len();
+        unknowns.resize(fixed + self.start_unknowns(), 0.0);
+        let (unknowns, cost) = self.descend(&candidate, unknowns, fixed);
+        self.fitted(&candidate, &unknowns, cost)
+    }
+
+    /// What a descent came to.
+    fn fitted(&self, candidate: &Candidate, unknowns: &[f64], cost: f64) -> Option<FittedLaw> {
+        let (law, start) = self.decode(candidate, unknowns);
         let error = (cost / (self.points.len() * self.motion.poses.len()) as f64).sqrt();
         (error.is_finite() && law.damping >= 0.0).then_some(FittedLaw {
             anchoring: candidate.whole_object.then_some(self.anchoring),
@@ -162,20 +177,21 @@ impl<'a> LawFit<'a> {
         })
     }
 
-    /// Levenberg–Marquardt: the unknowns where it stops, and the sum of squares there.
-    fn descend(&self, candidate: &Candidate, mut unknowns: Vec<f64>) -> (Vec<f64>, f64) {
+    /// Levenberg–Marquardt over the unknowns from `fixed` on: the unknowns where it stops, and the sum of squares there.
+    fn descend(&self, candidate: &Candidate, mut unknowns: Vec<f64>, fixed: usize) -> (Vec<f64>, f64) {
         let mut residual = self.residual(candidate, &unknowns);
         let mut cost = sum_of_squares(&residual);
         let mut lambda = 1e-4;
         for _ in 0..ITERATIONS {
-            let jacobian = self.jacobian(candidate, &unknowns, &residual);
+            let jacobian = self.jacobian(candidate, &unknowns, fixed, &residual);
             let mut improved = false;
             for _ in 0..8 {
                 let Some(step) = damped_step(&jacobian, &residual, lambda) else {
                     lambda *= 10.0;
                     continue;
                 };
-                let trial: Vec<f64> = unknowns.iter().zip(&step).map(|(p, s)| p - s).collect();
+                let mut trial = unknowns.clone();
+                trial[fixed..].iter_mut().zip(&step).for_each(|(p, s)| *p -= s);
                 let trial_residual = self.residual(candidate, &trial);
                 let trial_cost = sum_of_squares(&trial_residual);
                 if trial_cost < cost {
@@ -251,10 +267,10 @@ impl<'a> LawFit<'a> {
         out
     }
 
-    /// Forward differences of the residual, one row per unknown.
-    fn jacobian(&self, candidate: &Candidate, unknowns: &[f64], residual: &[f64]) -> Vec<Vec<f64>> {
+    /// Forward differences of the residual, one row per unknown from `fixed` on.
+    fn jacobian(&self, candidate: &Candidate, unknowns: &[f64], fixed: usize, residual: &[f64]) -> Vec<Vec<f64>> {
         let mut shifted = unknowns.to_vec();
-        (0..unknowns.len())
+        (fixed..unknowns.len())
             .map(|i| {
                 let step = 1e-6 * unknowns[i].abs().max(1e-2);
                 shifted[i] = unknowns[i] + step;

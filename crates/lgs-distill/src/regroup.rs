@@ -55,6 +55,19 @@ pub fn regroup(
     Ok(Partition { object, objects: groups.len() })
 }
 
+/// The partition without the objects that `kept` denies: their particles go to the motion of another object, or to rest, whichever explains
+/// their paths better.
+pub(crate) fn dissolve(trajectories: &Trajectories, weights: Option<&[f32]>, partition: &Partition, kept: &[bool]) -> Partition {
+    let motions: Vec<Vec<Pose>> =
+        (0..partition.objects).filter(|&o| kept[o]).map(|o| motion_of(trajectories, weights, &partition.members(o))).collect();
+    let mut next = partition.with_only(kept);
+    let is_loose = |o: i32| usize::try_from(o).is_ok_and(|o| !kept[o]);
+    for (i, own) in next.object.iter_mut().enumerate().filter(|(i, _)| is_loose(partition.object[*i])) {
+        *own = nearest_motion(trajectories, i, &motions).map_or(-1, |(object, _)| object as i32);
+    }
+    next
+}
+
 /// One round: fit, merge, assign, and group what is left over.
 fn regrouped(
     trajectories: &Trajectories,
@@ -88,18 +101,22 @@ enum Choice {
 }
 
 fn choose(trajectories: &Trajectories, particle: usize, motions: &[Vec<Pose>], config: &PartitionConfig, last: bool) -> Choice {
+    if motions.is_empty() && !last {
+        return Choice::Unexplained;
+    }
+    match nearest_motion(trajectories, particle, motions) {
+        None => Choice::Static,
+        Some((object, part)) if last || part <= f64::from(config.displacement_tolerance) => Choice::Object(object),
+        Some(_) => Choice::Unexplained,
+    }
+}
+
+/// The motion that explains a particle's path best, and what it leaves of the path as a part of what rest leaves; none if rest is better.
+fn nearest_motion(trajectories: &Trajectories, particle: usize, motions: &[Vec<Pose>]) -> Option<(usize, f64)> {
     let rest = residual(trajectories, particle, None);
     let residuals = motions.iter().map(|poses| residual(trajectories, particle, Some(poses)));
-    let Some((object, best)) = residuals.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else {
-        return if last { Choice::Static } else { Choice::Unexplained };
-    };
-    if rest <= best {
-        Choice::Static
-    } else if last || best <= f64::from(config.displacement_tolerance) * rest {
-        Choice::Object(object)
-    } else {
-        Choice::Unexplained
-    }
+    let (object, best) = residuals.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (best < rest).then(|| (object, best / rest))
 }
 
 /// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its mean.

@@ -35,7 +35,7 @@ pub struct DistillReport {
     pub terms: Option<Terms>,
     /// Its constants.
     pub law: Option<Law>,
-    /// Whether the object has to be held rigid as a whole (see [`crate::Distilled::supports`]).
+    /// Whether the object is held rigid as a whole (see [`crate::Distilled::supports`]).
     pub whole_object: bool,
     /// Position error at held-out samples of a fit without them, if it was measured.
     pub forecast_error: Option<f64>,

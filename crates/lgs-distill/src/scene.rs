@@ -3,9 +3,12 @@
 use crate::config::{DistillConfig, PartitionConfig};
 use crate::distill::{DistillProgress, Distilled, distill};
 use crate::partition::{Partition, partition};
-use crate::regroup::regroup;
+use crate::regroup::{dissolve, regroup};
 use crate::{DistillError, Trajectories};
 use serde::{Deserialize, Serialize};
+
+/// An object whose system leaves more than this part of its displacement has not been understood.
+const UNLEARNED: f64 = 0.5;
 
 /// Stage 1 of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -54,6 +57,9 @@ pub fn find_objects(trajectories: &Trajectories, weights: Option<&[f32]>, config
 
 /// Distils each object of a partition of the same particles.
 ///
+/// What no system follows is no object: its particles go to the others or to rest, and those are distilled again. The partition returned is
+/// the one that came of it.
+///
 /// # Errors
 /// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
 pub fn distill_objects(
@@ -69,6 +75,25 @@ pub fn distill_objects(
             return Err(DistillError::Length { field, expected: trajectories.len(), found });
         }
     }
+    let mut scene = distill_members(trajectories, weights, partition, config, seed, progress)?;
+    let learned = |(_, object): &(Vec<usize>, Distilled)| object.report.window_error <= UNLEARNED * object.report.displacement;
+    let kept: Vec<bool> = scene.objects.iter().map(learned).collect();
+    if kept.contains(&false) && kept.contains(&true) {
+        tracing::debug!(?kept, "objects that no system follows are dissolved");
+        let partition = dissolve(trajectories, weights, &scene.partition, &kept);
+        scene = distill_members(trajectories, weights, partition, config, seed, progress)?;
+    }
+    Ok(scene)
+}
+
+fn distill_members(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    partition: Partition,
+    config: &DistillConfig,
+    seed: u64,
+    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+) -> Result<SceneDistillation, DistillError> {
     let mut objects = Vec::with_capacity(partition.objects);
     for object in 0..partition.objects {
         let members = partition.members(object);

@@ -68,6 +68,25 @@ fn laws_extrapolate_to_three_windows() {
 }
 
 #[test]
+fn what_was_seen_to_be_rigid_keeps_its_shape_and_its_law() {
+    let truth = truth("fan");
+    let found = run(&window(&truth, normal(0.004)));
+    let supports = found.supports(20);
+    let spec = RolloutSpec::new(0.01, STEPS).aligned(&supports, VelocityPolicy::Rigid);
+    let states = rollout(&found.system, &State::at_start(found.q0.clone(), found.v0.clone()), &spec);
+    let apart = |state: &State, i: usize| f64::from(lgs_core::linear::norm(lgs_core::linear::sub(state.q[i], state.q[i + 200])));
+    for i in 0..200 {
+        let (first, last) = (apart(&states[0], i), apart(&states[STEPS], i));
+        assert!((last - first).abs() < 1e-3 * first + 1e-4, "{first} {last}");
+    }
+    // The law is that of its particles, of which a body held rigid would need none to turn.
+    let law = found.report.law.unwrap();
+    let trace: f64 = (0..3).map(|i| law.stiffness[i][i]).sum();
+    let spin = (-0.5 * trace).sqrt();
+    assert!((spin - 2.4).abs() < 0.01 * 2.4, "{spin}");
+}
+
+#[test]
 fn smooth_errors_shared_by_neighbours_and_floaters_do_not_invent_forces() {
     for (scene, bound) in [("falling-ball", 0.15), ("fan", 0.06), ("spring", 0.03)] {
         let truth = truth(scene);

@@ -1,7 +1,9 @@
 //! Static/moving split and objects.
 
 use lgs_data::synth;
-use lgs_distill::{PartitionConfig, PartitionMethod, SceneConfig, Trajectories, distill_scene, partition};
+use lgs_distill::{
+    DistillConfig, Partition, PartitionConfig, PartitionMethod, SceneConfig, Trajectories, distill_objects, distill_scene, partition,
+};
 use rand::RngExt;
 
 fn sampled(points: impl Fn(f32) -> Vec<[f32; 3]>) -> Trajectories {
@@ -101,4 +103,23 @@ fn k_means_with_the_right_count_parts_the_same_bodies() {
     }
     let one = partition(&touching(), &PartitionConfig { clusters: 1, ..config }).unwrap();
     assert_eq!((one.objects, one.moving()), (1, 343 + 216 + 5));
+}
+
+/// A block slides; of what is taken for a second object half slides with it, and half trembles, every particle by itself.
+#[test]
+fn what_no_system_follows_is_no_object() {
+    let seen = sampled(|t| {
+        let mut all: Vec<_> = lattice([0.0; 3], 7, 0.05).into_iter().map(|[x, y, z]| [x + 0.4 * t, y, z]).collect();
+        let tremble = |i: usize, p: [f32; 3]| [p[0], p[1], p[2] + 0.1 * (9.0 * t + 2.4 * i as f32).sin()];
+        all.extend(lattice([0.5, 0.0, 0.0], 5, 0.05).into_iter().enumerate().map(|(i, p)| tremble(i, p)));
+        all
+    });
+    let object = (0..343 + 125).map(|i| i32::from(i >= 300)).collect();
+    let mut config = DistillConfig::default();
+    (config.matching.steps, config.rollout.steps) = (60, 6);
+    let found = distill_objects(&seen, None, Partition { object, objects: 2 }, &config, 1, &mut |_, _, _| {}).unwrap();
+    assert_eq!((found.partition.objects, found.objects.len()), (1, 1));
+    assert!(found.partition.object[..343].iter().all(|&o| o == 0), "what slides joins the block");
+    assert!(found.partition.object[343..].iter().all(|&o| o == -1), "what trembles rests");
+    assert_eq!(found.objects[0].0.len(), 343);
 }

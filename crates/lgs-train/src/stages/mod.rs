@@ -8,6 +8,7 @@ mod initial_pose;
 mod mover_tensors;
 mod object_tensors;
 mod seen_motion;
+mod trainable_cloud;
 mod tune_dynamics;
 mod tune_gaussians;
 mod tuning;

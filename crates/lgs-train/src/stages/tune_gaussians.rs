@@ -5,23 +5,22 @@
 //!
 //! A step draws one training frame and its state of the current motion. Moving Gaussians are drawn where the rollout put them, displaced by
 //! the accumulated rotation times what their means have changed since that rollout (straight-through, G34); the motion is rolled anew
-//! from the changed means every so many steps.
+//! from the changed means every so many steps. The few Gaussians that hold a whole object rigid keep their means, and with them the motion that
+//! was found for the object.
 
-use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use lgs_core::{GaussianCloud, linear, stream};
+use burn::tensor::{Device, Tensor, TensorData};
+use lgs_core::{linear, stream};
 use lgs_data::dataset::Frame;
-use lgs_dynamics::{Edit, Reversal};
+use lgs_dynamics::{Edit, Reversal, Supports};
 use lgs_model::{LagrangianScene, Motion, SceneState, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
 use super::config::TuneGaussiansConfig;
 use super::mover_tensors::{CloudTensors, quat_mul, rows};
+use super::trainable_cloud::TrainableCloud;
 use super::{StepReport, Tuning, View, cosine, frame_loss, psnr_of};
-use crate::adam::{AdamGroup, values};
+use crate::adam::values;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
-
-/// Colours' direction-dependent part learns slower by this (reference section 2.6).
-const SH_REST_DIVISOR: f64 = 20.0;
 
 /// Stage 3 of a run, or the settling before stage 2.
 pub struct TuneGaussians<'a> {
@@ -33,6 +32,8 @@ pub struct TuneGaussians<'a> {
     step: usize,
     statics: TrainableCloud,
     movers: TrainableCloud,
+    /// `[n, 1]`: one for moving Gaussians whose means may change.
+    is_loose: Tensor<2>,
     /// Means that the cached states were rolled from.
     rolled_means: Vec<[f32; 3]>,
     /// The motion at every training time; frames of one time share it.
@@ -51,6 +52,7 @@ impl<'a> TuneGaussians<'a> {
             stage,
             rolled_means: Vec::new(),
             states: FrameStates::default(),
+            is_loose: loose_movers(&scene, &device),
             scene,
             frames,
             config,
@@ -122,9 +124,9 @@ impl Tuning for TuneGaussians<'_> {
         let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
         let gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
         let rate = cosine(self.step, self.config.iterations);
-        for (cloud, leaves) in [(&mut self.statics, &statics), (&mut self.movers, &movers)] {
-            cloud.descend(leaves, &gradients, &self.config, rate);
-        }
+        self.statics.descend(&statics, statics.means.grad(&gradients), &gradients, &self.config, rate);
+        let of_means = movers.means.grad(&gradients).map(|gradient| gradient * self.is_loose.clone());
+        self.movers.descend(&movers, of_means, &gradients, &self.config, rate);
         self.step += 1;
         StepReport { loss: values(&loss.inner())[0], psnr: psnr_of(error) }
     }
@@ -152,6 +154,17 @@ impl Tuning for TuneGaussians<'_> {
     }
 }
 
+/// `[n, 1]`: zero for the moving Gaussians that hold an object rigid as the common support of all its particles, one for the others.
+fn loose_movers(scene: &LagrangianScene, device: &Device) -> Tensor<2> {
+    let mut loose = vec![1.0_f32; scene.movers.len()];
+    for object in &scene.objects {
+        for &anchor in object.supports.as_ref().and_then(Supports::common).into_iter().flatten() {
+            loose[object.members.start + anchor as usize] = 0.0;
+        }
+    }
+    Tensor::from_data(TensorData::new(loose, [scene.movers.len(), 1]), device)
+}
+
 /// States of a motion by training frame.
 #[derive(Default)]
 struct FrameStates {
@@ -173,120 +186,5 @@ impl FrameStates {
 
     fn of(&self, frame: usize) -> &SceneState {
         &self.states[self.of_frame[frame]]
-    }
-}
-
-/// Trainable arrays of a cloud; the constant and the direction-dependent part of the colours apart, as their rates differ.
-struct TrainableCloud {
-    means: AdamGroup<2>,
-    rotations: AdamGroup<2>,
-    log_scales: AdamGroup<2>,
-    raw_opacities: AdamGroup<1>,
-    sh_constant: AdamGroup<2>,
-    /// None at degree 0.
-    sh_rest: Option<AdamGroup<2>>,
-}
-
-/// The leaves of one step's graph.
-struct CloudLeaves {
-    means: Tensor<2>,
-    rotations: Tensor<2>,
-    log_scales: Tensor<2>,
-    raw_opacities: Tensor<1>,
-    sh_constant: Tensor<2>,
-    sh_rest: Option<Tensor<2>>,
-}
-
-impl CloudLeaves {
-    fn tensors(&self) -> CloudTensors {
-        let n = self.means.dims()[0];
-        let constant = self.sh_constant.clone();
-        let sh = match &self.sh_rest {
-            Some(rest) => Tensor::cat(vec![constant, rest.clone()], 1),
-            None => constant,
-        };
-        let coefficients = sh.dims()[1] / 3;
-        CloudTensors {
-            means: self.means.clone(),
-            rotations: self.rotations.clone(),
-            log_scales: self.log_scales.clone(),
-            raw_opacities: self.raw_opacities.clone(),
-            sh: sh.reshape([n, coefficients, 3]),
-        }
-    }
-}
-
-impl TrainableCloud {
-    fn new(cloud: &GaussianCloud, device: &Device) -> Self {
-        let (n, stride) = (cloud.len(), cloud.sh_stride());
-        let columns = |from: usize, to: usize| cloud.sh.chunks_exact(stride).flat_map(move |row| row[from..to].iter().copied()).collect();
-        Self {
-            means: AdamGroup::new(cloud.means.as_flattened().to_vec(), [n, 3], device),
-            rotations: AdamGroup::new(cloud.rotations.as_flattened().to_vec(), [n, 4], device),
-            log_scales: AdamGroup::new(cloud.log_scales.as_flattened().to_vec(), [n, 3], device),
-            raw_opacities: AdamGroup::new(cloud.raw_opacities.clone(), [n], device),
-            sh_constant: AdamGroup::new(columns(0, 3), [n, 3], device),
-            sh_rest: (stride > 3).then(|| AdamGroup::new(columns(3, stride), [n, stride - 3], device)),
-        }
-    }
-
-    fn leaves(&self) -> CloudLeaves {
-        CloudLeaves {
-            means: self.means.leaf(),
-            rotations: self.rotations.leaf(),
-            log_scales: self.log_scales.leaf(),
-            raw_opacities: self.raw_opacities.leaf(),
-            sh_constant: self.sh_constant.leaf(),
-            sh_rest: self.sh_rest.as_ref().map(AdamGroup::leaf),
-        }
-    }
-
-    fn cloud(&self, sh_degree: usize) -> GaussianCloud {
-        let sh = values(&self.leaves().tensors().sh.inner());
-        GaussianCloud {
-            means: self.means.values().as_chunks().0.to_vec(),
-            rotations: self.rotations.values().as_chunks().0.to_vec(),
-            log_scales: self.log_scales.values().as_chunks().0.to_vec(),
-            raw_opacities: self.raw_opacities.values(),
-            sh,
-            sh_degree,
-        }
-    }
-
-    fn descend(&mut self, leaves: &CloudLeaves, gradients: &Gradients, config: &TuneGaussiansConfig, rate: f64) {
-        self.means.step(rate * config.means_learning_rate, leaves.means.grad(gradients));
-        self.rotations.step(rate * config.rotations_learning_rate, leaves.rotations.grad(gradients));
-        self.log_scales.step(rate * config.scales_learning_rate, leaves.log_scales.grad(gradients));
-        self.raw_opacities.step(rate * config.opacities_learning_rate, leaves.raw_opacities.grad(gradients));
-        self.sh_constant.step(rate * config.colors_learning_rate, leaves.sh_constant.grad(gradients));
-        if let (Some(group), Some(leaf)) = (&mut self.sh_rest, &leaves.sh_rest) {
-            group.step(rate * config.colors_learning_rate / SH_REST_DIVISOR, leaf.grad(gradients));
-        }
-    }
-
-    fn save(&self, file: &mut TensorFile, name: &str) {
-        self.means.insert_into(file, &format!("{name}.means"));
-        self.rotations.insert_into(file, &format!("{name}.rotations"));
-        self.log_scales.insert_into(file, &format!("{name}.log_scales"));
-        self.raw_opacities.insert_into(file, &format!("{name}.raw_opacities"));
-        self.sh_constant.insert_into(file, &format!("{name}.sh_constant"));
-        if let Some(rest) = &self.sh_rest {
-            rest.insert_into(file, &format!("{name}.sh_rest"));
-        }
-    }
-
-    /// Reads what [`Self::save`] wrote for a cloud of the same size and degree as `like`.
-    fn restore(file: &TensorFile, name: &str, like: &GaussianCloud, device: &Device) -> Result<Self, TensorFileError> {
-        let n = Some(like.len());
-        let matrix = |field: &str, width: usize| AdamGroup::read_from(file, &format!("{name}.{field}"), [n, Some(width)], device);
-        let rest = like.sh_stride() - 3;
-        Ok(Self {
-            means: matrix("means", 3)?,
-            rotations: matrix("rotations", 4)?,
-            log_scales: matrix("log_scales", 3)?,
-            raw_opacities: AdamGroup::read_from(file, &format!("{name}.raw_opacities"), [n], device)?,
-            sh_constant: matrix("sh_constant", 3)?,
-            sh_rest: if rest > 0 { Some(matrix("sh_rest", rest)?) } else { None },
-        })
     }
 }
