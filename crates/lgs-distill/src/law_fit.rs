@@ -5,10 +5,11 @@
 //! unknowns): the state is a pose and a velocity field, the particles are the six sigma points, so that a rollout costs microseconds and
 //! Jacobians by finite differences are affordable.
 
+use crate::acceleration_match::NormalEquations;
 use crate::chebyshev::Order;
 use crate::dense::{M3, V3, add, cross, mat_mul, rotation_of_vector, scale, solve_positive, sub};
 use crate::fitted_law::{Candidate, FittedLaw, Start};
-use crate::law::{Law, Stiffness, Terms, active_columns, full_design};
+use crate::law::Law;
 use crate::pose::{PoseKind, SmoothPose, angular_velocity};
 use crate::rigid_body::Anchoring;
 use crate::shared_motion::SharedMotion;
@@ -17,8 +18,6 @@ use crate::shared_motion::SharedMotion;
 const ITERATIONS: usize = 40;
 /// Relative improvement at which it stops.
 const CONVERGED: f64 = 1e-9;
-/// Ridge of the first least squares, as a part of a column's square.
-const RIDGE: f64 = 1e-4;
 
 /// The problem of one window.
 pub(crate) struct LawFit<'a> {
@@ -33,29 +32,6 @@ pub(crate) struct LawFit<'a> {
     particles: NormalEquations,
     /// The same at the anchors' centroid.
     centroid: NormalEquations,
-}
-
-/// Normal equations of the full linear law.
-#[derive(Clone, Copy, Debug)]
-struct NormalEquations {
-    gram: [[f64; 13]; 13],
-    rhs: [f64; 13],
-}
-
-impl NormalEquations {
-    const EMPTY: Self = Self { gram: [[0.0; 13]; 13], rhs: [0.0; 13] };
-
-    /// Adds the equation of an acceleration at a state.
-    fn add(&mut self, q: V3, v: V3, acceleration: V3) {
-        for (row, a) in full_design(q, v).iter().zip(acceleration) {
-            for i in 0..13 {
-                self.rhs[i] += row[i] * a;
-                for j in 0..13 {
-                    self.gram[i][j] += row[i] * row[j];
-                }
-            }
-        }
-    }
 }
 
 impl<'a> LawFit<'a> {
@@ -108,41 +84,13 @@ impl<'a> LawFit<'a> {
         }
     }
 
-    /// The law of some terms that matches accelerations best, as a start for the rollouts.
-    fn match_accelerations(&self, terms: &Terms, equations: &NormalEquations) -> Law {
-        let columns = active_columns(terms);
-        let n = columns.len();
-        let pairs = |a: &[usize], b: &[usize]| a.iter().flat_map(|&i| b.iter().map(move |&j| equations.gram[i][j])).sum::<f64>();
-        let mut gram = vec![0.0; n * n];
-        let mut rhs: Vec<f64> = columns.iter().map(|group| group.iter().map(|&c| equations.rhs[c]).sum()).collect();
-        for (i, a) in columns.iter().enumerate() {
-            for (j, b) in columns.iter().enumerate() {
-                gram[i * n + j] = pairs(a, b);
-            }
-        }
-        // Stiffness along directions that are hardly visited is noise: all of them share the ridge of the largest.
-        let largest = (3..9).map(|c| equations.gram[c][c]).fold(0.0, f64::max);
-        for (i, group) in columns.iter().enumerate() {
-            let visited = if (3..9).contains(&group[0]) { largest } else { gram[i * n + i] };
-            gram[i * n + i] += RIDGE * visited + 1e-12;
-        }
-        let mut all = [0.0; 13];
-        if solve_positive(&mut gram, &mut rhs, n, 1) {
-            columns.iter().zip(&rhs).for_each(|(group, &v)| group.iter().for_each(|&c| all[c] = v));
-        }
-        all[9] = all[9].max(0.0);
-        let full = Terms { gravity: true, stiffness: Stiffness::Full, damping: true, gyration: true };
-        let law = Law::with_unknowns(self.center, &full, &all);
-        Law::with_unknowns(self.center, terms, &law.unknowns(terms))
-    }
-
     /// Levenberg–Marquardt from the law that matches the particles' accelerations; for a rigid body also from the one that matches those of
     /// the centroid and from none, and the best is kept: rollouts of a rigid body have valleys of their own, and no one start leads into the
     /// deepest every time. `None` if nothing finite comes of it or the damping is negative.
     pub(crate) fn fit(&self, candidate: &Candidate) -> Option<FittedLaw> {
-        let by_particles = self.match_accelerations(&candidate.terms, &self.particles);
+        let by_particles = self.particles.solve(&candidate.terms, self.center);
         let starts = if candidate.whole_object {
-            vec![self.match_accelerations(&candidate.terms, &self.centroid), by_particles, Law::free(self.center)]
+            vec![self.centroid.solve(&candidate.terms, self.center), by_particles, Law::free(self.center)]
         } else {
             vec![by_particles]
         };

@@ -17,6 +17,7 @@
 //!
 //! What it refuses: contacts, explicit time dependence, and objects that share particles.
 
+mod acceleration_match;
 mod adam;
 mod anchors;
 mod chebyshev;
@@ -38,6 +39,7 @@ mod regroup;
 mod report;
 mod rigid_body;
 mod scene;
+mod seen;
 mod shared_motion;
 mod targets;
 #[cfg(test)]

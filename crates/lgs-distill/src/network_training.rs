@@ -2,8 +2,9 @@
 
 use crate::config::DistillConfig;
 use crate::dense::{V3, add, norm2, scale, sub, wide};
-use crate::distill::{DistillProgress, DistillStage, Distilled, JUDGES, anchored_supports};
+use crate::distill::{DistillProgress, DistillStage, Distilled, anchored_supports};
 use crate::network_fit::{Hold, Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of};
+use crate::seen::JUDGES;
 use crate::targets::Paths;
 use lgs_dynamics::{Supports, System, rollout};
 
