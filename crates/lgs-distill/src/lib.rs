@@ -20,6 +20,7 @@
 mod acceleration_match;
 mod adam;
 mod anchors;
+mod balance;
 mod chebyshev;
 mod config;
 mod dense;
