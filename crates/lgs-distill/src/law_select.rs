@@ -126,7 +126,8 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
     let (candidate, forecast, fitted) = kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate))?;
     let held = if candidate.whole_object { Some(fitted) } else { whole_object.then(|| whole.held(&fitted.law, &candidate)).flatten() };
     tracing::debug!(?candidate, error = fitted.error, held = held.map(|held| held.error), "the law, and the body held rigid under it");
-    let tolerated = f64::from(config.forecast_slack) * fitted.error + f64::from(config.forecast_floor) * displacement;
+    let unresolved = f64::from(config.forecast_floor) * displacement + f64::from(config.forecast_tolerance);
+    let tolerated = f64::from(config.forecast_slack) * fitted.error + unresolved;
     Some(ChosenLaw { candidate, fitted, held: held.filter(|held| held.error <= tolerated), forecast })
 }
 
