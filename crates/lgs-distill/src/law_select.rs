@@ -126,8 +126,7 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
     let (candidate, forecast, fitted) = kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate))?;
     let held = if candidate.whole_object { Some(fitted) } else { whole_object.then(|| whole.held(&fitted.law, &candidate)).flatten() };
     tracing::debug!(?candidate, error = fitted.error, held = held.map(|held| held.error), "the law, and the body held rigid under it");
-    let unresolved = f64::from(config.forecast_floor) * displacement + f64::from(config.forecast_tolerance);
-    let tolerated = f64::from(config.forecast_slack) * fitted.error + unresolved;
+    let tolerated = f64::from(config.forecast_slack) * fitted.error + f64::from(config.forecast_floor) * displacement;
     Some(ChosenLaw { candidate, fitted, held: held.filter(|held| held.error <= tolerated), forecast })
 }
 
