@@ -181,7 +181,8 @@ pub struct DistillConfig {
     pub forecast_tolerance: f32,
     /// Particles that hold a rigid object together, at least 4; a support of that many costs no more than one of nearest neighbours.
     pub anchors: usize,
-    /// Whether laws of a body held rigid by one support are candidates; without it every particle moves by itself.
+    /// Whether bodies may be held rigid by one support, for laws that need it and for those that they follow as well so; without it every
+    /// particle moves by itself.
     pub whole_object: bool,
     /// Networks are fitted to what the linear law leaves only if its forecast error is above this part of the displacement.
     pub remainder_threshold: f32,
