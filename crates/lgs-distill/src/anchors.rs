@@ -3,7 +3,7 @@
 //! With these as the support of every particle, Eq. 6 keeps the whole object rigid at the cost of a local support. Nearest neighbours
 //! do not: each small neighbourhood stays rigid, and the object still stretches.
 
-use crate::balance::{balance, turning_axis};
+use crate::balance::{LEAST_TURN, balance, turning_axis};
 use crate::chebyshev::Order;
 use crate::dense::{V3, add, mat_t_vec, norm2, solve_positive, sub};
 use crate::pose::SmoothPose;
@@ -12,12 +12,9 @@ use crate::shared_motion::SharedMotion;
 /// Particles lighter than this part of the mean weight (outliers, faint ones) are no anchors, unless too few are left.
 const LIGHTEST: f64 = 0.3;
 
-/// Angle per window below which a turn says nothing about its centre, rad.
-pub(crate) const LEAST_TURN: f64 = 0.3;
-
 /// The shape point whose acceleration changes least over the window: the centre of a thrown, spinning body, which need not be the mean of
 /// its Gaussians. The origin where the object hardly turns.
-pub(crate) fn steadiest_point(motion: &SharedMotion, smooth: &SmoothPose) -> V3 {
+fn steadiest_point(motion: &SharedMotion, smooth: &SmoothPose) -> V3 {
     let seconds: Vec<_> = motion.times.iter().map(|&t| smooth.at(t, Order::Second)).collect();
     let per = 1.0 / seconds.len() as f64;
     let mean = seconds.iter().fold([0.0; 12], |sum, pose| {
@@ -79,8 +76,41 @@ pub(crate) fn choose_anchors(motion: &SharedMotion, smooth: &SmoothPose, count: 
             left -= 1;
         }
     }
-    if let Some(axis) = turning_axis(motion, smooth).filter(|_| chosen.len() == count) {
+    if let Some(axis) = turning_axis(motion, smooth) {
         balance(motion, center, axis, &eligible, &mut chosen);
     }
     chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Trajectories;
+    use crate::dense::{dot, narrow, rotation_of_vector, scale};
+    use crate::pose::{Pose, PoseKind};
+    use crate::testing::block;
+
+    /// A slanted block turns about the vertical through its middle.
+    #[test]
+    fn anchors_are_balanced_about_the_axis_of_the_turn() {
+        let slanted = Pose { linear: rotation_of_vector([0.4, 0.6, 0.0]), shift: [0.0; 3] };
+        let body: Vec<V3> = block([0.3, 0.2, 0.05], 500, 5).into_iter().map(|b| slanted.apply(b)).collect();
+        let times: Vec<f32> = (0..40).map(|i| 0.02 * i as f32).collect();
+        let at = |t: f32| Pose { linear: rotation_of_vector([0.0, 0.0, 2.0 * f64::from(t)]), shift: [0.0; 3] };
+        let positions = times.iter().map(|&t| body.iter().map(|&b| narrow(at(t).apply(b))).collect()).collect();
+        let motion = SharedMotion::fit(&Trajectories { times, positions }, None, PoseKind::Rigid);
+        let smooth = motion.smooth(2..=8).0;
+        let axis = turning_axis(&motion, &smooth).expect("it turns");
+        let anchors = choose_anchors(&motion, &smooth, 20);
+        let part = 1.0 / anchors.len() as f64;
+        let centroid = anchors.iter().fold([0.0; 3], |sum, &i| add(sum, scale(motion.shape[i], part)));
+        let (mut products, mut square) = ([0.0; 3], 0.0);
+        for &i in &anchors {
+            let r = sub(motion.shape[i], centroid);
+            products = add(products, scale(sub(r, scale(axis, dot(r, axis))), part * dot(r, axis)));
+            square += part * norm2(r);
+        }
+        assert!(norm2(products).sqrt() < 0.005 * square, "{products:?} of {square}");
+        assert!(norm2(sub(centroid, steadiest_point(&motion, &smooth))) < 1e-4 * square, "{centroid:?}");
+    }
 }

@@ -3,11 +3,13 @@
 //! A rigid rollout conserves the anchors' angular momentum. If the axis of a turn is no principal axis of theirs, the object begins to tumble,
 //! whatever the true body does: the masses of a body are not those of its Gaussians.
 
-use crate::anchors::LEAST_TURN;
 use crate::chebyshev::Order;
 use crate::dense::{V3, add, dot, mat_t_vec, norm2, scale, sub, symmetric_eigen};
 use crate::pose::{SmoothPose, angular_velocity};
 use crate::shared_motion::SharedMotion;
+
+/// Angle per window below which a turn says nothing about its centre, rad.
+pub(crate) const LEAST_TURN: f64 = 0.3;
 
 /// Most rounds of exchanges.
 const EXCHANGES: usize = 60;
@@ -111,38 +113,4 @@ struct Exchange {
     slot: usize,
     particle: usize,
     change: Moments,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Trajectories;
-    use crate::anchors::{choose_anchors, steadiest_point};
-    use crate::dense::{narrow, rotation_of_vector};
-    use crate::pose::{Pose, PoseKind};
-    use crate::testing::block;
-
-    /// A slanted block turns about the vertical through its middle.
-    #[test]
-    fn anchors_are_balanced_about_the_axis_of_the_turn() {
-        let slanted = Pose { linear: rotation_of_vector([0.4, 0.6, 0.0]), shift: [0.0; 3] };
-        let body: Vec<V3> = block([0.3, 0.2, 0.05], 500, 5).into_iter().map(|b| slanted.apply(b)).collect();
-        let times: Vec<f32> = (0..40).map(|i| 0.02 * i as f32).collect();
-        let at = |t: f32| Pose { linear: rotation_of_vector([0.0, 0.0, 2.0 * f64::from(t)]), shift: [0.0; 3] };
-        let positions = times.iter().map(|&t| body.iter().map(|&b| narrow(at(t).apply(b))).collect()).collect();
-        let motion = SharedMotion::fit(&Trajectories { times, positions }, None, PoseKind::Rigid);
-        let smooth = motion.smooth(2..=8).0;
-        let axis = turning_axis(&motion, &smooth).expect("it turns");
-        let anchors = choose_anchors(&motion, &smooth, 20);
-        let part = 1.0 / anchors.len() as f64;
-        let centroid = anchors.iter().fold([0.0; 3], |sum, &i| add(sum, scale(motion.shape[i], part)));
-        let (mut products, mut square) = ([0.0; 3], 0.0);
-        for &i in &anchors {
-            let r = sub(motion.shape[i], centroid);
-            products = add(products, scale(sub(r, scale(axis, dot(r, axis))), part * dot(r, axis)));
-            square += part * norm2(r);
-        }
-        assert!(norm2(products).sqrt() < 0.005 * square, "{products:?} of {square}");
-        assert!(norm2(sub(centroid, steadiest_point(&motion, &smooth))) < 1e-4 * square, "{centroid:?}");
-    }
 }

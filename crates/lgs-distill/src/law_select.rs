@@ -32,7 +32,7 @@ pub(crate) struct ChosenLaw {
     pub(crate) candidate: Candidate,
     /// The fit to the whole window.
     pub(crate) fitted: FittedLaw,
-    /// The same law from the best start of a body held rigid, if the object is one and follows it as well so.
+    /// The same law from the best start of a body held rigid, if it was fitted to independent particles and the body follows it as well.
     pub(crate) held: Option<FittedLaw>,
     /// Root mean square position error at held-out samples.
     pub(crate) forecast: f64,
@@ -124,8 +124,8 @@ pub(crate) fn choose_law(motion: &SharedMotion, center: V3, anchors: &[usize], f
         best * f64::from(slack) + f64::from(config.forecast_floor) * displacement + f64::from(tolerance)
     };
     let (candidate, forecast, fitted) = kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate))?;
-    let held = if candidate.whole_object { Some(fitted) } else { whole_object.then(|| whole.held(&fitted.law, &candidate)).flatten() };
-    tracing::debug!(?candidate, error = fitted.error, held = held.map(|held| held.error), "the law, and the body held rigid under it");
+    let held = if whole_object && !candidate.whole_object { whole.held(&fitted.law, &candidate) } else { None };
+    tracing::debug!(?candidate, error = fitted.error, held = held.map(|held| held.error), "the law, and a body held rigid under it");
     let tolerated = f64::from(config.forecast_slack) * fitted.error + f64::from(config.forecast_floor) * displacement;
     Some(ChosenLaw { candidate, fitted, held: held.filter(|held| held.error <= tolerated), forecast })
 }

@@ -57,15 +57,15 @@ pub fn find_objects(trajectories: &Trajectories, weights: Option<&[f32]>, config
 
 /// Distils each object of a partition of the same particles.
 ///
-/// What no system follows is no object: its particles go to the others or to rest, and those are distilled again. The partition returned is
-/// the one that came of it.
+/// What no system follows is no object: its particles go to the others or to rest, and all is distilled again, until something follows
+/// every object or none. The partition returned is the one that came of it.
 ///
 /// # Errors
 /// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
 pub fn distill_objects(
     trajectories: &Trajectories,
     weights: Option<&[f32]>,
-    partition: Partition,
+    mut partition: Partition,
     config: &DistillConfig,
     seed: u64,
     progress: &mut dyn FnMut(usize, usize, DistillProgress),
@@ -75,33 +75,22 @@ pub fn distill_objects(
             return Err(DistillError::Length { field, expected: trajectories.len(), found });
         }
     }
-    let mut scene = distill_members(trajectories, weights, partition, config, seed, progress)?;
-    let learned = |(_, object): &(Vec<usize>, Distilled)| object.report.window_error <= UNLEARNED * object.report.displacement;
-    let kept: Vec<bool> = scene.objects.iter().map(learned).collect();
-    if kept.contains(&false) && kept.contains(&true) {
+    loop {
+        let mut objects = Vec::with_capacity(partition.objects);
+        for object in 0..partition.objects {
+            let members = partition.members(object);
+            let own_weights: Option<Vec<f32>> = weights.map(|w| members.iter().map(|&i| w[i]).collect());
+            let own_seed = seed.wrapping_add(object as u64);
+            let mut tell = |p| progress(object, partition.objects, p);
+            let distilled = distill(&trajectories.select(&members), own_weights.as_deref(), config, own_seed, &mut tell)?;
+            objects.push((members, distilled));
+        }
+        let learned = |(_, object): &(_, Distilled)| object.report.window_error <= UNLEARNED * object.report.displacement;
+        let kept: Vec<bool> = objects.iter().map(learned).collect();
+        if !kept.contains(&false) || !kept.contains(&true) {
+            return Ok(SceneDistillation { partition, objects });
+        }
         tracing::debug!(?kept, "objects that no system follows are dissolved");
-        let partition = dissolve(trajectories, weights, &scene.partition, &kept);
-        scene = distill_members(trajectories, weights, partition, config, seed, progress)?;
+        partition = dissolve(trajectories, weights, &partition, &kept);
     }
-    Ok(scene)
-}
-
-fn distill_members(
-    trajectories: &Trajectories,
-    weights: Option<&[f32]>,
-    partition: Partition,
-    config: &DistillConfig,
-    seed: u64,
-    progress: &mut dyn FnMut(usize, usize, DistillProgress),
-) -> Result<SceneDistillation, DistillError> {
-    let mut objects = Vec::with_capacity(partition.objects);
-    for object in 0..partition.objects {
-        let members = partition.members(object);
-        let own_weights: Option<Vec<f32>> = weights.map(|w| members.iter().map(|&i| w[i]).collect());
-        let own_seed = seed.wrapping_add(object as u64);
-        let mut tell = |p| progress(object, partition.objects, p);
-        let distilled = distill(&trajectories.select(&members), own_weights.as_deref(), config, own_seed, &mut tell)?;
-        objects.push((members, distilled));
-    }
-    Ok(SceneDistillation { partition, objects })
 }
