@@ -1,164 +1,203 @@
-//! Rows of an image with five pixels side by side in a vector.
+//! Rows of an image with sixteen pixels side by side in a vector.
 //!
-//! A row is cut into five segments of equal length. Cell `j` holds the RGB values of pixel `j` of every segment, 15 floats, and a zero. The
-//! neighbour of a pixel is then the same lane of the neighbouring cell, and windows along a row, like those along a column, read whole
-//! aligned vectors. Where a segment ends, a margin of cells repeats the beginning of the next one.
+//! A row is cut into sixteen segments of equal length. A cell holds a float of every segment: a channel of a pixel. The neighbour of a pixel is then the
+//! same lane of a neighbouring cell, and windows along a row, like those along a column, read whole aligned vectors. Where segments end, a margin of cells
+//! repeats the beginning of the next ones.
 
-use crate::simd::Lanes;
-use crate::window::{RADIUS, STEP};
+use crate::simd::{BLOCK, Lanes, V};
+use crate::window::{RADIUS, ROW_STEP};
+use pulp::Simd;
+use std::ops::Range;
 
-/// Segments of a row, and the floats of a pixel.
-const SEGMENTS: usize = 5;
-const CHANNELS: usize = 3;
+/// Segments of a row.
+pub(crate) const SEGMENTS: usize = BLOCK;
+/// Floats of a pixel.
+pub(crate) const CHANNELS: usize = 3;
 
 /// How a row of so many pixels lies in cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Layout {
     width: usize,
-    /// Pixels of a segment: the number of cells, margins excepted.
-    pub cells: usize,
-    /// Leading cells all of whose segments lie in the image.
-    whole: usize,
+    /// Pixels of a segment.
+    pixels: usize,
+    /// Leading segments that have all of their pixels.
+    complete: usize,
 }
 
 impl Layout {
     pub(crate) fn new(width: usize) -> Self {
-        let cells = width.div_ceil(SEGMENTS).max(1);
-        Self { width, cells, whole: width.saturating_sub((SEGMENTS - 1) * cells) }
+        let pixels = width.div_ceil(SEGMENTS).max(1);
+        Self { width, pixels, complete: width / pixels }
     }
 
-    /// Cells of a row between margins, rounded up to whole steps.
-    pub(crate) fn pitch(&self) -> usize {
-        self.cells.next_multiple_of(STEP) + 2 * RADIUS
+    /// Cells of a row, margins excepted: floats of a segment.
+    pub(crate) fn cells(&self) -> usize {
+        CHANNELS * self.pixels
+    }
+
+    /// Squares of sixteen cells of a row.
+    pub(crate) fn squares(&self) -> usize {
+        self.cells().div_ceil(BLOCK)
+    }
+
+    /// An empty row: whole steps of windows with margins, which is more than whole squares.
+    pub(crate) fn row<const PLANES: usize>(&self) -> Row<PLANES> {
+        vec![[[Lanes::ZERO; PLANES]; CHANNELS]; self.pixels.next_multiple_of(ROW_STEP) + 2 * RADIUS]
+    }
+
+    /// The floats of a row that a segment has.
+    pub(crate) fn segment(&self, segment: usize) -> Range<usize> {
+        let end = CHANNELS * self.width;
+        end.min(segment * self.cells())..end.min((segment + 1) * self.cells())
     }
 
     /// One for the floats of a cell that are in the image, zero for the others.
     pub(crate) fn inside(&self, cell: usize) -> Lanes {
-        let mut out = Lanes::ZERO;
-        for segment in 0..SEGMENTS {
-            if cell < self.cells && segment * self.cells + cell < self.width {
-                out.0[CHANNELS * segment..][..CHANNELS].fill(1.0);
-            }
-        }
+        Lanes(std::array::from_fn(|segment| if cell < self.segment(segment).len() { 1.0 } else { 0.0 }))
+    }
+
+    /// Leading segments of which a square has sixteen floats, with some of the next segment if need be. Those of segment `s` begin at
+    /// `16 square + s cells`.
+    #[inline(always)]
+    pub(crate) fn whole(&self, square: usize) -> usize {
+        let floats = (CHANNELS * self.width).saturating_sub(BLOCK * square);
+        self.complete.min((floats + self.cells()).saturating_sub(BLOCK) / self.cells())
+    }
+
+    /// Where those of sixteen floats are that a segment has.
+    fn some(&self, segment: usize, square: usize) -> Range<usize> {
+        let floats = self.segment(segment);
+        let start = floats.end.min(floats.start + BLOCK * square);
+        start..floats.end.min(start + BLOCK)
+    }
+
+    /// Floats of a segment in a square, zero beyond its end.
+    #[cold]
+    pub(crate) fn read_some(&self, row: &[f32], segment: usize, square: usize) -> [f32; BLOCK] {
+        let (mut out, floats) = ([0.0; BLOCK], &row[self.some(segment, square)]);
+        out[..floats.len()].copy_from_slice(floats);
         out
     }
 
-    /// Zeroes what is not in the image.
-    fn clear_outside(&self, cell: usize, lanes: &mut Lanes) {
-        let inside = self.inside(cell);
-        lanes.0.iter_mut().zip(inside.0).filter(|(_, inside)| *inside == 0.0).for_each(|(lane, _)| *lane = 0.0);
+    /// Writes the floats that a segment has in a square.
+    #[cold]
+    pub(crate) fn write_some(&self, row: &mut [f32], segment: usize, square: usize, lanes: &Lanes) {
+        let floats = &mut row[self.some(segment, square)];
+        floats.copy_from_slice(&lanes.0[..floats.len()]);
+    }
+
+    /// Where pixels of the margins lie.
+    pub(crate) fn margins(&self) -> impl Iterator<Item = usize> {
+        (0..RADIUS).chain(RADIUS + self.pixels..2 * RADIUS + self.pixels)
     }
 }
 
-/// Cells of a row of several planes.
-pub(crate) type Row<const PLANES: usize> = Vec<[Lanes; PLANES]>;
+/// By pixel of a segment, with margins, and channel: cells of several planes.
+pub(crate) type Row<const PLANES: usize> = Vec<[[Lanes; PLANES]; CHANNELS]>;
 
-/// Replaces one plane of a row by an interleaved row, or by zeros.
+/// Cells of a row from its first pixel on.
 #[inline(always)]
-pub(crate) fn read_row<const PLANES: usize>(layout: &Layout, from: Option<&[f32]>, row: &mut Row<PLANES>, plane: usize) {
-    let Some(from) = from else {
-        for planes in row {
-            planes[plane] = Lanes::ZERO;
-        }
-        return;
-    };
-    for (segment, pixels) in from.chunks(CHANNELS * layout.cells).enumerate().take(SEGMENTS - 1) {
-        // Four floats for three: the fourth is the next segment's.
-        for (planes, pixel) in row.iter_mut().zip(pixels.windows(4).step_by(CHANNELS)) {
-            planes[plane].0[CHANNELS * segment..][..4].copy_from_slice(pixel);
-        }
-        let last = pixels.len() / CHANNELS - 1;
-        row[last][plane].0[CHANNELS * segment..][..CHANNELS].copy_from_slice(&pixels[CHANNELS * last..]);
-    }
-    let last = from.chunks(CHANNELS * layout.cells).nth(SEGMENTS - 1).unwrap_or_default();
-    for (planes, pixel) in row.iter_mut().zip(last.as_chunks::<CHANNELS>().0) {
-        planes[plane].0[CHANNELS * (SEGMENTS - 1)..][..CHANNELS].copy_from_slice(pixel);
-    }
-    for (cell, planes) in row.iter_mut().enumerate().take(layout.cells).skip(layout.whole) {
-        layout.clear_outside(cell, &mut planes[plane]);
-    }
+pub(crate) fn cells<const PLANES: usize>(row: &Row<PLANES>) -> &[[Lanes; PLANES]] {
+    row[RADIUS..].as_flattened()
 }
 
-/// Writes one plane of a row to an interleaved row.
-pub(crate) fn write_row<const PLANES: usize>(layout: &Layout, row: &Row<PLANES>, plane: usize, out: &mut [f32]) {
-    for (segment, pixels) in out.chunks_mut(CHANNELS * layout.cells).enumerate() {
-        let last = pixels.len() / CHANNELS - 1;
-        // Four floats for three: the fourth is overwritten by the next pixel.
-        for (cell, planes) in row[..last].iter().enumerate() {
-            pixels[CHANNELS * cell..][..4].copy_from_slice(&planes[plane].0[CHANNELS * segment..][..4]);
-        }
-        pixels[CHANNELS * last..].copy_from_slice(&row[last][plane].0[CHANNELS * segment..][..CHANNELS]);
-    }
-}
-
-/// Fills the margins of a row, whose cell `j` is at `RADIUS + j`: neighbouring segments, zero outside of the image.
+/// Cells of a row from its first pixel on.
 #[inline(always)]
-pub(crate) fn fill_margins<const PLANES: usize>(row: &mut Row<PLANES>, count: usize) {
-    for k in 1..=RADIUS {
-        // Where the pixels lie, in cells and in segments to the left; then to the right.
-        let segments = k.div_ceil(count);
-        let mut left = row[RADIUS + segments * count - k];
-        for lanes in &mut left {
-            *lanes = moved_up(lanes, segments);
+pub(crate) fn cells_mut<const PLANES: usize>(row: &mut Row<PLANES>) -> &mut [[Lanes; PLANES]] {
+    row[RADIUS..].as_flattened_mut()
+}
+
+/// Fills the margins of a row: neighbouring segments, zero outside of the image.
+#[inline(always)]
+pub(crate) fn fill_margins<S: Simd, const PLANES: usize>(simd: S, layout: &Layout, row: &mut Row<PLANES>) {
+    let count = layout.pixels;
+    for at in layout.margins() {
+        // The pixel lies so many segments to the left, or to the right.
+        let (left, right) = (RADIUS.saturating_sub(at).div_ceil(count), at.saturating_sub(RADIUS) / count);
+        let mut pixel = row[at + left * count - right * count];
+        for lanes in pixel.as_flattened_mut() {
+            for _ in 0..left {
+                *lanes = moved_up(simd, lanes);
+            }
+            for _ in 0..right {
+                *lanes = moved_down(simd, lanes);
+            }
         }
-        row[RADIUS - k] = left;
-        let (at, segments) = (RADIUS + count + k - 1, (count + k - 1) / count);
-        let mut right = row[at - segments * count];
-        for lanes in &mut right {
-            *lanes = moved_down(lanes, segments);
-        }
-        row[at] = right;
+        row[at] = pixel;
     }
 }
 
-/// Every segment so many places up.
+/// Every segment in the place of the next one.
 #[inline(always)]
-fn moved_up(from: &Lanes, segments: usize) -> Lanes {
-    let mut out = *from;
-    for _ in 0..segments.min(SEGMENTS) {
-        let [a, b, c, d, e, f, g, h, i, j, k, l, _, _, _, _] = out.0;
-        out.0 = [0.0, 0.0, 0.0, a, b, c, d, e, f, g, h, i, j, k, l, 0.0];
+fn moved_up<S: Simd>(simd: S, lanes: &Lanes) -> Lanes {
+    if S::F32_LANES == BLOCK {
+        return turned(simd, lanes, 1, 0);
     }
-    out
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, _] = lanes.0;
+    Lanes([0.0, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o])
 }
 
-/// Every segment so many places down.
+/// Every segment in the place of the one before it.
 #[inline(always)]
-fn moved_down(from: &Lanes, segments: usize) -> Lanes {
-    let mut out = *from;
-    for _ in 0..segments.min(SEGMENTS) {
-        let [_, _, _, d, e, f, g, h, i, j, k, l, m, n, o, _] = out.0;
-        out.0 = [d, e, f, g, h, i, j, k, l, m, n, o, 0.0, 0.0, 0.0, 0.0];
+fn moved_down<S: Simd>(simd: S, lanes: &Lanes) -> Lanes {
+    if S::F32_LANES == BLOCK {
+        return turned(simd, lanes, BLOCK - 1, BLOCK - 1);
     }
+    let [_, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = lanes.0;
+    Lanes([b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, 0.0])
+}
+
+/// A whole vector turned by so many places, and one of them cleared.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, lanes: &Lanes, places: usize, cleared: usize) -> Lanes {
+    let mut out = Lanes::ZERO;
+    out.set(0, V { simd, value: simd.rotate_right_f32s(lanes.get(simd, 0).value, places) });
+    out.0[cleared] = 0.0;
     out
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::BLOCK;
+    use crate::transpose::transpose;
+    use pulp::{Arch, Scalar, WithSimd};
+
+    /// Reads floats to cells, and back.
+    struct ThereAndBack<'a>(Layout, &'a [f32]);
+
+    impl WithSimd for ThereAndBack<'_> {
+        type Output = (Row<2>, Vec<f32>);
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let Self(layout, floats) = self;
+            let (mut row, mut back) = (layout.row::<2>(), vec![0.0; floats.len()]);
+            for square in (0..layout.squares()).rev() {
+                let lanes = std::array::from_fn(|segment| Lanes(layout.read_some(floats, segment, square)));
+                lanes.iter().enumerate().for_each(|(segment, lanes)| layout.write_some(&mut back, segment, square, lanes));
+                transpose(simd, &lanes, 1, &mut cells_mut(&mut row).as_chunks_mut().0[square]);
+            }
+            fill_margins(simd, &layout, &mut row);
+            (row, back)
+        }
+    }
 
     #[test]
-    fn a_cell_holds_a_pixel_of_every_segment_and_margins_those_next_to_it() {
-        for width in [1, 3, 5, 7, 23, 24, 40] {
+    fn a_cell_holds_a_float_of_every_segment_and_margins_those_next_to_it() {
+        for width in [1, 3, 5, 7, 23, 24, 40, 79, 80, 81, 97, 112, 200] {
             let layout = Layout::new(width);
-            let pixels: Vec<f32> = (0..3 * width).map(|i| i as f32 + 1.0).collect();
-            let mut row: Row<2> = vec![[Lanes([7.0; BLOCK]); 2]; layout.pitch() - 2 * RADIUS];
-            row.iter_mut().for_each(|planes| planes[1].0[BLOCK - 1] = 0.0);
-            read_row(&layout, Some(&pixels), &mut row, 1);
-            let mut out = vec![0.0; 3 * width];
-            write_row(&layout, &row, 1, &mut out);
-            assert_eq!(out, pixels);
-
-            let mut wide: Row<2> = vec![[Lanes::ZERO; 2]; layout.pitch()];
-            wide[RADIUS..RADIUS + layout.cells].copy_from_slice(&row[..layout.cells]);
-            fill_margins(&mut wide, layout.cells);
-            for (cell, planes) in wide.iter().enumerate().take(layout.cells + 2 * RADIUS) {
-                for (lane, &value) in planes[1].0.iter().enumerate() {
-                    let pixel = (lane / CHANNELS * layout.cells + cell) as isize - RADIUS as isize;
-                    let inside = lane < SEGMENTS * CHANNELS && (0..width as isize).contains(&pixel);
-                    let expected = if inside { (3 * pixel + (lane % CHANNELS) as isize + 1) as f32 } else { 0.0 };
-                    assert_eq!(value, expected, "width {width}, cell {cell}, lane {lane}");
+            let floats: Vec<f32> = (0..3 * width).map(|i| i as f32 + 1.0).collect();
+            for (row, back) in [Arch::new().dispatch(ThereAndBack(layout, &floats)), Scalar.vectorize(ThereAndBack(layout, &floats))] {
+                assert_eq!(back, floats, "width {width}");
+                for (at, cells) in row.iter().enumerate().take(layout.pixels + 2 * RADIUS) {
+                    for (channel, planes) in cells.iter().enumerate() {
+                        for (segment, &value) in planes[1].0.iter().enumerate() {
+                            let pixel = (segment * layout.pixels + at) as isize - RADIUS as isize;
+                            let expected =
+                                if (0..width as isize).contains(&pixel) { (3 * pixel + channel as isize + 1) as f32 } else { 0.0 };
+                            assert_eq!(value, expected, "width {width}, pixel {at}, segment {segment}");
+                        }
+                    }
                 }
             }
         }

@@ -24,6 +24,7 @@ pub mod exponential;
 mod extent;
 mod photometric;
 mod photometric_band;
+mod photometric_memory;
 mod project;
 mod project_vjp;
 mod rasterize;
@@ -35,6 +36,7 @@ mod ssim;
 pub mod tensor;
 mod tile_list;
 mod tiles;
+mod transpose;
 mod view;
 mod window;
 

@@ -125,10 +125,16 @@ impl<'a> Pair<'a> {
         Self { a: a.as_flattened(), b: b.as_flattened(), row: 3 * width, height }
     }
 
+    /// Both images, floats one after the other.
+    #[inline(always)]
+    pub(crate) fn images(&self) -> [&'a [f32]; 2] {
+        [self.a, self.b]
+    }
+
     /// A row of both images.
     #[inline(always)]
-    pub(crate) fn rows(&self, y: usize) -> [&'a [f32]; 2] {
-        [&self.a[y * self.row..(y + 1) * self.row], &self.b[y * self.row..(y + 1) * self.row]]
+    pub(crate) fn row(&self, y: usize) -> [&'a [f32]; 2] {
+        [&self.a[y * self.row..][..self.row], &self.b[y * self.row..][..self.row]]
     }
 
     /// Bands of equal heights, one per thread, so that threads finish together and few rows are computed twice.

@@ -1,7 +1,14 @@
-//! The separable 11-tap Gaussian window of SSIM, over vectors in a row or in a column: eight results from eighteen inputs at a time, so
-//! that an input is read once for all of them.
+//! The separable 11-tap Gaussian window of SSIM, over vectors in a row or in a column.
+//!
+//! With `c_k x = x[-k] + x[k]`, a symmetric window of eleven taps is, up to a factor, the nested sum
+//!
+//! `x + a₀ c₁ x + b₀ c₂ (x + a₁ c₁ x + b₁ c₂ (x + a₂ c₁ x))`:
+//!
+//! three additions and five multiply-adds where tap by tap it takes eleven. For a Gaussian all its terms are positive, so that nothing
+//! cancels. What is nested is needed for two results; it is carried from one block of results to the next.
 
-use crate::simd::{V, splat};
+use crate::cells::{CHANNELS, Row};
+use crate::simd::{BLOCK, Lanes, V, splat};
 use pulp::Simd;
 
 /// Taps on either side of the centre.
@@ -10,73 +17,242 @@ pub(crate) const RADIUS: usize = 5;
 const SIZE: usize = 2 * RADIUS + 1;
 /// Standard deviation, pixels.
 const SIGMA: f64 = 1.5;
-/// Results at a time.
+/// Results at a time down a column.
 pub(crate) const STEP: usize = 8;
-/// Inputs that the windows of `STEP` results reach.
-pub(crate) const SPAN: usize = STEP + 2 * RADIUS;
+/// Results at a time along a row, whose segments are short.
+pub(crate) const ROW_STEP: usize = 5;
+/// Inputs behind the last one that a block of results carries on from, and nested sums.
+const CARRIED: usize = 4;
+/// Inputs that a column keeps.
+const KEPT: usize = CARRIED + 2;
+
+/// The window, up to its sum.
+fn raw() -> [f64; SIZE] {
+    std::array::from_fn(|i| (-0.5 * ((i as f64 - RADIUS as f64) / SIGMA).powi(2)).exp())
+}
 
 /// The normalised window.
 pub(crate) fn weights() -> [f32; SIZE] {
-    let raw: [f64; SIZE] = std::array::from_fn(|i| (-0.5 * ((i as f64 - RADIUS as f64) / SIGMA).powi(2)).exp());
-    let total: f64 = raw.iter().sum();
-    raw.map(|w| (w / total) as f32)
+    let total: f64 = raw().iter().sum();
+    raw().map(|w| (w / total) as f32)
 }
 
-/// The window as vectors, from its edge to its centre; the other half is the same.
-pub(crate) type Taps<S> = [V<S>; RADIUS + 1];
+/// Factors of the nested sum.
+#[derive(Clone, Copy)]
+pub(crate) struct Nest<S: Simd> {
+    near: [V<S>; 3],
+    far: [V<S>; 2],
+}
 
-/// The window times a factor.
+/// Terms of `c₁ⁱ c₂ʲ` in the window: `[[1, c₁], [c₂, c₁ c₂], [c₂², c₁ c₂²]]`, from `c₁ c₂ = c₁ + c₃`, `c₂² = c₄ + 2` and `c₁ c₂² = 2 c₁ + c₃ + c₅`.
+fn terms() -> [[f64; 2]; 3] {
+    let [_, _, _, _, _, w0, w1, w2, w3, w4, w5] = raw();
+    [[w0 - 2.0 * w4, w1 - w3 - w5], [w2, w3 - w5], [w4, w5]]
+}
+
+/// Sum of the factors of the nested sum: by so much it exceeds a mean.
+pub(crate) fn gain() -> f64 {
+    raw().iter().sum::<f64>() / terms()[0][0]
+}
+
+impl<S: Simd> Nest<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S) -> Self {
+        let [[x0, near0], [x1, near1], [x2, near2]] = terms();
+        let by = |a: f64, b: f64| splat(simd, (a / b) as f32);
+        Self { near: [by(near0, x0), by(near1, x1), by(near2, x2)], far: [by(x1, x0), by(x2, x1)] }
+    }
+}
+
+/// What the results of a block share with those of the next one.
+#[derive(Clone, Copy)]
+pub(crate) struct Carry<S: Simd> {
+    /// `c₁ x` at the first four results.
+    near: [V<S>; CARRIED],
+    /// The innermost sum at the first four results.
+    inner: [V<S>; CARRIED],
+    /// The middle sum at the two inputs before the first result and at the first two results.
+    middle: [V<S>; CARRIED],
+}
+
+impl<S: Simd> Carry<S> {
+    /// From the six inputs around the first four results, and middle sums.
+    #[inline(always)]
+    fn resume(nest: &Nest<S>, x: &[V<S>; KEPT], middle: [V<S>; CARRIED]) -> Self {
+        let mut carry = Self { near: middle, inner: middle, middle };
+        for i in 0..CARRIED {
+            carry.near[i] = x[i] + x[i + 2];
+            carry.inner[i] = nest.near[2].mul_add(carry.near[i], x[i + 1]);
+        }
+        carry
+    }
+
+    /// From the ten inputs around the first result, four of them behind it.
+    #[inline(always)]
+    fn begin(nest: &Nest<S>, x: &[V<S>; 2 * RADIUS]) -> Self {
+        let [mut near, mut inner] = [[x[0]; 2 * CARRIED]; 2];
+        for i in 0..2 * CARRIED {
+            near[i] = x[i] + x[i + 2];
+            inner[i] = nest.near[2].mul_add(near[i], x[i + 1]);
+        }
+        let mut middle = [x[0]; CARRIED];
+        for i in 0..CARRIED {
+            middle[i] = nest.far[1].mul_add(inner[i] + inner[i + 4], nest.near[1].mul_add(near[i + 2], x[i + 3]));
+        }
+        let [_, _, _, _, near @ ..] = near;
+        let [_, _, _, _, inner @ ..] = inner;
+        Self { near, inner, middle }
+    }
+
+    /// The nested sums at `x[..COUNT]`, of at most `STEP`, from `RADIUS` inputs more.
+    #[inline(always)]
+    fn advance<const COUNT: usize>(&mut self, nest: &Nest<S>, x: &[V<S>; STEP + RADIUS]) -> [V<S>; COUNT] {
+        let [mut near, mut inner, mut middle] = [[x[0]; STEP + CARRIED]; 3];
+        near[..CARRIED].copy_from_slice(&self.near);
+        inner[..CARRIED].copy_from_slice(&self.inner);
+        middle[..CARRIED].copy_from_slice(&self.middle);
+        let mut out = [x[0]; COUNT];
+        for i in 0..COUNT {
+            near[i + 4] = x[i + 3] + x[i + 5];
+            inner[i + 4] = nest.near[2].mul_add(near[i + 4], x[i + 4]);
+            middle[i + 4] = nest.far[1].mul_add(inner[i] + inner[i + 4], nest.near[1].mul_add(near[i + 2], x[i + 2]));
+            out[i] = nest.far[0].mul_add(middle[i] + middle[i + 4], nest.near[0].mul_add(near[i], x[i]));
+        }
+        self.near.copy_from_slice(&near[COUNT..COUNT + CARRIED]);
+        self.inner.copy_from_slice(&inner[COUNT..COUNT + CARRIED]);
+        self.middle.copy_from_slice(&middle[COUNT..COUNT + CARRIED]);
+        out
+    }
+}
+
+/// What a column keeps from step to step: inputs, then middle sums. All zero, it follows zeros.
+pub(crate) type Column = [Lanes; KEPT + CARRIED];
+
+/// The nested sums around the `STEP` inputs that lie `RADIUS` before those that enter a column.
 #[inline(always)]
-pub(crate) fn taps<S: Simd>(simd: S, scale: f32) -> Taps<S> {
-    let mut out = [splat(simd, 0.0); RADIUS + 1];
-    for (out, weight) in out.iter_mut().zip(weights()) {
-        *out = splat(simd, scale * weight);
+pub(crate) fn down<S: Simd>(simd: S, nest: &Nest<S>, column: &mut Column, entering: &[V<S>; STEP], index: usize) -> [V<S>; STEP] {
+    let mut x = [splat(simd, 0.0); KEPT + STEP];
+    let mut middle = [splat(simd, 0.0); CARRIED];
+    for i in 0..KEPT {
+        x[i] = column[i].get(simd, index);
+    }
+    for i in 0..CARRIED {
+        middle[i] = column[KEPT + i].get(simd, index);
+    }
+    x[KEPT..].copy_from_slice(entering);
+    let mut carry = Carry::resume(nest, x.first_chunk().expect("six inputs"), middle);
+    let out = carry.advance::<STEP>(nest, x.last_chunk().expect("thirteen inputs"));
+    for i in 0..KEPT {
+        column[i].set(index, x[STEP + i]);
+    }
+    for i in 0..CARRIED {
+        column[KEPT + i].set(index, carry.middle[i]);
     }
     out
 }
 
-/// Adds a tap's products to all sums, tap by tap, so that no sum waits for another. Written out, because the compiler keeps sums in registers only
-/// where every index is a constant.
-macro_rules! add_taps {
-    ($taps:ident, $inputs:ident, $out:ident: $($tap:literal)+) => {$(
-        add_taps!(@ $taps, $inputs, $out, $tap: 0 1 2 3 4 5 6 7);
-    )+};
-    (@ $taps:ident, $inputs:ident, $out:ident, $tap:literal: $($sum:literal)+) => {$(
-        $out[$sum] = $taps[RADIUS - ($tap - RADIUS as isize).unsigned_abs()].mul_add($inputs[$tap + $sum], $out[$sum]);
-    )+};
+/// Replaces a plane of a row by the nested sums of a plane of another one, or of its squares. The other one's margins are filled.
+#[inline(always)]
+pub(crate) fn along<S: Simd, const SQUARED: bool, const FROM: usize, const TO: usize>(
+    simd: S,
+    nest: &Nest<S>,
+    (from, plane): (&Row<FROM>, usize),
+    (to, plane_to): (&mut Row<TO>, usize),
+) {
+    for index in 0..BLOCK / S::F32_LANES {
+        for channel in 0..CHANNELS {
+            let mut first = [splat(simd, 0.0); 2 * RADIUS];
+            for (x, cells) in first.iter_mut().zip(from) {
+                *x = input::<S, SQUARED>(simd, &cells[channel][plane], index);
+            }
+            let mut carry = Carry::begin(nest, &first);
+            let mut x = [splat(simd, 0.0); STEP + RADIUS];
+            x[..RADIUS].copy_from_slice(&first[RADIUS..]);
+            let blocks = to[RADIUS..].as_chunks_mut::<ROW_STEP>().0;
+            for (entering, to) in from[2 * RADIUS..].as_chunks::<ROW_STEP>().0.iter().zip(blocks) {
+                for i in 0..ROW_STEP {
+                    x[RADIUS + i] = input::<S, SQUARED>(simd, &entering[i][channel][plane], index);
+                }
+                let out = carry.advance::<ROW_STEP>(nest, &x);
+                x.copy_within(ROW_STEP..ROW_STEP + RADIUS, 0);
+                for i in 0..ROW_STEP {
+                    to[i][channel][plane_to].set(index, out[i]);
+                }
+            }
+        }
+    }
 }
 
-/// The window around each of the middle `STEP` inputs.
 #[inline(always)]
-pub(crate) fn windowed<S: Simd>(taps: &Taps<S>, inputs: &[V<S>; SPAN]) -> [V<S>; STEP] {
-    let mut out = [splat(taps[0].simd, 0.0); STEP];
-    add_taps!(taps, inputs, out: 0 1 2 3 4 5 6 7 8 9 10);
-    out
+fn input<S: Simd, const SQUARED: bool>(simd: S, lanes: &Lanes, index: usize) -> V<S> {
+    let x = lanes.get(simd, index);
+    if SQUARED { x * x } else { x }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pulp::{Scalar, WithSimd};
+    use crate::cells::{Layout, cells, cells_mut, fill_margins};
+    use pulp::{Arch, WithSimd};
 
-    struct Window([f32; SPAN]);
+    struct Windows<'a>(&'a Layout, &'a mut Row<1>);
 
-    impl WithSimd for Window {
-        type Output = [f32; STEP];
+    impl WithSimd for Windows<'_> {
+        type Output = [Vec<[Lanes; 1]>; 2];
 
-        fn with_simd<S: Simd>(self, simd: S) -> [f32; STEP] {
-            let inputs = self.0.map(|value| splat(simd, value));
-            windowed(&taps(simd, 1.0), &inputs).map(|mean| simd.reduce_sum_f32s(mean.value) / S::F32_LANES as f32)
+        /// Along a row, and down its cells as if they were a column.
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let (nest, mut row) = (Nest::new(simd), self.0.row::<1>());
+            fill_margins(simd, self.0, self.1);
+            along::<S, false, 1, 1>(simd, &nest, (self.1, 0), (&mut row, 0));
+            let (mut column, mut below) = (Column::default(), cells(self.1).to_vec());
+            for block in below.as_chunks_mut::<STEP>().0 {
+                for index in 0..BLOCK / S::F32_LANES {
+                    let mut x = [splat(simd, 0.0); STEP];
+                    for (x, cell) in x.iter_mut().zip(&*block) {
+                        *x = cell[0].get(simd, index);
+                    }
+                    let sums = down(simd, &nest, &mut column, &x, index);
+                    for (out, sum) in block.iter_mut().zip(sums) {
+                        out[0].set(index, sum);
+                    }
+                }
+            }
+            [cells(&row).to_vec(), below]
         }
     }
 
+    /// A value of a cell.
+    fn value(cell: usize, lane: usize) -> f32 {
+        ((cell * 37 + lane * 11) % 17) as f32 - 5.0
+    }
+
     #[test]
-    fn every_mean_weighs_the_inputs_around_it() {
-        let inputs: [f32; SPAN] = std::array::from_fn(|i| ((i * 37) % 17) as f32 - 5.0);
-        let means = Scalar.vectorize(Window(inputs));
-        for (i, mean) in means.iter().enumerate() {
-            let expected: f32 = weights().iter().zip(&inputs[i..]).map(|(w, x)| w * x).sum();
-            assert!((mean - expected).abs() < 1e-5, "{mean} for {expected}");
+    fn every_sum_weighs_the_inputs_around_it() {
+        // A segment of sixteen steps along a row, and one that ends with a shorter step.
+        for pixels in [16, 20, 41] {
+            let layout = Layout::new(BLOCK * pixels);
+            let mut inputs = layout.row::<1>();
+            for (i, cell) in cells_mut(&mut inputs)[..layout.cells()].iter_mut().enumerate() {
+                cell[0].0 = std::array::from_fn(|lane| value(i, lane));
+            }
+            let [row, below] = Arch::new().dispatch(Windows(&layout, &mut inputs));
+            let at = |i: usize, lane: usize| f64::from(inputs.as_flattened()[i][0].0[lane]);
+            let mean = |i: usize, stride: usize, lane: usize| -> f64 {
+                (0..SIZE).map(|k| f64::from(weights()[k]) * at(CHANNELS * RADIUS + i + stride * k - stride * RADIUS, lane)).sum()
+            };
+            for lane in 0..BLOCK {
+                for i in 0..layout.cells() {
+                    let found = f64::from(row[i][0].0[lane]) / gain();
+                    assert!((found - mean(i, CHANNELS, lane)).abs() < 2e-6, "along a row: {found} for {}", mean(i, CHANNELS, lane));
+                }
+                // The column gives a result when the input `RADIUS` behind it has entered, and follows zeros.
+                for i in RADIUS..layout.cells() - STEP - RADIUS {
+                    let found = f64::from(below[RADIUS + i][0].0[lane]) / gain();
+                    assert!((found - mean(i, 1, lane)).abs() < 2e-6, "down a column: {found} for {}", mean(i, 1, lane));
+                }
+            }
         }
     }
 }
