@@ -20,14 +20,11 @@ pub(crate) struct Layout {
     width: usize,
     /// Pixels of a segment.
     pixels: usize,
-    /// Leading segments that have all of their pixels.
-    complete: usize,
 }
 
 impl Layout {
     pub(crate) fn new(width: usize) -> Self {
-        let pixels = width.div_ceil(SEGMENTS).max(1);
-        Self { width, pixels, complete: width / pixels }
+        Self { width, pixels: width.div_ceil(SEGMENTS).max(1) }
     }
 
     /// Cells of a row, margins excepted: floats of a segment.
@@ -56,34 +53,24 @@ impl Layout {
         Lanes(std::array::from_fn(|segment| if cell < self.segment(segment).len() { 1.0 } else { 0.0 }))
     }
 
-    /// Leading segments of which a square has sixteen floats, with some of the next segment if need be. Those of segment `s` begin at
-    /// `16 square + s cells`.
+    /// Where the floats of a square begin in a row, and how far those of the next segment are.
     #[inline(always)]
-    pub(crate) fn whole(&self, square: usize) -> usize {
-        let floats = (CHANNELS * self.width).saturating_sub(BLOCK * square);
-        self.complete.min((floats + self.cells()).saturating_sub(BLOCK) / self.cells())
+    pub(crate) fn steps(&self, square: usize) -> (usize, usize) {
+        (BLOCK * square, self.cells())
     }
 
-    /// Where those of sixteen floats are that a segment has.
-    fn some(&self, segment: usize, square: usize) -> Range<usize> {
+    /// Of how many segments a square has sixteen floats, among so many floats from the beginning of a row on; the last ones may be of the next segment, or row.
+    #[inline(always)]
+    pub(crate) fn whole(&self, floats: usize, square: usize) -> usize {
+        let (floats, pitch) = (floats.saturating_sub(BLOCK * square), self.cells());
+        (self.width / self.pixels).min((floats + pitch).saturating_sub(BLOCK) / pitch)
+    }
+
+    /// The floats of a row that a segment has in a square.
+    pub(crate) fn some(&self, segment: usize, square: usize) -> Range<usize> {
         let floats = self.segment(segment);
         let start = floats.end.min(floats.start + BLOCK * square);
         start..floats.end.min(start + BLOCK)
-    }
-
-    /// Floats of a segment in a square, zero beyond its end.
-    #[cold]
-    pub(crate) fn read_some(&self, row: &[f32], segment: usize, square: usize) -> [f32; BLOCK] {
-        let (mut out, floats) = ([0.0; BLOCK], &row[self.some(segment, square)]);
-        out[..floats.len()].copy_from_slice(floats);
-        out
-    }
-
-    /// Writes the floats that a segment has in a square.
-    #[cold]
-    pub(crate) fn write_some(&self, row: &mut [f32], segment: usize, square: usize, lanes: &Lanes) {
-        let floats = &mut row[self.some(segment, square)];
-        floats.copy_from_slice(&lanes.0[..floats.len()]);
     }
 
     /// Where pixels of the margins lie.
@@ -173,8 +160,12 @@ mod tests {
             let Self(layout, floats) = self;
             let (mut row, mut back) = (layout.row::<2>(), vec![0.0; floats.len()]);
             for square in (0..layout.squares()).rev() {
-                let lanes = std::array::from_fn(|segment| Lanes(layout.read_some(floats, segment, square)));
-                lanes.iter().enumerate().for_each(|(segment, lanes)| layout.write_some(&mut back, segment, square, lanes));
+                let mut lanes = [Lanes::ZERO; BLOCK];
+                for (segment, lanes) in lanes.iter_mut().enumerate() {
+                    let some = layout.some(segment, square);
+                    lanes.0[..some.len()].copy_from_slice(&floats[some.clone()]);
+                    back[some.clone()].copy_from_slice(&lanes.0[..some.len()]);
+                }
                 transpose(simd, &lanes, 1, &mut cells_mut(&mut row).as_chunks_mut().0[square]);
             }
             fill_margins(simd, &layout, &mut row);

@@ -119,7 +119,7 @@ pub(crate) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], width: usize, height: usize) -> Self {
+    pub(crate) fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], width: usize, height: usize) -> Self {
         assert_eq!(a.len(), width * height, "pixels of the first image");
         assert_eq!(b.len(), width * height, "pixels of the second image");
         Self { a: a.as_flattened(), b: b.as_flattened(), row: 3 * width, height }
@@ -131,10 +131,10 @@ impl<'a> Pair<'a> {
         [self.a, self.b]
     }
 
-    /// A row of both images.
+    /// Both images from a row on.
     #[inline(always)]
-    pub(crate) fn row(&self, y: usize) -> [&'a [f32]; 2] {
-        [&self.a[y * self.row..][..self.row], &self.b[y * self.row..][..self.row]]
+    pub(crate) fn from(&self, y: usize) -> [&'a [f32]; 2] {
+        [&self.a[y * self.row..], &self.b[y * self.row..]]
     }
 
     /// Bands of equal heights, one per thread, so that threads finish together and few rows are computed twice.

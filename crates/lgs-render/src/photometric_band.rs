@@ -47,22 +47,21 @@ impl WithSimd for Band<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> Vec<[f64; 2]> {
         // Not `with`: its closure would be compiled without the vector features.
         let mut scratch = SCRATCH.take();
-        let layout = Layout::new(self.pair.row / 3);
+        let layout = Layout::new(self.pair.row / CHANNELS);
         if scratch.layout != layout {
             scratch = Scratch { layout, cells: Cells::new(&layout) };
         }
-        let (cells, end) = (&mut scratch.cells, self.rows.end as isize);
+        let (cells, Range { start, end }) = (&mut scratch.cells, self.rows.clone());
         cells.begin(&layout, self.weights[1]);
+        let loss = Loss { simd, layout, nest: Nest::new(simd), constants: Constants::new(simd), weight_absolute: self.weights[0] };
         let with_gradient = !self.v.is_empty();
-        let mut entering = self.rows.start as isize;
         let mut memory = Memory::new(self.pair, self.rows, self.v);
-        entering = (entering - memory.reach() as isize).max(0);
-        let (nest, constants) = (Nest::new(simd), Constants::new(simd));
-        while entering - (memory.reach() as isize) < end {
-            cells.enter(simd, &nest, &layout, &mut memory, entering);
-            cells.compare(simd, (&nest, &constants), &mut memory, entering, with_gradient);
+        let mut entering = start.saturating_sub(memory.reach()) as isize;
+        while entering < (end + memory.reach()) as isize {
+            cells.enter(&loss, &mut memory, entering);
+            cells.compare(&loss, &mut memory, entering, with_gradient);
             if with_gradient {
-                cells.gradient(simd, &nest, &layout, &mut memory, (entering, self.weights[0]));
+                cells.gradient(&loss, &mut memory, entering);
             }
             entering += STEP as isize;
         }
@@ -70,6 +69,15 @@ impl WithSimd for Band<'_> {
         SCRATCH.set(scratch);
         sums
     }
+}
+
+/// What does not change from step to step.
+struct Loss<S: Simd> {
+    simd: S,
+    layout: Layout,
+    nest: Nest<S>,
+    constants: Constants<S>,
+    weight_absolute: f32,
 }
 
 /// What lies between the images and the gradient.
@@ -111,8 +119,9 @@ impl Cells {
 
     /// Turns the entering rows to cells and windows them along rows.
     #[inline(always)]
-    fn enter<S: Simd>(&mut self, simd: S, nest: &Nest<S>, layout: &Layout, memory: &mut Memory<'_>, entering: isize) {
+    fn enter<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize) {
         let Self { images, windowed, .. } = self;
+        let Loss { simd, layout, nest, .. } = loss;
         images.rotate_right(STEP);
         for (row, windowed) in windowed.iter_mut().enumerate() {
             let (y, image) = (entering + row as isize, &mut images[STEP - 1 - row]);
@@ -121,75 +130,51 @@ impl Cells {
                 windowed.as_flattened_mut().fill([Lanes::ZERO; 4]);
                 continue;
             }
-            for (square, image) in cells_mut(image).as_chunks_mut::<BLOCK>().0.iter_mut().enumerate().take(layout.squares()) {
-                memory.read(simd, y, square, image);
+            for (square, image) in cells_mut(image).as_chunks_mut().0.iter_mut().enumerate().take(layout.squares()) {
+                memory.read(*simd, y, square, image);
             }
-            let absolute = absolute(simd, &cells(image)[..layout.cells()]);
+            let absolute = absolute(*simd, &cells(image)[..layout.cells()]);
             memory.set_sum(y, 0, &absolute);
-            fill_margins(simd, layout, image);
+            fill_margins(*simd, layout, image);
             for plane in 0..2 {
-                along::<S, false, 2, 4>(simd, nest, (image, plane), (windowed, plane));
-                along::<S, true, 2, 4>(simd, nest, (image, plane), (windowed, 2 + plane));
+                along::<S, false, 2, 4>(*simd, nest, (image, plane), (windowed, plane));
+                along::<S, true, 2, 4>(*simd, nest, (image, plane), (windowed, 2 + plane));
             }
         }
     }
 
-    /// Windows along columns, turns means into SSIM, which is summed, and into slopes, which are windowed in turn. Between the columns memory is read
-    /// and written.
+    /// Windows along columns, turns means into SSIM, which is summed, and into slopes, which are windowed in turn. Between the columns it asks for
+    /// what the next step will touch.
     #[inline(always)]
-    fn compare<S: Simd>(
-        &mut self,
-        simd: S,
-        (nest, constants): (&Nest<S>, &Constants<S>),
-        memory: &mut Memory<'_>,
-        entering: isize,
-        with_gradient: bool,
-    ) {
-        let (zero, first) = (splat(simd, 0.0), entering - RADIUS as isize);
-        let mut needed = [true; STEP];
-        for (row, needed) in needed.iter_mut().enumerate() {
-            *needed = memory.needs(first + row as isize, memory.reach() - RADIUS);
-        }
-        let mut totals = [Lanes::ZERO; STEP];
+    fn compare<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize, with_gradient: bool) {
+        let (simd, first) = (loss.simd, entering - RADIUS as isize);
+        let needed = memory.needed(first, memory.reach() - RADIUS);
         // Out here, because clearing them takes time.
-        let (mut entered, [mut means, mut slopes]) = ([zero; STEP], [[[zero; STEP]; 4]; 2]);
-        let [a, b, c, d, e, f, g, h] = self.windowed.each_mut().map(|row| cells_mut(row));
+        let zero = [splat(simd, 0.0); STEP];
+        let (mut entered, mut means, mut slopes) = (zero, [zero; 4], [zero; 3]);
+        let mut totals = [Lanes::ZERO; STEP];
+        let [a, b, c, d, e, f, g, h] = self.windowed.each_mut().map(cells_mut);
         memory.begin(entering + STEP as isize);
-        for (cell, ((of_means, of_slopes), [inside, weight])) in self.columns.iter_mut().zip(&self.inside).enumerate() {
+        for (cell, ((of_means, of_slopes), inside)) in self.columns.iter_mut().zip(&self.inside).enumerate() {
             memory.advance(simd);
             let rows = [&mut a[cell], &mut b[cell], &mut c[cell], &mut d[cell], &mut e[cell], &mut f[cell], &mut g[cell], &mut h[cell]];
             for index in 0..BLOCK / S::F32_LANES {
-                for plane in 0..4 {
-                    for row in 0..STEP {
-                        entered[row] = rows[row][plane].get(simd, index);
+                for (plane, (means, column)) in means.iter_mut().zip(of_means.iter_mut()).enumerate() {
+                    for (entered, row) in entered.iter_mut().zip(&rows) {
+                        *entered = row[plane].get(simd, index);
                     }
-                    means[plane] = down(simd, nest, &mut of_means[plane], &entered, index);
+                    *means = down(simd, &loss.nest, column, &entered, index);
                 }
-                let (inside, weight) = (inside.get(simd, index), weight.get(simd, index));
-                for first in (0..STEP).step_by(PACK) {
-                    let mut packed = [Pack([zero; PACK]); 4];
-                    for plane in 0..4 {
-                        for row in 0..PACK {
-                            packed[plane].0[row] = means[plane][first + row];
-                        }
-                    }
-                    let (s, by) = compare(constants, packed, weight);
-                    for row in 0..PACK {
-                        let total = &mut totals[first + row];
-                        total.set(index, s.0[row].mul_add(inside, total.get(simd, index)));
-                        for plane in 0..3 {
-                            slopes[plane][first + row] = by[plane].0[row];
-                        }
-                    }
-                }
-                for row in (0..STEP).filter(|&row| !needed[row]) {
-                    for plane in 0..3 {
-                        slopes[plane][row] = zero;
+                compare_rows(&loss.constants, &means, inside, &mut totals, &mut slopes, index);
+                if needed.len() < STEP {
+                    for slopes in &mut slopes {
+                        slopes[..needed.start].copy_from_slice(&zero[..needed.start]);
+                        slopes[needed.end..].copy_from_slice(&zero[needed.end..]);
                     }
                 }
                 if with_gradient {
-                    for plane in 0..3 {
-                        let sums = down(simd, nest, &mut of_slopes[plane], &slopes[plane], index);
+                    for (plane, (slopes, column)) in slopes.iter().zip(of_slopes.iter_mut()).enumerate() {
+                        let sums = down(simd, &loss.nest, column, slopes, index);
                         for row in 0..STEP {
                             rows[row][plane].set(index, sums[row]);
                         }
@@ -204,39 +189,65 @@ impl Cells {
 
     /// Windows slopes along rows, and turns them to the gradient of the rows `2 RADIUS` behind.
     #[inline(always)]
-    fn gradient<S: Simd>(
-        &mut self,
-        simd: S,
-        nest: &Nest<S>,
-        layout: &Layout,
-        memory: &mut Memory<'_>,
-        (entering, weight_absolute): (isize, f32),
-    ) {
-        let Self { images, windowed, slopes, .. } = self;
-        let (scale, absolute) = (splat(simd, 1.0 / gain() as f32), splat(simd, weight_absolute));
-        let mut gradient = [Lanes::ZERO; BLOCK];
-        for (row, windowed) in windowed.iter_mut().enumerate() {
+    fn gradient<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize) {
+        let Loss { simd, layout, nest, .. } = loss;
+        for (row, windowed) in self.windowed.iter_mut().enumerate() {
             let y = entering + row as isize - 2 * RADIUS as isize;
-            if !memory.needs(y, 0) {
-                continue;
-            }
-            fill_margins(simd, layout, windowed);
-            for plane in 0..3 {
-                along::<S, false, 4, 3>(simd, nest, (windowed, plane), (slopes, plane));
-            }
-            let (slopes, image) = (cells(slopes).as_chunks::<BLOCK>().0, cells(&images[KEPT - 1 - row]).as_chunks::<BLOCK>().0);
-            for square in (0..layout.squares()).rev() {
-                let (slopes, image) = (&slopes[square], &image[square]);
-                for i in 0..BLOCK {
-                    for index in 0..BLOCK / S::F32_LANES {
-                        let by = [slopes[i][0].get(simd, index), slopes[i][1].get(simd, index), slopes[i][2].get(simd, index)];
-                        let pixels = [image[i][0].get(simd, index), image[i][1].get(simd, index)];
-                        gradient[i].set(index, slope(pixels, by, scale, absolute));
-                    }
+            if memory.needs(y, 0) {
+                fill_margins(*simd, layout, windowed);
+                for plane in 0..3 {
+                    along::<S, false, 4, 3>(*simd, nest, (windowed, plane), (&mut self.slopes, plane));
                 }
-                memory.write(simd, y, square, &gradient);
+                write_row(loss, &self.slopes, &self.images[KEPT - 1 - row], memory, y);
             }
         }
+    }
+}
+
+/// SSIM of `STEP` rows of a column, which is added to the totals, and its slopes.
+#[inline(always)]
+fn compare_rows<S: Simd>(
+    constants: &Constants<S>,
+    means: &[[V<S>; STEP]; 4],
+    [inside, weight]: &[Lanes; 2],
+    totals: &mut [Lanes; STEP],
+    slopes: &mut [[V<S>; STEP]; 3],
+    index: usize,
+) {
+    let simd = means[0][0].simd;
+    for first in (0..STEP).step_by(PACK) {
+        let mut packed = [Pack([means[0][0]; PACK]); 4];
+        for plane in 0..4 {
+            for row in 0..PACK {
+                packed[plane].0[row] = means[plane][first + row];
+            }
+        }
+        let (ssim, by) = compare(constants, packed, weight.get(simd, index));
+        for row in 0..PACK {
+            let total = &mut totals[first + row];
+            total.set(index, ssim.0[row].mul_add(inside.get(simd, index), total.get(simd, index)));
+            for plane in 0..3 {
+                slopes[plane][first + row] = by[plane].0[row];
+            }
+        }
+    }
+}
+
+/// Writes the gradient of a row.
+#[inline(always)]
+fn write_row<S: Simd>(loss: &Loss<S>, slopes: &Row<3>, image: &Row<2>, memory: &mut Memory<'_>, y: isize) {
+    let simd = loss.simd;
+    let (scale, absolute) = (splat(simd, 1.0 / gain() as f32), splat(simd, loss.weight_absolute));
+    let (slopes, image) = (cells(slopes).as_chunks::<BLOCK>().0, cells(image).as_chunks::<BLOCK>().0);
+    let mut gradient = [Lanes::ZERO; BLOCK];
+    for square in (0..loss.layout.squares()).rev() {
+        for (out, (slopes, image)) in gradient.iter_mut().zip(slopes[square].iter().zip(&image[square])) {
+            for index in 0..BLOCK / S::F32_LANES {
+                let by = [slopes[0].get(simd, index), slopes[1].get(simd, index), slopes[2].get(simd, index)];
+                out.set(index, slope([image[0].get(simd, index), image[1].get(simd, index)], by, scale, absolute));
+            }
+        }
+        memory.write(simd, y, square, &gradient);
     }
 }
 
@@ -248,12 +259,42 @@ fn absolute<S: Simd>(simd: S, cells: &[[Lanes; 2]]) -> Lanes {
         // Three sums, so that an addition need not wait for the one before it.
         let mut sums = [splat(simd, 0.0); CHANNELS];
         for pixel in cells.as_chunks::<CHANNELS>().0 {
-            for channel in 0..CHANNELS {
-                let m: V<S> = pixel[channel][1].get(simd, index);
-                sums[channel] = sums[channel] + V { simd, value: simd.abs_f32s(m.value) };
+            for (sum, [_, m]) in sums.iter_mut().zip(pixel) {
+                *sum = *sum + V { simd, value: simd.abs_f32s(m.get(simd, index).value) };
             }
         }
         out.set(index, sums[0] + sums[1] + sums[2]);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::{Arch, Scalar};
+
+    #[test]
+    fn feature_levels_differ_by_roundings() {
+        let (width, height) = (100, 40);
+        let image = |factor: usize| -> Vec<[f32; 3]> {
+            (0..width * height).map(|i| [0, 1, 2].map(|c| ((i * factor + 7 * c) % 97) as f32 / 97.0)).collect()
+        };
+        let (a, b) = (image(31), image(36));
+        let run = |compute: &dyn Fn(Band<'_>) -> Vec<[f64; 2]>| {
+            let mut v = vec![0.0; 3 * width * height];
+            let sums = compute(Band { pair: Pair::new(&a, &b, width, height), rows: 0..height, weights: [0.8, -0.2], v: &mut v });
+            (sums, v)
+        };
+        let (sums, v) = run(&|band| Scalar.vectorize(band));
+        let mut others = vec![run(&|band| Arch::new().dispatch(band))];
+        #[cfg(target_arch = "x86_64")]
+        others.extend(pulp::x86::V3::try_new().map(|simd| run(&|band| Simd::vectorize(simd, band))));
+        for (other, v_other) in others {
+            for (a, b) in sums.as_flattened().iter().zip(other.as_flattened()) {
+                assert!((a - b).abs() < 1e-3, "{a} and {b} in a row");
+            }
+            let apart = v.iter().zip(&v_other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(apart < 1e-5, "gradients are {apart} apart");
+        }
+    }
 }

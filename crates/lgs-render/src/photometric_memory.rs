@@ -21,8 +21,6 @@ pub(crate) struct Memory<'a> {
     /// By row, `Σ |a - b|` and `Σ SSIM`.
     pub sums: Vec<[f64; 2]>,
     layout: Layout,
-    /// On their way to or from cells.
-    squares: [Square; 2],
     /// Floats of the images and of the gradient that have not been asked for yet.
     ahead: [Range<usize>; 2],
 }
@@ -30,7 +28,7 @@ pub(crate) struct Memory<'a> {
 impl<'a> Memory<'a> {
     pub(crate) fn new(pair: Pair<'a>, rows: Range<usize>, v: &'a mut [f32]) -> Self {
         let (layout, sums) = (Layout::new(pair.row / 3), vec![[0.0; 2]; rows.len()]);
-        Self { pair, rows, v, sums, layout, squares: [[Lanes::ZERO; BLOCK]; 2], ahead: [0..0, 0..0] }
+        Self { pair, rows, v, sums, layout, ahead: [0..0, 0..0] }
     }
 
     /// How far outside of the band rows are needed.
@@ -51,6 +49,13 @@ impl<'a> Memory<'a> {
         self.within(margin).contains(&y)
     }
 
+    /// Of `STEP` rows those that lie in the image, at most `margin` rows outside of the band.
+    pub(crate) fn needed(&self, first: isize, margin: usize) -> Range<usize> {
+        let rows = self.within(margin);
+        let [start, end] = [rows.start, rows.end].map(|y| (y - first).clamp(0, STEP as isize) as usize);
+        start..end
+    }
+
     /// Of a row, if it is in the band, one of its sums.
     pub(crate) fn set_sum(&mut self, y: isize, which: usize, lanes: &Lanes) {
         if self.needs(y, 0) {
@@ -60,55 +65,62 @@ impl<'a> Memory<'a> {
 
     /// Reads a square of `a + b` and of `a - b`, zero outside of the image, as cells; those beyond the last one may get any value.
     #[inline(always)]
-    pub(crate) fn read<S: Simd>(&mut self, simd: S, y: isize, square: usize, cells: &mut [[Lanes; 2]; BLOCK]) {
-        let [a, b] = self.pair.row(y as usize);
-        let [sums, differences] = &mut self.squares;
-        let (pitch, whole) = (self.layout.cells(), self.layout.whole(square));
-        for segment in 0..whole {
-            let start = BLOCK * square + segment * pitch;
-            let (a, b) = (S::as_simd_f32s(&a[start..start + BLOCK]).0, S::as_simd_f32s(&b[start..start + BLOCK]).0);
-            for index in 0..BLOCK / S::F32_LANES {
-                sums[segment].set(index, V { simd, value: simd.add_f32s(a[index], b[index]) });
-                differences[segment].set(index, V { simd, value: simd.sub_f32s(a[index], b[index]) });
-            }
-        }
-        for segment in whole..SEGMENTS {
-            let [a, b] = [a, b].map(|row| self.layout.read_some(row, segment, square));
-            sums[segment].0 = std::array::from_fn(|i| a[i] + b[i]);
-            differences[segment].0 = std::array::from_fn(|i| a[i] - b[i]);
-        }
-        transpose(simd, sums, 0, cells);
-        transpose(simd, differences, 1, cells);
+    pub(crate) fn read<S: Simd>(&self, simd: S, y: isize, square: usize, cells: &mut [[Lanes; 2]; BLOCK]) {
+        // One after the other, so that each stays in registers.
+        self.read_plane::<S, 0>(simd, y, square, cells);
+        self.read_plane::<S, 1>(simd, y, square, cells);
     }
 
-    /// Writes a square of the gradient; later ones of the row first. Lanes are cells.
+    #[inline(always)]
+    fn read_plane<S: Simd, const PLANE: usize>(&self, simd: S, y: isize, square: usize, cells: &mut [[Lanes; 2]; BLOCK]) {
+        // To the end of the images, so that hardly anything but their last row is cut off.
+        let [a, b] = self.pair.from(y as usize);
+        let (whole, steps) = (self.layout.whole(a.len(), square), self.layout.steps(square));
+        let mut floats = [Lanes::ZERO; BLOCK];
+        if whole == SEGMENTS {
+            // Apart from the others, because it is a constant.
+            combine::<S, PLANE>(simd, [a, b], steps, &mut floats);
+        } else {
+            combine::<S, PLANE>(simd, [a, b], steps, &mut floats[..whole]);
+            for (segment, lanes) in floats.iter_mut().enumerate().skip(whole) {
+                let some = self.layout.some(segment, square);
+                let pairs = a[some.clone()].iter().zip(&b[some]);
+                lanes.0.iter_mut().zip(pairs).for_each(|(out, (a, b))| *out = if PLANE == 0 { a + b } else { a - b });
+            }
+        }
+        transpose(simd, &floats, PLANE, cells);
+    }
+
+    /// Writes a square of the gradient; later ones of a row first, and later rows later. Lanes are cells.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(&mut self, simd: S, y: isize, square: usize, cells: &Square) {
-        let start = (y as usize - self.rows.start) * self.pair.row;
-        let row = &mut self.v[start..start + self.pair.row];
-        let floats: &mut [[Lanes; 1]; BLOCK] = self.squares[0].as_chunks_mut().0.first_chunk_mut().expect("a square");
-        transpose(simd, cells, 0, floats);
-        // In this order: what is written beyond a segment is overwritten with the next one.
-        let (pitch, whole) = (self.layout.cells(), self.layout.whole(square));
-        for segment in 0..whole {
-            let start = BLOCK * square + segment * pitch;
-            row[start..start + BLOCK].copy_from_slice(&floats[segment][0].0);
-        }
-        for segment in whole..SEGMENTS {
-            self.layout.write_some(row, segment, square, &floats[segment][0]);
+        let v = &mut self.v[(y as usize - self.rows.start) * self.pair.row..];
+        let (whole, steps) = (self.layout.whole(v.len(), square), self.layout.steps(square));
+        let mut floats = [[Lanes::ZERO]; BLOCK];
+        transpose(simd, cells, 0, &mut floats);
+        if whole == SEGMENTS {
+            // Apart from the others, because it is a constant.
+            spread(&floats, steps, v);
+        } else {
+            spread(&floats[..whole], steps, v);
+            for (segment, [lanes]) in floats.iter().enumerate().skip(whole) {
+                let v = &mut v[self.layout.some(segment, square)];
+                v.copy_from_slice(&lanes.0[..v.len()]);
+            }
         }
     }
 
     /// Next are the `STEP` rows from `first` on.
     pub(crate) fn begin(&mut self, first: isize) {
-        let floats = |rows: Range<isize>, first: isize, start: usize| {
-            let [from, to] = [first, first + STEP as isize].map(|y| y.clamp(rows.start, rows.end.max(rows.start)) as usize - start);
-            from * self.pair.row..to * self.pair.row
+        let floats = |first: isize, margin: usize, start: usize| match self.needed(first, margin) {
+            rows if rows.is_empty() => 0..0,
+            Range { start: from, end: to } => {
+                let float = |row: usize| ((first + row as isize) as usize - start) * self.pair.row;
+                float(from)..float(to)
+            }
         };
-        self.ahead = [
-            floats(self.within(self.reach()), first, 0),
-            if self.v.is_empty() { 0..0 } else { floats(self.within(0), first - (STEP + 2 * RADIUS) as isize, self.rows.start) },
-        ];
+        let written = first - (STEP + 2 * RADIUS) as isize;
+        self.ahead = [floats(first, self.reach(), 0), if self.v.is_empty() { 0..0 } else { floats(written, 0, self.rows.start) }];
     }
 
     /// Asks for a piece of them, and for a piece of the gradient that will be written before.
@@ -122,5 +134,33 @@ impl<'a> Memory<'a> {
         for ahead in [read, written] {
             ahead.start = ahead.end.min(ahead.start + PREFETCHED);
         }
+    }
+}
+
+/// Sums of sixteen floats of some segments, or differences.
+#[inline(always)]
+fn combine<S: Simd, const PLANE: usize>(simd: S, [a, b]: [&[f32]; 2], (start, pitch): (usize, usize), out: &mut [Lanes]) {
+    let (mut a, mut b) = (&a[start.min(a.len())..], &b[start.min(a.len())..a.len()]);
+    for out in out {
+        let (x, y): (&[_; BLOCK], &[_; BLOCK]) = (a.first_chunk().expect("whole squares"), b.first_chunk().expect("whole squares"));
+        let (x, y) = (S::as_simd_f32s(x).0, S::as_simd_f32s(y).0);
+        for index in 0..BLOCK / S::F32_LANES {
+            let value = if PLANE == 0 { simd.add_f32s(x[index], y[index]) } else { simd.sub_f32s(x[index], y[index]) };
+            out.set(index, V { simd, value });
+        }
+        let skipped = pitch.min(a.len());
+        (a, b) = (&a[skipped..], &b[skipped..]);
+    }
+}
+
+/// Writes sixteen floats of some segments. What is written beyond a segment, or a row, is overwritten with the next one.
+#[inline(always)]
+fn spread(floats: &[[Lanes; 1]], (start, pitch): (usize, usize), v: &mut [f32]) {
+    let start = start.min(v.len());
+    let mut v = &mut v[start..];
+    for [lanes] in floats {
+        *v.first_chunk_mut().expect("whole squares") = lanes.0;
+        let skipped = pitch.min(v.len());
+        v = &mut v[skipped..];
     }
 }

@@ -243,8 +243,8 @@ mod tests {
                 (0..SIZE).map(|k| f64::from(weights()[k]) * at(CHANNELS * RADIUS + i + stride * k - stride * RADIUS, lane)).sum()
             };
             for lane in 0..BLOCK {
-                for i in 0..layout.cells() {
-                    let found = f64::from(row[i][0].0[lane]) / gain();
+                for (i, cell) in row[..layout.cells()].iter().enumerate() {
+                    let found = f64::from(cell[0].0[lane]) / gain();
                     assert!((found - mean(i, CHANNELS, lane)).abs() < 2e-6, "along a row: {found} for {}", mean(i, CHANNELS, lane));
                 }
                 // The column gives a result when the input `RADIUS` behind it has entered, and follows zeros.

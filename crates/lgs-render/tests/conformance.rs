@@ -4,10 +4,11 @@ mod common;
 
 use burn::tensor::{Device, Tensor, TensorData};
 use common::{Vector, vectors};
-use lgs_core::Image;
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
+use lgs_core::{Image, stream};
 use lgs_render::tensor::SplatTensors;
-use lgs_render::{Splats, psnr, rasterize, rasterize_vjp, ssim, ssim_vjp};
+use lgs_render::{Splats, photometric, photometric_vjp, psnr, rasterize, rasterize_vjp, ssim, ssim_vjp};
+use rand::RngExt;
 
 const MAX_ABS: f64 = 2e-4;
 const RELATIVE_L2: f64 = 1e-5;
@@ -154,5 +155,26 @@ fn ssim_conformance_of_the_reference_and_of_the_tensor_operation() {
         let a: Tensor<3> = tracked(&vector, "a", &device);
         // With λ = 1 the loss is 1 - SSIM.
         check("operation", lgs_render::tensor::photometric_loss(a.clone(), b.clone(), 1.0).neg().add_scalar(1.0), &a);
+    }
+}
+
+#[test]
+fn the_photometric_loss_of_the_slice_kernel_is_that_of_the_reference_at_any_size() {
+    let device = Device::flex().autodiff();
+    let mut rng = stream(13, "images", 0);
+    // Segments of a row that are short, cut off, whole, and longer than a square.
+    for (width, height) in [(1, 7), (3, 3), (29, 20), (80, 11), (100, 17), (112, 9), (131, 60), (200, 5)] {
+        let mut image = || -> Vec<[f32; 3]> { (0..width * height).map(|_| [0; 3].map(|_| rng.random_range(0.0..1.0))).collect() };
+        let (rendered, target) = (image(), image());
+        let tensor =
+            |image: &[[f32; 3]]| Tensor::<3>::from_data(TensorData::new(image.as_flattened().to_vec(), [height, width, 3]), &device);
+        let a = tensor(&rendered).require_grad();
+        let expected = lgs_render::reference::photometric_loss(&a, &tensor(&target), 0.2);
+        let grads = expected.clone().backward();
+        let (loss, v) = photometric_vjp(&rendered, &target, width, height, 0.2);
+        let name = format!("{width}×{height}");
+        assert_values_close(&name, &[loss], &values(expected), 1e-5, RELATIVE_L2);
+        assert_eq!(loss, photometric(&rendered, &target, width, height, 0.2), "{name}");
+        assert_gradient_close(&name, v.as_flattened(), &values(a.grad(&grads).expect("a gradient")));
     }
 }
