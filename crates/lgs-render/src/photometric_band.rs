@@ -9,6 +9,7 @@ use crate::photometric::Pair;
 use crate::photometric_memory::Memory;
 use crate::simd::{BLOCK, Lanes, Pack, V, splat};
 use crate::ssim::{Constants, compare, gain, slope};
+use crate::transpose::Rows;
 use crate::window::{Column, Nest, RADIUS, STEP, along, down};
 use pulp::{Simd, WithSimd};
 use std::cell::RefCell;
@@ -153,17 +154,19 @@ impl Cells {
         let zero = [splat(simd, 0.0); STEP];
         let (mut entered, mut means, mut slopes) = (zero, [zero; 4], [zero; 3]);
         let mut totals = [Lanes::ZERO; STEP];
-        let [a, b, c, d, e, f, g, h] = self.windowed.each_mut().map(cells_mut);
+        let count = self.columns.len();
+        // Of one length, so that there is one check for all.
+        let [a, b, c, d, e, f, g, h] = self.windowed.each_mut().map(|row| &mut cells_mut(row)[..count]);
         memory.begin(entering + STEP as isize);
         for (cell, ((of_means, of_slopes), inside)) in self.columns.iter_mut().zip(&self.inside).enumerate() {
             memory.advance(simd);
             let rows = [&mut a[cell], &mut b[cell], &mut c[cell], &mut d[cell], &mut e[cell], &mut f[cell], &mut g[cell], &mut h[cell]];
             for index in 0..BLOCK / S::F32_LANES {
-                for (plane, (means, column)) in means.iter_mut().zip(of_means.iter_mut()).enumerate() {
-                    for (entered, row) in entered.iter_mut().zip(&rows) {
-                        *entered = row[plane].get(simd, index);
+                for plane in 0..4 {
+                    for row in 0..STEP {
+                        entered[row] = rows[row][plane].get(simd, index);
                     }
-                    *means = down(simd, &loss.nest, column, &entered, index);
+                    means[plane] = down(simd, &loss.nest, &mut of_means[plane], &entered, index);
                 }
                 compare_rows(&loss.constants, &means, inside, &mut totals, &mut slopes, index);
                 if needed.len() < STEP {
@@ -173,8 +176,8 @@ impl Cells {
                     }
                 }
                 if with_gradient {
-                    for (plane, (slopes, column)) in slopes.iter().zip(of_slopes.iter_mut()).enumerate() {
-                        let sums = down(simd, &loss.nest, column, slopes, index);
+                    for plane in 0..3 {
+                        let sums = down(simd, &loss.nest, &mut of_slopes[plane], &slopes[plane], index);
                         for row in 0..STEP {
                             rows[row][plane].set(index, sums[row]);
                         }
@@ -236,18 +239,30 @@ fn compare_rows<S: Simd>(
 /// Writes the gradient of a row.
 #[inline(always)]
 fn write_row<S: Simd>(loss: &Loss<S>, slopes: &Row<3>, image: &Row<2>, memory: &mut Memory<'_>, y: isize) {
-    let simd = loss.simd;
-    let (scale, absolute) = (splat(simd, 1.0 / gain() as f32), splat(simd, loss.weight_absolute));
-    let (slopes, image) = (cells(slopes).as_chunks::<BLOCK>().0, cells(image).as_chunks::<BLOCK>().0);
-    let mut gradient = [Lanes::ZERO; BLOCK];
+    let (slopes, images) = (cells(slopes).as_chunks().0, cells(image).as_chunks().0);
     for square in (0..loss.layout.squares()).rev() {
-        for (out, (slopes, image)) in gradient.iter_mut().zip(slopes[square].iter().zip(&image[square])) {
-            for index in 0..BLOCK / S::F32_LANES {
-                let by = [slopes[0].get(simd, index), slopes[1].get(simd, index), slopes[2].get(simd, index)];
-                out.set(index, slope([image[0].get(simd, index), image[1].get(simd, index)], by, scale, absolute));
-            }
+        let gradient = Gradient { slopes: &slopes[square], images: &images[square], weight_absolute: loss.weight_absolute };
+        memory.write(loss.simd, y, square, &gradient);
+    }
+}
+
+/// Gradient of some cells, from windowed slopes and from p and m.
+struct Gradient<'a> {
+    slopes: &'a [[Lanes; 3]; BLOCK],
+    images: &'a [[Lanes; 2]; BLOCK],
+    weight_absolute: f32,
+}
+
+impl Rows for Gradient<'_> {
+    #[inline(always)]
+    fn row<S: Simd>(&self, simd: S, cell: usize) -> Lanes {
+        let (scale, absolute) = (splat(simd, 1.0 / gain() as f32), splat(simd, self.weight_absolute));
+        let (slopes, [p, m], mut out) = (&self.slopes[cell], &self.images[cell], Lanes::ZERO);
+        for index in 0..BLOCK / S::F32_LANES {
+            let by = [slopes[0].get(simd, index), slopes[1].get(simd, index), slopes[2].get(simd, index)];
+            out.set(index, slope([p.get(simd, index), m.get(simd, index)], by, scale, absolute));
         }
-        memory.write(simd, y, square, &gradient);
+        out
     }
 }
 

@@ -6,7 +6,7 @@
 use crate::cells::{Layout, SEGMENTS};
 use crate::photometric::Pair;
 use crate::simd::{BLOCK, Lanes, PREFETCHED, V, prefetch};
-use crate::transpose::{Square, transpose};
+use crate::transpose::{Rows, transpose};
 use crate::window::{RADIUS, STEP};
 use pulp::Simd;
 use std::ops::Range;
@@ -75,14 +75,16 @@ impl<'a> Memory<'a> {
     fn read_plane<S: Simd, const PLANE: usize>(&self, simd: S, y: isize, square: usize, cells: &mut [[Lanes; 2]; BLOCK]) {
         // To the end of the images, so that hardly anything but their last row is cut off.
         let [a, b] = self.pair.from(y as usize);
-        let (whole, steps) = (self.layout.whole(a.len(), square), self.layout.steps(square));
-        let mut floats = [Lanes::ZERO; BLOCK];
+        let (whole, (start, pitch)) = (self.layout.whole(a.len(), square), self.layout.steps(square));
+        let pairs = Pairs::<PLANE> { a, b, start, pitch };
         if whole == SEGMENTS {
-            // Apart from the others, because it is a constant.
-            combine::<S, PLANE>(simd, [a, b], steps, &mut floats);
-        } else {
-            combine::<S, PLANE>(simd, [a, b], steps, &mut floats[..whole]);
-            for (segment, lanes) in floats.iter_mut().enumerate().skip(whole) {
+            return transpose(simd, &pairs, PLANE, cells);
+        }
+        let mut floats = [Lanes::ZERO; BLOCK];
+        for (segment, lanes) in floats.iter_mut().enumerate() {
+            if segment < whole {
+                *lanes = pairs.row(simd, segment);
+            } else {
                 let some = self.layout.some(segment, square);
                 let pairs = a[some.clone()].iter().zip(&b[some]);
                 lanes.0.iter_mut().zip(pairs).for_each(|(out, (a, b))| *out = if PLANE == 0 { a + b } else { a - b });
@@ -91,22 +93,20 @@ impl<'a> Memory<'a> {
         transpose(simd, &floats, PLANE, cells);
     }
 
-    /// Writes a square of the gradient; later ones of a row first, and later rows later. Lanes are cells.
+    /// Writes a square of the gradient, whose rows are cells; later ones of an image's row first, and later rows later.
     #[inline(always)]
-    pub(crate) fn write<S: Simd>(&mut self, simd: S, y: isize, square: usize, cells: &Square) {
+    pub(crate) fn write<S: Simd>(&mut self, simd: S, y: isize, square: usize, cells: &impl Rows) {
         let v = &mut self.v[(y as usize - self.rows.start) * self.pair.row..];
-        let (whole, steps) = (self.layout.whole(v.len(), square), self.layout.steps(square));
+        let (whole, (start, pitch)) = (self.layout.whole(v.len(), square), self.layout.steps(square));
         let mut floats = [[Lanes::ZERO]; BLOCK];
         transpose(simd, cells, 0, &mut floats);
-        if whole == SEGMENTS {
-            // Apart from the others, because it is a constant.
-            spread(&floats, steps, v);
-        } else {
-            spread(&floats[..whole], steps, v);
-            for (segment, [lanes]) in floats.iter().enumerate().skip(whole) {
-                let v = &mut v[self.layout.some(segment, square)];
-                v.copy_from_slice(&lanes.0[..v.len()]);
-            }
+        // What is written beyond a segment, or a row, is overwritten with the next one.
+        for (segment, [lanes]) in floats.iter().enumerate().take(whole) {
+            *v[start + segment * pitch..].first_chunk_mut().expect("whole squares") = lanes.0;
+        }
+        for (segment, [lanes]) in floats.iter().enumerate().skip(whole) {
+            let v = &mut v[self.layout.some(segment, square)];
+            v.copy_from_slice(&lanes.0[..v.len()]);
         }
     }
 
@@ -137,30 +137,26 @@ impl<'a> Memory<'a> {
     }
 }
 
-/// Sums of sixteen floats of some segments, or differences.
-#[inline(always)]
-fn combine<S: Simd, const PLANE: usize>(simd: S, [a, b]: [&[f32]; 2], (start, pitch): (usize, usize), out: &mut [Lanes]) {
-    let (mut a, mut b) = (&a[start.min(a.len())..], &b[start.min(a.len())..a.len()]);
-    for out in out {
-        let (x, y): (&[_; BLOCK], &[_; BLOCK]) = (a.first_chunk().expect("whole squares"), b.first_chunk().expect("whole squares"));
-        let (x, y) = (S::as_simd_f32s(x).0, S::as_simd_f32s(y).0);
-        for index in 0..BLOCK / S::F32_LANES {
-            let value = if PLANE == 0 { simd.add_f32s(x[index], y[index]) } else { simd.sub_f32s(x[index], y[index]) };
-            out.set(index, V { simd, value });
-        }
-        let skipped = pitch.min(a.len());
-        (a, b) = (&a[skipped..], &b[skipped..]);
-    }
+/// By segment, sixteen floats of both images: their sums, or their differences.
+struct Pairs<'a, const PLANE: usize> {
+    a: &'a [f32],
+    b: &'a [f32],
+    /// Where the first segment's begin, and how far those of the next one are.
+    start: usize,
+    pitch: usize,
 }
 
-/// Writes sixteen floats of some segments. What is written beyond a segment, or a row, is overwritten with the next one.
-#[inline(always)]
-fn spread(floats: &[[Lanes; 1]], (start, pitch): (usize, usize), v: &mut [f32]) {
-    let start = start.min(v.len());
-    let mut v = &mut v[start..];
-    for [lanes] in floats {
-        *v.first_chunk_mut().expect("whole squares") = lanes.0;
-        let skipped = pitch.min(v.len());
-        v = &mut v[skipped..];
+impl<const PLANE: usize> Rows for Pairs<'_, PLANE> {
+    #[inline(always)]
+    fn row<S: Simd>(&self, simd: S, segment: usize) -> Lanes {
+        let at = self.start + segment * self.pitch;
+        let (a, b) = (&self.a[at..at + BLOCK], &self.b[at..at + BLOCK]);
+        let (a, b) = (S::as_simd_f32s(a).0, S::as_simd_f32s(b).0);
+        let mut out = Lanes::ZERO;
+        for index in 0..BLOCK / S::F32_LANES {
+            let value = if PLANE == 0 { simd.add_f32s(a[index], b[index]) } else { simd.sub_f32s(a[index], b[index]) };
+            out.set(index, V { simd, value });
+        }
+        out
     }
 }
