@@ -119,7 +119,7 @@ pub(crate) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    pub(crate) fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], width: usize, height: usize) -> Self {
+    fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], width: usize, height: usize) -> Self {
         assert_eq!(a.len(), width * height, "pixels of the first image");
         assert_eq!(b.len(), width * height, "pixels of the second image");
         Self { a: a.as_flattened(), b: b.as_flattened(), row: 3 * width, height }
@@ -174,5 +174,36 @@ impl<'a> Pair<'a> {
         let total = partial.iter().flatten().fold([0.0, 0.0], |sum, row| [sum[0] + row[0], sum[1] + row[1]]);
         let count = self.a.len().max(1) as f64;
         Sums { mean_absolute: (total[0] / count) as f32, ssim: (total[1] / count) as f32 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::{Scalar, Simd};
+
+    #[test]
+    fn feature_levels_differ_by_roundings() {
+        let (width, height) = (100, 40);
+        let image = |factor: usize| -> Vec<[f32; 3]> {
+            (0..width * height).map(|i| [0, 1, 2].map(|c| ((i * factor + 7 * c) % 97) as f32 / 97.0)).collect()
+        };
+        let (a, b) = (image(31), image(36));
+        let run = |compute: &dyn Fn(Band<'_>) -> Vec<[f64; 2]>| {
+            let mut v = vec![0.0; 3 * width * height];
+            let sums = compute(Band { pair: Pair::new(&a, &b, width, height), rows: 0..height, weights: [0.8, -0.2], v: &mut v });
+            (sums, v)
+        };
+        let (sums, v) = run(&|band| Scalar.vectorize(band));
+        let mut others = vec![run(&|band| Arch::new().dispatch(band))];
+        #[cfg(target_arch = "x86_64")]
+        others.extend(pulp::x86::V3::try_new().map(|simd| run(&|band| Simd::vectorize(simd, band))));
+        for (other, v_other) in others {
+            for (a, b) in sums.as_flattened().iter().zip(other.as_flattened()) {
+                assert!((a - b).abs() < 1e-3, "{a} and {b} in a row");
+            }
+            let apart = v.iter().zip(&v_other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(apart < 1e-5, "gradients are {apart} apart");
+        }
     }
 }

@@ -5,9 +5,10 @@
 //! slopes are windowed along them and become the gradient.
 
 use crate::cells::{CHANNELS, Layout, Row, cells, cells_mut, fill_margins};
+use crate::pack::Pack;
 use crate::photometric::Pair;
 use crate::photometric_memory::Memory;
-use crate::simd::{BLOCK, Lanes, Pack, V, splat};
+use crate::simd::{BLOCK, Lanes, V, splat};
 use crate::ssim::{Constants, compare, gain, slope};
 use crate::transpose::Rows;
 use crate::window::{Column, Nest, RADIUS, STEP, along, down};
@@ -281,35 +282,4 @@ fn absolute<S: Simd>(simd: S, cells: &[[Lanes; 2]]) -> Lanes {
         out.set(index, sums[0] + sums[1] + sums[2]);
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use pulp::{Arch, Scalar};
-
-    #[test]
-    fn feature_levels_differ_by_roundings() {
-        let (width, height) = (100, 40);
-        let image = |factor: usize| -> Vec<[f32; 3]> {
-            (0..width * height).map(|i| [0, 1, 2].map(|c| ((i * factor + 7 * c) % 97) as f32 / 97.0)).collect()
-        };
-        let (a, b) = (image(31), image(36));
-        let run = |compute: &dyn Fn(Band<'_>) -> Vec<[f64; 2]>| {
-            let mut v = vec![0.0; 3 * width * height];
-            let sums = compute(Band { pair: Pair::new(&a, &b, width, height), rows: 0..height, weights: [0.8, -0.2], v: &mut v });
-            (sums, v)
-        };
-        let (sums, v) = run(&|band| Scalar.vectorize(band));
-        let mut others = vec![run(&|band| Arch::new().dispatch(band))];
-        #[cfg(target_arch = "x86_64")]
-        others.extend(pulp::x86::V3::try_new().map(|simd| run(&|band| Simd::vectorize(simd, band))));
-        for (other, v_other) in others {
-            for (a, b) in sums.as_flattened().iter().zip(other.as_flattened()) {
-                assert!((a - b).abs() < 1e-3, "{a} and {b} in a row");
-            }
-            let apart = v.iter().zip(&v_other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(apart < 1e-5, "gradients are {apart} apart");
-        }
-    }
 }

@@ -5,7 +5,8 @@
 
 use crate::cells::{Layout, SEGMENTS};
 use crate::photometric::Pair;
-use crate::simd::{BLOCK, Lanes, PREFETCHED, V, prefetch};
+use crate::prefetch::{PREFETCHED, prefetch};
+use crate::simd::{BLOCK, Lanes, V};
 use crate::transpose::{Rows, transpose};
 use crate::window::{RADIUS, STEP};
 use pulp::Simd;

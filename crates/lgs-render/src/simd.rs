@@ -135,24 +135,6 @@ operator!(Sub, sub, sub_f32s);
 operator!(Mul, mul, mul_f32s);
 operator!(Div, div, div_f32s);
 
-macro_rules! pack_operator {
-    ($trait:ident, $method:ident) => {
-        impl<S: Simd, const N: usize> $trait for Pack<S, N> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(mut self, other: Self) -> Self {
-                for i in 0..N {
-                    self.0[i] = self.0[i].$method(other.0[i]);
-                }
-                self
-            }
-        }
-    };
-}
-pack_operator!(Add, add);
-pack_operator!(Sub, sub);
-pack_operator!(Mul, mul);
-
 impl<S: Simd> Neg for V<S> {
     type Output = Self;
     #[inline(always)]
@@ -164,21 +146,13 @@ impl<S: Simd> Neg for V<S> {
 /// Bits of `√½`.
 const ROOT_HALF_BITS: u32 = 0x3f35_04f3;
 
-/// An estimate of `1 / x` for normal positive numbers, and the Newton steps that bring it within 3e-7.
+/// Newton steps that bring [`rough_reciprocal`] within 3e-7.
+pub(crate) const ROUGH_STEPS: usize = 3;
+
+/// `1 / x` for normal positive numbers within 0.13 relative: the exponent, negated, and the mantissa as if it were part of it.
 #[inline(always)]
-fn reciprocal_estimate<S: Simd>(simd: S, x: S::f32s) -> (S::f32s, usize) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use std::any::Any;
-        let (v4, x): (&dyn Any, &dyn Any) = (&simd, &x);
-        if let (Some(v4), Some(x)) = (v4.downcast_ref::<pulp::x86::V4>(), x.downcast_ref::<pulp::f32x16>()) {
-            let estimate: &dyn Any = &pulp::cast::<_, pulp::f32x16>(v4.avx512f._mm512_rcp14_ps(pulp::cast(*x)));
-            if let Some(estimate) = estimate.downcast_ref() {
-                return (*estimate, 1);
-            }
-        }
-    }
-    (simd.transmute_f32s_u32s(simd.sub_u32s(simd.splat_u32s(0x7ef3_11c7), simd.transmute_u32s_f32s(x))), 3)
+pub(crate) fn rough_reciprocal<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    simd.transmute_f32s_u32s(simd.sub_u32s(simd.splat_u32s(0x7ef3_11c7), simd.transmute_u32s_f32s(x)))
 }
 
 /// `1 / x` for normal positive numbers within 3e-7 relative: an estimate from the bits, then three Newton steps. Division is slower than all
@@ -186,73 +160,11 @@ fn reciprocal_estimate<S: Simd>(simd: S, x: S::f32s) -> (S::f32s, usize) {
 #[inline(always)]
 pub(crate) fn reciprocal<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let two = simd.splat_f32s(2.0);
-    let mut r = simd.transmute_f32s_u32s(simd.sub_u32s(simd.splat_u32s(0x7ef3_11c7), simd.transmute_u32s_f32s(x)));
-    for _ in 0..3 {
+    let mut r = rough_reciprocal(simd, x);
+    for _ in 0..ROUGH_STEPS {
         r = simd.mul_f32s(r, simd.negate_mul_add_f32s(x, r, two));
     }
     r
-}
-
-/// Several vectors on which the same is done, so that what is done to one need not wait for what was just done to it.
-#[derive(Clone, Copy)]
-pub(crate) struct Pack<S: Simd, const N: usize>(pub [V<S>; N]);
-
-impl<S: Simd, const N: usize> Pack<S, N> {
-    /// `self · b + c`.
-    #[inline(always)]
-    pub(crate) fn mul_add(mut self, b: Self, c: Self) -> Self {
-        for i in 0..N {
-            self.0[i] = self.0[i].mul_add(b.0[i], c.0[i]);
-        }
-        self
-    }
-
-    /// `c - self · b`.
-    #[inline(always)]
-    pub(crate) fn negate_mul_add(mut self, b: Self, c: Self) -> Self {
-        for i in 0..N {
-            self.0[i] = self.0[i].negate_mul_add(b.0[i], c.0[i]);
-        }
-        self
-    }
-
-    /// `1 / self` for normal positive numbers within 3e-7 relative.
-    #[inline(always)]
-    pub(crate) fn reciprocal(self) -> Self {
-        let (mut r, two) = (self, Self([self.0[0].of(2.0); N]));
-        let mut steps = 0;
-        for i in 0..N {
-            (r.0[i].value, steps) = reciprocal_estimate(self.0[i].simd, self.0[i].value);
-        }
-        for _ in 0..steps {
-            r = r * self.negate_mul_add(r, two);
-        }
-        r
-    }
-}
-
-/// Values that [`prefetch`] asks for at once.
-pub(crate) const PREFETCHED: usize = 8 * BLOCK;
-
-/// Asks for the first [`PREFETCHED`] values, if there are so many, because they will be read, or written, soon. A hint: without it nothing changes but
-/// the time.
-#[inline(always)]
-pub(crate) fn prefetch<S: Simd, const WRITE: bool>(simd: S, values: &[f32]) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use std::any::Any;
-        use std::arch::x86_64::{_MM_HINT_ET0, _MM_HINT_T1};
-        let simd: &dyn Any = &simd;
-        let sse = simd.downcast_ref().map(|v4: &pulp::x86::V4| v4.sse).or_else(|| simd.downcast_ref().map(|v3: &pulp::x86::V3| v3.sse));
-        if let (Some(sse), Some(values)) = (sse, values.first_chunk::<PREFETCHED>()) {
-            for line in 0..PREFETCHED / BLOCK {
-                let line = values[BLOCK * line..].as_ptr().cast();
-                if WRITE { sse._mm_prefetch::<_MM_HINT_ET0>(line) } else { sse._mm_prefetch::<_MM_HINT_T1>(line) }
-            }
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (simd, values);
 }
 
 /// `a · b + c`; kept short because the kernels are made of it.

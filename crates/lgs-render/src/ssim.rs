@@ -5,7 +5,8 @@
 //!
 //! Windows give sums that are `gain` times a mean (`window`), so that here all terms of SSIM are `gain²` times theirs, which cancels as well.
 
-use crate::simd::{Pack, V, splat};
+use crate::pack::Pack;
+use crate::simd::{V, splat};
 use crate::window;
 use pulp::Simd;
 
