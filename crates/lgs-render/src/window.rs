@@ -37,10 +37,12 @@ pub(crate) fn weights() -> [f32; SIZE] {
     raw().map(|w| (w / total) as f32)
 }
 
-/// Factors of the nested sum.
+/// Factors of the nested sum, from the outermost on.
 #[derive(Clone, Copy)]
 pub(crate) struct Nest<S: Simd> {
+    /// Of `c₁ x`: a₀, a₁ and a₂.
     near: [V<S>; 3],
+    /// Of what is nested: b₀ and b₁.
     far: [V<S>; 2],
 }
 
