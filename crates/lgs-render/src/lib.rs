@@ -41,6 +41,7 @@ mod tiles;
 mod transpose;
 mod view;
 mod window;
+mod window_row;
 
 pub use backward::{RasterizedVjp, rasterize_vjp};
 pub use photometric::{DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};
