@@ -91,18 +91,12 @@ impl<S: Simd> Carry<S> {
     /// From the ten inputs around the first result, four of them behind it.
     #[inline(always)]
     pub(crate) fn begin(nest: &Nest<S>, x: &[V<S>; 2 * RADIUS]) -> Self {
-        let [mut near, mut inner] = [[x[0]; 2 * CARRIED]; 2];
-        for i in 0..2 * CARRIED {
-            near[i] = x[i] + x[i + 2];
-            inner[i] = nest.near[2].mul_add(near[i], x[i + 1]);
-        }
-        let mut middle = [x[0]; CARRIED];
-        for i in 0..CARRIED {
-            middle[i] = nest.far[1].mul_add(inner[i] + inner[i + 4], nest.near[1].mul_add(near[i + 2], x[i + 3]));
-        }
-        let [_, _, _, _, near @ ..] = near;
-        let [_, _, _, _, inner @ ..] = inner;
-        Self { near, inner, middle }
+        // Four results behind the first one, whose own middle sums are not known, leave behind all that the first one needs.
+        let mut carry = Self::resume(nest, x.first_chunk().expect("six inputs"), [x[0]; CARRIED]);
+        let mut reach = [x[0]; STEP + RADIUS];
+        reach[..CARRIED + RADIUS].copy_from_slice(&x[1..]);
+        let _: [V<S>; CARRIED] = carry.advance(nest, &reach);
+        carry
     }
 
     /// The nested sums at `x[..COUNT]`, of at most `STEP`, from `RADIUS` inputs more.
