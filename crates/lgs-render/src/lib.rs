@@ -18,13 +18,13 @@
 mod backward;
 mod blend;
 mod blend_vjp;
-mod cells;
 mod depth_order;
 pub mod exponential;
 mod extent;
 mod pack;
 mod photometric;
 mod photometric_band;
+mod photometric_lines;
 mod photometric_memory;
 mod prefetch;
 mod project;
@@ -41,7 +41,6 @@ mod tiles;
 mod transpose;
 mod view;
 mod window;
-mod window_row;
 
 pub use backward::{RasterizedVjp, rasterize_vjp};
 pub use photometric::{DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};

@@ -7,13 +7,16 @@
 //! between never leaves the cache. There is a band for each thread. Bands overlap by recomputation, so that nothing that a row becomes depends
 //! on where its band begins; sums are kept per row and added in order.
 
-use crate::photometric_band::Band;
+use crate::photometric_band::{Band, steps};
+use crate::window::STEP;
 use lgs_core::Image;
 use pulp::Arch;
 use rayon::prelude::*;
 
 /// Weight of the structural term in training.
 pub const DEFAULT_LAMBDA: f32 = 0.2;
+/// Floats of a pixel.
+pub(crate) const CHANNELS: usize = 3;
 /// Fewest rows of a band: below this the overlap costs more than the parallelism gains.
 const MIN_BAND_ROWS: usize = 48;
 
@@ -125,21 +128,18 @@ impl<'a> Pair<'a> {
         Self { a: a.as_flattened(), b: b.as_flattened(), row: 3 * width, height }
     }
 
-    /// Both images, floats one after the other.
+    /// A row of both images.
     #[inline(always)]
-    pub(crate) fn images(&self) -> [&'a [f32]; 2] {
-        [self.a, self.b]
+    pub(crate) fn row(&self, y: usize) -> [&'a [f32]; 2] {
+        let floats = y * self.row..(y + 1) * self.row;
+        [&self.a[floats.clone()], &self.b[floats]]
     }
 
-    /// Both images from a row on.
-    #[inline(always)]
-    pub(crate) fn from(&self, y: usize) -> [&'a [f32]; 2] {
-        [&self.a[y * self.row..], &self.b[y * self.row..]]
-    }
-
-    /// Bands of equal heights, one per thread, so that threads finish together and few rows are computed twice.
+    /// Rows of a band: one per thread, of heights with which the threads have as few steps as can be, and finish together.
     fn band_rows(&self) -> usize {
-        MIN_BAND_ROWS.max(self.height.div_ceil(rayon::current_num_threads()))
+        let least = MIN_BAND_ROWS.max(self.height.div_ceil(rayon::current_num_threads()));
+        let most_steps = |rows: &usize| (0..self.height).step_by(*rows).map(|start| steps(start, self.height.min(start + rows))).max();
+        (least..least + STEP).min_by_key(most_steps).unwrap_or(least)
     }
 
     fn sums(&self) -> Sums {

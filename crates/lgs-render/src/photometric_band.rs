@@ -1,26 +1,24 @@
-//! A band of rows of the photometric loss, streamed `STEP` rows at a time through the windows of SSIM.
+//! A band of rows of the photometric loss, streamed `STEP` rows at a time through the windows of SSIM, sixteen pixels after sixteen.
 //!
-//! Rows enter as cells (`cells`) of `p = a + b` and `m = a - b`; p, m, p² and m² are windowed along them. Then column by column: windows of these, `RADIUS`
-//! rows behind, become SSIM and its three slopes, and windows of the slopes, another `RADIUS` rows behind, take the place of what was read. Rows of
-//! slopes are windowed along them and become the gradient.
+//! Of the sum `p = a + b` and the difference `m = a - b`, sixteen floats of a row side by side, p, m, p² and m² are windowed down their columns. Squares of
+//! sixteen rows and floats are transposed, and windowed on along rows, sixteen rows side by side. That gives means, these become SSIM and its three
+//! slopes, and the slopes go back the same way: along rows, transposed, down columns. `RADIUS` rows and pixels behind what enters means are known, twice
+//! as far the gradient.
 
-use crate::cells::{CHANNELS, Layout, Row, cells, cells_mut, fill_margins};
 use crate::pack::Pack;
-use crate::photometric::Pair;
-use crate::photometric_memory::Memory;
+use crate::photometric::{CHANNELS, Pair};
+use crate::photometric_lines::{Behind, Cells, Channel, PIXELS, Plane, Rows, WAITING, Waiting, behind};
+use crate::photometric_memory::{Memory, ask, read};
 use crate::simd::{BLOCK, Lanes, V, splat};
 use crate::ssim::{Constants, compare, gain, slope};
-use crate::transpose::Rows;
-use crate::window::{Column, Nest, RADIUS, STEP, down};
-use crate::window_row::along;
+use crate::transpose::{Square, transpose};
+use crate::window::{Nest, Past, RADIUS, STEP, slide};
 use pulp::{Simd, WithSimd};
-use std::cell::RefCell;
+use std::cell::Cell;
 use std::ops::Range;
 
-/// Rows of which SSIM is computed at once.
+/// Pixels of which SSIM is computed at once.
 const PACK: usize = 4;
-/// Rows of p and m that are kept: the gradient lies `2 RADIUS` rows behind what enters.
-const KEPT: usize = STEP + 2 * RADIUS;
 
 /// Some rows of a pair of images; dispatching it gives `[Σ |a - b|, Σ SSIM]` of each row.
 pub(crate) struct Band<'a> {
@@ -32,15 +30,14 @@ pub(crate) struct Band<'a> {
     pub v: &'a mut [f32],
 }
 
-/// Buffers of a band, kept by each thread from call to call: about 1.5 MB for a width of 800.
-#[derive(Default)]
-struct Scratch {
-    layout: Layout,
-    cells: Cells,
+/// Steps of a band, with its gradient.
+pub(crate) fn steps(start: usize, end: usize) -> usize {
+    (end + 2 * RADIUS - start.saturating_sub(2 * RADIUS)).div_ceil(STEP)
 }
 
 thread_local! {
-    static SCRATCH: RefCell<Scratch> = RefCell::default();
+    /// Kept by each thread from call to call.
+    static STREAM: Cell<Option<Box<Stream>>> = const { Cell::new(None) };
 }
 
 impl WithSimd for Band<'_> {
@@ -48,244 +45,258 @@ impl WithSimd for Band<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Vec<[f64; 2]> {
-        // Not `with`: its closure would be compiled without the vector features.
-        let mut scratch = SCRATCH.take();
-        let layout = Layout::new(self.pair.row / CHANNELS);
-        if scratch.layout != layout {
-            scratch = Scratch { layout, cells: Cells::new(&layout) };
-        }
-        let (cells, Range { start, end }) = (&mut scratch.cells, self.rows.clone());
-        cells.begin(&layout, self.weights[1]);
-        let (absolute, scale) = (self.weights[0], 1.0 / gain() as f32);
-        let loss = Loss { simd, layout, nest: Nest::new(simd), constants: Constants::new(simd), absolute, scale };
-        let with_gradient = !self.v.is_empty();
+        let mut stream = STREAM.take().unwrap_or_default();
+        let (weights, Range { start, end }) = (self.weights, self.rows.clone());
+        let loss = Loss::new(simd, self.pair.row, weights);
         let mut memory = Memory::new(self.pair, self.rows, self.v);
+        stream.begin(self.pair.row);
         let mut entering = start.saturating_sub(memory.reach()) as isize;
         while entering < (end + memory.reach()) as isize {
-            cells.enter(&loss, &mut memory, entering);
-            cells.compare(&loss, &mut memory, entering, with_gradient);
-            if with_gradient {
-                cells.gradient(&loss, &mut memory, entering);
-            }
+            stream.step(&loss, &mut memory, entering);
             entering += STEP as isize;
         }
-        let sums = memory.sums;
-        SCRATCH.set(scratch);
-        sums
+        STREAM.set(Some(stream));
+        memory.sums
     }
 }
 
 /// What does not change from step to step.
 struct Loss<S: Simd> {
     simd: S,
-    layout: Layout,
     nest: Nest<S>,
     constants: Constants<S>,
-    /// Weight of `|a - b|` in the gradient, and the scale of the slopes by p and m over that of the others.
-    absolute: f32,
-    scale: f32,
+    /// Pixels of a row.
+    width: usize,
+    /// Weight of SSIM's slopes, and of `|a - b|` in the gradient.
+    weight: f32,
+    absolute: V<S>,
+    /// Scale of the slopes by p and m over that of the others.
+    scale: V<S>,
+}
+
+impl<S: Simd> Loss<S> {
+    #[inline(always)]
+    fn new(simd: S, row: usize, [absolute, structural]: [f32; 2]) -> Self {
+        Self {
+            simd,
+            nest: Nest::new(simd),
+            constants: Constants::new(simd),
+            width: row / CHANNELS,
+            // Slopes are halves, in units of the windows' sums.
+            weight: 2.0 * gain() as f32 * structural,
+            absolute: splat(simd, absolute),
+            scale: splat(simd, 1.0 / gain() as f32),
+        }
+    }
 }
 
 /// What lies between the images and the gradient.
 #[derive(Default)]
-struct Cells {
-    /// Rows of p and m, the last one first.
-    images: Vec<Row<2>>,
-    /// Rows of p, m, p² and m², windowed along rows; then of slopes, windowed along columns.
-    windowed: [Row<4>; STEP],
-    /// By cell, what the windows along columns keep of p, m, p², m² and of the slopes.
-    columns: Vec<([Column; 4], [Column; 3])>,
-    /// A row of slopes, windowed along columns and rows.
-    slopes: Row<3>,
-    /// By cell: one for what is in the image; the same times the weight of its SSIM in the gradient.
-    inside: Vec<[Lanes; 2]>,
+struct Stream {
+    /// Of windows of p, m, p² and m² down columns, by sixteen floats of a row.
+    down: Vec<[Past; 4]>,
+    /// Of windows of slopes down columns, by sixteen floats of a row.
+    back_down: Vec<[Past; 3]>,
+    /// By sixteen floats of a row, p and m of the last rows that entered: their gradient comes with the next ones'.
+    kept: Vec<[[Lanes; 2]; 2 * RADIUS]>,
+    /// Of windows of p, m, p² and m² along rows, by channel.
+    along: [[Past; 4]; CHANNELS],
+    /// Of windows of slopes along rows, by channel.
+    back_along: [[Past; 3]; CHANNELS],
+    /// By pixel and channel: p, m, p² and m², windowed down columns, then along rows; slopes; slopes, windowed along rows.
+    cells: Cells,
+    /// Slopes, windowed along rows, of pixels whose squares are not complete.
+    waiting: Waiting,
+    /// Of two blocks, by sixteen floats and row, p and m.
+    images: [[[Square; 2]; CHANNELS]; 2],
+    /// By row, one of them or their squares, windowed; a gradient.
+    square: Square,
+    /// By row, slopes of sixteen floats.
+    slopes: [[Lanes; 3]; STEP],
+    /// By row, `Σ |a - b|`.
+    absolute: Square,
+    /// By row, `Σ SSIM`.
+    similarity: [f64; STEP],
 }
 
-impl Cells {
-    fn new(layout: &Layout) -> Self {
-        Self {
-            images: vec![layout.row(); KEPT],
-            windowed: std::array::from_fn(|_| layout.row()),
-            columns: Vec::new(),
-            slopes: layout.row(),
-            inside: (0..layout.cells()).map(|cell| [layout.inside(cell), Lanes::ZERO]).collect(),
-        }
-    }
-
+impl Stream {
     /// For a new band.
-    fn begin(&mut self, layout: &Layout, weight: f32) {
-        self.columns.clear();
-        self.columns.resize(layout.cells(), Default::default());
-        // Slopes are halves, in units of the windows' sums.
-        let weight = 2.0 * gain() as f32 * weight;
-        for [inside, weighted] in &mut self.inside {
-            *weighted = Lanes(inside.0.map(|inside| inside * weight));
-        }
+    fn begin(&mut self, row: usize) {
+        let blocks = row.div_ceil(CHANNELS * PIXELS);
+        self.down.clear();
+        self.down.resize(CHANNELS * blocks, Default::default());
+        self.back_down.clear();
+        self.back_down.resize(CHANNELS * blocks, Default::default());
+        self.kept.resize(CHANNELS * blocks, Default::default());
     }
 
-    /// Turns the entering rows to cells and windows them along rows.
+    /// Lets `STEP` rows enter.
     #[inline(always)]
-    fn enter<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize) {
-        let Self { images, windowed, .. } = self;
-        let Loss { simd, layout, nest, .. } = loss;
-        images.rotate_right(STEP);
-        for (row, windowed) in windowed.iter_mut().enumerate() {
-            let (y, image) = (entering + row as isize, &mut images[STEP - 1 - row]);
-            if !memory.needs(y, memory.reach()) {
-                image.as_flattened_mut().fill([Lanes::ZERO; 2]);
-                windowed.as_flattened_mut().fill([Lanes::ZERO; 4]);
-                continue;
+    fn step<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize) {
+        let [compared, leaving] = [1, 2].map(|k| entering - (k * RADIUS) as isize);
+        let images = memory.images(entering, memory.reach());
+        let needed = memory.needed(compared, memory.reach() - RADIUS);
+        let weight = Lanes(std::array::from_fn(|row| if needed.contains(&row) { loss.weight } else { 0.0 }));
+        (self.along, self.back_along, self.absolute, self.similarity) = Default::default();
+        let columns = self.down.len();
+        for first in (0..=columns).step_by(CHANNELS) {
+            if first < columns {
+                for column in first..first + CHANNELS {
+                    self.enter(loss, &images, column);
+                }
+            } else {
+                self.cells.as_flattened_mut().fill([Lanes::ZERO; 4]);
             }
-            for (square, image) in cells_mut(image).as_chunks_mut().0.iter_mut().enumerate().take(layout.squares()) {
-                memory.read(*simd, y, square, image);
-            }
-            let absolute = absolute(*simd, &cells(image)[..layout.cells()]);
-            memory.set_sum(y, 0, &absolute);
-            fill_margins(*simd, layout, image);
-            for plane in 0..2 {
-                along::<S, false, 2, 4>(*simd, nest, (image, plane), (windowed, plane));
-                along::<S, true, 2, 4>(*simd, nest, (image, plane), (windowed, 2 + plane));
+            self.compare(loss, &weight, first / CHANNELS * PIXELS, memory.with_gradient());
+            if memory.with_gradient() && first > 0 {
+                for column in first - CHANNELS..first {
+                    self.leave(loss, memory, leaving, column);
+                }
             }
         }
+        let absolute = self.absolute.map(|lanes| lanes.0.iter().map(|&v| f64::from(v)).sum());
+        memory.set_sums(entering, 0, &absolute);
+        memory.set_sums(compared, 1, &self.similarity);
     }
 
-    /// Windows along columns, turns means into SSIM, which is summed, and into slopes, which are windowed in turn. Between the columns it asks for
-    /// what the next step will touch.
+    /// Sixteen floats of the entering rows, windowed down their columns.
     #[inline(always)]
-    fn compare<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize, with_gradient: bool) {
-        let (simd, first) = (loss.simd, entering - RADIUS as isize);
-        let needed = memory.needed(first, memory.reach() - RADIUS);
-        // Out here, because clearing them takes time.
-        let zero = [splat(simd, 0.0); STEP];
-        let (mut entered, mut means, mut slopes) = (zero, [zero; 4], [zero; 3]);
-        let mut totals = [Lanes::ZERO; STEP];
-        let count = self.columns.len();
-        // Of one length, so that there is one check for all.
-        let [a, b, c, d, e, f, g, h] = self.windowed.each_mut().map(|row| &mut cells_mut(row)[..count]);
-        memory.begin(entering + STEP as isize);
-        for (cell, ((of_means, of_slopes), inside)) in self.columns.iter_mut().zip(&self.inside).enumerate() {
-            memory.advance(simd);
-            let rows = [&mut a[cell], &mut b[cell], &mut c[cell], &mut d[cell], &mut e[cell], &mut f[cell], &mut g[cell], &mut h[cell]];
+    fn enter<S: Simd>(&mut self, loss: &Loss<S>, images: &[[&[f32]; STEP]; 2], column: usize) {
+        let (simd, at, [a, b]) = (loss.simd, BLOCK * column, images);
+        let third = column % CHANNELS;
+        let ([p, m], square) = (&mut self.images[column / CHANNELS % 2][third], &mut self.square);
+        for row in 0..STEP {
+            for index in 0..BLOCK / S::F32_LANES {
+                let (a, b) = (read(simd, a[row], at, index), read(simd, b[row], at, index));
+                let (difference, sum) = (a - b, self.absolute[row].get(simd, index));
+                p[row].set(index, a + b);
+                m[row].set(index, difference);
+                self.absolute[row].set(index, sum + V { simd, value: simd.abs_f32s(difference.value) });
+            }
+        }
+        let (past, out) = (&mut self.down[column], &mut self.cells.as_flattened_mut().as_chunks_mut().0[third]);
+        ask(simd, images, 0..4, at);
+        down::<S, false>(loss, p, &mut past[0], square);
+        transpose(simd, square, 0, out);
+        ask(simd, images, 4..8, at);
+        down::<S, false>(loss, m, &mut past[1], square);
+        transpose(simd, square, 1, out);
+        ask(simd, images, 8..12, at);
+        down::<S, true>(loss, p, &mut past[2], square);
+        transpose(simd, square, 2, out);
+        ask(simd, images, 12..16, at);
+        down::<S, true>(loss, m, &mut past[3], square);
+        transpose(simd, square, 3, out);
+    }
+
+    /// Windows along rows, turns means into SSIM, which is summed, and into slopes, which are windowed in turn.
+    #[inline(always)]
+    fn compare<S: Simd>(&mut self, loss: &Loss<S>, weight: &Lanes, pixel: usize, with_gradient: bool) {
+        let (simd, cells) = (loss.simd, &mut self.cells);
+        let [start, end] = [0, loss.width].map(|x| (x + RADIUS).saturating_sub(pixel).min(PIXELS));
+        let mut inside = [0.0; PIXELS];
+        inside[start..end].fill(1.0);
+        let mut totals = Lanes::ZERO;
+        for channel in 0..CHANNELS {
             for index in 0..BLOCK / S::F32_LANES {
                 for plane in 0..4 {
-                    for row in 0..STEP {
-                        entered[row] = rows[row][plane].get(simd, index);
-                    }
-                    means[plane] = down(simd, &loss.nest, &mut of_means[plane], &entered, index);
+                    let mut line = Channel { cells: &mut *cells, channel, plane };
+                    slide(simd, &loss.nest, &mut self.along[channel][plane], &mut line, index);
                 }
-                compare_rows(&loss.constants, &means, inside, &mut totals, &mut slopes, index);
-                if needed.len() < STEP {
-                    for slopes in &mut slopes {
-                        slopes[..needed.start].copy_from_slice(&zero[..needed.start]);
-                        slopes[needed.end..].copy_from_slice(&zero[needed.end..]);
-                    }
-                }
-                if with_gradient {
-                    for plane in 0..3 {
-                        let sums = down(simd, &loss.nest, &mut of_slopes[plane], &slopes[plane], index);
-                        for row in 0..STEP {
-                            rows[row][plane].set(index, sums[row]);
-                        }
-                    }
+                let total = compare_pixels(&loss.constants, cells, channel, &inside, weight.get(simd, index), index);
+                totals.set(index, totals.get(simd, index) + total);
+            }
+            if !with_gradient {
+                continue;
+            }
+            if end - start < PIXELS {
+                for outside in [0..start, end..PIXELS] {
+                    cells[outside].iter_mut().for_each(|pixel| pixel[channel] = Default::default());
                 }
             }
-        }
-        for (row, total) in totals.iter().enumerate() {
-            memory.set_sum(first + row as isize, 1, total);
-        }
-    }
-
-    /// Windows slopes along rows, and turns them to the gradient of the rows `2 RADIUS` behind.
-    #[inline(always)]
-    fn gradient<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize) {
-        let Loss { simd, layout, nest, .. } = loss;
-        for (row, windowed) in self.windowed.iter_mut().enumerate() {
-            let y = entering + row as isize - 2 * RADIUS as isize;
-            if memory.needs(y, 0) {
-                fill_margins(*simd, layout, windowed);
+            for index in 0..BLOCK / S::F32_LANES {
                 for plane in 0..3 {
-                    along::<S, false, 4, 3>(*simd, nest, (windowed, plane), (&mut self.slopes, plane));
+                    let mut line = Behind { cells: &mut *cells, waiting: &mut self.waiting, channel, plane };
+                    line.begin(simd, index);
+                    slide(simd, &loss.nest, &mut self.back_along[channel][plane], &mut line, index);
                 }
-                write_row(loss, &self.slopes, &self.images[KEPT - 1 - row], memory, y);
             }
         }
-    }
-}
-
-/// SSIM of `STEP` rows of a column, which is added to the totals, and its slopes.
-#[inline(always)]
-fn compare_rows<S: Simd>(
-    constants: &Constants<S>,
-    means: &[[V<S>; STEP]; 4],
-    [inside, weight]: &[Lanes; 2],
-    totals: &mut [Lanes; STEP],
-    slopes: &mut [[V<S>; STEP]; 3],
-    index: usize,
-) {
-    let simd = means[0][0].simd;
-    for first in (0..STEP).step_by(PACK) {
-        let mut packed = [Pack([means[0][0]; PACK]); 4];
-        for plane in 0..4 {
-            for row in 0..PACK {
-                packed[plane].0[row] = means[plane][first + row];
-            }
-        }
-        let (ssim, by) = compare(constants, packed, weight.get(simd, index));
-        for row in 0..PACK {
-            let total = &mut totals[first + row];
-            total.set(index, ssim.0[row].mul_add(inside.get(simd, index), total.get(simd, index)));
-            for plane in 0..3 {
-                slopes[plane][first + row] = by[plane].0[row];
-            }
+        for (sum, total) in self.similarity.iter_mut().zip(totals.0) {
+            *sum += f64::from(total);
         }
     }
-}
 
-/// Writes the gradient of a row.
-#[inline(always)]
-fn write_row<S: Simd>(loss: &Loss<S>, slopes: &Row<3>, image: &Row<2>, memory: &mut Memory<'_>, y: isize) {
-    let (slopes, images) = (cells(slopes).as_chunks().0, cells(image).as_chunks().0);
-    for square in (0..loss.layout.squares()).rev() {
-        let gradient = Gradient { slopes: &slopes[square], images: &images[square], absolute: loss.absolute, scale: loss.scale };
-        memory.write(loss.simd, y, square, &gradient);
-    }
-}
-
-/// Gradient of some cells, from windowed slopes and from p and m.
-struct Gradient<'a> {
-    slopes: &'a [[Lanes; 3]; BLOCK],
-    images: &'a [[Lanes; 2]; BLOCK],
-    /// As in [`Loss`].
-    absolute: f32,
-    scale: f32,
-}
-
-impl Rows for Gradient<'_> {
+    /// Windows slopes of sixteen floats down their columns, and writes their gradient.
     #[inline(always)]
-    fn row<S: Simd>(&self, simd: S, cell: usize) -> Lanes {
-        let (scale, absolute) = (splat(simd, self.scale), splat(simd, self.absolute));
-        let (slopes, [p, m], mut out) = (&self.slopes[cell], &self.images[cell], Lanes::ZERO);
-        for index in 0..BLOCK / S::F32_LANES {
-            let by = [slopes[0].get(simd, index), slopes[1].get(simd, index), slopes[2].get(simd, index)];
-            out.set(index, slope([p.get(simd, index), m.get(simd, index)], by, scale, absolute));
+    fn leave<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, first: isize, column: usize) {
+        let (simd, at, third) = (loss.simd, BLOCK * column, column % CHANNELS);
+        let (past, cells) = (&mut self.back_down[column], &self.cells.as_flattened().as_chunks().0[third]);
+        let ([p, m], kept) = (&self.images[column / CHANNELS % 2][third], &mut self.kept[column]);
+        let Self { slopes, square, .. } = self;
+        for plane in 0..3 {
+            memory.ask(simd, first, STEP * plane / 3..STEP * (plane + 1) / 3, at);
+            transpose(simd, &Plane { cells, plane: behind(plane) }, plane, slopes);
         }
-        out
+        for index in 0..BLOCK / S::F32_LANES {
+            for (plane, past) in past.iter_mut().enumerate() {
+                slide(simd, &loss.nest, past, &mut Plane { cells: &mut *slopes, plane }, index);
+            }
+            for row in 0..2 * RADIUS {
+                square[row].set(index, gradient(loss, [&kept[row][0], &kept[row][1]], &slopes[row], index));
+            }
+            for row in 0..WAITING {
+                square[2 * RADIUS + row].set(index, gradient(loss, [&p[row], &m[row]], &slopes[2 * RADIUS + row], index));
+            }
+        }
+        for row in 0..2 * RADIUS {
+            kept[row] = [p[WAITING + row], m[WAITING + row]];
+        }
+        memory.write(first, at, square);
     }
 }
 
-/// Sums `|m|` of cells of p and m.
+/// Gradient from p and m, and from windowed slopes.
 #[inline(always)]
-fn absolute<S: Simd>(simd: S, cells: &[[Lanes; 2]]) -> Lanes {
-    let mut out = Lanes::ZERO;
+fn gradient<S: Simd>(loss: &Loss<S>, image: [&Lanes; 2], by: &[Lanes; 3], index: usize) -> V<S> {
+    let (simd, [p, m], [mean, sum, difference]) = (loss.simd, image, by);
+    let by = [mean.get(simd, index), sum.get(simd, index), difference.get(simd, index)];
+    slope([p.get(simd, index), m.get(simd, index)], by, loss.scale, loss.absolute)
+}
+
+/// Windows rows, or their squares, down columns.
+#[inline(always)]
+fn down<S: Simd, const SQUARED: bool>(loss: &Loss<S>, rows: &Square, past: &mut Past, square: &mut Square) {
     for index in 0..BLOCK / S::F32_LANES {
-        // Three sums, so that an addition need not wait for the one before it.
-        let mut sums = [splat(simd, 0.0); CHANNELS];
-        for pixel in cells.as_chunks::<CHANNELS>().0 {
-            for (sum, [_, m]) in sums.iter_mut().zip(pixel) {
-                *sum = *sum + V { simd, value: simd.abs_f32s(m.get(simd, index).value) };
+        slide(loss.simd, &loss.nest, past, &mut Rows::<SQUARED> { rows, square }, index);
+    }
+}
+
+/// SSIM of some pixels of a channel, summed where they are inside; slopes take the place of means.
+#[inline(always)]
+fn compare_pixels<S: Simd>(
+    constants: &Constants<S>,
+    cells: &mut Cells,
+    channel: usize,
+    inside: &[f32; PIXELS],
+    weight: V<S>,
+    index: usize,
+) -> V<S> {
+    let mut total = weight.of(0.0);
+    for first in (0..PIXELS).step_by(PACK) {
+        let mut packed = [Pack([weight; PACK]); 4];
+        for plane in 0..4 {
+            for i in 0..PACK {
+                packed[plane].0[i] = cells[first + i][channel][plane].get(weight.simd, index);
             }
         }
-        out.set(index, sums[0] + sums[1] + sums[2]);
+        let (ssim, by) = compare(constants, packed, weight);
+        for i in 0..PACK {
+            total = ssim.0[i].mul_add(weight.of(inside[first + i]), total);
+            for plane in 0..3 {
+                cells[first + i][channel][plane].set(index, by[plane].0[i]);
+            }
+        }
     }
-    out
+    total
 }

@@ -1,16 +1,17 @@
-//! What a band of the photometric loss reads from memory and writes to it: squares of sixteen floats of sixteen segments of a row.
+//! What a band of the photometric loss reads from memory and writes to it.
 //!
-//! Sixteen places of a row are more than the processor looks ahead in by itself. What a step will touch is therefore asked for, in order and in pieces,
-//! while the step before it computes.
+//! Sixteen rows at a time are more than the processor looks ahead in by itself. Memory is therefore asked for what will be touched next.
 
-use crate::cells::{Layout, SEGMENTS};
 use crate::photometric::Pair;
-use crate::prefetch::{PREFETCHED, prefetch};
+use crate::prefetch::prefetch;
 use crate::simd::{BLOCK, Lanes, V};
-use crate::transpose::{Rows, transpose};
+use crate::transpose::Square;
 use crate::window::{RADIUS, STEP};
 use pulp::Simd;
 use std::ops::Range;
+
+/// How many floats before they are needed memory is asked for them.
+const AHEAD: usize = 2 * BLOCK;
 
 /// A band of two images and of the gradient.
 pub(crate) struct Memory<'a> {
@@ -21,143 +22,97 @@ pub(crate) struct Memory<'a> {
     v: &'a mut [f32],
     /// By row, `Σ |a - b|` and `Σ SSIM`.
     pub sums: Vec<[f64; 2]>,
-    layout: Layout,
-    /// Floats of the images and of the gradient that have not been asked for yet.
-    ahead: [Range<usize>; 2],
 }
 
 impl<'a> Memory<'a> {
     pub(crate) fn new(pair: Pair<'a>, rows: Range<usize>, v: &'a mut [f32]) -> Self {
-        let (layout, sums) = (Layout::new(pair.row / 3), vec![[0.0; 2]; rows.len()]);
-        Self { pair, rows, v, sums, layout, ahead: [0..0, 0..0] }
+        let sums = vec![[0.0; 2]; rows.len()];
+        Self { pair, rows, v, sums }
+    }
+
+    /// Whether the gradient is asked for.
+    #[inline(always)]
+    pub(crate) fn with_gradient(&self) -> bool {
+        !self.v.is_empty()
     }
 
     /// How far outside of the band rows are needed.
     #[inline(always)]
     pub(crate) fn reach(&self) -> usize {
-        if self.v.is_empty() { RADIUS } else { 2 * RADIUS }
-    }
-
-    /// Rows in the image, at most `margin` rows outside of the band.
-    #[inline(always)]
-    fn within(&self, margin: usize) -> Range<isize> {
-        self.rows.start.saturating_sub(margin) as isize..self.pair.height.min(self.rows.end + margin) as isize
-    }
-
-    /// Whether a row lies in the image, at most `margin` rows outside of the band.
-    #[inline(always)]
-    pub(crate) fn needs(&self, y: isize, margin: usize) -> bool {
-        self.within(margin).contains(&y)
+        if self.with_gradient() { 2 * RADIUS } else { RADIUS }
     }
 
     /// Of `STEP` rows those that lie in the image, at most `margin` rows outside of the band.
+    #[inline(always)]
     pub(crate) fn needed(&self, first: isize, margin: usize) -> Range<usize> {
-        let rows = self.within(margin);
-        let [start, end] = [rows.start, rows.end].map(|y| (y - first).clamp(0, STEP as isize) as usize);
+        let [start, end] = [self.rows.start.saturating_sub(margin), self.pair.height.min(self.rows.end + margin)];
+        let [start, end] = [start, end].map(|y| (y as isize - first).clamp(0, STEP as isize) as usize);
         start..end
     }
 
-    /// Of a row, if it is in the band, one of its sums.
-    pub(crate) fn set_sum(&mut self, y: isize, which: usize, lanes: &Lanes) {
-        if self.needs(y, 0) {
-            self.sums[y as usize - self.rows.start][which] = lanes.0.iter().map(|&v| f64::from(v)).sum();
-        }
-    }
-
-    /// Reads a square of `a + b` and of `a - b`, zero outside of the image, as cells; those beyond the last one may get any value.
-    #[inline(always)]
-    pub(crate) fn read<S: Simd>(&self, simd: S, y: isize, square: usize, cells: &mut [[Lanes; 2]; BLOCK]) {
-        // One after the other, so that each stays in registers.
-        self.read_plane::<S, 0>(simd, y, square, cells);
-        self.read_plane::<S, 1>(simd, y, square, cells);
-    }
-
-    #[inline(always)]
-    fn read_plane<S: Simd, const PLANE: usize>(&self, simd: S, y: isize, square: usize, cells: &mut [[Lanes; 2]; BLOCK]) {
-        // To the end of the images, so that hardly anything but their last row is cut off.
-        let [a, b] = self.pair.from(y as usize);
-        let (whole, (start, pitch)) = (self.layout.whole(a.len(), square), self.layout.steps(square));
-        let pairs = Pairs::<PLANE> { a, b, start, pitch };
-        if whole == SEGMENTS {
-            return transpose(simd, &pairs, PLANE, cells);
-        }
-        let mut floats = [Lanes::ZERO; BLOCK];
-        for (segment, lanes) in floats.iter_mut().enumerate() {
-            if segment < whole {
-                *lanes = pairs.row(simd, segment);
-            } else {
-                let some = self.layout.some(segment, square);
-                let pairs = a[some.clone()].iter().zip(&b[some]);
-                lanes.0.iter_mut().zip(pairs).for_each(|(out, (a, b))| *out = if PLANE == 0 { a + b } else { a - b });
+    /// The needed ones of `STEP` rows of both images; others are empty.
+    pub(crate) fn images(&self, first: isize, margin: usize) -> [[&'a [f32]; STEP]; 2] {
+        let (needed, mut rows) = (self.needed(first, margin), [[&[][..]; STEP]; 2]);
+        for row in needed {
+            for (rows, image) in rows.iter_mut().zip(self.pair.row(first as usize + row)) {
+                rows[row] = image;
             }
         }
-        transpose(simd, &floats, PLANE, cells);
+        rows
     }
 
-    /// Writes a square of the gradient, whose rows are cells; later ones of an image's row first, and later rows later.
+    /// Sets one of the sums of those of `STEP` rows that are in the band.
+    pub(crate) fn set_sums(&mut self, first: isize, which: usize, sums: &[f64; STEP]) {
+        for row in self.needed(first, 0) {
+            self.sums[(first + row as isize) as usize - self.rows.start][which] = sums[row];
+        }
+    }
+
+    /// Writes sixteen floats, or as many as there are, of those of `STEP` rows of the gradient that are in the band.
     #[inline(always)]
-    pub(crate) fn write<S: Simd>(&mut self, simd: S, y: isize, square: usize, cells: &impl Rows) {
-        let v = &mut self.v[(y as usize - self.rows.start) * self.pair.row..];
-        let (whole, (start, pitch)) = (self.layout.whole(v.len(), square), self.layout.steps(square));
-        let mut floats = [[Lanes::ZERO]; BLOCK];
-        transpose(simd, cells, 0, &mut floats);
-        // What is written beyond a segment, or a row, is overwritten with the next one.
-        for (segment, [lanes]) in floats.iter().enumerate().take(whole) {
-            *v[start + segment * pitch..].first_chunk_mut().expect("whole squares") = lanes.0;
-        }
-        for (segment, [lanes]) in floats.iter().enumerate().skip(whole) {
-            let v = &mut v[self.layout.some(segment, square)];
-            v.copy_from_slice(&lanes.0[..v.len()]);
-        }
-    }
-
-    /// Next are the `STEP` rows from `first` on.
-    pub(crate) fn begin(&mut self, first: isize) {
-        let floats = |first: isize, margin: usize, start: usize| match self.needed(first, margin) {
-            rows if rows.is_empty() => 0..0,
-            Range { start: from, end: to } => {
-                let float = |row: usize| ((first + row as isize) as usize - start) * self.pair.row;
-                float(from)..float(to)
+    pub(crate) fn write(&mut self, first: isize, at: usize, square: &Square) {
+        for row in self.needed(first, 0) {
+            let start = ((first + row as isize) as usize - self.rows.start) * self.pair.row;
+            let v = &mut self.v[start + at.min(self.pair.row)..start + self.pair.row];
+            match v.first_chunk_mut() {
+                Some(v) => *v = square[row].0,
+                None => v.copy_from_slice(&square[row].0[..v.len()]),
             }
-        };
-        let written = first - (STEP + 2 * RADIUS) as isize;
-        self.ahead = [floats(first, self.reach(), 0), if self.v.is_empty() { 0..0 } else { floats(written, 0, self.rows.start) }];
+        }
     }
 
-    /// Asks for a piece of them, and for a piece of the gradient that will be written before.
+    /// Asks for what follows sixteen floats of some of `STEP` rows of the gradient.
     #[inline(always)]
-    pub(crate) fn advance<S: Simd>(&mut self, simd: S) {
-        let [read, written] = &mut self.ahead;
-        for image in self.pair.images() {
-            prefetch::<S, false>(simd, &image[read.clone()]);
-        }
-        prefetch::<S, true>(simd, &self.v[written.clone()]);
-        for ahead in [read, written] {
-            ahead.start = ahead.end.min(ahead.start + PREFETCHED);
+    pub(crate) fn ask<S: Simd>(&self, simd: S, first: isize, rows: Range<usize>, at: usize) {
+        for row in rows {
+            let y = first + row as isize - self.rows.start as isize;
+            prefetch::<S, true>(simd, self.v.get((y * self.pair.row as isize + (at + AHEAD) as isize) as usize));
         }
     }
 }
 
-/// By segment, sixteen floats of both images: their sums, or their differences.
-struct Pairs<'a, const PLANE: usize> {
-    a: &'a [f32],
-    b: &'a [f32],
-    /// Where the first segment's begin, and how far those of the next one are.
-    start: usize,
-    pitch: usize,
+/// Sixteen floats of a row, or as many as there are and zeros.
+#[inline(always)]
+pub(crate) fn read<S: Simd>(simd: S, row: &[f32], at: usize, index: usize) -> V<S> {
+    match row.get(at..at + BLOCK) {
+        Some(floats) => V { simd, value: S::as_simd_f32s(floats).0[index] },
+        None => the_rest(row, at).get(simd, index),
+    }
 }
 
-impl<const PLANE: usize> Rows for Pairs<'_, PLANE> {
-    #[inline(always)]
-    fn row<S: Simd>(&self, simd: S, segment: usize) -> Lanes {
-        let at = self.start + segment * self.pitch;
-        let (a, b) = (&self.a[at..at + BLOCK], &self.b[at..at + BLOCK]);
-        let (a, b) = (S::as_simd_f32s(a).0, S::as_simd_f32s(b).0);
-        let mut out = Lanes::ZERO;
-        for index in 0..BLOCK / S::F32_LANES {
-            let value = if PLANE == 0 { simd.add_f32s(a[index], b[index]) } else { simd.sub_f32s(a[index], b[index]) };
-            out.set(index, V { simd, value });
-        }
-        out
+#[cold]
+#[inline(never)]
+fn the_rest(row: &[f32], at: usize) -> Lanes {
+    let (rest, mut out) = (row.get(at..).unwrap_or_default(), Lanes::ZERO);
+    out.0[..rest.len()].copy_from_slice(rest);
+    out
+}
+
+/// Asks for what follows sixteen floats of some rows.
+#[inline(always)]
+pub(crate) fn ask<S: Simd>(simd: S, [a, b]: &[[&[f32]; STEP]; 2], rows: Range<usize>, at: usize) {
+    for row in rows {
+        prefetch::<S, false>(simd, a[row].get(at + AHEAD));
+        prefetch::<S, false>(simd, b[row].get(at + AHEAD));
     }
 }

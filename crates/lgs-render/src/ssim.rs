@@ -63,8 +63,11 @@ pub(crate) fn compare<S: Simd, const N: usize>(
 /// `scale` is that of the slopes by p and m over that of the others.
 #[inline(always)]
 pub(crate) fn slope<S: Simd>([p, m]: [V<S>; 2], [mean, by_sum, by_difference]: [V<S>; 3], scale: V<S>, weight_absolute: V<S>) -> V<S> {
+    // The sign of m times the weight; zero where m is.
     let (simd, zero) = (p.simd, p.of(0.0));
-    let above = weight_absolute.where_set(simd.greater_than_f32s(m.value, zero.value), zero);
-    let sign = (-weight_absolute).where_set(simd.less_than_f32s(m.value, zero.value), above);
+    let sign = simd.and_u32s(simd.transmute_u32s_f32s(m.value), simd.splat_u32s(1 << 31));
+    let signed = simd.transmute_f32s_u32s(simd.xor_u32s(sign, simd.transmute_u32s_f32s(weight_absolute.value)));
+    let same = simd.equal_f32s(m.value, zero.value);
+    let sign = zero.where_set(same, V { simd, value: signed });
     m.negate_mul_add(by_difference, p.mul_add(by_sum, mean.mul_add(scale, sign)))
 }

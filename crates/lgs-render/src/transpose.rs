@@ -6,15 +6,15 @@ use pulp::Simd;
 /// A square of values.
 pub(crate) type Square = [Lanes; BLOCK];
 
-/// Sixteen rows of sixteen values. They are asked for once each, where they are needed, so that what is computed then need not be stored before.
+/// Sixteen rows of sixteen values.
 pub(crate) trait Rows {
-    fn row<S: Simd>(&self, simd: S, i: usize) -> Lanes;
+    fn row(&self, i: usize) -> &Lanes;
 }
 
 impl Rows for Square {
     #[inline(always)]
-    fn row<S: Simd>(&self, _: S, i: usize) -> Lanes {
-        self[i]
+    fn row(&self, i: usize) -> &Lanes {
+        &self[i]
     }
 }
 
@@ -32,7 +32,7 @@ pub(crate) fn transpose<S: Simd, const PLANES: usize>(simd: S, from: &impl Rows,
         }
     }
     for i in 0..BLOCK {
-        let row = from.row(simd, i);
+        let row = from.row(i);
         for (to, value) in to.iter_mut().zip(row.0) {
             to[plane].0[i] = value;
         }
@@ -62,8 +62,8 @@ mod x86 {
     /// Four rows from `i` on: in every quarter of result `j`, column `j` of that quarter.
     #[inline(always)]
     fn four_rows(simd: V4, from: &impl Rows, i: usize) -> [__m512; 4] {
-        let (a, b): (__m512, __m512) = (cast(from.row(simd, i).0), cast(from.row(simd, i + 1).0));
-        let (c, d): (__m512, __m512) = (cast(from.row(simd, i + 2).0), cast(from.row(simd, i + 3).0));
+        let (a, b): (__m512, __m512) = (cast(from.row(i).0), cast(from.row(i + 1).0));
+        let (c, d): (__m512, __m512) = (cast(from.row(i + 2).0), cast(from.row(i + 3).0));
         let (ab, cd) = (simd.avx512f._mm512_unpacklo_ps(a, b), simd.avx512f._mm512_unpacklo_ps(c, d));
         let (ab_high, cd_high) = (simd.avx512f._mm512_unpackhi_ps(a, b), simd.avx512f._mm512_unpackhi_ps(c, d));
         [
@@ -95,7 +95,7 @@ mod x86 {
     pub(super) fn transpose_eights<const PLANES: usize>(simd: V3, from: &impl Rows, plane: usize, to: &mut [[Lanes; PLANES]; BLOCK]) {
         let mut square = [Lanes::ZERO; BLOCK];
         for (i, row) in square.iter_mut().enumerate() {
-            *row = from.row(simd, i);
+            *row = *from.row(i);
         }
         for (down, right) in [(0, 0), (0, HALF), (HALF, 0), (HALF, HALF)] {
             let mut fours = [cast::<_, __m256>([0.0_f32; HALF]); HALF];

@@ -1,11 +1,11 @@
-//! The separable 11-tap Gaussian window of SSIM, over vectors one after the other; down a column of them.
+//! The separable 11-tap Gaussian window of SSIM, over vectors one after the other.
 //!
 //! With `c_k x = x[-k] + x[k]`, a symmetric window of eleven taps is, up to a factor, the nested sum
 //!
 //! `x + a₀ c₁ x + b₀ c₂ (x + a₁ c₁ x + b₁ c₂ (x + a₂ c₁ x))`:
 //!
 //! three additions and five multiply-adds where tap by tap it takes eleven. For a Gaussian all its terms are positive, so that nothing
-//! cancels. What is nested is needed for two results; it is carried from one block of results to the next.
+//! cancels. What is nested is needed for two results; it is carried from one step to the next.
 
 use crate::simd::{Lanes, V, splat};
 use pulp::Simd;
@@ -13,16 +13,14 @@ use pulp::Simd;
 /// Taps on either side of the centre.
 pub(crate) const RADIUS: usize = 5;
 /// Taps of the window.
-pub(crate) const SIZE: usize = 2 * RADIUS + 1;
+const SIZE: usize = 2 * RADIUS + 1;
 /// Standard deviation, pixels.
 const SIGMA: f64 = 1.5;
-/// Results at a time down a column.
-pub(crate) const STEP: usize = 8;
-/// Results at a time along a row, whose segments are short.
-pub(crate) const ROW_STEP: usize = 5;
-/// Inputs behind the last one that a block of results carries on from, and nested sums.
+/// Vectors that enter at a time, and results.
+pub(crate) const STEP: usize = 16;
+/// Vectors behind the last one that results carry on from, and nested sums.
 const CARRIED: usize = 4;
-/// Inputs that a column keeps.
+/// Vectors that are kept.
 const KEPT: usize = CARRIED + 2;
 
 /// The window, up to its sum.
@@ -39,7 +37,7 @@ pub(crate) fn weights() -> [f32; SIZE] {
 /// Factors of the nested sum, from the outermost on.
 #[derive(Clone, Copy)]
 pub(crate) struct Nest<S: Simd> {
-    /// Of `c₁ x`: a₀, a₁ and a₂.
+    /// Of `c₁ x`: a₀ - a₁, a₁ - a₂ and a₂, which are positive.
     near: [V<S>; 3],
     /// Of what is nested: b₀ and b₁.
     far: [V<S>; 2],
@@ -61,87 +59,150 @@ impl<S: Simd> Nest<S> {
     pub(crate) fn new(simd: S) -> Self {
         let [[x0, near0], [x1, near1], [x2, near2]] = terms();
         let by = |a: f64, b: f64| splat(simd, (a / b) as f32);
-        Self { near: [by(near0, x0), by(near1, x1), by(near2, x2)], far: [by(x1, x0), by(x2, x1)] }
+        let [a0, a1, a2] = [near0 / x0, near1 / x1, near2 / x2];
+        Self { near: [a0 - a1, a1 - a2, a2].map(|a| splat(simd, a as f32)), far: [by(x1, x0), by(x2, x1)] }
+    }
+
+    /// `x + a c₁ x` for a₂, a₁ and a₀, each from the one before it, so that no operand is needed once more.
+    #[inline(always)]
+    fn around(&self, before: V<S>, x: V<S>, after: V<S>) -> [V<S>; 3] {
+        let near = before + after;
+        let inner = self.near[2].mul_add(near, x);
+        let middle = self.near[1].mul_add(near, inner);
+        [inner, middle, self.near[0].mul_add(near, middle)]
     }
 }
 
-/// What the results of a block share with those of the next one.
-#[derive(Clone, Copy)]
-pub(crate) struct Carry<S: Simd> {
-    /// `c₁ x` at the first four results.
-    near: [V<S>; CARRIED],
-    /// The innermost sum at the first four results.
+/// `STEP` vectors that enter a sequence; results take their place.
+pub(crate) trait Line {
+    fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S>;
+    /// After the vector of the same place was taken.
+    fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>);
+}
+
+/// What a sequence leaves for its next step: vectors, then middle sums. All zero, it follows zeros.
+pub(crate) type Past = [Lanes; KEPT + CARRIED];
+
+/// Replaces the vectors that enter by the nested sums around those that lie `RADIUS` before them.
+#[inline(always)]
+pub(crate) fn slide<S: Simd>(simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
+    let mut carry = Carry::resume(simd, nest, past, index);
+    carry.advance::<0>(simd, nest, past, line, index);
+    carry.advance::<HALF>(simd, nest, past, line, index);
+    for i in 0..CARRIED {
+        past[KEPT + i].set(index, carry.middle[i]);
+    }
+}
+
+/// Results at a time: the compiler lays out so many, but not all of a step, one after the other.
+const HALF: usize = STEP / 2;
+
+/// What results share with the next ones.
+struct Carry<S: Simd> {
+    /// The last two vectors.
+    x: [V<S>; 2],
+    /// The innermost sum at the next four results.
     inner: [V<S>; CARRIED],
-    /// The middle sum at the two inputs before the first result and at the first two results.
+    /// The middle sum, but for what is nested, two vectors behind the next result and one more.
+    between: [V<S>; 2],
+    /// The middle sum at the two vectors before the next result and at the next two results.
     middle: [V<S>; CARRIED],
+    /// The next four results, but for what is nested.
+    outer: [V<S>; CARRIED],
 }
 
 impl<S: Simd> Carry<S> {
-    /// From the six inputs around the first four results, and middle sums.
     #[inline(always)]
-    fn resume(nest: &Nest<S>, x: &[V<S>; KEPT], middle: [V<S>; CARRIED]) -> Self {
-        let mut carry = Self { near: middle, inner: middle, middle };
-        for i in 0..CARRIED {
-            carry.near[i] = x[i] + x[i + 2];
-            carry.inner[i] = nest.near[2].mul_add(carry.near[i], x[i + 1]);
+    fn resume(simd: S, nest: &Nest<S>, past: &Past, index: usize) -> Self {
+        let zero = splat(simd, 0.0);
+        let mut x = [zero; KEPT];
+        for i in 0..KEPT {
+            x[i] = past[i].get(simd, index);
         }
-        carry
+        let [mut inner, mut between, mut middle, mut outer] = [[zero; CARRIED]; 4];
+        for i in 0..CARRIED {
+            [inner[i], between[i], outer[i]] = nest.around(x[i], x[i + 1], x[i + 2]);
+            middle[i] = past[KEPT + i].get(simd, index);
+        }
+        Self { x: [x[4], x[5]], inner, between: [between[2], between[3]], middle, outer }
     }
 
-    /// From the ten inputs around the first result, four of them behind it.
     #[inline(always)]
-    pub(crate) fn begin(nest: &Nest<S>, x: &[V<S>; 2 * RADIUS]) -> Self {
-        // Four results behind the first one, whose own middle sums are not known, leave behind all that the first one needs.
-        let mut carry = Self::resume(nest, x.first_chunk().expect("six inputs"), [x[0]; CARRIED]);
-        let mut reach = [x[0]; STEP + RADIUS];
-        reach[..CARRIED + RADIUS].copy_from_slice(&x[1..]);
-        let _: [V<S>; CARRIED] = carry.advance(nest, &reach);
-        carry
-    }
-
-    /// The nested sums at `x[..COUNT]`, of at most `STEP`, from `RADIUS` inputs more.
-    #[inline(always)]
-    pub(crate) fn advance<const COUNT: usize>(&mut self, nest: &Nest<S>, x: &[V<S>; STEP + RADIUS]) -> [V<S>; COUNT] {
-        let [mut near, mut inner, mut middle] = [[x[0]; STEP + CARRIED]; 3];
-        near[..CARRIED].copy_from_slice(&self.near);
+    fn advance<const FROM: usize>(&mut self, simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
+        let zero = self.x[0];
+        let [mut x, mut between] = [[zero; 2 + HALF]; 2];
+        let [mut inner, mut middle, mut outer] = [[zero; CARRIED + HALF]; 3];
+        x[..2].copy_from_slice(&self.x);
+        between[..2].copy_from_slice(&self.between);
         inner[..CARRIED].copy_from_slice(&self.inner);
         middle[..CARRIED].copy_from_slice(&self.middle);
-        let mut out = [x[0]; COUNT];
-        for i in 0..COUNT {
-            near[i + 4] = x[i + 3] + x[i + 5];
-            inner[i + 4] = nest.near[2].mul_add(near[i + 4], x[i + 4]);
-            middle[i + 4] = nest.far[1].mul_add(inner[i] + inner[i + 4], nest.near[1].mul_add(near[i + 2], x[i + 2]));
-            out[i] = nest.far[0].mul_add(middle[i] + middle[i + 4], nest.near[0].mul_add(near[i], x[i]));
+        outer[..CARRIED].copy_from_slice(&self.outer);
+        for i in 0..HALF {
+            x[i + 2] = line.get(simd, FROM + i, index);
+            if FROM + i >= STEP - KEPT {
+                past[FROM + i + KEPT - STEP].set(index, x[i + 2]);
+            }
+            [inner[i + 4], between[i + 2], outer[i + 4]] = nest.around(x[i], x[i + 1], x[i + 2]);
+            middle[i + 4] = nest.far[1].mul_add(inner[i] + inner[i + 4], between[i]);
+            line.set(FROM + i, index, nest.far[0].mul_add(middle[i] + middle[i + 4], outer[i]));
         }
-        self.near.copy_from_slice(&near[COUNT..COUNT + CARRIED]);
-        self.inner.copy_from_slice(&inner[COUNT..COUNT + CARRIED]);
-        self.middle.copy_from_slice(&middle[COUNT..COUNT + CARRIED]);
-        out
+        self.x.copy_from_slice(&x[HALF..]);
+        self.between.copy_from_slice(&between[HALF..]);
+        self.inner.copy_from_slice(&inner[HALF..]);
+        self.middle.copy_from_slice(&middle[HALF..]);
+        self.outer.copy_from_slice(&outer[HALF..]);
     }
 }
 
-/// What a column keeps from step to step: inputs, then middle sums. All zero, it follows zeros.
-pub(crate) type Column = [Lanes; KEPT + CARRIED];
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::BLOCK;
+    use pulp::{Arch, Scalar, WithSimd};
 
-/// The nested sums around the `STEP` inputs that lie `RADIUS` before those that enter a column.
-#[inline(always)]
-pub(crate) fn down<S: Simd>(simd: S, nest: &Nest<S>, column: &mut Column, entering: &[V<S>; STEP], index: usize) -> [V<S>; STEP] {
-    let mut x = [splat(simd, 0.0); KEPT + STEP];
-    let mut middle = [splat(simd, 0.0); CARRIED];
-    for i in 0..KEPT {
-        x[i] = column[i].get(simd, index);
+    impl Line for [Lanes; STEP] {
+        fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S> {
+            self[i].get(simd, index)
+        }
+
+        fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>) {
+            self[i].set(index, value);
+        }
     }
-    for i in 0..CARRIED {
-        middle[i] = column[KEPT + i].get(simd, index);
+
+    /// Three steps of a sequence that begins after zeros.
+    struct Steps([[Lanes; STEP]; 3]);
+
+    impl WithSimd for Steps {
+        type Output = [[Lanes; STEP]; 3];
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(mut self, simd: S) -> Self::Output {
+            let (nest, mut past) = (Nest::new(simd), Past::default());
+            for step in &mut self.0 {
+                for index in 0..BLOCK / S::F32_LANES {
+                    slide(simd, &nest, &mut past, step, index);
+                }
+            }
+            self.0
+        }
     }
-    x[KEPT..].copy_from_slice(entering);
-    let mut carry = Carry::resume(nest, x.first_chunk().expect("six inputs"), middle);
-    let out = carry.advance::<STEP>(nest, x.last_chunk().expect("thirteen inputs"));
-    for i in 0..KEPT {
-        column[i].set(index, x[STEP + i]);
+
+    #[test]
+    fn every_sum_weighs_the_vectors_around_it() {
+        let value = |i: usize, lane: usize| ((i * 37 + lane * 11) % 17) as f32 - 5.0;
+        let steps: [[Lanes; STEP]; 3] =
+            std::array::from_fn(|step| std::array::from_fn(|i| Lanes(std::array::from_fn(|lane| value(STEP * step + i, lane)))));
+        for found in [Arch::new().dispatch(Steps(steps)), Scalar.vectorize(Steps(steps))] {
+            for (i, sums) in found.as_flattened().iter().enumerate() {
+                for (lane, &sum) in sums.0.iter().enumerate() {
+                    // The window ends at the vector that entered in the place of the sum.
+                    let taps =
+                        (0..SIZE).filter_map(|k| Some(f64::from(weights()[k]) * f64::from(value((i + k).checked_sub(2 * RADIUS)?, lane))));
+                    let (mean, found) = (taps.sum::<f64>(), f64::from(sum) / gain());
+                    assert!((found - mean).abs() < 2e-6, "{found} for {mean} at {i}");
+                }
+            }
+        }
     }
-    for i in 0..CARRIED {
-        column[KEPT + i].set(index, carry.middle[i]);
-    }
-    out
 }

@@ -1,0 +1,122 @@
+//! The sequences that the photometric loss windows: down columns of sixteen floats side by side, along rows with sixteen rows side by side.
+
+use crate::photometric::CHANNELS;
+use crate::simd::{BLOCK, Lanes, V};
+use crate::transpose::{self, Square};
+use crate::window::{Line, RADIUS, STEP};
+use pulp::Simd;
+
+/// Pixels that enter at a time: whole squares.
+pub(crate) const PIXELS: usize = STEP;
+/// Pixels whose windowed slopes wait for the rest of their squares.
+pub(crate) const WAITING: usize = PIXELS - 2 * RADIUS;
+
+/// By pixel and channel, values of sixteen rows in four planes.
+pub(crate) type Cells = [[[Lanes; 4]; CHANNELS]; PIXELS];
+
+/// By pixel and channel, windowed slopes of sixteen rows.
+pub(crate) type Waiting = [[[Lanes; 3]; CHANNELS]; WAITING];
+
+/// The plane of cells where windowed slopes of a plane are.
+#[inline(always)]
+pub(crate) fn behind(plane: usize) -> usize {
+    (plane + 3) % 4
+}
+
+/// Rows, or their squares; results go elsewhere.
+pub(crate) struct Rows<'a, const SQUARED: bool> {
+    pub rows: &'a Square,
+    pub square: &'a mut Square,
+}
+
+impl<const SQUARED: bool> Line for Rows<'_, SQUARED> {
+    #[inline(always)]
+    fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S> {
+        let x = self.rows[i].get(simd, index);
+        if SQUARED { x * x } else { x }
+    }
+
+    #[inline(always)]
+    fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>) {
+        self.square[i].set(index, value);
+    }
+}
+
+/// A plane of cells.
+pub(crate) struct Plane<T> {
+    pub cells: T,
+    pub plane: usize,
+}
+
+impl<const PLANES: usize> transpose::Rows for Plane<&[[Lanes; PLANES]; BLOCK]> {
+    #[inline(always)]
+    fn row(&self, i: usize) -> &Lanes {
+        &self.cells[i][self.plane]
+    }
+}
+
+impl<const PLANES: usize> Line for Plane<&mut [[Lanes; PLANES]; STEP]> {
+    #[inline(always)]
+    fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S> {
+        self.cells[i][self.plane].get(simd, index)
+    }
+
+    #[inline(always)]
+    fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>) {
+        self.cells[i][self.plane].set(index, value);
+    }
+}
+
+/// A plane of a channel of cells.
+pub(crate) struct Channel<'a> {
+    pub cells: &'a mut Cells,
+    pub channel: usize,
+    pub plane: usize,
+}
+
+impl Line for Channel<'_> {
+    #[inline(always)]
+    fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S> {
+        self.cells[i][self.channel][self.plane].get(simd, index)
+    }
+
+    #[inline(always)]
+    fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>) {
+        self.cells[i][self.channel][self.plane].set(index, value);
+    }
+}
+
+/// A plane of slopes of a channel of cells; results go `2 RADIUS` pixels back, to the plane that is free.
+pub(crate) struct Behind<'a> {
+    pub cells: &'a mut Cells,
+    pub waiting: &'a mut Waiting,
+    pub channel: usize,
+    pub plane: usize,
+}
+
+impl Behind<'_> {
+    /// First are the results that waited.
+    #[inline(always)]
+    pub(crate) fn begin<S: Simd>(&mut self, simd: S, index: usize) {
+        for i in 0..WAITING {
+            let waited = self.waiting[i][self.channel][self.plane].get(simd, index);
+            self.cells[i][self.channel][behind(self.plane)].set(index, waited);
+        }
+    }
+}
+
+impl Line for Behind<'_> {
+    #[inline(always)]
+    fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S> {
+        self.cells[i][self.channel][self.plane].get(simd, index)
+    }
+
+    #[inline(always)]
+    fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>) {
+        if i < 2 * RADIUS {
+            self.cells[WAITING + i][self.channel][behind(self.plane)].set(index, value);
+        } else {
+            self.waiting[i - 2 * RADIUS][self.channel][self.plane].set(index, value);
+        }
+    }
+}
