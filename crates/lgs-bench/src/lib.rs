@@ -9,6 +9,6 @@ pub mod memory;
 mod pairs;
 pub mod table;
 mod timing;
-mod triad;
+pub mod triad;
 
 pub use timing::{REPEATS, median_secs, medians_in_turns};

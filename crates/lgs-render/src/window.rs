@@ -65,8 +65,7 @@ impl<S: Simd> Nest<S> {
 
     /// `x + a c₁ x` for a₂, a₁ and a₀, each from the one before it, so that no operand is needed once more.
     #[inline(always)]
-    fn around(&self, before: V<S>, x: V<S>, after: V<S>) -> [V<S>; 3] {
-        let near = before + after;
+    fn around(&self, near: V<S>, x: V<S>) -> [V<S>; 3] {
         let inner = self.near[2].mul_add(near, x);
         let middle = self.near[1].mul_add(near, inner);
         [inner, middle, self.near[0].mul_add(near, middle)]
@@ -88,14 +87,16 @@ pub(crate) type Past = [Lanes; KEPT + CARRIED];
 pub(crate) fn slide<S: Simd>(simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
     let mut carry = Carry::resume(simd, nest, past, index);
     carry.advance::<0>(simd, nest, past, line, index);
-    carry.advance::<HALF>(simd, nest, past, line, index);
+    carry.advance::<GROUP>(simd, nest, past, line, index);
+    carry.advance::<{ 2 * GROUP }>(simd, nest, past, line, index);
+    carry.advance::<{ 3 * GROUP }>(simd, nest, past, line, index);
     for i in 0..CARRIED {
         past[KEPT + i].set(index, carry.middle[i]);
     }
 }
 
-/// Results at a time: the compiler lays out so many, but not all of a step, one after the other.
-const HALF: usize = STEP / 2;
+/// Results at a time: the compiler lays out so many one after the other.
+const GROUP: usize = STEP / 4;
 
 /// What results share with the next ones.
 struct Carry<S: Simd> {
@@ -121,7 +122,7 @@ impl<S: Simd> Carry<S> {
         }
         let [mut inner, mut between, mut middle, mut outer] = [[zero; CARRIED]; 4];
         for i in 0..CARRIED {
-            [inner[i], between[i], outer[i]] = nest.around(x[i], x[i + 1], x[i + 2]);
+            [inner[i], between[i], outer[i]] = nest.around(x[i] + x[i + 2], x[i + 1]);
             middle[i] = past[KEPT + i].get(simd, index);
         }
         Self { x: [x[4], x[5]], inner, between: [between[2], between[3]], middle, outer }
@@ -130,27 +131,32 @@ impl<S: Simd> Carry<S> {
     #[inline(always)]
     fn advance<const FROM: usize>(&mut self, simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
         let zero = self.x[0];
-        let [mut x, mut between] = [[zero; 2 + HALF]; 2];
-        let [mut inner, mut middle, mut outer] = [[zero; CARRIED + HALF]; 3];
+        let [mut x, mut between] = [[zero; 2 + GROUP]; 2];
+        let [mut inner, mut middle, mut outer] = [[zero; CARRIED + GROUP]; 3];
         x[..2].copy_from_slice(&self.x);
         between[..2].copy_from_slice(&self.between);
         inner[..CARRIED].copy_from_slice(&self.inner);
         middle[..CARRIED].copy_from_slice(&self.middle);
         outer[..CARRIED].copy_from_slice(&self.outer);
-        for i in 0..HALF {
+        // All at once, so that a vector is not needed any more when it becomes a sum.
+        let mut near = [zero; GROUP];
+        for i in 0..GROUP {
             x[i + 2] = line.get(simd, FROM + i, index);
             if FROM + i >= STEP - KEPT {
                 past[FROM + i + KEPT - STEP].set(index, x[i + 2]);
             }
-            [inner[i + 4], between[i + 2], outer[i + 4]] = nest.around(x[i], x[i + 1], x[i + 2]);
+            near[i] = x[i] + x[i + 2];
+        }
+        for i in 0..GROUP {
+            [inner[i + 4], between[i + 2], outer[i + 4]] = nest.around(near[i], x[i + 1]);
             middle[i + 4] = nest.far[1].mul_add(inner[i] + inner[i + 4], between[i]);
             line.set(FROM + i, index, nest.far[0].mul_add(middle[i] + middle[i + 4], outer[i]));
         }
-        self.x.copy_from_slice(&x[HALF..]);
-        self.between.copy_from_slice(&between[HALF..]);
-        self.inner.copy_from_slice(&inner[HALF..]);
-        self.middle.copy_from_slice(&middle[HALF..]);
-        self.outer.copy_from_slice(&outer[HALF..]);
+        self.x.copy_from_slice(&x[GROUP..]);
+        self.between.copy_from_slice(&between[GROUP..]);
+        self.inner.copy_from_slice(&inner[GROUP..]);
+        self.middle.copy_from_slice(&middle[GROUP..]);
+        self.outer.copy_from_slice(&outer[GROUP..]);
     }
 }
 
