@@ -93,15 +93,15 @@ impl<S: Simd> Loss<S> {
 /// What lies between the images and the gradient.
 #[derive(Default)]
 struct Stream {
-    /// Of windows of p, m, p² and m² down columns, by sixteen floats of a row.
+    /// What windows leave behind: of p, m, p² and m² down columns, by sixteen floats of a row.
     down: Vec<[Past; 4]>,
-    /// Of windows of slopes down columns, by sixteen floats of a row.
+    /// Of slopes down columns, by sixteen floats of a row.
     back_down: Vec<[Past; 3]>,
     /// By sixteen floats of a row, p and m of the last rows that entered: their gradient comes with the next ones'.
     kept: Vec<[[Lanes; 2]; 2 * RADIUS]>,
-    /// Of windows of p, m, p² and m² along rows, by channel.
+    /// Of p, m, p² and m² along rows, by channel.
     along: [[Past; 4]; CHANNELS],
-    /// Of windows of slopes along rows, by channel.
+    /// Of slopes along rows, by channel.
     back_along: [[Past; 3]; CHANNELS],
     /// By pixel and channel: p, m, p² and m², windowed down columns, then along rows; slopes; slopes, windowed along rows.
     cells: Cells,
@@ -109,7 +109,7 @@ struct Stream {
     waiting: Waiting,
     /// Of two blocks, by sixteen floats and row, p and m.
     images: [[[Square; 2]; CHANNELS]; 2],
-    /// By row, one of them or their squares, windowed; a gradient.
+    /// By row, sixteen floats of p, m, p² or m², windowed; of the gradient.
     square: Square,
     /// By row, slopes of sixteen floats.
     slopes: [[Lanes; 3]; STEP],

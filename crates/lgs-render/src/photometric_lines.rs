@@ -17,7 +17,7 @@ pub(crate) type Cells = [[[Lanes; 4]; CHANNELS]; PIXELS];
 /// By pixel and channel, windowed slopes of sixteen rows.
 pub(crate) type Waiting = [[[Lanes; 3]; CHANNELS]; WAITING];
 
-/// The plane of cells where windowed slopes of a plane are.
+/// The plane of cells where windowed slopes of a plane go: the last one is free, then that of the slopes before.
 #[inline(always)]
 pub(crate) fn behind(plane: usize) -> usize {
     (plane + 3) % 4

@@ -1,6 +1,6 @@
 //! What a band of the photometric loss reads from memory and writes to it.
 //!
-//! Sixteen rows at a time are more than the processor looks ahead in by itself. Memory is therefore asked for what will be touched next.
+//! Sixteen rows of each of three images are more than the processor looks ahead in by itself. Memory is therefore asked for what will be touched next.
 
 use crate::photometric::Pair;
 use crate::prefetch::prefetch;
@@ -54,7 +54,7 @@ impl<'a> Memory<'a> {
     pub(crate) fn images(&self, first: isize, margin: usize) -> [[&'a [f32]; STEP]; 2] {
         let (needed, mut rows) = (self.needed(first, margin), [[&[][..]; STEP]; 2]);
         for row in needed {
-            for (rows, image) in rows.iter_mut().zip(self.pair.row(first as usize + row)) {
+            for (rows, image) in rows.iter_mut().zip(self.pair.row((first + row as isize) as usize)) {
                 rows[row] = image;
             }
         }

@@ -72,7 +72,7 @@ impl<S: Simd> Nest<S> {
     }
 }
 
-/// `STEP` vectors that enter a sequence; results take their place.
+/// `STEP` vectors that enter a sequence, and the places of results, which may be theirs.
 pub(crate) trait Line {
     fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S>;
     /// After the vector of the same place was taken.
@@ -82,7 +82,7 @@ pub(crate) trait Line {
 /// What a sequence leaves for its next step: vectors, then middle sums. All zero, it follows zeros.
 pub(crate) type Past = [Lanes; KEPT + CARRIED];
 
-/// Replaces the vectors that enter by the nested sums around those that lie `RADIUS` before them.
+/// The nested sums around the `STEP` vectors that lie `RADIUS` before those that enter.
 #[inline(always)]
 pub(crate) fn slide<S: Simd>(simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
     let mut carry = Carry::resume(simd, nest, past, index);
