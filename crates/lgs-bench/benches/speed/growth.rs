@@ -65,7 +65,7 @@ pub(crate) fn per_gaussian<F: FnMut()>(runs: [F; 3]) -> [f64; 3] {
         (times, move || (0..times).for_each(|_| run()))
     });
     let times = repeated.each_ref().map(|(times, _)| *times);
-    let secs = medians_in_turns(5, repeated.each_mut().map(|(_, run)| run as &mut dyn FnMut()));
+    let secs = medians_in_turns(9, repeated.each_mut().map(|(_, run)| run as &mut dyn FnMut()));
     [0, 1, 2].map(|i| secs[i] / (COUNTS[i] * times[i]) as f64)
 }
 
