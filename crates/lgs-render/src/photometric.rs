@@ -130,7 +130,7 @@ impl<'a> Pair<'a> {
 
     /// A row of both images.
     #[inline(always)]
-    pub(crate) fn row(&self, y: usize) -> [&'a [f32]; 2] {
+    pub(crate) fn at(&self, y: usize) -> [&'a [f32]; 2] {
         let floats = y * self.row..(y + 1) * self.row;
         [&self.a[floats.clone()], &self.b[floats]]
     }

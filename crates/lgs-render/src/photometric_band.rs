@@ -127,6 +127,7 @@ impl Stream {
         self.down.resize(CHANNELS * blocks, Default::default());
         self.back_down.clear();
         self.back_down.resize(CHANNELS * blocks, Default::default());
+        // What these hold of another band only reaches rows outside of this one.
         self.kept.resize(CHANNELS * blocks, Default::default());
     }
 
@@ -134,7 +135,7 @@ impl Stream {
     #[inline(always)]
     fn step<S: Simd>(&mut self, loss: &Loss<S>, memory: &mut Memory<'_>, entering: isize) {
         let [compared, leaving] = [1, 2].map(|k| entering - (k * RADIUS) as isize);
-        let images = memory.images(entering, memory.reach());
+        let images = memory.images(entering);
         let needed = memory.needed(compared, memory.reach() - RADIUS);
         let weight = Lanes(std::array::from_fn(|row| if needed.contains(&row) { loss.weight } else { 0.0 }));
         (self.along, self.back_along, self.absolute, self.similarity) = Default::default();
@@ -216,7 +217,8 @@ impl Stream {
             }
             for index in 0..BLOCK / S::F32_LANES {
                 for plane in 0..3 {
-                    let mut line = Behind { cells: &mut *cells, waiting: &mut self.waiting, channel, plane };
+                    let slopes = Channel { cells: &mut *cells, channel, plane };
+                    let mut line = Behind { slopes, waiting: &mut self.waiting };
                     line.begin(simd, index);
                     slide(simd, &loss.nest, &mut self.back_along[channel][plane], &mut line, index);
                 }

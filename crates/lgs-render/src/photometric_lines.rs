@@ -86,21 +86,20 @@ impl Line for Channel<'_> {
     }
 }
 
-/// A plane of slopes of a channel of cells; results go `2 RADIUS` pixels back, to the plane that is free.
+/// A plane of slopes; results go `2 RADIUS` pixels back, to the plane that is free.
 pub(crate) struct Behind<'a> {
-    pub cells: &'a mut Cells,
+    pub slopes: Channel<'a>,
     pub waiting: &'a mut Waiting,
-    pub channel: usize,
-    pub plane: usize,
 }
 
 impl Behind<'_> {
     /// First are the results that waited.
     #[inline(always)]
     pub(crate) fn begin<S: Simd>(&mut self, simd: S, index: usize) {
+        let Channel { cells, channel, plane } = &mut self.slopes;
         for i in 0..WAITING {
-            let waited = self.waiting[i][self.channel][self.plane].get(simd, index);
-            self.cells[i][self.channel][behind(self.plane)].set(index, waited);
+            let waited = self.waiting[i][*channel][*plane].get(simd, index);
+            cells[i][*channel][behind(*plane)].set(index, waited);
         }
     }
 }
@@ -108,15 +107,16 @@ impl Behind<'_> {
 impl Line for Behind<'_> {
     #[inline(always)]
     fn get<S: Simd>(&self, simd: S, i: usize, index: usize) -> V<S> {
-        self.cells[i][self.channel][self.plane].get(simd, index)
+        self.slopes.get(simd, i, index)
     }
 
     #[inline(always)]
     fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>) {
+        let Channel { cells, channel, plane } = &mut self.slopes;
         if i < 2 * RADIUS {
-            self.cells[WAITING + i][self.channel][behind(self.plane)].set(index, value);
+            cells[WAITING + i][*channel][behind(*plane)].set(index, value);
         } else {
-            self.waiting[i - 2 * RADIUS][self.channel][self.plane].set(index, value);
+            self.waiting[i - 2 * RADIUS][*channel][*plane].set(index, value);
         }
     }
 }

@@ -50,11 +50,11 @@ impl<'a> Memory<'a> {
         start..end
     }
 
-    /// The needed ones of `STEP` rows of both images; others are empty.
-    pub(crate) fn images(&self, first: isize, margin: usize) -> [[&'a [f32]; STEP]; 2] {
-        let (needed, mut rows) = (self.needed(first, margin), [[&[][..]; STEP]; 2]);
-        for row in needed {
-            for (rows, image) in rows.iter_mut().zip(self.pair.row((first + row as isize) as usize)) {
+    /// Those of `STEP` rows of both images that are needed; others are empty.
+    pub(crate) fn images(&self, first: isize) -> [[&'a [f32]; STEP]; 2] {
+        let mut rows = [[&[][..]; STEP]; 2];
+        for row in self.needed(first, self.reach()) {
+            for (rows, image) in rows.iter_mut().zip(self.pair.at((first + row as isize) as usize)) {
                 rows[row] = image;
             }
         }
