@@ -2,7 +2,7 @@
 //!
 //! The last layers of both networks are zero, so that the system is the law exactly; their hidden layers are ready to learn a remainder.
 
-use crate::dense::{V3, norm2, sub};
+use crate::dense::{V3, norm2, sub, wide};
 use crate::law::Law;
 use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, System, SystemConfig};
 use std::ops::Range;
@@ -35,24 +35,66 @@ pub(crate) fn normalisation(positions: &[V3], velocities: &[V3], accelerations: 
 /// without [`ForceKind::Structured`].
 pub(crate) fn system_of_law(config: SystemConfig, law: &Law, seed: u64) -> System {
     let mut system = System::init(config, seed);
-    let n = config.normalisation;
-    let (length, speed, acceleration) = (f64::from(n.length), f64::from(n.speed), f64::from(n.acceleration));
     let last = config.hidden_layers;
     if config.potential == PotentialKind::QuadraticMlp {
         set(&mut system, &format!("potential.{last}.weight"), |_| 0.0);
+    }
+    set_law(&mut system, law);
+    system
+}
+
+/// Writes a law's constants over those that a system has beside its networks.
+pub(crate) fn set_law(system: &mut System, law: &Law) {
+    let (config, n) = (system.config, system.config.normalisation);
+    let (length, speed, acceleration) = (f64::from(n.length), f64::from(n.speed), f64::from(n.acceleration));
+    if config.potential == PotentialKind::QuadraticMlp {
         let s = &law.stiffness;
         let entries = [s[0][0], s[1][1], s[2][2], s[0][1], s[0][2], s[1][2]];
-        set(&mut system, "potential.linear", |i| (-law.gravity[i] / acceleration) as f32);
-        set(&mut system, "potential.quadratic", |i| (-entries[i] * length / acceleration) as f32);
+        set(system, "potential.linear", |i| (-law.gravity[i] / acceleration) as f32);
+        set(system, "potential.quadratic", |i| (-entries[i] * length / acceleration) as f32);
     }
     if config.force == ForceKind::Structured {
         let rate = acceleration / speed;
         let damping = law.damping / rate;
         // softplus⁻¹(x) = ln(eˣ − 1)
         let raw = if damping > 1e-5 { DAMPING_SHIFT + damping + (-(-damping).exp()).ln_1p() } else { NO_DAMPING };
-        set(&mut system, &format!("force.{last}.bias"), |i| (if i == 0 { raw } else { law.gyration[i - 1] / rate }) as f32);
+        set(system, &force_bias(&config), |i| (if i == 0 { raw } else { law.gyration[i - 1] / rate }) as f32);
     }
-    system
+}
+
+/// The constants that a system has beside its networks; none where its kinds have no place for them.
+pub(crate) fn law_of_system(system: &System) -> Law {
+    let (config, n) = (system.config, system.config.normalisation);
+    let (length, speed, acceleration) = (f64::from(n.length), f64::from(n.speed), f64::from(n.acceleration));
+    let values = |name: &str| -> Vec<f64> {
+        range_of(system, name).map_or(Vec::new(), |range| system.params[range].iter().map(|&p| f64::from(p)).collect())
+    };
+    let mut law = Law::free(wide(n.center));
+    if let [x, y, z] = values("potential.linear")[..] {
+        law.gravity = [x, y, z].map(|g| -g * acceleration);
+    }
+    if let [xx, yy, zz, xy, xz, yz] = values("potential.quadratic")[..] {
+        law.stiffness = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| row.map(|s| -s * acceleration / length));
+    }
+    if config.force == ForceKind::Structured
+        && let [raw, gyration @ ..] = &values(&force_bias(&config))[..]
+    {
+        let rate = acceleration / speed;
+        law.damping = rate * (raw - DAMPING_SHIFT).exp().ln_1p();
+        gyration.iter().zip(&mut law.gyration).for_each(|(g, to)| *to = g * rate);
+    }
+    law
+}
+
+/// Whether the last layers of both networks are zero, so that only constants count.
+pub(crate) fn are_silent(system: &System) -> bool {
+    let last = system.config.hidden_layers;
+    let weights = [format!("potential.{last}.weight"), format!("force.{last}.weight")];
+    weights.iter().filter_map(|name| range_of(system, name)).all(|range| system.params[range].iter().all(|&w| w == 0.0))
+}
+
+fn force_bias(config: &SystemConfig) -> String {
+    format!("force.{}.bias", config.hidden_layers)
 }
 
 /// The range of a named array.
@@ -70,7 +112,7 @@ fn set(system: &mut System, name: &str, value: impl Fn(usize) -> f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dense::{narrow, wide};
+    use crate::dense::narrow;
     use lgs_dynamics::Edit;
 
     #[test]
@@ -94,6 +136,10 @@ mod tests {
         let found = system_of_law(config, &law, 1).accelerations(&[q], &[v], &Edit::default())[0];
         let expected = law.acceleration(wide(q), wide(v));
         assert!(norm2(sub(wide(found), expected)) < 1e-10, "{found:?} {expected:?}");
+        let read = law_of_system(&system_of_law(config, &law, 1));
+        for (read, law) in [(read.damping, law.damping), (read.gravity[2], law.gravity[2]), (read.stiffness[0][1], law.stiffness[0][1])] {
+            assert!((read - law).abs() < 1e-5, "{read} {law}");
+        }
         let free = Law { damping: 0.0, ..law };
         let found = system_of_law(config, &free, 1).accelerations(&[q], &[v], &Edit::default())[0];
         assert!(norm2(sub(wide(found), free.acceleration(wide(q), wide(v)))) < 1e-8);

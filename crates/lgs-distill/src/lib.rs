@@ -32,6 +32,7 @@ mod law;
 mod law_fit;
 mod law_select;
 mod law_system;
+mod linear_part;
 mod network_fit;
 mod network_training;
 mod partition;
@@ -51,6 +52,7 @@ pub use config::{DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod
 pub use distill::{DistillProgress, DistillStage, Distilled, anchored_supports, distill};
 pub use error::DistillError;
 pub use law::{Law, Stiffness, Terms};
+pub use linear_part::LinearPart;
 pub use partition::{Partition, partition, typical_displacement};
 pub use regroup::regroup;
 pub use report::{DistillReport, PathKind};

@@ -24,6 +24,8 @@ pub enum Stage {
     Distill,
     /// Between stages 1 and 2: the Gaussians settle into the distilled motion.
     SettleGaussians,
+    /// Stage 2, first part: least squares on the images for starts and laws.
+    FitDynamics,
     /// Stage 2: photometric tuning of the dynamics.
     TuneDynamics,
     /// Stage 3: refinement of the Gaussians.
@@ -32,7 +34,8 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Self; 5] = [Self::Source, Self::Distill, Self::SettleGaussians, Self::TuneDynamics, Self::TuneGaussians];
+    pub const ALL: [Self; 6] =
+        [Self::Source, Self::Distill, Self::SettleGaussians, Self::FitDynamics, Self::TuneDynamics, Self::TuneGaussians];
 
     /// Its name in files and messages.
     #[must_use]
@@ -41,6 +44,7 @@ impl Stage {
             Self::Source => "source",
             Self::Distill => "distill",
             Self::SettleGaussians => "settle-gaussians",
+            Self::FitDynamics => "fit-dynamics",
             Self::TuneDynamics => "tune-dynamics",
             Self::TuneGaussians => "tune-gaussians",
         }

@@ -14,7 +14,7 @@ pub use crate::layers::ConfigError;
 
 use crate::layers::{merge, parse, set};
 use crate::source::SourceConfig;
-use crate::stages::{MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
+use crate::stages::{FitDynamicsConfig, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
 
 /// Sets of defaults.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,6 +87,8 @@ pub struct TrainConfig {
     pub distill: DistillConfig,
     /// Refinement of the Gaussians before stage 2 as well (paper: none); left out with stage 3.
     pub settle_gaussians: TuneGaussiansConfig,
+    /// Stage 2, first part.
+    pub fit_dynamics: FitDynamicsConfig,
     /// Stage 2.
     pub tune_dynamics: TuneDynamicsConfig,
     /// Stage 3.
@@ -114,6 +116,7 @@ impl TrainConfig {
             partition: PartitionConfig::default(),
             distill: DistillConfig::default(),
             settle_gaussians: TuneGaussiansConfig::default(),
+            fit_dynamics: FitDynamicsConfig::default(),
             tune_dynamics: TuneDynamicsConfig::default(),
             tune_gaussians: TuneGaussiansConfig::default(),
         };
@@ -123,6 +126,7 @@ impl TrainConfig {
                 motion: MotionOptions::paper(),
                 distill: DistillConfig::paper(),
                 settle_gaussians: TuneGaussiansConfig { iterations: 0, ..TuneGaussiansConfig::paper() },
+                fit_dynamics: FitDynamicsConfig::paper(),
                 tune_dynamics: TuneDynamicsConfig::paper(),
                 tune_gaussians: TuneGaussiansConfig::paper(),
                 ..quick

@@ -4,6 +4,7 @@ use std::sync::atomic::Ordering;
 
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
+use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, save_scene, scene_from_tensors};
 
@@ -13,7 +14,7 @@ use crate::config::TrainConfig;
 use crate::events::{Event, EventLog};
 use crate::import::imported_source;
 use crate::run::{CheckpointTimer, Control, Progress, RunFolder, train_source};
-use crate::stages::{BakeRequest, TuneDynamics, TuneGaussians, Tuning, bake};
+use crate::stages::{BakeRequest, FitDynamics, TuneDynamics, TuneGaussians, Tuning, bake};
 
 /// Iterations between lines of `events.jsonl`.
 const EVENT_INTERVAL: usize = 10;
@@ -50,7 +51,7 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
         Some(checkpoint) => pipeline.scene_of(checkpoint)?,
         None => pipeline.distill(&*source, control)?,
     };
-    for stage in [Stage::SettleGaussians, Stage::TuneDynamics, Stage::TuneGaussians] {
+    for stage in [Stage::SettleGaussians, Stage::FitDynamics, Stage::TuneDynamics, Stage::TuneGaussians] {
         if reached <= stage {
             scene = pipeline.tune(stage, scene, latest.as_ref().filter(|checkpoint| checkpoint.stage == stage), control)?;
         }
@@ -129,9 +130,16 @@ impl Pipeline<'_> {
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
         let (frames, seed, last_stage) = (self.dataset.split("train"), self.config.seed, self.config.last_stage);
+        let fits = last_stage >= 2 && self.config.fit_dynamics.steps > 0;
+        if stage == Stage::FitDynamics {
+            let mut config = self.config.fit_dynamics.clone();
+            config.steps *= usize::from(fits);
+            return self.drive(FitDynamics::new(scene, frames, &config, seed), from, control);
+        }
         if stage == Stage::TuneDynamics {
             let mut config = self.config.tune_dynamics.clone();
-            config.iterations *= usize::from(last_stage >= 2);
+            let is_fitted = fits && scene.objects.iter().all(|object| LinearPart::is_all_of(&object.system));
+            config.iterations *= usize::from(last_stage >= 2 && !is_fitted);
             return self.drive(TuneDynamics::new(scene, frames, &config, seed), from, control);
         }
         let settling = stage == Stage::SettleGaussians;
@@ -150,6 +158,7 @@ impl Pipeline<'_> {
         let name = stage.stage();
         let _span = match name {
             Stage::SettleGaussians => tracing::trace_span!("settle-gaussians"),
+            Stage::FitDynamics => tracing::trace_span!("fit-dynamics"),
             Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
             _ => tracing::trace_span!("tune-gaussians"),
         }

@@ -52,7 +52,33 @@ pub enum InitialVelocity {
     Free,
 }
 
+/// Stage 2, first part: every object's start and the constants of its law by least squares on the images; networks and Gaussians stay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FitDynamicsConfig {
+    /// Steps of Gauss–Newton; 0 skips the part (paper).
+    pub steps: usize,
+    /// Training frames that a step sees, spread evenly over the window; 0 is all.
+    pub frames: usize,
+}
+
+impl Default for FitDynamicsConfig {
+    fn default() -> Self {
+        Self { steps: 3, frames: 240 }
+    }
+}
+
+impl FitDynamicsConfig {
+    /// The paper has no such part.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { steps: 0, ..Self::default() }
+    }
+}
+
 /// Stage 2: U, Q and the initial velocity against the images; the Gaussians stay.
+///
+/// Objects that have been fitted ([`FitDynamicsConfig`]) and follow linear laws alone need none of it: where all do, the stage is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneDynamicsConfig {

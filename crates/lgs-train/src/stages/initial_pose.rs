@@ -85,12 +85,12 @@ impl InitialPose {
     }
 }
 
-fn mean(points: &[[f32; 3]]) -> [f32; 3] {
+pub(super) fn mean(points: &[[f32; 3]]) -> [f32; 3] {
     scale(points.iter().fold([0.0; 3], |sum, &p| add(sum, p)), 1.0 / points.len().max(1) as f32)
 }
 
 /// The angular velocity of particles as a whole, by least squares; zero where it is undetermined.
-fn spin(offsets: &[[f32; 3]], velocities: &[[f32; 3]]) -> [f32; 3] {
+pub(super) fn spin(offsets: &[[f32; 3]], velocities: &[[f32; 3]]) -> [f32; 3] {
     let (mut inertia, mut momentum) = ([0.0; 9], [0.0; 3]);
     for (&offset, &velocity) in offsets.iter().zip(velocities) {
         let r = offset.map(f64::from);

@@ -3,18 +3,24 @@
 //! Stages 2 and 3 are [`Tuning`] values; the loop that drives them is in `pipeline`.
 
 mod bake;
+mod body;
 mod config;
+mod fit_dynamics;
 mod initial_pose;
+mod look;
 mod mover_tensors;
+mod newton;
 mod object_tensors;
 mod seen_motion;
+mod subset;
 mod trainable_cloud;
 mod tune_dynamics;
 mod tune_gaussians;
 mod tuning;
 
 pub use bake::{BakeRequest, Baked, bake};
-pub use config::{InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
+pub use config::{FitDynamicsConfig, InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
+pub use fit_dynamics::FitDynamics;
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
 pub use tuning::Tuning;

@@ -4,15 +4,14 @@ use std::sync::Arc;
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::{Stream, linear};
-use lgs_distill::anchored_supports;
 use lgs_dynamics::tensor::{RolloutCall, rollout};
 use lgs_dynamics::{Edit, RolloutSpec, Supports, SystemConfig, VelocityPolicy};
 use lgs_model::{LagrangianScene, ObjectModel, SceneState, TensorFile, TensorFileError};
-use rand::seq::index::sample;
 
 use super::config::InitialVelocity;
 use super::initial_pose::{Displacement, InitialPose};
 use super::mover_tensors::{quat_mul, rows};
+use super::subset::{choose, supports_of};
 use crate::adam::{AdamGroup, values};
 
 /// Steps that are rolled with gradients.
@@ -43,8 +42,6 @@ pub(super) struct TrainableObject {
     velocity_policy: VelocityPolicy,
     /// Supports of all particles, if none are left out.
     supports: Option<Arc<Supports>>,
-    /// The one support of all particles, where the object is held rigid as a whole.
-    common: Option<Vec<u32>>,
 }
 
 /// One object's leaves in a step's graph, and the states of its subset.
@@ -81,7 +78,6 @@ impl TrainableObject {
             rms_speed: mean_square.sqrt(),
             config: object.system.config,
             velocity_policy: object.velocity_policy,
-            common: object.supports.as_ref().and_then(Supports::common).map(<[u32]>::to_vec),
             supports: object.supports.clone().map(Arc::new),
         }
     }
@@ -144,11 +140,15 @@ impl TrainableObject {
         rng: &mut Stream,
         device: &Device,
     ) -> ObjectPath {
-        let chosen = self.choose(object.members.len(), subset, rng);
+        let common = self.supports.as_deref().and_then(Supports::common);
+        let chosen = choose(object.members.len(), common, subset, rng);
         let rolled: Vec<usize> = chosen.iter().map(|&i| object.members.start + i as usize).collect();
         let pick3 = |from: &[[f32; 3]]| rolled.iter().map(|&i| from[i]).collect::<Vec<_>>();
         let kept_q = pick3(&start.q);
-        let supports = self.supports_of(&chosen, object.members.len(), &kept_q);
+        let supports = self.supports.as_ref().map(|all| match chosen.len() == object.members.len() {
+            true => Arc::clone(all),
+            false => Arc::new(supports_of(&chosen, all, &kept_q)),
+        });
         let (network, velocity) = (self.network.leaf(), self.velocity.leaf());
         let displacement = (window.first == 0).then(|| self.pose.displacement());
         let (q, v) = match &displacement {
@@ -164,31 +164,6 @@ impl TrainableObject {
         let states = rollout(network.clone(), q, v, call);
         let (pose, turn) = displacement.map(|d| (d.leaf, d.turn)).unzip();
         ObjectPath { network, velocity, pose, turn, rows: rolled, states, start_rotation: rows(&rotation, device), supports }
-    }
-
-    /// Particles of a subset, ascending; a common support is always among them.
-    fn choose(&self, particles: usize, subset: usize, rng: &mut Stream) -> Vec<u32> {
-        if subset == 0 || subset >= particles {
-            return (0..particles as u32).collect();
-        }
-        let mut chosen: Vec<u32> = sample(rng, particles, subset).into_iter().map(|i| i as u32).collect();
-        chosen.extend(self.common.iter().flatten());
-        chosen.sort_unstable();
-        chosen.dedup();
-        chosen
-    }
-
-    /// Supports within a subset: the common one, else as many nearest neighbours as the whole object's supports have.
-    fn supports_of(&self, chosen: &[u32], particles: usize, q: &[[f32; 3]]) -> Option<Arc<Supports>> {
-        let supports = self.supports.as_ref()?;
-        if chosen.len() == particles {
-            return Some(Arc::clone(supports));
-        }
-        let place = |member: &u32| chosen.binary_search(member).ok().map(|at| at as u32);
-        Some(Arc::new(match &self.common {
-            Some(common) => anchored_supports(&common.iter().filter_map(place).collect::<Vec<_>>(), chosen.len()),
-            None => Supports::nearest(q, supports.k()),
-        }))
     }
 
     fn call(&self, dt: f32, steps: usize, supports: Option<Arc<Supports>>) -> RolloutCall {

@@ -1,0 +1,149 @@
+//! An object as a body with a law: a few numbers change where it starts, how it starts and what it follows.
+
+use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, quat_mul, quat_normalize, scale, sub};
+use lgs_core::{GaussianCloud, Stream};
+use lgs_distill::LinearPart;
+use lgs_dynamics::{Edit, Reversal, Supports};
+use lgs_model::{LagrangianScene, Motion, ObjectModel};
+
+use super::initial_pose::{mean, spin};
+use super::look::Displacement;
+use super::subset::{choose, supports_of};
+
+/// Unknowns before those of the law: translation and rotation at t = 0, linear and angular velocity.
+const OF_START: usize = 12;
+/// Change of an unknown that shows what it does.
+const PROBE: f64 = 0.01;
+/// Least radius of a body, as a part of the length of its motion.
+const SMALLEST: f32 = 0.01;
+
+/// What changes of one object's unknowns mean.
+pub(super) struct Body {
+    center: [f32; 3],
+    /// Root mean square distance from the centre, world units.
+    radius: f32,
+    /// Root mean square speed, at t = 0 or over the motion that its law was fitted to, world units per unit of time.
+    speed: f32,
+    spin: [f32; 3],
+    law: LinearPart,
+}
+
+/// Where a body is at a time, and how it answers to each unknown.
+pub(super) struct Response {
+    pub(super) center: [f32; 3],
+    /// Displacement per unit of the unknown.
+    pub(super) by_unknown: Vec<Displacement>,
+}
+
+impl Body {
+    pub(super) fn new(scene: &LagrangianScene, object: usize) -> Self {
+        let ObjectModel { members, system, .. } = &scene.objects[object];
+        let (points, velocities) = (&scene.movers.means[members.clone()], &scene.velocities[members.clone()]);
+        let center = mean(points);
+        let offsets: Vec<[f32; 3]> = points.iter().map(|&p| sub(p, center)).collect();
+        let rms = |list: &[[f32; 3]]| (list.as_flattened().iter().map(|x| x * x).sum::<f32>() / list.len().max(1) as f32).sqrt();
+        let scales = system.config.normalisation;
+        let (radius, speed) = (rms(&offsets).max(SMALLEST * scales.length), rms(velocities).max(scales.speed));
+        Self { center, radius, speed, spin: spin(&offsets, velocities), law: LinearPart::of(system) }
+    }
+
+    /// Root mean square distance from the centre, world units.
+    pub(super) fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    pub(super) fn unknowns(&self) -> usize {
+        OF_START + self.law.len()
+    }
+
+    /// Changes an object of the scene, all of it or a part: displacement at t = 0 in radii and radians, along the body's own field of velocities; linear and angular velocity,
+    /// in units of its speed; constants of its law.
+    pub(super) fn change(&self, by: &[f64], scene: &mut LagrangianScene, object: usize) {
+        let vector = |at: usize, unit: f32| -> [f32; 3] { std::array::from_fn(|i| by[at + i] as f32 * unit) };
+        let (translation, [x, y, z]) = (vector(0, self.radius), vector(3, 0.5));
+        let (linear, angular) = (vector(6, self.speed), vector(9, self.speed / self.radius));
+        let turn = quat_normalize([1.0, x, y, z]);
+        let matrix = matrix_from_quat(turn);
+        let members = scene.objects[object].members.clone();
+        for i in members {
+            let (point, velocity) = (scene.movers.means[i], scene.velocities[i]);
+            let offset = sub(point, self.center);
+            let moved = add(add(self.center, translation), mat_vec(&matrix, offset));
+            let carried = cross(add(self.spin, angular), sub(moved, point));
+            scene.velocities[i] = add(add(velocity, carried), add(linear, cross(angular, offset)));
+            scene.movers.means[i] = moved;
+            scene.movers.rotations[i] = quat_mul(turn, scene.movers.rotations[i]);
+        }
+        self.law.write_changed(&by[OF_START..], &mut scene.objects[object].system);
+    }
+
+    /// Where the body is at some times after a change, and its answers to more of each unknown, found by rolling the particles of `alone`
+    /// with every unknown changed both ways.
+    pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {
+        let states = positions(&self.changed(alone, change), times);
+        let centers: Vec<[f32; 3]> = states.iter().map(|q| mean(q)).collect();
+        let mut responses: Vec<Response> = centers.iter().map(|&center| Response { center, by_unknown: Vec::new() }).collect();
+        for unknown in 0..self.unknowns() {
+            for (k, rates) in self.rates(alone, change, unknown, times).iter().enumerate() {
+                let offsets: Vec<[f32; 3]> = states[k].iter().map(|&p| sub(p, centers[k])).collect();
+                let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
+                responses[k].by_unknown.push([tx, ty, tz, rx, ry, rz].map(f64::from));
+            }
+        }
+        responses
+    }
+
+    /// What trajectories of particles that nothing holds together say of the unknowns, `[n, n]`: inner products of their answers, means over
+    /// the particles, summed over the times.
+    pub(super) fn information_of_paths(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
+        let mut loose = alone.clone();
+        loose.objects.iter_mut().for_each(|object| object.supports = None);
+        let n = self.unknowns();
+        let answers: Vec<Vec<f32>> =
+            (0..n).map(|unknown| self.rates(&loose, &vec![0.0; n], unknown, times).concat().into_flattened()).collect();
+        let particles = alone.movers.len().max(1) as f64;
+        let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles;
+        (0..n * n).map(|at| product(&answers[at / n], &answers[at % n])).collect()
+    }
+
+    /// Derivatives of all positions by an unknown, at some times.
+    fn rates(&self, alone: &LagrangianScene, change: &[f64], unknown: usize, times: &[f32]) -> Vec<Vec<[f32; 3]>> {
+        let [ahead, behind] = [PROBE, -PROBE].map(|probe| {
+            let mut by = change.to_vec();
+            by[unknown] += probe;
+            positions(&self.changed(alone, &by), times)
+        });
+        let rate = (0.5 / PROBE) as f32;
+        ahead.iter().zip(&behind).map(|(ahead, behind)| ahead.iter().zip(behind).map(|(&a, &b)| scale(sub(a, b), rate)).collect()).collect()
+    }
+
+    /// The scene of its particles alone after a change.
+    fn changed(&self, alone: &LagrangianScene, by: &[f64]) -> LagrangianScene {
+        let mut changed = alone.clone();
+        self.change(by, &mut changed, 0);
+        changed
+    }
+}
+
+/// The scene of at most `subset` particles of one object.
+pub(super) fn part_of(scene: &LagrangianScene, object: usize, subset: usize, rng: &mut Stream) -> LagrangianScene {
+    let ObjectModel { members, supports, system, velocity_policy } = &scene.objects[object];
+    let chosen = choose(members.len(), supports.as_ref().and_then(Supports::common), subset, rng);
+    let rows: Vec<usize> = chosen.iter().map(|&i| members.start + i as usize).collect();
+    let movers = scene.movers.select(&rows);
+    let supports =
+        supports.as_ref().map(|all| if rows.len() == members.len() { all.clone() } else { supports_of(&chosen, all, &movers.means) });
+    LagrangianScene {
+        statics: GaussianCloud::default(),
+        velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
+        objects: vec![ObjectModel { system: system.clone(), members: 0..rows.len(), supports, velocity_policy: *velocity_policy }],
+        movers,
+        ..*scene
+    }
+}
+
+/// Positions of a scene's particles at some times.
+fn positions(scene: &LagrangianScene, times: &[f32]) -> Vec<Vec<[f32; 3]>> {
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
+    times.iter().map(|&t| motion.state_at(t).q).collect()
+}

@@ -1,0 +1,132 @@
+//! What images say of the poses of bodies: normal equations of small displacements.
+
+use std::ops::Range;
+
+use lgs_core::GaussianCloud;
+use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use lgs_data::dataset::Frame;
+use lgs_render::{Splats, photometric, rasterize};
+
+/// Displacement of a body that shows what an image makes of it, in radii and radians.
+const PROBE: f64 = 0.005;
+
+/// Of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
+const SSIM_WEIGHT: f32 = 0.2;
+
+/// A small rigid displacement: of the body's centre, and a rotation vector about it.
+pub(super) type Displacement = [f64; 6];
+
+/// A body in a cloud of Gaussians.
+pub(super) struct Pose {
+    pub(super) rows: Range<usize>,
+    pub(super) center: [f32; 3],
+    /// Root mean square distance from the centre, world units.
+    pub(super) radius: f32,
+}
+
+/// Normal equations `A x = b` of a body's displacement, from one image.
+pub(super) struct Normal {
+    pub(super) a: [[f64; 6]; 6],
+    pub(super) b: [f64; 6],
+}
+
+/// What one frame says.
+pub(super) struct Look {
+    /// By body.
+    pub(super) normals: Vec<Normal>,
+    /// Of the Gaussians as they are, a sum over all values.
+    pub(super) squared_error: f64,
+    /// Photometric loss.
+    pub(super) loss: f32,
+}
+
+/// Looks at some bodies in a frame.
+pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], background: [f32; 3]) -> Look {
+    let truth = frame.composited(background);
+    let drawn = draw(cloud, frame, background);
+    let residuals: Vec<f32> = truth.pixels.as_flattened().iter().zip(drawn.as_flattened()).map(|(t, d)| t - d).collect();
+    let normal = |body: &Pose| {
+        let columns: [Vec<f32>; 6] = std::array::from_fn(|unknown| column(unknown, body, cloud, frame, background));
+        Normal {
+            a: std::array::from_fn(|i| std::array::from_fn(|j| product(&columns[i], &columns[j]))),
+            b: std::array::from_fn(|i| product(&columns[i], &residuals)),
+        }
+    };
+    Look {
+        normals: bodies.iter().map(normal).collect(),
+        squared_error: product(&residuals, &residuals),
+        loss: photometric(&drawn, &truth.pixels, truth.width as usize, truth.height as usize, SSIM_WEIGHT),
+    }
+}
+
+/// Sum of squared errors of Gaussians in a frame.
+pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
+    let (truth, drawn) = (frame.composited(background).pixels, draw(cloud, frame, background));
+    truth.as_flattened().iter().zip(drawn.as_flattened()).map(|(t, d)| f64::from(t - d).powi(2)).sum()
+}
+
+fn draw(cloud: &GaussianCloud, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
+    rasterize(&Splats::from(cloud), &frame.camera, background).to_image().pixels
+}
+
+/// The image's derivative by one number of a body's displacement, by central differences.
+fn column(unknown: usize, body: &Pose, cloud: &GaussianCloud, frame: &Frame, background: [f32; 3]) -> Vec<f32> {
+    let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
+    let [ahead, behind] = [probe, -probe].map(|by| {
+        let mut displacement = [0.0; 6];
+        displacement[unknown] = by;
+        draw(&displaced(cloud, body, &displacement), frame, background)
+    });
+    let rate = (0.5 / probe) as f32;
+    ahead.as_flattened().iter().zip(behind.as_flattened()).map(|(a, b)| rate * (a - b)).collect()
+}
+
+fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> GaussianCloud {
+    let [tx, ty, tz, rx, ry, rz] = by.map(|v| v as f32);
+    let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
+    let (matrix, center) = (matrix_from_quat(turn), add(body.center, [tx, ty, tz]));
+    let mut moved = cloud.clone();
+    for i in body.rows.clone() {
+        moved.means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
+        moved.rotations[i] = quat_mul(turn, cloud.rotations[i]);
+    }
+    moved
+}
+
+/// The inner product; sums of many terms are taken in double precision.
+fn product(a: &[f32], b: &[f32]) -> f64 {
+    const BLOCK: usize = 256;
+    a.chunks(BLOCK).zip(b.chunks(BLOCK)).map(|(a, b)| f64::from(a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>())).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_core::Camera;
+
+    #[test]
+    fn images_tell_where_a_body_is() {
+        let means: Vec<[f32; 3]> = (0..18).map(|i| [0.2 * (i % 3) as f32, 0.15 * (i / 9) as f32, 0.2 * (i / 3 % 3) as f32]).collect();
+        let mut cloud = GaussianCloud::isotropic(means, 0.08, [0.5; 3], 0.9);
+        cloud.sh.iter_mut().enumerate().for_each(|(i, color)| *color = ((i * 37) % 11) as f32 / 5.0 - 1.0);
+        let body = Pose { rows: 0..18, center: [0.2, 0.07, 0.2], radius: 0.25 };
+        let by: Displacement = [0.004, -0.003, 0.002, 0.01, 0.0, -0.02];
+        let (mut a, mut b) = ([0.0; 36], [0.0; 6]);
+        for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
+            let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
+            let mut frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, rgba: vec![255; 4 * 48 * 48] };
+            let pixels = draw(&displaced(&cloud, &body, &by), &frame, [1.0; 3]);
+            for (bytes, pixel) in frame.rgba.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
+                (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
+            }
+            let look = look_at(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
+            assert!((look.squared_error - squared_error(&frame, &cloud, [1.0; 3])).abs() < 1e-6 * look.squared_error);
+            a.iter_mut().zip(look.normals[0].a.as_flattened()).for_each(|(sum, a)| *sum += a);
+            b.iter_mut().zip(&look.normals[0].b).for_each(|(sum, b)| *sum += b);
+        }
+        assert!(lgs_core::linear::solve_positive(&mut a, &mut b, 6, 1));
+        for (i, (found, true_one)) in b.iter().zip(by).enumerate() {
+            assert!((found - true_one).abs() < if i < 3 { 2e-4 } else { 1e-3 }, "{i}: {found} for {true_one}");
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Gauss–Newton on the images: where every object starts, how, and the constants of its law.
+//!
+//! These unknowns are few, but images bind them together: within a captured window, more gravity looks nearly like another start. First-order
+//! steps wander in such a valley; least squares go to its ground. What the images of a time say of a body, they say of its pose there
+//! ([`look_at`]), and how the pose answers to the unknowns ([`Body::responses`]) brings all times together. What no image tells of, such as
+//! the stiffness that keeps a rotor's blades on their circles, is held where stage 1 found it by the paths that it followed.
+
+use lgs_core::linear::{norm, solve_positive, sub};
+use lgs_core::{Camera, GaussianCloud, stream};
+use lgs_data::dataset::Frame;
+use lgs_dynamics::{Edit, Reversal};
+use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
+use rayon::prelude::*;
+
+use super::body::{Body, Response, part_of};
+use super::look::{Look, Normal, Pose, look_at, squared_error};
+use super::{StepReport, psnr_of};
+
+/// Particles of an object that are rolled to see how it answers.
+const ROLLED: usize = 256;
+/// How far an unknown that nothing tells of may be off, in its unit.
+const PRIOR: f64 = 0.3;
+/// How well the paths are known that stage 1 has followed, at one time, in pixels.
+const FOLLOWED: f64 = 0.1;
+/// Errors of neighbouring pixels, and of one view at neighbouring times, have much in common: so many count as one.
+const CORRELATED: f64 = 100.0;
+/// Parts of a step that are tried until the images come out better.
+const TRIED: [f64; 3] = [1.0, 0.5, 0.25];
+
+/// Changes of all objects' unknowns, in search of those that make the images come out best.
+pub(super) struct Newton {
+    bodies: Vec<Body>,
+    /// Some particles of every object.
+    parts: Vec<LagrangianScene>,
+    /// Of every object, since stage 1.
+    changes: Vec<Vec<f64>>,
+}
+
+impl Newton {
+    /// No changes of a scene.
+    pub(super) fn new(scene: &LagrangianScene, seed: u64) -> Self {
+        let objects = 0..scene.objects.len();
+        let bodies: Vec<Body> = objects.clone().map(|object| Body::new(scene, object)).collect();
+        let part = |object| part_of(scene, object, ROLLED, &mut stream(seed, "newton", object as u64));
+        let changes = bodies.iter().map(|body| vec![0.0; body.unknowns()]).collect();
+        Self { bodies, parts: objects.map(part).collect(), changes }
+    }
+
+    /// Adds the changes to a checkpoint.
+    pub(super) fn insert_into(&self, file: &mut TensorFile) {
+        for (object, change) in self.changes.iter().enumerate() {
+            let values: Vec<f32> = change.iter().map(|&x| x as f32).collect();
+            file.insert(name_of(object), &[values.len()], &values);
+        }
+    }
+
+    /// Reads the changes of a checkpoint.
+    pub(super) fn restore(&mut self, file: &TensorFile) -> Result<(), TensorFileError> {
+        for (object, change) in self.changes.iter_mut().enumerate() {
+            let (_, values) = file.values(&name_of(object))?;
+            if values.len() != change.len() {
+                return Err(file.field(&name_of(object), &format!("{} values", change.len()), values.len().to_string()));
+            }
+            *change = values.iter().map(|&x| f64::from(x)).collect();
+        }
+        Ok(())
+    }
+
+    /// The scene with the changes found so far.
+    pub(super) fn applied_to(&self, scene: &LagrangianScene) -> LagrangianScene {
+        self.changed(scene, &self.changes)
+    }
+
+    fn changed(&self, scene: &LagrangianScene, changes: &[Vec<f64>]) -> LagrangianScene {
+        let mut changed = scene.clone();
+        let all = self.bodies.iter().zip(changes).enumerate();
+        all.for_each(|(object, (body, change))| body.change(change, &mut changed, object));
+        changed
+    }
+
+    /// One step of Gauss–Newton on all objects, a smaller one or none if it does not better the images. Tells how these were before.
+    pub(super) fn step(&mut self, scene: &LagrangianScene, frames: &[&Frame]) -> StepReport {
+        let _span = tracing::trace_span!("newton").entered();
+        let times = Times::of(frames);
+        let responses = self.responses(&times);
+        let looks = self.looks(scene, frames, &times, &responses);
+        let before: f64 = looks.iter().map(|look| look.squared_error).sum();
+        let mean = before / frames.iter().map(|frame| 0.75 * frame.rgba.len() as f64).sum::<f64>();
+        let steps: Vec<Vec<f64>> = (0..self.bodies.len())
+            .map(|object| {
+                let told: Vec<(&Response, &Normal)> = (frames.iter().zip(&looks))
+                    .map(|(frame, look)| (&responses[object][times.index(frame)], &look.normals[object]))
+                    .collect();
+                let pixel = median(frames.iter().zip(&told).map(|(frame, (at, _))| pixel_at(&frame.camera, at.center)).collect());
+                let followed = self.bodies[object].information_of_paths(&self.parts[object], &times.0);
+                let weights = Weights { image: 1.0 / (CORRELATED * mean), path: 1.0 / (FOLLOWED * pixel).powi(2) };
+                solve(&told, &followed, &self.changes[object], &weights)
+            })
+            .collect();
+        let error = |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &times);
+        let better = TRIED.iter().map(|&part| self.moved(&steps, part)).find(|changes| error(changes) < before);
+        tracing::debug!(?steps, accepted = better.is_some(), "Gauss–Newton");
+        if let Some(changes) = better {
+            self.changes = changes;
+        }
+        let loss = looks.iter().map(|look| look.loss).sum::<f32>() / looks.len().max(1) as f32;
+        StepReport { loss, psnr: psnr_of(mean) }
+    }
+
+    /// Of every object at every time.
+    fn responses(&self, times: &Times) -> Vec<Vec<Response>> {
+        let _span = tracing::trace_span!("responses").entered();
+        let all = self.bodies.iter().zip(&self.parts).zip(&self.changes);
+        all.map(|((body, part), change)| body.responses(part, change, &times.0)).collect()
+    }
+
+    fn looks(&self, scene: &LagrangianScene, frames: &[&Frame], times: &Times, responses: &[Vec<Response>]) -> Vec<Look> {
+        let clouds = clouds_at(&self.applied_to(scene), times);
+        let _span = tracing::trace_span!("looks").entered();
+        let look = |frame: &&Frame| {
+            let at = times.index(frame);
+            let pose = |object: usize| {
+                let members = &scene.objects[object].members;
+                let rows = scene.statics.len() + members.start..scene.statics.len() + members.end;
+                Pose { rows, center: responses[object][at].center, radius: self.bodies[object].radius() }
+            };
+            let poses: Vec<Pose> = (0..self.bodies.len()).map(pose).collect();
+            look_at(frame, &clouds[at], &poses, scene.background)
+        };
+        frames.par_iter().map(look).collect()
+    }
+
+    /// The changes after a part of the steps, as a checkpoint holds them.
+    fn moved(&self, steps: &[Vec<f64>], part: f64) -> Vec<Vec<f64>> {
+        let moved = |(x, dx): (&f64, &f64)| f64::from((x + part * dx) as f32);
+        self.changes.iter().zip(steps).map(|(change, step)| change.iter().zip(step).map(moved).collect()).collect()
+    }
+}
+
+/// What one unit of squared error weighs.
+struct Weights {
+    image: f64,
+    path: f64,
+}
+
+/// The step of one object's unknowns: normal equations of its images, of the paths that stage 1 has followed, and of a weak prior; none where
+/// they are not finite.
+fn solve(told: &[(&Response, &Normal)], followed: &[f64], change: &[f64], weights: &Weights) -> Vec<f64> {
+    let n = change.len();
+    let (mut a, mut b) = (vec![0.0; n * n], vec![0.0; n]);
+    for (response, normal) in told {
+        for (i, left) in response.by_unknown.iter().enumerate() {
+            let pushed: [f64; 6] = std::array::from_fn(|c| (0..6).map(|r| left[r] * normal.a[r][c]).sum());
+            b[i] += weights.image * dot(left, &normal.b);
+            for (j, right) in response.by_unknown.iter().enumerate() {
+                a[i * n + j] += weights.image * dot(&pushed, right);
+            }
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let held = weights.path * followed[i * n + j] + if i == j { PRIOR.powi(-2) } else { 0.0 };
+            a[i * n + j] += held;
+            b[i] -= held * change[j];
+        }
+    }
+    if solve_positive(&mut a, &mut b, n, 1) && b.iter().all(|x| x.is_finite()) { b } else { vec![0.0; n] }
+}
+
+/// The distinct times of frames, ascending.
+struct Times(Vec<f32>);
+
+impl Times {
+    fn of(frames: &[&Frame]) -> Self {
+        let mut times: Vec<f32> = frames.iter().map(|frame| frame.time.max(0.0)).collect();
+        times.sort_by(f32::total_cmp);
+        times.dedup();
+        Self(times)
+    }
+
+    fn index(&self, frame: &Frame) -> usize {
+        self.0.partition_point(|&t| t < frame.time.max(0.0))
+    }
+}
+
+/// Sum of squared errors over the frames.
+fn error_of(scene: &LagrangianScene, frames: &[&Frame], times: &Times) -> f64 {
+    let clouds = clouds_at(scene, times);
+    let _span = tracing::trace_span!("errors").entered();
+    let errors: Vec<f64> = frames.par_iter().map(|frame| squared_error(frame, &clouds[times.index(frame)], scene.background)).collect();
+    errors.iter().sum()
+}
+
+fn clouds_at(scene: &LagrangianScene, times: &Times) -> Vec<GaussianCloud> {
+    let _span = tracing::trace_span!("roll the motion").entered();
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
+    times.0.iter().map(|&t| scene.cloud_at(&motion.state_at(t))).collect()
+}
+
+fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// What a pixel spans at a point, world units.
+fn pixel_at(camera: &Camera, point: [f32; 3]) -> f64 {
+    f64::from(norm(sub(point, camera.center_in_world())) / camera.fx)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0).max(f64::MIN_POSITIVE)
+}
+
+/// Name of an object's changes in a checkpoint.
+fn name_of(object: usize) -> String {
+    format!("tune.newton.{object}")
+}
