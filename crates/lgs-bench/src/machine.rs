@@ -55,6 +55,24 @@ pub fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().unwrap_or_else(|error| panic!("pool of {threads} threads: {error}"))
 }
 
+/// Matrix products for the threads of a pool to share: what a second core brings where nothing is shared but the machine.
+pub struct Products(Vec<Panels>);
+
+impl Products {
+    /// Panels for so many threads.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        Self((0..threads).map(|_| Panels::new()).collect())
+    }
+
+    /// As many products for any number of threads.
+    pub fn multiply(&mut self, pool: &ThreadPool) {
+        let threads = pool.current_num_threads().min(self.0.len());
+        let share = 3 * PRODUCTS / threads.max(1);
+        each_on_its_thread(pool, &mut self.0[..threads], |panels| (0..share).for_each(|_| panels.multiply()));
+    }
+}
+
 /// Operations per second of matrix products.
 fn gemm_rate(pool: &ThreadPool) -> f64 {
     let operations = (pool.current_num_threads() * PRODUCTS) as f64 * Panels::OPERATIONS;
@@ -70,12 +88,14 @@ fn pair_rate(pool: &ThreadPool) -> f64 {
 /// Median seconds in which every thread of a pool does `work` on data of its own.
 fn on_every_thread<T: Send>(pool: &ThreadPool, data: impl Fn() -> T + Sync, work: impl Fn(&mut T) + Sync) -> f64 {
     let mut all: Vec<T> = (0..pool.current_num_threads()).map(|_| data()).collect();
-    median_secs(REPEATS, || {
-        pool.scope(|scope| {
-            for own in &mut all {
-                let work = &work;
-                scope.spawn(move |_| work(own));
-            }
-        });
-    })
+    median_secs(REPEATS, || each_on_its_thread(pool, &mut all, &work))
+}
+
+fn each_on_its_thread<T: Send>(pool: &ThreadPool, data: &mut [T], work: impl Fn(&mut T) + Sync) {
+    pool.scope(|scope| {
+        for own in data {
+            let work = &work;
+            scope.spawn(move |_| work(own));
+        }
+    });
 }

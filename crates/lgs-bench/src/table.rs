@@ -51,14 +51,14 @@ impl Row {
         let time = self.secs.map_or(String::new(), duration);
         let asked =
             self.asked.as_ref().map_or(String::new(), |(demand, met)| format!("{demand:<22} {}", if *met { "met" } else { "MISSED" }));
-        println!("{}", format!("{:<58} {time:>10}  {:<20} {:<26} {asked}", self.name, self.rate, self.ratio).trim_end());
+        println!("{}", format!("{:<58} {time:>10}  {:<20} {:<30} {asked}", self.name, self.rate, self.ratio).trim_end());
     }
 }
 
 /// Prints the heading of a section.
 pub fn section(title: &str) {
     println!("\n{title}");
-    println!("{:<58} {:>10}  {:<20} {:<26} {:<22} result", "  operation", "median", "rate", "ratio", "asked");
+    println!("{:<58} {:>10}  {:<20} {:<30} {:<22} result", "  operation", "median", "rate", "ratio", "asked");
 }
 
 /// Seconds in a unit that suits.

@@ -2,7 +2,7 @@
 
 use crate::alignment::case;
 use crate::particles::{cotangents, points, system};
-use lgs_bench::machine::{Machine, pool};
+use lgs_bench::machine::{Machine, Products, pool};
 use lgs_bench::table::{Row, section};
 use lgs_bench::{REPEATS, median_secs, medians_in_turns};
 use lgs_dynamics::{RolloutSpec, State, align, align_vjp, rollout, rollout_vjp};
@@ -25,16 +25,19 @@ pub(crate) fn run(_: &Machine) {
     compare("alignment, backward", 1.8, || align_vjp(&supports, &aligned, &v, &[]));
 }
 
-/// Prints how much faster two threads are than one. They take turns, each for a tenth of a second: threads need a while to fall asleep, and
-/// until then they are in the way of the other pool's.
+/// Prints how much faster two threads are than one, and how much faster they are at matrix products of their own: on a machine that others
+/// use as well, a second core is not a whole one. All take turns, each for a tenth of a second: threads need a while to fall asleep, and until
+/// then they are in the way of the other pool's.
 pub(crate) fn compare<T: Send>(name: &str, asked: f64, run: impl Fn() -> T + Sync) {
     let [one, two] = [pool(1), pool(2)];
     let times = (0.1 / two.install(|| median_secs(1, &run))).ceil().max(1.0) as usize;
     let on = |pool: &ThreadPool| pool.install(|| (0..times).for_each(|_| drop(std::hint::black_box(run()))));
-    let secs = medians_in_turns(REPEATS, [&mut || on(&one), &mut || on(&two)]).map(|secs| secs / times as f64);
+    let [mut alone, mut shared] = [Products::new(1), Products::new(2)];
+    let turns: [&mut dyn FnMut(); 4] = [&mut || on(&one), &mut || on(&two), &mut || alone.multiply(&one), &mut || shared.multiply(&two)];
+    let secs = medians_in_turns(REPEATS, turns);
     let gain = secs[0] / secs[1];
-    Row::timed(format!("{name}, 2 threads"), secs[1])
-        .with_ratio(format!("{gain:.2} × 1 thread"))
+    Row::timed(format!("{name}, 2 threads"), secs[1] / times as f64)
+        .with_ratio(format!("{gain:.2} × 1 thread (GEMM {:.2} ×)", secs[2] / secs[3]))
         .asked(format!("≥ {asked} ×"), gain >= asked)
         .print();
 }

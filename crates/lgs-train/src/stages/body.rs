@@ -56,8 +56,8 @@ impl Body {
         OF_START + self.law.len()
     }
 
-    /// Changes an object of the scene, all of it or a part: displacement at t = 0 in radii and radians, along the body's own field of velocities; linear and angular velocity,
-    /// in units of its speed; constants of its law.
+    /// Changes an object of a scene, all of it or a part: displacement at t = 0, in radii and radians, along its own field of velocities; linear
+    /// and angular velocity, in units of its speed and of its speed per radius; constants of its law, in units of the system's normalisation.
     pub(super) fn change(&self, by: &[f64], scene: &mut LagrangianScene, object: usize) {
         let vector = |at: usize, unit: f32| -> [f32; 3] { std::array::from_fn(|i| by[at + i] as f32 * unit) };
         let (translation, [x, y, z]) = (vector(0, self.radius), vector(3, 0.5));
