@@ -68,6 +68,17 @@ pub(crate) fn dissolve(trajectories: &Trajectories, weights: Option<&[f32]>, par
     next
 }
 
+/// What the best motion of other objects leaves of the paths of an object's particles, as a part of what rest leaves; the median over them.
+pub(crate) fn left_by_others(trajectories: &Trajectories, weights: Option<&[f32]>, partition: &Partition, object: usize) -> f64 {
+    let others = (0..partition.objects).filter(|&o| o != object);
+    let motions: Vec<Vec<Pose>> = others.map(|o| motion_of(trajectories, weights, &partition.members(o))).collect();
+    let members = partition.members(object);
+    let left = |&i: &usize| nearest_motion(trajectories, i, &motions).map_or(1.0, |(_, part)| part);
+    let mut parts: Vec<f64> = members.iter().step_by(members.len().div_ceil(SAMPLED).max(1)).map(left).collect();
+    parts.sort_by(f64::total_cmp);
+    parts.get(parts.len() / 2).copied().unwrap_or(1.0)
+}
+
 /// One round: fit, merge, assign, and group what is left over.
 fn regrouped(
     trajectories: &Trajectories,

@@ -3,12 +3,16 @@
 use crate::config::{DistillConfig, PartitionConfig};
 use crate::distill::{DistillProgress, Distilled, distill};
 use crate::partition::{Partition, partition};
-use crate::regroup::{dissolve, regroup};
+use crate::regroup::{dissolve, left_by_others, regroup};
 use crate::{DistillError, Trajectories};
 use serde::{Deserialize, Serialize};
 
 /// An object whose system leaves more than this part of its displacement has not been understood.
 const UNLEARNED: f64 = 0.5;
+/// One whose system misses the end of the window, forecast from its beginning, by more than this part of its displacement …
+const UNFORESEEN: f64 = 0.07;
+/// … is a part of others that the source follows badly, if their motions leave less than this of what rest leaves of its paths.
+const ANOTHERS: f64 = 0.6;
 
 /// Stage 1 of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -57,8 +61,8 @@ pub fn find_objects(trajectories: &Trajectories, weights: Option<&[f32]>, config
 
 /// Distils each object of a partition of the same particles.
 ///
-/// What no system follows is no object: its particles go to the others or to rest, and all is distilled again, until something follows
-/// every object or none. The partition returned is the one that came of it.
+/// What no system follows is no object, nor is what its system forecasts badly while the motions of others explain it roughly: its particles go
+/// to the others or to rest, and all is distilled again, until something follows every object or none. The partition returned is the one that came of it.
 ///
 /// # Errors
 /// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
@@ -86,11 +90,31 @@ pub fn distill_objects(
             objects.push((members, distilled));
         }
         let learned = |(_, object): &(_, Distilled)| object.report.window_error <= UNLEARNED * object.report.displacement;
-        let kept: Vec<bool> = objects.iter().map(learned).collect();
+        let mut kept: Vec<bool> = objects.iter().map(learned).collect();
+        if let Some(part) = part_of_others(trajectories, weights, &partition, &objects).filter(|_| !kept.contains(&false)) {
+            kept[part] = false;
+        }
         if !kept.contains(&false) || !kept.contains(&true) {
             return Ok(SceneDistillation { partition, objects });
         }
         tracing::debug!(?kept, "objects that no system follows are dissolved");
         partition = dissolve(trajectories, weights, &partition, &kept);
     }
+}
+
+/// The object that is forecast worst, if that is badly and others explain it roughly.
+fn part_of_others(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    partition: &Partition,
+    objects: &[(Vec<usize>, Distilled)],
+) -> Option<usize> {
+    let missed = |o: usize| {
+        let report = &objects[o].1.report;
+        report.forecast_error.unwrap_or(0.0) / report.displacement.max(f64::MIN_POSITIVE)
+    };
+    let worst = (0..objects.len()).max_by(|&a, &b| missed(a).total_cmp(&missed(b))).filter(|&o| missed(o) > UNFORESEEN)?;
+    let left = left_by_others(trajectories, weights, partition, worst);
+    tracing::debug!(object = worst, missed = missed(worst), left, "forecast worst");
+    (left < ANOTHERS).then_some(worst)
 }

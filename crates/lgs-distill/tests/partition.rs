@@ -123,3 +123,24 @@ fn what_no_system_follows_is_no_object() {
     assert!(found.partition.object[343..].iter().all(|&o| o == -1), "what trembles rests");
     assert_eq!(found.objects[0].0.len(), 343);
 }
+
+#[test]
+fn a_part_that_a_source_follows_badly_belongs_to_its_body() {
+    // Half of a block slips along as it slides; or it slips by itself, the same way, while the block stands nearly still.
+    let found = |speed: f32| {
+        let seen = sampled(|t| {
+            let slides = |[x, y, z]: [f32; 3], by: f32| [x + by, y, z];
+            let mut all: Vec<_> = lattice([0.0; 3], 6, 0.05).into_iter().map(|p| slides(p, speed * t)).collect();
+            let slip = 0.4 * t + 0.05 * (14.0 * t).sin();
+            all.extend(lattice([0.0, 0.4, 0.0], 5, 0.05).into_iter().map(|p| slides(p, slip)));
+            all
+        });
+        let object = (0..216 + 125).map(|i| i32::from(i >= 216)).collect();
+        let mut config = DistillConfig { remainder_threshold: 10.0, ..DistillConfig::default() };
+        (config.matching.steps, config.rollout.steps) = (60, 6);
+        let partition = Partition { object, objects: 2 };
+        distill_objects(&seen, None, partition, &config, 1, &mut |_, _, _| {}).unwrap().partition.objects
+    };
+    assert_eq!(found(0.4), 1);
+    assert_eq!(found(0.05), 2);
+}
