@@ -5,6 +5,7 @@ use lgs_core::{GaussianCloud, Stream};
 use lgs_distill::LinearPart;
 use lgs_dynamics::{Edit, Reversal, Supports};
 use lgs_model::{LagrangianScene, Motion, ObjectModel};
+use rayon::prelude::*;
 
 use super::initial_pose::{mean, spin};
 use super::look::Displacement;
@@ -83,8 +84,8 @@ impl Body {
         let states = positions(&self.changed(alone, change), times);
         let centers: Vec<[f32; 3]> = states.iter().map(|q| mean(q)).collect();
         let mut responses: Vec<Response> = centers.iter().map(|&center| Response { center, by_unknown: Vec::new() }).collect();
-        for unknown in 0..self.unknowns() {
-            for (k, rates) in self.rates(alone, change, unknown, times).iter().enumerate() {
+        for of_unknown in self.rates(alone, change, times) {
+            for (k, rates) in of_unknown.iter().enumerate() {
                 let offsets: Vec<[f32; 3]> = states[k].iter().map(|&p| sub(p, centers[k])).collect();
                 let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
                 responses[k].by_unknown.push([tx, ty, tz, rx, ry, rz].map(f64::from));
@@ -100,21 +101,24 @@ impl Body {
         loose.objects.iter_mut().for_each(|object| object.supports = None);
         let n = self.unknowns();
         let answers: Vec<Vec<f32>> =
-            (0..n).map(|unknown| self.rates(&loose, &vec![0.0; n], unknown, times).concat().into_flattened()).collect();
+            self.rates(&loose, &vec![0.0; n], times).into_iter().map(|of_unknown| of_unknown.concat().into_flattened()).collect();
         let particles = alone.movers.len().max(1) as f64;
         let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles;
         (0..n * n).map(|at| product(&answers[at / n], &answers[at % n])).collect()
     }
 
-    /// Derivatives of all positions by an unknown, at some times.
-    fn rates(&self, alone: &LagrangianScene, change: &[f64], unknown: usize, times: &[f32]) -> Vec<Vec<[f32; 3]>> {
-        let [ahead, behind] = [PROBE, -PROBE].map(|probe| {
-            let mut by = change.to_vec();
-            by[unknown] += probe;
-            positions(&self.changed(alone, &by), times)
-        });
-        let rate = (0.5 / PROBE) as f32;
-        ahead.iter().zip(&behind).map(|(ahead, behind)| ahead.iter().zip(behind).map(|(&a, &b)| scale(sub(a, b), rate)).collect()).collect()
+    /// Derivatives of all positions: by unknown, time and particle.
+    fn rates(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<Vec<[f32; 3]>>> {
+        let by_unknown = |unknown: usize| {
+            let [ahead, behind] = [PROBE, -PROBE].map(|probe| {
+                let mut by = change.to_vec();
+                by[unknown] += probe;
+                positions(&self.changed(alone, &by), times)
+            });
+            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / PROBE) as f32);
+            ahead.iter().zip(&behind).map(|(ahead, behind)| ahead.iter().zip(behind).map(rate).collect()).collect()
+        };
+        (0..self.unknowns()).into_par_iter().map(by_unknown).collect()
     }
 
     /// The scene of its particles alone after a change.

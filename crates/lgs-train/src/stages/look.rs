@@ -43,7 +43,7 @@ pub(super) struct Look {
 /// Looks at some bodies in a frame.
 pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], background: [f32; 3]) -> Look {
     let truth = frame.composited(background);
-    let drawn = draw(cloud, frame, background);
+    let drawn = draw(&Splats::from(cloud), frame, background);
     let residuals: Vec<f32> = truth.pixels.as_flattened().iter().zip(drawn.as_flattened()).map(|(t, d)| t - d).collect();
     let normal = |body: &Pose| {
         let columns: [Vec<f32>; 6] = std::array::from_fn(|unknown| column(unknown, body, cloud, frame, background));
@@ -61,12 +61,12 @@ pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], bac
 
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
-    let (truth, drawn) = (frame.composited(background).pixels, draw(cloud, frame, background));
+    let (truth, drawn) = (frame.composited(background).pixels, draw(&Splats::from(cloud), frame, background));
     truth.as_flattened().iter().zip(drawn.as_flattened()).map(|(t, d)| f64::from(t - d).powi(2)).sum()
 }
 
-fn draw(cloud: &GaussianCloud, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
-    rasterize(&Splats::from(cloud), &frame.camera, background).to_image().pixels
+fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
+    rasterize(splats, &frame.camera, background).image
 }
 
 /// The image's derivative by one number of a body's displacement, by central differences.
@@ -75,28 +75,39 @@ fn column(unknown: usize, body: &Pose, cloud: &GaussianCloud, frame: &Frame, bac
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = [0.0; 6];
         displacement[unknown] = by;
-        draw(&displaced(cloud, body, &displacement), frame, background)
+        let (means, rotations) = displaced(cloud, body, &displacement);
+        draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(cloud) }, frame, background)
     });
     let rate = (0.5 / probe) as f32;
     ahead.as_flattened().iter().zip(behind.as_flattened()).map(|(a, b)| rate * (a - b)).collect()
 }
 
-fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> GaussianCloud {
+/// Means and rotations of Gaussians of which some belong to a displaced body.
+fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> (Vec<[f32; 3]>, Vec<[f32; 4]>) {
     let [tx, ty, tz, rx, ry, rz] = by.map(|v| v as f32);
     let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
     let (matrix, center) = (matrix_from_quat(turn), add(body.center, [tx, ty, tz]));
-    let mut moved = cloud.clone();
+    let (mut means, mut rotations) = (cloud.means.clone(), cloud.rotations.clone());
     for i in body.rows.clone() {
-        moved.means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
-        moved.rotations[i] = quat_mul(turn, cloud.rotations[i]);
+        means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
+        rotations[i] = quat_mul(turn, cloud.rotations[i]);
     }
-    moved
+    (means, rotations)
 }
 
-/// The inner product; sums of many terms are taken in double precision.
+/// The inner product: lanes of 16 terms are summed in single precision within a block, blocks in double.
 fn product(a: &[f32], b: &[f32]) -> f64 {
-    const BLOCK: usize = 256;
-    a.chunks(BLOCK).zip(b.chunks(BLOCK)).map(|(a, b)| f64::from(a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>())).sum()
+    const BLOCK: usize = 4096;
+    let of_block = |(a, b): (&[f32], &[f32])| {
+        let mut lanes = [0.0_f32; 16];
+        let (a, b) = (a.as_chunks::<16>(), b.as_chunks::<16>());
+        for (a, b) in a.0.iter().zip(b.0) {
+            (0..16).for_each(|lane| lanes[lane] += a[lane] * b[lane]);
+        }
+        a.1.iter().zip(b.1).zip(&mut lanes).for_each(|((a, b), lane)| *lane += a * b);
+        f64::from(lanes.iter().sum::<f32>())
+    };
+    a.chunks(BLOCK).zip(b.chunks(BLOCK)).map(of_block).sum()
 }
 
 #[cfg(test)]
@@ -115,7 +126,8 @@ mod tests {
         for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
             let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
             let mut frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, rgba: vec![255; 4 * 48 * 48] };
-            let pixels = draw(&displaced(&cloud, &body, &by), &frame, [1.0; 3]);
+            let (means, rotations) = displaced(&cloud, &body, &by);
+            let pixels = draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) }, &frame, [1.0; 3]);
             for (bytes, pixel) in frame.rgba.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
                 (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
             }

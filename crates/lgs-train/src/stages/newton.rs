@@ -92,7 +92,8 @@ impl Newton {
                     .map(|(frame, look)| (&responses[object][times.index(frame)], &look.normals[object]))
                     .collect();
                 let pixel = median(frames.iter().zip(&told).map(|(frame, (at, _))| pixel_at(&frame.camera, at.center)).collect());
-                let followed = self.bodies[object].information_of_paths(&self.parts[object], &times.0);
+                let followed =
+                    tracing::trace_span!("paths").in_scope(|| self.bodies[object].information_of_paths(&self.parts[object], &times.0));
                 let weights = Weights { image: 1.0 / (CORRELATED * mean), path: 1.0 / (FOLLOWED * pixel).powi(2) };
                 solve(&told, &followed, &self.changes[object], &weights)
             })
