@@ -7,12 +7,13 @@ use crate::project::Projected;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Bits of a digit, values of one, and the passes that cover 32 bits.
-const BITS: u32 = 11;
+/// Bits of a digit, values of one, and the passes that cover 32 bits. As many lines of memory are written at a time as a digit has values: these
+/// fit the first-level cache, and threads meet in few of them.
+const BITS: u32 = 8;
 const DIGITS: usize = 1 << BITS;
-const PASSES: u32 = 3;
+const PASSES: u32 = 4;
 /// Fewest Gaussians of a chunk, and most chunks.
-const MIN_CHUNK: usize = 8192;
+const MIN_CHUNK: usize = 2048;
 const MAX_CHUNKS: usize = 16;
 
 /// Two numbers that any thread may replace; no place is written by two threads between two joins.
@@ -62,8 +63,9 @@ impl DepthOrder {
             to.iter().zip(numbered).for_each(|(to, (i, g))| to.set([(number * chunk) as u32 + i, g.depth.to_bits()]));
         });
         for pass in 0..PASSES {
-            move_by_digit(&self.pairs, &self.other, pass * BITS, chunk);
-            std::mem::swap(&mut self.pairs, &mut self.other);
+            if move_by_digit(&self.pairs, &self.other, pass * BITS, chunk) {
+                std::mem::swap(&mut self.pairs, &mut self.other);
+            }
         }
     }
 
@@ -73,8 +75,8 @@ impl DepthOrder {
     }
 }
 
-/// One pass: by the digit that begins at bit `shift` of the second number.
-fn move_by_digit(from: &[Pair], to: &[Pair], shift: u32, chunk: usize) {
+/// One pass: by the digit that begins at bit `shift` of the second number. Nothing is moved, and `false` returned, where all have the same.
+fn move_by_digit(from: &[Pair], to: &[Pair], shift: u32, chunk: usize) -> bool {
     let digit = |pair: &Pair| (pair.high() >> shift) as usize % DIGITS;
     let mut next: Vec<[u32; DIGITS]> = from
         .par_chunks(chunk)
@@ -84,6 +86,9 @@ fn move_by_digit(from: &[Pair], to: &[Pair], shift: u32, chunk: usize) {
             counts
         })
         .collect();
+    if (0..DIGITS).any(|digit| next.iter().map(|counts| counts[digit] as usize).sum::<usize>() == from.len()) {
+        return false;
+    }
     // From counts to the places of each chunk's first pair of each digit.
     let mut total = 0;
     for digit in 0..DIGITS {
@@ -98,6 +103,7 @@ fn move_by_digit(from: &[Pair], to: &[Pair], shift: u32, chunk: usize) {
             *next += 1;
         }
     });
+    true
 }
 
 #[cfg(test)]
