@@ -39,7 +39,7 @@ fn photometric_stages_are_the_references() {
     assert_eq!((dynamics.learning_rate, dynamics.velocity_learning_rate), (1e-4, 1e-3), "G32");
     assert_eq!((dynamics.refresh_every, dynamics.subset, dynamics.window_steps, dynamics.full_window_every), (10, 8_192, 15, 4), "G23–G27");
     assert_eq!((dynamics.initial_velocity, dynamics.pose_learning_rate), (InitialVelocity::Free, 0.0), "G29");
-    assert_eq!(config.settle_gaussians.iterations, 0, "stage 2 follows stage 1");
+    assert_eq!((config.settle_gaussians.iterations, config.fit_dynamics.steps), (0, 0), "stage 2 follows stage 1");
     assert_eq!(
         (gaussians.iterations, gaussians.stretch, gaussians.refresh_every, gaussians.ssim_weight),
         (10_000, 1.0, 100, 0.2),
