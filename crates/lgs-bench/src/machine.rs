@@ -65,11 +65,10 @@ impl Products {
         Self((0..threads).map(|_| Panels::new()).collect())
     }
 
-    /// As many products for any number of threads.
+    /// As many products for any number of threads, in a pool of so many.
     pub fn multiply(&mut self, pool: &ThreadPool) {
-        let threads = pool.current_num_threads().min(self.0.len());
-        let share = 3 * PRODUCTS / threads.max(1);
-        each_on_its_thread(pool, &mut self.0[..threads], |panels| (0..share).for_each(|_| panels.multiply()));
+        let share = 3 * PRODUCTS / self.0.len();
+        each_on_its_thread(pool, &mut self.0, |panels| (0..share).for_each(|_| panels.multiply()));
     }
 }
 

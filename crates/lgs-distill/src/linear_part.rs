@@ -63,12 +63,6 @@ impl LinearPart {
         self.units.is_empty()
     }
 
-    /// The terms that the unknowns belong to.
-    #[must_use]
-    pub fn terms(&self) -> Terms {
-        self.terms
-    }
-
     /// Writes the law with changed unknowns into a system like the one it was read from. Changes are in units of the system's
     /// normalisation; no damping becomes negative.
     ///
@@ -137,8 +131,8 @@ mod tests {
         ];
         for (stiffness, kind) in kinds {
             let part = LinearPart::of(&system(&law(stiffness)));
-            assert_eq!(part.terms(), Terms { gravity: false, stiffness: kind, damping: false, gyration: false });
-            assert_eq!(part.len(), part.terms().unknowns());
+            assert_eq!(part.terms, Terms { gravity: false, stiffness: kind, damping: false, gyration: false });
+            assert_eq!(part.len(), part.terms.unknowns());
         }
         let all = Law { gravity: [0.1, 0.0, -1.0], damping: 0.3, gyration: [0.0, 2.0, 0.1], ..law([[0.0; 3]; 3]) };
         assert_eq!(LinearPart::of(&system(&all)).len(), 7);

@@ -44,7 +44,7 @@ pub(super) struct Look {
 pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], background: [f32; 3]) -> Look {
     let truth = frame.composited(background);
     let drawn = draw(&Splats::from(cloud), frame, background);
-    let residuals: Vec<f32> = truth.pixels.as_flattened().iter().zip(drawn.as_flattened()).map(|(t, d)| t - d).collect();
+    let residuals = difference(&truth.pixels, &drawn);
     let normal = |body: &Pose| {
         let columns: [Vec<f32>; 6] = std::array::from_fn(|unknown| column(unknown, body, cloud, frame, background));
         Normal {
@@ -61,8 +61,12 @@ pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], bac
 
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
-    let (truth, drawn) = (frame.composited(background).pixels, draw(&Splats::from(cloud), frame, background));
-    truth.as_flattened().iter().zip(drawn.as_flattened()).map(|(t, d)| f64::from(t - d).powi(2)).sum()
+    let residuals = difference(&frame.composited(background).pixels, &draw(&Splats::from(cloud), frame, background));
+    product(&residuals, &residuals)
+}
+
+fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<f32> {
+    a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a - b).collect()
 }
 
 fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
@@ -79,7 +83,7 @@ fn column(unknown: usize, body: &Pose, cloud: &GaussianCloud, frame: &Frame, bac
         draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(cloud) }, frame, background)
     });
     let rate = (0.5 / probe) as f32;
-    ahead.as_flattened().iter().zip(behind.as_flattened()).map(|(a, b)| rate * (a - b)).collect()
+    difference(&ahead, &behind).into_iter().map(|change| rate * change).collect()
 }
 
 /// Means and rotations of Gaussians of which some belong to a displaced body.
@@ -132,7 +136,7 @@ mod tests {
                 (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
             }
             let look = look_at(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
-            assert!((look.squared_error - squared_error(&frame, &cloud, [1.0; 3])).abs() < 1e-6 * look.squared_error);
+            assert_eq!(look.squared_error, squared_error(&frame, &cloud, [1.0; 3]));
             a.iter_mut().zip(look.normals[0].a.as_flattened()).for_each(|(sum, a)| *sum += a);
             b.iter_mut().zip(&look.normals[0].b).for_each(|(sum, b)| *sum += b);
         }

@@ -32,7 +32,7 @@ pub(super) struct Newton {
     bodies: Vec<Body>,
     /// Some particles of every object.
     parts: Vec<LagrangianScene>,
-    /// Of every object, since stage 1.
+    /// Of every object, since the fit began.
     changes: Vec<Vec<f64>>,
 }
 
