@@ -47,7 +47,7 @@ impl WithSimd for BlendVjp<'_> {
             stop: S::as_simd_f32s(&state.stop.0).0,
         };
         let mut lit = LitRows::new(state);
-        list.members[state.processed..].iter().for_each(|member| out[member.high() as usize].set(&ImageCotangent::default()));
+        list.members[state.processed..].iter().for_each(|member| out[member.entry as usize].set(&ImageCotangent::default()));
         for first in (0..state.processed).step_by(BATCH).rev() {
             batch.load(simd, &list, first, &|g| g.color);
             for position in (first..state.processed.min(first + BATCH)).rev() {
@@ -57,7 +57,7 @@ impl WithSimd for BlendVjp<'_> {
                 if g.rows != 0 {
                     pixels.remove(simd, &g, position as f32, &mut sum);
                 }
-                out[list.members[position].high() as usize].set(&sum);
+                out[list.members[position].entry as usize].set(&sum);
             }
         }
     }

@@ -18,7 +18,6 @@
 mod backward;
 mod blend;
 mod blend_vjp;
-mod depth_order;
 pub mod exponential;
 mod extent;
 mod pack;

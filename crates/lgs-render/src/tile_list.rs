@@ -4,11 +4,10 @@
 //! varies between lanes. A batch is copied out of the scattered Gaussians at once, so that the misses overlap, and the rows of the tile
 //! that each ellipse reaches are found for a vector of Gaussians at a time.
 
-use crate::depth_order::Pair;
 use crate::extent::{MARGIN, SLACK};
 use crate::project::Projected;
 use crate::simd::{BLOCK, Lanes, V, splat};
-use crate::tiles::TILE;
+use crate::tiles::{Member, TILE};
 use pulp::Simd;
 
 /// Pixels of a tile.
@@ -43,8 +42,7 @@ impl Plane {
 #[derive(Clone, Copy)]
 pub(crate) struct TileList<'a> {
     pub projected: &'a [Projected],
-    /// Indices into `projected`, and numbers of the entries.
-    pub members: &'a [Pair],
+    pub members: &'a [Member],
     /// Top left corner, pixels.
     pub origin: [usize; 2],
     /// Columns and rows inside the image.
@@ -97,7 +95,7 @@ impl Batch {
         let members = &list.members[first..list.members.len().min(first + BATCH)];
         let origin = [list.origin[0] as f32, list.origin[1] as f32];
         for (j, member) in members.iter().enumerate() {
-            let g = &list.projected[member.low() as usize];
+            let g = &list.projected[member.gaussian as usize];
             let (block, lane) = (j / BLOCK, j % BLOCK);
             self.mean[0][block].0[lane] = g.mean[0] - origin[0];
             self.mean[1][block].0[lane] = g.mean[1] - origin[1];

@@ -1,29 +1,35 @@
-//! Which Gaussians touch which tile, in depth order: a counting sort on (tile, depth).
+//! Which Gaussians touch which tile, nearest first.
 //!
-//! 1. The visible Gaussians are ordered by depth (`depth_order`).
-//! 2. Chunks of that order, in parallel, find the exact span of tiles of each Gaussian in each row of tiles (`extent`) and count the tiles.
-//! 3. The counts are summed over chunks, which gives every chunk its place in every list.
-//! 4. The chunks, in parallel, write their Gaussians into the lists.
+//! 1. Chunks of the Gaussians, in parallel, find the exact span of tiles of each Gaussian in each row of tiles (`extent`) and count the tiles.
+//! 2. The counts are summed over chunks, which gives every chunk its place in every list.
+//! 3. The chunks, in parallel, write depths and numbers of entries into the lists.
+//! 4. Every list, in parallel, is sorted by depth, ties by index, while it lies in the first-level cache.
 //!
-//! The number of chunks depends on the number of Gaussians only. The entries of all lists are numbered Gaussian by Gaussian, in the order of
-//! their indices: the backward pass leaves under this number what a tile sends to an entry, so that the sums over the tiles of each Gaussian
-//! read memory from its beginning to its end, and in a fixed order. All arrays are kept from call to call.
+//! The result depends on neither the number of chunks nor that of threads. The entries of all lists are numbered Gaussian by Gaussian, in the
+//! order of their indices: the backward pass leaves under this number what a tile sends to an entry, so that the sums over the tiles of each
+//! Gaussian read memory from its beginning to its end, and in a fixed order. All arrays are kept from call to call.
 
-use crate::depth_order::{DepthOrder, Pair};
 use crate::extent::{pixel_box, pixel_columns};
 use crate::project::Projected;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Edge of a square tile in pixels.
 pub(crate) const TILE: usize = 16;
-/// Gaussians read at a time.
-const NEAR: usize = 32;
 /// Fewest Gaussians of a chunk, and most chunks.
 const MIN_CHUNK: usize = 512;
 const MAX_CHUNKS: usize = 16;
+
+/// An entry of a tile's list.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Member {
+    /// Index of the Gaussian.
+    pub gaussian: u32,
+    /// Number of the entry among those of all lists.
+    pub entry: u32,
+}
 
 /// All tile lists of an image.
 #[derive(Debug, Default)]
@@ -31,24 +37,27 @@ pub(crate) struct Tiling {
     pub columns: usize,
     /// `members[starts[t]..starts[t + 1]]` are the entries of tile `t`, nearest first.
     starts: Vec<u32>,
-    /// Index of the Gaussian and number of the entry.
-    members: Vec<Pair>,
+    members: Vec<Member>,
     /// The entries of Gaussian `i` have the numbers `first[i]..first[i + 1]`.
-    first: Vec<AtomicU32>,
-    order: DepthOrder,
+    first: Vec<u32>,
+    /// The Gaussian of every entry, by number.
+    gaussians: Vec<u32>,
+    /// The lists before they are sorted: bits of the (positive) depth, then the number of the entry. Any thread may write anywhere, but none
+    /// where another does.
+    unsorted: Vec<AtomicU64>,
     chunks: Vec<Spans>,
 }
 
 impl Tiling {
-    /// The entries of a tile, nearest first: index of the Gaussian and number of the entry.
-    pub(crate) fn tile(&self, tile: usize) -> &[Pair] {
+    /// The entries of a tile, nearest first.
+    pub(crate) fn tile(&self, tile: usize) -> &[Member] {
         &self.members[self.starts[tile] as usize..self.starts[tile + 1] as usize]
     }
 
     /// Numbers of the entries of a Gaussian.
     #[inline(always)]
     pub(crate) fn entries(&self, index: usize) -> Range<usize> {
-        self.first[index].load(Relaxed) as usize..self.first[index + 1].load(Relaxed) as usize
+        self.first[index] as usize..self.first[index + 1] as usize
     }
 
     /// Number of entries of all lists.
@@ -58,25 +67,55 @@ impl Tiling {
 
     /// Builds the tile lists; `projected[i].reach` is 0 for what is invisible.
     pub(crate) fn update(&mut self, projected: &[Projected], [width, height]: [usize; 2]) {
-        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let Self { starts, members, first, order, chunks, .. } = self;
-        self.columns = columns;
-        order.update(projected);
-        let order = order.pairs();
-        first.clear();
-        first.resize_with(projected.len() + 1, AtomicU32::default);
-
-        let size = MIN_CHUNK.max(order.len().div_ceil(MAX_CHUNKS));
-        chunks.resize_with(order.len().div_ceil(size), Spans::default);
-        let arch = Arch::new();
-        chunks.par_iter_mut().zip(order.par_chunks(size)).with_max_len(1).for_each(|(out, order)| {
-            arch.dispatch(FindSpans { projected, order, size: [width, height], first, out });
+        self.columns = width.div_ceil(TILE);
+        let (arch, tiles) = (Arch::new(), self.columns * height.div_ceil(TILE));
+        let chunk = MIN_CHUNK.max(projected.len().div_ceil(MAX_CHUNKS));
+        self.chunks.resize_with(projected.len().div_ceil(chunk), Spans::default);
+        self.chunks.par_iter_mut().zip(projected.par_chunks(chunk)).with_max_len(1).for_each(|(out, projected)| {
+            arch.dispatch(FindSpans { projected, size: [width, height], out });
         });
-        number_entries(first);
-        place(chunks, columns * rows, starts);
-        members.resize_with(starts[columns * rows] as usize, Pair::default);
-        let dealt = chunks.par_iter_mut().zip(order.par_chunks(size)).with_max_len(1);
-        dealt.for_each(|(chunk, order)| chunk.deal(order, columns, first, members));
+        place(&mut self.chunks, tiles, &mut self.starts);
+        self.deal(projected, chunk);
+        self.sort();
+    }
+
+    /// Writes the lists, chunk by chunk.
+    fn deal(&mut self, projected: &[Projected], chunk: usize) {
+        let Self { columns, starts, first, gaussians, unsorted, chunks, .. } = self;
+        let total = starts.last().map_or(0, |&total| total as usize);
+        unsorted.resize_with(total, AtomicU64::default);
+        gaussians.resize(total, 0);
+        first.resize(projected.len() + 1, 0);
+        first[projected.len()] = total as u32;
+        let mut rest = &mut gaussians[..];
+        let gaussians: Vec<&mut [u32]> =
+            chunks.iter().map(|chunk| rest.split_off_mut(..chunk.entries as usize).unwrap_or_default()).collect();
+        let numbered = first[..projected.len()].par_chunks_mut(chunk).zip(gaussians).enumerate();
+        let dealt = chunks.par_iter_mut().zip(projected.par_chunks(chunk)).zip(numbered).with_max_len(1);
+        dealt.for_each(|((spans, projected), (number, (first, gaussians)))| {
+            spans.deal(projected, (number * chunk) as u32, *columns, first, gaussians, unsorted);
+        });
+    }
+
+    /// Puts every list in order.
+    fn sort(&mut self) {
+        let Self { starts, members, gaussians, unsorted, .. } = self;
+        members.resize(unsorted.len(), Member::default());
+        let mut rest = (&mut members[..], &unsorted[..]);
+        let lists = starts.array_windows().map(|&[start, end]| {
+            let length = (end - start) as usize;
+            (rest.0.split_off_mut(..length).unwrap_or_default(), rest.1.split_off(..length).unwrap_or_default())
+        });
+        let lists: Vec<(&mut [Member], &[AtomicU64])> = lists.collect();
+        lists.into_par_iter().with_max_len(1).for_each_init(Vec::new, |keys, (members, unsorted)| {
+            keys.clear();
+            keys.extend(unsorted.iter().map(|key| key.load(Relaxed)));
+            keys.sort_unstable();
+            for (member, &key) in members.iter_mut().zip(&*keys) {
+                let entry = key as u32;
+                *member = Member { gaussian: gaussians[entry as usize], entry };
+            }
+        });
     }
 }
 
@@ -96,14 +135,14 @@ struct Spans {
     lengths: Vec<u16>,
     /// By tile: number of Gaussians, and then where the chunk's part of the list goes on.
     next: Vec<u32>,
+    /// Number of entries, and that of the first one.
+    entries: u32,
+    first: u32,
 }
 
 struct FindSpans<'a> {
     projected: &'a [Projected],
-    order: &'a [Pair],
     size: [usize; 2],
-    /// Receives the number of tiles of each Gaussian.
-    first: &'a [AtomicU32],
     out: &'a mut Spans,
 }
 
@@ -112,23 +151,19 @@ impl WithSimd for FindSpans<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { projected, order, size: [width, height], first, out } = self;
+        let Self { projected, size: [width, height], out } = self;
         let columns = width.div_ceil(TILE);
         out.spans.clear();
         out.lengths.clear();
         out.next.clear();
         out.next.resize(columns * height.div_ceil(TILE), 0);
-        let mut near = [Projected::default(); NEAR];
-        for order in order.chunks(NEAR) {
-            // Copied first, so that the cache misses of neighbours in depth overlap.
-            for (near, pair) in near.iter_mut().zip(order) {
-                *near = projected[pair.low() as usize];
-            }
-            for (g, pair) in near.iter().zip(order) {
-                let before = out.spans.len();
+        out.entries = 0;
+        for g in projected {
+            let before = out.spans.len();
+            if g.reach > 0.0 {
                 push_spans(g, self.size, &mut out.spans);
-                first[pair.low() as usize].store(out.close(before, columns), Relaxed);
             }
+            out.close(before, columns);
         }
     }
 }
@@ -153,48 +188,47 @@ fn push_spans(g: &Projected, size: [usize; 2], out: &mut Vec<Span>) {
 }
 
 impl Spans {
-    /// Ends a Gaussian, whose spans begin at `before`; gives the number of its tiles.
+    /// Ends a Gaussian, whose spans begin at `before`.
     #[inline(always)]
-    fn close(&mut self, before: usize, columns: usize) -> u32 {
-        let mut tiles = 0;
+    fn close(&mut self, before: usize, columns: usize) {
         for span in &self.spans[before..] {
-            let row = usize::from(span.row) * columns;
-            for count in &mut self.next[row + usize::from(span.first)..row + usize::from(span.end)] {
+            for count in &mut self.next[span.tiles(columns)] {
                 *count += 1;
             }
-            tiles += u32::from(span.end - span.first);
+            self.entries += u32::from(span.end - span.first);
         }
         self.lengths.push((self.spans.len() - before) as u16);
-        tiles
     }
 
-    /// Writes the chunk's Gaussians into the lists.
-    fn deal(&mut self, order: &[Pair], columns: usize, first: &[AtomicU32], members: &[Pair]) {
-        let mut spans = self.spans.iter();
-        for (pair, &count) in order.iter().zip(&self.lengths) {
-            let index = pair.low();
-            let mut number = first[index as usize].load(Relaxed);
+    /// Writes the chunk's Gaussians, the first of which has the index `index`, into the lists, and numbers their entries.
+    fn deal(&mut self, projected: &[Projected], index: u32, columns: usize, first: &mut [u32], gaussians: &mut [u32], lists: &[AtomicU64]) {
+        let (mut spans, mut gaussians) = (self.spans.iter(), gaussians.iter_mut());
+        let mut entry = self.first;
+        for (((g, &count), first), index) in projected.iter().zip(&self.lengths).zip(first).zip(index..) {
+            *first = entry;
+            let depth = u64::from(g.depth.to_bits()) << 32;
             for span in spans.by_ref().take(usize::from(count)) {
-                let row = usize::from(span.row) * columns;
-                for next in &mut self.next[row + usize::from(span.first)..row + usize::from(span.end)] {
-                    members[*next as usize].set([index, number]);
-                    number += 1;
+                for (next, gaussian) in self.next[span.tiles(columns)].iter_mut().zip(&mut gaussians) {
+                    lists[*next as usize].store(depth | u64::from(entry), Relaxed);
+                    *gaussian = index;
                     *next += 1;
+                    entry += 1;
                 }
             }
         }
     }
 }
 
-/// From the number of entries of each Gaussian to that of its first one.
-fn number_entries(first: &mut [AtomicU32]) {
-    let mut total = 0;
-    for first in first {
-        total += std::mem::replace(first.get_mut(), total);
+impl Span {
+    /// Numbers of the tiles.
+    #[inline(always)]
+    fn tiles(self, columns: usize) -> Range<usize> {
+        let row = usize::from(self.row) * columns;
+        row + usize::from(self.first)..row + usize::from(self.end)
     }
 }
 
-/// From counts to where each tile's list starts, and where each chunk's part of it does.
+/// From counts to where each tile's list starts, where each chunk's part of it does, and which numbers its entries have.
 fn place(chunks: &mut [Spans], tiles: usize, starts: &mut Vec<u32>) {
     starts.clear();
     let mut total = 0;
@@ -205,4 +239,43 @@ fn place(chunks: &mut [Spans], tiles: usize, starts: &mut Vec<u32>) {
         }
     }
     starts.push(total);
+    let mut first = 0;
+    for chunk in chunks {
+        chunk.first = first;
+        first += chunk.entries;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_come_nearest_first_and_ties_by_index() {
+        let gaussian = |i: u32| Projected {
+            mean: [(i.wrapping_mul(40_503) % 97) as f32, (i.wrapping_mul(2_654_435_761) % 61) as f32],
+            factor: [1.0, 0.0, 1.0],
+            reach: if i % 7 == 3 { 0.0 } else { 1.0 },
+            half: [1.0; 2],
+            depth: 0.3 + (i.wrapping_mul(2_654_435_761) % 1000) as f32 * 0.37,
+            ..Projected::default()
+        };
+        let projected: Vec<Projected> = (0..20_000).map(gaussian).collect();
+        let mut tiling = Tiling::default();
+        for count in [20_000, 9000, 0] {
+            let projected = &projected[..count];
+            tiling.update(projected, [97, 61]);
+            let mut entries = 0;
+            for tile in 0..7 * 4 {
+                let list = tiling.tile(tile);
+                let key = |member: &Member| (projected[member.gaussian as usize].depth, member.gaussian);
+                assert!(list.is_sorted_by(|a, b| key(a) < key(b)));
+                assert!(list.iter().all(|member| tiling.entries(member.gaussian as usize).contains(&(member.entry as usize))));
+                entries += list.len();
+            }
+            assert_eq!((entries, tiling.len()), ((0..count).map(|i| tiling.entries(i).len()).sum(), entries));
+            let seen = |i: usize| !tiling.entries(i).is_empty();
+            assert!((0..count).all(|i| seen(i) == (i % 7 != 3)), "every visible Gaussian is in some list");
+        }
+    }
 }
