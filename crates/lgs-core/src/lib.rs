@@ -17,6 +17,7 @@ mod cloud;
 mod image;
 pub mod linear;
 mod neighbors;
+pub mod prefetch;
 mod streams;
 pub mod testing;
 

@@ -9,6 +9,7 @@ use crate::kabsch_lanes::{fit_group, matrix, rotated};
 use crate::lanes::{GROUP, Lanes, load, store};
 use crate::moments::{Group, Pair, pair_up};
 use crate::supports::{CHUNK, Supports};
+use glam::{Vec4Swizzles, vec4};
 use lgs_core::linear::{Mat3, matrix_from_quat};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -40,14 +41,22 @@ impl Alignment {
     pub fn update(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
         let n = supports.particles();
         assert!(position.len() == n && candidate.len() == n, "{} positions, {} candidates, {n} supports", position.len(), candidate.len());
+        self.fits.resize(n.div_ceil(GROUP), [Pair::default(); GROUP]);
+        // Entered once, so that all three loops begin on a thread of the pool.
+        rayon::scope(|_| self.update_in_pool(position, candidate, supports));
+    }
+
+    fn update_in_pool(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
+        let arch = Arch::new();
         pair_up(position, candidate, supports, &mut self.pairs);
         let pairs = &self.pairs;
-        let fit = |group| Arch::new().dispatch(Fit { pairs, supports, first: group * GROUP });
-        (0..n.div_ceil(GROUP)).into_par_iter().with_min_len(TASK).map(fit).collect_into_vec(&mut self.fits);
+        self.fits.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(group, out)| {
+            arch.dispatch(Fit { pairs, supports, first: group * GROUP, out });
+        });
         let fits = self.fits.as_flattened();
         let of_particle = |&slot: &u32| {
-            let Pair([x, y, z, _], quaternion) = fits[slot as usize];
-            ([x, y, z], quaternion)
+            let Pair(aligned, quaternion) = fits[slot as usize];
+            (aligned.xyz().to_array(), quaternion.to_array())
         };
         let slots = supports.slots_of_particles().par_iter().with_min_len(CHUNK);
         slots.map(of_particle).unzip_into_vecs(&mut self.aligned, &mut self.quaternions);
@@ -67,14 +76,15 @@ struct Fit<'a> {
     pairs: &'a [Pair],
     supports: &'a Supports,
     first: usize,
+    out: &'a mut [Pair; GROUP],
 }
 
 impl WithSimd for Fit<'_> {
-    type Output = [Pair; GROUP];
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [Pair; GROUP] {
-        let group = Group::new(self.pairs, self.supports, self.first);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let group = Group::new(simd, self.pairs, self.supports, self.first);
         let mut rotation = [Lanes::ZERO; 4];
         fit_group(simd, &group.a, &mut rotation);
         let mut moved = [Lanes::ZERO; 3];
@@ -83,16 +93,12 @@ impl WithSimd for Fit<'_> {
             let center = load(simd, &group.to_candidate_mean, index);
             store(&mut moved, index, [center[0] + from_center[0], center[1] + from_center[1], center[2] + from_center[2]]);
         }
-        let mut fits = [Pair::default(); GROUP];
-        for (lane, Pair(aligned, quaternion)) in fits.iter_mut().enumerate() {
-            let candidate = self.pairs[(self.first + lane).min(self.pairs.len() - 1)].1;
-            for (axis, moved) in moved.iter().enumerate() {
-                aligned[axis] = candidate[axis] + moved.0[lane] as f32;
-            }
-            for (value, rotation) in quaternion.iter_mut().zip(&rotation) {
-                *value = rotation.0[lane] as f32;
-            }
+        for (lane, Pair(aligned, quaternion)) in self.out.iter_mut().enumerate() {
+            let Pair(_, candidate) = self.pairs[(self.first + lane).min(self.pairs.len() - 1)];
+            let [x, y, z] = [moved[0].0[lane], moved[1].0[lane], moved[2].0[lane]];
+            *aligned = candidate + vec4(x as f32, y as f32, z as f32, 0.0);
+            let [w, x, y, z] = [rotation[0].0[lane], rotation[1].0[lane], rotation[2].0[lane], rotation[3].0[lane]];
+            *quaternion = vec4(w as f32, x as f32, y as f32, z as f32);
         }
-        fits
     }
 }

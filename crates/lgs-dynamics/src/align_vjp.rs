@@ -7,9 +7,11 @@
 use crate::align::{Alignment, TASK};
 use crate::kabsch_lanes::{cross, matrix, pulled_back, rotated, rotated_back, solve};
 use crate::lanes::{GROUP, Lanes, load, splat, store};
-use crate::moments::{Group, Pair};
+use crate::moments::{AHEAD, Group, Pair};
 use crate::supports::{CHUNK, Supports};
+use glam::{Vec4, Vec4Swizzles, vec4};
 use lgs_core::linear::{Mat3, mat_mul, transpose};
+use lgs_core::prefetch::prefetch;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -17,7 +19,7 @@ use rayon::prelude::*;
 /// `V x + b` for the member's candidate, their transpose with the row `d` gives `Vᵀ y + d` for its position, `V` being the cotangent of `A`.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
-struct Pull([[f32; 4]; 4]);
+struct Pull([Vec4; 4]);
 
 /// The result of a backward pass, and arrays that the next one uses again.
 #[derive(Debug, Default)]
@@ -29,7 +31,7 @@ pub struct AlignmentVjp {
     /// By slot, as the other two.
     pulls: Vec<[Pull; GROUP]>,
     /// Cotangents that go to the owners alone.
-    own: Vec<[[f32; 4]; GROUP]>,
+    own: Vec<[Vec4; GROUP]>,
     /// Cotangents of positions and candidates.
     gathered: Vec<Pair>,
 }
@@ -61,45 +63,75 @@ impl AlignmentVjp {
     pub fn update(&mut self, supports: &Supports, alignment: &Alignment, v_aligned: &[[f32; 3]], v_turns: &[[f32; 3]]) {
         let n = supports.particles();
         assert_eq!(v_aligned.len(), n, "cotangents of the aligned positions");
-        let pull = |group| Arch::new().dispatch(PullBack { supports, alignment, v_aligned, v_turns, first: group * GROUP });
-        let groups = (0..n.div_ceil(GROUP)).into_par_iter().with_min_len(TASK);
-        groups.map(pull).unzip_into_vecs(&mut self.pulls, &mut self.own);
-        let (pulls, own) = (self.pulls.as_flattened(), self.own.as_flattened());
-        let member = |member| gather(pulls, &alignment.pairs, supports.slot_owners(member), member, own[member]);
-        (0..n).into_par_iter().with_min_len(TASK * GROUP).map(member).collect_into_vec(&mut self.gathered);
+        self.pulls.resize(n.div_ceil(GROUP), [Pull::default(); GROUP]);
+        self.own.resize(n.div_ceil(GROUP), [Vec4::ZERO; GROUP]);
+        self.gathered.resize(n, Pair::default());
+        // Entered once, so that all three loops begin on a thread of the pool.
+        rayon::scope(|_| self.update_in_pool(supports, alignment, [v_aligned, v_turns]));
+    }
+
+    fn update_in_pool(&mut self, supports: &Supports, alignment: &Alignment, [v_aligned, v_turns]: [&[[f32; 3]]; 2]) {
+        let arch = Arch::new();
+        let groups = self.pulls.par_iter_mut().zip(&mut self.own).with_min_len(TASK).enumerate();
+        groups.for_each(|(group, (pulls, own))| {
+            arch.dispatch(PullBack { supports, alignment, v_aligned, v_turns, first: group * GROUP, pulls, own });
+        });
+        let (pulls, own, pairs) = (self.pulls.as_flattened(), self.own.as_flattened(), &alignment.pairs[..]);
+        self.gathered.par_chunks_mut(GROUP).with_min_len(TASK).enumerate().for_each(|(group, out)| {
+            arch.dispatch(Gather { supports, pairs, pulls, own, first: group * GROUP, out });
+        });
         let of_particle = |&slot: &u32| {
-            let Pair([qx, qy, qz, _], [cx, cy, cz, _]) = self.gathered[slot as usize];
-            ([qx, qy, qz], [cx, cy, cz])
+            let Pair(v_q, v_c) = self.gathered[slot as usize];
+            (v_q.xyz().to_array(), v_c.xyz().to_array())
         };
         let slots = supports.slots_of_particles().par_iter().with_min_len(CHUNK);
         slots.map(of_particle).unzip_into_vecs(&mut self.v_position, &mut self.v_candidate);
     }
 }
 
-/// Cotangents of a member's position and candidate: what its owners send, on top of what its `own` support sends to it alone.
-#[inline(always)]
-fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: [f32; 4]) -> Pair {
-    let Pair(q, c) = pairs[member];
-    let mut v_q = own;
-    // Of the candidate, one row per axis whose lanes are summed at the end.
-    let mut rows = [[0.0_f32; 4]; 3];
-    for &owner in owners {
-        let (Pull(pull), Pair(owner_q, owner_c)) = (&pulls[owner as usize], &pairs[owner as usize]);
-        let x = [q[0] - owner_q[0], q[1] - owner_q[1], q[2] - owner_q[2], 1.0];
-        let y = [c[0] - owner_c[0], c[1] - owner_c[1], c[2] - owner_c[2], 1.0];
-        for i in 0..4 {
-            for j in 0..4 {
-                v_q[j] += pull[i][j] * y[i];
-            }
+/// Cotangents of the positions and candidates of a group of members.
+struct Gather<'a> {
+    supports: &'a Supports,
+    pairs: &'a [Pair],
+    pulls: &'a [Pull],
+    own: &'a [Vec4],
+    first: usize,
+    out: &'a mut [Pair],
+}
+
+impl WithSimd for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for slot in self.supports.new_owners(self.first / GROUP + AHEAD) {
+            prefetch::<S, Pull, false>(simd, self.pulls.get(slot));
         }
-        for i in 0..3 {
-            for j in 0..4 {
-                rows[i][j] += pull[i][j] * x[j];
-            }
+        for (member, out) in (self.first..).zip(self.out) {
+            *out = gather(self.pulls, self.pairs, self.supports.slot_owners(member), member, self.own[member]);
         }
     }
-    let sum = |row: [f32; 4]| (row[0] + row[1]) + (row[2] + row[3]);
-    Pair(v_q, [sum(rows[0]), sum(rows[1]), sum(rows[2]), 0.0])
+}
+
+/// Cotangents of a member's position and candidate: what its owners send, on top of what its `own` support sends to it alone.
+#[inline(always)]
+fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: Vec4) -> Pair {
+    let Pair(q, c) = pairs[member];
+    // Less the owner's one, a one is left.
+    let (q, c) = (q.with_w(2.0), c.with_w(2.0));
+    let mut v_q = own;
+    // Of the candidate, one row per axis whose lanes are summed at the end.
+    let mut rows = [Vec4::ZERO; 3];
+    for &owner in owners {
+        let (Pull(pull), Pair(owner_q, owner_c)) = (pulls[owner as usize], pairs[owner as usize]);
+        let (x, y) = (q - owner_q, c - owner_c);
+        v_q = v_q + pull[0] * y.xxxx() + pull[1] * y.yyyy() + pull[2] * y.zzzz() + pull[3];
+        rows[0] += pull[0] * x;
+        rows[1] += pull[1] * x;
+        rows[2] += pull[2] * x;
+    }
+    let sum = |row: Vec4| (row.x + row.y) + (row.z + row.w);
+    Pair(v_q, vec4(sum(rows[0]), sum(rows[1]), sum(rows[2]), 0.0))
 }
 
 /// What a group of supports sends to its members, and to its owners alone.
@@ -109,6 +141,8 @@ struct PullBack<'a> {
     v_aligned: &'a [[f32; 3]],
     v_turns: &'a [[f32; 3]],
     first: usize,
+    pulls: &'a mut [Pull; GROUP],
+    own: &'a mut [Vec4; GROUP],
 }
 
 /// Cotangents that come down to a group, and its rotations.
@@ -129,10 +163,15 @@ struct Sent {
 
 impl PullBack<'_> {
     #[inline(always)]
-    fn given(&self) -> Given {
+    fn given<S: Simd>(&self, simd: S) -> Given {
         let mut given = Given { rotation: [Lanes::ZERO; 4], v_aligned: [Lanes::ZERO; 3], v_turn: [Lanes::ZERO; 3] };
         let (order, fits) = (self.supports.particles_in_slots(), self.alignment.fits.as_flattened());
         for lane in 0..GROUP {
+            // Particles may lie in any order.
+            if let Some(&ahead) = order.get(self.first + AHEAD * GROUP + lane) {
+                prefetch::<S, [f32; 3], false>(simd, self.v_aligned.get(ahead as usize));
+                prefetch::<S, [f32; 3], false>(simd, self.v_turns.get(ahead as usize));
+            }
             let slot = (self.first + lane).min(order.len() - 1);
             let particle = order[slot] as usize;
             for i in 0..4 {
@@ -174,26 +213,27 @@ fn send<S: Simd>(simd: S, group: &Group, given: &Given, per: f64, index: usize, 
 }
 
 impl WithSimd for PullBack<'_> {
-    type Output = ([Pull; GROUP], [[f32; 4]; GROUP]);
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let group = Group::new(&self.alignment.pairs, self.supports, self.first);
-        let (given, zero) = (self.given(), [Lanes::ZERO; 3]);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let group = Group::new(simd, &self.alignment.pairs, self.supports, self.first);
+        let (given, zero) = (self.given(simd), [Lanes::ZERO; 3]);
         let mut sent = Sent { v_a: [Lanes::ZERO; 9], to_candidate: zero, to_position: zero, to_owner: zero };
         for index in 0..GROUP / S::F64_LANES {
             send(simd, &group, &given, 1.0 / self.supports.k() as f64, index, &mut sent);
         }
-        let (mut pulls, mut own) = ([Pull::default(); GROUP], [[0.0; 4]; GROUP]);
-        for (lane, (Pull(pull), own)) in pulls.iter_mut().zip(&mut own).enumerate() {
-            let of_lane = |lanes: &Lanes| lanes.0[lane] as f32;
-            for i in 0..3 {
-                let [x, y, z] = [&sent.v_a[3 * i], &sent.v_a[3 * i + 1], &sent.v_a[3 * i + 2]].map(of_lane);
-                pull[i] = [x, y, z, of_lane(&sent.to_candidate[i])];
-                pull[3][i] = of_lane(&sent.to_position[i]);
-                own[i] = of_lane(&sent.to_owner[i]);
-            }
+        let ([ax, ay, az, bx, by, bz, cx, cy, cz], [x, y, z]) = (&sent.v_a, &sent.to_candidate);
+        let ([px, py, pz], [ox, oy, oz], none) = (&sent.to_position, &sent.to_owner, &Lanes::ZERO);
+        for (lane, (pull, own)) in self.pulls.iter_mut().zip(self.own).enumerate() {
+            *pull = Pull([[ax, ay, az, x], [bx, by, bz, y], [cx, cy, cz, z], [px, py, pz, none]].map(|lanes| row(lanes, lane)));
+            *own = row([ox, oy, oz, none], lane);
         }
-        (pulls, own)
     }
+}
+
+/// One lane of four numbers.
+#[inline(always)]
+fn row([x, y, z, w]: [&Lanes; 4], lane: usize) -> Vec4 {
+    vec4(x.0[lane] as f32, y.0[lane] as f32, z.0[lane] as f32, w.0[lane] as f32)
 }

@@ -2,16 +2,22 @@
 
 use crate::lanes::{GROUP, Lanes};
 use crate::supports::{CHUNK, Supports};
+use glam::{Vec4, Vec4Swizzles, vec4};
+use lgs_core::prefetch::prefetch;
+use pulp::Simd;
 use rayon::prelude::*;
+
+/// How many groups ahead memory is asked for what will be needed.
+pub(crate) const AHEAD: usize = 2;
 
 /// Two vectors of one particle side by side, so that both come with one line of the cache: its position and candidate, say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
-pub(crate) struct Pair(pub(crate) [f32; 4], pub(crate) [f32; 4]);
+pub(crate) struct Pair(pub(crate) Vec4, pub(crate) Vec4);
 
 /// Positions and candidates `[n, 3]` in the order of slots, with a one behind them.
 pub(crate) fn pair_up(position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports, pairs: &mut Vec<Pair>) {
-    let with_one = |[x, y, z]: [f32; 3]| [x, y, z, 1.0];
+    let with_one = |[x, y, z]: [f32; 3]| vec4(x, y, z, 1.0);
     let pair = |&particle: &u32| Pair(with_one(position[particle as usize]), with_one(candidate[particle as usize]));
     supports.particles_in_slots().par_iter().with_min_len(CHUNK).map(pair).collect_into_vec(pairs);
 }
@@ -29,7 +35,10 @@ pub(crate) struct Group {
 impl Group {
     /// Of supports from slot `first` on; the last one stands in for those that the last group lacks.
     #[inline(always)]
-    pub(crate) fn new(pairs: &[Pair], supports: &Supports, first: usize) -> Self {
+    pub(crate) fn new<S: Simd>(simd: S, pairs: &[Pair], supports: &Supports, first: usize) -> Self {
+        for slot in supports.new_members(first / GROUP + AHEAD).step_by(2) {
+            prefetch::<S, Pair, false>(simd, pairs.get(slot));
+        }
         let mut group = Self { a: [Lanes::ZERO; 9], from_mean: [Lanes::ZERO; 3], to_candidate_mean: [Lanes::ZERO; 3] };
         for lane in 0..GROUP {
             let owner = (first + lane).min(pairs.len() - 1);
@@ -57,17 +66,17 @@ impl Group {
 /// `Σ (y, 1)(x, 1)ᵀ` of the members' positions x and candidates y relative to the owner's.
 #[inline(always)]
 fn sums(pairs: &[Pair], members: &[u32], owner: usize) -> [[f32; 4]; 4] {
-    let Pair([qx, qy, qz, _], [cx, cy, cz, _]) = pairs[owner];
-    let mut sums = [[0.0_f32; 4]; 4];
+    let Pair(owner_q, owner_c) = pairs[owner];
+    // The ones stay behind.
+    let (owner_q, owner_c) = (owner_q.with_w(0.0), owner_c.with_w(0.0));
+    let mut rows = [Vec4::ZERO; 4];
     for &member in members {
-        let Pair(q, c) = &pairs[member as usize];
-        let x = [q[0] - qx, q[1] - qy, q[2] - qz, q[3]];
-        let y = [c[0] - cx, c[1] - cy, c[2] - cz, c[3]];
-        for i in 0..4 {
-            for j in 0..4 {
-                sums[i][j] += y[i] * x[j];
-            }
-        }
+        let Pair(q, c) = pairs[member as usize];
+        let (x, y) = (q - owner_q, c - owner_c);
+        rows[0] += y.xxxx() * x;
+        rows[1] += y.yyyy() * x;
+        rows[2] += y.zzzz() * x;
+        rows[3] += x;
     }
-    sums
+    rows.map(|row| row.to_array())
 }

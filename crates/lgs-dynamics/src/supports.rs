@@ -4,7 +4,9 @@
 //! breadth-first walk over the supports, which puts members close to each other in memory whatever the number of particles. Arrays are
 //! brought into that order before a kernel and back after it.
 
+use crate::lanes::GROUP;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Particles per task of a reordering.
 pub(crate) const CHUNK: usize = 1 << 10;
@@ -57,6 +59,9 @@ pub struct Supports {
     owners: Vec<u32>,
     /// Where a slot's owners start; one more entry than slots.
     owners_start: Vec<u32>,
+    /// The same number for members and for owners: how many slots those of the groups of slots before have come to, group by group.
+    members_front: Vec<u32>,
+    owners_front: Vec<u32>,
 }
 
 impl Supports {
@@ -91,7 +96,9 @@ impl Supports {
         let row = |&particle: &u32| &indices[particle as usize * k..][..k];
         let members: Vec<u32> = particles.iter().flat_map(row).map(|&member| slots[member as usize]).collect();
         let (owners, owners_start) = transpose(&members, k);
-        Self { indices, k, particles, slots, members, owners, owners_start }
+        let members_front = front(particles.len(), |slots| &members[slots.start * k..slots.end * k]);
+        let owners_front = front(particles.len(), |slots| &owners[owners_start[slots.start] as usize..owners_start[slots.end] as usize]);
+        Self { indices, k, particles, slots, members, owners, owners_start, members_front, owners_front }
     }
 
     /// All rows, `[particles, k]`.
@@ -133,6 +140,17 @@ impl Supports {
     /// The slots whose supports a slot belongs to, ascending.
     pub(crate) fn slot_owners(&self, slot: usize) -> &[u32] {
         &self.owners[self.owners_start[slot] as usize..self.owners_start[slot + 1] as usize]
+    }
+
+    /// Slots that lie ahead of the members of all groups of slots before, up to the furthest of this one: a walk over the supports in the order of
+    /// slots comes there for the first time.
+    pub(crate) fn new_members(&self, group: usize) -> Range<usize> {
+        step_of(&self.members_front, group)
+    }
+
+    /// As [`Supports::new_members`], of owners.
+    pub(crate) fn new_owners(&self, group: usize) -> Range<usize> {
+        step_of(&self.owners_front, group)
     }
 
     /// The particle in every slot.
@@ -182,6 +200,22 @@ fn breadth_first(indices: &[u32], k: usize) -> Vec<u32> {
     order
 }
 
+/// How far the slots named by groups of slots reach: a number more than groups, the first is zero.
+fn front<'a>(slots: usize, named: impl Fn(Range<usize>) -> &'a [u32]) -> Vec<u32> {
+    let mut reached = 0;
+    let of_group = |start| {
+        let furthest = named(start..(start + GROUP).min(slots)).iter().max();
+        reached = furthest.map_or(reached, |&slot| reached.max(slot + 1));
+        reached
+    };
+    std::iter::once(0).chain((0..slots).step_by(GROUP).map(of_group)).collect()
+}
+
+/// Nothing behind the last group.
+fn step_of(front: &[u32], group: usize) -> Range<usize> {
+    front.get(group..group + 2).map_or(0..0, |ends| ends[0] as usize..ends[1] as usize)
+}
+
 /// For every entry the rows of `k` entries that name it, and where each entry's rows start.
 fn transpose(members: &[u32], k: usize) -> (Vec<u32>, Vec<u32>) {
     let count = members.len().checked_div(k).unwrap_or(0);
@@ -213,6 +247,14 @@ mod tests {
     }
 
     #[test]
+    fn fronts_go_on_from_group_to_group() {
+        let ring = |i: u32| [i, (i + 1) % 40];
+        let supports = Supports::from_rows((0..40).flat_map(ring).collect(), 2).unwrap();
+        assert_eq!([0, 1, 2, 3].map(|group| supports.new_members(group)), [0..17, 17..33, 33..40, 0..0]);
+        assert_eq!([0, 1, 2].map(|group| supports.new_owners(group)), [0..40, 40..40, 40..40], "the first is the last one's second member");
+    }
+
+    #[test]
     fn slots_follow_the_supports_and_name_every_particle_once() {
         let supports = Supports::from_rows(vec![0, 3, 1, 4, 2, 2, 3, 1, 4, 0], 2).unwrap();
         assert_eq!(supports.particles, [0, 3, 1, 4, 2]);
@@ -220,6 +262,7 @@ mod tests {
         assert_eq!(supports.slot_members(2), [2, 3], "particle 1");
         assert_eq!(supports.slot_owners(0), [0, 3], "particle 0 is in its own support and in that of particle 4");
         assert_eq!(supports.slot_owners(4), [4, 4]);
+        assert_eq!((supports.new_members(0), supports.new_owners(0), supports.new_members(1)), (0..5, 0..5, 0..0));
         let values = [10, 11, 12, 13, 14];
         let (mut of_slots, mut back) = (Vec::new(), Vec::new());
         supports.to_slots(&values, &mut of_slots);

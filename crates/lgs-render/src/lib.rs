@@ -25,7 +25,6 @@ mod photometric;
 mod photometric_band;
 mod photometric_lines;
 mod photometric_memory;
-mod prefetch;
 mod project;
 mod project_vjp;
 mod rasterize;

@@ -3,10 +3,10 @@
 //! Sixteen rows of each of three images are more than the processor looks ahead in by itself. Memory is therefore asked for what will be touched next.
 
 use crate::photometric::Pair;
-use crate::prefetch::prefetch;
 use crate::simd::{BLOCK, Lanes, V};
 use crate::transpose::Square;
 use crate::window::{RADIUS, STEP};
+use lgs_core::prefetch::prefetch;
 use pulp::Simd;
 use std::ops::Range;
 
@@ -86,7 +86,7 @@ impl<'a> Memory<'a> {
     pub(crate) fn ask<S: Simd>(&self, simd: S, first: isize, rows: Range<usize>, at: usize) {
         for row in rows {
             let y = first + row as isize - self.rows.start as isize;
-            prefetch::<S, true>(simd, self.v.get((y * self.pair.row as isize + (at + AHEAD) as isize) as usize));
+            prefetch::<S, f32, true>(simd, self.v.get((y * self.pair.row as isize + (at + AHEAD) as isize) as usize));
         }
     }
 }
@@ -112,7 +112,7 @@ fn the_rest(row: &[f32], at: usize) -> Lanes {
 #[inline(always)]
 pub(crate) fn ask<S: Simd>(simd: S, [a, b]: &[[&[f32]; STEP]; 2], rows: Range<usize>, at: usize) {
     for row in rows {
-        prefetch::<S, false>(simd, a[row].get(at + AHEAD));
-        prefetch::<S, false>(simd, b[row].get(at + AHEAD));
+        prefetch::<S, f32, false>(simd, a[row].get(at + AHEAD));
+        prefetch::<S, f32, false>(simd, b[row].get(at + AHEAD));
     }
 }

@@ -2,9 +2,10 @@
 
 use pulp::Simd;
 
-/// Asks for the cache line of a value, if there is one, because it will be read, or written, soon. A hint: without it nothing changes but the time.
+/// Asks for the cache line in which a value begins, if there is one, because it will be read, or written, soon. A hint: without it nothing changes but
+/// the time.
 #[inline(always)]
-pub(crate) fn prefetch<S: Simd, const WRITE: bool>(simd: S, value: Option<&f32>) {
+pub fn prefetch<S: Simd, T, const WRITE: bool>(simd: S, value: Option<&T>) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::any::Any;
