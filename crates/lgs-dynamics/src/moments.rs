@@ -7,7 +7,7 @@ use lgs_core::prefetch::prefetch;
 use pulp::Simd;
 use rayon::prelude::*;
 
-/// How many groups ahead memory is asked for what will be needed.
+/// Groups between the one at work and the one for which memory is asked.
 pub(crate) const AHEAD: usize = 2;
 
 /// Two vectors of one particle side by side, so that both come with one line of the cache: its position and candidate, say.
@@ -36,6 +36,7 @@ impl Group {
     /// Of supports from slot `first` on; the last one stands in for those that the last group lacks.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, pairs: &[Pair], supports: &Supports, first: usize) -> Self {
+        // Two to a line.
         for slot in supports.new_members(first / GROUP + AHEAD).step_by(2) {
             prefetch::<S, Pair, false>(simd, pairs.get(slot));
         }

@@ -59,7 +59,7 @@ pub struct Supports {
     owners: Vec<u32>,
     /// Where a slot's owners start; one more entry than slots.
     owners_start: Vec<u32>,
-    /// The same number for members and for owners: how many slots those of the groups of slots before have come to, group by group.
+    /// By group of slots: one more than the highest slot that is a member in the groups before, and one more than the highest owner.
     members_front: Vec<u32>,
     owners_front: Vec<u32>,
 }
@@ -142,8 +142,8 @@ impl Supports {
         &self.owners[self.owners_start[slot] as usize..self.owners_start[slot + 1] as usize]
     }
 
-    /// Slots that lie ahead of the members of all groups of slots before, up to the furthest of this one: a walk over the supports in the order of
-    /// slots comes there for the first time.
+    /// Slots beyond all members of earlier groups of slots, up to the highest member in this group: a walk over the supports in the order of slots
+    /// comes to them now.
     pub(crate) fn new_members(&self, group: usize) -> Range<usize> {
         step_of(&self.members_front, group)
     }
