@@ -21,6 +21,8 @@ pub(crate) const TILE: usize = 16;
 /// Fewest Gaussians of a chunk, and most chunks.
 const MIN_CHUNK: usize = 512;
 const MAX_CHUNKS: usize = 16;
+/// Most lists that one task sorts.
+const LISTS: usize = 16;
 
 /// An entry of a tile's list.
 #[derive(Clone, Copy, Debug, Default)]
@@ -107,7 +109,8 @@ impl Tiling {
             (rest.0.split_off_mut(..length).unwrap_or_default(), rest.1.split_off(..length).unwrap_or_default())
         });
         let lists: Vec<(&mut [Member], &[AtomicU64])> = lists.collect();
-        lists.into_par_iter().with_max_len(1).for_each_init(Vec::new, |keys, (members, unsorted)| {
+        // Lists of a task share the memory of the keys.
+        lists.into_par_iter().with_max_len(LISTS).for_each_init(Vec::new, |keys, (members, unsorted)| {
             keys.clear();
             keys.extend(unsorted.iter().map(|key| key.load(Relaxed)));
             keys.sort_unstable();
