@@ -18,6 +18,7 @@ mod image;
 pub mod linear;
 mod neighbors;
 pub mod prefetch;
+mod spatial;
 mod streams;
 pub mod testing;
 
@@ -25,6 +26,7 @@ pub use camera::{Camera, DEFAULT_NEAR};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use image::Image;
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
+pub use spatial::spatial_order;
 pub use streams::{Stream, stream};
 
 /// The zeroth real spherical harmonic, which turns a DC coefficient into a colour: `rgb = 0.5 + SH_C0 · dc`.

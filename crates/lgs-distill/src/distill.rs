@@ -8,6 +8,7 @@ use crate::report::DistillReport;
 use crate::seen::Seen;
 use crate::{DistillError, Trajectories};
 use lgs_dynamics::{Supports, System};
+use std::collections::HashMap;
 
 /// How far stage 1 of an object is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +59,15 @@ impl Distilled {
             Some(anchors) => anchored_supports(anchors, self.q0.len()),
             None => Supports::nearest(&self.q0, k),
         }
+    }
+
+    /// The same with its particles in another order: index of the first, of the second, …, each particle once.
+    #[must_use]
+    pub fn in_order(self, order: &[u32]) -> Self {
+        let place: HashMap<u32, u32> = order.iter().copied().zip(0..).collect();
+        let rows = |of_particles: &[[f32; 3]]| order.iter().map(|&particle| of_particles[particle as usize]).collect();
+        let anchors = self.anchors.map(|anchors| anchors.iter().map(|anchor| place[anchor]).collect());
+        Self { q0: rows(&self.q0), v0: rows(&self.v0), anchors, ..self }
     }
 }
 

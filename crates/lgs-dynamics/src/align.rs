@@ -8,8 +8,7 @@
 use crate::kabsch_lanes::{fit_group, matrix, rotated};
 use crate::lanes::{GROUP, Lanes, load, store};
 use crate::moments::{Group, Pair, pair_up};
-use crate::supports::{CHUNK, Supports};
-use glam::{Vec4Swizzles, vec4};
+use crate::supports::Supports;
 use lgs_core::linear::{Mat3, matrix_from_quat};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -17,17 +16,15 @@ use rayon::prelude::*;
 /// Groups per task.
 pub(crate) const TASK: usize = 8;
 
-/// The result of an alignment, and what its backward pass reads again: 92 bytes per particle.
+/// The result of an alignment, and what its backward pass reads again: 60 bytes per particle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alignment {
     /// Aligned positions `[n, 3]`, world units.
     pub aligned: Vec<[f32; 3]>,
     /// Rotation of each support, as unit quaternions `[n, 4]`.
     pub quaternions: Vec<[f32; 4]>,
-    /// Positions and candidates by slot.
+    /// Positions and candidates.
     pub(crate) pairs: Vec<Pair>,
-    /// Aligned positions and quaternions by slot.
-    pub(crate) fits: Vec<[Pair; GROUP]>,
 }
 
 impl Alignment {
@@ -41,25 +38,20 @@ impl Alignment {
     pub fn update(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
         let n = supports.particles();
         assert!(position.len() == n && candidate.len() == n, "{} positions, {} candidates, {n} supports", position.len(), candidate.len());
-        self.fits.resize(n.div_ceil(GROUP), [Pair::default(); GROUP]);
-        // Entered once, so that all three loops begin on a thread of the pool.
+        self.aligned.resize(n, [0.0; 3]);
+        self.quaternions.resize(n, [0.0; 4]);
+        // Entered once, so that both loops begin on a thread of the pool.
         rayon::scope(|_| self.update_in_pool(position, candidate, supports));
     }
 
     fn update_in_pool(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
         let arch = Arch::new();
-        pair_up(position, candidate, supports, &mut self.pairs);
+        pair_up(position, candidate, &mut self.pairs);
         let pairs = &self.pairs;
-        self.fits.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(group, out)| {
-            arch.dispatch(Fit { pairs, supports, first: group * GROUP, out });
+        let groups = self.aligned.par_chunks_mut(GROUP).zip(self.quaternions.par_chunks_mut(GROUP));
+        groups.with_min_len(TASK).enumerate().for_each(|(group, (aligned, quaternions))| {
+            arch.dispatch(Fit { pairs, supports, first: group * GROUP, aligned, quaternions });
         });
-        let fits = self.fits.as_flattened();
-        let of_particle = |&slot: &u32| {
-            let Pair(aligned, quaternion) = fits[slot as usize];
-            (aligned.xyz().to_array(), quaternion.to_array())
-        };
-        let slots = supports.slots_of_particles().par_iter().with_min_len(CHUNK);
-        slots.map(of_particle).unzip_into_vecs(&mut self.aligned, &mut self.quaternions);
     }
 }
 
@@ -76,7 +68,8 @@ struct Fit<'a> {
     pairs: &'a [Pair],
     supports: &'a Supports,
     first: usize,
-    out: &'a mut [Pair; GROUP],
+    aligned: &'a mut [[f32; 3]],
+    quaternions: &'a mut [[f32; 4]],
 }
 
 impl WithSimd for Fit<'_> {
@@ -93,12 +86,17 @@ impl WithSimd for Fit<'_> {
             let center = load(simd, &group.to_candidate_mean, index);
             store(&mut moved, index, [center[0] + from_center[0], center[1] + from_center[1], center[2] + from_center[2]]);
         }
-        for (lane, Pair(aligned, quaternion)) in self.out.iter_mut().enumerate() {
+        let (mut aligned, mut quaternions) = ([[0.0; 3]; GROUP], [[0.0; 4]; GROUP]);
+        for lane in 0..GROUP {
             let Pair(_, candidate) = self.pairs[(self.first + lane).min(self.pairs.len() - 1)];
-            let [x, y, z] = [moved[0].0[lane], moved[1].0[lane], moved[2].0[lane]];
-            *aligned = candidate + vec4(x as f32, y as f32, z as f32, 0.0);
-            let [w, x, y, z] = [rotation[0].0[lane], rotation[1].0[lane], rotation[2].0[lane], rotation[3].0[lane]];
-            *quaternion = vec4(w as f32, x as f32, y as f32, z as f32);
+            for axis in 0..3 {
+                aligned[lane][axis] = candidate[axis] + moved[axis].0[lane] as f32;
+            }
+            for i in 0..4 {
+                quaternions[lane][i] = rotation[i].0[lane] as f32;
+            }
         }
+        self.aligned.copy_from_slice(&aligned[..self.aligned.len()]);
+        self.quaternions.copy_from_slice(&quaternions[..self.quaternions.len()]);
     }
 }

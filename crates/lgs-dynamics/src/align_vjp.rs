@@ -2,13 +2,13 @@
 //!
 //! First every support works out what it sends to its members ([`Pull`]), in the lanes of the forward pass: `A` is summed again and its
 //! curvature inverted at the rotation that was found, so nothing but positions and results is kept. Then every particle gathers over the
-//! supports that it belongs to, in the order of slots, instead of scattering: no result depends on the number of threads.
+//! supports that it belongs to, in ascending order, instead of scattering: no result depends on the number of threads.
 
 use crate::align::{Alignment, TASK};
 use crate::kabsch_lanes::{cross, matrix, pulled_back, rotated, rotated_back, solve};
 use crate::lanes::{GROUP, Lanes, load, splat, store};
 use crate::moments::{AHEAD, Group, Pair};
-use crate::supports::{CHUNK, Supports};
+use crate::supports::Supports;
 use glam::{Vec4, Vec4Swizzles, vec4};
 use lgs_core::linear::{Mat3, mat_mul, transpose};
 use lgs_core::prefetch::prefetch;
@@ -28,12 +28,7 @@ pub struct AlignmentVjp {
     pub v_position: Vec<[f32; 3]>,
     /// Cotangents of the candidates `[n, 3]`.
     pub v_candidate: Vec<[f32; 3]>,
-    /// By slot, as the other two.
     pulls: Vec<[Pull; GROUP]>,
-    /// Cotangents that go to the owners alone.
-    own: Vec<[Vec4; GROUP]>,
-    /// Cotangents of positions and candidates.
-    gathered: Vec<Pair>,
 }
 
 /// Backwards through [`crate::align()`]: cotangents of its positions and candidates, given those of the aligned positions `[n, 3]` and of
@@ -64,39 +59,34 @@ impl AlignmentVjp {
         let n = supports.particles();
         assert_eq!(v_aligned.len(), n, "cotangents of the aligned positions");
         self.pulls.resize(n.div_ceil(GROUP), [Pull::default(); GROUP]);
-        self.own.resize(n.div_ceil(GROUP), [Vec4::ZERO; GROUP]);
-        self.gathered.resize(n, Pair::default());
-        // Entered once, so that all three loops begin on a thread of the pool.
+        self.v_position.resize(n, [0.0; 3]);
+        self.v_candidate.resize(n, [0.0; 3]);
+        // Entered once, so that both loops begin on a thread of the pool.
         rayon::scope(|_| self.update_in_pool(supports, alignment, [v_aligned, v_turns]));
     }
 
     fn update_in_pool(&mut self, supports: &Supports, alignment: &Alignment, [v_aligned, v_turns]: [&[[f32; 3]]; 2]) {
         let arch = Arch::new();
-        let groups = self.pulls.par_iter_mut().zip(&mut self.own).with_min_len(TASK).enumerate();
+        let groups = self.pulls.par_iter_mut().zip(self.v_position.par_chunks_mut(GROUP)).with_min_len(TASK).enumerate();
         groups.for_each(|(group, (pulls, own))| {
             arch.dispatch(PullBack { supports, alignment, v_aligned, v_turns, first: group * GROUP, pulls, own });
         });
-        let (pulls, own, pairs) = (self.pulls.as_flattened(), self.own.as_flattened(), &alignment.pairs[..]);
-        self.gathered.par_chunks_mut(GROUP).with_min_len(TASK).enumerate().for_each(|(group, out)| {
-            arch.dispatch(Gather { supports, pairs, pulls, own, first: group * GROUP, out });
+        let (pulls, pairs) = (self.pulls.as_flattened(), &alignment.pairs[..]);
+        let members = self.v_position.par_chunks_mut(GROUP).zip(self.v_candidate.par_chunks_mut(GROUP));
+        members.with_min_len(TASK).enumerate().for_each(|(group, (v_position, v_candidate))| {
+            arch.dispatch(Gather { supports, pairs, pulls, first: group * GROUP, v_position, v_candidate });
         });
-        let of_particle = |&slot: &u32| {
-            let Pair(v_q, v_c) = self.gathered[slot as usize];
-            (v_q.xyz().to_array(), v_c.xyz().to_array())
-        };
-        let slots = supports.slots_of_particles().par_iter().with_min_len(CHUNK);
-        slots.map(of_particle).unzip_into_vecs(&mut self.v_position, &mut self.v_candidate);
     }
 }
 
-/// Cotangents of the positions and candidates of a group of members.
+/// Cotangents of the positions and candidates of a group of members; those of the positions come with what only the own support sends.
 struct Gather<'a> {
     supports: &'a Supports,
     pairs: &'a [Pair],
     pulls: &'a [Pull],
-    own: &'a [Vec4],
     first: usize,
-    out: &'a mut [Pair],
+    v_position: &'a mut [[f32; 3]],
+    v_candidate: &'a mut [[f32; 3]],
 }
 
 impl WithSimd for Gather<'_> {
@@ -104,22 +94,24 @@ impl WithSimd for Gather<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for slot in self.supports.new_owners(self.first / GROUP + AHEAD) {
-            prefetch::<S, Pull, false>(simd, self.pulls.get(slot));
+        for &owner in self.supports.owner_arrivals(self.first / GROUP + AHEAD) {
+            prefetch::<S, Pair, false>(simd, self.pairs.get(owner as usize));
+            prefetch::<S, Pull, false>(simd, self.pulls.get(owner as usize));
         }
-        for (member, out) in (self.first..).zip(self.out) {
-            *out = gather(self.pulls, self.pairs, self.supports.slot_owners(member), member, self.own[member]);
+        for (member, (v_position, v_candidate)) in (self.first..).zip(self.v_position.iter_mut().zip(self.v_candidate)) {
+            let Pair(v_q, v_c) = gather(self.pulls, self.pairs, self.supports.owners(member), member, *v_position);
+            (*v_position, *v_candidate) = (v_q.xyz().to_array(), v_c.xyz().to_array());
         }
     }
 }
 
 /// Cotangents of a member's position and candidate: what its owners send, on top of what its `own` support sends to it alone.
 #[inline(always)]
-fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: Vec4) -> Pair {
+fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: [f32; 3]) -> Pair {
     let Pair(q, c) = pairs[member];
     // Less the owner's one, a one is left.
     let (q, c) = (q.with_w(2.0), c.with_w(2.0));
-    let mut v_q = own;
+    let mut v_q = vec4(own[0], own[1], own[2], 0.0);
     // Of the candidate, one row per axis whose lanes are summed at the end.
     let mut rows = [Vec4::ZERO; 3];
     for &owner in owners {
@@ -142,7 +134,7 @@ struct PullBack<'a> {
     v_turns: &'a [[f32; 3]],
     first: usize,
     pulls: &'a mut [Pull; GROUP],
-    own: &'a mut [Vec4; GROUP],
+    own: &'a mut [[f32; 3]],
 }
 
 /// Cotangents that come down to a group, and its rotations.
@@ -163,27 +155,23 @@ struct Sent {
 
 impl PullBack<'_> {
     #[inline(always)]
-    fn given<S: Simd>(&self, simd: S) -> Given {
+    fn given(&self) -> Given {
         let mut given = Given { rotation: [Lanes::ZERO; 4], v_aligned: [Lanes::ZERO; 3], v_turn: [Lanes::ZERO; 3] };
-        let (order, fits) = (self.supports.particles_in_slots(), self.alignment.fits.as_flattened());
-        for lane in 0..GROUP {
-            // Particles may lie in any order.
-            if let Some(&ahead) = order.get(self.first + AHEAD * GROUP + lane) {
-                prefetch::<S, [f32; 3], false>(simd, self.v_aligned.get(ahead as usize));
-                prefetch::<S, [f32; 3], false>(simd, self.v_turns.get(ahead as usize));
-            }
-            let slot = (self.first + lane).min(order.len() - 1);
-            let particle = order[slot] as usize;
-            for i in 0..4 {
-                given.rotation[i].0[lane] = f64::from(fits[slot].1[i]);
-            }
-            let (v_aligned, v_turn) = (self.v_aligned[particle], self.v_turns.get(particle).copied().unwrap_or_default());
-            for axis in 0..3 {
-                given.v_aligned[axis].0[lane] = f64::from(v_aligned[axis]);
-                given.v_turn[axis].0[lane] = f64::from(v_turn[axis]);
-            }
-        }
+        let group = self.first..(self.first + GROUP).min(self.v_aligned.len());
+        fill(&mut given.rotation, &self.alignment.quaternions[group.clone()]);
+        fill(&mut given.v_aligned, &self.v_aligned[group.clone()]);
+        fill(&mut given.v_turn, self.v_turns.get(group).unwrap_or_default());
         given
+    }
+}
+
+/// Sets lanes from rows.
+#[inline(always)]
+fn fill<const D: usize>(lanes: &mut [Lanes; D], rows: &[[f32; D]]) {
+    for (lane, row) in rows.iter().enumerate().take(GROUP) {
+        for (lanes, &value) in lanes.iter_mut().zip(row) {
+            lanes.0[lane] = f64::from(value);
+        }
     }
 }
 
@@ -218,16 +206,18 @@ impl WithSimd for PullBack<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let group = Group::new(simd, &self.alignment.pairs, self.supports, self.first);
-        let (given, zero) = (self.given(simd), [Lanes::ZERO; 3]);
+        let (given, zero) = (self.given(), [Lanes::ZERO; 3]);
         let mut sent = Sent { v_a: [Lanes::ZERO; 9], to_candidate: zero, to_position: zero, to_owner: zero };
         for index in 0..GROUP / S::F64_LANES {
             send(simd, &group, &given, 1.0 / self.supports.k() as f64, index, &mut sent);
         }
         let ([ax, ay, az, bx, by, bz, cx, cy, cz], [x, y, z]) = (&sent.v_a, &sent.to_candidate);
         let ([px, py, pz], [ox, oy, oz], none) = (&sent.to_position, &sent.to_owner, &Lanes::ZERO);
-        for (lane, (pull, own)) in self.pulls.iter_mut().zip(self.own).enumerate() {
+        for (lane, pull) in self.pulls.iter_mut().enumerate() {
             *pull = Pull([[ax, ay, az, x], [bx, by, bz, y], [cx, cy, cz, z], [px, py, pz, none]].map(|lanes| row(lanes, lane)));
-            *own = row([ox, oy, oz, none], lane);
+        }
+        for (lane, own) in self.own.iter_mut().enumerate().take(GROUP) {
+            *own = [ox.0[lane] as f32, oy.0[lane] as f32, oz.0[lane] as f32];
         }
     }
 }

@@ -1,11 +1,14 @@
 //! What the fit of a support reads: sums over its members, relative to its owner, a group of supports at a time.
 
 use crate::lanes::{GROUP, Lanes};
-use crate::supports::{CHUNK, Supports};
+use crate::supports::Supports;
 use glam::{Vec4, Vec4Swizzles, vec4};
 use lgs_core::prefetch::prefetch;
 use pulp::Simd;
 use rayon::prelude::*;
+
+/// Particles per task of [`pair_up`].
+const CHUNK: usize = 1 << 10;
 
 /// Groups between the one at work and the one for which memory is asked.
 pub(crate) const AHEAD: usize = 2;
@@ -15,11 +18,11 @@ pub(crate) const AHEAD: usize = 2;
 #[repr(C, align(32))]
 pub(crate) struct Pair(pub(crate) Vec4, pub(crate) Vec4);
 
-/// Positions and candidates `[n, 3]` in the order of slots, with a one behind them.
-pub(crate) fn pair_up(position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports, pairs: &mut Vec<Pair>) {
+/// Positions and candidates `[n, 3]`, with a one behind them.
+pub(crate) fn pair_up(position: &[[f32; 3]], candidate: &[[f32; 3]], pairs: &mut Vec<Pair>) {
     let with_one = |[x, y, z]: [f32; 3]| vec4(x, y, z, 1.0);
-    let pair = |&particle: &u32| Pair(with_one(position[particle as usize]), with_one(candidate[particle as usize]));
-    supports.particles_in_slots().par_iter().with_min_len(CHUNK).map(pair).collect_into_vec(pairs);
+    let pair = |(&q, &c): (&[f32; 3], &[f32; 3])| Pair(with_one(q), with_one(c));
+    position.par_iter().zip(candidate).with_min_len(CHUNK).map(pair).collect_into_vec(pairs);
 }
 
 /// A group of supports at one time; each relative to its owner.
@@ -33,17 +36,16 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Of supports from slot `first` on; the last one stands in for those that the last group lacks.
+    /// Of supports from particle `first` on; the last one stands in for those that the last group lacks.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, pairs: &[Pair], supports: &Supports, first: usize) -> Self {
-        // Two to a line.
-        for slot in supports.new_members(first / GROUP + AHEAD).step_by(2) {
-            prefetch::<S, Pair, false>(simd, pairs.get(slot));
+        for &member in supports.member_arrivals(first / GROUP + AHEAD) {
+            prefetch::<S, Pair, false>(simd, pairs.get(member as usize));
         }
         let mut group = Self { a: [Lanes::ZERO; 9], from_mean: [Lanes::ZERO; 3], to_candidate_mean: [Lanes::ZERO; 3] };
         for lane in 0..GROUP {
             let owner = (first + lane).min(pairs.len() - 1);
-            group.set(lane, sums(pairs, supports.slot_members(owner), owner), supports.k());
+            group.set(lane, sums(pairs, supports.members(owner), owner), supports.k());
         }
         group
     }

@@ -40,10 +40,11 @@ pub struct RolloutGradients {
 pub fn rollout(system: &System, start: &State, spec: &RolloutSpec) -> Vec<State> {
     let field = Field::new(system, &spec.edit);
     let start = State { v: start.v.iter().map(|v| v.map(|x| x * spec.edit.velocity_scale)).collect(), ..start.clone() };
-    match spec.supports {
+    // Entered once, so that the loops of all steps begin on a thread of the pool; so is the backward pass.
+    rayon::scope(|_| match spec.supports {
         None => independent(&field, start, &spec.step_lengths()),
         Some(supports) => aligned(&field, start, supports, spec),
-    }
+    })
 }
 
 /// Backwards through [`rollout`], which gave `trajectory`; `cotangents` has one entry per state (missing ones are zero).
@@ -52,10 +53,10 @@ pub fn rollout_vjp(system: &System, spec: &RolloutSpec, trajectory: &[State], co
     let lengths = spec.step_lengths();
     assert_eq!(trajectory.len(), lengths.len() + 1, "states of the trajectory");
     let field = Field::new(system, &spec.edit);
-    let mut gradients = match spec.supports {
+    let mut gradients = rayon::scope(|_| match spec.supports {
         None => independent_vjp(&field, trajectory, &lengths, cotangents),
         Some(supports) => aligned_vjp(&field, trajectory, supports, spec, cotangents),
-    };
+    });
     for v in gradients.v0.as_flattened_mut() {
         *v *= spec.edit.velocity_scale;
     }

@@ -1,15 +1,14 @@
 //! Supports of the local rigid alignment: for each particle itself and its nearest neighbours at the start (Eq. 6, reference G19).
 //!
-//! Particles may come in any order, but a support's members are read together. Kernels therefore work on slots: particles numbered by a
-//! breadth-first walk over the supports, which puts members close to each other in memory whatever the number of particles. Arrays are
-//! brought into that order before a kernel and back after it.
+//! A support's members are read together, from wherever in memory they lie. Particles in spatial order ([`lgs_core::spatial_order`]) have
+//! most of them in a cache already; for the others, the arrivals, kernels ask ahead. Any other order gives the same results but for rounding,
+//! more slowly where there are many particles.
 
 use crate::lanes::GROUP;
-use rayon::prelude::*;
 use std::ops::Range;
 
-/// Particles per task of a reordering.
-pub(crate) const CHUNK: usize = 1 << 10;
+/// Groups of particles after which a member that none of them named counts as no longer in a cache.
+const WINDOW: usize = 256;
 
 /// Why rows of indices are no supports.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,27 +48,20 @@ impl std::error::Error for SupportsError {}
 pub struct Supports {
     indices: Vec<u32>,
     k: usize,
-    /// The particle in every slot.
-    particles: Vec<u32>,
-    /// The slot of every particle.
-    slots: Vec<u32>,
-    /// Members of every slot's support, as slots.
-    members: Vec<u32>,
-    /// Slots whose supports a slot belongs to, ascending, slot by slot.
+    /// Particles whose supports a particle belongs to, ascending, particle by particle.
     owners: Vec<u32>,
-    /// Where a slot's owners start; one more entry than slots.
+    /// Where a particle's owners start; one more entry than particles.
     owners_start: Vec<u32>,
-    /// By group of slots: one more than the highest slot that is a member in the groups before, and one more than the highest owner.
-    members_front: Vec<u32>,
-    owners_front: Vec<u32>,
+    member_arrivals: Arrivals,
+    owner_arrivals: Arrivals,
 }
 
 impl Supports {
-    /// Supports of `k` points, the point itself included (all of them where there are fewer).
+    /// Supports of `k` points, the point itself included (all of them where there are fewer). Points in spatial order are aligned fastest.
     #[must_use]
     pub fn nearest(points: &[[f32; 3]], k: usize) -> Self {
         let (indices, k) = lgs_core::k_nearest(points, k.max(1) - 1);
-        Self::with_slots(indices, k)
+        Self::with_owners(indices, k)
     }
 
     /// Supports from rows of `k` indices, one row per particle.
@@ -84,21 +76,18 @@ impl Supports {
         if let Some(at) = indices.iter().position(|&i| i as usize >= particles) {
             return Err(SupportsError::Index { row: at / k, found: indices[at], particles });
         }
-        Ok(Self::with_slots(indices, k))
+        Ok(Self::with_owners(indices, k))
     }
 
-    fn with_slots(indices: Vec<u32>, k: usize) -> Self {
-        let particles = breadth_first(&indices, k);
-        let mut slots = vec![0; particles.len()];
-        for (slot, &particle) in particles.iter().enumerate() {
-            slots[particle as usize] = slot as u32;
-        }
-        let row = |&particle: &u32| &indices[particle as usize * k..][..k];
-        let members: Vec<u32> = particles.iter().flat_map(row).map(|&member| slots[member as usize]).collect();
-        let (owners, owners_start) = transpose(&members, k);
-        let members_front = front(particles.len(), |slots| &members[slots.start * k..slots.end * k]);
-        let owners_front = front(particles.len(), |slots| &owners[owners_start[slots.start] as usize..owners_start[slots.end] as usize]);
-        Self { indices, k, particles, slots, members, owners, owners_start, members_front, owners_front }
+    fn with_owners(indices: Vec<u32>, k: usize) -> Self {
+        let (owners, owners_start) = transpose(&indices, k);
+        let particles = owners_start.len() - 1;
+        let member_arrivals = Arrivals::new(particles, |group| &indices[group.start * k..group.end * k]);
+        let owner_arrivals = Arrivals::new(particles, |group| {
+            let [start, end] = [group.start, group.end].map(|particle| owners_start[particle] as usize);
+            &owners[start..end]
+        });
+        Self { indices, k, owners, owners_start, member_arrivals, owner_arrivals }
     }
 
     /// All rows, `[particles, k]`.
@@ -116,7 +105,7 @@ impl Supports {
     /// Number of particles.
     #[must_use]
     pub fn particles(&self) -> usize {
-        self.particles.len()
+        self.owners_start.len() - 1
     }
 
     /// The members of a particle's support.
@@ -132,88 +121,51 @@ impl Supports {
         (1..self.particles()).all(|particle| self.members(particle) == first).then_some(first)
     }
 
-    /// The slots of a slot's support.
-    pub(crate) fn slot_members(&self, slot: usize) -> &[u32] {
-        &self.members[slot * self.k..(slot + 1) * self.k]
+    /// The particles whose supports a particle belongs to, ascending.
+    pub(crate) fn owners(&self, particle: usize) -> &[u32] {
+        &self.owners[self.owners_start[particle] as usize..self.owners_start[particle + 1] as usize]
     }
 
-    /// The slots whose supports a slot belongs to, ascending.
-    pub(crate) fn slot_owners(&self, slot: usize) -> &[u32] {
-        &self.owners[self.owners_start[slot] as usize..self.owners_start[slot + 1] as usize]
+    /// Members of a group of particles' supports that a walk over the groups has not met for a while.
+    pub(crate) fn member_arrivals(&self, group: usize) -> &[u32] {
+        self.member_arrivals.of_group(group)
     }
 
-    /// Slots beyond all members of earlier groups of slots, up to the highest member in this group: a walk over the supports in the order of slots
-    /// comes to them now.
-    pub(crate) fn new_members(&self, group: usize) -> Range<usize> {
-        step_of(&self.members_front, group)
-    }
-
-    /// As [`Supports::new_members`], of owners.
-    pub(crate) fn new_owners(&self, group: usize) -> Range<usize> {
-        step_of(&self.owners_front, group)
-    }
-
-    /// The particle in every slot.
-    pub(crate) fn particles_in_slots(&self) -> &[u32] {
-        &self.particles
-    }
-
-    /// The slot of every particle.
-    pub(crate) fn slots_of_particles(&self) -> &[u32] {
-        &self.slots
-    }
-
-    /// Values of particles in the order of slots.
-    pub(crate) fn to_slots<T: Copy + Send + Sync>(&self, of_particles: &[T], of_slots: &mut Vec<T>) {
-        reorder(&self.particles, of_particles, of_slots);
-    }
-
-    /// Values of slots in the order of particles.
-    pub(crate) fn to_particles<T: Copy + Send + Sync>(&self, of_slots: &[T], of_particles: &mut Vec<T>) {
-        reorder(&self.slots, of_slots, of_particles);
+    /// As [`Supports::member_arrivals`], of owners.
+    pub(crate) fn owner_arrivals(&self, group: usize) -> &[u32] {
+        self.owner_arrivals.of_group(group)
     }
 }
 
-fn reorder<T: Copy + Send + Sync>(order: &[u32], values: &[T], reordered: &mut Vec<T>) {
-    order.par_iter().with_min_len(CHUNK).map(|&at| values[at as usize]).collect_into_vec(reordered);
+/// What each group of particles names that no group of the last [`WINDOW`] has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Arrivals {
+    particles: Vec<u32>,
+    /// Where a group's start; one more entry than groups.
+    start: Vec<u32>,
 }
 
-/// All particles by a breadth-first walk over rows of `k` members, from the first particle not yet met.
-fn breadth_first(indices: &[u32], k: usize) -> Vec<u32> {
-    let count = indices.len().checked_div(k).unwrap_or(0);
-    let mut met = vec![false; count];
-    let mut order = Vec::with_capacity(count);
-    let mut next = 0;
-    for first in 0..count as u32 {
-        if !std::mem::replace(&mut met[first as usize], true) {
-            order.push(first);
-        }
-        while next < order.len() {
-            for &member in &indices[order[next] as usize * k..][..k] {
-                if !std::mem::replace(&mut met[member as usize], true) {
-                    order.push(member);
+impl Arrivals {
+    /// Of `count` particles, given what the particles of a group name.
+    fn new<'a>(count: usize, named: impl Fn(Range<usize>) -> &'a [u32]) -> Self {
+        let mut last_named = vec![None; count];
+        let (mut particles, mut start) = (Vec::new(), vec![0]);
+        for (group, first) in (0..count).step_by(GROUP).enumerate() {
+            for &particle in named(first..(first + GROUP).min(count)) {
+                let last = last_named[particle as usize].replace(group);
+                if last.is_none_or(|last| group - last > WINDOW) {
+                    particles.push(particle);
                 }
             }
-            next += 1;
+            start.push(particles.len() as u32);
         }
+        Self { particles, start }
     }
-    order
-}
 
-/// How far the slots named by groups of slots reach: a number more than groups, the first is zero.
-fn front<'a>(slots: usize, named: impl Fn(Range<usize>) -> &'a [u32]) -> Vec<u32> {
-    let mut reached = 0;
-    let of_group = |start| {
-        let furthest = named(start..(start + GROUP).min(slots)).iter().max();
-        reached = furthest.map_or(reached, |&slot| reached.max(slot + 1));
-        reached
-    };
-    std::iter::once(0).chain((0..slots).step_by(GROUP).map(of_group)).collect()
-}
-
-/// Nothing behind the last group.
-fn step_of(front: &[u32], group: usize) -> Range<usize> {
-    front.get(group..group + 2).map_or(0..0, |ends| ends[0] as usize..ends[1] as usize)
+    /// Nothing behind the last group.
+    fn of_group(&self, group: usize) -> &[u32] {
+        self.start.get(group..group + 2).map_or(&[], |ends| &self.particles[ends[0] as usize..ends[1] as usize])
+    }
 }
 
 /// For every entry the rows of `k` entries that name it, and where each entry's rows start.
@@ -247,27 +199,24 @@ mod tests {
     }
 
     #[test]
-    fn fronts_go_on_from_group_to_group() {
-        let ring = |i: u32| [i, (i + 1) % 40];
-        let supports = Supports::from_rows((0..40).flat_map(ring).collect(), 2).unwrap();
-        assert_eq!([0, 1, 2, 3].map(|group| supports.new_members(group)), [0..17, 17..33, 33..40, 0..0]);
-        assert_eq!([0, 1, 2].map(|group| supports.new_owners(group)), [0..40, 40..40, 40..40], "the first is the last one's second member");
+    fn owners_are_the_transpose() {
+        let supports = Supports::from_rows(vec![0, 3, 1, 4, 2, 2, 3, 1, 4, 0], 2).unwrap();
+        assert_eq!(supports.members(1), [1, 4]);
+        assert_eq!(supports.owners(0), [0, 4]);
+        assert_eq!(supports.owners(2), [2, 2]);
     }
 
     #[test]
-    fn slots_follow_the_supports_and_name_every_particle_once() {
-        let supports = Supports::from_rows(vec![0, 3, 1, 4, 2, 2, 3, 1, 4, 0], 2).unwrap();
-        assert_eq!(supports.particles, [0, 3, 1, 4, 2]);
-        assert_eq!(supports.members(1), [1, 4]);
-        assert_eq!(supports.slot_members(2), [2, 3], "particle 1");
-        assert_eq!(supports.slot_owners(0), [0, 3], "particle 0 is in its own support and in that of particle 4");
-        assert_eq!(supports.slot_owners(4), [4, 4]);
-        assert_eq!((supports.new_members(0), supports.new_owners(0), supports.new_members(1)), (0..5, 0..5, 0..0));
-        let values = [10, 11, 12, 13, 14];
-        let (mut of_slots, mut back) = (Vec::new(), Vec::new());
-        supports.to_slots(&values, &mut of_slots);
-        assert_eq!(of_slots, [10, 13, 11, 14, 12]);
-        supports.to_particles(&of_slots, &mut back);
-        assert_eq!(back, values);
+    fn particles_arrive_again_after_the_window() {
+        // Everyone's support ends with particle 0 or, in the last group, with particle 1.
+        let count = (GROUP * (WINDOW + 3)) as u32;
+        let far = |i: u32| u32::from(i / GROUP as u32 == WINDOW as u32 + 2);
+        let supports = Supports::from_rows((0..count).flat_map(|i| [i, far(i)]).collect(), 2).unwrap();
+        let of_group = |group: usize| (GROUP * group) as u32..(GROUP * (group + 1)) as u32;
+        assert!(supports.member_arrivals(0).iter().copied().eq(of_group(0)));
+        assert!(supports.member_arrivals(9).iter().copied().eq(of_group(9)), "particle 0 was named before");
+        let (own, again) = supports.member_arrivals(WINDOW + 2).split_at(1);
+        assert_eq!((own[0], again[0], again.len()), (of_group(WINDOW + 2).start, 1, GROUP));
+        assert!(supports.member_arrivals(WINDOW + 3).is_empty());
     }
 }

@@ -24,7 +24,7 @@ struct Twist {
     inertia: Option<Cholesky>,
 }
 
-/// Positions before and after a step, and velocities that belong to the first; in slots of the supports.
+/// Positions before and after a step, and velocities that belong to the first.
 struct Motion<'a> {
     before: &'a [[f32; 3]],
     after: &'a [[f32; 3]],
@@ -70,10 +70,7 @@ pub fn rigid_velocities(positions: &[[f32; 3]], v: &[[f32; 3]], supports: &Suppo
 /// Velocities that supports carry through a step, and their cotangents, in arrays that all steps share.
 #[derive(Default)]
 pub(crate) struct Carrier {
-    /// Positions before and after, velocities, cotangents of the carried ones; by slot, as the next two.
-    of_slots: [Vec<[f32; 3]>; 4],
     pulls: Vec<Pull>,
-    results: Vec<[[f32; 3]; 3]>,
     /// Cotangents of positions before and after and of the velocities, `[n, 3]` each.
     cotangents: Vec<[[f32; 3]; 3]>,
     midpoints: Vec<[f32; 3]>,
@@ -111,29 +108,21 @@ impl Carrier {
     /// Velocities `[n, 3]` after a step that took particles between two positions, each `[n, 3]`, from the velocities before it.
     fn velocities(&mut self, ends: [&[[f32; 3]]; 2], v: &[[f32; 3]], supports: &Supports, carried: &mut Vec<[f32; 3]>) {
         let [before, after] = ends;
-        let [own_before, own_after, own_v, results] = &mut self.of_slots;
-        supports.to_slots(before, own_before);
-        supports.to_slots(after, own_after);
-        supports.to_slots(v, own_v);
-        let motion = Motion { before: own_before, after: own_after, v: own_v };
+        let motion = Motion { before, after, v };
         let own = |owner: usize| {
-            let t = motion.twist(supports.slot_members(owner), owner);
+            let t = motion.twist(supports.members(owner), owner);
             if t.inertia.is_none() { motion.v[owner] } else { add(t.mean_velocity, cross(t.spin, sub(motion.after[owner], t.mean))) }
         };
-        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(own).collect_into_vec(results);
-        supports.to_particles(results, carried);
+        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(own).collect_into_vec(carried);
     }
 
     /// Backwards through [`Carrier::velocities`]: sets the cotangents.
     fn velocities_vjp(&mut self, ends: [&[[f32; 3]]; 2], v: &[[f32; 3]], supports: &Supports, v_out: &[[f32; 3]]) {
         let per = 1.0 / supports.k() as f32;
-        for (of_particles, of_slots) in [ends[0], ends[1], v, v_out].into_iter().zip(&mut self.of_slots) {
-            supports.to_slots(of_particles, of_slots);
-        }
-        let [before, after, v, v_out] = &self.of_slots;
+        let [before, after] = ends;
         let motion = Motion { before, after, v };
         let pull = |owner: usize| {
-            let twist = motion.twist(supports.slot_members(owner), owner);
+            let twist = motion.twist(supports.members(owner), owner);
             let v_arm = cross(v_out[owner], twist.spin);
             let v_spin = cross(sub(after[owner], twist.mean), v_out[owner]);
             let y = twist.inertia.map_or([0.0; 3], |i| i.solve(v_spin.map(f64::from)).map(|v| v as f32));
@@ -148,10 +137,9 @@ impl Carrier {
                 None => [[0.0; 3], [0.0; 3], v_out[member]],
                 Some(_) => [[0.0; 3], cross(v_out[member], own.spin), [0.0; 3]],
             };
-            supports.slot_owners(member).iter().fold(start, |sum, &owner| pulls[owner as usize].onto(&motion, member, sum))
+            supports.owners(member).iter().fold(start, |sum, &owner| pulls[owner as usize].onto(&motion, member, sum))
         };
-        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(member_vjp).collect_into_vec(&mut self.results);
-        supports.to_particles(&self.results, &mut self.cotangents);
+        (0..v.len()).into_par_iter().with_min_len(CHUNK).map(member_vjp).collect_into_vec(&mut self.cotangents);
     }
 }
 

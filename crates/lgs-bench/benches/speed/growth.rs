@@ -1,6 +1,6 @@
 //! Time per Gaussian from 5 000 to 500 000 of them.
 
-use crate::alignment::case;
+use crate::alignment::{case, case_of};
 use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, section};
@@ -17,9 +17,16 @@ const STEPS: usize = 4;
 
 pub(crate) fn run(_: &Machine) {
     section("growth (5 k, 50 k, 500 k Gaussians)");
-    let mut cases = COUNTS.map(Aligned::new);
+    let mut cases = COUNTS.map(|n| Aligned::new(case(n)));
     print("alignment, forward", per_gaussian(cases.each_mut().map(|case| || case.forward())));
     print("alignment, backward", per_gaussian(cases.each_mut().map(|case| || case.backward())));
+    let mut cases = COUNTS.map(|n| Aligned::new(case_of(points(n, 1.0, 1))));
+    let both = |case: &mut Aligned| {
+        case.forward();
+        case.backward();
+    };
+    let secs = per_gaussian(cases.each_mut().map(|case| || both(case)));
+    Row::figure("both, particles in no order", times(secs)).print();
     let system = system();
     let spec = RolloutSpec::new(0.01, STEPS);
     let starts = COUNTS.map(|n| State::at_start(points(n, 1.0, 1), points(n, 1.0, 2)));
@@ -43,9 +50,9 @@ struct Aligned {
 }
 
 impl Aligned {
-    fn new(n: usize) -> Self {
-        let (position, candidate, supports) = case(n);
-        Self { position, candidate, supports, v: points(n, 1.0, 3), aligned: Alignment::default(), pulled: AlignmentVjp::default() }
+    fn new((position, candidate, supports): (Vec<[f32; 3]>, Vec<[f32; 3]>, Supports)) -> Self {
+        let v = points(position.len(), 1.0, 3);
+        Self { position, candidate, supports, v, aligned: Alignment::default(), pulled: AlignmentVjp::default() }
     }
 
     fn forward(&mut self) {
@@ -58,11 +65,12 @@ impl Aligned {
 }
 
 /// Median seconds per Gaussian of the runs for each count, which take turns. A measurement repeats a run for a tenth of a second at least:
-/// where other work takes the processor now and then, it does so within the measurements of every count, and not of the largest alone.
-pub(crate) fn per_gaussian<F: FnMut()>(runs: [F; 3]) -> [f64; 3] {
+/// where other work takes the processor now and then, it does so within the measurements of every count, and not of the largest alone. Threads
+/// are woken once per measurement, as by a rollout.
+pub(crate) fn per_gaussian<F: FnMut() + Send>(runs: [F; 3]) -> [f64; 3] {
     let mut repeated = runs.map(|mut run| {
         let times = (0.1 / median_secs(1, &mut run)).ceil().max(1.0) as usize;
-        (times, move || (0..times).for_each(|_| run()))
+        (times, move || rayon::scope(|_| (0..times).for_each(|_| run())))
     });
     let times = repeated.each_ref().map(|(times, _)| *times);
     let secs = medians_in_turns(9, repeated.each_mut().map(|(_, run)| run as &mut dyn FnMut()));

@@ -1,6 +1,8 @@
 //! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at t = 0.
+//!
+//! A scene's Gaussians lie in spatial order, body by body: what kernels read together then lies together in memory.
 
-use lgs_core::GaussianCloud;
+use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
     DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneDistillation, Trajectories, distill_objects,
@@ -76,6 +78,9 @@ fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeR
     let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
     for (rows, object) in distilled.objects {
         let start = movers.len();
+        let order = spatial_order(&object.q0);
+        let object = object.in_order(&order);
+        let rows: Vec<usize> = order.iter().map(|&i| rows[i as usize]).collect();
         append(&mut movers, &cloud.select(&rows));
         movers.means[start..].copy_from_slice(&object.q0);
         let (supports, velocity_policy) = alignment(&object, request.motion);
@@ -85,6 +90,8 @@ fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeR
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
     let statics = cloud.select(&static_rows);
+    let order: Vec<usize> = spatial_order(&statics.means).iter().map(|&i| i as usize).collect();
+    let statics = statics.select(&order);
     Baked { scene: LagrangianScene { statics, movers, velocities, objects, motion, background: request.background }, reports }
 }
 
