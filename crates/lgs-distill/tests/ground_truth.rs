@@ -114,6 +114,19 @@ fn the_result_depends_on_the_input_alone() {
 }
 
 #[test]
+fn particles_in_another_order_move_as_before() {
+    let truth = truth("fan");
+    let found = run(&window(&truth, |_, _, _| 0.0));
+    assert!(found.anchors.is_some(), "a body held by anchors");
+    let order = lgs_core::spatial_order(&found.q0);
+    let in_order: Vec<Vec<[f32; 3]>> = truth.iter().map(|points| order.iter().map(|&i| points[i as usize]).collect()).collect();
+    let reordered = found.clone().in_order(&order);
+    assert_ne!(reordered.q0, found.q0);
+    let (error, before) = (error_at_end(&reordered, &in_order), error_at_end(&found, &truth));
+    assert!((error - before).abs() < 1e-4 && error <= 0.002, "{error}, {before} before");
+}
+
+#[test]
 fn networks_alone_learn_a_fall() {
     let truth = truth("falling-ball");
     let mut config = DistillConfig { hidden: 32, ..DistillConfig::paper() };

@@ -58,6 +58,7 @@ impl AlignmentVjp {
     pub fn update(&mut self, supports: &Supports, alignment: &Alignment, v_aligned: &[[f32; 3]], v_turns: &[[f32; 3]]) {
         let n = supports.particles();
         assert_eq!(v_aligned.len(), n, "cotangents of the aligned positions");
+        assert!(v_turns.is_empty() || v_turns.len() == n, "{} cotangents of {n} rotations", v_turns.len());
         self.pulls.resize(n.div_ceil(GROUP), [Pull::default(); GROUP]);
         self.v_position.resize(n, [0.0; 3]);
         self.v_candidate.resize(n, [0.0; 3]);

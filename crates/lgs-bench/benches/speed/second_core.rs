@@ -5,11 +5,15 @@ use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::{Machine, Products, pool};
 use lgs_bench::table::{Row, section};
 use lgs_bench::{REPEATS, median_secs, medians_in_turns};
-use lgs_dynamics::{RolloutSpec, State, align, align_vjp, rollout, rollout_vjp};
+use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, align, rollout, rollout_vjp};
 use rayon::ThreadPool;
+use std::sync::Mutex;
 
 const PARTICLES: usize = 8192;
 const STEPS: usize = 15;
+
+/// Particles of the alignments, in arrays that are kept.
+const ALIGNED: usize = 50_000;
 
 pub(crate) fn run(_: &Machine) {
     section(&format!("second core (rollouts of {PARTICLES} particles × {STEPS} steps)"));
@@ -19,10 +23,11 @@ pub(crate) fn run(_: &Machine) {
     let cotangents = cotangents(PARTICLES, STEPS + 1);
     compare("rollout, forward", 1.8, || rollout(&system, &start, &spec));
     compare("rollout, forward + backward", 1.8, || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents));
-    let (position, candidate, supports) = case(PARTICLES);
-    let (aligned, v) = (align(&position, &candidate, &supports), points(PARTICLES, 1.0, 3));
-    compare("alignment, forward", 1.8, || align(&position, &candidate, &supports));
-    compare("alignment, backward", 1.8, || align_vjp(&supports, &aligned, &v, &[]));
+    let (position, candidate, supports) = case(ALIGNED);
+    let (aligned, v) = (align(&position, &candidate, &supports), points(ALIGNED, 1.0, 3));
+    let (forward, backward) = (Mutex::new(Alignment::default()), Mutex::new(AlignmentVjp::default()));
+    compare("alignment, forward", 1.8, || forward.lock().expect("one at a time").update(&position, &candidate, &supports));
+    compare("alignment, backward", 1.8, || backward.lock().expect("one at a time").update(&supports, &aligned, &v, &[]));
 }
 
 /// Prints how much faster two threads are than one, and how much faster they are at matrix products of their own: on a machine that others
