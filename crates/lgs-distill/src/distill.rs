@@ -8,7 +8,6 @@ use crate::report::DistillReport;
 use crate::seen::Seen;
 use crate::{DistillError, Trajectories};
 use lgs_dynamics::{Supports, System};
-use std::collections::HashMap;
 
 /// How far stage 1 of an object is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,9 +63,12 @@ impl Distilled {
     /// The same with its particles in another order: index of the first, of the second, …, each particle once.
     #[must_use]
     pub fn in_order(self, order: &[u32]) -> Self {
-        let place: HashMap<u32, u32> = order.iter().copied().zip(0..).collect();
+        let mut place = vec![0; order.len()];
+        for (at, &particle) in (0..).zip(order) {
+            place[particle as usize] = at;
+        }
         let rows = |of_particles: &[[f32; 3]]| order.iter().map(|&particle| of_particles[particle as usize]).collect();
-        let anchors = self.anchors.map(|anchors| anchors.iter().map(|anchor| place[anchor]).collect());
+        let anchors = self.anchors.map(|anchors| anchors.iter().map(|&anchor| place[anchor as usize]).collect());
         Self { q0: rows(&self.q0), v0: rows(&self.v0), anchors, ..self }
     }
 }
