@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use lagrangegs::lgs_core::nearest_indices;
+use lagrangegs::lgs_core::{nearest_indices, spatial_order};
 use lagrangegs::lgs_data::ply::read_ply;
 use lagrangegs::lgs_data::testing::{CheckpointEntry, checkpoint};
+use lagrangegs::lgs_model::load_scene;
 use serde_json::Value;
 
 use crate::program::{call, falling_run, files, folder, tiny_dataset};
@@ -41,6 +42,8 @@ fn frames_alone_give_the_scene_that_they_came_from() {
             }
         }
     }
+    let scene = load_scene(&run.join("lagrangian.safetensors")).expect("scene");
+    assert!(spatial_order(&scene.movers.means).into_iter().eq(0..64), "the body is in spatial order");
     let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
     assert!(metrics["splits"].as_object().is_some_and(serde_json::Map::is_empty), "there are no images");
     assert!((metrics["physics"]["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);

@@ -89,9 +89,8 @@ fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeR
         reports.push(object.report);
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
-    let statics = cloud.select(&static_rows);
-    let order: Vec<usize> = spatial_order(&statics.means).iter().map(|&i| i as usize).collect();
-    let statics = statics.select(&order);
+    let still: Vec<[f32; 3]> = static_rows.iter().map(|&i| cloud.means[i]).collect();
+    let statics = cloud.select(&spatial_order(&still).iter().map(|&i| static_rows[i as usize]).collect::<Vec<_>>());
     Baked { scene: LagrangianScene { statics, movers, velocities, objects, motion, background: request.background }, reports }
 }
 
