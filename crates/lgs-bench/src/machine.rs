@@ -65,9 +65,19 @@ impl Products {
         Self((0..threads).map(|_| Panels::new()).collect())
     }
 
+    /// Multiplications and additions of [`Self::multiply`].
+    #[must_use]
+    pub fn operations(&self) -> f64 {
+        (self.share() * self.0.len()) as f64 * Panels::OPERATIONS
+    }
+
+    fn share(&self) -> usize {
+        3 * PRODUCTS / self.0.len()
+    }
+
     /// As many products for any number of threads, in a pool of so many.
     pub fn multiply(&mut self, pool: &ThreadPool) {
-        let share = 3 * PRODUCTS / self.0.len();
+        let share = self.share();
         each_on_its_thread(pool, &mut self.0, |panels| (0..share).for_each(|_| panels.multiply()));
     }
 }

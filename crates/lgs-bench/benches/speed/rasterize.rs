@@ -2,7 +2,7 @@
 
 use crate::growth::{COUNTS, per_gaussian, print, times};
 use crate::second_core::compare;
-use crate::trained_scene::{camera, trained_scene};
+use crate::trained_scene::{camera, in_no_order, trained_scene};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, percent, section};
 use lgs_bench::{REPEATS, median_secs};
@@ -23,11 +23,11 @@ struct Case {
 }
 
 impl Case {
-    fn new(count: usize) -> Self {
+    fn new(count: usize, cloud: GaussianCloud) -> Self {
         let camera = camera(count);
         let pixels = camera.pixels();
         let v_image = (0..pixels).map(|i| [0, 1, 2].map(|c| ((7 * i + c) % 11) as f32 / 11.0 - 0.4)).collect();
-        Self { cloud: trained_scene(count), camera, v_image, v_transmittance: vec![0.1; pixels], kept: Mutex::default() }
+        Self { cloud, camera, v_image, v_transmittance: vec![0.1; pixels], kept: Mutex::default() }
     }
 
     fn forward(&self) {
@@ -50,7 +50,7 @@ impl Case {
 }
 
 pub(crate) fn run(machine: &Machine) {
-    let case = Case::new(GAUSSIANS);
+    let case = Case::new(GAUSSIANS, trained_scene(GAUSSIANS));
     section(&format!("rasterize ({GAUSSIANS} Gaussians, {0}×{0} pixels, spherical harmonics of degree 3)", case.camera.width));
     let drawn = rasterize(&Splats::from(&case.cloud), &case.camera, BACKGROUND);
     let (listed, evaluated) = (drawn.listed_pairs() as f64, drawn.evaluated_pairs() as f64);
@@ -73,9 +73,12 @@ pub(crate) fn run(machine: &Machine) {
     compare("rasterize, forward + backward", 1.6, || case.both());
 
     section("growth of rasterize (5 k, 50 k, 500 k Gaussians, pixels in proportion)");
-    let cases = COUNTS.map(Case::new);
+    let cases = COUNTS.map(|count| Case::new(count, trained_scene(count)));
     print("rasterize, forward", per_gaussian(cases.each_ref().map(|case| || case.forward())));
     print("rasterize, forward + backward", per_gaussian(cases.each_ref().map(|case| || case.both())));
+    let unordered = COUNTS.map(|count| Case::new(count, in_no_order(count)));
+    let secs = per_gaussian(unordered.each_ref().map(|case| || case.both()));
+    Row::figure("the same, Gaussians in no order", times(secs)).print();
     let anew = per_gaussian(cases.each_ref().map(|case| || drop(case.both_anew())));
     Row::figure("the same, every array allocated anew", times(anew)).print();
 }

@@ -2,7 +2,7 @@
 //! them nearly opaque, and a few large faint ones away from any surface.
 
 use glam::{Quat, Vec3};
-use lgs_core::{Camera, GaussianCloud, Stream, stream};
+use lgs_core::{Camera, GaussianCloud, Stream, spatial_order, stream};
 use rand::RngExt;
 use std::f32::consts::TAU;
 
@@ -11,8 +11,15 @@ const FLOATERS: f32 = 0.03;
 /// Pixels for each Gaussian: 50,000 on an image of 400².
 const PIXELS_PER_GAUSSIAN: f32 = 3.2;
 
-/// Four spheres on a ground disc, `count` Gaussians with spherical harmonics up to degree 3.
+/// Four spheres on a ground disc, `count` Gaussians with spherical harmonics up to degree 3, in spatial order as scenes keep them.
 pub(crate) fn trained_scene(count: usize) -> GaussianCloud {
+    let cloud = in_no_order(count);
+    let order: Vec<usize> = spatial_order(&cloud.means).into_iter().map(|i| i as usize).collect();
+    cloud.select(&order)
+}
+
+/// The same, as they were drawn.
+pub(crate) fn in_no_order(count: usize) -> GaussianCloud {
     let mut rng = stream(1, "trained scene", 0);
     let mut cloud = GaussianCloud { sh_degree: 3, ..GaussianCloud::default() };
     // Mean distance of neighbours on the surfaces, whose area is about 13.
