@@ -7,8 +7,12 @@ pub mod machine;
 mod matmul;
 pub mod memory;
 mod pairs;
+mod plain;
 pub mod table;
 mod timing;
 pub mod triad;
 
+pub use matmul::Panels;
+pub use pairs::Tile;
+pub use plain::{Beside, OnThreads, Plain};
 pub use timing::{REPEATS, median_secs, medians_in_turns};

@@ -3,6 +3,7 @@
 //! The loop is the one of the rasterizer's tiles without lists, bounds, early exit and bookkeeping of stops: a tile of 16×16 pixels, 64
 //! Gaussians that lie in the first-level cache with it, every pixel of every Gaussian evaluated and blended with masks.
 
+use crate::plain::Plain;
 use lgs_render::exponential::exp2;
 use lgs_render::{ALPHA_MAX, ALPHA_MIN, TRANSMITTANCE_STOP};
 use pulp::{Arch, Simd, WithSimd};
@@ -29,17 +30,17 @@ struct Gaussian {
 }
 
 /// A tile and its Gaussians.
-pub(crate) struct Tile {
+pub struct Tile {
     color: [Plane; 3],
     transmittance: Plane,
     gaussians: [Gaussian; GAUSSIANS],
 }
 
-impl Tile {
+impl Plain for Tile {
     /// Pairs of one pass.
-    pub(crate) const PAIRS: f64 = (PIXELS * GAUSSIANS) as f64;
+    const WORK: f64 = (PIXELS * GAUSSIANS) as f64;
 
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         let gaussian = |i: usize| {
             let phase = i as f32;
             Gaussian {
@@ -53,7 +54,7 @@ impl Tile {
     }
 
     /// Blends all Gaussians over the tile from full transmittance on.
-    pub(crate) fn blend(&mut self) {
+    fn round(&mut self) {
         self.transmittance.0.fill(1.0);
         Arch::new().dispatch(Blend(self));
     }
@@ -110,7 +111,7 @@ mod tests {
     #[test]
     fn the_loop_blends() {
         let mut tile = Tile::new();
-        tile.blend();
+        tile.round();
         let (t, red) = (tile.transmittance.0[100], tile.color[0].0[100]);
         assert!(t > 0.1 && t < 0.9);
         assert!((red - 0.8 * (1.0 - t)).abs() < 1e-4, "one colour under opacity 1 - T");

@@ -4,11 +4,14 @@ use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::Machine;
 use lgs_bench::memory::allocations;
 use lgs_bench::table::{Row, section};
-use lgs_bench::{REPEATS, median_secs};
+use lgs_bench::{REPEATS, median_secs, medians_in_turns};
 use lgs_core::spatial_order;
-use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, Supports, VelocityPolicy, rollout, rollout_vjp};
+use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, Supports, VelocityPolicy, align, rollout, rollout_vjp};
 
 const PARTICLES: usize = 50_000;
+
+/// Calls of a turn, which then takes about a tenth of a second.
+const CALLS: usize = 30;
 
 /// Particles and steps of the rollouts.
 const ROLLED: usize = 3000;
@@ -36,15 +39,20 @@ pub(crate) fn case_of(position: Vec<[f32; 3]>) -> (Vec<[f32; 3]>, Vec<[f32; 3]>,
 pub(crate) fn run(machine: &Machine) {
     section(&format!("alignment ({PARTICLES} particles, supports of {K})"));
     let (position, candidate, supports) = case(PARTICLES);
-    let mut aligned = Alignment::default();
-    let forward = median_secs(REPEATS, || aligned.update(&position, &candidate, &supports));
+    let (kept, v) = (align(&position, &candidate, &supports), points(PARTICLES, 1.0, 3));
+    let (mut aligned, mut pulled) = (Alignment::default(), AlignmentVjp::default());
+    let [forward, backward] = medians_in_turns(
+        REPEATS,
+        [&mut || (0..CALLS).for_each(|_| aligned.update(&position, &candidate, &supports)), &mut || {
+            (0..CALLS).for_each(|_| pulled.update(&supports, &kept, &v, &[]))
+        }],
+    )
+    .map(|secs| secs / CALLS as f64);
     let rate = (PARTICLES * K) as f64 / forward / machine.cores as f64;
     Row::timed("alignment, forward", forward)
         .with_rate(format!("{:.1} M members/s/core", rate * 1e-6))
         .asked("≥ 25 M", rate >= 25e6)
         .print();
-    let (v, mut pulled) = (points(PARTICLES, 1.0, 3), AlignmentVjp::default());
-    let backward = median_secs(REPEATS, || pulled.update(&supports, &aligned, &v, &[]));
     let ratio = backward / forward;
     Row::timed("alignment, backward", backward).with_ratio(format!("{ratio:.2} × forward")).asked("≤ 3 ×", ratio <= 3.0).print();
     rollouts();

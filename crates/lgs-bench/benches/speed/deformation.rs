@@ -1,10 +1,11 @@
 //! The deformation network of DefGS, 8 layers of 256 units, at one time: forward, and forward with the gradient of every parameter.
 
+use crate::dynamics::share;
 use crate::particles::points;
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_bench::machine::Machine;
-use lgs_bench::table::{Row, percent, section};
-use lgs_bench::{REPEATS, median_secs};
+use lgs_bench::table::{Row, section};
+use lgs_bench::{Beside, Panels, median_secs};
 use lgs_model::source::network::{DeformInput, deform, deform_kept, deform_vjp};
 use lgs_model::source::reference::{self, ReferenceInput};
 use lgs_model::source::{DELTAS, Deformation, DeformationConfig, InputFrame};
@@ -21,13 +22,13 @@ pub(crate) fn run(machine: &Machine) {
     for count in COUNTS {
         let case = Case::new(&network, count);
         let name = |what: &str| format!("{count} Gaussians, {what}");
-        let secs = median_secs(REPEATS, || deform(case.input()));
-        share(&name("forward"), secs, forward * count as f64, machine);
-        let secs = median_secs(REPEATS, || case.both());
-        share(&name("forward + backward"), secs, both * count as f64, machine);
-        let measured = median_secs(5, || case.reference());
-        Row::timed(name("forward + backward in tensor operations"), measured)
-            .with_ratio(format!("{:.2} × the fused time", measured / secs))
+        let measured = Beside::measure::<Panels, _>(machine.cores, || deform(case.input()));
+        share(&name("forward"), measured, forward * count as f64, None).print();
+        let measured = Beside::measure::<Panels, _>(machine.cores, || case.both());
+        share(&name("forward + backward"), measured, both * count as f64, None).print();
+        let reference = median_secs(5, || case.reference());
+        Row::timed(name("forward + backward in tensor operations"), reference)
+            .with_ratio(format!("{:.2} × the fused time", reference / measured.secs))
             .print();
     }
 }
@@ -79,12 +80,4 @@ fn operations(config: &DeformationConfig) -> [f64; 2] {
     let forward = 2.0 * (all - readers * config.time_width() * config.width) as f64;
     let constant = 2.0 * (readers * config.position_width() * config.width) as f64;
     [forward, 3.0 * forward - constant]
-}
-
-fn share(name: &str, secs: f64, work: f64, machine: &Machine) {
-    let rate = work / secs;
-    Row::timed(name, secs)
-        .with_rate(format!("{:.1} GFLOP/s", rate * 1e-9))
-        .with_ratio(format!("{} of GEMM", percent(rate / machine.gemm.all)))
-        .print();
 }

@@ -2,10 +2,10 @@
 
 use crate::particles::{cotangents, operations, points, system};
 use burn::tensor::{Device, Tensor, TensorData};
-use lgs_bench::machine::{Machine, Products, pool};
+use lgs_bench::machine::Machine;
 use lgs_bench::memory::peak_bytes;
 use lgs_bench::table::{Row, percent, section};
-use lgs_bench::{REPEATS, median_secs, medians_in_turns};
+use lgs_bench::{Beside, Panels, median_secs};
 use lgs_dynamics::tensor::RolloutCall;
 use lgs_dynamics::{Edit, ForceKind, RolloutSpec, State, System, SystemConfig, VelocityPolicy, reference, rollout, rollout_vjp};
 
@@ -29,31 +29,18 @@ pub(crate) fn run(machine: &Machine) {
     let cotangents = cotangents(PARTICLES, STEPS + 1);
     let forward = || rollout(&system, &start, &spec);
     let both = || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents);
-    let (secs, gemm) = beside_products(machine, forward);
-    share("rollout, forward", secs, work, gemm).asked("≥ 60.0 %", work / secs >= 0.6 * gemm).print();
+    let measured = Beside::measure::<Panels, _>(machine.cores, forward);
+    share("rollout, forward", measured, work, Some(0.6)).print();
     // A product of the forward pass has two in its backward pass; what is computed a second time is not counted.
-    let (secs, gemm) = beside_products(machine, both);
-    share("rollout, forward + backward (3 × the operations)", secs, 3.0 * work, gemm)
-        .asked("≥ 50.0 %", 3.0 * work / secs >= 0.5 * gemm)
-        .print();
-    against_reference(&system, &start, secs);
+    let measured = Beside::measure::<Panels, _>(machine.cores, both);
+    share("rollout, forward + backward (3 × the operations)", measured, 3.0 * work, Some(0.5)).print();
+    against_reference(&system, &start, measured.secs);
     let (bytes, _) = peak_bytes(both);
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     Row::figure("rollout, forward + backward, peak memory over inputs", format!("{mebibytes:.1} MiB"))
         .asked("≤ 64 MiB", mebibytes <= 64.0)
         .print();
     smaller_networks(machine);
-}
-
-/// Median seconds of an operation, and the rate of matrix products on all cores, which take turns with it for about as long: other users of a
-/// machine then slow both.
-fn beside_products<T: Send>(machine: &Machine, run: impl Fn() -> T + Sync) -> (f64, f64) {
-    let (pool, mut products) = (pool(machine.cores), Products::new(machine.cores));
-    let secs = pool.install(|| median_secs(1, &run));
-    let times = (secs * machine.gemm.all / products.operations()).ceil() as usize;
-    let mut multiply = || (0..times).for_each(|_| products.multiply(&pool));
-    let [secs, products_secs] = medians_in_turns(REPEATS, [&mut || drop(std::hint::black_box(pool.install(&run))), &mut multiply]);
-    (secs, times as f64 * products.operations() / products_secs)
 }
 
 /// Networks of fewer units and both kinds of force, forward + backward: what blocks lose when products are small.
@@ -64,17 +51,22 @@ fn smaller_networks(machine: &Machine) {
         for force in [ForceKind::Mlp, ForceKind::Structured] {
             let system = System::init(SystemConfig { hidden, force, ..SystemConfig::paper() }, 1);
             let both = || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents);
-            let (secs, gemm) = beside_products(machine, both);
+            let measured = Beside::measure::<Panels, _>(machine.cores, both);
             let work = 3.0 * operations(&system.config) * (FEW * STEPS) as f64;
-            share(&format!("{FEW} particles, {hidden} units, {force:?} force, forward + backward"), secs, work, gemm).print();
+            share(&format!("{FEW} particles, {hidden} units, {force:?} force, forward + backward"), measured, work, None).print();
         }
     }
 }
 
-/// A row with the operations of a second, and their share of those of matrix products.
-fn share(name: &str, secs: f64, work: f64, gemm: f64) -> Row {
+/// A row with the operations of a second, their share of those of matrix products, and what share is asked.
+pub(crate) fn share(name: &str, Beside { secs, rate: gemm }: Beside, work: f64, asked: Option<f64>) -> Row {
     let rate = work / secs;
-    Row::timed(name, secs).with_rate(format!("{:.1} GFLOP/s", rate * 1e-9)).with_ratio(format!("{} of GEMM", percent(rate / gemm)))
+    let row =
+        Row::timed(name, secs).with_rate(format!("{:.1} GFLOP/s", rate * 1e-9)).with_ratio(format!("{} of GEMM", percent(rate / gemm)));
+    match asked {
+        Some(asked) => row.asked(format!("≥ {}", percent(asked)), rate >= asked * gemm),
+        None => row,
+    }
 }
 
 fn against_reference(system: &System, start: &State, secs: f64) {

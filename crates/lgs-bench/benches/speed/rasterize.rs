@@ -5,7 +5,7 @@ use crate::second_core::compare;
 use crate::trained_scene::{camera, in_no_order, trained_scene};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, percent, section};
-use lgs_bench::{REPEATS, median_secs};
+use lgs_bench::{Beside, REPEATS, Tile, medians_in_turns};
 use lgs_core::{Camera, GaussianCloud};
 use lgs_render::{Rasterized, RasterizedVjp, SplatGradients, Splats, rasterize, rasterize_vjp};
 use std::sync::Mutex;
@@ -54,8 +54,8 @@ pub(crate) fn run(machine: &Machine) {
     section(&format!("rasterize ({GAUSSIANS} Gaussians, {0}×{0} pixels, spherical harmonics of degree 3)", case.camera.width));
     let drawn = rasterize(&Splats::from(&case.cloud), &case.camera, BACKGROUND);
     let (listed, evaluated) = (drawn.listed_pairs() as f64, drawn.evaluated_pairs() as f64);
-    let forward = median_secs(REPEATS, || case.forward());
-    let share = |pairs: f64| pairs / forward / machine.pairs.all;
+    let Beside { secs: forward, rate } = Beside::measure::<Tile, _>(machine.cores, || case.forward());
+    let share = |pairs: f64| pairs / forward / rate;
     // The floor of the scene: every pair of the tile lists at the machine's rate.
     Row::timed("rasterize, forward", forward)
         .with_rate(format!("{:.2} G pairs/s", listed / forward * 1e-9))
@@ -66,7 +66,7 @@ pub(crate) fn run(machine: &Machine) {
     Row::figure("the same in the pairs that it evaluates", format!("{reached} of the pairs"))
         .with_ratio(format!("{} of the pair rate", percent(share(evaluated))))
         .print();
-    let both = median_secs(REPEATS, || case.both());
+    let [forward, both] = medians_in_turns(REPEATS, [&mut || case.forward(), &mut || case.both()]);
     let ratio = both / forward;
     Row::timed("rasterize, forward + backward", both).with_ratio(format!("{ratio:.2} × forward")).asked("≤ 4 ×", ratio <= 4.0).print();
     compare("rasterize, forward", 1.6, || case.forward());

@@ -2,15 +2,18 @@
 
 use crate::alignment::case;
 use crate::particles::{cotangents, points, system};
-use lgs_bench::machine::{Machine, Products, pool};
+use lgs_bench::machine::{Machine, pool};
 use lgs_bench::table::{Row, section};
-use lgs_bench::{REPEATS, median_secs, medians_in_turns};
+use lgs_bench::{OnThreads, Panels, REPEATS, median_secs, medians_in_turns};
 use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, align, rollout, rollout_vjp};
 use rayon::ThreadPool;
 use std::sync::Mutex;
 
 const PARTICLES: usize = 8192;
 const STEPS: usize = 15;
+
+/// Matrix products of a turn.
+const PRODUCTS: usize = 1200;
 
 /// Particles of the alignments, in arrays that are kept.
 const ALIGNED: usize = 50_000;
@@ -37,8 +40,9 @@ pub(crate) fn compare<T: Send>(name: &str, asked: f64, run: impl Fn() -> T + Syn
     let [one, two] = [pool(1), pool(2)];
     let times = (0.1 / two.install(|| median_secs(1, &run))).ceil().max(1.0) as usize;
     let on = |pool: &ThreadPool| pool.install(|| (0..times).for_each(|_| drop(std::hint::black_box(run()))));
-    let [mut alone, mut shared] = [Products::new(1), Products::new(2)];
-    let turns: [&mut dyn FnMut(); 4] = [&mut || on(&one), &mut || on(&two), &mut || alone.multiply(&one), &mut || shared.multiply(&two)];
+    let [mut alone, mut shared] = [1, 2].map(OnThreads::<Panels>::new);
+    let turns: [&mut dyn FnMut(); 4] =
+        [&mut || on(&one), &mut || on(&two), &mut || alone.run(&one, PRODUCTS), &mut || shared.run(&two, PRODUCTS)];
     let secs = medians_in_turns(REPEATS, turns);
     let gain = secs[0] / secs[1];
     Row::timed(format!("{name}, 2 threads"), secs[1] / times as f64)
