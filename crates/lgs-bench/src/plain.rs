@@ -29,7 +29,7 @@ impl<P: Plain> OnThreads<P> {
         Self((0..threads).map(|_| P::new()).collect())
     }
 
-    /// So many rounds in all, in a pool of as many threads.
+    /// So many rounds in all, a multiple of the threads, in a pool of as many threads.
     pub fn run(&mut self, pool: &ThreadPool, rounds: usize) {
         let share = rounds / self.0.len();
         pool.scope(|scope| {
