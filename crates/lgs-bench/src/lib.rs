@@ -15,4 +15,4 @@ pub mod triad;
 pub use matmul::Panels;
 pub use pairs::Tile;
 pub use plain::{Beside, OnThreads, Plain};
-pub use timing::{REPEATS, median_secs, medians_in_turns};
+pub use timing::{REPEATS, median_secs, medians_in_turns, times_in_turn};

@@ -1,10 +1,10 @@
 //! The plainest form of what the kernels do, on every thread of a pool, and operations that take turns with it.
 
 use crate::machine::pool;
-use crate::timing::{REPEATS, median_secs, medians_in_turns};
+use crate::timing::{REPEATS, median_secs, medians_in_turns, times_in_turn};
 use rayon::ThreadPool;
 
-/// Rounds of a measurement, per thread.
+/// Rounds of a measurement.
 const ROUNDS: usize = 400;
 
 /// Work on data that stay in a core's cache.
@@ -29,22 +29,28 @@ impl<P: Plain> OnThreads<P> {
         Self((0..threads).map(|_| P::new()).collect())
     }
 
-    /// So many rounds in all, a multiple of the threads, in a pool of as many threads.
+    /// So many rounds on every thread of a pool of as many threads.
     pub fn run(&mut self, pool: &ThreadPool, rounds: usize) {
-        let share = rounds / self.0.len();
         pool.scope(|scope| {
             for own in &mut self.0 {
-                scope.spawn(move |_| (0..share).for_each(|_| own.round()));
+                scope.spawn(move |_| (0..rounds).for_each(|_| own.round()));
             }
         });
     }
 
     /// Work per second in a pool of as many threads: the median of some measurements.
     pub(crate) fn rate(mut self, pool: &ThreadPool) -> f64 {
-        let rounds = ROUNDS * self.0.len();
-        rounds as f64 * P::WORK / median_secs(REPEATS, || self.run(pool, rounds))
+        self.work(ROUNDS) / median_secs(REPEATS, || self.run(pool, ROUNDS))
+    }
+
+    /// What so many rounds on every thread count.
+    fn work(&self, rounds: usize) -> f64 {
+        (rounds * self.0.len()) as f64 * P::WORK
     }
 }
+
+/// Seconds that a turn lasts at least.
+const TURN: f64 = 0.05;
 
 /// The median seconds of an operation on all cores, and the rate of plain work that takes turns with it.
 #[derive(Clone, Copy, Debug)]
@@ -60,15 +66,10 @@ impl Beside {
     pub fn measure<P: Plain, T: Send>(cores: usize, run: impl Fn() -> T + Sync) -> Self {
         let (pool, mut plain) = (pool(cores), OnThreads::<P>::new(cores));
         let mut run = || drop(std::hint::black_box(pool.install(&run)));
-        let some = ROUNDS * cores;
-        let per_round = median_secs(1, || plain.run(&pool, some)) / some as f64;
-        // Turns of the operation are repeated to a twentieth of a second at least.
-        let once = median_secs(1, &mut run);
-        let times = (0.05 / once).ceil().max(1.0);
-        let share = (times * once / per_round / cores as f64).ceil();
-        let rounds = share as usize * cores;
-        let [secs, plain_secs] =
-            medians_in_turns(REPEATS, [&mut || (0..times as usize).for_each(|_| run()), &mut || plain.run(&pool, rounds)]);
-        Self { secs: secs / times, rate: rounds as f64 * P::WORK / plain_secs }
+        let times = times_in_turn(TURN, &mut run);
+        let turn = times as f64 * median_secs(1, &mut run);
+        let rounds = ROUNDS * times_in_turn(turn, || plain.run(&pool, ROUNDS));
+        let [secs, plain_secs] = medians_in_turns(REPEATS, [&mut || (0..times).for_each(|_| run()), &mut || plain.run(&pool, rounds)]);
+        Self { secs: secs / times as f64, rate: plain.work(rounds) / plain_secs }
     }
 }

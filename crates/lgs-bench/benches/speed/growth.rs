@@ -4,7 +4,7 @@ use crate::alignment::{case, case_of};
 use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, section};
-use lgs_bench::{median_secs, medians_in_turns};
+use lgs_bench::{medians_in_turns, times_in_turn};
 use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, StateCotangents, Supports, rollout, rollout_vjp};
 
 pub(crate) const COUNTS: [usize; 3] = [5_000, 50_000, 500_000];
@@ -69,7 +69,7 @@ impl Aligned {
 /// are woken once per measurement, as by a rollout.
 pub(crate) fn per_gaussian<F: FnMut() + Send>(runs: [F; 3]) -> [f64; 3] {
     let mut repeated = runs.map(|mut run| {
-        let times = (0.1 / median_secs(1, &mut run)).ceil().max(1.0) as usize;
+        let times = times_in_turn(0.1, &mut run);
         (times, move || rayon::scope(|_| (0..times).for_each(|_| run())))
     });
     let times = repeated.each_ref().map(|(times, _)| *times);

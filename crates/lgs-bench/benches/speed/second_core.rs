@@ -4,7 +4,7 @@ use crate::alignment::case;
 use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::{Machine, pool};
 use lgs_bench::table::{Row, section};
-use lgs_bench::{OnThreads, Panels, REPEATS, median_secs, medians_in_turns};
+use lgs_bench::{OnThreads, Panels, REPEATS, medians_in_turns, times_in_turn};
 use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, align, rollout, rollout_vjp};
 use rayon::ThreadPool;
 use std::sync::Mutex;
@@ -38,11 +38,11 @@ pub(crate) fn run(_: &Machine) {
 /// then they are in the way of the other pool's.
 pub(crate) fn compare<T: Send>(name: &str, asked: f64, run: impl Fn() -> T + Sync) {
     let [one, two] = [pool(1), pool(2)];
-    let times = (0.1 / two.install(|| median_secs(1, &run))).ceil().max(1.0) as usize;
+    let times = two.install(|| times_in_turn(0.1, || drop(std::hint::black_box(run()))));
     let on = |pool: &ThreadPool| pool.install(|| (0..times).for_each(|_| drop(std::hint::black_box(run()))));
     let [mut alone, mut shared] = [1, 2].map(OnThreads::<Panels>::new);
     let turns: [&mut dyn FnMut(); 4] =
-        [&mut || on(&one), &mut || on(&two), &mut || alone.run(&one, PRODUCTS), &mut || shared.run(&two, PRODUCTS)];
+        [&mut || on(&one), &mut || on(&two), &mut || alone.run(&one, PRODUCTS), &mut || shared.run(&two, PRODUCTS / 2)];
     let secs = medians_in_turns(REPEATS, turns);
     let gain = secs[0] / secs[1];
     Row::timed(format!("{name}, 2 threads"), secs[1] / times as f64)
