@@ -1,7 +1,7 @@
 //! LagrangeGS: dynamic Gaussian scenes from multi-view images whose motion is a Lagrangian system.
 //!
-//! This package is the command line ([`cli`]) and one name for all library crates. What a command does lies in those crates; here are
-//! only flags, progress bars, messages and file names.
+//! This package is the command line ([`cli`]) and one name for all library crates. What a command does lies
+//! in those crates; here are only flags, progress bars, messages and file names.
 //!
 //! ```no_run
 //! use lagrangegs::lgs_dynamics::{Edit, Reversal};
@@ -15,4 +15,7 @@
 
 pub mod cli;
 
-pub use {lgs_core, lgs_data, lgs_distill, lgs_dynamics, lgs_eval, lgs_model, lgs_render, lgs_report, lgs_suite, lgs_train};
+pub use {
+    lgs_core, lgs_data, lgs_distill, lgs_dynamics, lgs_eval, lgs_model, lgs_render, lgs_report, lgs_suite,
+    lgs_train,
+};

@@ -1,7 +1,9 @@
-//! What the benchmarks stand on: clocks and medians, the rates of the machine they run on, a table, and a count of allocated bytes.
+//! What the benchmarks stand on: clocks and medians, the rates of the machine they run on, a table, and a
+//! count of allocated bytes.
 //!
-//! `cargo bench --workspace --bench speed` measures the machine first and everything else after it, in one run, so that each figure is a
-//! ratio of two numbers taken side by side. Nothing here is for use outside of benchmarks, and no test asserts a time.
+//! `cargo bench --workspace --bench speed` measures the machine first and everything else after it, in one
+//! run, so that each figure is a ratio of two numbers taken side by side. Nothing here is for use outside of
+//! benchmarks, and no test asserts a time.
 
 pub mod machine;
 mod matmul;

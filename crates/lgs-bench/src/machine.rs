@@ -11,12 +11,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 pub struct Machine {
     /// Cores of the run.
     pub cores: usize,
-    /// Multiplications and additions in f32 per second, in products of 256×128 by 128×128 panels by the gemm library; each core has
-    /// panels of its own, which stay in its cache.
+    /// Multiplications and additions in f32 per second, in products of 256×128 by 128×128 panels by the gemm
+    /// library; each core has panels of its own, which stay in its cache.
     pub gemm: PerCore,
-    /// Bytes per second of `a = b + s c` on arrays in memory: two reads and one write per element, in that count.
+    /// Bytes per second of `a = b + s c` on arrays in memory: two reads and one write per element, in that
+    /// count.
     pub bandwidth: PerCore,
-    /// Pixel–Gaussian pairs evaluated and blended per second, on data in the first-level cache and without any control flow.
+    /// Pixel–Gaussian pairs evaluated and blended per second, on data in the first-level cache and without
+    /// any control flow.
     pub pairs: PerCore,
 }
 
@@ -37,8 +39,14 @@ impl Machine {
         let mut triad = Triad::new(&all);
         let bandwidth = PerCore { single: triad.bytes_per_sec(&one), all: triad.bytes_per_sec(&all) };
         drop(triad);
-        let gemm = PerCore { single: OnThreads::<Panels>::new(1).rate(&one), all: OnThreads::<Panels>::new(cores).rate(&all) };
-        let pairs = PerCore { single: OnThreads::<Tile>::new(1).rate(&one), all: OnThreads::<Tile>::new(cores).rate(&all) };
+        let gemm = PerCore {
+            single: OnThreads::<Panels>::new(1).rate(&one),
+            all: OnThreads::<Panels>::new(cores).rate(&all),
+        };
+        let pairs = PerCore {
+            single: OnThreads::<Tile>::new(1).rate(&one),
+            all: OnThreads::<Tile>::new(cores).rate(&all),
+        };
         Self { cores, gemm, bandwidth, pairs }
     }
 }
@@ -49,5 +57,8 @@ impl Machine {
 /// If the threads can't be started.
 #[must_use]
 pub fn pool(threads: usize) -> ThreadPool {
-    ThreadPoolBuilder::new().num_threads(threads).build().unwrap_or_else(|error| panic!("pool of {threads} threads: {error}"))
+    ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap_or_else(|error| panic!("pool of {threads} threads: {error}"))
 }

@@ -1,5 +1,8 @@
 //! Panels for the rate of matrix products.
-#![expect(unsafe_code, reason = "the gemm crate takes raw pointers; the arrays' lengths are those of the shape")]
+#![expect(
+    unsafe_code,
+    reason = "the gemm crate takes raw pointers; the arrays' lengths are those of the shape"
+)]
 
 use crate::plain::Plain;
 use gemm::{Parallelism, gemm};
@@ -20,7 +23,8 @@ impl Plain for Panels {
 
     fn new() -> Self {
         let [m, k, n] = SHAPE;
-        let numbers = |len: usize| (0..len).map(|i| ((i * 37) % 101) as f32 / 101.0 - 0.5).collect::<Vec<_>>();
+        let numbers =
+            |len: usize| (0..len).map(|i| ((i * 37) % 101) as f32 / 101.0 - 0.5).collect::<Vec<_>>();
         Self { out: vec![0.0; m * n], a: numbers(m * k), b: numbers(k * n) }
     }
 
@@ -28,7 +32,8 @@ impl Plain for Panels {
     fn round(&mut self) {
         let [m, k, n] = SHAPE;
         let (rows, depth) = (m as isize, k as isize);
-        // SAFETY: the arrays hold m·n, m·k and k·n values, which the strides given stay inside; `out` is borrowed exclusively.
+        // SAFETY: the arrays hold m·n, m·k and k·n values, which the strides given stay inside; `out` is
+        // borrowed exclusively.
         unsafe {
             #[rustfmt::skip]
             gemm(m, n, k, self.out.as_mut_ptr(), rows, 1, false, self.a.as_ptr(), rows, 1, self.b.as_ptr(), depth, 1,

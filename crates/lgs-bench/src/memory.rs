@@ -1,5 +1,8 @@
 //! Bytes and blocks allocated, counted by the global allocator of a benchmark.
-#![expect(unsafe_code, reason = "an allocator is an unsafe trait; every call goes to the system's allocator unchanged")]
+#![expect(
+    unsafe_code,
+    reason = "an allocator is an unsafe trait; every call goes to the system's allocator unchanged"
+)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};

@@ -1,7 +1,8 @@
 //! The arithmetic floor of blending: what one pixel and one Gaussian cost when nothing else does.
 //!
-//! The loop is the one of the rasterizer's tiles without lists, bounds, early exit and bookkeeping of stops: a tile of 16×16 pixels, 64
-//! Gaussians that lie in the first-level cache with it, every pixel of every Gaussian evaluated and blended with masks.
+//! The loop is the one of the rasterizer's tiles without lists, bounds, early exit and bookkeeping of stops:
+//! a tile of 16×16 pixels, 64 Gaussians that lie in the first-level cache with it, every pixel of every
+//! Gaussian evaluated and blended with masks.
 
 use crate::plain::Plain;
 use lgs_render::exponential::exp2;
@@ -50,7 +51,11 @@ impl Plain for Tile {
                 color: [0.8, 0.5, 0.2],
             }
         };
-        Self { color: [Plane([0.0; PIXELS]); 3], transmittance: Plane([1.0; PIXELS]), gaussians: std::array::from_fn(gaussian) }
+        Self {
+            color: [Plane([0.0; PIXELS]); 3],
+            transmittance: Plane([1.0; PIXELS]),
+            gaussians: std::array::from_fn(gaussian),
+        }
     }
 
     /// Blends all Gaussians over the tile from full transmittance on.
@@ -73,17 +78,26 @@ impl WithSimd for Blend<'_> {
         let centres: [f32; EDGE] = std::array::from_fn(|x| x as f32 + 0.5);
         let centres = S::as_simd_f32s(&centres).0;
         let per_row = EDGE / S::F32_LANES;
-        let (least, most, stop) = (simd.splat_f32s(ALPHA_MIN.log2()), simd.splat_f32s(ALPHA_MAX), simd.splat_f32s(TRANSMITTANCE_STOP));
+        let (least, most, stop) = (
+            simd.splat_f32s(ALPHA_MIN.log2()),
+            simd.splat_f32s(ALPHA_MAX),
+            simd.splat_f32s(TRANSMITTANCE_STOP),
+        );
         for g in gaussians.iter() {
-            let (r, gr, b) = (simd.splat_f32s(g.color[0]), simd.splat_f32s(g.color[1]), simd.splat_f32s(g.color[2]));
+            let (r, gr, b) =
+                (simd.splat_f32s(g.color[0]), simd.splat_f32s(g.color[1]), simd.splat_f32s(g.color[2]));
             for (column, &centre) in centres.iter().enumerate() {
-                let along = simd.mul_f32s(simd.splat_f32s(g.factor[0]), simd.sub_f32s(centre, simd.splat_f32s(g.mean[0])));
+                let along = simd.mul_f32s(
+                    simd.splat_f32s(g.factor[0]),
+                    simd.sub_f32s(centre, simd.splat_f32s(g.mean[0])),
+                );
                 for row in 0..EDGE {
                     let at = row * per_row + column;
                     let dy = row as f32 + 0.5 - g.mean[1];
                     let w = g.factor[2] * dy;
                     let u = simd.add_f32s(along, simd.splat_f32s(g.factor[1] * dy));
-                    let power = simd.negate_mul_add_f32s(u, u, simd.splat_f32s((-w).mul_add(w, g.log2_opacity)));
+                    let power =
+                        simd.negate_mul_add_f32s(u, u, simd.splat_f32s((-w).mul_add(w, g.log2_opacity)));
                     let seen = simd.greater_than_or_equal_f32s(power, least);
                     let weight = simd.mul_f32s(simd.min_f32s(exp2(simd, power), most), transmittance[at]);
                     let next = simd.sub_f32s(transmittance[at], weight);

@@ -1,4 +1,5 @@
-//! The plainest form of what the kernels do, on every thread of a pool, and operations that take turns with it.
+//! The plainest form of what the kernels do, on every thread of a pool, and operations that take turns with
+//! it.
 
 use crate::machine::pool;
 use crate::timing::{REPEATS, median_secs, medians_in_turns, times_in_turn};
@@ -62,14 +63,18 @@ pub struct Beside {
 }
 
 impl Beside {
-    /// Measures an operation and plain work in one pool, in turns that last equally long, so that other users of the machine slow both.
+    /// Measures an operation and plain work in one pool, in turns that last equally long, so that other users
+    /// of the machine slow both.
     pub fn measure<P: Plain, T: Send>(cores: usize, run: impl Fn() -> T + Sync) -> Self {
         let (pool, mut plain) = (pool(cores), OnThreads::<P>::new(cores));
         let mut run = || drop(std::hint::black_box(pool.install(&run)));
         let times = times_in_turn(TURN, &mut run);
         let turn = times as f64 * median_secs(1, &mut run);
         let rounds = ROUNDS * times_in_turn(turn, || plain.run(&pool, ROUNDS));
-        let [secs, plain_secs] = medians_in_turns(REPEATS, [&mut || (0..times).for_each(|_| run()), &mut || plain.run(&pool, rounds)]);
+        let [secs, plain_secs] = medians_in_turns(
+            REPEATS,
+            [&mut || (0..times).for_each(|_| run()), &mut || plain.run(&pool, rounds)],
+        );
         Self { secs: secs / times as f64, rate: plain.work(rounds) / plain_secs }
     }
 }

@@ -49,9 +49,13 @@ impl Row {
     /// Prints the row.
     pub fn print(&self) {
         let time = self.secs.map_or(String::new(), duration);
-        let asked =
-            self.asked.as_ref().map_or(String::new(), |(demand, met)| format!("{demand:<22} {}", if *met { "met" } else { "MISSED" }));
-        println!("{}", format!("{:<58} {time:>10}  {:<20} {:<30} {asked}", self.name, self.rate, self.ratio).trim_end());
+        let asked = self.asked.as_ref().map_or(String::new(), |(demand, met)| {
+            format!("{demand:<22} {}", if *met { "met" } else { "MISSED" })
+        });
+        println!(
+            "{}",
+            format!("{:<58} {time:>10}  {:<20} {:<30} {asked}", self.name, self.rate, self.ratio).trim_end()
+        );
     }
 }
 

@@ -5,13 +5,15 @@ use std::time::Instant;
 /// Measurements that a median is taken of.
 pub const REPEATS: usize = 7;
 
-/// The median over `repeats` (odd) runs of the wall time of `run`, seconds, after one run that is not counted.
+/// The median over `repeats` (odd) runs of the wall time of `run`, seconds, after one run that is not
+/// counted.
 pub fn median_secs<T>(repeats: usize, mut run: impl FnMut() -> T) -> f64 {
     let [secs] = medians_in_turns(repeats, [&mut || drop(std::hint::black_box(run()))]);
     secs
 }
 
-/// The medians of several operations that take turns, so that what else the machine does in the meantime meets all of them.
+/// The medians of several operations that take turns, so that what else the machine does in the meantime
+/// meets all of them.
 pub fn medians_in_turns<const N: usize>(repeats: usize, mut runs: [&mut dyn FnMut(); N]) -> [f64; N] {
     runs.iter_mut().for_each(|run| run());
     let mut times = [const { Vec::new() }; N];

@@ -21,7 +21,11 @@ impl Triad {
     /// Arrays whose pages have been touched by `pool`.
     #[must_use]
     pub fn new(pool: &ThreadPool) -> Self {
-        let filled = |value: f32| pool.install(|| (0..ELEMENTS).into_par_iter().with_min_len(CHUNK).map(|_| value).collect::<Vec<_>>());
+        let filled = |value: f32| {
+            pool.install(|| {
+                (0..ELEMENTS).into_par_iter().with_min_len(CHUNK).map(|_| value).collect::<Vec<_>>()
+            })
+        };
         Self { a: filled(0.0), b: filled(1.0), c: filled(2.0) }
     }
 
@@ -35,10 +39,12 @@ impl Triad {
 
     /// `a = b + s c` once, in the current pool.
     pub fn run(&mut self) {
-        self.a.par_chunks_mut(CHUNK).zip(self.b.par_chunks(CHUNK)).zip(self.c.par_chunks(CHUNK)).for_each(|((a, b), c)| {
-            for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
-                *a = b + 3.0 * c;
-            }
-        });
+        self.a.par_chunks_mut(CHUNK).zip(self.b.par_chunks(CHUNK)).zip(self.c.par_chunks(CHUNK)).for_each(
+            |((a, b), c)| {
+                for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+                    *a = b + 3.0 * c;
+                }
+            },
+        );
     }
 }

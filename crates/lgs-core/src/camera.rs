@@ -2,7 +2,8 @@
 
 use glam::{Mat4, Vec3, Vec4};
 
-/// Depth up to which nothing is drawn unless a camera says otherwise, world units: as in 3D Gaussian splatting (§2.3).
+/// Depth up to which nothing is drawn unless a camera says otherwise, world units: as in 3D Gaussian
+/// splatting (§2.3).
 pub const DEFAULT_NEAR: f32 = 0.2;
 
 /// A pinhole camera. Pixels are continuous coordinates, the centre of pixel (i, j) being (i + 0.5, j + 0.5).
@@ -27,7 +28,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera at `eye` that looks at `target` with world z up; `fov_x` is the horizontal field of view in radians.
+    /// A camera at `eye` that looks at `target` with world z up; `fov_x` is the horizontal field of view in
+    /// radians.
     ///
     /// A view along the z axis falls back to y as the up direction.
     #[must_use]
@@ -37,7 +39,8 @@ impl Camera {
         let up = if forward.z.abs() > 0.999 { Vec3::Y } else { Vec3::Z };
         let right = forward.cross(up).normalize();
         let down = forward.cross(right);
-        let world_from_camera = Mat4::from_cols(right.extend(0.0), down.extend(0.0), forward.extend(0.0), eye.extend(1.0));
+        let world_from_camera =
+            Mat4::from_cols(right.extend(0.0), down.extend(0.0), forward.extend(0.0), eye.extend(1.0));
         let focal = width as f32 / (2.0 * (0.5 * fov_x).tan());
         Self {
             width,
@@ -51,7 +54,8 @@ impl Camera {
         }
     }
 
-    /// The camera of a pose with OpenGL/Blender axes (x right, y up, z backwards), given camera-to-world, row by row.
+    /// The camera of a pose with OpenGL/Blender axes (x right, y up, z backwards), given camera-to-world, row
+    /// by row.
     #[must_use]
     pub fn camera_from_world_of_opengl(world_from_camera: [[f32; 4]; 4]) -> Mat4 {
         let rows = world_from_camera.map(Vec4::from);
@@ -66,7 +70,8 @@ impl Camera {
         self.camera_from_world.inverse().w_axis.truncate().into()
     }
 
-    /// The pixel that a world point projects to, and its depth along the viewing axis. Behind the camera the pixel means nothing.
+    /// The pixel that a world point projects to, and its depth along the viewing axis. Behind the camera the
+    /// pixel means nothing.
     #[must_use]
     pub fn pixel_from_world(&self, point: [f32; 3]) -> ([f32; 2], f32) {
         let p = self.camera_from_world.transform_point3(Vec3::from(point));
@@ -85,7 +90,15 @@ impl Camera {
     #[must_use]
     pub fn resized(&self, width: u32, height: u32) -> Self {
         let (sx, sy) = (width as f32 / self.width as f32, height as f32 / self.height as f32);
-        Self { width, height, fx: self.fx * sx, fy: self.fy * sy, cx: self.cx * sx, cy: self.cy * sy, ..*self }
+        Self {
+            width,
+            height,
+            fx: self.fx * sx,
+            fy: self.fy * sy,
+            cx: self.cx * sx,
+            cy: self.cy * sy,
+            ..*self
+        }
     }
 
     /// The view of [`crate::Image::reduced`].
@@ -93,7 +106,15 @@ impl Camera {
     pub fn reduced(&self, factor: u32) -> Self {
         let by = factor as f32;
         let (width, height) = (self.width / factor, self.height / factor);
-        Self { width, height, fx: self.fx / by, fy: self.fy / by, cx: self.cx / by, cy: self.cy / by, ..*self }
+        Self {
+            width,
+            height,
+            fx: self.fx / by,
+            fy: self.fy / by,
+            cx: self.cx / by,
+            cy: self.cy / by,
+            ..*self
+        }
     }
 
     /// Number of pixels.
@@ -113,7 +134,11 @@ mod tests {
         // Blender camera at (0, -4, 0) looking along +y: right = +x, up = +z, backwards = -y.
         let pose = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, -4.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
         let other = Camera::camera_from_world_of_opengl(pose);
-        assert!(camera.camera_from_world.abs_diff_eq(other, 1e-5), "{:?} {other:?}", camera.camera_from_world);
+        assert!(
+            camera.camera_from_world.abs_diff_eq(other, 1e-5),
+            "{:?} {other:?}",
+            camera.camera_from_world
+        );
         let (up, _) = camera.pixel_from_world([0.0, 0.0, 0.5]);
         assert!(up[1] < camera.cy, "world up is towards row 0");
     }

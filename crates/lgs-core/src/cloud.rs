@@ -35,7 +35,9 @@ pub enum CloudError {
 impl std::fmt::Display for CloudError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Length { field, expected, found } => write!(f, "`{field}` has {found} values where {expected} are expected"),
+            Self::Length { field, expected, found } => {
+                write!(f, "`{field}` has {found} values where {expected} are expected")
+            }
             Self::NonFinite { field, index } => write!(f, "`{field}` of Gaussian {index} is not finite"),
             Self::Degree(degree) => write!(f, "spherical-harmonic degree {degree} is above 3"),
         }
@@ -46,8 +48,8 @@ impl std::error::Error for CloudError {}
 
 /// Gaussians as parallel arrays of equal length (`sh` holds `K` coefficients of three channels per Gaussian).
 ///
-/// All values are raw: the scale of an axis is `exp(log_scale)`, the opacity is `sigmoid(raw_opacity)` and the rotation is the normalised
-/// quaternion.
+/// All values are raw: the scale of an axis is `exp(log_scale)`, the opacity is `sigmoid(raw_opacity)` and
+/// the rotation is the normalised quaternion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GaussianCloud {
     /// Centres, world units.

@@ -18,7 +18,8 @@ impl Image {
         Self { width, height, pixels: vec![rgb; width as usize * height as usize] }
     }
 
-    /// Means of blocks of `factor`² pixels; rows and columns that fill no block are left out. [`crate::Camera::reduced`] fits to it.
+    /// Means of blocks of `factor`² pixels; rows and columns that fill no block are left out.
+    /// [`crate::Camera::reduced`] fits to it.
     #[must_use]
     pub fn reduced(&self, factor: u32) -> Self {
         let side = factor as usize;
@@ -41,7 +42,11 @@ impl Image {
     /// The image as it reads back from an 8-bit file.
     #[must_use]
     pub fn quantized(&self) -> Self {
-        let pixels = self.pixels.iter().map(|p| p.map(|v| ((v.clamp(0.0, 1.0) * 255.0 + 0.5).floor()) / 255.0)).collect();
+        let pixels = self
+            .pixels
+            .iter()
+            .map(|p| p.map(|v| ((v.clamp(0.0, 1.0) * 255.0 + 0.5).floor()) / 255.0))
+            .collect();
         Self { pixels, ..*self }
     }
 }

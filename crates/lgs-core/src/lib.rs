@@ -1,4 +1,5 @@
-//! Values and geometry that every other crate shares: cameras, Gaussian clouds, images, nearest neighbours and seeded random streams.
+//! Values and geometry that every other crate shares: cameras, Gaussian clouds, images, nearest neighbours
+//! and seeded random streams.
 //!
 //! ```
 //! use lgs_core::{Camera, GaussianCloud};
@@ -9,8 +10,8 @@
 //! assert!((pixel[0] - 32.0).abs() < 1e-3 && depth > 3.0);
 //! ```
 //!
-//! Invariant: no files, no threads, no clock and no global state. A position is `[f32; 3]` in world units, a rotation is a
-//! quaternion `[w, x, y, z]`, and raw (pre-activation) parameters say so in their names.
+//! Invariant: no files, no threads, no clock and no global state. A position is `[f32; 3]` in world units, a
+//! rotation is a quaternion `[w, x, y, z]`, and raw (pre-activation) parameters say so in their names.
 
 mod camera;
 mod cloud;

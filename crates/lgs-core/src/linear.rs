@@ -62,7 +62,9 @@ pub fn transpose(m: &Mat3) -> Mat3 {
 #[must_use]
 #[inline]
 pub fn mat_mul(a: &Mat3, b: &Mat3) -> Mat3 {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j]))
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
+    })
 }
 
 /// `m v`.
@@ -114,7 +116,8 @@ pub fn norm(a: [f32; 3]) -> f32 {
     dot(a, a).sqrt()
 }
 
-/// Solves the symmetric positive definite `a x = b` for `columns` right-hand sides (`b` is `[n, columns]`, row by row) in place.
+/// Solves the symmetric positive definite `a x = b` for `columns` right-hand sides (`b` is `[n, columns]`,
+/// row by row) in place.
 ///
 /// `false` if `a` (`[n, n]`, lower triangle used) is not positive definite; `b` then means nothing.
 #[must_use]

@@ -45,8 +45,11 @@ fn nearest_with_distance(points: &[[f32; 3]], queries: &[[f32; 3]], count: usize
     let tree: ImmutableKdTree<f32, 3> = ImmutableKdTree::new_from_slice(points);
     let mut found = Vec::with_capacity(queries.len() * wanted.get());
     for query in queries {
-        let mut row: Vec<(f32, u32)> =
-            tree.nearest_n::<SquaredEuclidean>(query, wanted).into_iter().map(|n| (n.distance, n.item as u32)).collect();
+        let mut row: Vec<(f32, u32)> = tree
+            .nearest_n::<SquaredEuclidean>(query, wanted)
+            .into_iter()
+            .map(|n| (n.distance, n.item as u32))
+            .collect();
         row.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         found.extend(row);
     }

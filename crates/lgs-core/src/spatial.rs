@@ -3,14 +3,17 @@
 /// Bits of a coordinate in a Morton code.
 const BITS: u32 = 21;
 
-/// Points in the order of their Morton codes on a grid of 2²¹ cells along the longest side of their bounding box: index of the first, of the second, …
+/// Points in the order of their Morton codes on a grid of 2²¹ cells along the longest side of their bounding
+/// box: index of the first, of the second, …
 ///
 /// Points of one cell keep their order. Points that are not finite have a place as well.
 #[must_use]
 pub fn spatial_order(points: &[[f32; 3]]) -> Vec<u32> {
     let finite = || points.iter().filter(|p| p.iter().all(|x| x.is_finite()));
-    let lowest: [f32; 3] = std::array::from_fn(|axis| finite().map(|p| p[axis]).fold(f32::INFINITY, f32::min));
-    let side = finite().flat_map(|p| (0..3).map(|axis| p[axis] - lowest[axis])).fold(f32::MIN_POSITIVE, f32::max);
+    let lowest: [f32; 3] =
+        std::array::from_fn(|axis| finite().map(|p| p[axis]).fold(f32::INFINITY, f32::min));
+    let side =
+        finite().flat_map(|p| (0..3).map(|axis| p[axis] - lowest[axis])).fold(f32::MIN_POSITIVE, f32::max);
     let per_side = ((1 << BITS) - 1) as f32 / side;
     let code = |p: &[f32; 3]| {
         let [x, y, z] = std::array::from_fn(|axis| spread(((p[axis] - lowest[axis]) * per_side) as u64));
@@ -56,8 +59,9 @@ mod tests {
     #[test]
     fn neighbours_in_space_come_close_and_every_point_once() {
         let side = 16;
-        let mut points: Vec<[f32; 3]> =
-            (0..side * side * side).map(|i| [i % side, i / side % side, i / side / side].map(|x| x as f32)).collect();
+        let mut points: Vec<[f32; 3]> = (0..side * side * side)
+            .map(|i| [i % side, i / side % side, i / side / side].map(|x| x as f32))
+            .collect();
         points.reverse();
         let order = spatial_order(&points);
         let mut sorted = order.clone();

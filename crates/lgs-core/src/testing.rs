@@ -1,7 +1,8 @@
-//! Comparison of float arrays for tests: worst index, relative L2 error and cosine in one message; and numbers to compare with other
-//! languages.
+//! Comparison of float arrays for tests: worst index, relative L2 error and cosine in one message; and
+//! numbers to compare with other languages.
 
-/// Numbers in [0, 1) from a 32-bit mixing of seed and index: the same in any language, for expected values made by another program.
+/// Numbers in [0, 1) from a 32-bit mixing of seed and index: the same in any language, for expected values
+/// made by another program.
 pub fn pseudo_random(count: usize, seed: u32) -> impl Iterator<Item = f64> {
     (0..count as u32).map(move |i| {
         let mut x = i.wrapping_add(seed.wrapping_mul(0x9E37_79B1));
@@ -50,7 +51,11 @@ pub fn distance(found: &[f32], expected: &[f32]) -> Distance {
         dot += a * b;
     }
     let relative_l2 = if norm2 > 0.0 { (diff2 / norm2).sqrt() } else { diff2.sqrt() };
-    let cosine = if norm2 > 0.0 && found2 > 0.0 { dot / (norm2 * found2).sqrt() } else { f64::from(u8::from(norm2 == found2)) };
+    let cosine = if norm2 > 0.0 && found2 > 0.0 {
+        dot / (norm2 * found2).sqrt()
+    } else {
+        f64::from(u8::from(norm2 == found2))
+    };
     Distance { max_abs, worst, relative_l2, cosine }
 }
 
@@ -60,10 +65,16 @@ pub fn distance(found: &[f32], expected: &[f32]) -> Distance {
 /// If they differ by more.
 pub fn assert_values_close(name: &str, found: &[f32], expected: &[f32], max_abs: f64, relative_l2: f64) {
     let d = distance(found, expected);
-    assert!(d.max_abs <= max_abs && d.relative_l2 <= relative_l2, "{name}: {d:?}, found {} expected {}", found[d.worst], expected[d.worst]);
+    assert!(
+        d.max_abs <= max_abs && d.relative_l2 <= relative_l2,
+        "{name}: {d:?}, found {} expected {}",
+        found[d.worst],
+        expected[d.worst]
+    );
 }
 
-/// Asserts the agreement asked of gradients: relative L2 ≤ 1e-3 and cosine ≥ 0.99999, and no gradient missing altogether.
+/// Asserts the agreement asked of gradients: relative L2 ≤ 1e-3 and cosine ≥ 0.99999, and no gradient missing
+/// altogether.
 ///
 /// # Panics
 /// If they differ by more.

@@ -1,8 +1,8 @@
-//! `cameras.json` in the layout of the INRIA viewers: one object per view with id, image name, size, centre, camera-to-world rotation
-//! (rows, OpenCV axes) and focal lengths.
+//! `cameras.json` in the layout of the INRIA viewers: one object per view with id, image name, size, centre,
+//! camera-to-world rotation (rows, OpenCV axes) and focal lengths.
 //!
-//! The principal point is written too (`cx`, `cy`); viewers that don't know the keys ignore them, and a file without them means the image
-//! centre.
+//! The principal point is written too (`cx`, `cy`); viewers that don't know the keys ignore them, and a file
+//! without them means the image centre.
 
 use crate::files::{self, FileError};
 use glam::{Mat3, Mat4, Vec3};
@@ -62,7 +62,8 @@ struct Entry {
 /// # Errors
 /// If the file can't be written.
 pub fn write_cameras_json(path: &Path, cameras: &[(String, Camera)]) -> Result<(), CamerasError> {
-    let entries: Vec<Entry> = cameras.iter().enumerate().map(|(id, (name, camera))| entry(id, name, camera)).collect();
+    let entries: Vec<Entry> =
+        cameras.iter().enumerate().map(|(id, (name, camera))| entry(id, name, camera)).collect();
     files::write_atomically(path, |w| serde_json::to_writer(w, &entries).map_err(Into::into))?;
     Ok(())
 }
@@ -73,8 +74,8 @@ pub fn write_cameras_json(path: &Path, cameras: &[(String, Camera)]) -> Result<(
 /// If the file can't be read, is malformed, or holds a size, focal length or pose that can't be.
 pub fn read_cameras_json(path: &Path) -> Result<Vec<(String, Camera)>, CamerasError> {
     let bytes = files::read_bytes(path)?;
-    let entries: Vec<Entry> =
-        serde_json::from_slice(&bytes).map_err(|reason| CamerasError::Malformed { path: path.to_path_buf(), reason })?;
+    let entries: Vec<Entry> = serde_json::from_slice(&bytes)
+        .map_err(|reason| CamerasError::Malformed { path: path.to_path_buf(), reason })?;
     entries.into_iter().enumerate().map(|(index, entry)| camera(path, index, entry)).collect()
 }
 
@@ -95,7 +96,13 @@ fn entry(id: usize, name: &str, camera: &Camera) -> Entry {
 }
 
 fn camera(path: &Path, index: usize, entry: Entry) -> Result<(String, Camera), CamerasError> {
-    let wrong = |field, expected, found: String| CamerasError::Value { path: path.to_path_buf(), index, field, expected, found };
+    let wrong = |field, expected, found: String| CamerasError::Value {
+        path: path.to_path_buf(),
+        index,
+        field,
+        expected,
+        found,
+    };
     for (field, size) in [("width", entry.width), ("height", entry.height)] {
         if size == 0 {
             return Err(wrong(field, "above 0", size.to_string()));
@@ -145,7 +152,10 @@ mod tests {
     fn sample() -> Vec<(String, Camera)> {
         let mut second = Camera::look_at([1.0, -3.0, 2.0], [0.1, 0.0, 0.3], 0.8, 64, 48);
         second.cx += 3.5;
-        vec![("train/r_0".into(), Camera::look_at([0.0, -4.0, 1.0], [0.0; 3], 0.7, 40, 30)), ("train/r_1".into(), second)]
+        vec![
+            ("train/r_0".into(), Camera::look_at([0.0, -4.0, 1.0], [0.0; 3], 0.7, 40, 30)),
+            ("train/r_1".into(), second),
+        ]
     }
 
     #[test]
@@ -156,7 +166,10 @@ mod tests {
         let back = read_cameras_json(&path).unwrap();
         for ((name, camera), (other_name, other)) in sample().iter().zip(&back) {
             assert_eq!(name, other_name);
-            assert_eq!((camera.width, camera.height, camera.fx, camera.cx), (other.width, other.height, other.fx, other.cx));
+            assert_eq!(
+                (camera.width, camera.height, camera.fx, camera.cx),
+                (other.width, other.height, other.fx, other.cx)
+            );
             assert!(camera.camera_from_world.abs_diff_eq(other.camera_from_world, 1e-5));
         }
     }
@@ -167,9 +180,13 @@ mod tests {
         let path = dir.path().join("cameras.json");
         write_cameras_json(&path, &sample()).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-        // The first camera looks from y = −4, z = 1 at the origin: the third column (forward) is (0, 4, −1)/√17.
+        // The first camera looks from y = −4, z = 1 at the origin: the third column (forward) is (0, 4,
+        // −1)/√17.
         let forward: Vec<f64> = (0..3).map(|row| json[0]["rotation"][row][2].as_f64().unwrap()).collect();
-        assert!((forward[1] - 4.0 / 17f64.sqrt()).abs() < 1e-6 && (forward[2] + 1.0 / 17f64.sqrt()).abs() < 1e-6, "{forward:?}");
+        assert!(
+            (forward[1] - 4.0 / 17f64.sqrt()).abs() < 1e-6 && (forward[2] + 1.0 / 17f64.sqrt()).abs() < 1e-6,
+            "{forward:?}"
+        );
     }
 
     #[test]
@@ -180,7 +197,10 @@ mod tests {
         entries[0]["fx"] = 0.0.into();
         std::fs::write(&path, entries.to_string()).unwrap();
         let message = read_cameras_json(&path).unwrap_err().to_string();
-        assert!(message.contains("camera 0") && message.contains("`fx`") && message.ends_with("cameras.json"), "{message}");
+        assert!(
+            message.contains("camera 0") && message.contains("`fx`") && message.ends_with("cameras.json"),
+            "{message}"
+        );
         entries[0]["fx"] = 10.0.into();
         entries[0]["rotation"][0][0] = 3.0.into();
         std::fs::write(&path, entries.to_string()).unwrap();

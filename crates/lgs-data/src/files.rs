@@ -1,7 +1,8 @@
 //! Writing files so that a crash, a full disk or an unwritable folder never leaves half of one.
 //!
-//! The contents go to a temporary file in the destination's own folder, are flushed to the disk and renamed over the destination. A rename
-//! within one folder is atomic, so a reader sees the old file or the new one. Errors say what failed and end with the path.
+//! The contents go to a temporary file in the destination's own folder, are flushed to the disk and renamed
+//! over the destination. A rename within one folder is atomic, so a reader sees the old file or the new one.
+//! Errors say what failed and end with the path.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -27,11 +28,15 @@ impl FileError {
     }
 }
 
-/// Writes a file through a temporary one beside it: either all of it arrives or the destination stays as it was.
+/// Writes a file through a temporary one beside it: either all of it arrives or the destination stays as it
+/// was.
 ///
 /// # Errors
 /// If the folder can't be written, `fill` fails or the disk is full; the temporary file is removed.
-pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), FileError> {
+pub fn write_atomically(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), FileError> {
     write_and_rename(path, fill).map_err(|reason| FileError::new("write file", path, reason))
 }
 
@@ -39,7 +44,10 @@ pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Re
 ///
 /// # Errors
 /// As there, or if a folder can't be created.
-pub fn write_with_parents(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), FileError> {
+pub fn write_with_parents(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), FileError> {
     let folder = folder_of(path);
     fs::create_dir_all(folder).map_err(|reason| FileError::new("create folder", folder, reason))?;
     write_atomically(path, fill)
@@ -77,7 +85,8 @@ fn write_and_rename(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
     Ok(())
 }
 
-/// Names of temporary files and folders; `mode` is narrowed by the user's umask, so that results are as readable as any other file.
+/// Names of temporary files and folders; `mode` is narrowed by the user's umask, so that results are as
+/// readable as any other file.
 pub(crate) fn temporary_builder(mode: u32) -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".partial-");
@@ -88,7 +97,8 @@ pub(crate) fn temporary_builder(mode: u32) -> tempfile::Builder<'static, 'static
     builder
 }
 
-/// Makes a rename durable. Not every file system can; the rename itself has happened, so a refusal is no error.
+/// Makes a rename durable. Not every file system can; the rename itself has happened, so a refusal is no
+/// error.
 fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
         let _ = folder.sync_all();

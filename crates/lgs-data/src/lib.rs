@@ -1,4 +1,5 @@
-//! Everything of LagrangeGS that touches a user's files, checkpoints excepted: splat files, camera lists, image sets and synthetic scenes.
+//! Everything of LagrangeGS that touches a user's files, checkpoints excepted: splat files, camera lists,
+//! image sets and synthetic scenes.
 //!
 //! ```no_run
 //! use lgs_data::dataset::{Dataset, LoadOptions};
@@ -7,10 +8,11 @@
 //! # Ok::<(), lgs_data::dataset::DatasetError>(())
 //! ```
 //!
-//! Invariants: a reader returns plain core values or one error that names the file, the field, what was expected and what was found,
-//! and checks sizes before it allocates. A writer leaves either the whole file or none. Nothing is ever written into a dataset folder
-//! that already holds something. The crate knows nothing of training, and its synthetic scenes share no code with the rasterizer or the
-//! integrators, so that they can judge both.
+//! Invariants: a reader returns plain core values or one error that names the file, the field, what was
+//! expected and what was found, and checks sizes before it allocates. A writer leaves either the whole file
+//! or none. Nothing is ever written into a dataset folder that already holds something. The crate knows
+//! nothing of training, and its synthetic scenes share no code with the rasterizer or the integrators, so
+//! that they can judge both.
 
 pub mod cameras;
 pub mod dataset;

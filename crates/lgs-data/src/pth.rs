@@ -1,9 +1,10 @@
 //! PyTorch checkpoints (`.pth`) read as data.
 //!
-//! A checkpoint is a pickle, and unpickling one in Python can run any program. Here the pickle is parsed: calls that rebuild tensors are
-//! understood, every other one is kept as a name, and nothing is executed. The ZIP container of today's `torch.save`, the stream that
-//! came before it and the TAR before that are told apart by content. A tensor is read when it is asked for, after its type and shape
-//! have been checked, so that what a file claims never decides how much memory is taken.
+//! A checkpoint is a pickle, and unpickling one in Python can run any program. Here the pickle is parsed:
+//! calls that rebuild tensors are understood, every other one is kept as a name, and nothing is executed. The
+//! ZIP container of today's `torch.save`, the stream that came before it and the TAR before that are told
+//! apart by content. A tensor is read when it is asked for, after its type and shape have been checked, so
+//! that what a file claims never decides how much memory is taken.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,8 @@ impl StateDict {
     /// # Errors
     /// If the file can't be read, is no checkpoint or is damaged.
     pub fn open(path: &Path) -> Result<Self, PthError> {
-        let failed = |e: &dyn std::error::Error| PthError::Checkpoint { path: path.to_owned(), reason: e.to_string() };
+        let failed =
+            |e: &dyn std::error::Error| PthError::Checkpoint { path: path.to_owned(), reason: e.to_string() };
         let reader = PytorchReader::new(path).map_err(|e| failed(&e))?;
         Ok(Self { path: path.to_owned(), tensors: reader.into_tensors().into_iter().collect() })
     }
@@ -71,13 +73,16 @@ impl StateDict {
     /// If it is absent, of another shape, not of 32-bit floats, not whole or not finite.
     pub fn values(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, PthError> {
         let error = |found: String| self.error(name, format!("32-bit floats of shape {shape:?}"), found);
-        let Some(tensor) = self.tensors.get(name) else { return Err(self.absent(name, format!("32-bit floats of shape {shape:?}"))) };
+        let Some(tensor) = self.tensors.get(name) else {
+            return Err(self.absent(name, format!("32-bit floats of shape {shape:?}")));
+        };
         if tensor.dtype() != DType::F32 || tensor.shape() != shape {
             return Err(error(format!("{:?} of shape {:?}", tensor.dtype(), tensor.shape())));
         }
         let bytes = tensor.read().map_err(|e| error(e.to_string()))?;
         // The reader returns values in the machine's own byte order.
-        let values: Vec<f32> = bytes.as_chunks::<4>().0.iter().map(|word| f32::from_ne_bytes(*word)).collect();
+        let values: Vec<f32> =
+            bytes.as_chunks::<4>().0.iter().map(|word| f32::from_ne_bytes(*word)).collect();
         match values.iter().position(|v| !v.is_finite()) {
             None => Ok(values),
             Some(at) => Err(error(format!("{} at index {at}", values[at]))),
@@ -96,15 +101,20 @@ impl StateDict {
         PthError::Tensor { path: self.path.clone(), field: field.to_owned(), expected, found }
     }
 
-    /// What stands in the place of a tensor: nothing, or a value that is not one, such as a call that was not made.
+    /// What stands in the place of a tensor: nothing, or a value that is not one, such as a call that was not
+    /// made.
     fn what_else(&self, name: &str) -> String {
         match PytorchReader::read_pickle_data(&self.path, None) {
             Ok(PickleValue::Dict(entries)) => match entries.get(name) {
                 None => "nothing of that name".to_owned(),
-                Some(PickleValue::Unsupported(class)) => format!("an object of the Python type `{class}`, which is not run"),
+                Some(PickleValue::Unsupported(class)) => {
+                    format!("an object of the Python type `{class}`, which is not run")
+                }
                 Some(_) => "a value that is no tensor".to_owned(),
             },
-            Ok(PickleValue::Unsupported(class)) => format!("an object of the Python type `{class}` instead of a dictionary"),
+            Ok(PickleValue::Unsupported(class)) => {
+                format!("an object of the Python type `{class}` instead of a dictionary")
+            }
             _ => "no dictionary".to_owned(),
         }
     }
@@ -150,7 +160,10 @@ mod tests {
             ("epoch", &[1], "`posix.system`, which is not run"),
         ] {
             let text = dict.values(name, shape).unwrap_err().to_string();
-            assert!(text.starts_with(&format!("`{name}`")) && text.contains(part) && text.ends_with("net.pth"), "{text}");
+            assert!(
+                text.starts_with(&format!("`{name}`")) && text.contains(part) && text.ends_with("net.pth"),
+                "{text}"
+            );
         }
     }
 

@@ -9,7 +9,8 @@ pub enum CheckpointEntry<'a> {
     Call(&'a str, &'a str, &'a str),
 }
 
-/// A dictionary as `torch.save` wrote it before version 1.6: a stream of pickles, then each storage as a count and its bytes.
+/// A dictionary as `torch.save` wrote it before version 1.6: a stream of pickles, then each storage as a
+/// count and its bytes.
 #[must_use]
 pub fn checkpoint(entries: &[(&str, CheckpointEntry<'_>)]) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -32,7 +33,8 @@ pub fn checkpoint(entries: &[(&str, CheckpointEntry<'_>)]) -> Vec<u8> {
         }
     }
     bytes.extend(b"u.");
-    let storages = || entries.iter().enumerate().filter_map(|(key, (_, entry))| values(entry).map(|v| (key, v)));
+    let storages =
+        || entries.iter().enumerate().filter_map(|(key, (_, entry))| values(entry).map(|v| (key, v)));
     bytes.extend([0x80, 2, b']', b'(']);
     storages().for_each(|(key, _)| text(&mut bytes, &key.to_string()));
     bytes.extend(b"e.");

@@ -1,4 +1,5 @@
-//! Stage 1 on ground-truth trajectories, without and with noise: the error at three times the window, as a part of the path.
+//! Stage 1 on ground-truth trajectories, without and with noise: the error at three times the window, as a
+//! part of the path.
 //!
 //! `cargo run --release -p lgs-distill --example distill_ground_truth`
 
@@ -25,7 +26,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let seconds = clock.elapsed().as_secs_f64();
             let error = 100.0 * relative_error(&found, &truth.points);
             let forecast = found.report.forecast_error.unwrap_or(f64::NAN);
-            println!("{scene:<14} {noise:>6} {error:>8.3}% {forecast:>9.1e} {seconds:>8.1}  {}", describe(&found));
+            println!(
+                "{scene:<14} {noise:>6} {error:>8.3}% {forecast:>9.1e} {seconds:>8.1}  {}",
+                describe(&found)
+            );
         }
     }
     Ok(())
@@ -39,7 +43,10 @@ fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
         (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
     };
     let times = (0..WINDOW).map(|i| (DT * i as f64) as f32).collect();
-    let positions = points[..WINDOW].iter().map(|row| row.iter().map(|p| p.map(|x| x + noise * normal())).collect()).collect();
+    let positions = points[..WINDOW]
+        .iter()
+        .map(|row| row.iter().map(|p| p.map(|x| x + noise * normal())).collect())
+        .collect();
     Trajectories { times, positions }
 }
 

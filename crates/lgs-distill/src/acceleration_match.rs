@@ -32,15 +32,19 @@ impl NormalEquations {
     pub(crate) fn solve(&self, terms: &Terms, center: V3) -> Law {
         let columns = active_columns(terms);
         let n = columns.len();
-        let pairs = |a: &[usize], b: &[usize]| a.iter().flat_map(|&i| b.iter().map(move |&j| self.gram[i][j])).sum::<f64>();
+        let pairs = |a: &[usize], b: &[usize]| {
+            a.iter().flat_map(|&i| b.iter().map(move |&j| self.gram[i][j])).sum::<f64>()
+        };
         let mut gram = vec![0.0; n * n];
-        let mut rhs: Vec<f64> = columns.iter().map(|group| group.iter().map(|&c| self.rhs[c]).sum()).collect();
+        let mut rhs: Vec<f64> =
+            columns.iter().map(|group| group.iter().map(|&c| self.rhs[c]).sum()).collect();
         for (i, a) in columns.iter().enumerate() {
             for (j, b) in columns.iter().enumerate() {
                 gram[i * n + j] = pairs(a, b);
             }
         }
-        // Stiffness along directions that are hardly visited is noise: all of them share the ridge of the largest.
+        // Stiffness along directions that are hardly visited is noise: all of them share the ridge of the
+        // largest.
         let largest = (3..9).map(|c| self.gram[c][c]).fold(0.0, f64::max);
         for (i, group) in columns.iter().enumerate() {
             let visited = if (3..9).contains(&group[0]) { largest } else { gram[i * n + i] };

@@ -1,7 +1,7 @@
 //! Particles that hold a rigid object together: a few, far apart, none of them a floater.
 //!
-//! With these as the support of every particle, Eq. 6 keeps the whole object rigid at the cost of a local support. Nearest neighbours
-//! do not: each small neighbourhood stays rigid, and the object still stretches.
+//! With these as the support of every particle, Eq. 6 keeps the whole object rigid at the cost of a local
+//! support. Nearest neighbours do not: each small neighbourhood stays rigid, and the object still stretches.
 
 use crate::balance::{LEAST_TURN, balance, turning_axis};
 use crate::chebyshev::Order;
@@ -9,11 +9,12 @@ use crate::dense::{V3, add, mat_t_vec, norm2, solve_positive, sub};
 use crate::pose::SmoothPose;
 use crate::shared_motion::SharedMotion;
 
-/// Particles lighter than this part of the mean weight (outliers, faint ones) are no anchors, unless too few are left.
+/// Particles lighter than this part of the mean weight (outliers, faint ones) are no anchors, unless too few
+/// are left.
 const LIGHTEST: f64 = 0.3;
 
-/// The shape point whose acceleration changes least over the window: the centre of a thrown, spinning body, which need not be the mean of
-/// its Gaussians. The origin where the object hardly turns.
+/// The shape point whose acceleration changes least over the window: the centre of a thrown, spinning body,
+/// which need not be the mean of its Gaussians. The origin where the object hardly turns.
 fn steadiest_point(motion: &SharedMotion, smooth: &SmoothPose) -> V3 {
     let seconds: Vec<_> = motion.times.iter().map(|&t| smooth.at(t, Order::Second)).collect();
     let per = 1.0 / seconds.len() as f64;
@@ -39,12 +40,14 @@ fn steadiest_point(motion: &SharedMotion, smooth: &SmoothPose) -> V3 {
     if solve_positive(&mut gram, &mut rhs, 3, 1) && norm2(rhs) <= reach { rhs } else { [0.0; 3] }
 }
 
-/// Up to `count` particles: farthest-point sampling of the shape, each with the particle nearest to its mirror image through `center`
-/// (shape axes), balanced afterwards about the axis that the object turns about.
+/// Up to `count` particles: farthest-point sampling of the shape, each with the particle nearest to its
+/// mirror image through `center` (shape axes), balanced afterwards about the axis that the object turns
+/// about.
 pub(crate) fn choose_anchors(motion: &SharedMotion, smooth: &SmoothPose, count: usize) -> Vec<usize> {
     let center = steadiest_point(motion, smooth);
     let mean = 1.0 / motion.weights.len().max(1) as f64;
-    let mut eligible: Vec<usize> = (0..motion.shape.len()).filter(|&i| motion.weights[i] >= LIGHTEST * mean).collect();
+    let mut eligible: Vec<usize> =
+        (0..motion.shape.len()).filter(|&i| motion.weights[i] >= LIGHTEST * mean).collect();
     if eligible.len() < count {
         eligible = (0..motion.shape.len()).collect();
     }
@@ -62,14 +65,23 @@ pub(crate) fn choose_anchors(motion: &SharedMotion, smooth: &SmoothPose, count: 
     // Of the anchors so far, about the centre.
     let mut sum = [0.0; 3];
     while left > 0 {
-        let Some(far) = (0..eligible.len()).max_by(|&i, &j| apart[i].total_cmp(&apart[j]).then(j.cmp(&i))) else { break };
+        let Some(far) = (0..eligible.len()).max_by(|&i, &j| apart[i].total_cmp(&apart[j]).then(j.cmp(&i)))
+        else {
+            break;
+        };
         take(far, &mut apart);
         left -= 1;
         sum = add(sum, sub(motion.shape[eligible[far]], center));
         // The mirror image also makes up for what earlier pairs have left.
         let mirrored = sub(center, sum);
-        let to_mirror = |i: usize| if apart[i] < 0.0 { f64::INFINITY } else { norm2(sub(motion.shape[eligible[i]], mirrored)) };
-        let Some(near) = (0..eligible.len()).min_by(|&i, &j| to_mirror(i).total_cmp(&to_mirror(j)).then(i.cmp(&j))) else { break };
+        let to_mirror = |i: usize| {
+            if apart[i] < 0.0 { f64::INFINITY } else { norm2(sub(motion.shape[eligible[i]], mirrored)) }
+        };
+        let Some(near) =
+            (0..eligible.len()).min_by(|&i, &j| to_mirror(i).total_cmp(&to_mirror(j)).then(i.cmp(&j)))
+        else {
+            break;
+        };
         if left > 0 && apart[near] >= 0.0 {
             take(near, &mut apart);
             sum = add(sum, sub(motion.shape[eligible[near]], center));
@@ -96,8 +108,10 @@ mod tests {
         let slanted = Pose { linear: rotation_of_vector([0.4, 0.6, 0.0]), shift: [0.0; 3] };
         let body: Vec<V3> = block([0.3, 0.2, 0.05], 500, 5).into_iter().map(|b| slanted.apply(b)).collect();
         let times: Vec<f32> = (0..40).map(|i| 0.02 * i as f32).collect();
-        let at = |t: f32| Pose { linear: rotation_of_vector([0.0, 0.0, 2.0 * f64::from(t)]), shift: [0.0; 3] };
-        let positions = times.iter().map(|&t| body.iter().map(|&b| narrow(at(t).apply(b))).collect()).collect();
+        let at =
+            |t: f32| Pose { linear: rotation_of_vector([0.0, 0.0, 2.0 * f64::from(t)]), shift: [0.0; 3] };
+        let positions =
+            times.iter().map(|&t| body.iter().map(|&b| narrow(at(t).apply(b))).collect()).collect();
         let motion = SharedMotion::fit(&Trajectories { times, positions }, None, PoseKind::Rigid);
         let smooth = motion.smooth(2..=8).0;
         let axis = turning_axis(&motion, &smooth).expect("it turns");

@@ -1,7 +1,8 @@
 //! Anchors balanced about the axis that an object turns about.
 //!
-//! A rigid rollout conserves the anchors' angular momentum. If the axis of a turn is no principal axis of theirs, the object begins to tumble,
-//! whatever the true body does: the masses of a body are not those of its Gaussians.
+//! A rigid rollout conserves the anchors' angular momentum. If the axis of a turn is no principal axis of
+//! theirs, the object begins to tumble, whatever the true body does: the masses of a body are not those of
+//! its Gaussians.
 
 use crate::chebyshev::Order;
 use crate::dense::{V3, add, dot, mat_t_vec, norm2, scale, sub, symmetric_eigen};
@@ -37,18 +38,28 @@ pub(crate) fn turning_axis(motion: &SharedMotion, smooth: &SmoothPose) -> Option
     (square.sqrt() * duration >= LEAST_TURN).then_some(axis)
 }
 
-/// Exchanges anchors for other eligible particles until their centroid is at the centre and the axis is a principal one of theirs: a body
-/// that turns freely about it goes on doing so, whatever the shape of its Gaussians.
+/// Exchanges anchors for other eligible particles until their centroid is at the centre and the axis is a
+/// principal one of theirs: a body that turns freely about it goes on doing so, whatever the shape of its
+/// Gaussians.
 ///
-/// One exchange at a time ends where every other one is too coarse, so pairs of the finest ones are tried as well.
-pub(crate) fn balance(motion: &SharedMotion, center: V3, axis: V3, eligible: &[usize], anchors: &mut [usize]) {
-    let square = anchors.iter().map(|&i| norm2(sub(motion.shape[i], center))).sum::<f64>() / anchors.len().max(1) as f64;
+/// One exchange at a time ends where every other one is too coarse, so pairs of the finest ones are tried as
+/// well.
+pub(crate) fn balance(
+    motion: &SharedMotion,
+    center: V3,
+    axis: V3,
+    eligible: &[usize],
+    anchors: &mut [usize],
+) {
+    let square = anchors.iter().map(|&i| norm2(sub(motion.shape[i], center))).sum::<f64>()
+        / anchors.len().max(1) as f64;
     let moments = |i: usize| {
         let r = sub(motion.shape[i], center);
         let along = dot(r, axis);
         Moments { first: scale(r, square.sqrt()), products: scale(sub(r, scale(axis, along)), along) }
     };
-    let considered: Vec<usize> = eligible.iter().copied().step_by(eligible.len().div_ceil(CONSIDERED).max(1)).collect();
+    let considered: Vec<usize> =
+        eligible.iter().copied().step_by(eligible.len().div_ceil(CONSIDERED).max(1)).collect();
     for _ in 0..EXCHANGES {
         let total = anchors.iter().fold(Moments::default(), |sum, &i| sum.plus(moments(i), 1.0));
         if total.size().sqrt() <= BALANCED * square * anchors.len() as f64 {
@@ -57,7 +68,11 @@ pub(crate) fn balance(motion: &SharedMotion, center: V3, axis: V3, eligible: &[u
         let mut moves: Vec<Exchange> = Vec::new();
         for (slot, &anchor) in anchors.iter().enumerate() {
             for &particle in considered.iter().filter(|i| !anchors.contains(i)) {
-                moves.push(Exchange { slot, particle, change: moments(particle).plus(moments(anchor), -1.0) });
+                moves.push(Exchange {
+                    slot,
+                    particle,
+                    change: moments(particle).plus(moments(anchor), -1.0),
+                });
             }
         }
         let Some(chosen) = best_exchanges(moves, total) else { return };
@@ -65,7 +80,8 @@ pub(crate) fn balance(motion: &SharedMotion, center: V3, axis: V3, eligible: &[u
     }
 }
 
-/// The exchange, or the pair of those that change least, that leaves least; none if it is no less than what there is.
+/// The exchange, or the pair of those that change least, that leaves least; none if it is no less than what
+/// there is.
 fn best_exchanges(mut moves: Vec<Exchange>, total: Moments) -> Option<Vec<Exchange>> {
     let mut best = (total.size(), Vec::new());
     for &exchange in &moves {
@@ -99,7 +115,10 @@ struct Moments {
 
 impl Moments {
     fn plus(self, other: Self, sign: f64) -> Self {
-        Self { first: add(self.first, scale(other.first, sign)), products: add(self.products, scale(other.products, sign)) }
+        Self {
+            first: add(self.first, scale(other.first, sign)),
+            products: add(self.products, scale(other.products, sign)),
+        }
     }
 
     fn size(&self) -> f64 {

@@ -1,7 +1,9 @@
-//! Chebyshev least squares on uniform samples, with analytic derivatives and the degree chosen by generalised cross validation.
+//! Chebyshev least squares on uniform samples, with analytic derivatives and the degree chosen by generalised
+//! cross validation.
 //!
-//! Every channel of a curve (a coordinate, an entry of a pose) shares the basis, so one factorisation serves all of them. Low degrees
-//! are preferred: the smallest whose score is within a few per cent of the best one, since derivatives amplify what the extra degrees fit.
+//! Every channel of a curve (a coordinate, an entry of a pose) shares the basis, so one factorisation serves
+//! all of them. Low degrees are preferred: the smallest whose score is within a few per cent of the best one,
+//! since derivatives amplify what the extra degrees fit.
 
 use crate::dense::solve_positive;
 
@@ -54,7 +56,8 @@ impl Curve {
         Self { start, end, channels, coefficients: rhs }
     }
 
-    /// The fit whose degree in `degrees` has the smallest generalised cross-validation score (within 3 %, the lowest); also its degree.
+    /// The fit whose degree in `degrees` has the smallest generalised cross-validation score (within 3 %, the
+    /// lowest); also its degree.
     ///
     /// `emphasis` scales each channel's residual, for channels of different units.
     pub(crate) fn fit_by_cross_validation(
@@ -76,7 +79,10 @@ impl Curve {
             .collect();
         let best = fits.iter().map(|(_, score)| *score).fold(f64::INFINITY, f64::min);
         // Noise-free curves: f32 rounding of the values is as good as a residual gets.
-        let magnitude: f64 = values.chunks_exact(channels).flat_map(|r| r.iter().zip(emphasis).map(|(v, e)| (v * e).powi(2))).sum();
+        let magnitude: f64 = values
+            .chunks_exact(channels)
+            .flat_map(|r| r.iter().zip(emphasis).map(|(v, e)| (v * e).powi(2)))
+            .sum();
         let floor = 1e-14 * magnitude;
         for (offset, (fit, score)) in fits.into_iter().enumerate() {
             if score <= 1.03 * best + floor {
@@ -157,7 +163,8 @@ mod tests {
         let (curve, degree) = Curve::fit_by_cross_validation(&times, &values, &[1.0, 1.0], 1..=9);
         assert_eq!(degree, 3);
         for t in [-0.01, 0.3, 0.8] {
-            let (value, first, second) = (curve.at(t, Order::Value), curve.at(t, Order::First), curve.at(t, Order::Second));
+            let (value, first, second) =
+                (curve.at(t, Order::Value), curve.at(t, Order::First), curve.at(t, Order::Second));
             assert!((value[0] - (1.0 + 2.0 * t - 3.0 * t * t)).abs() < 1e-9);
             assert!((first[0] - (2.0 - 6.0 * t)).abs() < 1e-8);
             assert!((second[1] - 6.0 * t).abs() < 1e-7);

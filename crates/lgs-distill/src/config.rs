@@ -46,17 +46,20 @@ pub struct PartitionConfig {
     pub length_tolerance: f32,
     /// … plus this, world units, plus three times the noise that smoothing leaves.
     pub length_slack: f32,
-    /// Root mean square difference of two displacements, as a part of the larger one, up to which an edge holds.
+    /// Root mean square difference of two displacements, as a part of the larger one, up to which an edge
+    /// holds.
     pub displacement_tolerance: f32,
     /// Smaller components join the nearest object.
     pub smallest_object: usize,
-    /// Objects whose root mean square displacement is below this part of the largest one's are static: a source's surroundings are never
-    /// quite still.
+    /// Objects whose root mean square displacement is below this part of the largest one's are static: a
+    /// source's surroundings are never quite still.
     pub negligible_motion: f32,
-    /// Where there are images: objects whose rest would raise the mean squared error of the source's images by less than this part are
-    /// static, unless nothing else raises it much more (G14: 0, none). Plain walls slide along themselves, which no image tells from rest.
+    /// Where there are images: objects whose rest would raise the mean squared error of the source's images
+    /// by less than this part are static, unless nothing else raises it much more (G14: 0, none). Plain walls
+    /// slide along themselves, which no image tells from rest.
     pub unseen_motion: f32,
-    /// Rounds in which particles go to the motion that explains them best; 0 leaves the graph's objects as they are (G14).
+    /// Rounds in which particles go to the motion that explains them best; 0 leaves the graph's objects as
+    /// they are (G14).
     pub regroup_rounds: usize,
     /// Degree of the polynomial that smooths each particle's path before the tests; 0 leaves it as it is.
     pub smoothing_degree: usize,
@@ -92,7 +95,9 @@ impl PartitionConfig {
                 return Err((key, "0 is below 1".to_owned()));
             }
         }
-        for (key, part) in [("negligible_motion", self.negligible_motion), ("unseen_motion", self.unseen_motion)] {
+        for (key, part) in
+            [("negligible_motion", self.negligible_motion), ("unseen_motion", self.unseen_motion)]
+        {
             if !(part.is_finite() && part >= 0.0) {
                 return Err((key, format!("{part} is negative or not finite")));
             }
@@ -143,7 +148,14 @@ pub struct RolloutConfig {
 
 impl Default for RolloutConfig {
     fn default() -> Self {
-        Self { steps: 60, particles: 96, learning_rate: 3e-4, velocity_learning_rate: 1e-3, force_penalty: 1e-4, first_horizon: 20 }
+        Self {
+            steps: 60,
+            particles: 96,
+            learning_rate: 3e-4,
+            velocity_learning_rate: 1e-3,
+            force_penalty: 1e-4,
+            first_horizon: 20,
+        }
     }
 }
 
@@ -161,7 +173,8 @@ pub struct DistillConfig {
     pub hidden_layers: usize,
     /// Motion that particles share.
     pub shared_motion: SharedMotionKind,
-    /// A shared motion is taken if its residual is below 1.5 times the independent noise plus this part of the displacement.
+    /// A shared motion is taken if its residual is below 1.5 times the independent noise plus this part of
+    /// the displacement.
     pub shared_residual: f32,
     /// Lowest degree of the polynomials that smooth a motion over time.
     pub lowest_degree: usize,
@@ -171,20 +184,22 @@ pub struct DistillConfig {
     pub held_out: f32,
     /// A simpler law is taken if its forecast error is at most this many times the best one's …
     pub forecast_slack: f32,
-    /// The same for laws without a force: what a potential explains belongs to the potential (G42), so only a clearly better forecast
-    /// brings in a force.
+    /// The same for laws without a force: what a potential explains belongs to the potential (G42), so only a
+    /// clearly better forecast brings in a force.
     pub conservative_slack: f32,
     /// … plus this part of the root mean square displacement.
     pub forecast_floor: f32,
-    /// … plus, for laws without a force, this, world units: what the source of the trajectories cannot resolve. Training from images adds
-    /// a tenth of a pixel.
+    /// … plus, for laws without a force, this, world units: what the source of the trajectories cannot
+    /// resolve. Training from images adds a tenth of a pixel.
     pub forecast_tolerance: f32,
-    /// Particles that hold a rigid object together, at least 4; a support of that many costs no more than one of nearest neighbours.
+    /// Particles that hold a rigid object together, at least 4; a support of that many costs no more than one
+    /// of nearest neighbours.
     pub anchors: usize,
-    /// Whether bodies may be held rigid by one support, for laws that need it and for those that they follow as well so; without it every
-    /// particle moves by itself.
+    /// Whether bodies may be held rigid by one support, for laws that need it and for those that they follow
+    /// as well so; without it every particle moves by itself.
     pub whole_object: bool,
-    /// Networks are fitted to what the linear law leaves only if its forecast error is above this part of the displacement.
+    /// Networks are fitted to what the linear law leaves only if its forecast error is above this part of the
+    /// displacement.
     pub remainder_threshold: f32,
     /// Networks' acceleration matching.
     pub matching: MatchingConfig,
@@ -225,8 +240,20 @@ impl DistillConfig {
             potential: PotentialKind::Mlp,
             force: ForceKind::Mlp,
             hidden: 128,
-            matching: MatchingConfig { steps: 3000, batch: 512, learning_rate: 2e-3, force_penalty: 1e-3, particles: 4096 },
-            rollout: RolloutConfig { steps: 400, particles: 512, learning_rate: 1e-4, first_horizon: 10, ..RolloutConfig::default() },
+            matching: MatchingConfig {
+                steps: 3000,
+                batch: 512,
+                learning_rate: 2e-3,
+                force_penalty: 1e-3,
+                particles: 4096,
+            },
+            rollout: RolloutConfig {
+                steps: 400,
+                particles: 512,
+                learning_rate: 1e-4,
+                first_horizon: 10,
+                ..RolloutConfig::default()
+            },
             ..Self::default()
         }
     }
@@ -251,16 +278,41 @@ impl DistillConfig {
                 "between lowest_degree and 14",
                 self.highest_degree.to_string(),
             ),
-            (self.held_out > 0.0 && self.held_out <= 0.5, "held_out", "in (0, 0.5]", self.held_out.to_string()),
+            (
+                self.held_out > 0.0 && self.held_out <= 0.5,
+                "held_out",
+                "in (0, 0.5]",
+                self.held_out.to_string(),
+            ),
             (self.forecast_slack >= 1.0, "forecast_slack", "at least 1", self.forecast_slack.to_string()),
-            (self.conservative_slack >= 1.0, "conservative_slack", "at least 1", self.conservative_slack.to_string()),
+            (
+                self.conservative_slack >= 1.0,
+                "conservative_slack",
+                "at least 1",
+                self.conservative_slack.to_string(),
+            ),
             (self.forecast_floor >= 0.0, "forecast_floor", "at least 0", self.forecast_floor.to_string()),
-            (self.forecast_tolerance >= 0.0, "forecast_tolerance", "at least 0", self.forecast_tolerance.to_string()),
+            (
+                self.forecast_tolerance >= 0.0,
+                "forecast_tolerance",
+                "at least 0",
+                self.forecast_tolerance.to_string(),
+            ),
             (self.shared_residual >= 0.0, "shared_residual", "at least 0", self.shared_residual.to_string()),
             (self.anchors >= 4, "anchors", "at least 4", self.anchors.to_string()),
             (self.matching.batch > 0, "matching.batch", "at least 1", self.matching.batch.to_string()),
-            (self.matching.particles > 0, "matching.particles", "at least 1", self.matching.particles.to_string()),
-            (self.rollout.particles > 0, "rollout.particles", "at least 1", self.rollout.particles.to_string()),
+            (
+                self.matching.particles > 0,
+                "matching.particles",
+                "at least 1",
+                self.matching.particles.to_string(),
+            ),
+            (
+                self.rollout.particles > 0,
+                "rollout.particles",
+                "at least 1",
+                self.rollout.particles.to_string(),
+            ),
         ];
         for (holds, field, expected, found) in checks {
             if !holds {

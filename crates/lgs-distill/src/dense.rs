@@ -1,7 +1,8 @@
-//! Small dense linear algebra in double precision: least squares, symmetric eigenvectors, the nearest rotation.
+//! Small dense linear algebra in double precision: least squares, symmetric eigenvectors, the nearest
+//! rotation.
 //!
-//! The fits of this crate have a few dozen unknowns at most, so plain loops are enough; double precision because they difference
-//! positions twice.
+//! The fits of this crate have a few dozen unknowns at most, so plain loops are enough; double precision
+//! because they difference positions twice.
 
 pub(crate) use lgs_core::linear::solve_positive;
 
@@ -90,7 +91,8 @@ pub(crate) fn inverse3(m: &M3) -> Option<M3> {
     Some(std::array::from_fn(|i| [c0[i] / determinant, c1[i] / determinant, c2[i] / determinant]))
 }
 
-/// Eigenvalues (descending) and unit eigenvectors (rows of the second array) of a symmetric matrix, by cyclic Jacobi rotations.
+/// Eigenvalues (descending) and unit eigenvectors (rows of the second array) of a symmetric matrix, by cyclic
+/// Jacobi rotations.
 pub(crate) fn symmetric_eigen<const N: usize>(mut a: [[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
     let mut vectors = [[0.0; N]; N];
     for (i, row) in vectors.iter_mut().enumerate() {
@@ -127,11 +129,13 @@ fn rotate<const N: usize>(a: &mut [[f64; N]; N], vectors: &mut [[f64; N]; N], p:
     }
     for k in 0..N {
         (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-        (vectors[p][k], vectors[q][k]) = (c * vectors[p][k] - s * vectors[q][k], s * vectors[p][k] + c * vectors[q][k]);
+        (vectors[p][k], vectors[q][k]) =
+            (c * vectors[p][k] - s * vectors[q][k], s * vectors[p][k] + c * vectors[q][k]);
     }
 }
 
-/// The rotation `R` that maximises `tr(Rᵀ a)`, through Horn's quaternion form: defined (if not unique) for every `a`.
+/// The rotation `R` that maximises `tr(Rᵀ a)`, through Horn's quaternion form: defined (if not unique) for
+/// every `a`.
 pub(crate) fn nearest_rotation(a: &M3) -> M3 {
     let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *a;
     let (values, vectors) = symmetric_eigen([

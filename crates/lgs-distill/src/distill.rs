@@ -1,7 +1,8 @@
 //! Stage 1 for one object: from its trajectories to U, Q and the initial state.
 //!
-//! Particles that share a motion are denoised together; a linear law is chosen by forecasts and fitted by rollouts; networks learn what
-//! it leaves if that is worth it (or everything, in the paper's configuration), and stay only if they forecast better.
+//! Particles that share a motion are denoised together; a linear law is chosen by forecasts and fitted by
+//! rollouts; networks learn what it leaves if that is worth it (or everything, in the paper's configuration),
+//! and stay only if they forecast better.
 
 use crate::config::DistillConfig;
 use crate::report::DistillReport;
@@ -49,7 +50,8 @@ pub struct Distilled {
 }
 
 impl Distilled {
-    /// Supports for Eq. 6: the anchors for every particle where the law was fitted to a rigid body, else `k` nearest neighbours.
+    /// Supports for Eq. 6: the anchors for every particle where the law was fitted to a rigid body, else `k`
+    /// nearest neighbours.
     ///
     /// Anchored supports belong with [`lgs_dynamics::VelocityPolicy::Rigid`].
     #[must_use]
@@ -60,15 +62,19 @@ impl Distilled {
         }
     }
 
-    /// The same with its particles in another order: index of the first, of the second, …, each particle once.
+    /// The same with its particles in another order: index of the first, of the second, …, each particle
+    /// once.
     #[must_use]
     pub fn in_order(self, order: &[u32]) -> Self {
         let mut place = vec![0; order.len()];
         for (at, &particle) in (0..).zip(order) {
             place[particle as usize] = at;
         }
-        let rows = |of_particles: &[[f32; 3]]| order.iter().map(|&particle| of_particles[particle as usize]).collect();
-        let anchors = self.anchors.map(|anchors| anchors.iter().map(|&anchor| place[anchor as usize]).collect());
+        let rows = |of_particles: &[[f32; 3]]| {
+            order.iter().map(|&particle| of_particles[particle as usize]).collect()
+        };
+        let anchors =
+            self.anchors.map(|anchors| anchors.iter().map(|&anchor| place[anchor as usize]).collect());
         Self { q0: rows(&self.q0), v0: rows(&self.v0), anchors, ..self }
     }
 }
@@ -77,11 +83,14 @@ impl Distilled {
 #[must_use]
 pub fn anchored_supports(anchors: &[u32], particles: usize) -> Supports {
     let rows = anchors.repeat(particles);
-    // Indices come from the same object; an empty row is the only way to fail and falls back to single-point supports.
-    Supports::from_rows(rows, anchors.len()).unwrap_or_else(|_| Supports::nearest(&vec![[0.0; 3]; particles], 1))
+    // Indices come from the same object; an empty row is the only way to fail and falls back to single-point
+    // supports.
+    Supports::from_rows(rows, anchors.len())
+        .unwrap_or_else(|_| Supports::nearest(&vec![[0.0; 3]; particles], 1))
 }
 
-/// Finds the system behind an object's trajectories. `weights` say how much each particle counts (opacity, size).
+/// Finds the system behind an object's trajectories. `weights` say how much each particle counts (opacity,
+/// size).
 ///
 /// # Errors
 /// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
@@ -108,7 +117,10 @@ pub fn distill(
         Some(chosen) => seen.of_law(chosen, config, seed),
         None => seen.plain(config, seed),
     };
-    let unexplained = distilled.report.forecast_error.is_none_or(|e| e > f64::from(config.remainder_threshold) * seen.displacement);
+    let unexplained = distilled
+        .report
+        .forecast_error
+        .is_none_or(|e| e > f64::from(config.remainder_threshold) * seen.displacement);
     if unexplained {
         seen.train_networks(&mut distilled, config, seed, progress);
     }
@@ -116,7 +128,10 @@ pub fn distill(
         seen.hold(&mut distilled, &held);
     }
     let finite = |rows: &[[f32; 3]]| rows.as_flattened().iter().all(|v| v.is_finite());
-    if !(finite(&distilled.q0) && finite(&distilled.v0) && distilled.system.params.iter().all(|p| p.is_finite())) {
+    if !(finite(&distilled.q0)
+        && finite(&distilled.v0)
+        && distilled.system.params.iter().all(|p| p.is_finite()))
+    {
         return Err(DistillError::Diverged { stage: "distillation" });
     }
     distilled.report.force_ratio = seen.force_ratio(&distilled.system);

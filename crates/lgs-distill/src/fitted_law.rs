@@ -1,4 +1,5 @@
-//! A law fitted to a shared motion, with the state that it starts from: its rollouts and its errors at other samples.
+//! A law fitted to a shared motion, with the state that it starts from: its rollouts and its errors at other
+//! samples.
 
 use crate::dense::{V3, norm2, sub};
 use crate::law::{Law, Terms};
@@ -26,7 +27,12 @@ impl Start {
     /// The rigid body that starts here.
     pub(crate) fn body(&self, law: &Law, anchoring: &Anchoring, dt: f64) -> Body {
         let (center, velocity) = self.state(law, anchoring.centroid, dt);
-        Body { rotation: self.pose.linear, center, velocity, spin: angular_velocity(&self.pose.linear, &self.rate.linear) }
+        Body {
+            rotation: self.pose.linear,
+            center,
+            velocity,
+            spin: angular_velocity(&self.pose.linear, &self.rate.linear),
+        }
     }
 }
 
@@ -53,9 +59,15 @@ pub(crate) struct FittedLaw {
 }
 
 impl FittedLaw {
-    /// Root mean square position error at samples outside of the fitted window; `steps` holds pairs of the step from the window's first
-    /// sample and the index of the sample in `motion`, walked through in order.
-    pub(crate) fn error_at(&self, motion: &SharedMotion, points: &[V3], dt: f64, steps: &[(i64, usize)]) -> f64 {
+    /// Root mean square position error at samples outside of the fitted window; `steps` holds pairs of the
+    /// step from the window's first sample and the index of the sample in `motion`, walked through in order.
+    pub(crate) fn error_at(
+        &self,
+        motion: &SharedMotion,
+        points: &[V3],
+        dt: f64,
+        steps: &[(i64, usize)],
+    ) -> f64 {
         let mut sum = 0.0;
         match &self.anchoring {
             Some(anchoring) => {
@@ -71,7 +83,10 @@ impl FittedLaw {
                         at -= 1;
                     }
                     let pose = &motion.poses[sample];
-                    sum += points.iter().map(|&b| norm2(sub(body.position(b, anchoring), pose.apply(b)))).sum::<f64>();
+                    sum += points
+                        .iter()
+                        .map(|&b| norm2(sub(body.position(b, anchoring), pose.apply(b))))
+                        .sum::<f64>();
                 }
             }
             None => sum = self.independent_error(motion, points, dt, steps),
@@ -81,7 +96,13 @@ impl FittedLaw {
     }
 
     /// Sum of squares for independent particles.
-    fn independent_error(&self, motion: &SharedMotion, points: &[V3], dt: f64, steps: &[(i64, usize)]) -> f64 {
+    fn independent_error(
+        &self,
+        motion: &SharedMotion,
+        points: &[V3],
+        dt: f64,
+        steps: &[(i64, usize)],
+    ) -> f64 {
         let Some(inverse) = self.law.velocity_operator(dt) else { return f64::INFINITY };
         let mut sum = 0.0;
         for &b in points {
@@ -108,7 +129,11 @@ impl FittedLaw {
         match &self.anchoring {
             Some(anchoring) => {
                 let body = self.start.body(&self.law, anchoring, dt);
-                motion.shape.iter().map(|&b| narrow((body.position(b, anchoring), body.velocity_at(b, anchoring)))).unzip()
+                motion
+                    .shape
+                    .iter()
+                    .map(|&b| narrow((body.position(b, anchoring), body.velocity_at(b, anchoring))))
+                    .unzip()
             }
             None => motion.shape.iter().map(|&b| narrow(self.start.state(&self.law, b, dt))).unzip(),
         }
@@ -129,7 +154,8 @@ impl FittedLaw {
                     .collect()
             }
             None => {
-                let mut states: Vec<(V3, V3)> = shape.iter().map(|&b| self.start.state(&self.law, b, dt)).collect();
+                let mut states: Vec<(V3, V3)> =
+                    shape.iter().map(|&b| self.start.state(&self.law, b, dt)).collect();
                 (0..=steps)
                     .map(|step| {
                         if step > 0 {

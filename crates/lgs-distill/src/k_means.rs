@@ -1,13 +1,15 @@
 //! Lloyd's k-means with k-means++ seeding, for the partition of G15.
 //!
-//! Seeds are drawn from a fixed stream and sums run in order of the points: the same points always give the same clusters.
+//! Seeds are drawn from a fixed stream and sums run in order of the points: the same points always give the
+//! same clusters.
 
 use rand::RngExt;
 
 /// Rounds of Lloyd's algorithm, at most.
 const ROUNDS: usize = 100;
 
-/// The cluster of each point, as the smallest index of its members. Fewer than `k` clusters come back where points coincide.
+/// The cluster of each point, as the smallest index of its members. Fewer than `k` clusters come back where
+/// points coincide.
 pub(crate) fn k_means<const D: usize>(points: &[[f64; D]], k: usize) -> Vec<usize> {
     let mut centers = seeds(points, k);
     let mut own = assigned(points, &centers);
@@ -24,11 +26,13 @@ pub(crate) fn k_means<const D: usize>(points: &[[f64; D]], k: usize) -> Vec<usiz
     own.into_iter().map(|c| first[c]).collect()
 }
 
-/// First centres: each is a point drawn with a probability proportional to its squared distance from those before.
+/// First centres: each is a point drawn with a probability proportional to its squared distance from those
+/// before.
 fn seeds<const D: usize>(points: &[[f64; D]], k: usize) -> Vec<[f64; D]> {
     let mut rng = lgs_core::stream(0, "k-means", 0);
     let mut centers: Vec<[f64; D]> = points.first().copied().into_iter().collect();
-    let mut nearest: Vec<f64> = points.iter().map(|p| centers.first().map_or(0.0, |c| distance2(p, c))).collect();
+    let mut nearest: Vec<f64> =
+        points.iter().map(|p| centers.first().map_or(0.0, |c| distance2(p, c))).collect();
     while centers.len() < k {
         let total: f64 = nearest.iter().sum();
         if total <= 0.0 {
@@ -49,7 +53,9 @@ fn seeds<const D: usize>(points: &[[f64; D]], k: usize) -> Vec<[f64; D]> {
 }
 
 fn assigned<const D: usize>(points: &[[f64; D]], centers: &[[f64; D]]) -> Vec<usize> {
-    let nearest = |p: &[f64; D]| (0..centers.len()).min_by(|&a, &b| distance2(p, &centers[a]).total_cmp(&distance2(p, &centers[b])));
+    let nearest = |p: &[f64; D]| {
+        (0..centers.len()).min_by(|&a, &b| distance2(p, &centers[a]).total_cmp(&distance2(p, &centers[b])))
+    };
     points.iter().map(|p| nearest(p).unwrap_or(0)).collect()
 }
 
@@ -60,7 +66,9 @@ fn means<const D: usize>(points: &[[f64; D]], own: &[usize], centers: &[[f64; D]
         sums[c].0.iter_mut().zip(point).for_each(|(sum, x)| *sum += x);
         sums[c].1 += 1;
     }
-    let mean = |(&(sum, count), center): (&([f64; D], usize), &[f64; D])| if count == 0 { *center } else { sum.map(|x| x / count as f64) };
+    let mean = |(&(sum, count), center): (&([f64; D], usize), &[f64; D])| {
+        if count == 0 { *center } else { sum.map(|x| x / count as f64) }
+    };
     sums.iter().zip(centers).map(mean).collect()
 }
 

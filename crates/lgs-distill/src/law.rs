@@ -1,8 +1,9 @@
 //! Laws of motion linear in position and velocity, and their rollout by Eq. 5 in double precision.
 //!
-//! `a = g + S (q − center) − d v + w × v`: a quadratic potential (uniform field `g`, symmetric stiffness `S`) and the structured force
-//! of `findings.md` §2 with constant coefficients (damping `d ≥ 0`, gyroscopic rate `w`). [`Terms`] says which parts a law has; a law
-//! with few parts extrapolates far better than one whose extra parts have fitted noise.
+//! `a = g + S (q − center) − d v + w × v`: a quadratic potential (uniform field `g`, symmetric stiffness `S`)
+//! and the structured force of `findings.md` §2 with constant coefficients (damping `d ≥ 0`, gyroscopic rate
+//! `w`). [`Terms`] says which parts a law has; a law with few parts extrapolates far better than one whose
+//! extra parts have fitted noise.
 
 use crate::dense::{M3, V3, add, cross, dot, inverse3, mat_vec, norm2, scale, sub, symmetric_eigen};
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,8 @@ pub enum Stiffness {
     None,
     /// The same in all directions.
     Isotropic,
-    /// A restoring force towards an axis: `S = [m]×²`, so that `|m|` is the angular frequency and `m` the axis.
+    /// A restoring force towards an axis: `S = [m]×²`, so that `|m|` is the angular frequency and `m` the
+    /// axis.
     Axial,
     /// Any symmetric matrix.
     Full,
@@ -84,7 +86,8 @@ impl Law {
         add(field, sub(cross(self.gyration, v), scale(v, self.damping)))
     }
 
-    /// The velocity that Eq. 5 starts from so that its positions pass through `q` with the derivative `velocity` (half a kick back, G28).
+    /// The velocity that Eq. 5 starts from so that its positions pass through `q` with the derivative
+    /// `velocity` (half a kick back, G28).
     #[inline]
     pub(crate) fn starting_velocity(&self, q: V3, velocity: V3, dt: f64) -> V3 {
         sub(velocity, scale(self.acceleration(q, velocity), 0.5 * dt))
@@ -172,13 +175,15 @@ fn axial_stiffness(m: &[f64]) -> M3 {
     std::array::from_fn(|i| std::array::from_fn(|j| m[i] * m[j] - if i == j { square } else { 0.0 }))
 }
 
-/// The `m` whose `[m]×²` is nearest to a symmetric matrix: along the eigenvector of the largest eigenvalue, as long as the others say.
+/// The `m` whose `[m]×²` is nearest to a symmetric matrix: along the eigenvector of the largest eigenvalue,
+/// as long as the others say.
 fn axial_vector(s: &M3) -> V3 {
     let (values, axes) = symmetric_eigen(*s);
     scale(axes[0], (-0.5 * (values[1] + values[2])).max(0.0).sqrt())
 }
 
-/// Rows of the acceleration's derivative by the 13 unknowns of the full law (g, S by xx yy zz xy xz yz, d, w) at a state.
+/// Rows of the acceleration's derivative by the 13 unknowns of the full law (g, S by xx yy zz xy xz yz, d, w)
+/// at a state.
 pub(crate) fn full_design(q: V3, v: V3) -> [[f64; 13]; 3] {
     let [x, y, z] = q;
     let [u, n, m] = v;
@@ -189,7 +194,8 @@ pub(crate) fn full_design(q: V3, v: V3) -> [[f64; 13]; 3] {
     ]
 }
 
-/// Columns of [`full_design`] that `terms` uses, summed within groups; an axial stiffness starts from the full one.
+/// Columns of [`full_design`] that `terms` uses, summed within groups; an axial stiffness starts from the
+/// full one.
 pub(crate) fn active_columns(terms: &Terms) -> Vec<Vec<usize>> {
     let mut columns: Vec<Vec<usize>> = Vec::new();
     if terms.gravity {
@@ -209,7 +215,8 @@ pub(crate) fn active_columns(terms: &Terms) -> Vec<Vec<usize>> {
     columns
 }
 
-/// The largest rate at which the law moves anything by itself, 1/time; a step of a few hundredths of its inverse resolves it.
+/// The largest rate at which the law moves anything by itself, 1/time; a step of a few hundredths of its
+/// inverse resolves it.
 pub(crate) fn fastest_rate(law: &Law) -> f64 {
     let stiffness = law.stiffness.iter().map(|row| dot(*row, *row)).sum::<f64>().sqrt().sqrt();
     stiffness.max(law.damping.abs()).max(norm2(law.gyration).sqrt())
@@ -265,7 +272,8 @@ mod tests {
         let law = Law::with_unknowns([0.0; 3], &terms, &[1.0, -2.0, 0.5]);
         let m = law.unknowns(&terms);
         assert!(
-            (norm2(cross(scale([1.0, -2.0, 0.5], 1.0), [m[0], m[1], m[2]]))) < 1e-18 && (norm2([m[0], m[1], m[2]]) - 5.25).abs() < 1e-9
+            (norm2(cross(scale([1.0, -2.0, 0.5], 1.0), [m[0], m[1], m[2]]))) < 1e-18
+                && (norm2([m[0], m[1], m[2]]) - 5.25).abs() < 1e-9
         );
     }
 }

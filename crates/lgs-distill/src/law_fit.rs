@@ -1,9 +1,10 @@
 //! Fitting a linear law and the initial state of a shared motion to its poses, by rollouts.
 //!
-//! Start: ridge least squares of the second differences of the smooth poses (Eq. 5 is `q⁺ − 2q + q⁻ = dt² a(q, (q − q⁻)/dt)`, so second
-//! and backward differences are exactly consistent with it). Then Levenberg–Marquardt on positions (Eq. 7 restricted to a dozen
-//! unknowns): the state is a pose and a velocity field, the particles are the six sigma points, so that a rollout costs microseconds and
-//! Jacobians by finite differences are affordable.
+//! Start: ridge least squares of the second differences of the smooth poses (Eq. 5 is `q⁺ − 2q + q⁻ = dt²
+//! a(q, (q − q⁻)/dt)`, so second and backward differences are exactly consistent with it). Then
+//! Levenberg–Marquardt on positions (Eq. 7 restricted to a dozen unknowns): the state is a pose and a
+//! velocity field, the particles are the six sigma points, so that a rollout costs microseconds and Jacobians
+//! by finite differences are affordable.
 
 use crate::acceleration_match::NormalEquations;
 use crate::chebyshev::Order;
@@ -36,7 +37,12 @@ pub(crate) struct LawFit<'a> {
 
 impl<'a> LawFit<'a> {
     /// Prepares the fits of a window.
-    pub(crate) fn new(motion: &'a SharedMotion, smooth: &SmoothPose, center: V3, anchoring: Anchoring) -> Self {
+    pub(crate) fn new(
+        motion: &'a SharedMotion,
+        smooth: &SmoothPose,
+        center: V3,
+        anchoring: Anchoring,
+    ) -> Self {
         let dt = (motion.times[motion.times.len() - 1] - motion.times[0]) / (motion.times.len() - 1) as f64;
         let t0 = motion.times[0];
         let mut rate = smooth.at(t0, Order::First);
@@ -84,9 +90,10 @@ impl<'a> LawFit<'a> {
         }
     }
 
-    /// Levenberg–Marquardt from the law that matches the particles' accelerations; for a rigid body also from the one that matches those of
-    /// the centroid and from none, and the best is kept: rollouts of a rigid body have valleys of their own, and no one start leads into the
-    /// deepest every time. `None` if nothing finite comes of it or the damping is negative.
+    /// Levenberg–Marquardt from the law that matches the particles' accelerations; for a rigid body also from
+    /// the one that matches those of the centroid and from none, and the best is kept: rollouts of a rigid
+    /// body have valleys of their own, and no one start leads into the deepest every time. `None` if nothing
+    /// finite comes of it or the damping is negative.
     pub(crate) fn fit(&self, candidate: &Candidate) -> Option<FittedLaw> {
         let by_particles = self.particles.solve(&candidate.terms, self.center);
         let starts = if candidate.whole_object {
@@ -103,7 +110,8 @@ impl<'a> LawFit<'a> {
         self.fitted(candidate, &unknowns, cost)
     }
 
-    /// The best start of a body that is held rigid and follows a law fitted to independent particles. `None` if nothing finite comes of it.
+    /// The best start of a body that is held rigid and follows a law fitted to independent particles. `None`
+    /// if nothing finite comes of it.
     pub(crate) fn held(&self, law: &Law, candidate: &Candidate) -> Option<FittedLaw> {
         let candidate = Candidate { whole_object: true, ..*candidate };
         let mut unknowns = law.unknowns(&candidate.terms);
@@ -125,7 +133,8 @@ impl<'a> LawFit<'a> {
         })
     }
 
-    /// Levenberg–Marquardt over the unknowns from `fixed` on: the unknowns where it stops, and the sum of squares there.
+    /// Levenberg–Marquardt over the unknowns from `fixed` on: the unknowns where it stops, and the sum of
+    /// squares there.
     fn descend(&self, candidate: &Candidate, mut unknowns: Vec<f64>, fixed: usize) -> (Vec<f64>, f64) {
         let mut residual = self.residual(candidate, &unknowns);
         let mut cost = sum_of_squares(&residual);
@@ -199,7 +208,9 @@ impl<'a> LawFit<'a> {
                 if i > 0 {
                     body.step(&law, &self.anchoring, self.dt);
                 }
-                out.extend(self.points.iter().flat_map(|&b| sub(body.position(b, &self.anchoring), pose.apply(b))));
+                out.extend(
+                    self.points.iter().flat_map(|&b| sub(body.position(b, &self.anchoring), pose.apply(b))),
+                );
             }
             return out;
         }
@@ -216,7 +227,13 @@ impl<'a> LawFit<'a> {
     }
 
     /// Forward differences of the residual, one row per unknown from `fixed` on.
-    fn jacobian(&self, candidate: &Candidate, unknowns: &[f64], fixed: usize, residual: &[f64]) -> Vec<Vec<f64>> {
+    fn jacobian(
+        &self,
+        candidate: &Candidate,
+        unknowns: &[f64],
+        fixed: usize,
+        residual: &[f64],
+    ) -> Vec<Vec<f64>> {
         let mut shifted = unknowns.to_vec();
         (fixed..unknowns.len())
             .map(|i| {

@@ -1,6 +1,8 @@
-//! A linear law as a [`System`]: its constants become the quadratic part of U and the biases of the structured force.
+//! A linear law as a [`System`]: its constants become the quadratic part of U and the biases of the
+//! structured force.
 //!
-//! The last layers of both networks are zero, so that the system is the law exactly; their hidden layers are ready to learn a remainder.
+//! The last layers of both networks are zero, so that the system is the law exactly; their hidden layers are
+//! ready to learn a remainder.
 
 use crate::dense::{V3, norm2, sub, wide};
 use crate::law::Law;
@@ -9,11 +11,18 @@ use std::ops::Range;
 
 /// Shift of the raw damping in a structured force, `d = (σ_a/σ_v) softplus(d̂ − 6)`.
 const DAMPING_SHIFT: f64 = 6.0;
-/// Raw damping of a law without any: softplus(−12) = 6e-6, a hundredth of a per cent over any window; not so low that it cannot learn.
+/// Raw damping of a law without any: softplus(−12) = 6e-6, a hundredth of a per cent over any window; not so
+/// low that it cannot learn.
 const NO_DAMPING: f64 = -6.0;
 
-/// Scales of an object's motion (reference G5) from positions, velocities and accelerations at visited states.
-pub(crate) fn normalisation(positions: &[V3], velocities: &[V3], accelerations: &[V3], duration: f64) -> Normalisation {
+/// Scales of an object's motion (reference G5) from positions, velocities and accelerations at visited
+/// states.
+pub(crate) fn normalisation(
+    positions: &[V3],
+    velocities: &[V3],
+    accelerations: &[V3],
+    duration: f64,
+) -> Normalisation {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in positions {
         for i in 0..3 {
@@ -29,10 +38,11 @@ pub(crate) fn normalisation(positions: &[V3], velocities: &[V3], accelerations: 
     Normalisation { center, length: length as f32, speed: speed as f32, acceleration: acceleration as f32 }
 }
 
-/// The system that is the law. A law's stiffness is taken about the normalisation's centre, which has to be the law's.
+/// The system that is the law. A law's stiffness is taken about the normalisation's centre, which has to be
+/// the law's.
 ///
-/// What the configuration's kinds cannot hold is left out: the quadratic part without [`PotentialKind::QuadraticMlp`], damping and gyration
-/// without [`ForceKind::Structured`].
+/// What the configuration's kinds cannot hold is left out: the quadratic part without
+/// [`PotentialKind::QuadraticMlp`], damping and gyration without [`ForceKind::Structured`].
 pub(crate) fn system_of_law(config: SystemConfig, law: &Law, seed: u64) -> System {
     let mut system = System::init(config, seed);
     let last = config.hidden_layers;
@@ -57,7 +67,8 @@ pub(crate) fn set_law(system: &mut System, law: &Law) {
         let rate = acceleration / speed;
         let damping = law.damping / rate;
         // softplus⁻¹(x) = ln(eˣ − 1)
-        let raw = if damping > 1e-5 { DAMPING_SHIFT + damping + (-(-damping).exp()).ln_1p() } else { NO_DAMPING };
+        let raw =
+            if damping > 1e-5 { DAMPING_SHIFT + damping + (-(-damping).exp()).ln_1p() } else { NO_DAMPING };
         set(system, &force_bias(&config), |i| (if i == 0 { raw } else { law.gyration[i - 1] / rate }) as f32);
     }
 }
@@ -67,14 +78,16 @@ pub(crate) fn law_of_system(system: &System) -> Law {
     let (config, n) = (system.config, system.config.normalisation);
     let (length, speed, acceleration) = (f64::from(n.length), f64::from(n.speed), f64::from(n.acceleration));
     let values = |name: &str| -> Vec<f64> {
-        range_of(system, name).map_or(Vec::new(), |range| system.params[range].iter().map(|&p| f64::from(p)).collect())
+        range_of(system, name)
+            .map_or(Vec::new(), |range| system.params[range].iter().map(|&p| f64::from(p)).collect())
     };
     let mut law = Law::free(wide(n.center));
     if let [x, y, z] = values("potential.linear")[..] {
         law.gravity = [x, y, z].map(|g| -g * acceleration);
     }
     if let [xx, yy, zz, xy, xz, yz] = values("potential.quadratic")[..] {
-        law.stiffness = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| row.map(|s| -s * acceleration / length));
+        law.stiffness =
+            [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| row.map(|s| -s * acceleration / length));
     }
     if config.force == ForceKind::Structured
         && let [raw, gyration @ ..] = &values(&force_bias(&config))[..]
@@ -90,7 +103,10 @@ pub(crate) fn law_of_system(system: &System) -> Law {
 pub(crate) fn are_silent(system: &System) -> bool {
     let last = system.config.hidden_layers;
     let weights = [format!("potential.{last}.weight"), format!("force.{last}.weight")];
-    weights.iter().filter_map(|name| range_of(system, name)).all(|range| system.params[range].iter().all(|&w| w == 0.0))
+    weights
+        .iter()
+        .filter_map(|name| range_of(system, name))
+        .all(|range| system.params[range].iter().all(|&w| w == 0.0))
 }
 
 fn force_bias(config: &SystemConfig) -> String {
@@ -124,7 +140,8 @@ mod tests {
             damping: 0.7,
             gyration: [0.3, -0.8, 2.0],
         };
-        let normalisation = Normalisation { center: narrow(law.center), length: 0.7, speed: 1.3, acceleration: 2.5 };
+        let normalisation =
+            Normalisation { center: narrow(law.center), length: 0.7, speed: 1.3, acceleration: 2.5 };
         let config = SystemConfig {
             potential: PotentialKind::QuadraticMlp,
             force: ForceKind::Structured,
@@ -137,7 +154,11 @@ mod tests {
         let expected = law.acceleration(wide(q), wide(v));
         assert!(norm2(sub(wide(found), expected)) < 1e-10, "{found:?} {expected:?}");
         let read = law_of_system(&system_of_law(config, &law, 1));
-        for (read, law) in [(read.damping, law.damping), (read.gravity[2], law.gravity[2]), (read.stiffness[0][1], law.stiffness[0][1])] {
+        for (read, law) in [
+            (read.damping, law.damping),
+            (read.gravity[2], law.gravity[2]),
+            (read.stiffness[0][1], law.stiffness[0][1]),
+        ] {
             assert!((read - law).abs() < 1e-5, "{read} {law}");
         }
         let free = Law { damping: 0.0, ..law };

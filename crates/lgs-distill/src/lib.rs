@@ -1,7 +1,8 @@
 //! Stage 1: from trajectories of particles to Lagrangian systems. Nothing here knows of images.
 //!
-//! [`partition`] tells static particles from moving ones and groups these into objects; [`distill`] finds U, Q and the initial state of one
-//! object; [`distill_scene`] does both. All are pure functions of trajectories, configuration and seed, for any number of threads.
+//! [`partition`] tells static particles from moving ones and groups these into objects; [`distill`] finds U,
+//! Q and the initial state of one object; [`distill_scene`] does both. All are pure functions of
+//! trajectories, configuration and seed, for any number of threads.
 //!
 //! ```
 //! use lgs_distill::{DistillConfig, Trajectories, distill};
@@ -48,7 +49,9 @@ mod targets;
 mod testing;
 mod trajectories;
 
-pub use config::{DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod, RolloutConfig, SharedMotionKind};
+pub use config::{
+    DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod, RolloutConfig, SharedMotionKind,
+};
 pub use distill::{DistillProgress, DistillStage, Distilled, anchored_supports, distill};
 pub use error::DistillError;
 pub use law::{Law, Stiffness, Terms};

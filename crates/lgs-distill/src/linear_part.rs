@@ -1,4 +1,5 @@
-//! The linear part of a system's law, read back from its parameters in the fewest unknowns that hold it, to be changed and written again.
+//! The linear part of a system's law, read back from its parameters in the fewest unknowns that hold it, to
+//! be changed and written again.
 
 use crate::dense::{M3, V3};
 use crate::law::{Law, Stiffness, Terms};
@@ -32,13 +33,24 @@ impl LinearPart {
         let has_force = config.force == ForceKind::Structured;
         let terms = Terms {
             gravity: has_potential && largest(&law.gravity) > ROUNDING * acceleration,
-            stiffness: if has_potential { kind_of(&law.stiffness, acceleration / length) } else { Stiffness::None },
+            stiffness: if has_potential {
+                kind_of(&law.stiffness, acceleration / length)
+            } else {
+                Stiffness::None
+            },
             damping: has_force && law.damping > NO_RATE * rate,
             gyration: has_force && largest(&law.gyration) > NO_RATE * rate,
         };
-        let stiffness = if terms.stiffness == Stiffness::Axial { (acceleration / length).sqrt() } else { acceleration / length };
+        let stiffness = if terms.stiffness == Stiffness::Axial {
+            (acceleration / length).sqrt()
+        } else {
+            acceleration / length
+        };
         let mut units = vec![acceleration; 3 * usize::from(terms.gravity)];
-        units.resize(units.len() + Terms { gravity: false, damping: false, gyration: false, ..terms }.unknowns(), stiffness);
+        units.resize(
+            units.len() + Terms { gravity: false, damping: false, gyration: false, ..terms }.unknowns(),
+            stiffness,
+        );
         units.resize(terms.unknowns(), rate);
         Self { law, terms, units }
     }
@@ -63,8 +75,8 @@ impl LinearPart {
         self.units.is_empty()
     }
 
-    /// Writes the law with changed unknowns into a system like the one it was read from. Changes are in units of the system's
-    /// normalisation; no damping becomes negative.
+    /// Writes the law with changed unknowns into a system like the one it was read from. Changes are in units
+    /// of the system's normalisation; no damping becomes negative.
     ///
     /// # Panics
     /// If `change` has not [`Self::len`] values.
@@ -73,8 +85,14 @@ impl LinearPart {
         if self.is_empty() {
             return;
         }
-        let unknowns: Vec<f64> =
-            self.law.unknowns(&self.terms).iter().zip(change).zip(&self.units).map(|((p, c), unit)| p + c * unit).collect();
+        let unknowns: Vec<f64> = self
+            .law
+            .unknowns(&self.terms)
+            .iter()
+            .zip(change)
+            .zip(&self.units)
+            .map(|((p, c), unit)| p + c * unit)
+            .collect();
         let mut law = Law::with_unknowns(self.law.center, &self.terms, &unknowns);
         law.damping = law.damping.max(0.0);
         set_law(system, &law);
@@ -109,7 +127,8 @@ mod tests {
     use lgs_dynamics::{Normalisation, SystemConfig};
 
     fn system(law: &Law) -> System {
-        let normalisation = Normalisation { center: [0.5, -0.25, 1.0], length: 0.7, speed: 1.3, acceleration: 2.5 };
+        let normalisation =
+            Normalisation { center: [0.5, -0.25, 1.0], length: 0.7, speed: 1.3, acceleration: 2.5 };
         let (potential, force) = (PotentialKind::QuadraticMlp, ForceKind::Structured);
         system_of_law(SystemConfig { potential, force, hidden: 8, hidden_layers: 2, normalisation }, law, 1)
     }
@@ -120,7 +139,8 @@ mod tests {
 
     #[test]
     fn a_law_is_read_in_its_own_terms() {
-        let axial = [[-1.25, 0.5, 0.25], [0.5, -0.5, 0.5], [0.25, 0.5, -1.25]].map(|row: V3| row.map(|s| 1.7 * s));
+        let axial =
+            [[-1.25, 0.5, 0.25], [0.5, -0.5, 0.5], [0.25, 0.5, -1.25]].map(|row: V3| row.map(|s| 1.7 * s));
         let full = [[-1.25, 0.5, 0.25], [0.5, -0.6, 0.5], [0.25, 0.5, -1.25]];
         let kinds = [
             ([[0.0; 3]; 3], Stiffness::None),
@@ -131,10 +151,14 @@ mod tests {
         ];
         for (stiffness, kind) in kinds {
             let part = LinearPart::of(&system(&law(stiffness)));
-            assert_eq!(part.terms, Terms { gravity: false, stiffness: kind, damping: false, gyration: false });
+            assert_eq!(
+                part.terms,
+                Terms { gravity: false, stiffness: kind, damping: false, gyration: false }
+            );
             assert_eq!(part.len(), part.terms.unknowns());
         }
-        let all = Law { gravity: [0.1, 0.0, -1.0], damping: 0.3, gyration: [0.0, 2.0, 0.1], ..law([[0.0; 3]; 3]) };
+        let all =
+            Law { gravity: [0.1, 0.0, -1.0], damping: 0.3, gyration: [0.0, 2.0, 0.1], ..law([[0.0; 3]; 3]) };
         assert_eq!(LinearPart::of(&system(&all)).len(), 7);
         assert!(LinearPart::is_all_of(&system(&all)));
         assert!(!LinearPart::is_all_of(&System::init(system(&all).config, 0)), "a network's last layer");

@@ -1,15 +1,19 @@
 //! Training U and Q: acceleration matching at visited states, then rollouts (Eq. 7) with a growing horizon.
 //!
-//! Matching comes first because a force that is right everywhere rolls out right, and each state teaches by itself; rollouts then remove
-//! what smoothing and discretisation have left. Starting velocities are corrected by one linear field for the whole object (twelve
-//! unknowns), not per particle, so that they cannot fit noise.
+//! Matching comes first because a force that is right everywhere rolls out right, and each state teaches by
+//! itself; rollouts then remove what smoothing and discretisation have left. Starting velocities are
+//! corrected by one linear field for the whole object (twelve unknowns), not per particle, so that they
+//! cannot fit noise.
 
 use crate::adam::{Adam, clip, cosine};
 use crate::config::{MatchingConfig, RolloutConfig};
 use crate::dense::{narrow, sub, wide};
 use crate::targets::Paths;
 use lgs_core::linear;
-use lgs_dynamics::{Edit, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, acceleration_vjp, rollout, rollout_vjp};
+use lgs_dynamics::{
+    Edit, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, acceleration_vjp, rollout,
+    rollout_vjp,
+};
 use rand::RngExt;
 
 /// Only Q.
@@ -21,7 +25,8 @@ const FIELD: usize = 12;
 /// How rollouts of a training run go.
 #[derive(Clone, Copy)]
 pub(crate) struct Hold<'a> {
-    /// Supports of all particles of the paths, which are then rolled out together; none: particles are independent.
+    /// Supports of all particles of the paths, which are then rolled out together; none: particles are
+    /// independent.
     pub(crate) supports: Option<&'a Supports>,
     /// Whether Q is left as it is.
     pub(crate) force_is_fixed: bool,
@@ -46,8 +51,15 @@ pub(crate) struct Tick {
     pub(crate) loss: f32,
 }
 
-/// Fits the parameters to the accelerations of the paths. The loss is the mean squared error in units of the acceleration scale.
-pub(crate) fn match_accelerations(system: &mut System, paths: &Paths, config: &MatchingConfig, seed: u64, tick: &mut dyn FnMut(Tick)) {
+/// Fits the parameters to the accelerations of the paths. The loss is the mean squared error in units of the
+/// acceleration scale.
+pub(crate) fn match_accelerations(
+    system: &mut System,
+    paths: &Paths,
+    config: &MatchingConfig,
+    seed: u64,
+    tick: &mut dyn FnMut(Tick),
+) {
     let mut adam = Adam::new(system.params.len());
     let unit = system.config.normalisation.acceleration;
     for step in 0..config.steps {
@@ -122,7 +134,8 @@ impl VelocityField {
     }
 }
 
-/// Fits parameters and the velocity field to the positions of the paths by rollouts (Eq. 7, in units of the length scale).
+/// Fits parameters and the velocity field to the positions of the paths by rollouts (Eq. 7, in units of the
+/// length scale).
 pub(crate) fn refine_by_rollouts(
     system: &mut System,
     field: &mut VelocityField,
@@ -134,23 +147,31 @@ pub(crate) fn refine_by_rollouts(
 ) {
     let (mut adam, mut field_adam) = (Adam::new(system.params.len()), Adam::new(FIELD));
     let window = paths.samples() - 1;
-    let fixed: Vec<_> = system.layout().into_iter().filter(|e| e.name.starts_with("force.")).map(|e| e.range).collect();
+    let fixed: Vec<_> =
+        system.layout().into_iter().filter(|e| e.name.starts_with("force.")).map(|e| e.range).collect();
     for step in 0..config.steps {
         let mut rng = lgs_core::stream(seed, "rollout distillation", step as u64);
         let chosen: Vec<usize> = match hold.supports {
             Some(_) => (0..paths.len()).collect(),
-            None => (0..config.particles.min(paths.len())).map(|_| rng.random_range(0..paths.len())).collect(),
+            None => {
+                (0..config.particles.min(paths.len())).map(|_| rng.random_range(0..paths.len())).collect()
+            }
         };
         let first = config.first_horizon.min(window);
         let horizon = (first + (window - first) * 2 * step / config.steps.max(1)).min(window);
-        let (loss, mut gradient, mut of_field) = rollout_gradient(system, field, paths, &chosen, horizon, config.force_penalty, hold);
+        let (loss, mut gradient, mut of_field) =
+            rollout_gradient(system, field, paths, &chosen, horizon, config.force_penalty, hold);
         if hold.force_is_fixed {
             fixed.iter().for_each(|range| gradient[range.clone()].fill(0.0));
         }
         clip(&mut gradient);
         clip(&mut of_field);
         adam.step(&mut system.params, &gradient, cosine(config.learning_rate, step, config.steps));
-        field_adam.step(&mut field.values, &of_field, cosine(config.velocity_learning_rate, step, config.steps));
+        field_adam.step(
+            &mut field.values,
+            &of_field,
+            cosine(config.velocity_learning_rate, step, config.steps),
+        );
         tick(Tick { step, loss });
     }
 }
@@ -175,7 +196,8 @@ fn rollout_gradient(
         .iter()
         .enumerate()
         .map(|(sample, state)| {
-            let errors = state.q.iter().zip(chosen).map(|(&q, &j)| narrow(sub(wide(q), paths.position(j, sample))));
+            let errors =
+                state.q.iter().zip(chosen).map(|(&q, &j)| narrow(sub(wide(q), paths.position(j, sample))));
             let q: Vec<_> = errors
                 .map(|e| {
                     loss += 0.5 * weight * linear::dot(e, e);
@@ -195,11 +217,13 @@ fn rollout_gradient(
 /// The start of some particles.
 pub(crate) fn start_of(system: &System, field: &VelocityField, paths: &Paths, chosen: &[usize]) -> State {
     let q: Vec<[f32; 3]> = chosen.iter().map(|&j| narrow(paths.position(j, 0))).collect();
-    let v = chosen.iter().zip(&q).map(|(&j, &q)| field.apply(system, q, narrow(paths.velocity(j, 0)))).collect();
+    let v =
+        chosen.iter().zip(&q).map(|(&j, &q)| field.apply(system, q, narrow(paths.velocity(j, 0)))).collect();
     State::at_start(q, v)
 }
 
-/// Root mean square position error of rollouts of these particles at samples `from..to` of the paths (infinite if not finite).
+/// Root mean square position error of rollouts of these particles at samples `from..to` of the paths
+/// (infinite if not finite).
 pub(crate) fn rollout_error(
     system: &System,
     field: &VelocityField,
@@ -208,7 +232,8 @@ pub(crate) fn rollout_error(
     samples: std::ops::Range<usize>,
     hold: Hold<'_>,
 ) -> f64 {
-    let states = rollout(system, &start_of(system, field, paths, chosen), &hold.spec(paths.dt(), samples.end - 1));
+    let states =
+        rollout(system, &start_of(system, field, paths, chosen), &hold.spec(paths.dt(), samples.end - 1));
     let mut sum = 0.0;
     for sample in samples.clone() {
         for (&q, &j) in states[sample].q.iter().zip(chosen) {

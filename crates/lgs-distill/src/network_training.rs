@@ -3,7 +3,9 @@
 use crate::config::DistillConfig;
 use crate::dense::{V3, add, norm2, scale, sub, wide};
 use crate::distill::{DistillProgress, DistillStage, Distilled, anchored_supports};
-use crate::network_fit::{Hold, Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of};
+use crate::network_fit::{
+    Hold, Tick, VelocityField, match_accelerations, refine_by_rollouts, rollout_error, start_of,
+};
 use crate::seen::JUDGES;
 use crate::targets::Paths;
 use lgs_dynamics::{Supports, System, rollout};
@@ -23,7 +25,12 @@ pub(crate) struct Training<'a> {
 }
 
 impl<'a> Training<'a> {
-    pub(crate) fn new(all: &Paths, anchors: &[usize], distilled: &Distilled, config: &'a DistillConfig) -> Self {
+    pub(crate) fn new(
+        all: &Paths,
+        anchors: &[usize],
+        distilled: &Distilled,
+        config: &'a DistillConfig,
+    ) -> Self {
         let whole_object = distilled.report.whole_object;
         let particles = if whole_object { anchors.to_vec() } else { all.spread(config.matching.particles) };
         let paths = all.part(&particles, all.samples());
@@ -38,13 +45,22 @@ impl<'a> Training<'a> {
         Hold { supports: self.supports.as_ref(), force_is_fixed: self.force_is_fixed }
     }
 
-    pub(crate) fn error(&self, system: &System, field: &VelocityField, samples: std::ops::Range<usize>) -> f64 {
+    pub(crate) fn error(
+        &self,
+        system: &System,
+        field: &VelocityField,
+        samples: std::ops::Range<usize>,
+    ) -> f64 {
         rollout_error(system, field, &self.paths, &self.judges, samples, self.hold())
     }
 
     /// Whether a rollout to three windows stays near where the object was in the first.
     pub(crate) fn stays(&self, system: &System, field: &VelocityField) -> bool {
-        let seen: Vec<V3> = self.judges.iter().flat_map(|&j| (0..self.paths.samples()).map(move |s| self.paths.position(j, s))).collect();
+        let seen: Vec<V3> = self
+            .judges
+            .iter()
+            .flat_map(|&j| (0..self.paths.samples()).map(move |s| self.paths.position(j, s)))
+            .collect();
         let center = scale(seen.iter().fold([0.0; 3], |sum, &p| add(sum, p)), 1.0 / seen.len() as f64);
         let limit = MOST_REACH * MOST_REACH * seen.iter().map(|&p| norm2(sub(p, center))).fold(0.0, f64::max);
         let start = start_of(system, field, &self.paths, &self.judges);
@@ -53,7 +69,8 @@ impl<'a> Training<'a> {
         states.iter().flat_map(|state| &state.q).all(|&q| norm2(sub(wide(q), center)) <= limit)
     }
 
-    /// Matching (of independent particles) and rollouts on the first `samples` samples; rollouts count only if they lower the error.
+    /// Matching (of independent particles) and rollouts on the first `samples` samples; rollouts count only
+    /// if they lower the error.
     pub(crate) fn run(
         &self,
         system: &System,
@@ -64,18 +81,30 @@ impl<'a> Training<'a> {
         let all: Vec<usize> = (0..self.paths.len()).collect();
         let paths = self.paths.part(&all, samples);
         let (mut system, mut field) = (system.clone(), VelocityField::NONE);
-        let tell = |stage, steps| move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) };
+        let tell = |stage, steps| {
+            move |tick: Tick| DistillProgress { stage, step: tick.step + 1, steps, loss: Some(tick.loss) }
+        };
         let mut rollouts = self.config.rollout.clone();
         if self.supports.is_some() {
-            // A held object's internal forces do not show in accelerations: rollouts have to teach everything.
-            (rollouts.steps, rollouts.learning_rate) = (HELD_STEPS * rollouts.steps, self.config.matching.learning_rate);
+            // A held object's internal forces do not show in accelerations: rollouts have to teach
+            // everything.
+            (rollouts.steps, rollouts.learning_rate) =
+                (HELD_STEPS * rollouts.steps, self.config.matching.learning_rate);
         } else {
             let matching = tell(DistillStage::Matching, self.config.matching.steps);
-            match_accelerations(&mut system, &paths, &self.config.matching, seed, &mut |tick| progress(matching(tick)));
+            match_accelerations(&mut system, &paths, &self.config.matching, seed, &mut |tick| {
+                progress(matching(tick))
+            });
         }
         let (before, unrefined) = (self.error(&system, &field, 0..samples), system.clone());
         let refining = tell(DistillStage::Rollout, rollouts.steps);
-        refine_by_rollouts(&mut system, &mut field, &paths, &rollouts, self.hold(), seed, &mut |tick| progress(refining(tick)));
-        if self.error(&system, &field, 0..samples) > before { (unrefined, VelocityField::NONE) } else { (system, field) }
+        refine_by_rollouts(&mut system, &mut field, &paths, &rollouts, self.hold(), seed, &mut |tick| {
+            progress(refining(tick))
+        });
+        if self.error(&system, &field, 0..samples) > before {
+            (unrefined, VelocityField::NONE)
+        } else {
+            (system, field)
+        }
     }
 }

@@ -1,9 +1,11 @@
 //! Which particles move, and which of them move together (0.01 rule; trajectory graph, G14).
 //!
-//! Static: never farther than 0.01 from where it started. The moving ones are linked to their nearest neighbours at the first sample;
-//! a link holds while its length hardly changes and both displacements are alike, and objects are the connected components, the largest
-//! first (ties by their first particle). Paths are smoothed by a low-degree polynomial before, so that the jitter of a source model
-//! neither makes walls move nor cuts links. The alternative of G15, k-means with a given number of clusters, replaces graph and components.
+//! Static: never farther than 0.01 from where it started. The moving ones are linked to their nearest
+//! neighbours at the first sample; a link holds while its length hardly changes and both displacements are
+//! alike, and objects are the connected components, the largest first (ties by their first particle). Paths
+//! are smoothed by a low-degree polynomial before, so that the jitter of a source model neither makes walls
+//! move nor cuts links. The alternative of G15, k-means with a given number of clusters, replaces graph and
+//! components.
 
 use crate::chebyshev::{Curve, Order};
 use crate::config::{PartitionConfig, PartitionMethod};
@@ -35,13 +37,18 @@ impl Partition {
         (0..self.object.len()).filter(|&i| self.object[i] == object as i32).collect()
     }
 
-    /// The partition with only the objects that `kept` says, labelled anew in the same order; the particles of the others are static.
+    /// The partition with only the objects that `kept` says, labelled anew in the same order; the particles
+    /// of the others are static.
     #[must_use]
     pub fn with_only(&self, kept: &[bool]) -> Self {
         let mut next = 0..;
-        let labels: Vec<i32> = kept.iter().map(|&kept| if kept { next.next().unwrap_or(-1) } else { -1 }).collect();
+        let labels: Vec<i32> =
+            kept.iter().map(|&kept| if kept { next.next().unwrap_or(-1) } else { -1 }).collect();
         let label = |&o: &i32| usize::try_from(o).ok().and_then(|o| labels.get(o).copied()).unwrap_or(-1);
-        Self { object: self.object.iter().map(label).collect(), objects: labels.iter().filter(|&&l| l >= 0).count() }
+        Self {
+            object: self.object.iter().map(label).collect(),
+            objects: labels.iter().filter(|&&l| l >= 0).count(),
+        }
     }
 
     /// Number of moving particles.
@@ -59,20 +66,24 @@ pub fn partition(trajectories: &Trajectories, config: &PartitionConfig) -> Resul
     trajectories.validate()?;
     let paths = smooth_paths(trajectories, config.smoothing_degree);
     let limit = f64::from(config.static_displacement).powi(2);
-    let moving: Vec<usize> = (0..paths.len()).filter(|&i| paths[i].iter().any(|&p| norm2(sub(p, paths[i][0])) >= limit)).collect();
+    let moving: Vec<usize> =
+        (0..paths.len()).filter(|&i| paths[i].iter().any(|&p| norm2(sub(p, paths[i][0])) >= limit)).collect();
     let components = match config.method {
         PartitionMethod::Graph => {
-            let slack = f64::from(config.length_slack) + 3.0 * left_noise(trajectories, config.smoothing_degree);
+            let slack =
+                f64::from(config.length_slack) + 3.0 * left_noise(trajectories, config.smoothing_degree);
             components(trajectories, &paths, &moving, slack, config)
         }
-        PartitionMethod::KMeans => k_means(&moving.iter().map(|&i| feature(&paths[i])).collect::<Vec<_>>(), config.clusters),
+        PartitionMethod::KMeans => {
+            k_means(&moving.iter().map(|&i| feature(&paths[i])).collect::<Vec<_>>(), config.clusters)
+        }
     };
     let objects = label(trajectories, &moving, &components, config.smallest_object);
     Ok(without_negligible(&objects, &paths, config.negligible_motion))
 }
 
-/// Numbers that tell a path from others in k-means (G15): displacements at eight times spread evenly over the window, and a tenth of the
-/// first position.
+/// Numbers that tell a path from others in k-means (G15): displacements at eight times spread evenly over the
+/// window, and a tenth of the first position.
 fn feature(path: &[V3]) -> [f64; FEATURES] {
     let mut feature = [0.0; FEATURES];
     for (k, out) in feature[..3 * DISPLACEMENTS].as_chunks_mut::<3>().0.iter_mut().enumerate() {
@@ -95,7 +106,11 @@ fn smooth_paths(trajectories: &Trajectories, degree: usize) -> Vec<Vec<V3>> {
         let path = own(i);
         smoother
             .chunks_exact(times.len())
-            .map(|row| row.iter().zip(&path).fold([0.0; 3], |sum, (&w, p)| [sum[0] + w * p[0], sum[1] + w * p[1], sum[2] + w * p[2]]))
+            .map(|row| {
+                row.iter()
+                    .zip(&path)
+                    .fold([0.0; 3], |sum, (&w, p)| [sum[0] + w * p[0], sum[1] + w * p[1], sum[2] + w * p[2]])
+            })
             .collect()
     };
     (0..trajectories.len()).into_par_iter().map(smoothed).collect()
@@ -130,7 +145,9 @@ pub(crate) fn components(
     for (own, others) in neighbors.chunks_exact(row.max(1)).enumerate() {
         for &other in &others[1..] {
             let other = other as usize;
-            if find(&mut parent, own) != find(&mut parent, other) && holds(&paths[moving[own]], &paths[moving[other]], slack, config) {
+            if find(&mut parent, own) != find(&mut parent, other)
+                && holds(&paths[moving[own]], &paths[moving[other]], slack, config)
+            {
                 let (a, b) = (find(&mut parent, own), find(&mut parent, other));
                 parent[a.max(b)] = a.min(b);
             }
@@ -186,7 +203,8 @@ fn label(trajectories: &Trajectories, moving: &[usize], component: &[usize], sma
     let mut size = vec![0_usize; moving.len()];
     component.iter().for_each(|&c| size[c] += 1);
     let largest = size.iter().copied().max().unwrap_or(0);
-    let mut large: Vec<usize> = (0..moving.len()).filter(|&c| size[c] > 0 && size[c] >= smallest.min(largest)).collect();
+    let mut large: Vec<usize> =
+        (0..moving.len()).filter(|&c| size[c] > 0 && size[c] >= smallest.min(largest)).collect();
     large.sort_by_key(|&c| (std::cmp::Reverse(size[c]), c));
     for (i, &c) in component.iter().enumerate() {
         if let Some(rank) = large.iter().position(|&l| l == c) {
@@ -208,5 +226,10 @@ fn label(trajectories: &Trajectories, moving: &[usize], component: &[usize], sma
 pub fn typical_displacement(trajectories: &Trajectories, partition: &Partition) -> f32 {
     let Some(last) = trajectories.positions.last() else { return 0.0 };
     let far = (0..trajectories.len()).filter(|&i| partition.object[i] >= 0);
-    median(far.map(|i| f64::from(lgs_core::linear::norm(lgs_core::linear::sub(last[i], trajectories.positions[0][i])))).collect()) as f32
+    median(
+        far.map(|i| {
+            f64::from(lgs_core::linear::norm(lgs_core::linear::sub(last[i], trajectories.positions[0][i])))
+        })
+        .collect(),
+    ) as f32
 }

@@ -35,7 +35,10 @@ impl Pose {
 
     /// The pose of twelve entries.
     pub(crate) fn from_entries(entries: &[f64]) -> Self {
-        Self { linear: std::array::from_fn(|i| std::array::from_fn(|j| entries[3 * i + j])), shift: [entries[9], entries[10], entries[11]] }
+        Self {
+            linear: std::array::from_fn(|i| std::array::from_fn(|j| entries[3 * i + j])),
+            shift: [entries[9], entries[10], entries[11]],
+        }
     }
 }
 

@@ -1,9 +1,10 @@
 //! Refines a partition by the objects' own motions.
 //!
-//! The graph of neighbours joins an object to whatever wobbles beside it, and parts one body into pieces that do not touch. Here every
-//! object's rigid motion is fitted robustly, objects that move alike are merged, and each moving particle goes to the motion that
-//! explains its path best, or to rest if that does. What no motion explains is grouped anew among itself. A scene that is one object with
-//! nothing static beside it is left as it is.
+//! The graph of neighbours joins an object to whatever wobbles beside it, and parts one body into pieces that
+//! do not touch. Here every object's rigid motion is fitted robustly, objects that move alike are merged, and
+//! each moving particle goes to the motion that explains its path best, or to rest if that does. What no
+//! motion explains is grouped anew among itself. A scene that is one object with nothing static beside it is
+//! left as it is.
 
 use crate::config::{PartitionConfig, PartitionMethod};
 use crate::dense::{V3, add, mat_t_vec, norm2, scale, sub};
@@ -55,11 +56,18 @@ pub fn regroup(
     Ok(Partition { object, objects: groups.len() })
 }
 
-/// The partition without the objects that `kept` denies: their particles go to the motion of another object, or to rest, whichever explains
-/// their paths better.
-pub(crate) fn dissolve(trajectories: &Trajectories, weights: Option<&[f32]>, partition: &Partition, kept: &[bool]) -> Partition {
-    let motions: Vec<Vec<Pose>> =
-        (0..partition.objects).filter(|&o| kept[o]).map(|o| motion_of(trajectories, weights, &partition.members(o))).collect();
+/// The partition without the objects that `kept` denies: their particles go to the motion of another object,
+/// or to rest, whichever explains their paths better.
+pub(crate) fn dissolve(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    partition: &Partition,
+    kept: &[bool],
+) -> Partition {
+    let motions: Vec<Vec<Pose>> = (0..partition.objects)
+        .filter(|&o| kept[o])
+        .map(|o| motion_of(trajectories, weights, &partition.members(o)))
+        .collect();
     let mut next = partition.with_only(kept);
     let is_loose = |o: i32| usize::try_from(o).is_ok_and(|o| !kept[o]);
     for (i, own) in next.object.iter_mut().enumerate().filter(|(i, _)| is_loose(partition.object[*i])) {
@@ -68,13 +76,21 @@ pub(crate) fn dissolve(trajectories: &Trajectories, weights: Option<&[f32]>, par
     next
 }
 
-/// What the best motion of other objects leaves of the paths of an object's particles, as a part of what rest leaves; the median over them.
-pub(crate) fn left_by_others(trajectories: &Trajectories, weights: Option<&[f32]>, partition: &Partition, object: usize) -> f64 {
+/// What the best motion of other objects leaves of the paths of an object's particles, as a part of what rest
+/// leaves; the median over them.
+pub(crate) fn left_by_others(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    partition: &Partition,
+    object: usize,
+) -> f64 {
     let others = (0..partition.objects).filter(|&o| o != object);
-    let motions: Vec<Vec<Pose>> = others.map(|o| motion_of(trajectories, weights, &partition.members(o))).collect();
+    let motions: Vec<Vec<Pose>> =
+        others.map(|o| motion_of(trajectories, weights, &partition.members(o))).collect();
     let members = partition.members(object);
     let left = |&i: &usize| nearest_motion(trajectories, i, &motions).map_or(1.0, |(_, part)| part);
-    let mut parts: Vec<f64> = members.iter().step_by(members.len().div_ceil(SAMPLED).max(1)).map(left).collect();
+    let mut parts: Vec<f64> =
+        members.iter().step_by(members.len().div_ceil(SAMPLED).max(1)).map(left).collect();
     parts.sort_by(f64::total_cmp);
     parts.get(parts.len() / 2).copied().unwrap_or(1.0)
 }
@@ -89,7 +105,8 @@ fn regrouped(
     last: bool,
 ) -> Vec<Vec<usize>> {
     let motions: Vec<Vec<Pose>> = distinct(trajectories, weights, groups.to_vec());
-    let chosen: Vec<Choice> = moving.par_iter().map(|&i| choose(trajectories, i, &motions, config, last)).collect();
+    let chosen: Vec<Choice> =
+        moving.par_iter().map(|&i| choose(trajectories, i, &motions, config, last)).collect();
     let mut next = vec![Vec::new(); motions.len()];
     let mut left = Vec::new();
     for (&i, choice) in moving.iter().zip(chosen) {
@@ -111,26 +128,40 @@ enum Choice {
     Unexplained,
 }
 
-fn choose(trajectories: &Trajectories, particle: usize, motions: &[Vec<Pose>], config: &PartitionConfig, last: bool) -> Choice {
+fn choose(
+    trajectories: &Trajectories,
+    particle: usize,
+    motions: &[Vec<Pose>],
+    config: &PartitionConfig,
+    last: bool,
+) -> Choice {
     if motions.is_empty() && !last {
         return Choice::Unexplained;
     }
     match nearest_motion(trajectories, particle, motions) {
         None => Choice::Static,
-        Some((object, part)) if last || part <= f64::from(config.displacement_tolerance) => Choice::Object(object),
+        Some((object, part)) if last || part <= f64::from(config.displacement_tolerance) => {
+            Choice::Object(object)
+        }
         Some(_) => Choice::Unexplained,
     }
 }
 
-/// The motion that explains a particle's path best, and what it leaves of the path as a part of what rest leaves; none if rest is better.
-fn nearest_motion(trajectories: &Trajectories, particle: usize, motions: &[Vec<Pose>]) -> Option<(usize, f64)> {
+/// The motion that explains a particle's path best, and what it leaves of the path as a part of what rest
+/// leaves; none if rest is better.
+fn nearest_motion(
+    trajectories: &Trajectories,
+    particle: usize,
+    motions: &[Vec<Pose>],
+) -> Option<(usize, f64)> {
     let rest = residual(trajectories, particle, None);
     let residuals = motions.iter().map(|poses| residual(trajectories, particle, Some(poses)));
     let (object, best) = residuals.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
     (best < rest).then(|| (object, best / rest))
 }
 
-/// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its mean.
+/// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its
+/// mean.
 fn residual(trajectories: &Trajectories, particle: usize, poses: Option<&[Pose]>) -> f64 {
     let samples = trajectories.times.len();
     let part = 1.0 / samples as f64;
@@ -159,9 +190,13 @@ struct Moving {
 
 /// Motions of the groups, without stray ones, and one for groups that move as one body.
 ///
-/// Groups are one body if a motion fitted to both explains each about as well as its own. The motion of one alone would not do: it is
-/// only as good as the group is wide, and says little about parts farther away.
-fn distinct(trajectories: &Trajectories, weights: Option<&[f32]>, mut groups: Vec<Vec<usize>>) -> Vec<Vec<Pose>> {
+/// Groups are one body if a motion fitted to both explains each about as well as its own. The motion of one
+/// alone would not do: it is only as good as the group is wide, and says little about parts farther away.
+fn distinct(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    mut groups: Vec<Vec<usize>>,
+) -> Vec<Vec<Pose>> {
     groups.sort_by_key(|members| (std::cmp::Reverse(members.len()), members.first().copied()));
     let all: usize = groups.iter().map(Vec::len).sum();
     let mut kept: Vec<Moving> = Vec::new();
@@ -172,7 +207,10 @@ fn distinct(trajectories: &Trajectories, weights: Option<&[f32]>, mut groups: Ve
             continue;
         }
         let group = Moving { members, poses };
-        let joined = kept.iter().enumerate().find_map(|(i, other)| joint(trajectories, weights, other, &group).map(|both| (i, both)));
+        let joined = kept
+            .iter()
+            .enumerate()
+            .find_map(|(i, other)| joint(trajectories, weights, other, &group).map(|both| (i, both)));
         match joined {
             Some((i, both)) => kept[i] = both,
             None => kept.push(group),
@@ -184,7 +222,9 @@ fn distinct(trajectories: &Trajectories, weights: Option<&[f32]>, mut groups: Ve
 /// Two groups as one, if one motion explains both.
 fn joint(trajectories: &Trajectories, weights: Option<&[f32]>, a: &Moving, b: &Moving) -> Option<Moving> {
     // Equally many of each decide, so that the larger group does not outvote the smaller one.
-    let share = |members: &[usize]| members.iter().copied().step_by(members.len().div_ceil(SAMPLED / 2).max(1)).collect::<Vec<_>>();
+    let share = |members: &[usize]| {
+        members.iter().copied().step_by(members.len().div_ceil(SAMPLED / 2).max(1)).collect::<Vec<_>>()
+    };
     let mut sampled = share(&a.members);
     sampled.extend(share(&b.members));
     let poses = motion_of(trajectories, weights, &sampled);
@@ -202,7 +242,8 @@ fn joint(trajectories: &Trajectories, weights: Option<&[f32]>, a: &Moving, b: &M
 
 fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
     let stride = members.len().div_ceil(SAMPLED).max(1);
-    let mut residuals: Vec<f64> = members.iter().step_by(stride).map(|&i| residual(trajectories, i, poses)).collect();
+    let mut residuals: Vec<f64> =
+        members.iter().step_by(stride).map(|&i| residual(trajectories, i, poses)).collect();
     residuals.sort_by(f64::total_cmp);
     residuals.get(residuals.len() / 2).copied().unwrap_or(0.0)
 }
@@ -211,7 +252,11 @@ fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option
 fn grouped(trajectories: &Trajectories, left: &[usize], config: &PartitionConfig) -> Vec<Vec<usize>> {
     let paths: Vec<Vec<V3>> = (0..trajectories.len())
         .map(|i| {
-            if left.binary_search(&i).is_ok() { (0..trajectories.times.len()).map(|s| trajectories.at(s, i)).collect() } else { Vec::new() }
+            if left.binary_search(&i).is_ok() {
+                (0..trajectories.times.len()).map(|s| trajectories.at(s, i)).collect()
+            } else {
+                Vec::new()
+            }
         })
         .collect();
     let component = components(trajectories, &paths, left, f64::from(config.length_slack), config);
@@ -226,7 +271,8 @@ fn grouped(trajectories: &Trajectories, left: &[usize], config: &PartitionConfig
 mod tests {
     use super::*;
 
-    /// Two blocks that slide apart, on a floor that wobbles a little beside them; the graph is told to have joined some of the floor.
+    /// Two blocks that slide apart, on a floor that wobbles a little beside them; the graph is told to have
+    /// joined some of the floor.
     fn scene() -> (Trajectories, Vec<i32>, Vec<i32>) {
         let times: Vec<f32> = (0..40).map(|i| 0.02 * i as f32).collect();
         let mut truth = Vec::new();
@@ -249,7 +295,11 @@ mod tests {
             })
             .collect();
         // Everything was found to move, a third of the floor with the first block.
-        let given = truth.iter().enumerate().map(|(i, &o)| if o < 0 { if i % 3 == 0 { 0 } else { 2 } } else { o }).collect();
+        let given = truth
+            .iter()
+            .enumerate()
+            .map(|(i, &o)| if o < 0 { if i % 3 == 0 { 0 } else { 2 } } else { o })
+            .collect();
         (Trajectories { times, positions }, truth, given)
     }
 
@@ -262,7 +312,8 @@ mod tests {
         let floor = found.object.iter().zip(&truth).filter(|(_, t)| **t < 0);
         assert!(floor.clone().all(|(f, _)| *f < 0), "{:?}", floor.map(|(f, _)| *f).collect::<Vec<_>>());
         for object in [0, 1] {
-            let labels: Vec<i32> = found.object.iter().zip(&truth).filter(|(_, t)| **t == object).map(|(f, _)| *f).collect();
+            let labels: Vec<i32> =
+                found.object.iter().zip(&truth).filter(|(_, t)| **t == object).map(|(f, _)| *f).collect();
             assert!(labels[0] >= 0 && labels.iter().all(|l| *l == labels[0]), "{labels:?}");
         }
     }
@@ -270,8 +321,15 @@ mod tests {
     #[test]
     fn pieces_of_one_body_are_joined_again() {
         let (trajectories, truth, _) = scene();
-        let split = truth.iter().enumerate().map(|(i, &o)| if o == 0 && i % 2 == 0 { 2 } else { o }).collect();
-        let found = regroup(&trajectories, None, Partition { object: split, objects: 3 }, &PartitionConfig::default()).expect("regroup");
+        let split =
+            truth.iter().enumerate().map(|(i, &o)| if o == 0 && i % 2 == 0 { 2 } else { o }).collect();
+        let found = regroup(
+            &trajectories,
+            None,
+            Partition { object: split, objects: 3 },
+            &PartitionConfig::default(),
+        )
+        .expect("regroup");
         assert_eq!(found.objects, 2);
     }
 }

@@ -1,11 +1,15 @@
-//! A linear law acting on a rigid body, stepped exactly as a rollout with one support for the whole object steps its particles.
+//! A linear law acting on a rigid body, stepped exactly as a rollout with one support for the whole object
+//! steps its particles.
 //!
-//! With a twist `ω`, kicked velocities around the support's centroid are `N r`, `N = [ω]× + dt (S + B [ω]×)`, and candidates `(I + dt N) r`
-//! for a law linear in position and velocity, so that Eq. 6 needs only the anchors' covariance, not the anchors. The next velocities are
-//! the twist of the kicked ones, taken at the aligned positions: a free spin stays as it is for ever. A spring pulls all of a ball
-//! towards its centre, yet the ball keeps its shape: only with the constraint is such a motion one U and one Q for all particles.
+//! With a twist `ω`, kicked velocities around the support's centroid are `N r`, `N = [ω]× + dt (S + B [ω]×)`,
+//! and candidates `(I + dt N) r` for a law linear in position and velocity, so that Eq. 6 needs only the
+//! anchors' covariance, not the anchors. The next velocities are the twist of the kicked ones, taken at the
+//! aligned positions: a free spin stays as it is for ever. A spring pulls all of a ball towards its centre,
+//! yet the ball keeps its shape: only with the constraint is such a motion one U and one Q for all particles.
 
-use crate::dense::{IDENTITY, M3, V3, add, inverse3, mat_mul, mat_vec, nearest_rotation, rotation_of_vector, scale, sub};
+use crate::dense::{
+    IDENTITY, M3, V3, add, inverse3, mat_mul, mat_vec, nearest_rotation, rotation_of_vector, scale, sub,
+};
 use crate::law::Law;
 
 /// Newton steps towards the aligned rotation; it is at rounding after three.
@@ -96,10 +100,14 @@ impl Body {
 fn turned(law: &Law, covariance: &M3, spin: V3, dt: f64) -> (M3, V3) {
     let map = kicked_map(law, spin, dt);
     let momentum = mat_mul(&map, covariance);
-    let candidate: M3 = std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] + dt * momentum[i][j]));
-    let axial = [momentum[2][1] - momentum[1][2], momentum[0][2] - momentum[2][0], momentum[1][0] - momentum[0][1]];
+    let candidate: M3 =
+        std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] + dt * momentum[i][j]));
+    let axial =
+        [momentum[2][1] - momentum[1][2], momentum[0][2] - momentum[2][0], momentum[1][0] - momentum[0][1]];
     let trace = covariance[0][0] + covariance[1][1] + covariance[2][2];
-    let inertia: M3 = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { trace - covariance[i][i] } else { -covariance[i][j] }));
+    let inertia: M3 = std::array::from_fn(|i| {
+        std::array::from_fn(|j| if i == j { trace - covariance[i][i] } else { -covariance[i][j] })
+    });
     let spin = inverse3(&inertia).map_or(spin, |inverse| mat_vec(&inverse, axial));
     (aligned(&candidate), spin)
 }
@@ -112,7 +120,9 @@ fn kicked_map(law: &Law, spin: V3, dt: f64) -> M3 {
         row[i] -= law.damping;
     }
     let forced = mat_mul(&force, &turning);
-    std::array::from_fn(|i| std::array::from_fn(|j| turning[i][j] + dt * (law.stiffness[i][j] + forced[i][j])))
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| turning[i][j] + dt * (law.stiffness[i][j] + forced[i][j]))
+    })
 }
 
 /// `[a]×`.
@@ -124,7 +134,8 @@ fn transposed(m: &M3) -> M3 {
     std::array::from_fn(|i| std::array::from_fn(|j| m[j][i]))
 }
 
-/// The rotation that maximises `tr(Rᵀ a)` near the identity: Newton on `RᵀA = AᵀR` (reference §8.4 solved for the rotation itself).
+/// The rotation that maximises `tr(Rᵀ a)` near the identity: Newton on `RᵀA = AᵀR` (reference §8.4 solved for
+/// the rotation itself).
 fn aligned(a: &M3) -> M3 {
     let mut rotation = IDENTITY;
     for _ in 0..NEWTON_STEPS {
@@ -132,7 +143,9 @@ fn aligned(a: &M3) -> M3 {
         let trace = k[0][0] + k[1][1] + k[2][2];
         let b = [k[2][1] - k[1][2], k[0][2] - k[2][0], k[1][0] - k[0][1]];
         let system: M3 = std::array::from_fn(|i| {
-            std::array::from_fn(|j| if i == j { trace - k[i][i] + 1e-12 * trace } else { -0.5 * (k[i][j] + k[j][i]) })
+            std::array::from_fn(|j| {
+                if i == j { trace - k[i][i] + 1e-12 * trace } else { -0.5 * (k[i][j] + k[j][i]) }
+            })
         });
         let Some(inverse) = inverse3(&system) else { return nearest_rotation(a) };
         let y = mat_vec(&inverse, b);
@@ -161,11 +174,19 @@ mod tests {
         law.damping = 0.3;
         law.gyration = [0.2, 0.5, -0.7];
         let anchoring = Anchoring::of(&crate::testing::block([0.3, 0.2, 0.1], 16, 1));
-        let start = Body { rotation: IDENTITY, center: [0.2, 0.1, 0.0], velocity: [1.0, 0.0, 0.5], spin: [1.0, 2.0, -3.0] };
+        let start = Body {
+            rotation: IDENTITY,
+            center: [0.2, 0.1, 0.0],
+            velocity: [1.0, 0.0, 0.5],
+            spin: [1.0, 2.0, -3.0],
+        };
         let mut body = start;
         (0..40).for_each(|_| body.step(&law, &anchoring, 0.01));
         (0..40).for_each(|_| body.step_back(&law, &anchoring, 0.01));
-        assert!(norm2(sub(body.center, start.center)) < 1e-18 && norm2(sub(body.spin, start.spin)) < 1e-14, "{body:?}");
+        assert!(
+            norm2(sub(body.center, start.center)) < 1e-18 && norm2(sub(body.spin, start.spin)) < 1e-14,
+            "{body:?}"
+        );
         assert!(norm2(sub(body.rotation[0], IDENTITY[0])) < 1e-12);
     }
 }

@@ -9,9 +9,11 @@ use serde::{Deserialize, Serialize};
 
 /// An object whose system leaves more than this part of its displacement has not been understood.
 const UNLEARNED: f64 = 0.5;
-/// One whose system misses the end of the window, forecast from its beginning, by more than this part of its displacement …
+/// One whose system misses the end of the window, forecast from its beginning, by more than this part of its
+/// displacement …
 const UNFORESEEN: f64 = 0.07;
-/// … is a part of others that the source follows badly, if their motions leave less than this of what rest leaves of its paths.
+/// … is a part of others that the source follows badly, if their motions leave less than this of what rest
+/// leaves of its paths.
 const ANOTHERS: f64 = 0.6;
 
 /// Stage 1 of a scene.
@@ -33,7 +35,8 @@ pub struct SceneDistillation {
     pub objects: Vec<(Vec<usize>, Distilled)>,
 }
 
-/// Partitions a scene and distils each of its objects; `progress` also gets the object and the number of objects.
+/// Partitions a scene and distils each of its objects; `progress` also gets the object and the number of
+/// objects.
 ///
 /// # Errors
 /// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
@@ -52,7 +55,11 @@ pub fn distill_scene(
 ///
 /// # Errors
 /// If trajectories or weights are malformed.
-pub fn find_objects(trajectories: &Trajectories, weights: Option<&[f32]>, config: &PartitionConfig) -> Result<Partition, DistillError> {
+pub fn find_objects(
+    trajectories: &Trajectories,
+    weights: Option<&[f32]>,
+    config: &PartitionConfig,
+) -> Result<Partition, DistillError> {
     if let Some(found) = weights.map(<[f32]>::len).filter(|&len| len != trajectories.len()) {
         return Err(DistillError::Length { field: "weights", expected: trajectories.len(), found });
     }
@@ -61,8 +68,9 @@ pub fn find_objects(trajectories: &Trajectories, weights: Option<&[f32]>, config
 
 /// Distils each object of a partition of the same particles.
 ///
-/// What no system follows is no object, nor is what its system forecasts badly while the motions of others explain it roughly: its particles go
-/// to the others or to rest, and all is distilled again, until something follows every object or none. The partition returned is the one that came of it.
+/// What no system follows is no object, nor is what its system forecasts badly while the motions of others
+/// explain it roughly: its particles go to the others or to rest, and all is distilled again, until something
+/// follows every object or none. The partition returned is the one that came of it.
 ///
 /// # Errors
 /// If trajectories, weights or configuration are malformed, or a fit left the finite numbers.
@@ -74,7 +82,9 @@ pub fn distill_objects(
     seed: u64,
     progress: &mut dyn FnMut(usize, usize, DistillProgress),
 ) -> Result<SceneDistillation, DistillError> {
-    for (field, found) in [("weights", weights.map(<[f32]>::len)), ("partition", Some(partition.object.len()))] {
+    for (field, found) in
+        [("weights", weights.map(<[f32]>::len)), ("partition", Some(partition.object.len()))]
+    {
         if let Some(found) = found.filter(|&len| len != trajectories.len()) {
             return Err(DistillError::Length { field, expected: trajectories.len(), found });
         }
@@ -86,12 +96,17 @@ pub fn distill_objects(
             let own_weights: Option<Vec<f32>> = weights.map(|w| members.iter().map(|&i| w[i]).collect());
             let own_seed = seed.wrapping_add(object as u64);
             let mut tell = |p| progress(object, partition.objects, p);
-            let distilled = distill(&trajectories.select(&members), own_weights.as_deref(), config, own_seed, &mut tell)?;
+            let distilled =
+                distill(&trajectories.select(&members), own_weights.as_deref(), config, own_seed, &mut tell)?;
             objects.push((members, distilled));
         }
-        let learned = |(_, object): &(_, Distilled)| object.report.window_error <= UNLEARNED * object.report.displacement;
+        let learned = |(_, object): &(_, Distilled)| {
+            object.report.window_error <= UNLEARNED * object.report.displacement
+        };
         let mut kept: Vec<bool> = objects.iter().map(learned).collect();
-        if let Some(part) = part_of_others(trajectories, weights, &partition, &objects).filter(|_| !kept.contains(&false)) {
+        if let Some(part) =
+            part_of_others(trajectories, weights, &partition, &objects).filter(|_| !kept.contains(&false))
+        {
             kept[part] = false;
         }
         if !kept.contains(&false) || !kept.contains(&true) {
@@ -113,7 +128,9 @@ fn part_of_others(
         let report = &objects[o].1.report;
         report.forecast_error.unwrap_or(0.0) / report.displacement.max(f64::MIN_POSITIVE)
     };
-    let worst = (0..objects.len()).max_by(|&a, &b| missed(a).total_cmp(&missed(b))).filter(|&o| missed(o) > UNFORESEEN)?;
+    let worst = (0..objects.len())
+        .max_by(|&a, &b| missed(a).total_cmp(&missed(b)))
+        .filter(|&o| missed(o) > UNFORESEEN)?;
     let left = left_by_others(trajectories, weights, partition, worst);
     tracing::debug!(object = worst, missed = missed(worst), left, "forecast worst");
     (left < ANOTHERS).then_some(worst)

@@ -1,4 +1,5 @@
-//! An object's denoised motion, and the systems that describe it: of a law, of networks, of a body held rigid.
+//! An object's denoised motion, and the systems that describe it: of a law, of networks, of a body held
+//! rigid.
 
 use crate::Trajectories;
 use crate::anchors::choose_anchors;
@@ -21,8 +22,9 @@ use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, System, SystemConfig
 pub(crate) const JUDGES: usize = 200;
 /// Networks have to forecast better than the law alone by this factor.
 const WORTH_IT: f64 = 0.5;
-/// Or they have to describe the window better by this factor, and stay near for three windows ([`Training::stays`]): a motion whose turning
-/// point lies in the held-out part cannot be forecast, and is still described.
+/// Or they have to describe the window better by this factor, and stay near for three windows
+/// ([`Training::stays`]): a motion whose turning point lies in the held-out part cannot be forecast, and is
+/// still described.
 const DESCRIBES: f64 = 0.5;
 /// An affine motion is preferred to a rigid one only if the rigid residual is this many times larger …
 const RIGID_SLACK: f64 = 1.5;
@@ -96,10 +98,17 @@ impl Seen {
             ..self.report()
         };
         let anchors = whole_object.then(|| self.anchors.iter().map(|&i| i as u32).collect());
-        Distilled { system: system_of_law(self.system_config(config), &chosen.fitted.law, seed), q0, v0, anchors, report }
+        Distilled {
+            system: system_of_law(self.system_config(config), &chosen.fitted.law, seed),
+            q0,
+            v0,
+            anchors,
+            report,
+        }
     }
 
-    /// Starts the object as a body that one support holds rigid: what has been seen to be rigid need not lose its shape later.
+    /// Starts the object as a body that one support holds rigid: what has been seen to be rigid need not lose
+    /// its shape later.
     pub(crate) fn hold(&self, distilled: &mut Distilled, held: &FittedLaw) {
         let Some(motion) = &self.motion else { return };
         (distilled.q0, distilled.v0) = held.initial_states(motion, f64::from(self.paths.dt()));
@@ -112,7 +121,11 @@ impl Seen {
     pub(crate) fn plain(&self, config: &DistillConfig, seed: u64) -> Distilled {
         let config = self.system_config(config);
         let law = Law::free(wide(self.normalisation.center));
-        let system = if config.potential == PotentialKind::Mlp { System::init(config, seed) } else { system_of_law(config, &law, seed) };
+        let system = if config.potential == PotentialKind::Mlp {
+            System::init(config, seed)
+        } else {
+            system_of_law(config, &law, seed)
+        };
         let (q0, v0) = self.start(&system, &VelocityField::NONE);
         Distilled { system, q0, v0, anchors: None, report: self.report() }
     }
@@ -123,7 +136,8 @@ impl Seen {
         (state.q, state.v)
     }
 
-    /// Trains networks on the first part of the window; if they forecast the rest better than what is there, trains them on all of it.
+    /// Trains networks on the first part of the window; if they forecast the rest better than what is there,
+    /// trains them on all of it.
     pub(crate) fn train_networks(
         &self,
         distilled: &mut Distilled,
@@ -145,7 +159,8 @@ impl Seen {
         }
         let (system, field) = training.run(&distilled.system, samples, seed, progress);
         let error = training.error(&system, &field, 0..samples);
-        if !better && (error > DESCRIBES * distilled.report.window_error || !training.stays(&system, &field)) {
+        if !better && (error > DESCRIBES * distilled.report.window_error || !training.stays(&system, &field))
+        {
             return;
         }
         (distilled.q0, distilled.v0) = self.start(&system, &field);
@@ -180,7 +195,8 @@ impl Seen {
 
     /// `‖Q‖/‖∇U‖` at visited states.
     pub(crate) fn force_ratio(&self, system: &System) -> f64 {
-        let states = || self.judges.iter().flat_map(|&j| (0..self.paths.samples()).step_by(5).map(move |s| (j, s)));
+        let states =
+            || self.judges.iter().flat_map(|&j| (0..self.paths.samples()).step_by(5).map(move |s| (j, s)));
         let q: Vec<_> = states().map(|(j, s)| crate::dense::narrow(self.paths.position(j, s))).collect();
         let v: Vec<_> = states().map(|(j, s)| crate::dense::narrow(self.paths.velocity(j, s))).collect();
         let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| norm2(wide(r))).sum::<f64>().sqrt();
@@ -204,10 +220,11 @@ fn shared_motion(
         SharedMotionKind::Affine => Some(fit(PoseKind::Affine)),
         SharedMotionKind::Auto => {
             let (rigid, affine) = (fit(PoseKind::Rigid), fit(PoseKind::Affine));
-            let rigid_enough =
-                rigid.residual <= RIGID_SLACK * affine.residual || rigid.residual <= affine.residual + RIGID_TOLERANCE * displacement;
+            let rigid_enough = rigid.residual <= RIGID_SLACK * affine.residual
+                || rigid.residual <= affine.residual + RIGID_TOLERANCE * displacement;
             let better = if rigid_enough { rigid } else { affine };
-            (better.residual <= 1.5 * noise + f64::from(config.shared_residual) * displacement).then_some(better)
+            (better.residual <= 1.5 * noise + f64::from(config.shared_residual) * displacement)
+                .then_some(better)
         }
     }
 }

@@ -1,22 +1,30 @@
 //! The motion that all particles of an object share: one pose per sample and one averaged shape.
 //!
-//! Generalised Procrustes analysis: poses from the shape (Kabsch for a rigid motion, least squares for an affine one), the shape as the
-//! mean of the samples seen from the poses, and particle weights from how far each strays (so that floaters do not pull), in turns.
-//! Averaging hundreds of particles takes independent noise away before anything is differentiated; the pose of a sample is fitted to
-//! that sample alone, so nothing is smoothed over time. An affine motion is what a law linear in position and velocity does to a body.
+//! Generalised Procrustes analysis: poses from the shape (Kabsch for a rigid motion, least squares for an
+//! affine one), the shape as the mean of the samples seen from the poses, and particle weights from how far
+//! each strays (so that floaters do not pull), in turns. Averaging hundreds of particles takes independent
+//! noise away before anything is differentiated; the pose of a sample is fitted to that sample alone, so
+//! nothing is smoothed over time. An affine motion is what a law linear in position and velocity does to a
+//! body.
 
 use crate::Trajectories;
 use crate::chebyshev::Curve;
-use crate::dense::{M3, V3, add, mat_t_vec, mat_vec, median, nearest_rotation, norm2, scale, solve_positive, sub, symmetric_eigen};
+use crate::dense::{
+    M3, V3, add, mat_t_vec, mat_vec, median, nearest_rotation, norm2, scale, solve_positive, sub,
+    symmetric_eigen,
+};
 use crate::pose::{Pose, PoseKind, SmoothPose};
 
 /// Turns of poses, shape and weights; the shape settles in two or three.
 const TURNS: usize = 6;
-/// Weight of a particle whose residual is this many medians is a quarter; beyond, it falls with the fourth power.
+/// Weight of a particle whose residual is this many medians is a quarter; beyond, it falls with the fourth
+/// power.
 const OUTLIER_MEDIANS: f64 = 3.0;
-/// Residual of a particle at one sample, in medians over the particles, at which its weight there is a quarter.
+/// Residual of a particle at one sample, in medians over the particles, at which its weight there is a
+/// quarter.
 const STRAY_MEDIANS: f64 = 1.0;
-/// Ridge of an affine pose towards the rigid one, as a part of the shape's largest variance: thin directions say nothing.
+/// Ridge of an affine pose towards the rigid one, as a part of the shape's largest variance: thin directions
+/// say nothing.
 const AFFINE_RIDGE: f64 = 1e-6;
 
 /// An object's shared motion.
@@ -53,13 +61,16 @@ impl SharedMotion {
         for turn in 0..TURNS {
             // The first turns are rigid in any case: an affine fit needs a shape that is about right.
             let affine = kind == PoseKind::Affine && turn >= 2;
-            motion.turn(trajectories, &own, |motion, sample| motion.pose_of(trajectories, sample, &motion.weights, affine));
+            motion.turn(trajectories, &own, |motion, sample| {
+                motion.pose_of(trajectories, sample, &motion.weights, affine)
+            });
         }
         motion
     }
 
-    /// Further turns in which a particle counts less at the samples where it strays. A source model lets parts of an object slip for a
-    /// while, in hidden places and at the ends of the window above all; whole paths tell less of this than moments do.
+    /// Further turns in which a particle counts less at the samples where it strays. A source model lets
+    /// parts of an object slip for a while, in hidden places and at the ends of the window above all; whole
+    /// paths tell less of this than moments do.
     pub(crate) fn refined(mut self, trajectories: &Trajectories, weights: Option<&[f32]>) -> Self {
         let own = own_weights(weights, trajectories.len());
         let affine = self.kind == PoseKind::Affine;
@@ -81,13 +92,16 @@ impl SharedMotion {
 
     /// Moves the weighted centroid of the shape to the origin.
     fn center_shape(&mut self) {
-        let centroid = self.shape.iter().zip(&self.weights).fold([0.0; 3], |sum, (b, &w)| add(sum, scale(*b, w)));
+        let centroid =
+            self.shape.iter().zip(&self.weights).fold([0.0; 3], |sum, (b, &w)| add(sum, scale(*b, w)));
         self.shape.iter_mut().for_each(|b| *b = sub(*b, centroid));
     }
 
     /// The pose that carries the shape onto a sample.
     fn pose_of(&self, trajectories: &Trajectories, sample: usize, weights: &[f64], affine: bool) -> Pose {
-        let mean = |row: &dyn Fn(usize) -> V3| weights.iter().enumerate().fold([0.0; 3], |sum, (j, &w)| add(sum, scale(row(j), w)));
+        let mean = |row: &dyn Fn(usize) -> V3| {
+            weights.iter().enumerate().fold([0.0; 3], |sum, (j, &w)| add(sum, scale(row(j), w)))
+        };
         let (seen, shape) = (mean(&|j| trajectories.at(sample, j)), mean(&|j| self.shape[j]));
         let mut moment = [[0.0; 3]; 3];
         let mut covariance = [[0.0; 3]; 3];
@@ -105,11 +119,13 @@ impl SharedMotion {
         Pose { linear, shift: sub(seen, mat_vec(&linear, shape)) }
     }
 
-    /// Weights of the particles at one sample: the less, the farther one is from where the sample's pose has it.
+    /// Weights of the particles at one sample: the less, the farther one is from where the sample's pose has
+    /// it.
     fn weights_at(&self, trajectories: &Trajectories, sample: usize) -> Vec<f64> {
         let pose = &self.poses[sample];
-        let squared: Vec<f64> =
-            (self.shape.iter().enumerate()).map(|(j, &b)| norm2(sub(trajectories.at(sample, j), pose.apply(b)))).collect();
+        let squared: Vec<f64> = (self.shape.iter().enumerate())
+            .map(|(j, &b)| norm2(sub(trajectories.at(sample, j), pose.apply(b))))
+            .collect();
         let typical = median(squared.clone()).max(1e-24);
         let factor = |r: f64| (1.0 + r / (STRAY_MEDIANS * STRAY_MEDIANS * typical)).powi(-2);
         normalised(&self.weights.iter().zip(&squared).map(|(&w, &r)| w * factor(r)).collect::<Vec<_>>())
@@ -153,18 +169,24 @@ impl SharedMotion {
         let samples = self.poses.len() as f64;
         let squared: Vec<f64> = (0..self.shape.len())
             .map(|j| {
-                let sum: f64 = self.poses.iter().enumerate().map(|(s, p)| norm2(sub(trajectories.at(s, j), p.apply(self.shape[j])))).sum();
+                let sum: f64 = self
+                    .poses
+                    .iter()
+                    .enumerate()
+                    .map(|(s, p)| norm2(sub(trajectories.at(s, j), p.apply(self.shape[j]))))
+                    .sum();
                 sum / (3.0 * samples)
             })
             .collect();
         let typical = median(squared.clone()).max(1e-24);
         let factor = |r: f64| (1.0 + r / (OUTLIER_MEDIANS * OUTLIER_MEDIANS * typical)).powi(-2);
-        self.weights = normalised(&own.iter().zip(&squared).map(|(&w, &r)| w * factor(r)).collect::<Vec<_>>());
+        self.weights =
+            normalised(&own.iter().zip(&squared).map(|(&w, &r)| w * factor(r)).collect::<Vec<_>>());
         self.residual = self.weights.iter().zip(&squared).map(|(w, r)| w * r).sum::<f64>().sqrt();
     }
 
-    /// Points (and their equal weights are 1/6) whose mean square under any affine error equals that of all particles:
-    /// `±√3·σ_i` along the principal axes of the shape.
+    /// Points (and their equal weights are 1/6) whose mean square under any affine error equals that of all
+    /// particles: `±√3·σ_i` along the principal axes of the shape.
     pub(crate) fn sigma_points(&self) -> Vec<V3> {
         let (variances, axes) = symmetric_eigen(self.covariance());
         let mut points = Vec::with_capacity(6);
@@ -221,13 +243,20 @@ fn affine_from(moment: &M3, mut covariance: M3, rotation: &M3) -> M3 {
 
 /// The particles' own weights, all 1 if absent.
 fn own_weights(weights: Option<&[f32]>, particles: usize) -> Vec<f64> {
-    weights.map_or_else(|| vec![1.0; particles], |weights| weights.iter().map(|&w| f64::from(w).max(0.0)).collect())
+    weights.map_or_else(
+        || vec![1.0; particles],
+        |weights| weights.iter().map(|&w| f64::from(w).max(0.0)).collect(),
+    )
 }
 
 /// Weights with sum 1; equal ones if they have none.
 fn normalised(weights: &[f64]) -> Vec<f64> {
     let sum: f64 = weights.iter().sum();
-    if sum > 0.0 && sum.is_finite() { weights.iter().map(|w| w / sum).collect() } else { vec![1.0 / weights.len() as f64; weights.len()] }
+    if sum > 0.0 && sum.is_finite() {
+        weights.iter().map(|w| w / sum).collect()
+    } else {
+        vec![1.0 / weights.len() as f64; weights.len()]
+    }
 }
 
 #[cfg(test)]
@@ -245,7 +274,8 @@ mod tests {
             .iter()
             .map(|&t| {
                 let t = f64::from(t);
-                let pose = Pose { linear: rotation_of_vector([2.0 * t, 0.5 * t, -t]), shift: [t, 0.0, 1.0 - t * t] };
+                let pose =
+                    Pose { linear: rotation_of_vector([2.0 * t, 0.5 * t, -t]), shift: [t, 0.0, 1.0 - t * t] };
                 body.iter().map(|&b| narrow(pose.apply(b))).collect()
             })
             .collect();
@@ -281,7 +311,8 @@ mod tests {
         }
         let error = |motion: &SharedMotion| {
             let ends = (60..76).flat_map(|s| (150..300).map(move |j| (s, j)));
-            let sum: f64 = ends.map(|(s, j)| norm2(sub(motion.poses[s].apply(motion.shape[j]), truth.at(s, j)))).sum();
+            let sum: f64 =
+                ends.map(|(s, j)| norm2(sub(motion.poses[s].apply(motion.shape[j]), truth.at(s, j)))).sum();
             (sum / (16.0 * 150.0)).sqrt()
         };
         let plain = SharedMotion::fit(&slipping, None, PoseKind::Rigid);

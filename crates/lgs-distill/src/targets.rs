@@ -1,7 +1,8 @@
 //! Smooth paths of an object's particles, and the states and accelerations to match at their samples.
 //!
-//! Eq. 5 reads `q⁺ − 2q + q⁻ = dt² a(q, (q − q⁻)/dt)`: accelerations are second differences of the smooth path, velocities backward
-//! differences, so that a perfect match rolls out onto the path itself and the start needs no correction for half a kick (G28).
+//! Eq. 5 reads `q⁺ − 2q + q⁻ = dt² a(q, (q − q⁻)/dt)`: accelerations are second differences of the smooth
+//! path, velocities backward differences, so that a perfect match rolls out onto the path itself and the
+//! start needs no correction for half a kick (G28).
 
 use crate::Trajectories;
 use crate::chebyshev::{Curve, Order};
@@ -19,17 +20,28 @@ pub(crate) struct Paths {
 impl Paths {
     /// All particles follow the shared pose.
     pub(crate) fn shared(motion: &SharedMotion, smooth: &SmoothPose, dt: f64) -> Self {
-        let poses: Vec<_> = extended(&motion.times, dt).into_iter().map(|t| smooth.at(t, Order::Value)).collect();
-        Self { rows: motion.shape.iter().map(|&b| poses.iter().map(|pose| pose.apply(b)).collect()).collect(), dt }
+        let poses: Vec<_> =
+            extended(&motion.times, dt).into_iter().map(|t| smooth.at(t, Order::Value)).collect();
+        Self {
+            rows: motion.shape.iter().map(|&b| poses.iter().map(|pose| pose.apply(b)).collect()).collect(),
+            dt,
+        }
     }
 
-    /// Every particle is smoothed by itself, all with the degree that cross validation chooses for `judges` of them together.
-    pub(crate) fn independent(trajectories: &Trajectories, degrees: std::ops::RangeInclusive<usize>, judges: usize) -> (Self, usize) {
+    /// Every particle is smoothed by itself, all with the degree that cross validation chooses for `judges`
+    /// of them together.
+    pub(crate) fn independent(
+        trajectories: &Trajectories,
+        degrees: std::ops::RangeInclusive<usize>,
+        judges: usize,
+    ) -> (Self, usize) {
         let (times, dt) = (trajectories.grid(), f64::from(trajectories.dt()));
         let stride = trajectories.len().div_ceil(judges.max(1)).max(1);
         let judged: Vec<usize> = (0..trajectories.len()).step_by(stride).collect();
-        let values: Vec<f64> = (0..times.len()).flat_map(|s| judged.iter().flat_map(move |&j| trajectories.at(s, j))).collect();
-        let (_, degree) = Curve::fit_by_cross_validation(&times, &values, &vec![1.0; 3 * judged.len()], degrees);
+        let values: Vec<f64> =
+            (0..times.len()).flat_map(|s| judged.iter().flat_map(move |&j| trajectories.at(s, j))).collect();
+        let (_, degree) =
+            Curve::fit_by_cross_validation(&times, &values, &vec![1.0; 3 * judged.len()], degrees);
         let grid = extended(&times, dt);
         let row = |j: usize| {
             let values: Vec<f64> = (0..times.len()).flat_map(|s| trajectories.at(s, j)).collect();

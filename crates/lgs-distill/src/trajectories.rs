@@ -34,7 +34,9 @@ impl Trajectories {
     #[must_use]
     pub fn dt(&self) -> f32 {
         match (self.times.first(), self.times.last()) {
-            (Some(first), Some(last)) if self.times.len() > 1 => (last - first) / (self.times.len() - 1) as f32,
+            (Some(first), Some(last)) if self.times.len() > 1 => {
+                (last - first) / (self.times.len() - 1) as f32
+            }
             _ => 0.0,
         }
     }
@@ -56,7 +58,11 @@ impl Trajectories {
             return Err(DistillError::TooFewSamples { expected: FEWEST_SAMPLES, found: samples });
         }
         if self.positions.len() != samples {
-            return Err(DistillError::Length { field: "positions", expected: samples, found: self.positions.len() });
+            return Err(DistillError::Length {
+                field: "positions",
+                expected: samples,
+                found: self.positions.len(),
+            });
         }
         for (index, pair) in self.times.windows(2).enumerate() {
             let gap = f64::from(pair[1]) - f64::from(pair[0]);
@@ -67,7 +73,11 @@ impl Trajectories {
         }
         for (sample, row) in self.positions.iter().enumerate() {
             if row.len() != n {
-                return Err(DistillError::Length { field: "positions of a sample", expected: n, found: row.len() });
+                return Err(DistillError::Length {
+                    field: "positions of a sample",
+                    expected: n,
+                    found: row.len(),
+                });
             }
             if let Some(particle) = row.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
                 return Err(DistillError::NonFinite { sample, particle });
@@ -90,8 +100,8 @@ impl Trajectories {
 
     /// Standard deviation per coordinate of the part of the samples that is independent from one to the next.
     ///
-    /// Fourth differences remove every smooth motion; independent noise of variance σ² leaves them a variance of 70 σ² (the sum of the
-    /// squared binomials 1 4 6 4 1). The median over everything ignores outliers.
+    /// Fourth differences remove every smooth motion; independent noise of variance σ² leaves them a variance
+    /// of 70 σ² (the sum of the squared binomials 1 4 6 4 1). The median over everything ignores outliers.
     pub(crate) fn independent_noise(&self) -> f64 {
         let stride = (self.len() / 2000).max(1);
         let mut magnitudes = Vec::new();

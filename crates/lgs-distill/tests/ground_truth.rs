@@ -1,5 +1,5 @@
-//! The distiller alone on ground-truth trajectories: error at three times the window as a part of the path, with and without noise, and
-//! with the kind of error that a source model trained from images makes.
+//! The distiller alone on ground-truth trajectories: error at three times the window as a part of the path,
+//! with and without noise, and with the kind of error that a source model trained from images makes.
 #![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 use lgs_data::synth;
@@ -50,15 +50,21 @@ fn error_at_end(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
     let distance = |a: &[[f32; 3]], b: &[[f32; 3]]| -> f64 {
         a.iter().zip(b).map(|(&p, &q)| f64::from(lgs_core::linear::norm(lgs_core::linear::sub(p, q)))).sum()
     };
-    distance(&states[STEPS].q, &truth[STEPS]) / truth.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum::<f64>()
+    distance(&states[STEPS].q, &truth[STEPS])
+        / truth.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum::<f64>()
 }
 
-/// Noise-free and noisy bounds of the project; measured values are 2 to 100 times smaller (see the example `distill_ground_truth`).
+/// Noise-free and noisy bounds of the project; measured values are 2 to 100 times smaller (see the example
+/// `distill_ground_truth`).
 #[test]
 fn laws_extrapolate_to_three_windows() {
-    for (scene, clean, noisy) in
-        [("falling-ball", 0.005, 0.03), ("fan", 0.002, 0.01), ("sled", 0.02, 0.06), ("projectile", 0.03, 0.04), ("spring", 0.002, 0.01)]
-    {
+    for (scene, clean, noisy) in [
+        ("falling-ball", 0.005, 0.03),
+        ("fan", 0.002, 0.01),
+        ("sled", 0.02, 0.06),
+        ("projectile", 0.03, 0.04),
+        ("spring", 0.002, 0.01),
+    ] {
         let truth = truth(scene);
         let error = error_at_end(&run(&window(&truth, |_, _, _| 0.0)), &truth);
         assert!(error <= clean, "{scene} without noise: {error}");
@@ -74,7 +80,9 @@ fn what_was_seen_to_be_rigid_keeps_its_shape_and_its_law() {
     let supports = found.supports(20);
     let spec = RolloutSpec::new(0.01, STEPS).aligned(&supports, VelocityPolicy::Rigid);
     let states = rollout(&found.system, &State::at_start(found.q0.clone(), found.v0.clone()), &spec);
-    let apart = |state: &State, i: usize| f64::from(lgs_core::linear::norm(lgs_core::linear::sub(state.q[i], state.q[i + 200])));
+    let apart = |state: &State, i: usize| {
+        f64::from(lgs_core::linear::norm(lgs_core::linear::sub(state.q[i], state.q[i + 200])))
+    };
     for i in 0..200 {
         let (first, last) = (apart(&states[0], i), apart(&states[STEPS], i));
         assert!((last - first).abs() < 1e-3 * first + 1e-4, "{first} {last}");
@@ -119,7 +127,8 @@ fn particles_in_another_order_move_as_before() {
     let found = run(&window(&truth, |_, _, _| 0.0));
     assert!(found.anchors.is_some(), "a body held by anchors");
     let order = lgs_core::spatial_order(&found.q0);
-    let in_order: Vec<Vec<[f32; 3]>> = truth.iter().map(|points| order.iter().map(|&i| points[i as usize]).collect()).collect();
+    let in_order: Vec<Vec<[f32; 3]>> =
+        truth.iter().map(|points| order.iter().map(|&i| points[i as usize]).collect()).collect();
     let reordered = found.clone().in_order(&order);
     assert_ne!(reordered.q0, found.q0);
     let (error, before) = (error_at_end(&reordered, &in_order), error_at_end(&found, &truth));

@@ -2,7 +2,8 @@
 
 use lgs_data::synth;
 use lgs_distill::{
-    DistillConfig, Partition, PartitionConfig, PartitionMethod, SceneConfig, Trajectories, distill_objects, distill_scene, partition,
+    DistillConfig, Partition, PartitionConfig, PartitionMethod, SceneConfig, Trajectories, distill_objects,
+    distill_scene, partition,
 };
 use rand::RngExt;
 
@@ -13,7 +14,9 @@ fn sampled(points: impl Fn(f32) -> Vec<[f32; 3]>) -> Trajectories {
 
 fn lattice(center: [f32; 3], n: usize, spacing: f32) -> Vec<[f32; 3]> {
     let at = |i: usize| (i as f32 - 0.5 * (n - 1) as f32) * spacing;
-    (0..n * n * n).map(|k| [center[0] + at(k % n), center[1] + at(k / n % n), center[2] + at(k / n / n)]).collect()
+    (0..n * n * n)
+        .map(|k| [center[0] + at(k % n), center[1] + at(k / n % n), center[2] + at(k / n / n)])
+        .collect()
 }
 
 fn noisy(mut trajectories: Trajectories, deviation: f32) -> Trajectories {
@@ -24,12 +27,15 @@ fn noisy(mut trajectories: Trajectories, deviation: f32) -> Trajectories {
     trajectories
 }
 
-/// A wall, a block that slides along it, a block that touches the first one and moves the other way, and a few strays.
+/// A wall, a block that slides along it, a block that touches the first one and moves the other way, and a
+/// few strays.
 fn touching() -> Trajectories {
     sampled(|t| {
         let mut all = lattice([0.0, 0.0, -1.0], 6, 0.1);
         all.extend(lattice([0.0, 0.0, 0.0], 7, 0.05).into_iter().map(|[x, y, z]| [x + 0.4 * t, y, z]));
-        all.extend(lattice([0.0, 0.0, 0.35], 6, 0.05).into_iter().map(|[x, y, z]| [x - 0.4 * t, y + 0.2 * t, z]));
+        all.extend(
+            lattice([0.0, 0.0, 0.35], 6, 0.05).into_iter().map(|[x, y, z]| [x - 0.4 * t, y + 0.2 * t, z]),
+        );
         all.extend((0..5).map(|i| [0.3, 0.1 * i as f32, -0.3 - 0.5 * t]));
         all
     })
@@ -55,9 +61,11 @@ fn the_room_has_three_movers() {
     let trajectories = Trajectories { times: truth.times.clone(), positions: truth.points.clone() };
     let found = partition(&noisy(trajectories, 0.001), &PartitionConfig::default()).unwrap();
     // The hub of the turntable hardly moves, so that some of its points count as static.
-    let moving = truth.object.iter().zip(&found.object).filter(|&(&truth, &found)| truth >= 0 && found >= 0).count();
+    let moving =
+        truth.object.iter().zip(&found.object).filter(|&(&truth, &found)| truth >= 0 && found >= 0).count();
     assert!(moving as f32 > 0.9 * truth.object.iter().filter(|&&o| o >= 0).count() as f32);
-    let wrong = truth.object.iter().zip(&found.object).filter(|&(&truth, &found)| truth < 0 && found >= 0).count();
+    let wrong =
+        truth.object.iter().zip(&found.object).filter(|&(&truth, &found)| truth < 0 && found >= 0).count();
     assert_eq!(wrong, 0, "static points that move");
     for object in 0..found.objects {
         let mut names: Vec<i32> = found.members(object).iter().map(|&i| truth.object[i]).collect();
@@ -69,7 +77,8 @@ fn the_room_has_three_movers() {
 #[test]
 fn a_scene_without_motion_has_no_objects() {
     let still = sampled(|_| lattice([0.0; 3], 5, 0.1));
-    let found = distill_scene(&noisy(still, 0.001), None, &SceneConfig::default(), 1, &mut |_, _, _| {}).unwrap();
+    let found =
+        distill_scene(&noisy(still, 0.001), None, &SceneConfig::default(), 1, &mut |_, _, _| {}).unwrap();
     assert_eq!((found.partition.objects, found.objects.len()), (0, 0));
 }
 
@@ -93,7 +102,8 @@ fn configurations_read_back_and_reject_unknown_fields() {
 
 #[test]
 fn k_means_with_the_right_count_parts_the_same_bodies() {
-    let config = PartitionConfig { method: PartitionMethod::KMeans, clusters: 2, ..PartitionConfig::default() };
+    let config =
+        PartitionConfig { method: PartitionMethod::KMeans, clusters: 2, ..PartitionConfig::default() };
     let found = partition(&noisy(touching(), 0.001), &config).unwrap();
     assert_eq!(found.objects, 2);
     assert!(found.object[..216].iter().all(|&o| o == -1), "the wall stands");
@@ -105,11 +115,13 @@ fn k_means_with_the_right_count_parts_the_same_bodies() {
     assert_eq!((one.objects, one.moving()), (1, 343 + 216 + 5));
 }
 
-/// A block slides; of what is taken for a second object half slides with it, and half trembles, every particle by itself.
+/// A block slides; of what is taken for a second object half slides with it, and half trembles, every
+/// particle by itself.
 #[test]
 fn what_no_system_follows_is_no_object() {
     let seen = sampled(|t| {
-        let mut all: Vec<_> = lattice([0.0; 3], 7, 0.05).into_iter().map(|[x, y, z]| [x + 0.4 * t, y, z]).collect();
+        let mut all: Vec<_> =
+            lattice([0.0; 3], 7, 0.05).into_iter().map(|[x, y, z]| [x + 0.4 * t, y, z]).collect();
         let tremble = |i: usize, p: [f32; 3]| [p[0], p[1], p[2] + 0.1 * (9.0 * t + 2.4 * i as f32).sin()];
         all.extend(lattice([0.5, 0.0, 0.0], 5, 0.05).into_iter().enumerate().map(|(i, p)| tremble(i, p)));
         all
@@ -117,7 +129,8 @@ fn what_no_system_follows_is_no_object() {
     let object = (0..343 + 125).map(|i| i32::from(i >= 300)).collect();
     let mut config = DistillConfig::default();
     (config.matching.steps, config.rollout.steps) = (60, 6);
-    let found = distill_objects(&seen, None, Partition { object, objects: 2 }, &config, 1, &mut |_, _, _| {}).unwrap();
+    let found = distill_objects(&seen, None, Partition { object, objects: 2 }, &config, 1, &mut |_, _, _| {})
+        .unwrap();
     assert_eq!((found.partition.objects, found.objects.len()), (1, 1));
     assert!(found.partition.object[..343].iter().all(|&o| o == 0), "what slides joins the block");
     assert!(found.partition.object[343..].iter().all(|&o| o == -1), "what trembles rests");
@@ -126,11 +139,13 @@ fn what_no_system_follows_is_no_object() {
 
 #[test]
 fn a_part_that_a_source_follows_badly_belongs_to_its_body() {
-    // Half of a block slips along as it slides; or it slips by itself, the same way, while the block stands nearly still.
+    // Half of a block slips along as it slides; or it slips by itself, the same way, while the block stands
+    // nearly still.
     let found = |speed: f32| {
         let seen = sampled(|t| {
             let slides = |[x, y, z]: [f32; 3], by: f32| [x + by, y, z];
-            let mut all: Vec<_> = lattice([0.0; 3], 6, 0.05).into_iter().map(|p| slides(p, speed * t)).collect();
+            let mut all: Vec<_> =
+                lattice([0.0; 3], 6, 0.05).into_iter().map(|p| slides(p, speed * t)).collect();
             let slip = 0.4 * t + 0.05 * (14.0 * t).sin();
             all.extend(lattice([0.0, 0.4, 0.0], 5, 0.05).into_iter().map(|p| slides(p, slip)));
             all

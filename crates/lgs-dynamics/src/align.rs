@@ -1,9 +1,11 @@
-//! Local rigid alignment (Eq. 6): every particle moves as the rigid motion that fits the candidates of its support best.
+//! Local rigid alignment (Eq. 6): every particle moves as the rigid motion that fits the candidates of its
+//! support best.
 //!
-//! With support means q̄, c and `A = Σ (q̃ − c)(q − q̄)ᵀ`, the aligned position is `R (q − q̄) + c`, `R` being Kabsch's rotation of `A`. All
-//! particles are updated from the same positions and candidates (Jacobi style). Differences are taken to the particle itself before means,
-//! so that f32 keeps its digits where the support is small and far from the origin. Supports go through SIMD lanes in groups
-//! ([`crate::moments`], [`crate::kabsch_lanes`]); the backward pass is in [`crate::align_vjp`].
+//! With support means q̄, c and `A = Σ (q̃ − c)(q − q̄)ᵀ`, the aligned position is `R (q − q̄) + c`, `R`
+//! being Kabsch's rotation of `A`. All particles are updated from the same positions and candidates (Jacobi
+//! style). Differences are taken to the particle itself before means, so that f32 keeps its digits where the
+//! support is small and far from the origin. Supports go through SIMD lanes in groups ([`crate::moments`],
+//! [`crate::kabsch_lanes`]); the backward pass is in [`crate::align_vjp`].
 
 use crate::kabsch_lanes::{fit_group, matrix, rotated};
 use crate::lanes::{GROUP, Lanes, load, store};
@@ -37,7 +39,12 @@ impl Alignment {
     /// As [`align`], in the arrays of an earlier alignment: large arrays cost as much to allocate as to fill.
     pub fn update(&mut self, position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) {
         let n = supports.particles();
-        assert!(position.len() == n && candidate.len() == n, "{} positions, {} candidates, {n} supports", position.len(), candidate.len());
+        assert!(
+            position.len() == n && candidate.len() == n,
+            "{} positions, {} candidates, {n} supports",
+            position.len(),
+            candidate.len()
+        );
         self.aligned.resize(n, [0.0; 3]);
         self.quaternions.resize(n, [0.0; 4]);
         // Entered once, so that both loops begin on a thread of the pool.
@@ -55,7 +62,8 @@ impl Alignment {
     }
 }
 
-/// Aligns candidate positions with the shapes that the supports have at `position`. All arrays are `[n, 3]`, world units.
+/// Aligns candidate positions with the shapes that the supports have at `position`. All arrays are `[n, 3]`,
+/// world units.
 #[must_use]
 pub fn align(position: &[[f32; 3]], candidate: &[[f32; 3]], supports: &Supports) -> Alignment {
     let mut alignment = Alignment::default();
@@ -82,9 +90,14 @@ impl WithSimd for Fit<'_> {
         fit_group(simd, &group.a, &mut rotation);
         let mut moved = [Lanes::ZERO; 3];
         for index in 0..GROUP / S::F64_LANES {
-            let from_center = rotated(&matrix(&load(simd, &rotation, index)), &load(simd, &group.from_mean, index));
+            let from_center =
+                rotated(&matrix(&load(simd, &rotation, index)), &load(simd, &group.from_mean, index));
             let center = load(simd, &group.to_candidate_mean, index);
-            store(&mut moved, index, [center[0] + from_center[0], center[1] + from_center[1], center[2] + from_center[2]]);
+            store(
+                &mut moved,
+                index,
+                [center[0] + from_center[0], center[1] + from_center[1], center[2] + from_center[2]],
+            );
         }
         let (mut aligned, mut quaternions) = ([[0.0; 3]; GROUP], [[0.0; 4]; GROUP]);
         for lane in 0..GROUP {

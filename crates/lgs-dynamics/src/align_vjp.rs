@@ -1,8 +1,9 @@
 //! The backward pass of the alignment.
 //!
-//! First every support works out what it sends to its members ([`Pull`]), in the lanes of the forward pass: `A` is summed again and its
-//! curvature inverted at the rotation that was found, so nothing but positions and results is kept. Then every particle gathers over the
-//! supports that it belongs to, in ascending order, instead of scattering: no result depends on the number of threads.
+//! First every support works out what it sends to its members ([`Pull`]), in the lanes of the forward pass:
+//! `A` is summed again and its curvature inverted at the rotation that was found, so nothing but positions
+//! and results is kept. Then every particle gathers over the supports that it belongs to, in ascending order,
+//! instead of scattering: no result depends on the number of threads.
 
 use crate::align::{Alignment, TASK};
 use crate::kabsch_lanes::{cross, matrix, pulled_back, rotated, rotated_back, solve};
@@ -15,8 +16,9 @@ use lgs_core::prefetch::prefetch;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// What one support sends back to a member at x and, among the candidates, at y, both relative to its owner: the rows `(V, b)` give
-/// `V x + b` for the member's candidate, their transpose with the row `d` gives `Vᵀ y + d` for its position, `V` being the cotangent of `A`.
+/// What one support sends back to a member at x and, among the candidates, at y, both relative to its owner:
+/// the rows `(V, b)` give `V x + b` for the member's candidate, their transpose with the row `d` gives `Vᵀ y
+/// + d` for its position, `V` being the cotangent of `A`.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 struct Pull([Vec4; 4]);
@@ -31,8 +33,8 @@ pub struct AlignmentVjp {
     pulls: Vec<[Pull; GROUP]>,
 }
 
-/// Backwards through [`crate::align()`]: cotangents of its positions and candidates, given those of the aligned positions `[n, 3]` and of
-/// the rotation matrices `[n, 3, 3]` (empty: zero).
+/// Backwards through [`crate::align()`]: cotangents of its positions and candidates, given those of the
+/// aligned positions `[n, 3]` and of the rotation matrices `[n, 3, 3]` (empty: zero).
 #[must_use]
 pub fn align_vjp(
     supports: &Supports,
@@ -40,7 +42,11 @@ pub fn align_vjp(
     v_aligned: &[[f32; 3]],
     v_rotations: &[Mat3],
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
-    let v_turns: Vec<[f32; 3]> = v_rotations.iter().zip(alignment.rotations()).map(|(v, rotation)| turn_of_matrix(&rotation, v)).collect();
+    let v_turns: Vec<[f32; 3]> = v_rotations
+        .iter()
+        .zip(alignment.rotations())
+        .map(|(v, rotation)| turn_of_matrix(&rotation, v))
+        .collect();
     let mut vjp = AlignmentVjp::default();
     vjp.update(supports, alignment, v_aligned, &v_turns);
     (vjp.v_position, vjp.v_candidate)
@@ -53,9 +59,15 @@ fn turn_of_matrix(r: &Mat3, v_r: &Mat3) -> [f32; 3] {
 }
 
 impl AlignmentVjp {
-    /// As [`align_vjp`], in the arrays of an earlier pass, with the rotations' cotangents given as those of a small turn in body axes (empty:
-    /// zero).
-    pub fn update(&mut self, supports: &Supports, alignment: &Alignment, v_aligned: &[[f32; 3]], v_turns: &[[f32; 3]]) {
+    /// As [`align_vjp`], in the arrays of an earlier pass, with the rotations' cotangents given as those of a
+    /// small turn in body axes (empty: zero).
+    pub fn update(
+        &mut self,
+        supports: &Supports,
+        alignment: &Alignment,
+        v_aligned: &[[f32; 3]],
+        v_turns: &[[f32; 3]],
+    ) {
         let n = supports.particles();
         assert_eq!(v_aligned.len(), n, "cotangents of the aligned positions");
         assert!(v_turns.is_empty() || v_turns.len() == n, "{} cotangents of {n} rotations", v_turns.len());
@@ -66,11 +78,29 @@ impl AlignmentVjp {
         rayon::scope(|_| self.update_in_pool(supports, alignment, [v_aligned, v_turns]));
     }
 
-    fn update_in_pool(&mut self, supports: &Supports, alignment: &Alignment, [v_aligned, v_turns]: [&[[f32; 3]]; 2]) {
+    fn update_in_pool(
+        &mut self,
+        supports: &Supports,
+        alignment: &Alignment,
+        [v_aligned, v_turns]: [&[[f32; 3]]; 2],
+    ) {
         let arch = Arch::new();
-        let groups = self.pulls.par_iter_mut().zip(self.v_position.par_chunks_mut(GROUP)).with_min_len(TASK).enumerate();
+        let groups = self
+            .pulls
+            .par_iter_mut()
+            .zip(self.v_position.par_chunks_mut(GROUP))
+            .with_min_len(TASK)
+            .enumerate();
         groups.for_each(|(group, (pulls, own))| {
-            arch.dispatch(PullBack { supports, alignment, v_aligned, v_turns, first: group * GROUP, pulls, own });
+            arch.dispatch(PullBack {
+                supports,
+                alignment,
+                v_aligned,
+                v_turns,
+                first: group * GROUP,
+                pulls,
+                own,
+            });
         });
         let (pulls, pairs) = (self.pulls.as_flattened(), &alignment.pairs[..]);
         let members = self.v_position.par_chunks_mut(GROUP).zip(self.v_candidate.par_chunks_mut(GROUP));
@@ -80,7 +110,8 @@ impl AlignmentVjp {
     }
 }
 
-/// Cotangents of the positions and candidates of a group of members; those of the positions come with what only the own support sends.
+/// Cotangents of the positions and candidates of a group of members; those of the positions come with what
+/// only the own support sends.
 struct Gather<'a> {
     supports: &'a Supports,
     pairs: &'a [Pair],
@@ -99,14 +130,18 @@ impl WithSimd for Gather<'_> {
             prefetch::<S, Pair, false>(simd, self.pairs.get(owner as usize));
             prefetch::<S, Pull, false>(simd, self.pulls.get(owner as usize));
         }
-        for (member, (v_position, v_candidate)) in (self.first..).zip(self.v_position.iter_mut().zip(self.v_candidate)) {
-            let Pair(v_q, v_c) = gather(self.pulls, self.pairs, self.supports.owners(member), member, *v_position);
+        for (member, (v_position, v_candidate)) in
+            (self.first..).zip(self.v_position.iter_mut().zip(self.v_candidate))
+        {
+            let Pair(v_q, v_c) =
+                gather(self.pulls, self.pairs, self.supports.owners(member), member, *v_position);
             (*v_position, *v_candidate) = (v_q.xyz().to_array(), v_c.xyz().to_array());
         }
     }
 }
 
-/// Cotangents of a member's position and candidate: what its owners send, on top of what its `own` support sends to it alone.
+/// Cotangents of a member's position and candidate: what its owners send, on top of what its `own` support
+/// sends to it alone.
 #[inline(always)]
 fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: [f32; 3]) -> Pair {
     let Pair(q, c) = pairs[member];
@@ -157,7 +192,8 @@ struct Sent {
 impl PullBack<'_> {
     #[inline(always)]
     fn given(&self) -> Given {
-        let mut given = Given { rotation: [Lanes::ZERO; 4], v_aligned: [Lanes::ZERO; 3], v_turn: [Lanes::ZERO; 3] };
+        let mut given =
+            Given { rotation: [Lanes::ZERO; 4], v_aligned: [Lanes::ZERO; 3], v_turn: [Lanes::ZERO; 3] };
         let group = self.first..(self.first + GROUP).min(self.v_aligned.len());
         fill(&mut given.rotation, &self.alignment.quaternions[group.clone()]);
         fill(&mut given.v_aligned, &self.v_aligned[group.clone()]);
@@ -186,17 +222,26 @@ fn send<S: Simd>(simd: S, group: &Group, given: &Given, per: f64, index: usize, 
     let v_offset = rotated_back(&r, &v);
     let of_offset = cross(d, v_offset);
     let k = pulled_back(&load(simd, &group.a, index), &r);
-    let (y, certified) = solve(&k, [v_turn[0] + of_offset[0], v_turn[1] + of_offset[1], v_turn[2] + of_offset[2]]);
+    let (y, certified) =
+        solve(&k, [v_turn[0] + of_offset[0], v_turn[1] + of_offset[1], v_turn[2] + of_offset[2]]);
     let y = [certified.select(y[0], zero), certified.select(y[1], zero), certified.select(y[2], zero)];
     // V = R [y]×, whose rows are those of R times y.
     let rows = [cross([r[0], r[1], r[2]], y), cross([r[3], r[4], r[5]], y), cross([r[6], r[7], r[8]], y)];
-    let v_a = [rows[0][0], rows[0][1], rows[0][2], rows[1][0], rows[1][1], rows[1][2], rows[2][0], rows[2][1], rows[2][2]];
+    let v_a = [
+        rows[0][0], rows[0][1], rows[0][2], rows[1][0], rows[1][1], rows[1][2], rows[2][0], rows[2][1],
+        rows[2][2],
+    ];
     // A member is x + d from the mean, its candidate y − c.
     let (of_d, of_c) = (rotated(&v_a, &d), rotated_back(&v_a, &c));
     store(&mut sent.v_a, index, v_a);
-    store(&mut sent.to_candidate, index, [v[0].mul_add(per, of_d[0]), v[1].mul_add(per, of_d[1]), v[2].mul_add(per, of_d[2])]);
+    store(
+        &mut sent.to_candidate,
+        index,
+        [v[0].mul_add(per, of_d[0]), v[1].mul_add(per, of_d[1]), v[2].mul_add(per, of_d[2])],
+    );
     let less = zero - per;
-    let to_position = [v_offset[0] * less - of_c[0], v_offset[1] * less - of_c[1], v_offset[2] * less - of_c[2]];
+    let to_position =
+        [v_offset[0] * less - of_c[0], v_offset[1] * less - of_c[1], v_offset[2] * less - of_c[2]];
     store(&mut sent.to_position, index, to_position);
     store(&mut sent.to_owner, index, v_offset);
 }
@@ -215,7 +260,10 @@ impl WithSimd for PullBack<'_> {
         let ([ax, ay, az, bx, by, bz, cx, cy, cz], [x, y, z]) = (&sent.v_a, &sent.to_candidate);
         let ([px, py, pz], [ox, oy, oz], none) = (&sent.to_position, &sent.to_owner, &Lanes::ZERO);
         for (lane, pull) in self.pulls.iter_mut().enumerate() {
-            *pull = Pull([[ax, ay, az, x], [bx, by, bz, y], [cx, cy, cz, z], [px, py, pz, none]].map(|lanes| row(lanes, lane)));
+            *pull = Pull(
+                [[ax, ay, az, x], [bx, by, bz, y], [cx, cy, cz, z], [px, py, pz, none]]
+                    .map(|lanes| row(lanes, lane)),
+            );
         }
         for (lane, own) in self.own.iter_mut().enumerate().take(GROUP) {
             *own = [ox.0[lane] as f32, oy.0[lane] as f32, oz.0[lane] as f32];

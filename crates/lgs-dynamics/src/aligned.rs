@@ -1,8 +1,8 @@
 //! Rollouts with local rigid alignment: all particles take a step together.
 //!
-//! After the integrator's step the candidates are aligned (Eq. 6), the support's rotation multiplies the particle's from the left, and
-//! velocities follow their policy (reference §8.7). All arrays are there before the first step; the backward pass is in
-//! [`crate::aligned_vjp`].
+//! After the integrator's step the candidates are aligned (Eq. 6), the support's rotation multiplies the
+//! particle's from the left, and velocities follow their policy (reference §8.7). All arrays are there before
+//! the first step; the backward pass is in [`crate::aligned_vjp`].
 
 use crate::align::Alignment;
 use crate::batch::Pool;
@@ -36,7 +36,11 @@ pub(crate) fn aligned(field: &Field, start: State, supports: &Supports, spec: &R
     let (pool, lengths) = (Pool::new(field), spec.step_lengths());
     let n = start.len();
     let mut states = vec![start];
-    states.resize_with(1 + lengths.len(), || State { q: vec![[0.0; 3]; n], v: vec![[0.0; 3]; n], rotation: vec![[0.0; 4]; n] });
+    states.resize_with(1 + lengths.len(), || State {
+        q: vec![[0.0; 3]; n],
+        v: vec![[0.0; 3]; n],
+        rotation: vec![[0.0; 4]; n],
+    });
     let mut step = Step::default();
     for (at, &h) in lengths.iter().enumerate() {
         let [before, after] = &mut states[at..at + 2] else { unreachable!("a slice of two states") };
@@ -44,7 +48,15 @@ pub(crate) fn aligned(field: &Field, start: State, supports: &Supports, spec: &R
         rotate(&step.alignment.quaternions, &before.rotation, &mut after.rotation);
         std::mem::swap(&mut after.q, &mut step.alignment.aligned);
         let Step { kicked, carrier, .. } = &mut step;
-        policy_velocity(spec.velocity_policy, [&before.q, &after.q], kicked, supports, h, carrier, &mut after.v);
+        policy_velocity(
+            spec.velocity_policy,
+            [&before.q, &after.q],
+            kicked,
+            supports,
+            h,
+            carrier,
+            &mut after.v,
+        );
     }
     states
 }
@@ -56,7 +68,8 @@ pub(crate) fn rotate(quaternions: &[[f32; 4]], before: &[[f32; 4]], after: &mut 
     }
 }
 
-/// Velocities after alignment took particles from `q0` to `q1` in a step of `h`; may leave anything in `kicked`.
+/// Velocities after alignment took particles from `q0` to `q1` in a step of `h`; may leave anything in
+/// `kicked`.
 pub(crate) fn policy_velocity(
     policy: VelocityPolicy,
     [q0, q1]: [&[[f32; 3]]; 2],

@@ -1,4 +1,5 @@
-//! The backward pass of rollouts with alignment: repeats each step from its state and walks it in reverse, in arrays that all steps share.
+//! The backward pass of rollouts with alignment: repeats each step from its state and walks it in reverse, in
+//! arrays that all steps share.
 
 use crate::align_vjp::AlignmentVjp;
 use crate::aligned::Step;
@@ -45,7 +46,13 @@ pub(crate) fn aligned_vjp(
     let mut walk = Walk::new(n);
     walk.adjoint.add(cotangents.get(lengths.len()));
     for (step, &h) in lengths.iter().enumerate().rev() {
-        walk.step_back(&pool, [&trajectory[step], &trajectory[step + 1]], (supports, spec.velocity_policy), h, &mut partials);
+        walk.step_back(
+            &pool,
+            [&trajectory[step], &trajectory[step + 1]],
+            (supports, spec.velocity_policy),
+            h,
+            &mut partials,
+        );
         walk.adjoint.add(cotangents.get(step));
     }
     RolloutGradients { params: field.sum_in_order(&partials), q0: walk.adjoint.q, v0: walk.adjoint.v }
@@ -90,7 +97,13 @@ impl Walk {
     ) {
         let [before, after] = states;
         self.step.run(pool, before, supports, h);
-        rotate_vjp(&self.step.alignment.quaternions, before, after, &mut self.adjoint.rotation, &mut self.v_turns);
+        rotate_vjp(
+            &self.step.alignment.quaternions,
+            before,
+            after,
+            &mut self.adjoint.rotation,
+            &mut self.v_turns,
+        );
         self.v_q0.fill([0.0; 3]);
         self.policy_vjp(policy, states, supports, h);
         let Self { adjoint, step, alignment_vjp, v_turns, v_q0, v_kicked, of_q, of_v } = self;
@@ -105,8 +118,15 @@ impl Walk {
         std::mem::swap(&mut adjoint.v, v_kicked);
     }
 
-    /// Backwards through the velocity policy: sets the cotangents of the kicked velocities, adds those of both positions.
-    fn policy_vjp(&mut self, policy: VelocityPolicy, [before, after]: [&State; 2], supports: &Supports, h: f32) {
+    /// Backwards through the velocity policy: sets the cotangents of the kicked velocities, adds those of
+    /// both positions.
+    fn policy_vjp(
+        &mut self,
+        policy: VelocityPolicy,
+        [before, after]: [&State; 2],
+        supports: &Supports,
+        h: f32,
+    ) {
         let (v_v, v_q0, v_q1) = (&self.adjoint.v, &mut self.v_q0, &mut self.adjoint.q);
         match policy {
             VelocityPolicy::Keep => self.v_kicked.copy_from_slice(v_v),
@@ -130,9 +150,15 @@ impl Walk {
     }
 }
 
-/// Backwards through [`crate::aligned::rotate`]: replaces the rotations' cotangents by those of the rotations before, and sets those of a
-/// small turn θ in `p ⊗ (1, θ/2)`.
-fn rotate_vjp(quaternions: &[[f32; 4]], before: &State, after: &State, v_rotation: &mut [[f32; 4]], v_turns: &mut Vec<[f32; 3]>) {
+/// Backwards through [`crate::aligned::rotate`]: replaces the rotations' cotangents by those of the rotations
+/// before, and sets those of a small turn θ in `p ⊗ (1, θ/2)`.
+fn rotate_vjp(
+    quaternions: &[[f32; 4]],
+    before: &State,
+    after: &State,
+    v_rotation: &mut [[f32; 4]],
+    v_turns: &mut Vec<[f32; 3]>,
+) {
     let conjugate = |[w, x, y, z]: [f32; 4]| [w, -x, -y, -z];
     v_turns.clear();
     v_turns.extend(quaternions.iter().enumerate().map(|(particle, &p)| {

@@ -1,8 +1,9 @@
-//! The field on any number of particles: blocks of particles in parallel, parameter gradients in a fixed order.
+//! The field on any number of particles: blocks of particles in parallel, parameter gradients in a fixed
+//! order.
 //!
-//! Particles are cut into blocks, blocks into at most [`GROUPS`] groups. Each group adds its blocks' parameter gradients in order into a
-//! buffer of its own, and the buffers are added in order: the cut depends on the number of particles alone, so the bits of a result do not
-//! depend on the number of threads.
+//! Particles are cut into blocks, blocks into at most [`GROUPS`] groups. Each group adds its blocks'
+//! parameter gradients in order into a buffer of its own, and the buffers are added in order: the cut depends
+//! on the number of particles alone, so the bits of a result do not depend on the number of threads.
 
 use crate::block::{Vec3Rows, WIDTH, add_scaled, gather, gather_or_zero, scatter};
 use crate::field::{Field, Gradients, Workspace};
@@ -62,10 +63,12 @@ impl<'a> Pool<'a> {
     ) {
         assert_eq!(q.len(), v.len(), "positions and velocities");
         out.resize(q.len(), [0.0; 3]);
-        out.par_chunks_mut(WIDTH).zip(q.par_chunks(WIDTH)).zip(v.par_chunks(WIDTH)).for_each(|((out, q), v)| {
-            let rows = self.run(|field, workspace| f(field, workspace, &gather(q), &gather(v)));
-            scatter(&rows, out);
-        });
+        out.par_chunks_mut(WIDTH).zip(q.par_chunks(WIDTH)).zip(v.par_chunks(WIDTH)).for_each(
+            |((out, q), v)| {
+                let rows = self.run(|field, workspace| f(field, workspace, &gather(q), &gather(v)));
+                scatter(&rows, out);
+            },
+        );
     }
 
     /// Velocities after the kick of a step, `v + h a(q, v)` (Eq. 5).
@@ -78,7 +81,8 @@ impl<'a> Pool<'a> {
     }
 }
 
-/// Cotangents of positions and velocities through `scale · a(q, v)`, with parameter gradients added to one buffer per group.
+/// Cotangents of positions and velocities through `scale · a(q, v)`, with parameter gradients added to one
+/// buffer per group.
 pub(crate) fn acceleration_vjp_grouped(
     pool: &Pool,
     [q, v, v_a]: [&[[f32; 3]]; 3],
@@ -92,11 +96,16 @@ pub(crate) fn acceleration_vjp_grouped(
     let outputs = v_q.par_chunks_mut(size).zip(v_v.par_chunks_mut(size)).zip(gradients.par_iter_mut());
     let inputs = q.par_chunks(size).zip(v.par_chunks(size)).zip(v_a.par_chunks(size));
     outputs.zip(inputs).for_each(|(((v_q, v_v), gradients), ((q, v), v_a))| {
-        let blocks = q.chunks(WIDTH).zip(v.chunks(WIDTH)).zip(v_a.chunks(WIDTH)).zip(v_q.chunks_mut(WIDTH).zip(v_v.chunks_mut(WIDTH)));
+        let blocks = q
+            .chunks(WIDTH)
+            .zip(v.chunks(WIDTH))
+            .zip(v_a.chunks(WIDTH))
+            .zip(v_q.chunks_mut(WIDTH).zip(v_v.chunks_mut(WIDTH)));
         for (((q, v), v_a), (v_q, v_v)) in blocks {
             let v_a = gather_or_zero(v_a).map(|row| row.map(|value| scale * value));
             let (q, v) = (gather(q), gather(v));
-            let (of_q, of_v) = pool.run(|field, workspace| field.acceleration_vjp(workspace, [&q, &v], &v_a, gradients));
+            let (of_q, of_v) =
+                pool.run(|field, workspace| field.acceleration_vjp(workspace, [&q, &v], &v_a, gradients));
             scatter(&of_q, v_q);
             scatter(&of_v, v_v);
         }
@@ -112,7 +121,8 @@ impl System {
     /// Accelerations `a = −β ∇U(q) + γ Q(q, v)` of particles `[n, 3]` (Eq. 4 and 9).
     #[must_use]
     pub fn accelerations(&self, q: &[[f32; 3]], v: &[[f32; 3]], edit: &Edit) -> Vec<[f32; 3]> {
-        Pool::new(&Field::new(self, edit)).map(q, v, |field, workspace, q, v| field.acceleration(workspace, q, v))
+        Pool::new(&Field::new(self, edit))
+            .map(q, v, |field, workspace, q, v| field.acceleration(workspace, q, v))
     }
 
     /// `∇U` at positions `[n, 3]`.
@@ -169,6 +179,12 @@ pub fn acceleration_vjp(
     let field = Field::new(system, edit);
     let mut partials = group_gradients(&field, q.len());
     let (mut v_q, mut v_v) = (Vec::new(), Vec::new());
-    acceleration_vjp_grouped(&Pool::new(&field), [q, v, v_acceleration], 1.0, &mut partials, [&mut v_q, &mut v_v]);
+    acceleration_vjp_grouped(
+        &Pool::new(&field),
+        [q, v, v_acceleration],
+        1.0,
+        &mut partials,
+        [&mut v_q, &mut v_v],
+    );
     AccelerationGradients { params: field.sum_in_order(&partials), q: v_q, v: v_v }
 }

@@ -70,7 +70,11 @@ impl Field {
     /// Gradients of zero.
     pub(crate) fn gradients(&self) -> Gradients {
         let force = self.layout.force.as_ref().map_or_else(Vec::new, LayerGradients::of_network);
-        Gradients { potential: LayerGradients::of_network(&self.layout.potential), quadratic: [0.0; 9], force }
+        Gradients {
+            potential: LayerGradients::of_network(&self.layout.potential),
+            quadratic: [0.0; 9],
+            force,
+        }
     }
 
     /// The flat gradient: the sum of partial ones, added in order.
@@ -129,12 +133,19 @@ impl Field {
         gradient
     }
 
-    /// Backwards through [`Self::potential_gradient_of_inputs`]; writes the cotangent of the normalised position to `w.v_inputs`.
+    /// Backwards through [`Self::potential_gradient_of_inputs`]; writes the cotangent of the normalised
+    /// position to `w.v_inputs`.
     fn potential_gradient_vjp(&self, w: &mut Workspace, v_gradient: &Vec3Rows, gradients: &mut Gradients) {
         let scale = self.config.normalisation.acceleration;
         let v_gradient = v_gradient.map(|row| row.map(|value| value * scale));
         let (x, v_x) = (&w.inputs[..3 * WIDTH], &mut w.v_inputs[..3 * WIDTH]);
-        self.potential.input_gradient_vjp(x, &mut w.potential, v_gradient.as_flattened(), &mut gradients.potential, v_x);
+        self.potential.input_gradient_vjp(
+            x,
+            &mut w.potential,
+            v_gradient.as_flattened(),
+            &mut gradients.potential,
+            v_x,
+        );
         let Some((matrix, _)) = self.quadratic() else { return };
         let v_quadratic = &mut gradients.quadratic;
         for axis in 0..3 {
@@ -142,7 +153,8 @@ impl Field {
             v_quadratic[axis] += row.iter().sum::<f32>();
             v_quadratic[3 + axis] += (0..WIDTH).map(|l| row[l] * x[axis * WIDTH + l]).sum::<f32>();
             for lane in 0..WIDTH {
-                v_x[axis * WIDTH + lane] += (0..3).map(|j| matrix[axis][j] * v_gradient[j][lane]).sum::<f32>();
+                v_x[axis * WIDTH + lane] +=
+                    (0..3).map(|j| matrix[axis][j] * v_gradient[j][lane]).sum::<f32>();
             }
         }
         for (slot, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
@@ -182,7 +194,9 @@ impl Field {
         network.output(&w.inputs[..shape.inputs * WIDTH], tape, outputs, keep);
         let n = &self.config.normalisation;
         if self.config.force == ForceKind::Mlp {
-            return std::array::from_fn(|axis| std::array::from_fn(|lane| n.acceleration * outputs[axis * WIDTH + lane]));
+            return std::array::from_fn(|axis| {
+                std::array::from_fn(|lane| n.acceleration * outputs[axis * WIDTH + lane])
+            });
         }
         let mut force = ZERO_ROWS;
         #[expect(clippy::needless_range_loop, reason = "a lane of several rows")]
@@ -197,8 +211,15 @@ impl Field {
         force
     }
 
-    /// Backwards through [`Self::force_of_inputs`]: adds to `w.v_inputs[..3]` (normalised position) and returns the cotangent of `v`.
-    fn force_vjp(&self, w: &mut Workspace, v: &Vec3Rows, v_force: &Vec3Rows, gradients: &mut Gradients) -> Vec3Rows {
+    /// Backwards through [`Self::force_of_inputs`]: adds to `w.v_inputs[..3]` (normalised position) and
+    /// returns the cotangent of `v`.
+    fn force_vjp(
+        &self,
+        w: &mut Workspace,
+        v: &Vec3Rows,
+        v_force: &Vec3Rows,
+        gradients: &mut Gradients,
+    ) -> Vec3Rows {
         let (Some(network), Some(tape)) = (&self.force, w.force.as_mut()) else { return ZERO_ROWS };
         let shape = network.shape;
         let n = &self.config.normalisation;
@@ -216,7 +237,8 @@ impl Field {
         for (sum, &value) in w.v_inputs[..3 * WIDTH].iter_mut().zip(v_x.iter()) {
             *sum += value;
         }
-        for (sum, &value) in v_velocity.as_flattened_mut().iter_mut().zip(v_x.get(3 * WIDTH..).unwrap_or(&[])) {
+        for (sum, &value) in v_velocity.as_flattened_mut().iter_mut().zip(v_x.get(3 * WIDTH..).unwrap_or(&[]))
+        {
             *sum += value / n.speed;
         }
         v_velocity
@@ -238,8 +260,8 @@ impl Field {
         a
     }
 
-    /// Backwards through [`Self::acceleration`], whose activations are computed again: adds to `gradients`, returns the cotangents of `q`
-    /// and `v`.
+    /// Backwards through [`Self::acceleration`], whose activations are computed again: adds to `gradients`,
+    /// returns the cotangents of `q` and `v`.
     pub(crate) fn acceleration_vjp(
         &self,
         w: &mut Workspace,
@@ -253,12 +275,19 @@ impl Field {
         let v_force = v_a.map(|row| row.map(|value| self.edit.force_scale * value));
         let v_velocity = self.force_vjp(w, v, &v_force, gradients);
         let per_length = 1.0 / self.config.normalisation.length;
-        let v_position = std::array::from_fn(|axis| std::array::from_fn(|lane| w.v_inputs[axis * WIDTH + lane] * per_length));
+        let v_position = std::array::from_fn(|axis| {
+            std::array::from_fn(|lane| w.v_inputs[axis * WIDTH + lane] * per_length)
+        });
         (v_position, v_velocity)
     }
 
-    /// Damping coefficients and spins `[1 + 3, WIDTH]` in inverse units of time, times γ: what makes the structured force linear in `v`.
-    pub(crate) fn structured_coefficients(&self, w: &mut Workspace, q: &Vec3Rows) -> Option<[[f32; WIDTH]; 4]> {
+    /// Damping coefficients and spins `[1 + 3, WIDTH]` in inverse units of time, times γ: what makes the
+    /// structured force linear in `v`.
+    pub(crate) fn structured_coefficients(
+        &self,
+        w: &mut Workspace,
+        q: &Vec3Rows,
+    ) -> Option<[[f32; WIDTH]; 4]> {
         if self.config.force != ForceKind::Structured {
             return None;
         }

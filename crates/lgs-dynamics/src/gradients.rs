@@ -1,4 +1,5 @@
-//! Parameter gradients in the shape in which products add to them: hidden units padded to whole vectors, first layers transposed.
+//! Parameter gradients in the shape in which products add to them: hidden units padded to whole vectors,
+//! first layers transposed.
 
 use crate::block::WIDTH;
 use crate::block::buffer::Buffer;
@@ -66,7 +67,8 @@ impl LayerGradients {
         let inputs = shape.layer_inputs(layer);
         for (output, row) in flat[shape.weight(layer)].chunks_exact_mut(inputs).enumerate() {
             for (input, sum) in row.iter_mut().enumerate() {
-                *sum += self.weight[if layer == 0 { input * self.stride + output } else { output * self.stride + input }];
+                *sum += self.weight
+                    [if layer == 0 { input * self.stride + output } else { output * self.stride + input }];
             }
         }
     }

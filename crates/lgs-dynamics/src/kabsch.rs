@@ -1,24 +1,27 @@
 //! The rotation that fits one point set to another, and its derivative.
 //!
-//! `R = argmax tr(RᵀA)` over SO(3) is found by Newton's method from the identity, since the rotation of one step is small: with `K = RᵀA`, the
-//! gradient in body axes is `vex(K − Kᵀ)` and the negative Hessian `M = tr(K) I − sym(K)`. A stationary point with `M` positive definite is the
-//! global maximum (the others are saddles), so success is certified; otherwise Horn's 4×4 matrix is diagonalised by Jacobi rotations. The
-//! derivative needs no singular vectors: reference §8.4. All in f64. Alignment runs the same method on many supports in SIMD lanes
-//! ([`crate::kabsch_lanes`]) and comes here with those whose rotation the lanes can't certify.
+//! `R = argmax tr(RᵀA)` over SO(3) is found by Newton's method from the identity, since the rotation of one
+//! step is small: with `K = RᵀA`, the gradient in body axes is `vex(K − Kᵀ)` and the negative Hessian `M =
+//! tr(K) I − sym(K)`. A stationary point with `M` positive definite is the global maximum (the others are
+//! saddles), so success is certified; otherwise Horn's 4×4 matrix is diagonalised by Jacobi rotations. The
+//! derivative needs no singular vectors: reference §8.4. All in f64. Alignment runs the same method on many
+//! supports in SIMD lanes ([`crate::kabsch_lanes`]) and comes here with those whose rotation the lanes can't
+//! certify.
 
 use lgs_core::linear::{Mat3, matrix_from_quat};
 
 /// A 3×3 matrix in double precision.
 pub(crate) type Mat3d = [[f64; 3]; 3];
 
-/// `det M` over `tr³ K` under which the support is called degenerate: about (s₂ + s₃)/s₁ of the signed singular values. f32 coordinates leave
-/// about 1e-7 of noise there.
+/// `det M` over `tr³ K` under which the support is called degenerate: about (s₂ + s₃)/s₁ of the signed
+/// singular values. f32 coordinates leave about 1e-7 of noise there.
 pub(crate) const DEGENERATE: f64 = 1e-6;
 
 /// Least pivot of `M`, whatever its scale.
 pub(crate) const TINY: f64 = 1e-30;
 
-/// Square of the Newton step, squared radians, after which one more leaves rounding error: it squares the error that is left.
+/// Square of the Newton step, squared radians, after which one more leaves rounding error: it squares the
+/// error that is left.
 pub(crate) const CONVERGED: f64 = 1e-10;
 
 /// How strongly a degenerate fit is drawn to the identity: what the data leave open is not rotated.
@@ -29,19 +32,22 @@ const DEGENERATE_PULL: f64 = 1e-5;
 struct Fit {
     /// Unit quaternion.
     rotation: [f64; 4],
-    /// The lower triangle of the Cholesky factor of `M`; none where the support is degenerate and the rotation has no derivative.
+    /// The lower triangle of the Cholesky factor of `M`; none where the support is degenerate and the
+    /// rotation has no derivative.
     curvature: Option<Cholesky>,
 }
 
 /// The rotation `R ∈ SO(3)` that maximises `tr(RᵀA)`, for `A = Σ target sourceᵀ` of centred points (Eq. 6).
 ///
-/// Where the points leave rotations open (collinear, coincident, fewer than three) the smallest of them is taken.
+/// Where the points leave rotations open (collinear, coincident, fewer than three) the smallest of them is
+/// taken.
 #[must_use]
 pub fn kabsch(a: &Mat3) -> Mat3 {
     matrix_from_quat(fit(&widen(a)).rotation.map(|v| v as f32))
 }
 
-/// Backwards through [`kabsch`]: the cotangent of `A` given that of `R`; zero where the rotation has no derivative.
+/// Backwards through [`kabsch`]: the cotangent of `A` given that of `R`; zero where the rotation has no
+/// derivative.
 #[must_use]
 pub fn kabsch_vjp(a: &Mat3, v_rotation: &Mat3) -> Mat3 {
     let fitted = fit(&widen(a));
@@ -94,7 +100,8 @@ fn pulled_back(a: &Mat3d, rotation: [f64; 4]) -> Mat3d {
     mat_mul(&transpose(&matrix_from_quat_f64(rotation)), a)
 }
 
-/// A lower triangular factor `L` of a symmetric matrix `L Lᵀ`: l00, l10, l11, l20, l21, l22, with the diagonal inverted.
+/// A lower triangular factor `L` of a symmetric matrix `L Lᵀ`: l00, l10, l11, l20, l21, l22, with the
+/// diagonal inverted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cholesky([f64; 6]);
 
@@ -107,7 +114,8 @@ impl Cholesky {
         Self::new(m, trace)
     }
 
-    /// Of a symmetric matrix given as m00, m10, m11, m20, m21, m22 whose determinant exceeds a small part of `scale³`.
+    /// Of a symmetric matrix given as m00, m10, m11, m20, m21, m22 whose determinant exceeds a small part of
+    /// `scale³`.
     pub(crate) fn new(m: [f64; 6], scale: f64) -> Option<Self> {
         let tiny = DEGENERATE * scale;
         let positive = |v: f64| v.is_finite() && v > tiny && v > TINY;
@@ -138,7 +146,8 @@ impl Cholesky {
     }
 }
 
-/// Horn's symmetric matrix, whose eigenvector of the largest eigenvalue is the quaternion of the best rotation.
+/// Horn's symmetric matrix, whose eigenvector of the largest eigenvalue is the quaternion of the best
+/// rotation.
 fn horn_matrix(a: &Mat3d) -> [[f64; 4]; 4] {
     let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *a; // a[target][source], so xy = source x times target y
     [
@@ -153,7 +162,8 @@ fn horn_matrix(a: &Mat3d) -> [[f64; 4]; 4] {
 fn largest_eigenvector(matrix: &[[f64; 4]; 4]) -> [f64; 4] {
     const SWEEPS: usize = 12;
     let mut m = *matrix;
-    let mut vectors: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut vectors: [[f64; 4]; 4] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     for _ in 0..SWEEPS {
         for p in 0..3 {
             for q in p + 1..4 {
@@ -179,7 +189,8 @@ fn jacobi_rotation(m: &mut [[f64; 4]; 4], vectors: &mut [[f64; 4]; 4], p: usize,
     }
     #[expect(clippy::needless_range_loop, reason = "two rows of one matrix")]
     for column in 0..4 {
-        (m[p][column], m[q][column]) = (c * m[p][column] - s * m[q][column], s * m[p][column] + c * m[q][column]);
+        (m[p][column], m[q][column]) =
+            (c * m[p][column] - s * m[q][column], s * m[p][column] + c * m[q][column]);
     }
 }
 
@@ -226,7 +237,9 @@ fn transpose(m: &Mat3d) -> Mat3d {
 }
 
 fn mat_mul(a: &Mat3d, b: &Mat3d) -> Mat3d {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j]))
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j])
+    })
 }
 
 #[cfg(test)]
@@ -283,7 +296,11 @@ mod tests {
             let weight: Mat3 = [[0.3, -0.7, 0.2], [0.9, 0.1, -0.4], [0.5, 0.6, -0.8]];
             let loss = |a: &Mat3d| {
                 let r = matrix_from_quat_f64(fit(a).rotation);
-                r.as_flattened().iter().zip(weight.as_flattened()).map(|(r, &w)| r * f64::from(w)).sum::<f64>()
+                r.as_flattened()
+                    .iter()
+                    .zip(weight.as_flattened())
+                    .map(|(r, &w)| r * f64::from(w))
+                    .sum::<f64>()
             };
             let gradient = kabsch_vjp(&a, &weight);
             for i in 0..3 {
@@ -294,7 +311,11 @@ mod tests {
                         loss(&a)
                     };
                     let expected = (moved(1e-5) - moved(-1e-5)) / 2e-5;
-                    assert!((f64::from(gradient[i][j]) - expected).abs() < 1e-5, "{sign} {i} {j}: {} {expected}", gradient[i][j]);
+                    assert!(
+                        (f64::from(gradient[i][j]) - expected).abs() < 1e-5,
+                        "{sign} {i} {j}: {} {expected}",
+                        gradient[i][j]
+                    );
                 }
             }
         }

@@ -1,7 +1,9 @@
-//! The rotations of a group of supports in SIMD lanes: Newton's method of [`crate::kabsch`] and the derivative at its solution.
+//! The rotations of a group of supports in SIMD lanes: Newton's method of [`crate::kabsch`] and the
+//! derivative at its solution.
 //!
-//! The curvature `M` is inverted by its adjugate, one division in place of the square roots of a factor. Lanes whose curvature loses its
-//! margin or that do not converge are told apart, and go through the scalar path. A lane's result depends on that lane alone.
+//! The curvature `M` is inverted by its adjugate, one division in place of the square roots of a factor.
+//! Lanes whose curvature loses its margin or that do not converge are told apart, and go through the scalar
+//! path. A lane's result depends on that lane alone.
 
 use crate::kabsch::{CONVERGED, DEGENERATE, TINY, quaternion};
 use crate::lanes::{GROUP, Lanes, Mask, V, load, splat, store};
@@ -63,7 +65,8 @@ fn newton<S: Simd>(simd: S, a: &[V<S>; 9]) -> ([V<S>; 4], V<S>) {
     (rotation, missed)
 }
 
-/// `M⁻¹ b` with `M = tr(K) I − sym(K)`, and where `M` is positive definite by a margin; the margins are those of the scalar factor.
+/// `M⁻¹ b` with `M = tr(K) I − sym(K)`, and where `M` is positive definite by a margin; the margins are those
+/// of the scalar factor.
 #[inline(always)]
 pub(crate) fn solve<S: Simd>(k: &[V<S>; 9], b: [V<S>; 3]) -> ([V<S>; 3], Mask<S>) {
     let half = k[0].of(-0.5);
@@ -96,8 +99,12 @@ fn vex<S: Simd>(k: &[V<S>; 9]) -> [V<S>; 3] {
 fn turned<S: Simd>([w, x, y, z]: [V<S>; 4], turn: [V<S>; 3]) -> [V<S>; 4] {
     let half = w.of(0.5);
     let [a, b, c] = [turn[0] * half, turn[1] * half, turn[2] * half];
-    let q =
-        [w - (x * a + y * b + z * c), w.mul_add(a, y * c + x) - z * b, w.mul_add(b, z * a + y) - x * c, w.mul_add(c, x * b + z) - y * a];
+    let q = [
+        w - (x * a + y * b + z * c),
+        w.mul_add(a, y * c + x) - z * b,
+        w.mul_add(b, z * a + y) - x * c,
+        w.mul_add(c, x * b + z) - y * a,
+    ];
     let norm = q[0].mul_add(q[0], q[1].mul_add(q[1], q[2].mul_add(q[2], q[3] * q[3])));
     let scale = norm.sqrt().reciprocal();
     [q[0] * scale, q[1] * scale, q[2] * scale, q[3] * scale]
@@ -170,10 +177,18 @@ mod tests {
         }
     }
 
-    /// Solid, flat, reflected, collinear, coincident supports and one that is not a number, each lane turned by another angle.
+    /// Solid, flat, reflected, collinear, coincident supports and one that is not a number, each lane turned
+    /// by another angle.
     fn matrices() -> [Lanes; 9] {
-        let kinds =
-            [[1.0, 0.7, 0.4], [1.0, 0.5, 0.0], [1e-6, 2e-6, 1e-7], [1.0, 0.6, -0.3], [1.0, 0.0, 0.0], [0.0; 3], [f64::NAN, 1.0, 1.0]];
+        let kinds = [
+            [1.0, 0.7, 0.4],
+            [1.0, 0.5, 0.0],
+            [1e-6, 2e-6, 1e-7],
+            [1.0, 0.6, -0.3],
+            [1.0, 0.0, 0.0],
+            [0.0; 3],
+            [f64::NAN, 1.0, 1.0],
+        ];
         let mut a = [Lanes::ZERO; 9];
         for lane in 0..GROUP {
             let spread = kinds[lane % kinds.len()];
@@ -193,7 +208,8 @@ mod tests {
         let a = matrices();
         for found in [Arch::new().dispatch(FitGroup(&a)), Scalar.vectorize(FitGroup(&a))] {
             for lane in 0..GROUP {
-                let expected = quaternion(&std::array::from_fn(|i| std::array::from_fn(|j| a[3 * i + j].0[lane])));
+                let expected =
+                    quaternion(&std::array::from_fn(|i| std::array::from_fn(|j| a[3 * i + j].0[lane])));
                 let along: f64 = (0..4).map(|i| found[i].0[lane] * expected[i]).sum();
                 assert!((along.abs() - 1.0).abs() < 1e-12, "lane {lane}: {along}");
             }

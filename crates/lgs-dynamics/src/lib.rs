@@ -1,5 +1,5 @@
-//! Learned Lagrangian dynamics of particles: a system of potential and force, its rollouts, reversal, edits and local rigid alignment, each with
-//! its gradient.
+//! Learned Lagrangian dynamics of particles: a system of potential and force, its rollouts, reversal, edits
+//! and local rigid alignment, each with its gradient.
 //!
 //! ```
 //! use lgs_dynamics::{RolloutSpec, State, System, SystemConfig, rollout};
@@ -9,9 +9,10 @@
 //! assert_eq!(states.len(), 76);
 //! ```
 //!
-//! Invariant: no images, no files, no clock. No function takes a time, so a system can't depend on it. Every fast function `f` on slices has a
-//! backward pass `f_vjp` beside it, gives the same bits for any number of threads, and has a plain twin in tensor operations in [`mod@reference`];
-//! [`tensor`] puts the fast ones on the autodiff tape of Burn.
+//! Invariant: no images, no files, no clock. No function takes a time, so a system can't depend on it. Every
+//! fast function `f` on slices has a backward pass `f_vjp` beside it, gives the same bits for any number of
+//! threads, and has a plain twin in tensor operations in [`mod@reference`]; [`tensor`] puts the fast ones on
+//! the autodiff tape of Burn.
 
 mod align;
 mod align_vjp;

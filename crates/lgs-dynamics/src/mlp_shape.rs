@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-/// Sizes of a network and where it starts in the parameter vector; each layer's weight `[out, in]` is followed by its bias.
+/// Sizes of a network and where it starts in the parameter vector; each layer's weight `[out, in]` is
+/// followed by its bias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MlpShape {
     pub(crate) start: usize,

@@ -1,4 +1,5 @@
-//! What the fit of a support reads: sums over its members, relative to its owner, a group of supports at a time.
+//! What the fit of a support reads: sums over its members, relative to its owner, a group of supports at a
+//! time.
 
 use crate::lanes::{GROUP, Lanes};
 use crate::supports::Supports;
@@ -13,7 +14,8 @@ const CHUNK: usize = 1 << 10;
 /// Groups between the one at work and the one for which memory is asked.
 pub(crate) const AHEAD: usize = 2;
 
-/// Two vectors of one particle side by side, so that both come with one line of the cache: its position and candidate, say.
+/// Two vectors of one particle side by side, so that both come with one line of the cache: its position and
+/// candidate, say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub(crate) struct Pair(pub(crate) Vec4, pub(crate) Vec4);
@@ -42,7 +44,8 @@ impl Group {
         for &member in supports.member_arrivals(first / GROUP + AHEAD) {
             prefetch::<S, Pair, false>(simd, pairs.get(member as usize));
         }
-        let mut group = Self { a: [Lanes::ZERO; 9], from_mean: [Lanes::ZERO; 3], to_candidate_mean: [Lanes::ZERO; 3] };
+        let mut group =
+            Self { a: [Lanes::ZERO; 9], from_mean: [Lanes::ZERO; 3], to_candidate_mean: [Lanes::ZERO; 3] };
         for lane in 0..GROUP {
             let owner = (first + lane).min(pairs.len() - 1);
             group.set(lane, sums(pairs, supports.members(owner), owner), supports.k());
@@ -50,8 +53,8 @@ impl Group {
         group
     }
 
-    /// From `Σ (y, 1)(x, 1)ᵀ` of `k` members: `Σ (y − ȳ)(x − x̄)ᵀ = Σ y xᵀ − k ȳ x̄ᵀ`; both terms are of the support's own size, as the owner
-    /// is one of its points.
+    /// From `Σ (y, 1)(x, 1)ᵀ` of `k` members: `Σ (y − ȳ)(x − x̄)ᵀ = Σ y xᵀ − k ȳ x̄ᵀ`; both terms are of the
+    /// support's own size, as the owner is one of its points.
     #[inline(always)]
     fn set(&mut self, lane: usize, sums: [[f32; 4]; 4], k: usize) {
         let per = 1.0 / k as f64;

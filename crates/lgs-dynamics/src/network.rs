@@ -1,11 +1,14 @@
-//! SiLU networks on blocks of particles: the output, the gradient of a scalar output by the input, and the backward passes of both.
+//! SiLU networks on blocks of particles: the output, the gradient of a scalar output by the input, and the
+//! backward passes of both.
 //!
-//! The spatial gradient is an ordinary forward computation (reference §8.3): with `z_l = W_l h_l + b_l`, `h_{l+1} = φ(z_l)` and
-//! `g_L = w_L`, each layer gives `e_l = φ'(z_l) ⊙ g_{l+1}` and `g_l = W_lᵀ e_l`. Its backward pass first walks that chain from `g_0` to
-//! `g_L`, which leaves the cotangent `φ'' ⊙ g ⊙ v_e` on every `z_l`, and then the chain of `h` the other way.
+//! The spatial gradient is an ordinary forward computation (reference §8.3): with `z_l = W_l h_l + b_l`,
+//! `h_{l+1} = φ(z_l)` and `g_L = w_L`, each layer gives `e_l = φ'(z_l) ⊙ g_{l+1}` and `g_l = W_lᵀ e_l`. Its
+//! backward pass first walks that chain from `g_0` to `g_L`, which leaves the cotangent `φ'' ⊙ g ⊙ v_e` on
+//! every `z_l`, and then the chain of `h` the other way.
 //!
-//! Every elementwise operation is the end of a matrix product, so an activation is written once and read once per use. Weights are packed
-//! once per network, in both directions, with the units of hidden layers padded to whole vectors.
+//! Every elementwise operation is the end of a matrix product, so an activation is written once and read once
+//! per use. Weights are packed once per network, in both directions, with the units of hidden layers padded
+//! to whole vectors.
 
 use crate::block::WIDTH;
 use crate::block::activation::{Silu, SiluCurvature, SiluSlope};
@@ -33,7 +36,9 @@ impl Layer {
         let weight = &params[shape.weight(layer)];
         let mut bias = Buffer::zeros(padded(outputs));
         bias[..outputs].copy_from_slice(&params[shape.bias(layer)]);
-        let entry = |output: usize, input: usize| if output < outputs && input < inputs { weight[output * inputs + input] } else { 0.0 };
+        let entry = |output: usize, input: usize| {
+            if output < outputs && input < inputs { weight[output * inputs + input] } else { 0.0 }
+        };
         // What is read from a hidden layer is as deep as that layer is in memory.
         let depth = |units: usize, hidden: bool| if hidden { padded(units) } else { units };
         let forward = Packed::new(depth(inputs, layer > 0), outputs, |input, output| entry(output, input));
@@ -73,7 +78,11 @@ impl Tape {
         let second = || Buffer::zeros(if second_order { size } else { 0 });
         let layer = || LayerTape { h: rows(), slope: rows(), curvature: second(), e: second() };
         let layers = (0..shape.hidden_layers).map(|_| layer()).collect();
-        Self { layers, v_g: [second(), second()], narrow: Buffer::zeros(WIDTH * padded(shape.inputs.max(shape.outputs))) }
+        Self {
+            layers,
+            v_g: [second(), second()],
+            narrow: Buffer::zeros(WIDTH * padded(shape.inputs.max(shape.outputs))),
+        }
     }
 }
 
@@ -122,7 +131,13 @@ impl Mlp {
 
     /// `Wᵀ v` of a layer for `v: [WIDTH, units]`, with the given end.
     fn pull_back<E: Epilogue>(&self, layer: usize, v: &[f32], epilogue: E) {
-        Product { left: Rows(v, self.units), rows: WIDTH, right: self.layers[layer].backward.right(), epilogue }.run();
+        Product {
+            left: Rows(v, self.units),
+            rows: WIDTH,
+            right: self.layers[layer].backward.right(),
+            epilogue,
+        }
+        .run();
     }
 
     /// `W₀ᵀ v` as rows `[inputs, WIDTH]`.
@@ -139,7 +154,9 @@ impl Mlp {
             let LayerTape { h, slope, .. } = &mut rest[0];
             match keep {
                 Keep::Result => self.hidden_layer(layer, x, below.last(), Silu { bias: &own.bias, h }),
-                Keep::Tape => self.hidden_layer(layer, x, below.last(), SiluSlope { bias: &own.bias, h, slope }),
+                Keep::Tape => {
+                    self.hidden_layer(layer, x, below.last(), SiluSlope { bias: &own.bias, h, slope })
+                }
             }
         }
         let (top, stride) = (self.top(), padded(self.shape.outputs));
@@ -153,7 +170,14 @@ impl Mlp {
     }
 
     /// Backwards through [`Mlp::output`] whose activations `tape` holds: adds to `gradients`, writes `v_x`.
-    pub(crate) fn output_vjp(&self, x: &[f32], tape: &mut Tape, v_y: &[f32], gradients: &mut [LayerGradients], v_x: &mut [f32]) {
+    pub(crate) fn output_vjp(
+        &self,
+        x: &[f32],
+        tape: &mut Tape,
+        v_y: &[f32],
+        gradients: &mut [LayerGradients],
+        v_x: &mut [f32],
+    ) {
         let top = self.shape.hidden_layers;
         let Tape { layers, narrow, .. } = tape;
         let last = &mut layers[top - 1];
@@ -161,7 +185,13 @@ impl Mlp {
         gradients[top].add_row_sums(v_y);
         // From here on `slope` holds the cotangent of `z`.
         let right = self.top().backward.right();
-        Product { left: Columns(v_y, WIDTH), rows: WIDTH, right, epilogue: Scale { by: &mut last.slope, units: self.units } }.run();
+        Product {
+            left: Columns(v_y, WIDTH),
+            rows: WIDTH,
+            right,
+            epilogue: Scale { by: &mut last.slope, units: self.units },
+        }
+        .run();
         for layer in (0..top).rev() {
             let (below, rest) = layers.split_at_mut(layer);
             let v_z = &rest[0].slope;
@@ -184,8 +214,15 @@ impl Mlp {
             let (below, rest) = tape.layers.split_at_mut(layer);
             let LayerTape { h, slope, curvature, .. } = &mut rest[0];
             match keep {
-                Keep::Result => self.hidden_layer(layer, x, below.last(), SiluSlope { bias: &own.bias, h, slope }),
-                Keep::Tape => self.hidden_layer(layer, x, below.last(), SiluCurvature { bias: &own.bias, h, slope, curvature }),
+                Keep::Result => {
+                    self.hidden_layer(layer, x, below.last(), SiluSlope { bias: &own.bias, h, slope })
+                }
+                Keep::Tape => self.hidden_layer(
+                    layer,
+                    x,
+                    below.last(),
+                    SiluCurvature { bias: &own.bias, h, slope, curvature },
+                ),
             }
         }
         let last = tape.layers[top - 1].chain(self.units, keep);
@@ -197,7 +234,8 @@ impl Mlp {
         self.pull_back_to_inputs(&tape.layers[0].e, &mut tape.narrow, gradient);
     }
 
-    /// Backwards through [`Mlp::input_gradient`] whose activations `tape` holds: adds to `gradients`, writes `v_x`.
+    /// Backwards through [`Mlp::input_gradient`] whose activations `tape` holds: adds to `gradients`, writes
+    /// `v_x`.
     pub(crate) fn input_gradient_vjp(
         &self,
         x: &[f32],
@@ -232,7 +270,11 @@ impl Mlp {
                 None => gradients[0].add_outer(Rows(x, WIDTH), v_z),
                 Some(below) => {
                     gradients[layer].add_outer(Columns(v_z, units), &below.h);
-                    self.pull_back(layer, v_z, AddScaled { slope: &below.slope, v_z: &mut below.curvature, units });
+                    self.pull_back(
+                        layer,
+                        v_z,
+                        AddScaled { slope: &below.slope, v_z: &mut below.curvature, units },
+                    );
                 }
             }
         }
@@ -243,7 +285,12 @@ impl Mlp {
 impl LayerTape {
     /// The end of a product that gives `g` at this layer.
     fn chain(&mut self, units: usize, keep: Keep) -> Chain<'_> {
-        Chain { slope: &self.slope, curvature: (keep == Keep::Tape).then_some(&mut *self.curvature), e: &mut self.e, units }
+        Chain {
+            slope: &self.slope,
+            curvature: (keep == Keep::Tape).then_some(&mut *self.curvature),
+            e: &mut self.e,
+            units,
+        }
     }
 }
 

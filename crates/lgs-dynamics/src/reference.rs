@@ -1,8 +1,9 @@
 //! Plain twins of the fast functions in Burn tensor operations, whose gradients come from autodiff.
 //!
-//! They are for tests and for reading. `∇U` is written as the chain of reference §8.3, so that one backward pass gives its derivative. The
-//! rotation of a support comes from repeated squaring of Horn's 4×4 matrix, which leaves the projector `p pᵀ` on the best quaternion;
-//! rotation matrices are linear in it. Degenerate supports, where two eigenvalues meet, are not handled.
+//! They are for tests and for reading. `∇U` is written as the chain of reference §8.3, so that one backward
+//! pass gives its derivative. The rotation of a support comes from repeated squaring of Horn's 4×4 matrix,
+//! which leaves the projector `p pᵀ` on the best quaternion; rotation matrices are linear in it. Degenerate
+//! supports, where two eigenvalues meet, are not handled.
 
 use crate::state::{Edit, VelocityPolicy};
 use crate::supports::Supports;
@@ -21,7 +22,12 @@ struct Parameters<'a> {
 
 impl Parameters<'_> {
     fn array(&self, name: &str) -> Tensor<1> {
-        let entry = self.config.layout().into_iter().find(|e| e.name == name).unwrap_or_else(|| panic!("no parameter {name}"));
+        let entry = self
+            .config
+            .layout()
+            .into_iter()
+            .find(|e| e.name == name)
+            .unwrap_or_else(|| panic!("no parameter {name}"));
         self.flat.clone().slice([entry.range])
     }
 
@@ -66,7 +72,13 @@ impl Parameters<'_> {
 
 /// Accelerations `[n, 3]`: the twin of [`crate::System::accelerations`].
 #[must_use]
-pub fn acceleration(config: &SystemConfig, edit: &Edit, params: Tensor<1>, q: Tensor<2>, v: Tensor<2>) -> Tensor<2> {
+pub fn acceleration(
+    config: &SystemConfig,
+    edit: &Edit,
+    params: Tensor<1>,
+    q: Tensor<2>,
+    v: Tensor<2>,
+) -> Tensor<2> {
     let p = Parameters { config, flat: params };
     let n = &config.normalisation;
     let center = Tensor::<2>::from_data(TensorData::new(n.center.to_vec(), [1, 3]), &q.device());
@@ -75,7 +87,8 @@ pub fn acceleration(config: &SystemConfig, edit: &Edit, params: Tensor<1>, q: Te
     if config.layout().iter().any(|e| e.name == "potential.linear") {
         let s = p.array("potential.quadratic");
         let at = |i: usize| s.clone().narrow(0, i, 1);
-        let matrix = Tensor::cat(vec![at(0), at(3), at(4), at(3), at(1), at(5), at(4), at(5), at(2)], 0).reshape([3, 3]);
+        let matrix = Tensor::cat(vec![at(0), at(3), at(4), at(3), at(1), at(5), at(4), at(5), at(2)], 0)
+            .reshape([3, 3]);
         gradient = gradient + p.array("potential.linear").reshape([1, 3]) + x.clone().matmul(matrix);
     }
     let a = gradient * (-edit.potential_scale * n.acceleration);
@@ -183,7 +196,8 @@ pub fn align(position: &Tensor<2>, candidate: &Tensor<2>, supports: &Supports) -
     let n = supports.particles();
     let (mean, from_mean) = centred(position, supports);
     let (candidate_mean, from_candidate_mean) = centred(candidate, supports);
-    let projector = quaternion_projector(from_candidate_mean.swap_dims(1, 2).matmul(from_mean)).reshape([n, 16]);
+    let projector =
+        quaternion_projector(from_candidate_mean.swap_dims(1, 2).matmul(from_mean)).reshape([n, 16]);
     let p = |i: usize, j: usize| columns(&projector, 4 * i + j, 4 * i + j + 1);
     let diagonal = |i: usize| p(0, 0) + p(i, i) * 2.0 - (p(1, 1) + p(2, 2) + p(3, 3));
     let rotations = Tensor::cat(
@@ -207,7 +221,8 @@ pub fn align(position: &Tensor<2>, candidate: &Tensor<2>, supports: &Supports) -
     AlignmentTensors { aligned, rotations, quaternions }
 }
 
-/// Velocities of the supports' twists at the midpoints `m`, from angular momenta about `q`: the `Rigid` policy.
+/// Velocities of the supports' twists at the midpoints `m`, from angular momenta about `q`: the `Rigid`
+/// policy.
 fn rigid_velocity(q: &Tensor<2>, m: &Tensor<2>, v: &Tensor<2>, supports: &Supports) -> Tensor<2> {
     let (n, k) = (supports.particles(), supports.k());
     let (_, arm) = centred(q, supports);
@@ -218,7 +233,8 @@ fn rigid_velocity(q: &Tensor<2>, m: &Tensor<2>, v: &Tensor<2>, supports: &Suppor
     let second = r.clone().swap_dims(1, 2).matmul(r).reshape([n, 9]);
     let trace = columns(&second, 0, 1) + columns(&second, 4, 5) + columns(&second, 8, 9);
     let unit = Tensor::<2>::eye(3, &m.device());
-    let row = |i: usize| trace.clone() * unit.clone().slice([i..i + 1, 0..3]) - columns(&second, 3 * i, 3 * i + 3);
+    let row =
+        |i: usize| trace.clone() * unit.clone().slice([i..i + 1, 0..3]) - columns(&second, 3 * i, 3 * i + 3);
     // Cramer's rule; the matrix is symmetric, so its rows are its columns.
     let minors = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| cross(&row(i), &row(j)));
     let dot = |a: Tensor<2>, b: Tensor<2>| (a * b).sum_dim(1);
@@ -245,7 +261,9 @@ pub fn rollout(params: &Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: &RolloutC
                 v = match call.velocity_policy {
                     VelocityPolicy::Keep => v,
                     VelocityPolicy::FromPositions => (fitted.aligned.clone() - q.clone()) / h,
-                    VelocityPolicy::Rigid => rigid_velocity(&q, &((q.clone() + fitted.aligned.clone()) * 0.5), &v, supports),
+                    VelocityPolicy::Rigid => {
+                        rigid_velocity(&q, &((q.clone() + fitted.aligned.clone()) * 0.5), &v, supports)
+                    }
                 };
                 rotation = quaternion_product(&fitted.quaternions, &rotation);
                 fitted.aligned

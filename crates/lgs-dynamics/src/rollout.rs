@@ -1,8 +1,9 @@
 //! Rollouts of a system and their backward pass.
 //!
-//! A step is semi-implicit Euler (Eq. 5: kick with the acceleration at the old state, drift with the new velocity). Without supports particles
-//! are independent, and each block of them runs through all steps while its state is in the cache; rollouts with alignment are in
-//! `aligned.rs`. Only states are kept; the backward pass walks them from the end and recomputes activations and rotations.
+//! A step is semi-implicit Euler (Eq. 5: kick with the acceleration at the old state, drift with the new
+//! velocity). Without supports particles are independent, and each block of them runs through all steps while
+//! its state is in the cache; rollouts with alignment are in `aligned.rs`. Only states are kept; the backward
+//! pass walks them from the end and recomputes activations and rotations.
 
 use crate::aligned::aligned;
 use crate::aligned_vjp::aligned_vjp;
@@ -39,7 +40,10 @@ pub struct RolloutGradients {
 #[must_use]
 pub fn rollout(system: &System, start: &State, spec: &RolloutSpec) -> Vec<State> {
     let field = Field::new(system, &spec.edit);
-    let start = State { v: start.v.iter().map(|v| v.map(|x| x * spec.edit.velocity_scale)).collect(), ..start.clone() };
+    let start = State {
+        v: start.v.iter().map(|v| v.map(|x| x * spec.edit.velocity_scale)).collect(),
+        ..start.clone()
+    };
     // Entered once, so that the loops of all steps begin on a thread of the pool; so is the backward pass.
     rayon::scope(|_| match spec.supports {
         None => independent(&field, start, &spec.step_lengths()),
@@ -47,9 +51,15 @@ pub fn rollout(system: &System, start: &State, spec: &RolloutSpec) -> Vec<State>
     })
 }
 
-/// Backwards through [`rollout`], which gave `trajectory`; `cotangents` has one entry per state (missing ones are zero).
+/// Backwards through [`rollout`], which gave `trajectory`; `cotangents` has one entry per state (missing ones
+/// are zero).
 #[must_use]
-pub fn rollout_vjp(system: &System, spec: &RolloutSpec, trajectory: &[State], cotangents: &[StateCotangents]) -> RolloutGradients {
+pub fn rollout_vjp(
+    system: &System,
+    spec: &RolloutSpec,
+    trajectory: &[State],
+    cotangents: &[StateCotangents],
+) -> RolloutGradients {
     let lengths = spec.step_lengths();
     assert_eq!(trajectory.len(), lengths.len() + 1, "states of the trajectory");
     let field = Field::new(system, &spec.edit);
@@ -85,7 +95,11 @@ fn independent(field: &Field, start: State, lengths: &[f32]) -> Vec<State> {
         pool.run(&mut run)
     };
     let blocks: Vec<_> = start.q.par_chunks(WIDTH).zip(start.v.par_chunks(WIDTH)).map(run).collect();
-    let mut states = vec![State { q: vec![[0.0; 3]; n], v: vec![[0.0; 3]; n], rotation: start.rotation.clone() }; lengths.len()];
+    let mut states =
+        vec![
+            State { q: vec![[0.0; 3]; n], v: vec![[0.0; 3]; n], rotation: start.rotation.clone() };
+            lengths.len()
+        ];
     states.par_iter_mut().enumerate().for_each(|(step, state)| {
         for ((block, q), v) in blocks.iter().zip(state.q.chunks_mut(WIDTH)).zip(state.v.chunks_mut(WIDTH)) {
             scatter(&block[step].0, q);
@@ -101,13 +115,19 @@ fn cotangent_rows(values: &[[f32; 3]], first: usize, count: usize) -> Vec3Rows {
     if values.is_empty() { ZERO_ROWS } else { gather_or_zero(&values[first..first + count]) }
 }
 
-fn independent_vjp(field: &Field, trajectory: &[State], lengths: &[f32], cotangents: &[StateCotangents]) -> RolloutGradients {
+fn independent_vjp(
+    field: &Field,
+    trajectory: &[State],
+    lengths: &[f32],
+    cotangents: &[StateCotangents],
+) -> RolloutGradients {
     let n = trajectory[0].len();
     let pool = Pool::new(field);
     let size = group_size(n);
     let (mut q0, mut v0) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
     let mut partials = group_gradients(field, n);
-    let groups = q0.par_chunks_mut(size).zip(v0.par_chunks_mut(size)).zip(partials.par_iter_mut()).enumerate();
+    let groups =
+        q0.par_chunks_mut(size).zip(v0.par_chunks_mut(size)).zip(partials.par_iter_mut()).enumerate();
     groups.for_each(|(group, ((q0, v0), gradients))| {
         for (block, (q0, v0)) in q0.chunks_mut(WIDTH).zip(v0.chunks_mut(WIDTH)).enumerate() {
             let first = group * size + block * WIDTH;
@@ -130,12 +150,20 @@ struct BlockVjp<'a> {
 }
 
 impl BlockVjp<'_> {
-    fn run(&self, field: &Field, workspace: &mut Workspace, gradients: &mut Gradients) -> (Vec3Rows, Vec3Rows) {
+    fn run(
+        &self,
+        field: &Field,
+        workspace: &mut Workspace,
+        gradients: &mut Gradients,
+    ) -> (Vec3Rows, Vec3Rows) {
         let range = self.first..self.first + self.count;
         let (mut v_q, mut v_v) = (ZERO_ROWS, ZERO_ROWS);
         self.add_cotangents(self.lengths.len(), &mut v_q, &mut v_v);
         for (step, &h) in self.lengths.iter().enumerate().rev() {
-            let (q, v) = (gather(&self.trajectory[step].q[range.clone()]), gather(&self.trajectory[step].v[range.clone()]));
+            let (q, v) = (
+                gather(&self.trajectory[step].q[range.clone()]),
+                gather(&self.trajectory[step].v[range.clone()]),
+            );
             // q₁ = q₀ + h v₁, v₁ = v₀ + h a(q₀, v₀)
             add_scaled(&mut v_v, &v_q, h);
             let v_a = v_v.map(|row| row.map(|value| h * value));

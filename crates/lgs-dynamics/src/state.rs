@@ -21,7 +21,8 @@ impl Default for Edit {
     }
 }
 
-/// What becomes of velocities when positions are aligned (reference §8.7). Without supports all policies are `Keep`.
+/// What becomes of velocities when positions are aligned (reference §8.7). Without supports all policies are
+/// `Keep`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityPolicy {
@@ -30,8 +31,9 @@ pub enum VelocityPolicy {
     Keep,
     /// They become the displacement of the step over its length.
     FromPositions,
-    /// The support keeps its momentum and its angular momentum, and the particle gets the velocity that the support has there as one rigid
-    /// body, at the midpoint of the step, where the displacement of a rigid motion is a twist exactly: rigid motions stay as they are.
+    /// The support keeps its momentum and its angular momentum, and the particle gets the velocity that the
+    /// support has there as one rigid body, at the midpoint of the step, where the displacement of a rigid
+    /// motion is a twist exactly: rigid motions stay as they are.
     Rigid,
 }
 
@@ -53,7 +55,8 @@ pub struct State {
     pub q: Vec<[f32; 3]>,
     /// Velocities `[n, 3]`, world units per unit of time.
     pub v: Vec<[f32; 3]>,
-    /// Rotations since the start `[n, 4]`, unit quaternions `[w, x, y, z]`; they change only where supports are aligned.
+    /// Rotations since the start `[n, 4]`, unit quaternions `[w, x, y, z]`; they change only where supports
+    /// are aligned.
     pub rotation: Vec<[f32; 4]>,
 }
 
@@ -100,7 +103,14 @@ impl<'a> RolloutSpec<'a> {
     /// Full steps, no edit, no alignment.
     #[must_use]
     pub fn new(dt: f32, steps: usize) -> Self {
-        Self { dt, steps, last_dt: None, edit: Edit::default(), supports: None, velocity_policy: VelocityPolicy::default() }
+        Self {
+            dt,
+            steps,
+            last_dt: None,
+            edit: Edit::default(),
+            supports: None,
+            velocity_policy: VelocityPolicy::default(),
+        }
     }
 
     /// With alignment on these supports.
@@ -115,7 +125,8 @@ impl<'a> RolloutSpec<'a> {
         Self { edit, ..self }
     }
 
-    /// The steps that end at `time` ≥ 0: full ones of `dt`, then a shorter one if `time` is off the grid by more than a thousandth of a step.
+    /// The steps that end at `time` ≥ 0: full ones of `dt`, then a shorter one if `time` is off the grid by
+    /// more than a thousandth of a step.
     #[must_use]
     pub fn until(time: f32, dt: f32) -> Self {
         let ratio = f64::from(time) / f64::from(dt);

@@ -1,4 +1,5 @@
-//! The structured force of a lane, `−softplus(d − 6) v + w × v`, from the outputs `[1 + 3, WIDTH]` of its network: d and w.
+//! The structured force of a lane, `−softplus(d − 6) v + w × v`, from the outputs `[1 + 3, WIDTH]` of its
+//! network: d and w.
 
 use crate::block::activation::softplus;
 use crate::block::{Vec3Rows, WIDTH};

@@ -1,8 +1,10 @@
-//! Supports of the local rigid alignment: for each particle itself and its nearest neighbours at the start (Eq. 6, reference G19).
+//! Supports of the local rigid alignment: for each particle itself and its nearest neighbours at the start
+//! (Eq. 6, reference G19).
 //!
-//! A support's members are read together, from wherever in memory they lie. Particles in spatial order ([`lgs_core::spatial_order`]) have
-//! most of them in a cache already; for the others, the arrivals, kernels ask ahead. Any other order gives the same results but for rounding,
-//! more slowly where there are many particles.
+//! A support's members are read together, from wherever in memory they lie. Particles in spatial order
+//! ([`lgs_core::spatial_order`]) have most of them in a cache already; for the others, the arrivals, kernels
+//! ask ahead. Any other order gives the same results but for rounding, more slowly where there are many
+//! particles.
 
 use crate::lanes::GROUP;
 use std::ops::Range;
@@ -36,7 +38,9 @@ impl std::fmt::Display for SupportsError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Length { found, k } => write!(f, "supports: {found} indices do not fill rows of {k}"),
-            Self::Index { row, found, particles } => write!(f, "supports: row {row} names particle {found} of {particles}"),
+            Self::Index { row, found, particles } => {
+                write!(f, "supports: row {row} names particle {found} of {particles}")
+            }
         }
     }
 }
@@ -57,7 +61,8 @@ pub struct Supports {
 }
 
 impl Supports {
-    /// Supports of `k` points, the point itself included (all of them where there are fewer). Points in spatial order are aligned fastest.
+    /// Supports of `k` points, the point itself included (all of them where there are fewer). Points in
+    /// spatial order are aligned fastest.
     #[must_use]
     pub fn nearest(points: &[[f32; 3]], k: usize) -> Self {
         let (indices, k) = lgs_core::k_nearest(points, k.max(1) - 1);
@@ -164,7 +169,9 @@ impl Arrivals {
 
     /// Nothing behind the last group.
     fn of_group(&self, group: usize) -> &[u32] {
-        self.start.get(group..group + 2).map_or(&[], |ends| &self.particles[ends[0] as usize..ends[1] as usize])
+        self.start
+            .get(group..group + 2)
+            .map_or(&[], |ends| &self.particles[ends[0] as usize..ends[1] as usize])
     }
 }
 
@@ -194,7 +201,10 @@ mod tests {
     #[test]
     fn rows_are_checked() {
         assert_eq!(Supports::from_rows(vec![0, 1, 1], 2), Err(SupportsError::Length { found: 3, k: 2 }));
-        assert_eq!(Supports::from_rows(vec![0, 3], 1), Err(SupportsError::Index { row: 1, found: 3, particles: 2 }));
+        assert_eq!(
+            Supports::from_rows(vec![0, 3], 1),
+            Err(SupportsError::Index { row: 1, found: 3, particles: 2 })
+        );
         assert_eq!(Supports::from_rows(vec![], 0).unwrap().particles(), 0);
     }
 

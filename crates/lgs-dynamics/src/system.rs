@@ -1,8 +1,10 @@
-//! What a system is made of: the two networks' kinds and sizes, the normalisation (reference G5) and one flat vector of parameters.
+//! What a system is made of: the two networks' kinds and sizes, the normalisation (reference G5) and one flat
+//! vector of parameters.
 //!
-//! `U = σ_a σ_o û(x̂)` and `Q` follow reference §8.2 C with `x̂ = (q − μ)/σ_o`, so that `∇U = σ_a ∇û` exactly. The `Mlp` force is
-//! `σ_a q̂(x̂, v/σ_v)`; the `Structured` one is `(σ_a/σ_v)(−softplus(d̂ − 6) v + ŵ × v)` with `[d̂, ŵ]` a network of position alone: Rayleigh
-//! damping and a gyroscopic term, whose power is never positive. Neither takes a time: the flow is autonomous.
+//! `U = σ_a σ_o û(x̂)` and `Q` follow reference §8.2 C with `x̂ = (q − μ)/σ_o`, so that `∇U = σ_a ∇û`
+//! exactly. The `Mlp` force is `σ_a q̂(x̂, v/σ_v)`; the `Structured` one is `(σ_a/σ_v)(−softplus(d̂ − 6) v +
+//! ŵ × v)` with `[d̂, ŵ]` a network of position alone: Rayleigh damping and a gyroscopic term, whose power is
+//! never positive. Neither takes a time: the flow is autonomous.
 
 use crate::mlp_shape::MlpShape;
 use lgs_core::stream;
@@ -13,7 +15,8 @@ use std::ops::Range;
 /// Shift of the raw damping, so that a zero output means (almost) no damping: `softplus(−6) = 0.0025`.
 pub(crate) const DAMPING_SHIFT: f32 = 6.0;
 
-/// Last layer of U at the start, relative to the usual initialisation: motion begins close to straight lines (reference G7).
+/// Last layer of U at the start, relative to the usual initialisation: motion begins close to straight lines
+/// (reference G7).
 const POTENTIAL_OUTPUT_SCALE: f32 = 0.01;
 
 /// The function class of the potential.
@@ -107,8 +110,16 @@ impl SystemConfig {
         let layout = Layout::of(self);
         let mut entries = network_entries("potential", &layout.potential);
         if let Some(start) = layout.quadratic {
-            entries.push(ParamEntry { name: "potential.linear".into(), range: start..start + 3, shape: vec![3] });
-            entries.push(ParamEntry { name: "potential.quadratic".into(), range: start + 3..start + 9, shape: vec![6] });
+            entries.push(ParamEntry {
+                name: "potential.linear".into(),
+                range: start..start + 3,
+                shape: vec![3],
+            });
+            entries.push(ParamEntry {
+                name: "potential.quadratic".into(),
+                range: start + 3..start + 9,
+                shape: vec![6],
+            });
         }
         if let Some(force) = &layout.force {
             entries.extend(network_entries("force", force));
@@ -140,7 +151,13 @@ pub(crate) struct Layout {
 
 impl Layout {
     pub(crate) fn of(config: &SystemConfig) -> Self {
-        let mlp = |start, inputs, outputs| MlpShape { start, inputs, hidden: config.hidden, hidden_layers: config.hidden_layers, outputs };
+        let mlp = |start, inputs, outputs| MlpShape {
+            start,
+            inputs,
+            hidden: config.hidden,
+            hidden_layers: config.hidden_layers,
+            outputs,
+        };
         let potential = mlp(0, 3, 1);
         let mut len = potential.len();
         let quadratic = (config.potential == PotentialKind::QuadraticMlp).then_some(len);
@@ -165,13 +182,18 @@ pub struct System {
 }
 
 impl System {
-    /// A system before training: hidden layers uniform in ±1/√inputs, the last layer of U a hundredth of that, the last layer of Q and the
-    /// quadratic terms zero.
+    /// A system before training: hidden layers uniform in ±1/√inputs, the last layer of U a hundredth of
+    /// that, the last layer of Q and the quadratic terms zero.
     #[must_use]
     pub fn init(config: SystemConfig, seed: u64) -> Self {
         let layout = Layout::of(&config);
         let mut params = vec![0.0; layout.len];
-        init_network(&layout.potential, POTENTIAL_OUTPUT_SCALE, &mut params, &mut stream(seed, "potential", 0));
+        init_network(
+            &layout.potential,
+            POTENTIAL_OUTPUT_SCALE,
+            &mut params,
+            &mut stream(seed, "potential", 0),
+        );
         if let Some(force) = &layout.force {
             init_network(force, 0.0, &mut params, &mut stream(seed, "force", 0));
         }
@@ -201,8 +223,16 @@ fn network_entries(network: &str, shape: &MlpShape) -> Vec<ParamEntry> {
     (0..=shape.hidden_layers)
         .flat_map(|layer| {
             let (outputs, inputs) = (shape.layer_outputs(layer), shape.layer_inputs(layer));
-            let weight = ParamEntry { name: format!("{network}.{layer}.weight"), range: shape.weight(layer), shape: vec![outputs, inputs] };
-            let bias = ParamEntry { name: format!("{network}.{layer}.bias"), range: shape.bias(layer), shape: vec![outputs] };
+            let weight = ParamEntry {
+                name: format!("{network}.{layer}.weight"),
+                range: shape.weight(layer),
+                shape: vec![outputs, inputs],
+            };
+            let bias = ParamEntry {
+                name: format!("{network}.{layer}.bias"),
+                range: shape.bias(layer),
+                shape: vec![outputs],
+            };
             [weight, bias]
         })
         .collect()
@@ -216,7 +246,8 @@ mod tests {
     fn the_layout_covers_every_parameter_once_and_has_the_papers_sizes() {
         for potential in [PotentialKind::Mlp, PotentialKind::QuadraticMlp] {
             for force in [ForceKind::None, ForceKind::Mlp, ForceKind::Structured] {
-                let system = System::init(SystemConfig { potential, force, hidden: 16, ..SystemConfig::paper() }, 1);
+                let system =
+                    System::init(SystemConfig { potential, force, hidden: 16, ..SystemConfig::paper() }, 1);
                 let mut at = 0;
                 for entry in system.layout() {
                     assert_eq!(entry.range.start, at, "{}", entry.name);

@@ -4,7 +4,10 @@
 mod support;
 
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
-use lgs_dynamics::{Edit, RolloutSpec, State, StateCotangents, Supports, VelocityPolicy, align, align_vjp, rollout, rollout_vjp};
+use lgs_dynamics::{
+    Edit, RolloutSpec, State, StateCotangents, Supports, VelocityPolicy, align, align_vjp, rollout,
+    rollout_vjp,
+};
 use support::{Vector, points, system_of, vectors};
 
 fn supports_of(vector: &Vector) -> Supports {
@@ -32,21 +35,39 @@ fn rollouts_and_their_gradients_pass_conformance() {
         let spec = supports.as_ref().map_or(plain, |s| plain.aligned(s, VelocityPolicy::Keep));
 
         let accelerations = system.accelerations(&start.q, &start.v, &Edit::default());
-        assert_values_close("acceleration", accelerations.as_flattened(), &vector.floats("acceleration"), 2e-4, 1e-5);
+        assert_values_close(
+            "acceleration",
+            accelerations.as_flattened(),
+            &vector.floats("acceleration"),
+            2e-4,
+            1e-5,
+        );
         let states = rollout(&system, &start, &spec);
         assert_values_close("trajectory", &positions(&states), &vector.floats("trajectory"), 2e-4, 1e-4);
         let edited = rollout(&system, &start, &spec.edited(edit_of(&vector)));
-        assert_values_close("trajectory_edited", &positions(&edited), &vector.floats("trajectory_edited"), 2e-4, 1e-4);
+        assert_values_close(
+            "trajectory_edited",
+            &positions(&edited),
+            &vector.floats("trajectory_edited"),
+            2e-4,
+            1e-4,
+        );
 
         let weights = vector.points("loss_weight");
-        let cotangents: Vec<_> =
-            weights.chunks(start.len()).map(|q| StateCotangents { q: q.to_vec(), ..StateCotangents::default() }).collect();
+        let cotangents: Vec<_> = weights
+            .chunks(start.len())
+            .map(|q| StateCotangents { q: q.to_vec(), ..StateCotangents::default() })
+            .collect();
         let gradients = rollout_vjp(&system, &spec, &states, &cotangents);
         assert_gradient_close("position", gradients.q0.as_flattened(), &vector.floats("grad_position"));
         assert_gradient_close("velocity", gradients.v0.as_flattened(), &vector.floats("grad_velocity"));
         for entry in system.layout() {
             let expected = vector.floats(&format!("grad_{}", entry.name));
-            assert_gradient_close(&format!("{} {}", vector.name, entry.name), &gradients.params[entry.range], &expected);
+            assert_gradient_close(
+                &format!("{} {}", vector.name, entry.name),
+                &gradients.params[entry.range],
+                &expected,
+            );
         }
     }
 }
@@ -57,9 +78,21 @@ fn alignment_and_its_gradient_pass_conformance() {
         let (position, candidate) = (vector.points("position"), vector.points("candidate"));
         let supports = supports_of(&vector);
         let alignment = align(&position, &candidate, &supports);
-        assert_values_close("aligned", alignment.aligned.as_flattened(), &vector.floats("aligned"), 2e-4, 1e-5);
+        assert_values_close(
+            "aligned",
+            alignment.aligned.as_flattened(),
+            &vector.floats("aligned"),
+            2e-4,
+            1e-5,
+        );
         let rotations = alignment.rotations();
-        assert_values_close("rotation", rotations.as_flattened().as_flattened(), &vector.floats("rotation"), 2e-4, 1e-5);
+        assert_values_close(
+            "rotation",
+            rotations.as_flattened().as_flattened(),
+            &vector.floats("rotation"),
+            2e-4,
+            1e-5,
+        );
         let v_rotations = vector.points("loss_weight_rotation").as_chunks::<3>().0.to_vec();
         let v_aligned = points(&vector.floats("loss_weight_aligned"));
         let (v_position, v_candidate) = align_vjp(&supports, &alignment, &v_aligned, &v_rotations);

@@ -3,8 +3,8 @@
 mod support;
 
 use lgs_dynamics::{
-    Edit, ForceKind, PotentialKind, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, acceleration_vjp, align,
-    align_vjp, rollout, rollout_vjp,
+    Edit, ForceKind, PotentialKind, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy,
+    acceleration_vjp, align, align_vjp, rollout, rollout_vjp,
 };
 use rand::RngExt;
 use support::{inner, lively_system, random_points};
@@ -27,7 +27,8 @@ fn moved(values: &[f32], direction: &[f32], by: f32) -> Vec<f32> {
     values.iter().zip(direction).map(|(v, d)| v + by * d).collect()
 }
 
-/// Step of the differences. f32 leaves noise of about 1e-6 of the loss over the step (velocities from positions: ten times that).
+/// Step of the differences. f32 leaves noise of about 1e-6 of the loss over the step (velocities from
+/// positions: ten times that).
 const STEP: f32 = 2e-2;
 
 /// The derivative of `loss` along `direction` by a difference of fourth order, compared with `gradient`.
@@ -60,9 +61,13 @@ fn accelerations_of_every_kind() {
             inner(system.accelerations(q, v, &EDIT).as_flattened(), weight.as_flattened())
         };
         let what = format!("{potential:?} {force:?}");
-        check(&format!("{what} q"), q.as_flattened(), gradients.q.as_flattened(), 1e-3, |x| loss(&system, &points(x), &v));
+        check(&format!("{what} q"), q.as_flattened(), gradients.q.as_flattened(), 1e-3, |x| {
+            loss(&system, &points(x), &v)
+        });
         if force != ForceKind::None {
-            check(&format!("{what} v"), v.as_flattened(), gradients.v.as_flattened(), 1e-3, |x| loss(&system, &q, &points(x)));
+            check(&format!("{what} v"), v.as_flattened(), gradients.v.as_flattened(), 1e-3, |x| {
+                loss(&system, &q, &points(x))
+            });
         }
         for entry in system.layout() {
             let own = &gradients.params[entry.range.clone()];
@@ -87,7 +92,9 @@ fn the_gradient_of_the_potential_is_its_derivative() {
         let system = lively_system(potential, force);
         let gradient = system.potential_gradients(&q);
         let ones = vec![1.0; q.len()];
-        check("U", q.as_flattened(), gradient.as_flattened(), 1e-3, |x| inner(&system.potentials(&points(x)), &ones));
+        check("U", q.as_flattened(), gradient.as_flattened(), 1e-3, |x| {
+            inner(&system.potentials(&points(x)), &ones)
+        });
     }
 }
 
@@ -96,7 +103,8 @@ fn alignment() {
     let position = random_points(40, 0.5, 1);
     let noise = random_points(40, 0.1, 2);
     let turned = |p: [f32; 3]| [0.8 * p[0] - 0.6 * p[1] + 0.3, 0.6 * p[0] + 0.8 * p[1], p[2] - 0.2];
-    let candidate: Vec<[f32; 3]> = position.iter().zip(&noise).map(|(&p, n)| std::array::from_fn(|i| turned(p)[i] + n[i])).collect();
+    let candidate: Vec<[f32; 3]> =
+        position.iter().zip(&noise).map(|(&p, n)| std::array::from_fn(|i| turned(p)[i] + n[i])).collect();
     let supports = Supports::nearest(&position, 8);
     let (w_aligned, w_rotation) = (random_points(40, 1.0, 4), random_points(120, 1.0, 5));
     let v_rotations = w_rotation.as_chunks::<3>().0.to_vec();
@@ -108,8 +116,12 @@ fn alignment() {
         inner(result.aligned.as_flattened(), w_aligned.as_flattened())
             + inner(rotations.as_flattened().as_flattened(), w_rotation.as_flattened())
     };
-    check("position", position.as_flattened(), v_position.as_flattened(), 2e-3, |x| loss(&points(x), &candidate));
-    check("candidate", candidate.as_flattened(), v_candidate.as_flattened(), 2e-3, |x| loss(&position, &points(x)));
+    check("position", position.as_flattened(), v_position.as_flattened(), 2e-3, |x| {
+        loss(&points(x), &candidate)
+    });
+    check("candidate", candidate.as_flattened(), v_candidate.as_flattened(), 2e-3, |x| {
+        loss(&position, &points(x))
+    });
 }
 
 /// Random cotangents for every state of a rollout.
@@ -139,18 +151,28 @@ fn check_rollout(what: &str, system: &System, q: &[[f32; 3]], v: &[[f32; 3]], sp
     let loss = |system: &System, q: &[[f32; 3]], v: &[[f32; 3]]| {
         rollout_loss(&rollout(system, &State::at_start(q.to_vec(), v.to_vec()), spec), &weights)
     };
-    check(&format!("{what} q0"), q.as_flattened(), gradients.q0.as_flattened(), 3e-3, |x| loss(system, &points(x), v));
-    check(&format!("{what} v0"), v.as_flattened(), gradients.v0.as_flattened(), 3e-3, |x| loss(system, q, &points(x)));
+    check(&format!("{what} q0"), q.as_flattened(), gradients.q0.as_flattened(), 3e-3, |x| {
+        loss(system, &points(x), v)
+    });
+    check(&format!("{what} v0"), v.as_flattened(), gradients.v0.as_flattened(), 3e-3, |x| {
+        loss(system, q, &points(x))
+    });
     for entry in system.layout() {
         if entry.name == "potential.2.bias" {
             continue;
         }
         let name = format!("{what} {}", entry.name);
-        check(&name, &system.params[entry.range.clone()], &gradients.params[entry.range.clone()], 3e-3, |x| {
-            let mut other = system.clone();
-            other.params[entry.range.clone()].copy_from_slice(x);
-            loss(&other, q, v)
-        });
+        check(
+            &name,
+            &system.params[entry.range.clone()],
+            &gradients.params[entry.range.clone()],
+            3e-3,
+            |x| {
+                let mut other = system.clone();
+                other.params[entry.range.clone()].copy_from_slice(x);
+                loss(&other, q, v)
+            },
+        );
     }
 }
 
@@ -170,7 +192,9 @@ fn rollouts_with_alignment_under_every_velocity_policy() {
     let supports = Supports::nearest(&q, 7);
     let system = lively_system(PotentialKind::QuadraticMlp, ForceKind::Structured);
     for policy in [VelocityPolicy::Keep, VelocityPolicy::FromPositions, VelocityPolicy::Rigid] {
-        let spec = RolloutSpec { last_dt: Some(0.02), ..RolloutSpec::new(0.05, 4) }.edited(EDIT).aligned(&supports, policy);
+        let spec = RolloutSpec { last_dt: Some(0.02), ..RolloutSpec::new(0.05, 4) }
+            .edited(EDIT)
+            .aligned(&supports, policy);
         check_rollout(&format!("{policy:?}"), &system, &q, &v, &spec);
     }
 }
@@ -178,7 +202,13 @@ fn rollouts_with_alignment_under_every_velocity_policy() {
 #[test]
 fn degenerate_supports_give_finite_values_and_gradients() {
     let line: Vec<[f32; 3]> = (0..12).map(|i| [0.1 * i as f32, 0.0, 0.0]).collect();
-    let shapes = [line, vec![[0.3, 0.2, 0.1]; 12], random_points(2, 1.0, 1), random_points(1, 1.0, 1), random_points(3, 1.0, 1)];
+    let shapes = [
+        line,
+        vec![[0.3, 0.2, 0.1]; 12],
+        random_points(2, 1.0, 1),
+        random_points(1, 1.0, 1),
+        random_points(3, 1.0, 1),
+    ];
     let system = lively_system(PotentialKind::Mlp, ForceKind::Structured);
     for q in shapes {
         let supports = Supports::nearest(&q, 6);
@@ -189,11 +219,18 @@ fn degenerate_supports_give_finite_values_and_gradients() {
             let finite = |values: &[f32]| values.iter().all(|v| v.is_finite());
             for state in &states {
                 assert!(
-                    finite(state.q.as_flattened()) && finite(state.v.as_flattened()) && finite(state.rotation.as_flattened()),
+                    finite(state.q.as_flattened())
+                        && finite(state.v.as_flattened())
+                        && finite(state.rotation.as_flattened()),
                     "{policy:?}"
                 );
             }
-            assert!(finite(&gradients.params) && finite(gradients.q0.as_flattened()) && finite(gradients.v0.as_flattened()), "{policy:?}");
+            assert!(
+                finite(&gradients.params)
+                    && finite(gradients.q0.as_flattened())
+                    && finite(gradients.v0.as_flattened()),
+                "{policy:?}"
+            );
         }
     }
 }
@@ -202,7 +239,8 @@ fn degenerate_supports_give_finite_values_and_gradients() {
 fn no_particles_are_no_error() {
     let system = lively_system(PotentialKind::Mlp, ForceKind::Mlp);
     let supports = Supports::nearest(&[], 5);
-    for spec in [RolloutSpec::new(0.1, 2), RolloutSpec::new(0.1, 2).aligned(&supports, VelocityPolicy::Rigid)] {
+    for spec in [RolloutSpec::new(0.1, 2), RolloutSpec::new(0.1, 2).aligned(&supports, VelocityPolicy::Rigid)]
+    {
         let states = rollout(&system, &State::default(), &spec);
         assert_eq!(states.len(), 3);
         assert!(rollout_vjp(&system, &spec, &states, &[]).params.iter().all(|&g| g == 0.0));

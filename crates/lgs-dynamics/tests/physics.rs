@@ -1,17 +1,19 @@
-//! Physical invariants (reference §8.5) and cycle errors (§8.6) on motions with closed forms, realised exactly by quadratic potentials.
+//! Physical invariants (reference §8.5) and cycle errors (§8.6) on motions with closed forms, realised
+//! exactly by quadratic potentials.
 
 mod support;
 
 use lgs_core::linear::{add, cross, dot, mat_vec, matrix_from_quat, norm, quat_normalize, scale, sub};
 use lgs_dynamics::testing::linear_law;
 use lgs_dynamics::{
-    Edit, ForceKind, PotentialKind, Reversal, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, align,
-    rigid_velocities, rollout, rollout_reversed, rollout_vjp,
+    Edit, ForceKind, PotentialKind, Reversal, RolloutSpec, State, StateCotangents, Supports, System,
+    VelocityPolicy, align, rigid_velocities, rollout, rollout_reversed, rollout_vjp,
 };
 use support::random_points;
 
 const TAU_MAX: f32 = 0.75;
-const POLICIES: [VelocityPolicy; 3] = [VelocityPolicy::Keep, VelocityPolicy::FromPositions, VelocityPolicy::Rigid];
+const POLICIES: [VelocityPolicy; 3] =
+    [VelocityPolicy::Keep, VelocityPolicy::FromPositions, VelocityPolicy::Rigid];
 
 fn gravity() -> System {
     linear_law([0.0, 0.0, 9.81], [0.0; 6], 0.0, [0.0; 3])
@@ -48,22 +50,41 @@ fn motions() -> Vec<Motion> {
     let v_thrown = twist_velocities(&thrown, [0.0, 0.0, 4.0], [-1.0, 0.0, 0.5], [1.5, 0.4, 3.0]);
     let drifting = vec![[0.3, 0.2, 0.1]; fall.len()];
     let sliding = vec![[1.5, 0.5, 0.0]; thrown.len()];
-    let motion = |name, system, q: &[[f32; 3]], v, lossy_bound| Motion { name, system, start: State::at_start(q.to_vec(), v), lossy_bound };
-    // a = g + ω × (v − v_c), v_c being the centre's velocity: its part along ω, which changes, drops out, so the field is autonomous.
+    let motion = |name, system, q: &[[f32; 3]], v, lossy_bound| Motion {
+        name,
+        system,
+        start: State::at_start(q.to_vec(), v),
+        lossy_bound,
+    };
+    // a = g + ω × (v − v_c), v_c being the centre's velocity: its part along ω, which changes, drops out, so
+    // the field is autonomous.
     let carried = [-4.0 * 0.4, 4.0 * 1.5, 9.81];
     vec![
         motion("free fall from rest", gravity(), &fall, rest, 1e-4),
         motion("fan, spin 2", harmonic(2.0), &blade, turning(2.0), 1e-4),
         motion("fan, spin 6", harmonic(6.0), &blade, turning(6.0), 1e-4),
         // The explicit gyroscopic kick lets speeds grow by (ω h)²/2 per step, which is not rigid.
-        motion("projectile with spin", linear_law(carried, [0.0; 6], 0.0, [0.0, 0.0, 4.0]), &thrown, v_thrown, 0.01),
+        motion(
+            "projectile with spin",
+            linear_law(carried, [0.0; 6], 0.0, [0.0, 0.0, 4.0]),
+            &thrown,
+            v_thrown,
+            0.01,
+        ),
         motion("sled with drag", linear_law([0.0; 3], [0.0; 6], 1.2, [0.0; 3]), &thrown, sliding, 1e-4),
-        motion("network, not rigid", support::lively_system(PotentialKind::QuadraticMlp, ForceKind::Structured), &fall, drifting, 0.05),
+        motion(
+            "network, not rigid",
+            support::lively_system(PotentialKind::QuadraticMlp, ForceKind::Structured),
+            &fall,
+            drifting,
+            0.05,
+        ),
     ]
 }
 
 fn path_length(states: &[State]) -> f64 {
-    let step = |w: &[State]| w[0].q.iter().zip(&w[1].q).map(|(&a, &b)| f64::from(norm(sub(a, b)))).sum::<f64>();
+    let step =
+        |w: &[State]| w[0].q.iter().zip(&w[1].q).map(|(&a, &b)| f64::from(norm(sub(a, b)))).sum::<f64>();
     states.windows(2).map(step).sum()
 }
 
@@ -83,7 +104,9 @@ fn spec(dt: f32) -> RolloutSpec<'static> {
 #[test]
 fn the_negated_step_misses_by_what_theory_predicts() {
     let all = motions();
-    let error = |name: &str, dt| cycle_error(all.iter().find(|m| m.name == name).unwrap(), &spec(dt), Reversal::NegatedStep);
+    let error = |name: &str, dt| {
+        cycle_error(all.iter().find(|m| m.name == name).unwrap(), &spec(dt), Reversal::NegatedStep)
+    };
     for (name, dt, expected) in [
         ("free fall from rest", 0.01, 0.026),
         ("free fall from rest", 1.0 / 60.0, 0.043),
@@ -92,7 +115,10 @@ fn the_negated_step_misses_by_what_theory_predicts() {
         ("fan, spin 2", 1.0 / 60.0, 0.0215),
     ] {
         let found = error(name, dt);
-        assert!((found / expected - 1.0).abs() < 0.06, "{name} at {dt}: {found} where {expected} is predicted");
+        assert!(
+            (found / expected - 1.0).abs() < 0.06,
+            "{name} at {dt}: {found} where {expected} is predicted"
+        );
     }
 }
 
@@ -105,12 +131,17 @@ fn the_exact_reversal_returns_to_the_start() {
     for force in [ForceKind::Mlp, ForceKind::Structured] {
         let system = support::lively_system(PotentialKind::QuadraticMlp, force);
         let start = State::at_start(random_points(100, 0.5, 1), random_points(100, 0.5, 2));
-        let found = cycle_error(&Motion { name: "network", system, start, lossy_bound: 0.0 }, &spec(0.01), Reversal::Exact);
+        let found = cycle_error(
+            &Motion { name: "network", system, start, lossy_bound: 0.0 },
+            &spec(0.01),
+            Reversal::Exact,
+        );
         assert!(found < 1e-5, "{force:?}: {found}");
     }
 }
 
-/// The start that stays on a rigid motion of the discrete flow: velocities half a kick behind (reference G28).
+/// The start that stays on a rigid motion of the discrete flow: velocities half a kick behind (reference
+/// G28).
 fn half_a_kick_behind(motion: &Motion, dt: f32) -> Motion {
     let a = motion.system.accelerations(&motion.start.q, &motion.start.v, &Edit::default());
     let v = motion.start.v.iter().zip(a).map(|(&v, a)| sub(v, scale(a, 0.5 * dt))).collect();
@@ -127,7 +158,13 @@ fn the_exact_reversal_with_alignment_returns_on_rigid_motions() {
             let spec = spec(0.01).aligned(&supports, policy);
             let negated = cycle_error(&motion, &spec, Reversal::NegatedStep);
             let exact = cycle_error(&motion, &spec, Reversal::Exact);
-            println!("{:22} {:14} {:11.4}% {:11.5}%", motion.name, format!("{policy:?}"), 100.0 * negated, 100.0 * exact);
+            println!(
+                "{:22} {:14} {:11.4}% {:11.5}%",
+                motion.name,
+                format!("{policy:?}"),
+                100.0 * negated,
+                100.0 * exact
+            );
             // Only kept velocities carry what is not rigid through an alignment; the others lose it.
             let bound = if policy == VelocityPolicy::Keep { 1e-4 } else { motion.lossy_bound };
             assert!(exact < bound, "{} {policy:?}: {exact}", motion.name);
@@ -167,8 +204,13 @@ fn energy_oscillates_without_a_trend_where_there_is_no_force_and_falls_under_dra
     let all = motions();
     let turns = rollout(&all[2].system, &all[2].start, &RolloutSpec::new(0.01, 900));
     let start = energy(&all[2], &turns[0]);
-    let worst = |states: &[State]| states.iter().map(|s| (energy(&all[2], s) / start - 1.0).abs()).fold(0.0, f64::max);
-    assert!(worst(&turns[..300]) < 0.1 && worst(&turns[600..]) < 1.05 * worst(&turns[..300]), "energy drifts");
+    let worst = |states: &[State]| {
+        states.iter().map(|s| (energy(&all[2], s) / start - 1.0).abs()).fold(0.0, f64::max)
+    };
+    assert!(
+        worst(&turns[..300]) < 0.1 && worst(&turns[600..]) < 1.05 * worst(&turns[..300]),
+        "energy drifts"
+    );
     let sled = rollout(&all[4].system, &all[4].start, &spec(0.01));
     for pair in sled.windows(2) {
         assert!(energy(&all[4], &pair[1]) < energy(&all[4], &pair[0]), "drag must dissipate");
@@ -212,11 +254,13 @@ fn a_body_that_moves_as_one_returns_exactly_under_any_law() {
     for force in [ForceKind::None, ForceKind::Structured, ForceKind::Mlp] {
         let system = support::lively_system(PotentialKind::QuadraticMlp, force);
         let q = body([0.2, 0.1, 0.0], 0.5)[..50].to_vec();
-        let start = State::at_start(q.clone(), twist_velocities(&q, [0.4, -0.8, 2.0], [0.0; 3], [0.3, 0.1, -0.2]));
+        let start =
+            State::at_start(q.clone(), twist_velocities(&q, [0.4, -0.8, 2.0], [0.0; 3], [0.3, 0.1, -0.2]));
         let n = q.len() as u32;
         let supports = Supports::from_rows((0..n * n).map(|i| i % n).collect(), q.len()).unwrap();
         let motion = Motion { name: "one body", system, start, lossy_bound: 0.0 };
-        let found = cycle_error(&motion, &spec(0.01).aligned(&supports, VelocityPolicy::Rigid), Reversal::Exact);
+        let found =
+            cycle_error(&motion, &spec(0.01).aligned(&supports, VelocityPolicy::Rigid), Reversal::Exact);
         assert!(found < 5e-5, "{force:?}: {found}");
     }
 }
@@ -248,7 +292,10 @@ fn edits_scale_what_they_name_and_ones_change_no_bit() {
         let expected = sub(scale(force[i], 0.25), scale(gradient[i], 2.0));
         assert!(norm(sub(a, expected)) < 1e-5 * (1.0 + norm(expected)));
     }
-    assert_eq!(rollout(&system, &start, &spec(0.01).edited(edit))[0].v, v.iter().map(|&v| scale(v, 0.5)).collect::<Vec<_>>());
+    assert_eq!(
+        rollout(&system, &start, &spec(0.01).edited(edit))[0].v,
+        v.iter().map(|&v| scale(v, 0.5)).collect::<Vec<_>>()
+    );
 }
 
 #[test]
@@ -257,10 +304,15 @@ fn any_number_of_threads_gives_the_same_bits() {
     let (q, v) = (random_points(1500, 0.5, 1), random_points(1500, 0.5, 2));
     let supports = Supports::nearest(&q, 12);
     let start = State::at_start(q, v);
-    for spec in [RolloutSpec::new(0.01, 10), RolloutSpec::new(0.01, 10).aligned(&supports, VelocityPolicy::Rigid)] {
+    for spec in
+        [RolloutSpec::new(0.01, 10), RolloutSpec::new(0.01, 10).aligned(&supports, VelocityPolicy::Rigid)]
+    {
         let run = || {
             let states = rollout(&system, &start, &spec);
-            let cotangents: Vec<_> = states.iter().map(|s| StateCotangents { q: s.v.clone(), ..StateCotangents::default() }).collect();
+            let cotangents: Vec<_> = states
+                .iter()
+                .map(|s| StateCotangents { q: s.v.clone(), ..StateCotangents::default() })
+                .collect();
             let gradients = rollout_vjp(&system, &spec, &states, &cotangents);
             (rollout_reversed(&system, &states[10], &spec, Reversal::Exact), states, gradients)
         };
@@ -280,15 +332,20 @@ fn noisy(motion: usize, noise: f32) -> Motion {
     motion
 }
 
-/// Mean distance from the closed form at 3 τ_max over the path, for a fan (spin 6) whose starting velocities carry independent noise.
+/// Mean distance from the closed form at 3 τ_max over the path, for a fan (spin 6) whose starting velocities
+/// carry independent noise.
 fn fan_error_at_the_end(noise: f32, supports: Option<&Supports>, policy: VelocityPolicy) -> f64 {
     let motion = noisy(2, noise);
     let plain = RolloutSpec::new(0.01, 225);
-    let states = rollout(&motion.system, &motion.start, &supports.map_or(plain, |s| plain.aligned(s, policy)));
+    let states =
+        rollout(&motion.system, &motion.start, &supports.map_or(plain, |s| plain.aligned(s, policy)));
     // Symplectic Euler turns by 2 asin(h ω / 2) per step.
     let (sin, cos) = (450.0 * (0.03_f64).asin()).sin_cos();
-    let turned = |q: [f32; 3]| [(cos as f32) * q[0] - (sin as f32) * q[1], (sin as f32) * q[0] + (cos as f32) * q[1], q[2]];
-    let miss: f64 = states[225].q.iter().zip(&motion.start.q).map(|(&q, &q0)| f64::from(norm(sub(q, turned(q0))))).sum();
+    let turned = |q: [f32; 3]| {
+        [(cos as f32) * q[0] - (sin as f32) * q[1], (sin as f32) * q[0] + (cos as f32) * q[1], q[2]]
+    };
+    let miss: f64 =
+        states[225].q.iter().zip(&motion.start.q).map(|(&q, &q0)| f64::from(norm(sub(q, turned(q0))))).sum();
     miss / path_length(&states)
 }
 
@@ -316,7 +373,8 @@ fn kept_velocities_come_back_through_alignment_in_spite_of_noise() {
     for which in [1, 2, 3] {
         let motion = noisy(which, 0.1);
         let supports = Supports::nearest(&motion.start.q, 20);
-        let error = cycle_error(&motion, &spec(0.01).aligned(&supports, VelocityPolicy::Keep), Reversal::Exact);
+        let error =
+            cycle_error(&motion, &spec(0.01).aligned(&supports, VelocityPolicy::Keep), Reversal::Exact);
         assert!(error < 5e-4, "{}: {error}", motion.name);
     }
 }
@@ -326,8 +384,13 @@ fn starting_velocities_projected_again_and_again_lose_their_noise() {
     let mut motion = noisy(2, 0.1);
     let supports = Supports::nearest(&motion.start.q, 20);
     let error = |motion: &Motion| {
-        let end =
-            rollout(&motion.system, &motion.start, &RolloutSpec::new(0.01, 225).aligned(&supports, VelocityPolicy::Keep)).pop().unwrap();
+        let end = rollout(
+            &motion.system,
+            &motion.start,
+            &RolloutSpec::new(0.01, 225).aligned(&supports, VelocityPolicy::Keep),
+        )
+        .pop()
+        .unwrap();
         let clean = half_a_kick_behind(&motions()[2], 0.01);
         let expected = rollout(&clean.system, &clean.start, &RolloutSpec::new(0.01, 225)).pop().unwrap();
         end.q.iter().zip(&expected.q).map(|(&a, &b)| f64::from(norm(sub(a, b)))).sum::<f64>()

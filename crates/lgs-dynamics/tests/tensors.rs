@@ -1,4 +1,5 @@
-//! The Burn operations and their plain twins: conformance vectors, and agreement with each other under every kind and policy.
+//! The Burn operations and their plain twins: conformance vectors, and agreement with each other under every
+//! kind and policy.
 #![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 mod support;
@@ -30,15 +31,28 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
 /// A rollout as an operation or as its twin.
 type Rollout = fn(Tensor<1>, Tensor<2>, Tensor<2>, RolloutCall) -> Tensor<3>;
 
-const ROLLOUTS: [(&str, Rollout); 2] = [("operation", tensor::rollout), ("twin", |p, q, v, call| reference::rollout(&p, q, v, &call))];
+const ROLLOUTS: [(&str, Rollout); 2] =
+    [("operation", tensor::rollout), ("twin", |p, q, v, call| reference::rollout(&p, q, v, &call))];
 
 /// Values of a rollout and the gradients of `Σ states · weight` by parameters, positions and velocities.
-fn run(rollout: Rollout, system: &System, q: &[[f32; 3]], v: &[[f32; 3]], call: &RolloutCall, weight: &[f32]) -> (Vec<f32>, [Vec<f32>; 3]) {
-    let (params, q, v) = (vector(&system.params).require_grad(), matrix(q).require_grad(), matrix(v).require_grad());
+fn run(
+    rollout: Rollout,
+    system: &System,
+    q: &[[f32; 3]],
+    v: &[[f32; 3]],
+    call: &RolloutCall,
+    weight: &[f32],
+) -> (Vec<f32>, [Vec<f32>; 3]) {
+    let (params, q, v) =
+        (vector(&system.params).require_grad(), matrix(q).require_grad(), matrix(v).require_grad());
     let states = rollout(params.clone(), q.clone(), v.clone(), call.clone());
     let weight = Tensor::<3>::from_data(TensorData::new(weight.to_vec(), states.dims()), &device());
     let grads = (states.clone() * weight).sum().backward();
-    let gradients = [values(params.grad(&grads).unwrap()), values(q.grad(&grads).unwrap()), values(v.grad(&grads).unwrap())];
+    let gradients = [
+        values(params.grad(&grads).unwrap()),
+        values(q.grad(&grads).unwrap()),
+        values(v.grad(&grads).unwrap()),
+    ];
     (values(states), gradients)
 }
 
@@ -63,20 +77,41 @@ fn rollouts_of_tensors_pass_conformance() {
     for vector in vectors("dynamics") {
         let system = system_of(&vector);
         let (q, v) = (vector.points("position"), vector.points("velocity"));
-        let weight: Vec<f32> =
-            vector.points("loss_weight").iter().flat_map(|w| [w[0], w[1], w[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        let weight: Vec<f32> = vector
+            .points("loss_weight")
+            .iter()
+            .flat_map(|w| [w[0], w[1], w[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+            .collect();
         for (name, rollout) in ROLLOUTS {
-            let (states, [v_params, v_q, v_v]) = run(rollout, &system, &q, &v, &call_of(&vector, &system), &weight);
-            let trajectory: Vec<f32> = states.as_chunks::<10>().0.iter().flat_map(|s| [s[0], s[1], s[2]]).collect();
-            assert_values_close(&format!("{name} trajectory"), &trajectory, &vector.floats("trajectory"), 2e-4, 1e-4);
+            let (states, [v_params, v_q, v_v]) =
+                run(rollout, &system, &q, &v, &call_of(&vector, &system), &weight);
+            let trajectory: Vec<f32> =
+                states.as_chunks::<10>().0.iter().flat_map(|s| [s[0], s[1], s[2]]).collect();
+            assert_values_close(
+                &format!("{name} trajectory"),
+                &trajectory,
+                &vector.floats("trajectory"),
+                2e-4,
+                1e-4,
+            );
             assert_gradient_close(&format!("{name} position"), &v_q, &vector.floats("grad_position"));
             assert_gradient_close(&format!("{name} velocity"), &v_v, &vector.floats("grad_velocity"));
             for entry in system.layout() {
                 let expected = vector.floats(&format!("grad_{}", entry.name));
-                assert_gradient_close(&format!("{name} {} {}", vector.name, entry.name), &v_params[entry.range], &expected);
+                assert_gradient_close(
+                    &format!("{name} {} {}", vector.name, entry.name),
+                    &v_params[entry.range],
+                    &expected,
+                );
             }
         }
-        let by_op = tensor::acceleration(system.config, Edit::default(), self::vector(&system.params), matrix(&q), matrix(&v));
+        let by_op = tensor::acceleration(
+            system.config,
+            Edit::default(),
+            self::vector(&system.params),
+            matrix(&q),
+            matrix(&v),
+        );
         assert_values_close("acceleration", &values(by_op), &vector.floats("acceleration"), 2e-4, 1e-5);
     }
 }
@@ -96,16 +131,28 @@ fn alignment_of_tensors_passes_conformance() {
         let supports = Arc::new(Supports::from_rows(indices, k).unwrap());
         let n = supports.particles();
         let w_aligned = matrix(&vector.points("loss_weight_aligned"));
-        let w_rotation = Tensor::<3>::from_data(TensorData::new(vector.floats("loss_weight_rotation"), [n, 3, 3]), &device());
+        let w_rotation = Tensor::<3>::from_data(
+            TensorData::new(vector.floats("loss_weight_rotation"), [n, 3, 3]),
+            &device(),
+        );
         for (name, align) in [("operation", tensor::align as Align), ("twin", align_twin)] {
             let position = matrix(&vector.points("position")).require_grad();
             let candidate = matrix(&vector.points("candidate")).require_grad();
             let (aligned, rotations) = align(position.clone(), candidate.clone(), supports.clone());
             assert_values_close(name, &values(aligned.clone()), &vector.floats("aligned"), 2e-4, 1e-5);
             assert_values_close(name, &values(rotations.clone()), &vector.floats("rotation"), 2e-4, 1e-5);
-            let grads = ((aligned * w_aligned.clone()).sum() + (rotations * w_rotation.clone()).sum()).backward();
-            assert_gradient_close(name, &values(position.grad(&grads).unwrap()), &vector.floats("grad_position"));
-            assert_gradient_close(name, &values(candidate.grad(&grads).unwrap()), &vector.floats("grad_candidate"));
+            let grads =
+                ((aligned * w_aligned.clone()).sum() + (rotations * w_rotation.clone()).sum()).backward();
+            assert_gradient_close(
+                name,
+                &values(position.grad(&grads).unwrap()),
+                &vector.floats("grad_position"),
+            );
+            assert_gradient_close(
+                name,
+                &values(candidate.grad(&grads).unwrap()),
+                &vector.floats("grad_candidate"),
+            );
         }
     }
 }
@@ -131,12 +178,22 @@ fn operation_and_twin_agree_for_every_kind_and_policy() {
     for (potential, force, supports, velocity_policy) in cases {
         let name = format!("{potential:?} {force:?} {} {velocity_policy:?}", supports.is_some());
         let system = lively_system(potential, force);
-        let call = RolloutCall { config: system.config, dt: 0.05, steps: 4, last_dt: Some(0.02), edit, supports, velocity_policy };
+        let call = RolloutCall {
+            config: system.config,
+            dt: 0.05,
+            steps: 4,
+            last_dt: Some(0.02),
+            edit,
+            supports,
+            velocity_policy,
+        };
         let weight = random(6 * 70 * 10, 9);
         let (fast, fast_gradients) = run(ROLLOUTS[0].1, &system, &q, &v, &call, &weight);
         let (plain, plain_gradients) = run(ROLLOUTS[1].1, &system, &q, &v, &call, &weight);
         assert_values_close(&name, &fast, &plain, 2e-4, 1e-5);
-        for ((what, fast), plain) in ["params", "q0", "v0"].into_iter().zip(&fast_gradients).zip(&plain_gradients) {
+        for ((what, fast), plain) in
+            ["params", "q0", "v0"].into_iter().zip(&fast_gradients).zip(&plain_gradients)
+        {
             assert_gradient_close(&format!("{name} {what}"), fast, plain);
         }
     }
@@ -149,10 +206,14 @@ fn the_acceleration_operation_and_its_twin_agree() {
     let system = lively_system(PotentialKind::QuadraticMlp, ForceKind::Structured);
     let weight = matrix(&random_points(70, 1.0, 4));
     let run = |twin: bool| {
-        let inputs = (vector(&system.params).require_grad(), matrix(&q).require_grad(), matrix(&v).require_grad());
+        let inputs =
+            (vector(&system.params).require_grad(), matrix(&q).require_grad(), matrix(&v).require_grad());
         let (p, q, v) = inputs.clone();
-        let a =
-            if twin { reference::acceleration(&system.config, &edit, p, q, v) } else { tensor::acceleration(system.config, edit, p, q, v) };
+        let a = if twin {
+            reference::acceleration(&system.config, &edit, p, q, v)
+        } else {
+            tensor::acceleration(system.config, edit, p, q, v)
+        };
         let grads = (a.clone() * weight.clone()).sum().backward();
         let of_points = |x: &Tensor<2>| values(x.grad(&grads).unwrap());
         [values(a), values(inputs.0.grad(&grads).unwrap()), of_points(&inputs.1), of_points(&inputs.2)]

@@ -12,11 +12,15 @@ use lgs_model::{LagrangianScene, Motion};
 
 use crate::image_score::{ForegroundRule, ImageScore, Scoring};
 use crate::lpips::Perceptual;
-use crate::metrics::{ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, Protocol, SCHEMA, SplitMetrics};
+use crate::metrics::{
+    ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, Protocol, SCHEMA, SplitMetrics,
+};
 use crate::physics::Truth;
 use crate::physics::cycle::cycle_errors;
 use crate::physics::energy::energy_drift;
-use crate::physics::extent::{pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth};
+use crate::physics::extent::{
+    pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth,
+};
 use crate::physics::fall::fall_time_exponent;
 use crate::physics::force::forces_and_objects;
 use crate::physics::potential::potential_against_truth;
@@ -53,9 +57,14 @@ impl Default for EvalOptions<'_> {
     }
 }
 
-/// Computes every figure that can be had; `progress` gets frames done and frames in all, from several threads.
+/// Computes every figure that can be had; `progress` gets frames done and frames in all, from several
+/// threads.
 #[must_use]
-pub fn evaluate(subject: &Subject<'_>, options: &EvalOptions<'_>, progress: &(dyn Fn(usize, usize) + Sync)) -> Metrics {
+pub fn evaluate(
+    subject: &Subject<'_>,
+    options: &EvalOptions<'_>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Metrics {
     let scene = subject.scene;
     let mut motion = Motion::new(scene, Edit::default(), options.reversal);
     let rule = subject.dataset.map(foreground_rule);
@@ -75,8 +84,15 @@ pub fn evaluate(subject: &Subject<'_>, options: &EvalOptions<'_>, progress: &(dy
             half_resolution: options.half_resolution,
             lpips_weights: options.perceptual.map(|p| p.origins.clone()).unwrap_or_default(),
         },
-        footprint: Footprint { static_gaussians: scene.statics.len(), moving_gaussians: scene.movers.len(), objects: scene.objects.len() },
-        frames: rows.iter().map(|(name, (frames, rows))| (name.clone(), frame_metrics(frames, rows))).collect(),
+        footprint: Footprint {
+            static_gaussians: scene.statics.len(),
+            moving_gaussians: scene.movers.len(),
+            objects: scene.objects.len(),
+        },
+        frames: rows
+            .iter()
+            .map(|(name, (frames, rows))| (name.clone(), frame_metrics(frames, rows)))
+            .collect(),
         ..Metrics::default()
     }
 }
@@ -120,14 +136,21 @@ fn frame_metrics(frames: &[Frame], rows: &[FrameRow]) -> Vec<FrameMetrics> {
     rows.iter().map(one).collect()
 }
 
-fn physics(subject: &Subject<'_>, motion: &mut Motion<'_>, rows: &ScoredSplits<'_>, rule: Option<ForegroundRule>) -> Physics {
+fn physics(
+    subject: &Subject<'_>,
+    motion: &mut Motion<'_>,
+    rows: &ScoredSplits<'_>,
+    rule: Option<ForegroundRule>,
+) -> Physics {
     let scene = subject.scene;
     let truth = subject.truth.and_then(Truth::new);
     let (force_ratio, objects) = forces_and_objects(scene, motion);
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
     let cameras = subject.dataset.map(distinct_cameras).unwrap_or_default();
-    let extent = (!cameras.is_empty()).then(|| pixel_extent(scene, motion, &cameras, scene.background)).flatten();
-    let of_source = |source| source_pixel_extent(source, scene.motion.time_window, &cameras, scene.background);
+    let extent =
+        (!cameras.is_empty()).then(|| pixel_extent(scene, motion, &cameras, scene.background)).flatten();
+    let of_source =
+        |source| source_pixel_extent(source, scene.motion.time_window, &cameras, scene.background);
     let source_extent = subject.source.filter(|_| !cameras.is_empty()).and_then(of_source);
     Physics {
         cycle_error: cycle_errors(scene),
@@ -154,8 +177,12 @@ fn extent_against_truth(
     (rule, truth): (Option<ForegroundRule>, Option<&Truth<'_>>),
 ) -> ExtentAgainstTruth {
     let window = subject.scene.motion.time_window;
-    let beyond = rows.values().flat_map(|(frames, rows)| rows.iter().map(|row| (frames[row.index].time, &row.lagrangian)));
-    let pixels = pixel_extent_against_images(beyond.filter(|&(t, _)| rule == Some(ForegroundRule::Opacity) && t > window));
+    let beyond = rows
+        .values()
+        .flat_map(|(frames, rows)| rows.iter().map(|row| (frames[row.index].time, &row.lagrangian)));
+    let pixels = pixel_extent_against_images(
+        beyond.filter(|&(t, _)| rule == Some(ForegroundRule::Opacity) && t > window),
+    );
     let spread = truth.and_then(|truth| spread_against_truth(subject.scene, motion, truth));
     let reach = truth.and_then(|truth| reach_against_truth(subject.scene, motion, truth));
     ExtentAgainstTruth {
@@ -170,6 +197,7 @@ fn extent_against_truth(
 
 /// Every camera of a dataset once, by its number.
 fn distinct_cameras(dataset: &Dataset) -> Vec<Camera> {
-    let by_number: BTreeMap<usize, Camera> = dataset.splits.values().flatten().map(|f| (f.camera_id, f.camera)).collect();
+    let by_number: BTreeMap<usize, Camera> =
+        dataset.splits.values().flatten().map(|f| (f.camera_id, f.camera)).collect();
     by_number.into_values().collect()
 }

@@ -2,7 +2,8 @@
 
 use lgs_core::Image;
 
-/// An image of half the width and height, rounded down, by area averaging: 2 × 2 pixels each where the size is even.
+/// An image of half the width and height, rounded down, by area averaging: 2 × 2 pixels each where the size
+/// is even.
 #[must_use]
 pub fn halved(image: &Image) -> Image {
     let size = [image.width as usize, image.height as usize];
@@ -36,7 +37,8 @@ fn half(side: usize) -> usize {
     (side / 2).max(1)
 }
 
-/// For every pixel of the smaller side, the pixels of the larger one under it and their shares, which sum to one.
+/// For every pixel of the smaller side, the pixels of the larger one under it and their shares, which sum to
+/// one.
 fn shares(side: usize) -> Vec<Vec<(usize, f64)>> {
     let count = half(side);
     let span = side as f64 / count as f64;

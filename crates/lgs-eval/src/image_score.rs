@@ -1,14 +1,16 @@
 //! Scores of one rendered image against the true one (reference sections 2.5, 7.1 and G47).
 //!
-//! Both images are rounded to 8 bits first, as if they had been written and read back; with [`Scoring::half_resolution`] they are then
-//! averaged to half their size, without rounding again. (Where the true image is half transparent, the published scripts truncate what
-//! we round: less than one level of 255, and nothing where it is opaque.) An object scene is mostly background, which any
-//! model paints perfectly, so PSNR is also taken over the foreground alone: the union of the true and the predicted one. With alpha in
-//! the images the true foreground is `alpha > 0.5` and the predicted one `1 − transmittance > 0.5`. Opaque images say nothing about
-//! what is background, so both are then the pixels whose colour differs from the background colour by more than
-//! [`CONTENT_THRESHOLD`]; for a room that is nearly everything. That second mask is always scored too (`psnr_content`), because
-//! some sets paint a white floor that is opaque but as flattering as an empty background. The silhouette's PSNR compares the two
-//! foregrounds by opacity as binary images.
+//! Both images are rounded to 8 bits first, as if they had been written and read back; with
+//! [`Scoring::half_resolution`] they are then averaged to half their size, without rounding again. (Where the
+//! true image is half transparent, the published scripts truncate what we round: less than one level of 255,
+//! and nothing where it is opaque.) An object scene is mostly background, which any model paints perfectly,
+//! so PSNR is also taken over the foreground alone: the union of the true and the predicted one. With alpha
+//! in the images the true foreground is `alpha > 0.5` and the predicted one `1 − transmittance > 0.5`. Opaque
+//! images say nothing about what is background, so both are then the pixels whose colour differs from the
+//! background colour by more than [`CONTENT_THRESHOLD`]; for a room that is nearly everything. That second
+//! mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque but as
+//! flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as binary
+//! images.
 
 use lgs_core::Image;
 use serde::{Deserialize, Serialize};
@@ -22,7 +24,8 @@ const MSE_FLOOR: f64 = 1e-10;
 /// Opacity above which a pixel is foreground (G46, G47).
 const OPACITY_THRESHOLD: f32 = 0.5;
 
-/// A pixel differs from the background if a channel does by more than this: 10 of 255 levels, above compression and resampling noise.
+/// A pixel differs from the background if a channel does by more than this: 10 of 255 levels, above
+/// compression and resampling noise.
 pub const CONTENT_THRESHOLD: f32 = 10.0 / 255.0;
 
 /// How foreground is told from background.
@@ -123,7 +126,8 @@ pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> Imag
         psnr: psnr_of_mse(mse),
         psnr_foreground: union(&predicted.foreground, &truth.foreground),
         psnr_content: union(&predicted.content, &truth.content),
-        psnr_silhouette: (rule == ForegroundRule::Opacity).then(|| silhouette_psnr(&predicted.foreground, &truth.foreground)),
+        psnr_silhouette: (rule == ForegroundRule::Opacity)
+            .then(|| silhouette_psnr(&predicted.foreground, &truth.foreground)),
         ssim: f64::from(lgs_render::ssim(&predicted.image, &truth.image)),
         perceptual: PerceptualScore::default(),
         predicted_pixels: predicted.foreground_pixels(),
@@ -146,7 +150,8 @@ pub fn psnr_of_mse(mse: f64) -> f64 {
 /// Mean squared difference of every pixel over its channels.
 fn squared_errors(a: &Image, b: &Image) -> Vec<f64> {
     assert_eq!((a.width, a.height), (b.width, b.height), "image sizes");
-    let error = |(p, q): (&[f32; 3], &[f32; 3])| (0..3).map(|c| f64::from(p[c] - q[c]).powi(2)).sum::<f64>() / 3.0;
+    let error =
+        |(p, q): (&[f32; 3], &[f32; 3])| (0..3).map(|c| f64::from(p[c] - q[c]).powi(2)).sum::<f64>() / 3.0;
     a.pixels.iter().zip(&b.pixels).map(error).collect()
 }
 
@@ -169,7 +174,12 @@ mod tests {
         at_size(pixels, opacity, rule, false)
     }
 
-    fn at_size(pixels: Vec<[f32; 3]>, opacity: &[f32], rule: ForegroundRule, half_resolution: bool) -> Picture {
+    fn at_size(
+        pixels: Vec<[f32; 3]>,
+        opacity: &[f32],
+        rule: ForegroundRule,
+        half_resolution: bool,
+    ) -> Picture {
         let side = (pixels.len() as f32).sqrt() as u32;
         let scoring = Scoring { background: WHITE, rule, half_resolution, perceptual: None };
         Picture::new(&Image { width: side, height: side, pixels }, opacity.iter().copied(), &scoring)
@@ -192,7 +202,8 @@ mod tests {
 
     #[test]
     fn identical_images_score_a_hundred_decibels_and_full_similarity() {
-        let a = picture((0..256).map(|i| [i as f32 / 255.0; 3]).collect(), &[1.0; 256], ForegroundRule::Opacity);
+        let a =
+            picture((0..256).map(|i| [i as f32 / 255.0; 3]).collect(), &[1.0; 256], ForegroundRule::Opacity);
         let s = score(&a, &a);
         assert_eq!(s.psnr, 100.0);
         assert!((s.ssim - 1.0).abs() < 1e-6);
@@ -205,7 +216,10 @@ mod tests {
         let (mut a, mut b) = (vec![WHITE; 256], vec![WHITE; 256]);
         (opacity_a[0], a[0]) = (1.0, [0.0; 3]);
         (opacity_b[1], b[1]) = (1.0, [0.0; 3]);
-        let s = score(&picture(a, &opacity_a, ForegroundRule::Opacity), &picture(b, &opacity_b, ForegroundRule::Opacity));
+        let s = score(
+            &picture(a, &opacity_a, ForegroundRule::Opacity),
+            &picture(b, &opacity_b, ForegroundRule::Opacity),
+        );
         assert_eq!(s.psnr_foreground, Some(0.0), "both pixels of the union are wrong by one");
         assert!((s.psnr - -10.0 * (2.0_f64 / 256.0).log10()).abs() < 1e-9);
         assert_eq!((s.predicted_pixels, s.true_pixels), (1, 1));
@@ -232,7 +246,8 @@ mod tests {
 
     #[test]
     fn half_resolution_averages_what_was_rounded() {
-        // Columns of 0.2 (51 of 255) and 0.3 (77): their mean is no multiple of 1/255 and must not be rounded again.
+        // Columns of 0.2 (51 of 255) and 0.3 (77): their mean is no multiple of 1/255 and must not be rounded
+        // again.
         let columns: Vec<[f32; 3]> = (0..256).map(|i| [if i % 2 == 0 { 0.2 } else { 0.3 }; 3]).collect();
         let small = at_size(columns, &[1.0; 256], ForegroundRule::Opacity, true);
         assert_eq!((small.image.width, small.image.height, small.foreground_pixels()), (8, 8, 64));

@@ -1,10 +1,12 @@
 //! How good a trained scene is: images against images, and motion against the laws that it should follow.
 //!
-//! [`evaluate`] takes a run's two models and what is known of the truth and returns [`Metrics`], the contents of `metrics.json`;
-//! [`table`] prints them; figures and pages are `lgs_report`'s. One definition per metric, all of it on the same
-//! [`lgs_model::Motion`] and the same rasterizer as training: nothing is scored that is not also what a user renders.
+//! [`evaluate`] takes a run's two models and what is known of the truth and returns [`Metrics`], the contents
+//! of `metrics.json`; [`table`] prints them; figures and pages are `lgs_report`'s. One definition per metric,
+//! all of it on the same [`lgs_model::Motion`] and the same rasterizer as training: nothing is scored that is
+//! not also what a user renders.
 //!
-//! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and becomes `null`; no figure is made up.
+//! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and
+//! becomes `null`; no figure is made up.
 
 mod evaluate;
 pub mod half_size;
@@ -19,8 +21,9 @@ pub mod table;
 
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use metrics::{
-    Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics, ObjectPotential, ObjectSummary,
-    Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore, StageCost, TrajectoryDetail,
+    Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics,
+    ObjectPotential, ObjectSummary, Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore,
+    StageCost, TrajectoryDetail,
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};

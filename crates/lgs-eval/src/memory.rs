@@ -6,7 +6,8 @@ pub fn peak_rss_bytes() -> Option<u64> {
     parse_peak(&std::fs::read_to_string("/proc/self/status").ok()?)
 }
 
-/// Starts the peak anew at what is resident now, where the operating system allows it (Linux); says whether it did.
+/// Starts the peak anew at what is resident now, where the operating system allows it (Linux); says whether
+/// it did.
 pub fn reset_peak_rss() -> bool {
     std::fs::write("/proc/self/clear_refs", "5").is_ok()
 }

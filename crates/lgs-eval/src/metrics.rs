@@ -1,6 +1,7 @@
 //! The contents of `metrics.json`, schema 1 (see the contract), and of `eval --json`.
 //!
-//! PSNR in dB; errors and ratios are fractions; times in units of the captured sequence; `null` where a figure can't be had.
+//! PSNR in dB; errors and ratios are fractions; times in units of the captured sequence; `null` where a
+//! figure can't be had.
 
 use std::collections::BTreeMap;
 
@@ -59,7 +60,8 @@ pub struct SplitMetrics {
 pub struct SplitScore {
     /// Mean over images of PSNR.
     pub psnr: Option<f64>,
-    /// PSNR of the mean squared error over all images: `−10 log10(meanᵢ 10^(−PSNRᵢ/10))`, the "MAEPSNR" of the published tables.
+    /// PSNR of the mean squared error over all images: `−10 log10(meanᵢ 10^(−PSNRᵢ/10))`, the "MAEPSNR" of
+    /// the published tables.
     pub psnr_of_mean_mse: Option<f64>,
     /// Mean over images of PSNR over the union of true and predicted foreground.
     pub psnr_foreground: Option<f64>,
@@ -69,7 +71,8 @@ pub struct SplitScore {
     pub psnr_silhouette: Option<f64>,
     /// Mean over images of SSIM.
     pub ssim: Option<f64>,
-    /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without weights.
+    /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without
+    /// weights.
     pub lpips_vgg: Option<f64>,
     /// The same with inputs in [0, 1], as in the published tables of FreeGave and DefGS.
     pub lpips_vgg_unnormalised: Option<f64>,
@@ -113,7 +116,8 @@ impl From<&ImageScore> for FrameModelScore {
             psnr: crate::finite(score.psnr),
             psnr_foreground: score.psnr_foreground.and_then(crate::finite),
             ssim: crate::finite(score.ssim),
-            foreground_ratio: (score.true_pixels > 0).then(|| score.predicted_pixels as f64 / score.true_pixels as f64),
+            foreground_ratio: (score.true_pixels > 0)
+                .then(|| score.predicted_pixels as f64 / score.true_pixels as f64),
         }
     }
 }
@@ -152,10 +156,12 @@ pub struct Physics {
     pub objects: Vec<ObjectSummary>,
 }
 
-/// Learned potentials against true ones: the errors of the worst object, and every object whose law has a potential.
+/// Learned potentials against true ones: the errors of the worst object, and every object whose law has a
+/// potential.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PotentialAgainstTruth {
-    /// Length of the mean −∇U at visited states over that of the true field, minus 1, where that is uniform (gravity).
+    /// Length of the mean −∇U at visited states over that of the true field, minus 1, where that is uniform
+    /// (gravity).
     pub magnitude_error: Option<f64>,
     /// Angle between the mean −∇U and the true field, degrees.
     pub direction_error_degrees: Option<f64>,
@@ -176,11 +182,13 @@ pub struct ObjectPotential {
     pub magnitude_error: Option<f64>,
     /// Its angle to the true field, degrees.
     pub direction_error_degrees: Option<f64>,
-    /// Mean curvature of U across the directions of motion, per squared unit of time, where the law is harmonic.
+    /// Mean curvature of U across the directions of motion, per squared unit of time, where the law is
+    /// harmonic.
     pub curvature: Option<f64>,
     /// The same over ω², minus 1.
     pub curvature_error: Option<f64>,
-    /// Error of the curvature if all of the acceleration −∇U + Q is counted: small where the motion is right whatever the split into U and Q.
+    /// Error of the curvature if all of the acceleration −∇U + Q is counted: small where the motion is right
+    /// whatever the split into U and Q.
     pub net_error: Option<f64>,
 }
 
@@ -200,16 +208,18 @@ pub struct CycleError {
 /// Extents relative to the ground truth's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExtentAgainstTruth {
-    /// Foreground pixels over the true images', mean over views, maximum over times beyond the captured window.
+    /// Foreground pixels over the true images', mean over views, maximum over times beyond the captured
+    /// window.
     pub pixels_max: Option<f64>,
     /// The same, minimum.
     pub pixels_min: Option<f64>,
-    /// Root-mean-square spread of an object around its centroid, relative to t = 0, over the same of the true object it matches;
-    /// maximum over objects and [0, 3 τ_max].
+    /// Root-mean-square spread of an object around its centroid, relative to t = 0, over the same of the true
+    /// object it matches; maximum over objects and [0, 3 τ_max].
     pub spread_max: Option<f64>,
     /// The same, minimum.
     pub spread_min: Option<f64>,
-    /// Farthest that any moving Gaussian gets from the centre of the true paths' box in [−τ_max, 3 τ_max], over the true points'.
+    /// Farthest that any moving Gaussian gets from the centre of the true paths' box in [−τ_max, 3 τ_max],
+    /// over the true points'.
     pub reach: Option<f64>,
     /// The same for the 99th percentile of Gaussians.
     pub reach_p99: Option<f64>,

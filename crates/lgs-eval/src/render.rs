@@ -23,5 +23,8 @@ impl Rendered {
 #[must_use]
 pub fn render(cloud: &GaussianCloud, camera: &Camera, background: [f32; 3]) -> Rendered {
     let out = rasterize(&Splats::from(cloud), camera, background);
-    Rendered { image: Image { width: camera.width, height: camera.height, pixels: out.image }, transmittance: out.transmittance }
+    Rendered {
+        image: Image { width: camera.width, height: camera.height, pixels: out.image },
+        transmittance: out.transmittance,
+    }
 }

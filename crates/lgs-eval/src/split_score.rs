@@ -1,8 +1,9 @@
 //! Both models against the images of a split.
 //!
-//! Frames are grouped by time, so that a cloud is computed once per time, and a few frames are rendered together to keep all processors
-//! busy while memory stays bounded. LPIPS then takes one frame after another, each on all processors, as its layers need much memory.
-//! Every frame's score is computed by itself and sums run in frame order: the number of threads changes nothing.
+//! Frames are grouped by time, so that a cloud is computed once per time, and a few frames are rendered
+//! together to keep all processors busy while memory stays bounded. LPIPS then takes one frame after another,
+//! each on all processors, as its layers need much memory. Every frame's score is computed by itself and sums
+//! run in frame order: the number of threads changes nothing.
 
 use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::{Dataset, Frame};
@@ -57,8 +58,10 @@ pub fn score_frames(
             // What a source does not know is not scored.
             jobs.push((lagrangian, source.filter(|s| s.covers(*time)).map(|s| s.cloud_at(*time)), members));
         }
-        let views: Vec<(&GaussianCloud, Option<&GaussianCloud>, usize)> =
-            jobs.iter().flat_map(|(l, s, members)| members.iter().map(move |&i| (l, s.as_ref(), i))).collect();
+        let views: Vec<(&GaussianCloud, Option<&GaussianCloud>, usize)> = jobs
+            .iter()
+            .flat_map(|(l, s, members)| members.iter().map(move |&i| (l, s.as_ref(), i)))
+            .collect();
         for views in views.chunks(FRAMES_AT_ONCE) {
             let drawn = |&(lagrangian, source, index): &(&GaussianCloud, Option<&GaussianCloud>, usize)| {
                 let pictures = Pictures::new(&frames[index], lagrangian, source, scoring);
@@ -99,7 +102,12 @@ struct Pictures {
 }
 
 impl Pictures {
-    fn new(frame: &Frame, lagrangian: &GaussianCloud, source: Option<&GaussianCloud>, scoring: &Scoring<'_>) -> Self {
+    fn new(
+        frame: &Frame,
+        lagrangian: &GaussianCloud,
+        source: Option<&GaussianCloud>,
+        scoring: &Scoring<'_>,
+    ) -> Self {
         let drawn = |cloud: &GaussianCloud| {
             let rendered = render(cloud, &frame.camera, scoring.background);
             Picture::new(&rendered.image, rendered.opacity(), scoring)
@@ -138,7 +146,9 @@ fn frames_by_time(frames: &[Frame]) -> Vec<(f32, Vec<usize>)> {
 pub fn aggregate(scores: &[ImageScore]) -> Option<SplitScore> {
     let mean = |values: Vec<f64>| finite(values.iter().sum::<f64>() / values.len() as f64);
     let mse = mean(scores.iter().map(|s| s.mse).collect())?;
-    let perceptual = |pick: fn(&PerceptualScore) -> Option<f64>| mean(scores.iter().filter_map(|s| pick(&s.perceptual)).collect());
+    let perceptual = |pick: fn(&PerceptualScore) -> Option<f64>| {
+        mean(scores.iter().filter_map(|s| pick(&s.perceptual)).collect())
+    };
     Some(SplitScore {
         psnr: mean(scores.iter().map(|s| s.psnr).collect()),
         psnr_of_mean_mse: Some(psnr_of_mse(mse)),

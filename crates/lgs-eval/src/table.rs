@@ -21,7 +21,9 @@ pub fn table(metrics: &Metrics) -> String {
 #[must_use]
 pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let mut names: Vec<&String> = metrics.splits.keys().collect();
-    names.sort_by_key(|name| (SPLIT_ORDER.iter().position(|known| known == name).unwrap_or(SPLIT_ORDER.len()), (*name).clone()));
+    names.sort_by_key(|name| {
+        (SPLIT_ORDER.iter().position(|known| known == name).unwrap_or(SPLIT_ORDER.len()), (*name).clone())
+    });
     if names.is_empty() {
         return Vec::new();
     }
@@ -49,7 +51,8 @@ pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
 }
 
 fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
-    let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
+    let number =
+        |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
     let lpips = |value: Option<f64>| value.map_or_else(|| "n/a".to_owned(), |v| format!("{v:.4}"));
     vec![
         split.to_owned(),
@@ -80,7 +83,10 @@ pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     let mut rows = vec![
         ("cycle error, negated step", percent(cycle.negated_step)),
         ("cycle error, exact inverse", percent(cycle.exact)),
-        ("cycle error, exact, no alignment", cycle.exact_without_alignment.map(|v| format!("{:.5} %", 100.0 * v))),
+        (
+            "cycle error, exact, no alignment",
+            cycle.exact_without_alignment.map(|v| format!("{:.5} %", 100.0 * v)),
+        ),
         ("extent over t = 0, pixels", range(physics.extent_ratio_min, physics.extent_ratio_max)),
         ("extent over the truth's, pixels", range(against.pixels_min, against.pixels_max)),
         ("extent over the truth's, spread", range(against.spread_min, against.spread_max)),
@@ -89,15 +95,22 @@ pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
     .into_iter()
     .map(|(name, value)| (name.to_owned(), value))
     .collect::<Vec<_>>();
-    let mut times: Vec<(&String, Option<f64>)> = physics.trajectory_error.iter().map(|(t, e)| (t, *e)).collect();
+    let mut times: Vec<(&String, Option<f64>)> =
+        physics.trajectory_error.iter().map(|(t, e)| (t, *e)).collect();
     times.sort_by(|a, b| a.0.parse::<f64>().unwrap_or(0.0).total_cmp(&b.0.parse::<f64>().unwrap_or(0.0)));
     rows.extend(times.into_iter().map(|(t, error)| (format!("trajectory error at t = {t}"), percent(error))));
     if let Some(potential) = &physics.potential {
         let angle = potential.direction_error_degrees.map(|d| format!("{d:.2}°"));
         rows.extend([
-            ("size of −∇U against the true".to_owned(), potential.magnitude_error.map(|e| format!("{:+.2} %", 100.0 * e))),
+            (
+                "size of −∇U against the true".to_owned(),
+                potential.magnitude_error.map(|e| format!("{:+.2} %", 100.0 * e)),
+            ),
             ("direction of −∇U against the true".to_owned(), angle),
-            ("curvature of U against ω²".to_owned(), potential.curvature_error.map(|e| format!("{:+.2} %", 100.0 * e))),
+            (
+                "curvature of U against ω²".to_owned(),
+                potential.curvature_error.map(|e| format!("{:+.2} %", 100.0 * e)),
+            ),
         ]);
     }
     let fall_text = || Some(format!("{:.4} (r = {:.5})", fall.slope?, fall.r?));
@@ -106,16 +119,22 @@ pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
         ("fall time exponent".to_owned(), fall_text()),
         ("force over potential gradient".to_owned(), plain(physics.force_ratio)),
         ("training".to_owned(), metrics.cost.train_secs.map(|s| format!("{s:.0} s"))),
-        ("peak memory".to_owned(), metrics.cost.peak_rss_bytes.map(|b| format!("{:.0} MiB", b as f64 / f64::from(1 << 20)))),
+        (
+            "peak memory".to_owned(),
+            metrics.cost.peak_rss_bytes.map(|b| format!("{:.0} MiB", b as f64 / f64::from(1 << 20))),
+        ),
     ]);
     rows.into_iter().filter_map(|(name, value)| value.map(|v| vec![name, v])).collect()
 }
 
-/// Columns padded to their widest cell, two spaces between; `right` says which are aligned right (default: yes).
+/// Columns padded to their widest cell, two spaces between; `right` says which are aligned right (default:
+/// yes).
 #[must_use]
 pub fn aligned(rows: &[Vec<String>], right: &[bool]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |c: usize| rows.iter().filter_map(|row| row.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let width = |c: usize| {
+        rows.iter().filter_map(|row| row.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let mut text = String::new();
     for row in rows {
@@ -124,7 +143,11 @@ pub fn aligned(rows: &[Vec<String>], right: &[bool]) -> String {
             .enumerate()
             .map(|(c, cell)| {
                 let width = widths[c];
-                if right.get(c).copied().unwrap_or(true) { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
+                if right.get(c).copied().unwrap_or(true) {
+                    format!("{cell:>width$}")
+                } else {
+                    format!("{cell:<width$}")
+                }
             })
             .collect();
         text.push_str(cells.join("  ").trim_end());
@@ -141,7 +164,8 @@ mod tests {
     #[test]
     fn splits_come_in_the_order_of_time_and_absent_figures_are_left_out() {
         let mut metrics = Metrics::default();
-        let score = SplitScore { psnr: Some(31.234), ssim: Some(0.98765), frames: 4, ..SplitScore::default() };
+        let score =
+            SplitScore { psnr: Some(31.234), ssim: Some(0.98765), frames: 4, ..SplitScore::default() };
         for name in ["past", "extra", "test", "val"] {
             metrics.splits.insert(name.to_owned(), SplitMetrics { source: None, lagrangian: Some(score) });
         }
@@ -150,7 +174,10 @@ mod tests {
         let firsts: Vec<&str> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
         assert_eq!(firsts, ["split", "val", "test", "past", "extra", "cycle"], "{text}");
         assert!(text.contains("31.23") && text.contains("0.9877") && text.contains("0.120 %"), "{text}");
-        assert!(text.lines().nth(1).is_some_and(|line| line.matches("n/a").count() == 3), "no LPIPS without weights: {text}");
+        assert!(
+            text.lines().nth(1).is_some_and(|line| line.matches("n/a").count() == 3),
+            "no LPIPS without weights: {text}"
+        );
     }
 
     #[test]

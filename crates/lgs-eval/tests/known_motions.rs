@@ -11,7 +11,8 @@ use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 
 const GRAVITY: f32 = 2.0;
-/// One and a half radians by the end of the window; after whole half turns the kicks at both ends would cancel.
+/// One and a half radians by the end of the window; after whole half turns the kicks at both ends would
+/// cancel.
 const OMEGA: f32 = 2.0;
 
 /// A 5×5×5 block of Gaussians around a centre.
@@ -20,7 +21,12 @@ fn block(center: [f32; 3]) -> Vec<[f32; 3]> {
     (0..125).map(|i| [at(i % 5, 0), at(i / 5 % 5, 1), at(i / 25, 2)]).collect()
 }
 
-fn scene(means: Vec<[f32; 3]>, velocity: impl Fn([f32; 3]) -> [f32; 3], system: System, neighbors: usize) -> LagrangianScene {
+fn scene(
+    means: Vec<[f32; 3]>,
+    velocity: impl Fn([f32; 3]) -> [f32; 3],
+    system: System,
+    neighbors: usize,
+) -> LagrangianScene {
     let n = means.len();
     let supports = (neighbors > 0).then(|| Supports::nearest(&means, neighbors + 1));
     LagrangianScene {
@@ -39,7 +45,12 @@ fn falling(neighbors: usize) -> LagrangianScene {
 
 fn turning() -> LagrangianScene {
     let w2 = OMEGA * OMEGA;
-    scene(block([1.0, 0.0, 0.0]), |q| [-OMEGA * q[1], OMEGA * q[0], 0.0], quadratic([0.0; 3], [w2, w2, 0.0, 0.0, 0.0, 0.0]), 0)
+    scene(
+        block([1.0, 0.0, 0.0]),
+        |q| [-OMEGA * q[1], OMEGA * q[0], 0.0],
+        quadratic([0.0; 3], [w2, w2, 0.0, 0.0, 0.0, 0.0]),
+        0,
+    )
 }
 
 fn truth(start: &[[f32; 3]], position: impl Fn([f32; 3], f32) -> [f32; 3]) -> GroundTruth {
@@ -52,7 +63,8 @@ fn fallen(q: [f32; 3], t: f32) -> [f32; 3] {
     [q[0], q[1], q[2] - 0.5 * GRAVITY * t * t]
 }
 
-/// A pixel as an image with alpha stores it, either opaque or just below half so, such that it looks the same over white.
+/// A pixel as an image with alpha stores it, either opaque or just below half so, such that it looks the same
+/// over white.
 fn straight_alpha(pixel: [f32; 3], opacity: f32) -> [u8; 4] {
     let alpha = if opacity > 0.5 { 255_u8 } else { 127 };
     let a = f32::from(alpha) / 255.0;
@@ -63,17 +75,35 @@ fn straight_alpha(pixel: [f32; 3], opacity: f32) -> [u8; 4] {
 /// A dataset whose true images are the scene's own renders.
 fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
     let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);
-    let cameras = [[0.0, -9.0, 1.0], [7.0, 5.0, 2.0]].map(|eye| Camera::look_at(eye, [0.0, 0.0, -1.0], 1.2, 48, 40));
+    let cameras =
+        [[0.0, -9.0, 1.0], [7.0, 5.0, 2.0]].map(|eye| Camera::look_at(eye, [0.0, 0.0, -1.0], 1.2, 48, 40));
     let mut frame = |camera_id: usize, time: f32| {
         let rendered = render(&scene.cloud_at(&motion.state_at(time)), &cameras[camera_id], scene.background);
-        let rgba = rendered.image.pixels.iter().zip(rendered.opacity()).flat_map(|(&pixel, o)| straight_alpha(pixel, o)).collect();
+        let rgba = rendered
+            .image
+            .pixels
+            .iter()
+            .zip(rendered.opacity())
+            .flat_map(|(&pixel, o)| straight_alpha(pixel, o))
+            .collect();
         Frame { name: format!("v{camera_id}_{time}"), camera_id, camera: cameras[camera_id], time, rgba }
     };
     let splits: BTreeMap<String, Vec<Frame>> = splits
         .iter()
-        .map(|(name, times)| ((*name).to_owned(), times.iter().flat_map(|&t| [(0, t), (1, t)]).map(|(c, t)| frame(c, t)).collect()))
+        .map(|(name, times)| {
+            (
+                (*name).to_owned(),
+                times.iter().flat_map(|&t| [(0, t), (1, t)]).map(|(c, t)| frame(c, t)).collect(),
+            )
+        })
         .collect();
-    Dataset { root: "memory".into(), splits, background: [1.0; 3], init_points: None, fingerprint: String::new() }
+    Dataset {
+        root: "memory".into(),
+        splits,
+        background: [1.0; 3],
+        init_points: None,
+        fingerprint: String::new(),
+    }
 }
 
 fn physics_of(scene: &LagrangianScene, truth: Option<&GroundTruth>) -> Metrics {
@@ -100,7 +130,8 @@ fn a_fall_from_rest_has_the_exponent_of_theory() {
     scene.velocities.fill([0.0, 0.0, 0.5 * scene.motion.dt * GRAVITY]);
     let fall = physics_of(&scene, None).physics.fall_time_exponent;
     assert!((fall.slope.expect("slope") + 0.5).abs() < 1e-3 && fall.r.expect("r") > 0.999_99, "{fall:?}");
-    let mut quartered = Motion::new(&scene, Edit { potential_scale: 0.25, ..Edit::default() }, Reversal::Exact);
+    let mut quartered =
+        Motion::new(&scene, Edit { potential_scale: 0.25, ..Edit::default() }, Reversal::Exact);
     let drop = scene.movers.means[0][2] - quartered.state_at(1.0).q[0][2];
     assert!((drop - 0.125 * GRAVITY).abs() < 1e-4, "{drop}");
 }
@@ -164,7 +195,8 @@ fn its_own_images_score_full_marks_in_every_split() {
 
 #[test]
 fn a_diverging_scene_has_no_figures_instead_of_wrong_ones() {
-    let scene = scene(block([1.0, 0.0, 0.0]), |_| [0.0; 3], quadratic([0.0; 3], [-1e9, -1e9, 0.0, 0.0, 0.0, 0.0]), 0);
+    let scene =
+        scene(block([1.0, 0.0, 0.0]), |_| [0.0; 3], quadratic([0.0; 3], [-1e9, -1e9, 0.0, 0.0, 0.0, 0.0]), 0);
     let truth = truth(&scene.movers.means, fallen);
     let physics = physics_of(&scene, Some(&truth)).physics;
     assert_eq!(physics.cycle_error.negated_step, None);

@@ -1,9 +1,12 @@
-//! Trained models: the source model that was learned from images, and the Lagrangian scene that was distilled from it.
+//! Trained models: the source model that was learned from images, and the Lagrangian scene that was distilled
+//! from it.
 //!
-//! A [`source::SourceModel`] answers "where is every Gaussian at time t" inside the captured window. A [`LagrangianScene`] answers it
-//! for any time and under edited physics, by rolling a Lagrangian system; it is what a run delivers (`lagrangian.safetensors`).
+//! A [`source::SourceModel`] answers "where is every Gaussian at time t" inside the captured window. A
+//! [`LagrangianScene`] answers it for any time and under edited physics, by rolling a Lagrangian system; it
+//! is what a run delivers (`lagrangian.safetensors`).
 //!
-//! One motion path: training, evaluation, rendering and export all obtain a Lagrangian scene's Gaussians from [`Motion`].
+//! One motion path: training, evaluation, rendering and export all obtain a Lagrangian scene's Gaussians from
+//! [`Motion`].
 
 mod scene;
 pub mod source;

@@ -1,7 +1,7 @@
 //! Named tensors and string metadata in one safetensors file: the form of checkpoints and models.
 //!
-//! Writing is atomic. Reading checks the format name and version, every tensor's presence, type and shape, and that floats are finite;
-//! each defect is an error of its own that names the file and the tensor.
+//! Writing is atomic. Reading checks the format name and version, every tensor's presence, type and shape,
+//! and that floats are finite; each defect is an error of its own that names the file and the tensor.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -133,20 +133,28 @@ impl TensorFile {
             .tensors
             .iter()
             .map(|(name, (shape, values))| match values {
-                TensorValues::F32(v) => (name, shape, Dtype::F32, v.iter().flat_map(|x| x.to_le_bytes()).collect()),
-                TensorValues::U32(v) => (name, shape, Dtype::U32, v.iter().flat_map(|x| x.to_le_bytes()).collect()),
+                TensorValues::F32(v) => {
+                    (name, shape, Dtype::F32, v.iter().flat_map(|x| x.to_le_bytes()).collect())
+                }
+                TensorValues::U32(v) => {
+                    (name, shape, Dtype::U32, v.iter().flat_map(|x| x.to_le_bytes()).collect())
+                }
             })
             .collect();
-        let damaged = |e: safetensors::SafeTensorError| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() };
+        let damaged = |e: safetensors::SafeTensorError| TensorFileError::Damaged {
+            path: path.to_owned(),
+            reason: e.to_string(),
+        };
         let mut views = Vec::with_capacity(raw.len());
         for (name, shape, dtype, bytes) in &raw {
             views.push((name.as_str(), TensorView::new(*dtype, (*shape).clone(), bytes).map_err(damaged)?));
         }
-        // One JSON string under one key: the library keeps metadata in a hash map, and files must be the same byte for byte.
+        // One JSON string under one key: the library keeps metadata in a hash map, and files must be the same
+        // byte for byte.
         let mut metadata = self.metadata.clone();
         metadata.insert(FORMAT_KEY.to_owned(), self.format.clone());
-        let json =
-            serde_json::to_string(&metadata).map_err(|e| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() })?;
+        let json = serde_json::to_string(&metadata)
+            .map_err(|e| TensorFileError::Damaged { path: path.to_owned(), reason: e.to_string() })?;
         safetensors::serialize(views, Some([("lagrangegs".to_owned(), json)].into())).map_err(damaged)
     }
 
@@ -163,14 +171,24 @@ impl TensorFile {
     /// # Errors
     /// If it cannot be read, is damaged, or is of another format or version.
     pub fn load_one_of(path: &Path, formats: &[&str]) -> Result<Self, TensorFileError> {
-        let bytes = std::fs::read(path).map_err(|source| TensorFileError::Read { path: path.to_owned(), source })?;
+        let bytes =
+            std::fs::read(path).map_err(|source| TensorFileError::Read { path: path.to_owned(), source })?;
         let damaged = |reason: String| TensorFileError::Damaged { path: path.to_owned(), reason };
         let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|e| damaged(e.to_string()))?;
-        let json = header.metadata().as_ref().and_then(|m| m.get("lagrangegs").cloned()).unwrap_or_else(|| "{}".to_owned());
-        let mut metadata: BTreeMap<String, String> = serde_json::from_str(&json).map_err(|e| damaged(e.to_string()))?;
+        let json = header
+            .metadata()
+            .as_ref()
+            .and_then(|m| m.get("lagrangegs").cloned())
+            .unwrap_or_else(|| "{}".to_owned());
+        let mut metadata: BTreeMap<String, String> =
+            serde_json::from_str(&json).map_err(|e| damaged(e.to_string()))?;
         let found = metadata.remove(FORMAT_KEY).unwrap_or_else(|| "no format name".to_owned());
         if !formats.contains(&found.as_str()) {
-            return Err(TensorFileError::Format { path: path.to_owned(), expected: formats.join("` or `"), found });
+            return Err(TensorFileError::Format {
+                path: path.to_owned(),
+                expected: formats.join("` or `"),
+                found,
+            });
         }
         let parsed = SafeTensors::deserialize(&bytes).map_err(|e| damaged(e.to_string()))?;
         let mut file = Self { format: found, path: path.to_owned(), metadata, tensors: BTreeMap::new() };
@@ -251,7 +269,12 @@ impl TensorFile {
     /// An error about a field of this file.
     #[must_use]
     pub fn field(&self, field: &str, expected: &str, found: String) -> TensorFileError {
-        TensorFileError::Field { path: self.path.clone(), field: field.to_owned(), expected: expected.to_owned(), found }
+        TensorFileError::Field {
+            path: self.path.clone(),
+            field: field.to_owned(),
+            expected: expected.to_owned(),
+            found,
+        }
     }
 
     fn missing(&self, field: &str) -> TensorFileError {

@@ -1,4 +1,5 @@
-//! The driver of the backward pass: blending of every tile back to front, sums over tiles, and back through the projection.
+//! The driver of the backward pass: blending of every tile back to front, sums over tiles, and back through
+//! the projection.
 
 use crate::blend_vjp::{BlendVjp, TileCotangent};
 use crate::project_vjp::{CotangentCell, ImageCotangent, ParameterCotangent, project_vjp};
@@ -13,7 +14,8 @@ use rayon::prelude::*;
 
 /// Pulls cotangents of image and transmittance back to the parameters of the Gaussians.
 ///
-/// `splats`, `camera` and `background` must be those of the forward pass. [`RasterizedVjp::update`] does the same in arrays that are there.
+/// `splats`, `camera` and `background` must be those of the forward pass. [`RasterizedVjp::update`] does the
+/// same in arrays that are there.
 ///
 /// # Panics
 /// If a cotangent has another length than the image has pixels.
@@ -101,14 +103,30 @@ impl PixelCotangents<'_> {
 }
 
 /// The last step: from sums over pixels to parameters. Every element of `out` is replaced.
-fn pull_back(splats: &Splats, view: &View, forward: &Rasterized, entries: &[CotangentCell], out: &mut SplatGradients) {
+fn pull_back(
+    splats: &Splats,
+    view: &View,
+    forward: &Rasterized,
+    entries: &[CotangentCell],
+    out: &mut SplatGradients,
+) {
     let (arch, stride) = (Arch::new(), 3 * splats.sh_coefficients);
-    let shape = out.means.par_chunks_mut(CHUNK).zip(out.rotations.par_chunks_mut(CHUNK)).zip(out.log_scales.par_chunks_mut(CHUNK));
-    let shade = out.raw_opacities.par_chunks_mut(CHUNK).zip(out.sh.par_chunks_mut(CHUNK * stride)).zip(out.means2d.par_chunks_mut(CHUNK));
-    shape.zip(shade).enumerate().for_each(|(chunk, (((means, rotations), log_scales), ((raw_opacities, sh), means2d)))| {
-        let out = ChunkGradients { means, rotations, log_scales, raw_opacities, sh, means2d };
-        arch.dispatch(PullBackChunk { splats, view, forward, entries, first: chunk * CHUNK, out });
-    });
+    let shape = out
+        .means
+        .par_chunks_mut(CHUNK)
+        .zip(out.rotations.par_chunks_mut(CHUNK))
+        .zip(out.log_scales.par_chunks_mut(CHUNK));
+    let shade = out
+        .raw_opacities
+        .par_chunks_mut(CHUNK)
+        .zip(out.sh.par_chunks_mut(CHUNK * stride))
+        .zip(out.means2d.par_chunks_mut(CHUNK));
+    shape.zip(shade).enumerate().for_each(
+        |(chunk, (((means, rotations), log_scales), ((raw_opacities, sh), means2d)))| {
+            let out = ChunkGradients { means, rotations, log_scales, raw_opacities, sh, means2d };
+            arch.dispatch(PullBackChunk { splats, view, forward, entries, first: chunk * CHUNK, out });
+        },
+    );
 }
 
 /// The part of [`SplatGradients`] that belongs to a chunk.

@@ -1,8 +1,9 @@
 //! Front-to-back blending of one tile: the hot loop of the renderer.
 //!
-//! For each Gaussian, nearest first, the rows it reaches are visited as vectors of pixels. A pixel is closed, by raising the alpha it asks
-//! for to infinity, when a Gaussian would bring its transmittance below the threshold; the position of that Gaussian is kept, so that the
-//! backward pass makes exactly the decisions of the forward pass. Rows, and then the tile, are left when all their pixels are closed.
+//! For each Gaussian, nearest first, the rows it reaches are visited as vectors of pixels. A pixel is closed,
+//! by raising the alpha it asks for to infinity, when a Gaussian would bring its transmittance below the
+//! threshold; the position of that Gaussian is kept, so that the backward pass makes exactly the decisions of
+//! the forward pass. Rows, and then the tile, are left when all their pixels are closed.
 
 use crate::exponential::exp2;
 use crate::project::{ALPHA_MAX, ALPHA_MIN, Projected, TRANSMITTANCE_STOP};
@@ -16,7 +17,8 @@ use pulp::{Simd, WithSimd};
 pub(crate) struct TileState {
     /// Final transmittance.
     pub transmittance: Plane,
-    /// Position in the list of the Gaussian that closed the pixel, infinite if none did; -1 outside of the image.
+    /// Position in the list of the Gaussian that closed the pixel, infinite if none did; -1 outside of the
+    /// image.
     pub stop: Plane,
     /// Length of the part of the list that was looked at.
     pub processed: usize,
@@ -49,7 +51,13 @@ impl TileImage {
     }
 
     /// Composites a row over the background.
-    pub(crate) fn write_row(&self, y: usize, background: [f32; 3], image: &mut [[f32; 3]], transmittance: &mut [f32]) {
+    pub(crate) fn write_row(
+        &self,
+        y: usize,
+        background: [f32; 3],
+        image: &mut [[f32; 3]],
+        transmittance: &mut [f32],
+    ) {
         let [red, green, blue] = [self.color[0].row(y), self.color[1].row(y), self.color[2].row(y)];
         let left = self.state.transmittance.row(y);
         for (x, (pixel, out)) in image.iter_mut().zip(transmittance).enumerate().take(TILE) {
@@ -112,7 +120,9 @@ impl WithSimd for CountPairs<'_> {
         for first in (0..self.state.processed).step_by(BATCH) {
             batch.load(simd, &self.list, first, &|g| g.color);
             for position in first..self.state.processed.min(first + BATCH) {
-                rows += u64::from((batch.get(position - first).rows & self.state.open_rows(position)).count_ones());
+                rows += u64::from(
+                    (batch.get(position - first).rows & self.state.open_rows(position)).count_ones(),
+                );
             }
         }
         rows * self.list.size[0] as u64
@@ -147,7 +157,8 @@ impl<S: Simd> Pixels<'_, S> {
         }
         let per_row = TILE / S::F32_LANES;
         let heights = Heights::new(simd, g);
-        let channels = [simd.splat_f32s(g.channels[0]), simd.splat_f32s(g.channels[1]), simd.splat_f32s(g.channels[2])];
+        let channels =
+            [simd.splat_f32s(g.channels[0]), simd.splat_f32s(g.channels[1]), simd.splat_f32s(g.channels[2])];
         for column in 0..per_row {
             let along = simd.mul_f32s(simd.splat_f32s(g.factor[0]), offset_x(simd, g, column));
             let mut rows = g.rows & self.open_rows;
@@ -157,7 +168,8 @@ impl<S: Simd> Pixels<'_, S> {
                 let log2_alpha = heights.log2_alpha(simd, along, row);
                 let seen = simd.greater_than_or_equal_f32s(log2_alpha, self.limit[at]);
                 let before = self.transmittance[at];
-                let weight = simd.mul_f32s(simd.min_f32s(exp2(simd, log2_alpha), simd.splat_f32s(ALPHA_MAX)), before);
+                let weight =
+                    simd.mul_f32s(simd.min_f32s(exp2(simd, log2_alpha), simd.splat_f32s(ALPHA_MAX)), before);
                 let after = simd.sub_f32s(before, weight);
                 let dark = simd.less_than_f32s(after, simd.splat_f32s(TRANSMITTANCE_STOP));
                 let hit = simd.and_m32s(seen, simd.not_m32s(dark));

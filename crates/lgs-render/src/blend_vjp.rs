@@ -1,10 +1,12 @@
 //! The vector–Jacobian product of `blend`: back to front through one tile.
 //!
-//! Going back divides `1 - α` out of the transmittance again. With `T` the transmittance in front of a Gaussian and `B` the cotangent's product
-//! with all light from behind it, the exponent's cotangent is `α T shade - α / (1 - α) · B`.
+//! Going back divides `1 - α` out of the transmittance again. With `T` the transmittance in front of a
+//! Gaussian and `B` the cotangent's product with all light from behind it, the exponent's cotangent is `α T
+//! shade - α / (1 - α) · B`.
 //!
-//! It enters the gradients of centre and covariance only through moments of `d` (`project_vjp::ImageCotangent`), so that three of them are
-//! summed per row and `d_x` is applied once per Gaussian.
+//! It enters the gradients of centre and covariance only through moments of `d`
+//! (`project_vjp::ImageCotangent`), so that three of them are summed per row and `d_x` is applied once per
+//! Gaussian.
 
 use crate::blend::TileState;
 use crate::exponential::exp2;
@@ -47,7 +49,9 @@ impl WithSimd for BlendVjp<'_> {
             stop: S::as_simd_f32s(&state.stop.0).0,
         };
         let mut lit = LitRows::new(state);
-        list.members[state.processed..].iter().for_each(|member| out[member.entry as usize].set(&ImageCotangent::default()));
+        list.members[state.processed..]
+            .iter()
+            .for_each(|member| out[member.entry as usize].set(&ImageCotangent::default()));
         for first in (0..state.processed).step_by(BATCH).rev() {
             batch.load(simd, &list, first, &|g| g.color);
             for position in (first..state.processed.min(first + BATCH)).rev() {
@@ -107,7 +111,8 @@ impl<S: Simd> Pixels<'_, S> {
     fn remove(&mut self, simd: S, g: &Splat, position: f32, out: &mut ImageCotangent) {
         let per_row = TILE / S::F32_LANES;
         let heights = Heights::new(simd, g);
-        let color = [simd.splat_f32s(g.channels[0]), simd.splat_f32s(g.channels[1]), simd.splat_f32s(g.channels[2])];
+        let color =
+            [simd.splat_f32s(g.channels[0]), simd.splat_f32s(g.channels[1]), simd.splat_f32s(g.channels[2])];
         let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
         for column in 0..per_row {
             let dx = offset_x(simd, g, column);
@@ -125,7 +130,12 @@ impl<S: Simd> Pixels<'_, S> {
                 let inverse = reciprocal(simd, simd.sub_f32s(one, alpha));
                 let odds = simd.mul_f32s(alpha, inverse);
                 let weight = simd.mul_f32s(odds, self.transmittance[at]);
-                let shade = fma(simd, color[2], self.v[2][at], fma(simd, color[1], self.v[1][at], simd.mul_f32s(color[0], self.v[0][at])));
+                let shade = fma(
+                    simd,
+                    color[2],
+                    self.v[2][at],
+                    fma(simd, color[1], self.v[1][at], simd.mul_f32s(color[0], self.v[0][at])),
+                );
                 let light = simd.mul_f32s(weight, shade);
                 let v = simd.negate_mul_add_f32s(odds, self.behind[at], light);
                 // A clamped alpha does not see the exponent.
@@ -147,7 +157,12 @@ impl<S: Simd> Pixels<'_, S> {
 
 /// Sums lanes in a fixed order, and applies the powers of `d_x`.
 #[inline(always)]
-fn reduce<S: Simd>(simd: S, dx: S::f32s, [v, v_dy, v_dyy]: [S::f32s; 3], v_color: [S::f32s; 3]) -> ImageCotangent {
+fn reduce<S: Simd>(
+    simd: S,
+    dx: S::f32s,
+    [v, v_dy, v_dyy]: [S::f32s; 3],
+    v_color: [S::f32s; 3],
+) -> ImageCotangent {
     let v_dx = simd.mul_f32s(v, dx);
     ImageCotangent {
         moments: [
@@ -158,7 +173,11 @@ fn reduce<S: Simd>(simd: S, dx: S::f32s, [v, v_dy, v_dyy]: [S::f32s; 3], v_color
             simd.reduce_sum_f32s(simd.mul_f32s(v_dy, dx)),
             simd.reduce_sum_f32s(v_dyy),
         ],
-        color: [simd.reduce_sum_f32s(v_color[0]), simd.reduce_sum_f32s(v_color[1]), simd.reduce_sum_f32s(v_color[2])],
+        color: [
+            simd.reduce_sum_f32s(v_color[0]),
+            simd.reduce_sum_f32s(v_color[1]),
+            simd.reduce_sum_f32s(v_color[2]),
+        ],
     }
 }
 
@@ -174,14 +193,16 @@ mod tests {
     use lgs_core::{Camera, GaussianCloud};
     use pulp::{Arch, Scalar};
 
-    /// Values and gradients of one tile at the vector width that `dispatch` and `vjp` choose, and whether some pixel stopped early.
+    /// Values and gradients of one tile at the vector width that `dispatch` and `vjp` choose, and whether
+    /// some pixel stopped early.
     fn run(
         list: TileList,
         dispatch: impl Fn(Blend<fn(&Projected) -> [f32; 3]>) -> TileImage,
         vjp: impl Fn(BlendVjp),
     ) -> (Vec<f32>, Vec<f32>, bool) {
         let image = dispatch(Blend { list, channels: |g| g.color });
-        let weights = |phase: usize| Plane(std::array::from_fn(|i| ((i * 13 + phase * 7) % 17) as f32 / 17.0 - 0.4));
+        let weights =
+            |phase: usize| Plane(std::array::from_fn(|i| ((i * 13 + phase * 7) % 17) as f32 / 17.0 - 0.4));
         let v = TileCotangent { color: [weights(0), weights(1), weights(2)], remainder: weights(3) };
         let mut gradients = Vec::new();
         gradients.resize_with(list.members.len(), CotangentCell::default);
@@ -189,22 +210,27 @@ mod tests {
         let mut values = image.state.transmittance.0.to_vec();
         values.extend(image.color.iter().flat_map(|plane| plane.0));
         let stopped = image.state.stop.0.iter().any(|&s| s >= 0.0 && s.is_finite());
-        let gradients = gradients.iter().map(CotangentCell::get).flat_map(|g| g.moments.into_iter().chain(g.color));
+        let gradients =
+            gradients.iter().map(CotangentCell::get).flat_map(|g| g.moments.into_iter().chain(g.color));
         (values, gradients.collect(), stopped)
     }
 
     #[test]
     fn every_vector_width_agrees() {
-        let means = (0..100).map(|i| [(i as f32 * 0.7).sin() * 0.3, i as f32 * 0.02, (i as f32 * 1.3).cos() * 0.3]).collect();
+        let means = (0..100)
+            .map(|i| [(i as f32 * 0.7).sin() * 0.3, i as f32 * 0.02, (i as f32 * 1.3).cos() * 0.3])
+            .collect();
         let cloud = GaussianCloud::isotropic(means, 0.12, [0.7, 0.2, 0.5], 0.9);
         let camera = Camera::look_at([0.0, -2.0, 0.2], [0.0; 3], 0.4, 15, 13);
         let (splats, view) = (Splats::from(&cloud), View::from(&camera));
-        let (mut projected, mut means2d, mut radii) = (vec![Projected::default(); 100], vec![[0.0; 2]; 100], vec![0; 100]);
+        let (mut projected, mut means2d, mut radii) =
+            (vec![Projected::default(); 100], vec![[0.0; 2]; 100], vec![0; 100]);
         let (out, means2d, radii) = (&mut projected[..], &mut means2d[..], &mut radii[..]);
         Arch::new().dispatch(ProjectChunk { splats: &splats, view: &view, first: 0, out, means2d, radii });
         let mut tiling = Tiling::default();
         tiling.update(&projected, [15, 13]);
-        let list = TileList { projected: &projected, members: tiling.tile(0), origin: [0, 0], size: [15, 13] };
+        let list =
+            TileList { projected: &projected, members: tiling.tile(0), origin: [0, 0], size: [15, 13] };
         assert!(list.members.len() > 70);
         let (wide, v_wide, stopped) = run(list, |op| Arch::new().dispatch(op), |op| Arch::new().dispatch(op));
         let (narrow, v_narrow, _) = run(list, |op| Scalar.vectorize(op), |op| Scalar.vectorize(op));

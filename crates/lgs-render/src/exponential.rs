@@ -2,10 +2,12 @@
 
 use pulp::Simd;
 
-/// Minimax polynomial of 2^x on [-1/2, 1/2], degree 5: relative error below 7.5e-8 before rounding (Remez, computed in float64).
+/// Minimax polynomial of 2^x on [-1/2, 1/2], degree 5: relative error below 7.5e-8 before rounding (Remez,
+/// computed in float64).
 const EXP2: [f32; 6] = [1.0, 0.693_146_97, 0.240_221_2, 0.055_507_133, 0.009_675_541, 0.001_327_647_2];
 
-/// `1.5 · 2²³`: adding it rounds a small float to the nearest integer, which then sits in the low mantissa bits.
+/// `1.5 · 2²³`: adding it rounds a small float to the nearest integer, which then sits in the low mantissa
+/// bits.
 const ROUNDING: f32 = 12_582_912.0;
 
 /// `2^x` for `-126 ≤ x ≤ 126` within 3e-7 relative; anything outside.

@@ -1,7 +1,8 @@
 //! Exact extents of the ellipse on which a Gaussian's alpha is 1/255.
 //!
-//! In the factors of `project` the ellipse is `u² + w² ≤ reach`. At height `d_y` it spans `d_x = -(f₁/f₀) d_y ± √(reach - w²) / f₀`, and an ellipse
-//! and a band of rows are convex, so that the extent over a band is the exact set of tiles it reaches there.
+//! In the factors of `project` the ellipse is `u² + w² ≤ reach`. At height `d_y` it spans `d_x = -(f₁/f₀) d_y
+//! ± √(reach - w²) / f₀`, and an ellipse and a band of rows are convex, so that the extent over a band is the
+//! exact set of tiles it reaches there.
 
 use crate::project::Projected;
 

@@ -41,7 +41,9 @@ mod view;
 mod window;
 
 pub use backward::{RasterizedVjp, rasterize_vjp};
-pub use photometric::{DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp};
+pub use photometric::{
+    DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp,
+};
 pub use project::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
 pub use rasterize::{Rasterized, rasterize};
 pub use splats::{SplatGradients, Splats};

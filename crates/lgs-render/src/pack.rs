@@ -4,7 +4,8 @@ use crate::simd::{ROUGH_STEPS, V, rough_reciprocal};
 use pulp::Simd;
 use std::ops::{Add, Mul, Sub};
 
-/// Several vectors on which the same is done, so that what is done to one need not wait for what was just done to it.
+/// Several vectors on which the same is done, so that what is done to one need not wait for what was just
+/// done to it.
 #[derive(Clone, Copy)]
 pub(crate) struct Pack<S: Simd, const N: usize>(pub [V<S>; N]);
 
@@ -68,7 +69,8 @@ fn reciprocal_estimate<S: Simd>(simd: S, x: S::f32s) -> (S::f32s, usize) {
         use std::any::Any;
         let (v4, x): (&dyn Any, &dyn Any) = (&simd, &x);
         if let (Some(v4), Some(x)) = (v4.downcast_ref::<pulp::x86::V4>(), x.downcast_ref::<pulp::f32x16>()) {
-            let estimate: &dyn Any = &pulp::cast::<_, pulp::f32x16>(v4.avx512f._mm512_rcp14_ps(pulp::cast(*x)));
+            let estimate: &dyn Any =
+                &pulp::cast::<_, pulp::f32x16>(v4.avx512f._mm512_rcp14_ps(pulp::cast(*x)));
             if let Some(estimate) = estimate.downcast_ref() {
                 return (*estimate, 1);
             }

@@ -1,11 +1,14 @@
-//! The photometric loss `(1 - λ) mean|a - b| + λ (1 - SSIM(a, b))` and its gradient by `a`, fused (`reference-systems` §2.5).
+//! The photometric loss `(1 - λ) mean|a - b| + λ (1 - SSIM(a, b))` and its gradient by `a`, fused
+//! (`reference-systems` §2.5).
 //!
-//! SSIM uses an 11×11 Gaussian window (σ = 1.5), zero padding, and averages over all pixels and channels. It needs four windowed means:
-//! of a, b, a² + b² and ab (the two variances occur only as a sum). Its gradient windows three maps again; the window is its own transpose.
+//! SSIM uses an 11×11 Gaussian window (σ = 1.5), zero padding, and averages over all pixels and channels. It
+//! needs four windowed means: of a, b, a² + b² and ab (the two variances occur only as a sum). Its gradient
+//! windows three maps again; the window is its own transpose.
 //!
-//! Bands of rows are streamed in parallel (`photometric_band`), so that images are read once, the gradient is written once, and what lies
-//! between never leaves the cache. There is a band for each thread. Bands overlap by recomputation, so that nothing that a row becomes depends
-//! on where its band begins; sums are kept per row and added in order.
+//! Bands of rows are streamed in parallel (`photometric_band`), so that images are read once, the gradient is
+//! written once, and what lies between never leaves the cache. There is a band for each thread. Bands overlap
+//! by recomputation, so that nothing that a row becomes depends on where its band begins; sums are kept per
+//! row and added in order.
 
 use crate::photometric_band::{Band, steps};
 use crate::window::STEP;
@@ -25,17 +28,30 @@ const MIN_BAND_ROWS: usize = 48;
 /// # Panics
 /// If an image has not `width · height` pixels.
 #[must_use]
-pub fn photometric(rendered: &[[f32; 3]], target: &[[f32; 3]], width: usize, height: usize, lambda: f32) -> f32 {
+pub fn photometric(
+    rendered: &[[f32; 3]],
+    target: &[[f32; 3]],
+    width: usize,
+    height: usize,
+    lambda: f32,
+) -> f32 {
     let sums = Pair::new(rendered, target, width, height).sums();
     (1.0 - lambda) * sums.mean_absolute + lambda * (1.0 - sums.ssim)
 }
 
-/// The photometric loss and its gradient by the rendered image. [`PhotometricVjp::update`] does the same in an array that is there.
+/// The photometric loss and its gradient by the rendered image. [`PhotometricVjp::update`] does the same in
+/// an array that is there.
 ///
 /// # Panics
 /// If an image has not `width · height` pixels.
 #[must_use]
-pub fn photometric_vjp(rendered: &[[f32; 3]], target: &[[f32; 3]], width: usize, height: usize, lambda: f32) -> (f32, Vec<[f32; 3]>) {
+pub fn photometric_vjp(
+    rendered: &[[f32; 3]],
+    target: &[[f32; 3]],
+    width: usize,
+    height: usize,
+    lambda: f32,
+) -> (f32, Vec<[f32; 3]>) {
     let mut out = PhotometricVjp::default();
     let loss = out.update(rendered, target, width, height, lambda);
     (loss, out.gradient)
@@ -53,7 +69,14 @@ impl PhotometricVjp {
     ///
     /// # Panics
     /// If an image has not `width · height` pixels.
-    pub fn update(&mut self, rendered: &[[f32; 3]], target: &[[f32; 3]], width: usize, height: usize, lambda: f32) -> f32 {
+    pub fn update(
+        &mut self,
+        rendered: &[[f32; 3]],
+        target: &[[f32; 3]],
+        width: usize,
+        height: usize,
+        lambda: f32,
+    ) -> f32 {
         let pair = Pair::new(rendered, target, width, height);
         self.gradient.resize(rendered.len(), [0.0; 3]);
         let sums = pair.sums_vjp(1.0 - lambda, -lambda, &mut self.gradient);
@@ -79,7 +102,8 @@ pub fn ssim(a: &Image, b: &Image) -> f32 {
 pub fn ssim_vjp(a: &Image, b: &Image) -> (f32, Vec<[f32; 3]>) {
     assert_eq!((a.width, a.height), (b.width, b.height), "sizes of the images");
     let mut v = vec![[0.0; 3]; a.pixels.len()];
-    let sums = Pair::new(&a.pixels, &b.pixels, a.width as usize, a.height as usize).sums_vjp(0.0, 1.0, &mut v);
+    let sums =
+        Pair::new(&a.pixels, &b.pixels, a.width as usize, a.height as usize).sums_vjp(0.0, 1.0, &mut v);
     (sums.ssim, v)
 }
 
@@ -135,10 +159,13 @@ impl<'a> Pair<'a> {
         [&self.a[floats.clone()], &self.b[floats]]
     }
 
-    /// Rows of a band: one per thread, of heights with which the threads have as few steps as can be, and finish together.
+    /// Rows of a band: one per thread, of heights with which the threads have as few steps as can be, and
+    /// finish together.
     fn band_rows(&self) -> usize {
         let least = MIN_BAND_ROWS.max(self.height.div_ceil(rayon::current_num_threads()));
-        let most_steps = |rows: &usize| (0..self.height).step_by(*rows).map(|start| steps(start, self.height.min(start + rows))).max();
+        let most_steps = |rows: &usize| {
+            (0..self.height).step_by(*rows).map(|start| steps(start, self.height.min(start + rows))).max()
+        };
         (least..least + STEP).min_by_key(most_steps).unwrap_or(least)
     }
 
@@ -154,7 +181,8 @@ impl<'a> Pair<'a> {
         self.total(&partial)
     }
 
-    /// Every value of `v` is replaced, by the gradient of `weight_absolute · mean|a - b| + weight_ssim · SSIM`.
+    /// Every value of `v` is replaced, by the gradient of `weight_absolute · mean|a - b| + weight_ssim ·
+    /// SSIM`.
     fn sums_vjp(&self, weight_absolute: f32, weight_ssim: f32, v: &mut [[f32; 3]]) -> Sums {
         let (arch, rows) = (Arch::new(), self.band_rows());
         let weights = [weight_absolute, weight_ssim].map(|w| w / self.a.len().max(1) as f32);
@@ -186,12 +214,19 @@ mod tests {
     fn feature_levels_differ_by_roundings() {
         let (width, height) = (100, 40);
         let image = |factor: usize| -> Vec<[f32; 3]> {
-            (0..width * height).map(|i| [0, 1, 2].map(|c| ((i * factor + 7 * c) % 97) as f32 / 97.0)).collect()
+            (0..width * height)
+                .map(|i| [0, 1, 2].map(|c| ((i * factor + 7 * c) % 97) as f32 / 97.0))
+                .collect()
         };
         let (a, b) = (image(31), image(36));
         let run = |compute: &dyn Fn(Band<'_>) -> Vec<[f64; 2]>| {
             let mut v = vec![0.0; 3 * width * height];
-            let sums = compute(Band { pair: Pair::new(&a, &b, width, height), rows: 0..height, weights: [0.8, -0.2], v: &mut v });
+            let sums = compute(Band {
+                pair: Pair::new(&a, &b, width, height),
+                rows: 0..height,
+                weights: [0.8, -0.2],
+                v: &mut v,
+            });
             (sums, v)
         };
         let (sums, v) = run(&|band| Scalar.vectorize(band));

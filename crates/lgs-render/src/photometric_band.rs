@@ -1,9 +1,11 @@
-//! A band of rows of the photometric loss, streamed `STEP` rows at a time through the windows of SSIM, sixteen pixels after sixteen.
+//! A band of rows of the photometric loss, streamed `STEP` rows at a time through the windows of SSIM,
+//! sixteen pixels after sixteen.
 //!
-//! Of the sum `p = a + b` and the difference `m = a - b`, sixteen floats of a row side by side, p, m, p² and m² are windowed down their columns. Squares of
-//! sixteen rows and floats are transposed, and windowed on along rows, sixteen rows side by side. That gives means, these become SSIM and its three
-//! slopes, and the slopes go back the same way: along rows, transposed, down columns. `RADIUS` rows and pixels behind what enters means are known, twice
-//! as far the gradient.
+//! Of the sum `p = a + b` and the difference `m = a - b`, sixteen floats of a row side by side, p, m, p² and
+//! m² are windowed down their columns. Squares of sixteen rows and floats are transposed, and windowed on
+//! along rows, sixteen rows side by side. That gives means, these become SSIM and its three slopes, and the
+//! slopes go back the same way: along rows, transposed, down columns. `RADIUS` rows and pixels behind what
+//! enters means are known, twice as far the gradient.
 
 use crate::pack::Pack;
 use crate::photometric::{CHANNELS, Pair};
@@ -97,13 +99,15 @@ struct Stream {
     down: Vec<[Past; 4]>,
     /// Of slopes down columns, by sixteen floats of a row.
     back_down: Vec<[Past; 3]>,
-    /// By sixteen floats of a row, p and m of the last rows that entered: their gradient comes with the next ones'.
+    /// By sixteen floats of a row, p and m of the last rows that entered: their gradient comes with the next
+    /// ones'.
     kept: Vec<[[Lanes; 2]; 2 * RADIUS]>,
     /// Of p, m, p² and m² along rows, by channel.
     along: [[Past; 4]; CHANNELS],
     /// Of slopes along rows, by channel.
     back_along: [[Past; 3]; CHANNELS],
-    /// By pixel and channel: p, m, p² and m², windowed down columns, then along rows; slopes; slopes, windowed along rows.
+    /// By pixel and channel: p, m, p² and m², windowed down columns, then along rows; slopes; slopes,
+    /// windowed along rows.
     cells: Cells,
     /// Slopes, windowed along rows, of pixels whose squares are not complete.
     waiting: Waiting,
@@ -175,7 +179,8 @@ impl Stream {
                 self.absolute[row].set(index, sum + V { simd, value: simd.abs_f32s(difference.value) });
             }
         }
-        let (past, out) = (&mut self.down[column], &mut self.cells.as_flattened_mut().as_chunks_mut().0[third]);
+        let (past, out) =
+            (&mut self.down[column], &mut self.cells.as_flattened_mut().as_chunks_mut().0[third]);
         ask(simd, images, 0..4, at);
         down::<S, false>(loss, p, &mut past[0], square);
         transpose(simd, square, 0, out);
@@ -190,7 +195,8 @@ impl Stream {
         transpose(simd, square, 3, out);
     }
 
-    /// Windows along rows, turns means into SSIM, which is summed, and into slopes, which are windowed in turn.
+    /// Windows along rows, turns means into SSIM, which is summed, and into slopes, which are windowed in
+    /// turn.
     #[inline(always)]
     fn compare<S: Simd>(&mut self, loss: &Loss<S>, weight: &Lanes, pixel: usize, with_gradient: bool) {
         let (simd, cells) = (loss.simd, &mut self.cells);
@@ -204,7 +210,8 @@ impl Stream {
                     let mut line = Channel { cells: &mut *cells, channel, plane };
                     slide(simd, &loss.nest, &mut self.along[channel][plane], &mut line, index);
                 }
-                let total = compare_pixels(&loss.constants, cells, channel, &inside, weight.get(simd, index), index);
+                let total =
+                    compare_pixels(&loss.constants, cells, channel, &inside, weight.get(simd, index), index);
                 totals.set(index, totals.get(simd, index) + total);
             }
             if !with_gradient {
@@ -248,7 +255,8 @@ impl Stream {
                 square[row].set(index, gradient(loss, [&kept[row][0], &kept[row][1]], &slopes[row], index));
             }
             for row in 0..WAITING {
-                square[2 * RADIUS + row].set(index, gradient(loss, [&p[row], &m[row]], &slopes[2 * RADIUS + row], index));
+                square[2 * RADIUS + row]
+                    .set(index, gradient(loss, [&p[row], &m[row]], &slopes[2 * RADIUS + row], index));
             }
         }
         for row in 0..2 * RADIUS {

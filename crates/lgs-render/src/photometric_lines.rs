@@ -1,4 +1,5 @@
-//! The sequences that the photometric loss windows: down columns of sixteen floats side by side, along rows with sixteen rows side by side.
+//! The sequences that the photometric loss windows: down columns of sixteen floats side by side, along rows
+//! with sixteen rows side by side.
 
 use crate::photometric::CHANNELS;
 use crate::simd::{BLOCK, Lanes, V};
@@ -17,7 +18,8 @@ pub(crate) type Cells = [[[Lanes; 4]; CHANNELS]; PIXELS];
 /// By pixel and channel, windowed slopes of sixteen rows.
 pub(crate) type Waiting = [[[Lanes; 3]; CHANNELS]; WAITING];
 
-/// The plane of cells where windowed slopes of a plane go: the last one is free, then that of the slopes before.
+/// The plane of cells where windowed slopes of a plane go: the last one is free, then that of the slopes
+/// before.
 #[inline(always)]
 pub(crate) fn behind(plane: usize) -> usize {
     (plane + 3) % 4

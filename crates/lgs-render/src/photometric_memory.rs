@@ -1,6 +1,7 @@
 //! What a band of the photometric loss reads from memory and writes to it.
 //!
-//! Sixteen rows of each of three images are more than the processor looks ahead in by itself. Memory is therefore asked for what will be touched next.
+//! Sixteen rows of each of three images are more than the processor looks ahead in by itself. Memory is
+//! therefore asked for what will be touched next.
 
 use crate::photometric::Pair;
 use crate::simd::{BLOCK, Lanes, V};
@@ -45,7 +46,8 @@ impl<'a> Memory<'a> {
     /// Of `STEP` rows those that lie in the image, at most `margin` rows outside of the band.
     #[inline(always)]
     pub(crate) fn needed(&self, first: isize, margin: usize) -> Range<usize> {
-        let [start, end] = [self.rows.start.saturating_sub(margin), self.pair.height.min(self.rows.end + margin)];
+        let [start, end] =
+            [self.rows.start.saturating_sub(margin), self.pair.height.min(self.rows.end + margin)];
         let [start, end] = [start, end].map(|y| (y as isize - first).clamp(0, STEP as isize) as usize);
         start..end
     }
@@ -68,7 +70,8 @@ impl<'a> Memory<'a> {
         }
     }
 
-    /// Writes sixteen floats, or as many as there are, of those of `STEP` rows of the gradient that are in the band.
+    /// Writes sixteen floats, or as many as there are, of those of `STEP` rows of the gradient that are in
+    /// the band.
     #[inline(always)]
     pub(crate) fn write(&mut self, first: isize, at: usize, square: &Square) {
         for row in self.needed(first, 0) {
@@ -86,7 +89,10 @@ impl<'a> Memory<'a> {
     pub(crate) fn ask<S: Simd>(&self, simd: S, first: isize, rows: Range<usize>, at: usize) {
         for row in rows {
             let y = first + row as isize - self.rows.start as isize;
-            prefetch::<S, f32, true>(simd, self.v.get((y * self.pair.row as isize + (at + AHEAD) as isize) as usize));
+            prefetch::<S, f32, true>(
+                simd,
+                self.v.get((y * self.pair.row as isize + (at + AHEAD) as isize) as usize),
+            );
         }
     }
 }

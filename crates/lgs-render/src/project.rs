@@ -1,11 +1,13 @@
-//! EWA projection of Gaussians, vector lanes running over Gaussians (`reference-systems` §2.3, contract "Rasterizer").
+//! EWA projection of Gaussians, vector lanes running over Gaussians (`reference-systems` §2.3, contract
+//! "Rasterizer").
 //!
-//! With `p` the mean in camera axes, `W` the camera rotation and `J` the Jacobian of the pinhole at `p` (its `x/z`, `y/z` clamped to 1.3 times
-//! the tangent of half the field of view), `M = J W R S` is 2×3 and the covariance on the image is `Σ = M Mᵀ + 0.3 I`.
+//! With `p` the mean in camera axes, `W` the camera rotation and `J` the Jacobian of the pinhole at `p` (its
+//! `x/z`, `y/z` clamped to 1.3 times the tangent of half the field of view), `M = J W R S` is 2×3 and the
+//! covariance on the image is `Σ = M Mᵀ + 0.3 I`.
 //!
-//! Two forms keep f32 accurate for long thin Gaussians: the determinant as `|m₀ × m₁|² + 0.3 (|m₀|² + |m₁|²) + 0.09` (Cauchy–Binet; no
-//! cancellation), and the exponent as minus a sum of squares, `-½ dᵀ Σ⁻¹ d = -(u² + w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that
-//! it can never be positive.
+//! Two forms keep f32 accurate for long thin Gaussians: the determinant as `|m₀ × m₁|² + 0.3 (|m₀|² + |m₁|²)
+//! + 0.09` (Cauchy–Binet; no cancellation), and the exponent as minus a sum of squares, `-½ dᵀ Σ⁻¹ d = -(u² +
+//! w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that it can never be positive.
 
 use crate::extent::pixel_box;
 use crate::sh::Basis;
@@ -39,7 +41,8 @@ pub(crate) struct Projected {
     pub color: [f32; 3],
     /// Distance along the viewing axis.
     pub depth: f32,
-    /// `log2(255 · opacity)`: the `u² + w²` at which alpha falls to 1/255. Positive, and 0 marks an invisible Gaussian.
+    /// `log2(255 · opacity)`: the `u² + w²` at which alpha falls to 1/255. Positive, and 0 marks an invisible
+    /// Gaussian.
     pub reach: f32,
     /// Half width and half height of the ellipse on which alpha is 1/255, pixels.
     pub half: [f32; 2],
@@ -48,7 +51,8 @@ pub(crate) struct Projected {
 }
 
 impl Projected {
-    /// Whether alpha reaches 1/255 at a pixel of the image, going by the bounding box; false if a value is NaN.
+    /// Whether alpha reaches 1/255 at a pixel of the image, going by the bounding box; false if a value is
+    /// NaN.
     #[inline(always)]
     fn can_be_seen(&self, size: [usize; 2]) -> bool {
         let representable = self.factor[0] > 0.0 && self.factor[1].is_finite() && self.factor[2] > 0.0;
@@ -56,7 +60,8 @@ impl Projected {
     }
 }
 
-/// Projects some Gaussians. A struct rather than a closure, so that the body is compiled with the processor's features.
+/// Projects some Gaussians. A struct rather than a closure, so that the body is compiled with the processor's
+/// features.
 pub(crate) struct ProjectChunk<'a> {
     pub splats: &'a Splats<'a>,
     pub view: &'a View,
@@ -75,7 +80,8 @@ impl WithSimd for ProjectChunk<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let blocks = self.out.chunks_mut(BLOCK).zip(self.means2d.chunks_mut(BLOCK)).zip(self.radii.chunks_mut(BLOCK));
+        let blocks =
+            self.out.chunks_mut(BLOCK).zip(self.means2d.chunks_mut(BLOCK)).zip(self.radii.chunks_mut(BLOCK));
         for (block, ((out, means2d), radii)) in blocks.enumerate() {
             let first = self.first + block * BLOCK;
             let inputs = Inputs::load(self.splats, first, out.len());
@@ -92,7 +98,8 @@ impl WithSimd for ProjectChunk<'_> {
                 if !g.can_be_seen(self.view.size) || image.determinant.0[lane].is_infinite() {
                     continue;
                 }
-                g.color = image.basis.color(self.splats.sh_row(first + lane), self.splats.active_degree, lane);
+                g.color =
+                    image.basis.color(self.splats.sh_row(first + lane), self.splats.active_degree, lane);
                 if g.color[0].is_finite() && g.color[1].is_finite() && g.color[2].is_finite() {
                     out[lane] = g;
                     radii[lane] = (image.radius.0[lane].ceil() as u32).max(1);
@@ -186,8 +193,16 @@ impl ImageBlock {
 
 /// Vector number `index` of a block.
 #[inline(always)]
-fn project<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, degree: usize, out: &mut ImageBlock) {
-    let mean = [inputs.mean[0].get(simd, index), inputs.mean[1].get(simd, index), inputs.mean[2].get(simd, index)];
+fn project<S: Simd>(
+    simd: S,
+    inputs: &Inputs,
+    view: &View,
+    index: usize,
+    degree: usize,
+    out: &mut ImageBlock,
+) {
+    let mean =
+        [inputs.mean[0].get(simd, index), inputs.mean[1].get(simd, index), inputs.mean[2].get(simd, index)];
     let [x, y, z] = camera_mean(simd, view, mean);
     let inverse_depth = splat(simd, 1.0) / z;
     let slopes = [x * inverse_depth, y * inverse_depth];
@@ -203,7 +218,8 @@ fn project<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, degree:
     let along = splat(simd, base2) * (c / determinant).sqrt();
     let log2_opacity = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
     // Squared Mahalanobis radius of the ellipse: 2 ln(255 o).
-    let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0)) * splat(simd, 2.0 * std::f32::consts::LN_2);
+    let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0))
+        * splat(simd, 2.0 * std::f32::consts::LN_2);
 
     let principal = [splat(simd, view.principal[0]), splat(simd, view.principal[1])];
     out.mean[0].set(index, slopes[0].mul_add(splat(simd, view.focal[0]), principal[0]));
@@ -224,7 +240,11 @@ fn project<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, degree:
     out.basis.evaluate(
         simd,
         index,
-        [mean[0] - splat(simd, view.center[0]), mean[1] - splat(simd, view.center[1]), mean[2] - splat(simd, view.center[2])],
+        [
+            mean[0] - splat(simd, view.center[0]),
+            mean[1] - splat(simd, view.center[1]),
+            mean[2] - splat(simd, view.center[2]),
+        ],
         degree,
     );
 }
@@ -233,14 +253,22 @@ fn project<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, degree:
 fn camera_mean<S: Simd>(simd: S, view: &View, mean: [V<S>; 3]) -> [V<S>; 3] {
     let mut out = mean;
     for ((out, row), &translation) in out.iter_mut().zip(&view.rotation).zip(&view.translation) {
-        *out = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean) + splat(simd, translation);
+        *out = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean)
+            + splat(simd, translation);
     }
     out
 }
 
 /// `M = J W R S`.
 #[inline(always)]
-fn image_axes<S: Simd>(simd: S, inputs: &Inputs, view: &View, index: usize, slopes: [V<S>; 2], inverse_depth: V<S>) -> [[V<S>; 3]; 2] {
+fn image_axes<S: Simd>(
+    simd: S,
+    inputs: &Inputs,
+    view: &View,
+    index: usize,
+    slopes: [V<S>; 2],
+    inverse_depth: V<S>,
+) -> [[V<S>; 3]; 2] {
     let axes = rotation_columns([
         inputs.rotation[0].get(simd, index),
         inputs.rotation[1].get(simd, index),
@@ -274,7 +302,8 @@ fn rotation_columns<S: Simd>([w, x, y, z]: [V<S>; 4]) -> [[V<S>; 3]; 3] {
     let (zero, one, two) = (w.of(0.0), w.of(1.0), w.of(2.0));
     let norm = (w * w + x * x + (y * y + z * z)).sqrt();
     // NaN stays NaN: it is not below the limit.
-    let tiny = norm.simd.less_than_or_equal_f32s(norm.value, norm.simd.splat_f32s(crate::view::TINY_QUATERNION));
+    let tiny =
+        norm.simd.less_than_or_equal_f32s(norm.value, norm.simd.splat_f32s(crate::view::TINY_QUATERNION));
     let inverse = one / norm;
     let (w, x) = (one.where_set(tiny, w * inverse), zero.where_set(tiny, x * inverse));
     let (y, z) = (zero.where_set(tiny, y * inverse), zero.where_set(tiny, z * inverse));
@@ -313,7 +342,14 @@ mod tests {
         let camera = Camera::look_at([0.5, -3.0, 1.0], [0.0; 3], 0.8, 64, 48);
         let (splats, view) = (Splats::from(&cloud), View::from(&camera));
         let (mut out, mut means2d, mut radii) = ([Projected::default()], [[0.0; 2]], [0]);
-        let chunk = ProjectChunk { splats: &splats, view: &view, first: 0, out: &mut out, means2d: &mut means2d, radii: &mut radii };
+        let chunk = ProjectChunk {
+            splats: &splats,
+            view: &view,
+            first: 0,
+            out: &mut out,
+            means2d: &mut means2d,
+            radii: &mut radii,
+        };
         pulp::Arch::new().dispatch(chunk);
         let g = out[0];
         assert!(g.reach > 0.0 && g.mean == means2d[0]);

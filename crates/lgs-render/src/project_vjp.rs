@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Sums over pixels of what blending sends back to one Gaussian.
 ///
-/// With `v` the cotangent of the exponent at a pixel and `d` the pixel minus the mean, `moments` are the sums of
-/// `[v, v d_x, v d_y, v d_x², v d_x d_y, v d_y²]`.
+/// With `v` the cotangent of the exponent at a pixel and `d` the pixel minus the mean, `moments` are the sums
+/// of `[v, v d_x, v d_y, v d_x², v d_x d_y, v d_y²]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ImageCotangent {
     pub moments: [f32; 6],
@@ -46,7 +46,10 @@ impl CotangentCell {
     #[inline(always)]
     pub(crate) fn get(&self) -> ImageCotangent {
         let mut out = ImageCotangent::default();
-        out.moments.iter_mut().zip(&self.moments).for_each(|(v, cell)| *v = f32::from_bits(cell.load(Relaxed)));
+        out.moments
+            .iter_mut()
+            .zip(&self.moments)
+            .for_each(|(v, cell)| *v = f32::from_bits(cell.load(Relaxed)));
         out.color.iter_mut().zip(&self.color).for_each(|(v, cell)| *v = f32::from_bits(cell.load(Relaxed)));
         out
     }
@@ -62,7 +65,8 @@ pub(crate) struct ParameterCotangent {
     pub mean2d: [f32; 2],
 }
 
-/// Pulls the image cotangent of one Gaussian back to its parameters; `v_sh` (zero on entry) receives that of the SH coefficients.
+/// Pulls the image cotangent of one Gaussian back to its parameters; `v_sh` (zero on entry) receives that of
+/// the SH coefficients.
 #[inline(always)]
 pub(crate) fn project_vjp(
     splats: &Splats,
@@ -81,17 +85,28 @@ pub(crate) fn project_vjp(
     // v_Σ = -K (v_K) K with v_K = -½ [[v_xx, v_xy], [v_xy, v_yy]].
     let half = [[0.5 * v_xx, 0.5 * v_xy], [0.5 * v_xy, 0.5 * v_yy]];
     let v_covariance = mul2(&mul2(&k, &half), &k);
-    let v_m: [[f32; 3]; 2] =
-        std::array::from_fn(|i| add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1])));
+    let v_m: [[f32; 3]; 2] = std::array::from_fn(|i| {
+        add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1]))
+    });
 
     let log_scale = std::array::from_fn(|j| v_m[0][j] * chain.m[0][j] + v_m[1][j] * chain.m[1][j]);
-    let v_turned = v_m.map(|row| [row[0] * chain.scales[0], row[1] * chain.scales[1], row[2] * chain.scales[2]]);
-    let v_rotation: Mat3 =
-        std::array::from_fn(|i| add(scale(v_turned[0], chain.image_from_world[0][i]), scale(v_turned[1], chain.image_from_world[1][i])));
+    let v_turned =
+        v_m.map(|row| [row[0] * chain.scales[0], row[1] * chain.scales[1], row[2] * chain.scales[2]]);
+    let v_rotation: Mat3 = std::array::from_fn(|i| {
+        add(
+            scale(v_turned[0], chain.image_from_world[0][i]),
+            scale(v_turned[1], chain.image_from_world[1][i]),
+        )
+    });
     let v_image_from_world = v_turned.map(|row| mat_vec(&chain.rotation, row));
     let v_camera_mean = camera_mean_vjp(view, &chain, v_mean2d, &v_image_from_world);
-    let v_direction =
-        sh::color_vjp((splats.means[index], view.center), (splats.sh_row(index), splats.active_degree), projected.color, v.color, v_sh);
+    let v_direction = sh::color_vjp(
+        (splats.means[index], view.center),
+        (splats.sh_row(index), splats.active_degree),
+        projected.color,
+        v.color,
+        v_sh,
+    );
     ParameterCotangent {
         mean: add(mat_vec(&transpose(&view.rotation), v_camera_mean), v_direction),
         rotation: quat_vjp(splats.rotations[index], &v_rotation),
@@ -102,9 +117,15 @@ pub(crate) fn project_vjp(
     }
 }
 
-/// Through the projection of the centre and through the Jacobian; a clamped axis passes nothing from the latter to its own coordinate.
+/// Through the projection of the centre and through the Jacobian; a clamped axis passes nothing from the
+/// latter to its own coordinate.
 #[inline(always)]
-fn camera_mean_vjp(view: &View, chain: &Chain, v_mean2d: [f32; 2], v_image_from_world: &[[f32; 3]; 2]) -> [f32; 3] {
+fn camera_mean_vjp(
+    view: &View,
+    chain: &Chain,
+    v_mean2d: [f32; 2],
+    v_image_from_world: &[[f32; 3]; 2],
+) -> [f32; 3] {
     let [x, y, z] = chain.camera_mean;
     let centre = [x, y];
     let mut v = [0.0; 3];
@@ -113,7 +134,8 @@ fn camera_mean_vjp(view: &View, chain: &Chain, v_mean2d: [f32; 2], v_image_from_
         v[i] += focal * v_mean2d[i];
         v[2] -= focal * (centre[i] / z) * v_mean2d[i];
         // Row i of J W is (focal / z) (W_i - tangent_i W_2).
-        let v_focal = dot(v_image_from_world[i], sub(view.rotation[i], scale(view.rotation[2], chain.tangent[i])));
+        let v_focal =
+            dot(v_image_from_world[i], sub(view.rotation[i], scale(view.rotation[2], chain.tangent[i])));
         let v_tangent = -focal * dot(v_image_from_world[i], view.rotation[2]);
         v[2] -= focal / z * v_focal;
         if !chain.clamped[i] {
@@ -141,9 +163,13 @@ fn quat_vjp(raw: [f32; 4], v: &Mat3) -> [f32; 4] {
     let unit = [w, x, y, z];
     let v_unit = [
         2.0 * (x * (v[2][1] - v[1][2]) + y * (v[0][2] - v[2][0]) + z * (v[1][0] - v[0][1])),
-        2.0 * (w * (v[2][1] - v[1][2]) - 2.0 * x * (v[1][1] + v[2][2]) + y * (v[0][1] + v[1][0]) + z * (v[0][2] + v[2][0])),
-        2.0 * (w * (v[0][2] - v[2][0]) + x * (v[0][1] + v[1][0]) - 2.0 * y * (v[0][0] + v[2][2]) + z * (v[1][2] + v[2][1])),
-        2.0 * (w * (v[1][0] - v[0][1]) + x * (v[0][2] + v[2][0]) + y * (v[1][2] + v[2][1]) - 2.0 * z * (v[0][0] + v[1][1])),
+        2.0 * (w * (v[2][1] - v[1][2]) - 2.0 * x * (v[1][1] + v[2][2])
+            + y * (v[0][1] + v[1][0])
+            + z * (v[0][2] + v[2][0])),
+        2.0 * (w * (v[0][2] - v[2][0]) + x * (v[0][1] + v[1][0]) - 2.0 * y * (v[0][0] + v[2][2])
+            + z * (v[1][2] + v[2][1])),
+        2.0 * (w * (v[1][0] - v[0][1]) + x * (v[0][2] + v[2][0]) + y * (v[1][2] + v[2][1])
+            - 2.0 * z * (v[0][0] + v[1][1])),
     ];
     let radial: f32 = (0..4).map(|i| unit[i] * v_unit[i]).sum();
     std::array::from_fn(|i| (v_unit[i] - radial * unit[i]) / length)

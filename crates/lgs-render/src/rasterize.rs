@@ -1,6 +1,8 @@
-//! The driver of the forward pass: project → tile → blend. It owns parallelism and memory; the stages are pure functions.
+//! The driver of the forward pass: project → tile → blend. It owns parallelism and memory; the stages are
+//! pure functions.
 //!
-//! Deterministic for any number of threads: every parallel task writes its own output, and sums run in a fixed order.
+//! Deterministic for any number of threads: every parallel task writes its own output, and sums run in a
+//! fixed order.
 
 use crate::blend::{Blend, CountPairs, TileState};
 use crate::project::{ProjectChunk, Projected};
@@ -63,22 +65,27 @@ impl Rasterized {
         depth
     }
 
-    /// Pairs of pixel and Gaussian of the scene: for each pixel the Gaussians whose ellipse of alpha 1/255 reaches its tile of 16×16 pixels, up
-    /// to the one that stops the pixel. A rasterizer by tiles without further tests evaluates all of them.
+    /// Pairs of pixel and Gaussian of the scene: for each pixel the Gaussians whose ellipse of alpha 1/255
+    /// reaches its tile of 16×16 pixels, up to the one that stops the pixel. A rasterizer by tiles without
+    /// further tests evaluates all of them.
     #[must_use]
     pub fn listed_pairs(&self) -> u64 {
         let of_tile = |(tile, state): (usize, &TileState)| {
             let list = self.tile_list(tile);
             let length = list.members.len() as f32;
-            let rows = (0..list.size[1])
-                .map(|y| state.stop.row(y)[..list.size[0]].iter().map(|stop| (stop + 1.0).min(length) as u64).sum::<u64>());
+            let rows = (0..list.size[1]).map(|y| {
+                state.stop.row(y)[..list.size[0]]
+                    .iter()
+                    .map(|stop| (stop + 1.0).min(length) as u64)
+                    .sum::<u64>()
+            });
             rows.sum::<u64>()
         };
         self.tiles.par_iter().enumerate().map(of_tile).sum()
     }
 
-    /// Pairs of pixel and Gaussian whose alpha the forward pass evaluates: of every tile that a Gaussian's ellipse of alpha 1/255 reaches,
-    /// the rows of pixels that it reaches and that still accept light.
+    /// Pairs of pixel and Gaussian whose alpha the forward pass evaluates: of every tile that a Gaussian's
+    /// ellipse of alpha 1/255 reaches, the rows of pixels that it reaches and that still accept light.
     #[must_use]
     pub fn evaluated_pairs(&self) -> u64 {
         let arch = Arch::new();
@@ -89,7 +96,8 @@ impl Rasterized {
     /// Replaces everything by what [`rasterize`] gives; allocates only what has to grow.
     ///
     /// # Panics
-    /// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than are stored.
+    /// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than
+    /// are stored.
     pub fn update(&mut self, splats: &Splats, camera: &Camera, background: [f32; 3]) {
         splats.assert_consistent();
         let view = View::from(camera);
@@ -106,7 +114,11 @@ impl Rasterized {
         means2d.resize(splats.len(), [0.0; 2]);
         radii.resize(splats.len(), 0);
         let arch = Arch::new();
-        let chunks = projected.par_chunks_mut(CHUNK).zip(means2d.par_chunks_mut(CHUNK)).zip(radii.par_chunks_mut(CHUNK)).enumerate();
+        let chunks = projected
+            .par_chunks_mut(CHUNK)
+            .zip(means2d.par_chunks_mut(CHUNK))
+            .zip(radii.par_chunks_mut(CHUNK))
+            .enumerate();
         chunks.for_each(|(chunk, ((out, means2d), radii))| {
             arch.dispatch(ProjectChunk { splats, view, first: chunk * CHUNK, out, means2d, radii });
         });
@@ -124,7 +136,10 @@ impl Rasterized {
             .enumerate()
             .with_max_len(1)
             .map(|(tile, (image, transmittance))| {
-                let blended = arch.dispatch(Blend { list: tile_list(projected, tiling, size, tile), channels: |g: &Projected| g.color });
+                let blended = arch.dispatch(Blend {
+                    list: tile_list(projected, tiling, size, tile),
+                    channels: |g: &Projected| g.color,
+                });
                 for (y, (image, transmittance)) in image.into_iter().zip(transmittance).enumerate() {
                     blended.write_row(y, background, image, transmittance);
                 }
@@ -145,7 +160,8 @@ impl Rasterized {
 /// Draws Gaussians over a background. [`Rasterized::update`] does the same in arrays that are there.
 ///
 /// # Panics
-/// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than are stored.
+/// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than are
+/// stored.
 #[must_use]
 pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rasterized {
     let mut out = Rasterized::default();
@@ -153,7 +169,12 @@ pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rast
     out
 }
 
-fn tile_list<'a>(projected: &'a [Projected], tiling: &'a Tiling, [width, height]: [usize; 2], tile: usize) -> TileList<'a> {
+fn tile_list<'a>(
+    projected: &'a [Projected],
+    tiling: &'a Tiling,
+    [width, height]: [usize; 2],
+    tile: usize,
+) -> TileList<'a> {
     let origin = [tile % tiling.columns * TILE, tile / tiling.columns * TILE];
     let size = [TILE.min(width - origin[0]), TILE.min(height - origin[1])];
     TileList { projected, members: tiling.tile(tile), origin, size }
@@ -162,7 +183,8 @@ fn tile_list<'a>(projected: &'a [Projected], tiling: &'a Tiling, [width, height]
 /// The rows of every tile, tile by tile.
 fn split_by_tile<T>(image: &mut [T], [width, height]: [usize; 2]) -> Vec<Vec<&mut [T]>> {
     let columns = width.div_ceil(TILE);
-    let mut tiles: Vec<Vec<&mut [T]>> = (0..columns * height.div_ceil(TILE)).map(|_| Vec::with_capacity(TILE)).collect();
+    let mut tiles: Vec<Vec<&mut [T]>> =
+        (0..columns * height.div_ceil(TILE)).map(|_| Vec::with_capacity(TILE)).collect();
     for (y, row) in image.chunks_mut(width.max(1)).enumerate() {
         for (column, part) in row.chunks_mut(TILE).enumerate() {
             tiles[(y / TILE) * columns + column].push(part);

@@ -1,8 +1,9 @@
-//! The rasterizer, SSIM and the photometric loss in plain tensor operations: slow, dense, obvious. Tests hold the fast kernels against it,
-//! and automatic differentiation gives its gradients.
+//! The rasterizer, SSIM and the photometric loss in plain tensor operations: slow, dense, obvious. Tests hold
+//! the fast kernels against it, and automatic differentiation gives its gradients.
 //!
-//! Every Gaussian is evaluated at every pixel (`[n, pixels]` tensors). What is decided without a gradient — culling, depth order, which
-//! pairs reach 1/255, where blending stops — is a mask of constants, as in the fast kernel.
+//! Every Gaussian is evaluated at every pixel (`[n, pixels]` tensors). What is decided without a gradient —
+//! culling, depth order, which pairs reach 1/255, where blending stops — is a mask of constants, as in the
+//! fast kernel.
 
 use crate::project::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
 use crate::sh::{C1, C2, C3};
@@ -16,7 +17,12 @@ use lgs_core::{Camera, SH_C0};
 /// # Panics
 /// If no Gaussian is in front of the camera: tensors without rows are left to the fast kernel.
 #[must_use]
-pub fn rasterize(splats: &SplatTensors, camera: &Camera, background: [f32; 3], active_degree: usize) -> (Tensor<3>, Tensor<2>) {
+pub fn rasterize(
+    splats: &SplatTensors,
+    camera: &Camera,
+    background: [f32; 3],
+    active_degree: usize,
+) -> (Tensor<3>, Tensor<2>) {
     let device = splats.means.device();
     let (height, width) = (camera.height as usize, camera.width as usize);
     let order = front_to_back(&splats.means, camera);
@@ -32,7 +38,8 @@ pub fn rasterize(splats: &SplatTensors, camera: &Camera, background: [f32; 3], a
     let after = cumulative_product(&alpha.clone().neg().add_scalar(1.0));
     let n = after.dims()[0];
     let pixels = width * height;
-    let before = Tensor::cat(vec![Tensor::ones([1, pixels], &device), after.clone().slice([0..n - 1, 0..pixels])], 0);
+    let before =
+        Tensor::cat(vec![Tensor::ones([1, pixels], &device), after.clone().slice([0..n - 1, 0..pixels])], 0);
     let weight = alpha * before;
     let last = after.slice([n - 1..n, 0..pixels]);
     let background = row([background], &device);
@@ -62,10 +69,12 @@ impl ImagePlane {
         let dy = centres(|i, width| i / width) - self.pixel[1].clone();
         let [a, b, c] = self.covariance.clone();
         let determinant = a.clone() * c.clone() - b.clone() * b.clone();
-        let quadratic = dx.clone() * dx.clone() * c - dx * dy.clone() * b.mul_scalar(2.0) + dy.clone() * dy * a;
+        let quadratic =
+            dx.clone() * dx.clone() * c - dx * dy.clone() * b.mul_scalar(2.0) + dy.clone() * dy * a;
         let power = (quadratic / determinant).mul_scalar(-0.5);
         let raw = power.clone().exp() * self.opacity.clone();
-        let seen = raw.clone().detach().greater_equal_elem(ALPHA_MIN).float() * power.detach().lower_equal_elem(0.0).float();
+        let seen = raw.clone().detach().greater_equal_elem(ALPHA_MIN).float()
+            * power.detach().lower_equal_elem(0.0).float();
         raw.clamp_max(ALPHA_MAX) * seen
     }
 }
@@ -73,7 +82,8 @@ impl ImagePlane {
 /// Indices in front of the near plane, nearest first, ties by index.
 fn front_to_back(means: &Tensor<2>, camera: &Camera) -> Vec<i64> {
     let values = means.clone().into_data().try_to_vec::<f32>().expect("f32 means");
-    let depth: Vec<f32> = values.as_chunks::<3>().0.iter().map(|&mean| camera.pixel_from_world(mean).1).collect();
+    let depth: Vec<f32> =
+        values.as_chunks::<3>().0.iter().map(|&mean| camera.pixel_from_world(mean).1).collect();
     let mut order: Vec<i64> = (0..depth.len() as i64).filter(|&i| depth[i as usize] > camera.near).collect();
     order.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]));
     order
@@ -88,31 +98,42 @@ fn columns<const N: usize>(tensor: &Tensor<2>) -> [Tensor<2>; N] {
     std::array::from_fn(|i| tensor.clone().slice([0..rows, i..i + 1]))
 }
 
-fn project(splats: &SplatTensors, camera: &Camera, order: &Tensor<1, Int>, active_degree: usize) -> ImagePlane {
+fn project(
+    splats: &SplatTensors,
+    camera: &Camera,
+    order: &Tensor<1, Int>,
+    active_degree: usize,
+) -> ImagePlane {
     let device = splats.means.device();
     let m = camera.camera_from_world.transpose().to_cols_array_2d();
     let rotation = [0, 1, 2].map(|i| [m[i][0], m[i][1], m[i][2]]);
     let means = splats.means.clone().select(0, order.clone());
-    let camera_means = means.clone().matmul(row(rotation, &device).transpose()) + row([[m[0][3], m[1][3], m[2][3]]], &device);
+    let camera_means = means.clone().matmul(row(rotation, &device).transpose())
+        + row([[m[0][3], m[1][3], m[2][3]]], &device);
     let [x, y, z] = columns::<3>(&camera_means);
 
     let scales = columns::<3>(&splats.log_scales.clone().select(0, order.clone()).exp());
     let turned = rotation_columns(&splats.rotations.clone().select(0, order.clone()));
-    let limit = [camera.width as f32 / (2.0 * camera.fx), camera.height as f32 / (2.0 * camera.fy)].map(|tangent| 1.3 * tangent);
+    let limit = [camera.width as f32 / (2.0 * camera.fx), camera.height as f32 / (2.0 * camera.fy)]
+        .map(|tangent| 1.3 * tangent);
     let rows: [[Tensor<2>; 3]; 2] = std::array::from_fn(|i| {
         let (focal, coordinate) = ([camera.fx, camera.fy][i], [&x, &y][i]);
         let tangent = (coordinate.clone() / z.clone()).clamp(-limit[i], limit[i]);
         // Row i of J W R S; `world[k]` is component k of row i of J W.
-        let world: [Tensor<2>; 3] =
-            std::array::from_fn(|k| (tangent.clone().mul_scalar(-rotation[2][k]).add_scalar(rotation[i][k]) / z.clone()).mul_scalar(focal));
+        let world: [Tensor<2>; 3] = std::array::from_fn(|k| {
+            (tangent.clone().mul_scalar(-rotation[2][k]).add_scalar(rotation[i][k]) / z.clone())
+                .mul_scalar(focal)
+        });
         std::array::from_fn(|j| {
-            let along =
-                world[0].clone() * turned[0][j].clone() + world[1].clone() * turned[1][j].clone() + world[2].clone() * turned[2][j].clone();
+            let along = world[0].clone() * turned[0][j].clone()
+                + world[1].clone() * turned[1][j].clone()
+                + world[2].clone() * turned[2][j].clone();
             along * scales[j].clone()
         })
     });
-    let inner =
-        |a: &[Tensor<2>; 3], b: &[Tensor<2>; 3]| (0..3).map(|j| a[j].clone() * b[j].clone()).reduce(|s, t| s + t).expect("three terms");
+    let inner = |a: &[Tensor<2>; 3], b: &[Tensor<2>; 3]| {
+        (0..3).map(|j| a[j].clone() * b[j].clone()).reduce(|s, t| s + t).expect("three terms")
+    };
     let probe = columns::<2>(&splats.means2d_probe.clone().select(0, order.clone()));
     let n = order.dims()[0];
     let [probe_x, probe_y] = probe;
@@ -121,7 +142,11 @@ fn project(splats: &SplatTensors, camera: &Camera, order: &Tensor<1, Int>, activ
             (x.clone() / z.clone()).mul_scalar(camera.fx).add_scalar(camera.cx) + probe_x,
             (y.clone() / z.clone()).mul_scalar(camera.fy).add_scalar(camera.cy) + probe_y,
         ],
-        covariance: [inner(&rows[0], &rows[0]).add_scalar(BLUR), inner(&rows[0], &rows[1]), inner(&rows[1], &rows[1]).add_scalar(BLUR)],
+        covariance: [
+            inner(&rows[0], &rows[0]).add_scalar(BLUR),
+            inner(&rows[0], &rows[1]),
+            inner(&rows[1], &rows[1]).add_scalar(BLUR),
+        ],
         opacity: activation::sigmoid(splats.raw_opacities.clone().select(0, order.clone())).reshape([n, 1]),
         color: color(&means, camera, splats.sh.clone().select(0, order.clone()), active_degree),
     }
@@ -156,7 +181,9 @@ fn color(means: &Tensor<2>, camera: &Camera, sh: Tensor<3>, degree: usize) -> Te
 fn basis_of_tensors(x: &Tensor<2>, y: &Tensor<2>, z: &Tensor<2>, degree: usize) -> Vec<Tensor<2>> {
     let product = |a: &Tensor<2>, b: &Tensor<2>| a.clone() * b.clone();
     let (xx, yy, zz) = (product(x, x), product(y, y), product(z, z));
-    let sum = |a: f32, b: f32, c: f32| xx.clone().mul_scalar(a) + yy.clone().mul_scalar(b) + zz.clone().mul_scalar(c);
+    let sum = |a: f32, b: f32, c: f32| {
+        xx.clone().mul_scalar(a) + yy.clone().mul_scalar(b) + zz.clone().mul_scalar(c)
+    };
     let mut basis = vec![x.clone().mul_scalar(0.0).add_scalar(SH_C0)];
     if degree >= 1 {
         basis.extend([y.clone().mul_scalar(-C1), z.clone().mul_scalar(C1), x.clone().mul_scalar(-C1)]);
@@ -180,7 +207,8 @@ fn basis_of_tensors(x: &Tensor<2>, y: &Tensor<2>, z: &Tensor<2>, degree: usize) 
     basis
 }
 
-/// Running product along the first axis, by products of slices so that it differentiates exactly where factors are small.
+/// Running product along the first axis, by products of slices so that it differentiates exactly where
+/// factors are small.
 fn cumulative_product(factors: &Tensor<2>) -> Tensor<2> {
     let [n, pixels] = factors.dims();
     let mut rows = Vec::with_capacity(n);
@@ -206,8 +234,10 @@ pub fn ssim(a: &Tensor<3>, b: &Tensor<3>) -> Tensor<1> {
     let variance_b = blurred(b.clone() * b.clone()) - mean_b.clone() * mean_b.clone();
     let covariance = blurred(a.clone() * b.clone()) - mean_a.clone() * mean_b.clone();
     let (c1, c2) = (0.01 * 0.01, 0.03 * 0.03);
-    let numerator = (mean_a.clone() * mean_b.clone()).mul_scalar(2.0).add_scalar(c1) * covariance.mul_scalar(2.0).add_scalar(c2);
-    let denominator = (mean_a.clone() * mean_a + mean_b.clone() * mean_b).add_scalar(c1) * (variance_a + variance_b).add_scalar(c2);
+    let numerator = (mean_a.clone() * mean_b.clone()).mul_scalar(2.0).add_scalar(c1)
+        * covariance.mul_scalar(2.0).add_scalar(c2);
+    let denominator = (mean_a.clone() * mean_a + mean_b.clone() * mean_b).add_scalar(c1)
+        * (variance_a + variance_b).add_scalar(c2);
     (numerator / denominator).mean()
 }
 

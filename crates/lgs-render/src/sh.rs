@@ -1,8 +1,10 @@
-//! Colour from real spherical harmonics up to degree 3, in the order of the INRIA rasterizer (`reference-systems` §2.2).
+//! Colour from real spherical harmonics up to degree 3, in the order of the INRIA rasterizer
+//! (`reference-systems` §2.2).
 //!
-//! `colour = max(0, Σ_k basis_k(direction) · coefficient_k + 1/2)` per channel, the direction running from the camera to the mean. A channel
-//! clamped at zero has zero gradient. The basis polynomials are differentiated as polynomials of (x, y, z); the projection on the unit
-//! sphere removes what that adds along the direction.
+//! `colour = max(0, Σ_k basis_k(direction) · coefficient_k + 1/2)` per channel, the direction running from
+//! the camera to the mean. A channel clamped at zero has zero gradient. The basis polynomials are
+//! differentiated as polynomials of (x, y, z); the projection on the unit sphere removes what that adds along
+//! the direction.
 
 use crate::simd::{Lanes, V, splat};
 use lgs_core::SH_C0;
@@ -11,7 +13,8 @@ use pulp::Simd;
 
 pub(crate) const C1: f32 = 0.488_602_52;
 pub(crate) const C2: [f32; 5] = [1.092_548_5, -1.092_548_5, 0.315_391_57, -1.092_548_5, 0.546_274_24];
-pub(crate) const C3: [f32; 7] = [-0.590_043_6, 2.890_611_4, -0.457_045_8, 0.373_176_34, -0.457_045_8, 1.445_305_7, -0.590_043_6];
+pub(crate) const C3: [f32; 7] =
+    [-0.590_043_6, 2.890_611_4, -0.457_045_8, 0.373_176_34, -0.457_045_8, 1.445_305_7, -0.590_043_6];
 
 /// Values of the 16 basis functions at a unit direction; those above `degree` are zero.
 #[inline(always)]
@@ -85,7 +88,9 @@ impl Basis {
     #[inline(always)]
     pub(crate) fn color(&self, coefficients: &[f32], degree: usize, lane: usize) -> [f32; 3] {
         let mut rgb = [0.5_f32; 3];
-        for (weights, c) in self.0.iter().zip(coefficients.as_chunks::<3>().0).take((degree + 1) * (degree + 1)) {
+        for (weights, c) in
+            self.0.iter().zip(coefficients.as_chunks::<3>().0).take((degree + 1) * (degree + 1))
+        {
             for channel in 0..3 {
                 rgb[channel] = weights.0[lane].mul_add(c[channel], rgb[channel]);
             }
@@ -112,11 +117,15 @@ fn basis_vjp([x, y, z]: [f32; 3], degree: usize, v: &[f32; 16]) -> [f32; 3] {
         out[2] += C2[1] * y * v[5] + 4.0 * C2[2] * z * v[6] + C2[3] * x * v[7];
     }
     if degree >= 3 {
-        out[0] += C3[0] * 6.0 * x * y * v[9] + C3[1] * y * z * v[10] - C3[2] * 2.0 * x * y * v[11] - C3[3] * 6.0 * x * z * v[12]
+        out[0] += C3[0] * 6.0 * x * y * v[9] + C3[1] * y * z * v[10]
+            - C3[2] * 2.0 * x * y * v[11]
+            - C3[3] * 6.0 * x * z * v[12]
             + C3[4] * (4.0 * zz - 3.0 * xx - yy) * v[13]
             + C3[5] * 2.0 * x * z * v[14]
             + C3[6] * 3.0 * (xx - yy) * v[15];
-        out[1] += C3[0] * 3.0 * (xx - yy) * v[9] + C3[1] * x * z * v[10] + C3[2] * (4.0 * zz - xx - 3.0 * yy) * v[11]
+        out[1] += C3[0] * 3.0 * (xx - yy) * v[9]
+            + C3[1] * x * z * v[10]
+            + C3[2] * (4.0 * zz - xx - 3.0 * yy) * v[11]
             - C3[3] * 6.0 * y * z * v[12]
             - C3[4] * 2.0 * x * y * v[13]
             - C3[5] * 2.0 * y * z * v[14]
@@ -193,7 +202,8 @@ mod tests {
             assert!((slope - found).abs() < 2e-3, "axis {axis}: {slope} {found}");
         }
         for (k, &found) in v_coefficients.iter().enumerate() {
-            let moved = |d: f32| (0..48).map(|i| coefficients[i] + if i == k { d } else { 0.0 }).collect::<Vec<_>>();
+            let moved =
+                |d: f32| (0..48).map(|i| coefficients[i] + if i == k { d } else { 0.0 }).collect::<Vec<_>>();
             let slope = (loss(mean, &moved(0.05)) - loss(mean, &moved(-0.05))) / 0.1;
             assert!((slope - found).abs() < 1e-3, "coefficient {k}");
         }

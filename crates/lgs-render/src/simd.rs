@@ -1,10 +1,11 @@
 //! Lane arithmetic shared by the kernels, generic over the processor's vector width.
 //!
-//! A kernel is a `pulp::WithSimd` value: `pulp::Arch::dispatch` compiles it once per feature level (AVX-512, AVX2, NEON, scalar) and
-//! picks at run time. Kernels work on blocks of [`BLOCK`] values, that is `BLOCK / lanes` vectors.
+//! A kernel is a `pulp::WithSimd` value: `pulp::Arch::dispatch` compiles it once per feature level (AVX-512,
+//! AVX2, NEON, scalar) and picks at run time. Kernels work on blocks of [`BLOCK`] values, that is `BLOCK /
+//! lanes` vectors.
 //!
-//! No closures in here and in the kernels: the body of a closure (of `array::map`, say) is compiled without the vector features, so that
-//! intrinsics in it would stay calls.
+//! No closures in here and in the kernels: the body of a closure (of `array::map`, say) is compiled without
+//! the vector features, so that intrinsics in it would stay calls.
 
 use crate::exponential::exp2;
 use pulp::Simd;
@@ -97,9 +98,13 @@ impl<S: Simd> V<S> {
         // Exponent and mantissa, the latter in [√½, √2).
         let bits = simd.sub_u32s(simd.transmute_u32s_f32s(self.value), simd.splat_u32s(ROOT_HALF_BITS));
         let exponent = simd.and_u32s(bits, simd.splat_u32s(0xff80_0000));
-        let mantissa = simd.transmute_f32s_u32s(simd.sub_u32s(simd.transmute_u32s_f32s(self.value), exponent));
+        let mantissa =
+            simd.transmute_f32s_u32s(simd.sub_u32s(simd.transmute_u32s_f32s(self.value), exponent));
         // The biased exponent as a float: its bits in the mantissa of 2²³.
-        let biased = simd.wrapping_dyn_shr_u32s(simd.add_u32s(exponent, simd.splat_u32s(0x4000_0000)), simd.splat_u32s(23));
+        let biased = simd.wrapping_dyn_shr_u32s(
+            simd.add_u32s(exponent, simd.splat_u32s(0x4000_0000)),
+            simd.splat_u32s(23),
+        );
         let whole = simd.transmute_f32s_u32s(simd.or_u32s(biased, simd.splat_u32s(0x4b00_0000)));
         let whole = Self { value: whole, ..self } - self.of(8_388_608.0 + 128.0);
         let mantissa = Self { value: mantissa, ..self };
@@ -149,14 +154,15 @@ const ROOT_HALF_BITS: u32 = 0x3f35_04f3;
 /// Newton steps that bring [`rough_reciprocal`] within 3e-7.
 pub(crate) const ROUGH_STEPS: usize = 3;
 
-/// `1 / x` for normal positive numbers within 0.13 relative: the exponent, negated, and the mantissa as if it were part of it.
+/// `1 / x` for normal positive numbers within 0.13 relative: the exponent, negated, and the mantissa as if it
+/// were part of it.
 #[inline(always)]
 pub(crate) fn rough_reciprocal<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     simd.transmute_f32s_u32s(simd.sub_u32s(simd.splat_u32s(0x7ef3_11c7), simd.transmute_u32s_f32s(x)))
 }
 
-/// `1 / x` for normal positive numbers within 3e-7 relative: an estimate from the bits, then three Newton steps. Division is slower than all
-/// the rest of a step of blending.
+/// `1 / x` for normal positive numbers within 3e-7 relative: an estimate from the bits, then three Newton
+/// steps. Division is slower than all the rest of a step of blending.
 #[inline(always)]
 pub(crate) fn reciprocal<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let two = simd.splat_f32s(2.0);
@@ -222,7 +228,10 @@ mod tests {
         Arch::new().dispatch(Evaluate(Function::Log2, &mut found));
         for (x, y) in inputs.iter().zip(&found) {
             let expected = f64::from(*x).log2();
-            assert!((f64::from(*y) - expected).abs() < 3e-7 + 1.2e-7 * expected.abs(), "log2 {x} gave {y}, not {expected}");
+            assert!(
+                (f64::from(*y) - expected).abs() < 3e-7 + 1.2e-7 * expected.abs(),
+                "log2 {x} gave {y}, not {expected}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! What goes into the rasterizer and what comes out of its backward pass: parallel arrays, borrowed and owned.
+//! What goes into the rasterizer and what comes out of its backward pass: parallel arrays, borrowed and
+//! owned.
 
 use lgs_core::{GaussianCloud, sh_coefficients};
 

@@ -1,9 +1,11 @@
 //! SSIM and its slopes from windowed values.
 //!
-//! Of the sum `p = a + b` and the difference `m = a - b`: with means P and M, and variances about them,
-//! `2 μa μb = (P² - M²) / 2`, `μa² + μb² = (P² + M²) / 2`, and the same for the variances. The halves cancel in SSIM.
+//! Of the sum `p = a + b` and the difference `m = a - b`: with means P and M, and variances about them, `2 μa
+//! μb = (P² - M²) / 2`, `μa² + μb² = (P² + M²) / 2`, and the same for the variances. The halves cancel in
+//! SSIM.
 //!
-//! Windows give sums that are `gain` times a mean (`window`), so that here all terms of SSIM are `gain²` times theirs, which cancels as well.
+//! Windows give sums that are `gain` times a mean (`window`), so that here all terms of SSIM are `gain²`
+//! times theirs, which cancels as well.
 
 use crate::pack::Pack;
 use crate::simd::{V, splat};
@@ -32,12 +34,16 @@ impl<S: Simd> Constants<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S) -> Self {
         let gain = gain();
-        Self { gain: splat(simd, gain as f32), c1: splat(simd, (gain * gain * C1) as f32), c2: splat(simd, (gain * gain * C2) as f32) }
+        Self {
+            gain: splat(simd, gain as f32),
+            c1: splat(simd, (gain * gain * C1) as f32),
+            c2: splat(simd, (gain * gain * C2) as f32),
+        }
     }
 }
 
-/// SSIM from the windowed sums of p, m, p² and m²; and, times `weight`, half of its slopes by those of p (with that of m), and, over the gain, by those
-/// of p² and, negated, of m².
+/// SSIM from the windowed sums of p, m, p² and m²; and, times `weight`, half of its slopes by those of p
+/// (with that of m), and, over the gain, by those of p² and, negated, of m².
 #[inline(always)]
 pub(crate) fn compare<S: Simd, const N: usize>(
     constants: &Constants<S>,
@@ -62,11 +68,17 @@ pub(crate) fn compare<S: Simd, const N: usize>(
 ///
 /// `scale` is that of the slopes by p and m over that of the others.
 #[inline(always)]
-pub(crate) fn slope<S: Simd>([p, m]: [V<S>; 2], [mean, by_sum, by_difference]: [V<S>; 3], scale: V<S>, weight_absolute: V<S>) -> V<S> {
+pub(crate) fn slope<S: Simd>(
+    [p, m]: [V<S>; 2],
+    [mean, by_sum, by_difference]: [V<S>; 3],
+    scale: V<S>,
+    weight_absolute: V<S>,
+) -> V<S> {
     // The sign of m times the weight; zero where m is.
     let (simd, zero) = (p.simd, p.of(0.0));
     let sign = simd.and_u32s(simd.transmute_u32s_f32s(m.value), simd.splat_u32s(1 << 31));
-    let signed = simd.transmute_f32s_u32s(simd.xor_u32s(sign, simd.transmute_u32s_f32s(weight_absolute.value)));
+    let signed =
+        simd.transmute_f32s_u32s(simd.xor_u32s(sign, simd.transmute_u32s_f32s(weight_absolute.value)));
     let same = simd.equal_f32s(m.value, zero.value);
     let sign = zero.where_set(same, V { simd, value: signed });
     m.negate_mul_add(by_difference, p.mul_add(by_sum, mean.mul_add(scale, sign)))

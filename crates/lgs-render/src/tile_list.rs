@@ -1,8 +1,9 @@
 //! The list of one tile, read in batches: what both directions of blending share.
 //!
-//! A tile is 16 rows of 16 pixels. With `u = f₀ d_x + f₁ d_y` and `w = f₂ d_y` (see `project`), `log2 α = log2 o - w² - u²`; along a row only `f₀ d_x`
-//! varies between lanes. A batch is copied out of the scattered Gaussians at once, so that the misses overlap, and the rows of the tile
-//! that each ellipse reaches are found for a vector of Gaussians at a time.
+//! A tile is 16 rows of 16 pixels. With `u = f₀ d_x + f₁ d_y` and `w = f₂ d_y` (see `project`), `log2 α =
+//! log2 o - w² - u²`; along a row only `f₀ d_x` varies between lanes. A batch is copied out of the scattered
+//! Gaussians at once, so that the misses overlap, and the rows of the tile that each ellipse reaches are
+//! found for a vector of Gaussians at a time.
 
 use crate::extent::{MARGIN, SLACK};
 use crate::project::Projected;
@@ -16,7 +17,8 @@ const PIXELS: usize = TILE * TILE;
 pub(crate) const BATCH: usize = 64;
 
 /// Offsets of the pixel centres of a row or a column of the tile.
-const CENTRES: Lanes = Lanes([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5]);
+const CENTRES: Lanes =
+    Lanes([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5]);
 
 /// One value per pixel of a tile, row by row.
 #[derive(Clone, Copy, Debug)]
@@ -89,9 +91,16 @@ impl Batch {
         }
     }
 
-    /// Reads the Gaussians from position `first` on, at most [`BATCH`]; `channels` picks the three values to be blended.
+    /// Reads the Gaussians from position `first` on, at most [`BATCH`]; `channels` picks the three values to
+    /// be blended.
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&mut self, simd: S, list: &TileList, first: usize, channels: &impl Fn(&Projected) -> [f32; 3]) -> usize {
+    pub(crate) fn load<S: Simd>(
+        &mut self,
+        simd: S,
+        list: &TileList,
+        first: usize,
+        channels: &impl Fn(&Projected) -> [f32; 3],
+    ) -> usize {
         let members = &list.members[first..list.members.len().min(first + BATCH)];
         let origin = [list.origin[0] as f32, list.origin[1] as f32];
         for (j, member) in members.iter().enumerate() {
@@ -119,21 +128,29 @@ impl Batch {
         let (block, lane) = (j / BLOCK, j % BLOCK);
         Splat {
             mean: [self.mean[0][block].0[lane], self.mean[1][block].0[lane]],
-            factor: [self.factor[0][block].0[lane], self.factor[1][block].0[lane], self.factor[2][block].0[lane]],
+            factor: [
+                self.factor[0][block].0[lane],
+                self.factor[1][block].0[lane],
+                self.factor[2][block].0[lane],
+            ],
             log2_opacity: self.log2_opacity[j],
             channels: self.channels[j],
             rows: self.rows[j],
         }
     }
 
-    /// The rows that ellipses reach within the columns of the tile: `extent::pixel_columns` with the axes exchanged.
+    /// The rows that ellipses reach within the columns of the tile: `extent::pixel_columns` with the axes
+    /// exchanged.
     #[inline(always)]
     fn find_rows<S: Simd>(&mut self, simd: S, block: usize, [width, height]: [usize; 2]) {
         let (mut first, mut last) = (Lanes::ZERO, Lanes::ZERO);
         for index in 0..BLOCK / S::F32_LANES {
             let mean = [self.mean[0][block].get(simd, index), self.mean[1][block].get(simd, index)];
-            let [f0, f1, f2] =
-                [self.factor[0][block].get(simd, index), self.factor[1][block].get(simd, index), self.factor[2][block].get(simd, index)];
+            let [f0, f1, f2] = [
+                self.factor[0][block].get(simd, index),
+                self.factor[1][block].get(simd, index),
+                self.factor[2][block].get(simd, index),
+            ];
             let half = self.half_width[block].get(simd, index) + splat(simd, MARGIN);
             let low = (splat(simd, 0.5) - mean[0]).max(-half);
             let high = (splat(simd, width as f32 - 0.5) - mean[0]).min(half);
@@ -141,7 +158,8 @@ impl Batch {
             let (d_bottom, d_top) = (lowest.max(low).min(high), (-lowest).max(low).min(high));
             let k = f1 * f1 + f2 * f2;
             let inverse = splat(simd, 1.0) / k;
-            let (slope, reach) = (f0 * f1 * inverse, self.reach[block].get(simd, index) * splat(simd, SLACK) * k);
+            let (slope, reach) =
+                (f0 * f1 * inverse, self.reach[block].get(simd, index) * splat(simd, SLACK) * k);
             let bottom = half_chord(reach, f0 * f2 * d_bottom) * inverse - slope * d_bottom;
             let top = -half_chord(reach, f0 * f2 * d_top) * inverse - slope * d_top;
             let slack = splat(simd, MARGIN) + splat(simd, 1e-5) * (bottom - top);

@@ -1,13 +1,15 @@
 //! Which Gaussians touch which tile, nearest first.
 //!
-//! 1. Chunks of the Gaussians, in parallel, find the exact span of tiles of each Gaussian in each row of tiles (`extent`) and count the tiles.
+//! 1. Chunks of the Gaussians, in parallel, find the exact span of tiles of each Gaussian in each row of
+//!    tiles (`extent`) and count the tiles.
 //! 2. The counts are summed over chunks, which gives every chunk its place in every list.
 //! 3. The chunks, in parallel, write depths and numbers of entries into the lists.
 //! 4. Every list, in parallel, is sorted by depth, ties by index, while it lies in the first-level cache.
 //!
-//! The result depends on neither the number of chunks nor that of threads. The entries of all lists are numbered Gaussian by Gaussian, in the
-//! order of their indices: the backward pass leaves under this number what a tile sends to an entry, so that the sums over the tiles of each
-//! Gaussian read memory from its beginning to its end, and in a fixed order. All arrays are kept from call to call.
+//! The result depends on neither the number of chunks nor that of threads. The entries of all lists are
+//! numbered Gaussian by Gaussian, in the order of their indices: the backward pass leaves under this number
+//! what a tile sends to an entry, so that the sums over the tiles of each Gaussian read memory from its
+//! beginning to its end, and in a fixed order. All arrays are kept from call to call.
 
 use crate::extent::{pixel_box, pixel_columns};
 use crate::project::Projected;
@@ -44,8 +46,8 @@ pub(crate) struct Tiling {
     first: Vec<u32>,
     /// The Gaussian of every entry, by number.
     gaussians: Vec<u32>,
-    /// The lists before they are sorted: bits of the (positive) depth, then the number of the entry. Any thread may write anywhere, but none
-    /// where another does.
+    /// The lists before they are sorted: bits of the (positive) depth, then the number of the entry. Any
+    /// thread may write anywhere, but none where another does.
     unsorted: Vec<AtomicU64>,
     chunks: Vec<Spans>,
 }
@@ -73,9 +75,11 @@ impl Tiling {
         let (arch, tiles) = (Arch::new(), self.columns * height.div_ceil(TILE));
         let chunk = MIN_CHUNK.max(projected.len().div_ceil(MAX_CHUNKS));
         self.chunks.resize_with(projected.len().div_ceil(chunk), Spans::default);
-        self.chunks.par_iter_mut().zip(projected.par_chunks(chunk)).with_max_len(1).for_each(|(out, projected)| {
-            arch.dispatch(FindSpans { projected, size: [width, height], out });
-        });
+        self.chunks.par_iter_mut().zip(projected.par_chunks(chunk)).with_max_len(1).for_each(
+            |(out, projected)| {
+                arch.dispatch(FindSpans { projected, size: [width, height], out });
+            },
+        );
         place(&mut self.chunks, tiles, &mut self.starts);
         self.deal(projected, chunk);
         self.sort();
@@ -90,8 +94,10 @@ impl Tiling {
         first.resize(projected.len() + 1, 0);
         first[projected.len()] = total as u32;
         let mut rest = &mut gaussians[..];
-        let gaussians: Vec<&mut [u32]> =
-            chunks.iter().map(|chunk| rest.split_off_mut(..chunk.entries as usize).unwrap_or_default()).collect();
+        let gaussians: Vec<&mut [u32]> = chunks
+            .iter()
+            .map(|chunk| rest.split_off_mut(..chunk.entries as usize).unwrap_or_default())
+            .collect();
         let numbered = first[..projected.len()].par_chunks_mut(chunk).zip(gaussians).enumerate();
         let dealt = chunks.par_iter_mut().zip(projected.par_chunks(chunk)).zip(numbered).with_max_len(1);
         dealt.for_each(|((spans, projected), (number, (first, gaussians)))| {
@@ -106,7 +112,10 @@ impl Tiling {
         let mut rest = (&mut members[..], &unsorted[..]);
         let lists = starts.array_windows().map(|&[start, end]| {
             let length = (end - start) as usize;
-            (rest.0.split_off_mut(..length).unwrap_or_default(), rest.1.split_off(..length).unwrap_or_default())
+            (
+                rest.0.split_off_mut(..length).unwrap_or_default(),
+                rest.1.split_off(..length).unwrap_or_default(),
+            )
         });
         let lists: Vec<(&mut [Member], &[AtomicU64])> = lists.collect();
         // Lists of a task share the memory of the keys.
@@ -203,8 +212,17 @@ impl Spans {
         self.lengths.push((self.spans.len() - before) as u16);
     }
 
-    /// Writes the chunk's Gaussians, the first of which has the index `index`, into the lists, and numbers their entries.
-    fn deal(&mut self, projected: &[Projected], index: u32, columns: usize, first: &mut [u32], gaussians: &mut [u32], lists: &[AtomicU64]) {
+    /// Writes the chunk's Gaussians, the first of which has the index `index`, into the lists, and numbers
+    /// their entries.
+    fn deal(
+        &mut self,
+        projected: &[Projected],
+        index: u32,
+        columns: usize,
+        first: &mut [u32],
+        gaussians: &mut [u32],
+        lists: &[AtomicU64],
+    ) {
         let (mut spans, mut gaussians) = (self.spans.iter(), gaussians.iter_mut());
         let mut entry = self.first;
         for (((g, &count), first), index) in projected.iter().zip(&self.lengths).zip(first).zip(index..) {
@@ -231,7 +249,8 @@ impl Span {
     }
 }
 
-/// From counts to where each tile's list starts, where each chunk's part of it does, and which numbers its entries have.
+/// From counts to where each tile's list starts, where each chunk's part of it does, and which numbers its
+/// entries have.
 fn place(chunks: &mut [Spans], tiles: usize, starts: &mut Vec<u32>) {
     starts.clear();
     let mut total = 0;
@@ -273,7 +292,9 @@ mod tests {
                 let list = tiling.tile(tile);
                 let key = |member: &Member| (projected[member.gaussian as usize].depth, member.gaussian);
                 assert!(list.is_sorted_by(|a, b| key(a) < key(b)));
-                assert!(list.iter().all(|member| tiling.entries(member.gaussian as usize).contains(&(member.entry as usize))));
+                assert!(list.iter().all(|member| {
+                    tiling.entries(member.gaussian as usize).contains(&(member.entry as usize))
+                }));
                 entries += list.len();
             }
             assert_eq!((entries, tiling.len()), ((0..count).map(|i| tiling.entries(i).len()).sum(), entries));

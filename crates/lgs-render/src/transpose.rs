@@ -20,7 +20,12 @@ impl Rows for Square {
 
 /// Puts the columns of a square to one plane of rows.
 #[inline(always)]
-pub(crate) fn transpose<S: Simd, const PLANES: usize>(simd: S, from: &impl Rows, plane: usize, to: &mut [[Lanes; PLANES]; BLOCK]) {
+pub(crate) fn transpose<S: Simd, const PLANES: usize>(
+    simd: S,
+    from: &impl Rows,
+    plane: usize,
+    to: &mut [[Lanes; PLANES]; BLOCK],
+) {
     #[cfg(target_arch = "x86_64")]
     {
         let level: &dyn std::any::Any = &simd;
@@ -39,7 +44,8 @@ pub(crate) fn transpose<S: Simd, const PLANES: usize>(simd: S, from: &impl Rows,
     }
 }
 
-/// In every quarter of a vector, of which four rows stand side by side, columns become rows; then quarters change places.
+/// In every quarter of a vector, of which four rows stand side by side, columns become rows; then quarters
+/// change places.
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::{BLOCK, Lanes, Rows};
@@ -50,9 +56,19 @@ mod x86 {
     const HALF: usize = BLOCK / 2;
 
     #[inline(always)]
-    pub(super) fn transpose_sixteen<const PLANES: usize>(simd: V4, from: &impl Rows, plane: usize, to: &mut [[Lanes; PLANES]; BLOCK]) {
+    pub(super) fn transpose_sixteen<const PLANES: usize>(
+        simd: V4,
+        from: &impl Rows,
+        plane: usize,
+        to: &mut [[Lanes; PLANES]; BLOCK],
+    ) {
         // Written out, because in a loop they would be stored.
-        let (a, b, c, d) = (four_rows(simd, from, 0), four_rows(simd, from, 4), four_rows(simd, from, 8), four_rows(simd, from, 12));
+        let (a, b, c, d) = (
+            four_rows(simd, from, 0),
+            four_rows(simd, from, 4),
+            four_rows(simd, from, 8),
+            four_rows(simd, from, 12),
+        );
         four_columns(simd, [a[0], b[0], c[0], d[0]], 0, plane, to);
         four_columns(simd, [a[1], b[1], c[1], d[1]], 1, plane, to);
         four_columns(simd, [a[2], b[2], c[2], d[2]], 2, plane, to);
@@ -65,7 +81,8 @@ mod x86 {
         let (a, b): (__m512, __m512) = (cast(from.row(i).0), cast(from.row(i + 1).0));
         let (c, d): (__m512, __m512) = (cast(from.row(i + 2).0), cast(from.row(i + 3).0));
         let (ab, cd) = (simd.avx512f._mm512_unpacklo_ps(a, b), simd.avx512f._mm512_unpacklo_ps(c, d));
-        let (ab_high, cd_high) = (simd.avx512f._mm512_unpackhi_ps(a, b), simd.avx512f._mm512_unpackhi_ps(c, d));
+        let (ab_high, cd_high) =
+            (simd.avx512f._mm512_unpackhi_ps(a, b), simd.avx512f._mm512_unpackhi_ps(c, d));
         [
             cast(simd.avx512f._mm512_unpacklo_pd(cast(ab), cast(cd))),
             cast(simd.avx512f._mm512_unpackhi_pd(cast(ab), cast(cd))),
@@ -76,9 +93,16 @@ mod x86 {
 
     /// Columns `i`, `i + 4`, `i + 8` and `i + 12`.
     #[inline(always)]
-    fn four_columns<const PLANES: usize>(simd: V4, [a, b, c, d]: [__m512; 4], i: usize, plane: usize, to: &mut [[Lanes; PLANES]; BLOCK]) {
+    fn four_columns<const PLANES: usize>(
+        simd: V4,
+        [a, b, c, d]: [__m512; 4],
+        i: usize,
+        plane: usize,
+        to: &mut [[Lanes; PLANES]; BLOCK],
+    ) {
         let ([ab_even, ab_odd], [cd_even, cd_odd]) = (quarters(simd, a, b), quarters(simd, c, d));
-        let ([first, third], [second, fourth]) = (quarters(simd, ab_even, cd_even), quarters(simd, ab_odd, cd_odd));
+        let ([first, third], [second, fourth]) =
+            (quarters(simd, ab_even, cd_even), quarters(simd, ab_odd, cd_odd));
         to[i][plane] = Lanes(cast(first));
         to[i + 4][plane] = Lanes(cast(second));
         to[i + 8][plane] = Lanes(cast(third));
@@ -88,11 +112,19 @@ mod x86 {
     /// The even quarters of both, and the odd ones.
     #[inline(always)]
     fn quarters(simd: V4, a: __m512, b: __m512) -> [__m512; 2] {
-        [simd.avx512f._mm512_shuffle_f32x4::<0b10_00_10_00>(a, b), simd.avx512f._mm512_shuffle_f32x4::<0b11_01_11_01>(a, b)]
+        [
+            simd.avx512f._mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
+            simd.avx512f._mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
+        ]
     }
 
     #[inline(always)]
-    pub(super) fn transpose_eights<const PLANES: usize>(simd: V3, from: &impl Rows, plane: usize, to: &mut [[Lanes; PLANES]; BLOCK]) {
+    pub(super) fn transpose_eights<const PLANES: usize>(
+        simd: V3,
+        from: &impl Rows,
+        plane: usize,
+        to: &mut [[Lanes; PLANES]; BLOCK],
+    ) {
         let mut square = [Lanes::ZERO; BLOCK];
         for (i, row) in square.iter_mut().enumerate() {
             *row = *from.row(i);
@@ -102,7 +134,8 @@ mod x86 {
             for i in [0, 4] {
                 let [mut a, mut b, mut c, mut d] = [fours[0]; 4];
                 for (row, out) in [&mut a, &mut b, &mut c, &mut d].into_iter().enumerate() {
-                    *out = cast(*square[down + i + row].0[right..].first_chunk::<HALF>().expect("half a row"));
+                    *out =
+                        cast(*square[down + i + row].0[right..].first_chunk::<HALF>().expect("half a row"));
                 }
                 let (ab, cd) = (simd.avx._mm256_unpacklo_ps(a, b), simd.avx._mm256_unpacklo_ps(c, d));
                 fours[i] = cast(simd.avx._mm256_unpacklo_pd(cast(ab), cast(cd)));
@@ -112,8 +145,10 @@ mod x86 {
                 fours[i + 3] = cast(simd.avx._mm256_unpackhi_pd(cast(ab), cast(cd)));
             }
             for i in 0..4 {
-                let low: [f32; HALF] = cast(simd.avx._mm256_permute2f128_ps::<0b10_00_00>(fours[i], fours[4 + i]));
-                let high: [f32; HALF] = cast(simd.avx._mm256_permute2f128_ps::<0b11_00_01>(fours[i], fours[4 + i]));
+                let low: [f32; HALF] =
+                    cast(simd.avx._mm256_permute2f128_ps::<0b10_00_00>(fours[i], fours[4 + i]));
+                let high: [f32; HALF] =
+                    cast(simd.avx._mm256_permute2f128_ps::<0b11_00_01>(fours[i], fours[4 + i]));
                 to[right + i][plane].0[down..down + HALF].copy_from_slice(&low);
                 to[right + i + 4][plane].0[down..down + HALF].copy_from_slice(&high);
             }

@@ -1,4 +1,5 @@
-//! A camera in the form the projection wants, and the part of the projection of one Gaussian that its backward pass recomputes.
+//! A camera in the form the projection wants, and the part of the projection of one Gaussian that its
+//! backward pass recomputes.
 
 use crate::splats::Splats;
 use lgs_core::Camera;
@@ -56,10 +57,12 @@ impl View {
         let camera_mean = self.camera_mean(splats.means[index]);
         let [x, y, z] = camera_mean;
         let raw = [x / z, y / z];
-        let tangent: [f32; 2] = std::array::from_fn(|i| raw[i].clamp(-self.tangent_limit[i], self.tangent_limit[i]));
+        let tangent: [f32; 2] =
+            std::array::from_fn(|i| raw[i].clamp(-self.tangent_limit[i], self.tangent_limit[i]));
         let clamped = std::array::from_fn(|i| raw[i] != tangent[i]);
-        let image_from_world =
-            std::array::from_fn(|i| scale(sub(self.rotation[i], scale(self.rotation[2], tangent[i])), self.focal[i] / z));
+        let image_from_world = std::array::from_fn(|i| {
+            scale(sub(self.rotation[i], scale(self.rotation[2], tangent[i])), self.focal[i] / z)
+        });
         let q = splats.rotations[index];
         let rotation = matrix_from_quat(quat_normalize(q));
         let scales = splats.log_scales[index].map(f32::exp);

@@ -4,8 +4,9 @@
 //!
 //! `x + a₀ c₁ x + b₀ c₂ (x + a₁ c₁ x + b₁ c₂ (x + a₂ c₁ x))`:
 //!
-//! three additions and five multiply-adds where tap by tap it takes eleven. For a Gaussian all its terms are positive, so that nothing
-//! cancels. What is nested is needed for two results; it is carried from one step to the next.
+//! three additions and five multiply-adds where tap by tap it takes eleven. For a Gaussian all its terms are
+//! positive, so that nothing cancels. What is nested is needed for two results; it is carried from one step
+//! to the next.
 
 use crate::simd::{Lanes, V, splat};
 use pulp::Simd;
@@ -43,7 +44,8 @@ pub(crate) struct Nest<S: Simd> {
     far: [V<S>; 2],
 }
 
-/// Terms of `c₁ⁱ c₂ʲ` in the window: `[[1, c₁], [c₂, c₁ c₂], [c₂², c₁ c₂²]]`, from `c₁ c₂ = c₁ + c₃`, `c₂² = c₄ + 2` and `c₁ c₂² = 2 c₁ + c₃ + c₅`.
+/// Terms of `c₁ⁱ c₂ʲ` in the window: `[[1, c₁], [c₂, c₁ c₂], [c₂², c₁ c₂²]]`, from `c₁ c₂ = c₁ + c₃`, `c₂² =
+/// c₄ + 2` and `c₁ c₂² = 2 c₁ + c₃ + c₅`.
 fn terms() -> [[f64; 2]; 3] {
     let [_, _, _, _, _, w0, w1, w2, w3, w4, w5] = raw();
     [[w0 - 2.0 * w4, w1 - w3 - w5], [w2, w3 - w5], [w4, w5]]
@@ -129,7 +131,14 @@ impl<S: Simd> Carry<S> {
     }
 
     #[inline(always)]
-    fn advance<const FROM: usize>(&mut self, simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
+    fn advance<const FROM: usize>(
+        &mut self,
+        simd: S,
+        nest: &Nest<S>,
+        past: &mut Past,
+        line: &mut impl Line,
+        index: usize,
+    ) {
         let zero = self.x[0];
         let [mut x, mut between] = [[zero; 2 + GROUP]; 2];
         let [mut inner, mut middle, mut outer] = [[zero; CARRIED + GROUP]; 3];
@@ -197,14 +206,19 @@ mod tests {
     #[test]
     fn every_sum_weighs_the_vectors_around_it() {
         let value = |i: usize, lane: usize| ((i * 37 + lane * 11) % 17) as f32 - 5.0;
-        let steps: [[Lanes; STEP]; 3] =
-            std::array::from_fn(|step| std::array::from_fn(|i| Lanes(std::array::from_fn(|lane| value(STEP * step + i, lane)))));
+        let steps: [[Lanes; STEP]; 3] = std::array::from_fn(|step| {
+            std::array::from_fn(|i| Lanes(std::array::from_fn(|lane| value(STEP * step + i, lane))))
+        });
         for found in [Arch::new().dispatch(Steps(steps)), Scalar.vectorize(Steps(steps))] {
             for (i, sums) in found.as_flattened().iter().enumerate() {
                 for (lane, &sum) in sums.0.iter().enumerate() {
                     // The window ends at the vector that entered in the place of the sum.
-                    let taps =
-                        (0..SIZE).filter_map(|k| Some(f64::from(weights()[k]) * f64::from(value((i + k).checked_sub(2 * RADIUS)?, lane))));
+                    let taps = (0..SIZE).filter_map(|k| {
+                        Some(
+                            f64::from(weights()[k])
+                                * f64::from(value((i + k).checked_sub(2 * RADIUS)?, lane)),
+                        )
+                    });
                     let (mean, found) = (taps.sum::<f64>(), f64::from(sum) / gain());
                     assert!((found - mean).abs() < 2e-6, "{found} for {mean} at {i}");
                 }

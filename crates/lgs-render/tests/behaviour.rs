@@ -4,7 +4,10 @@ use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
 use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, stream};
 use lgs_render::tensor::SplatTensors;
-use lgs_render::{ALPHA_MAX, PhotometricVjp, Rasterized, RasterizedVjp, SplatGradients, Splats, photometric_vjp, rasterize, rasterize_vjp};
+use lgs_render::{
+    ALPHA_MAX, PhotometricVjp, Rasterized, RasterizedVjp, SplatGradients, Splats, photometric_vjp, rasterize,
+    rasterize_vjp,
+};
 use rand::RngExt;
 
 const BACKGROUND: [f32; 3] = [0.2, 0.5, 0.8];
@@ -17,7 +20,16 @@ fn camera(width: u32, height: u32) -> Camera {
 fn axis_camera(size: u32) -> Camera {
     let (focal, center) = (size as f32, 0.5 * size as f32);
     let camera_from_world = glam::Mat4::IDENTITY;
-    Camera { width: size, height: size, fx: focal, fy: focal, cx: center, cy: center, camera_from_world, near: DEFAULT_NEAR }
+    Camera {
+        width: size,
+        height: size,
+        fx: focal,
+        fy: focal,
+        cx: center,
+        cy: center,
+        camera_from_world,
+        near: DEFAULT_NEAR,
+    }
 }
 
 fn random_cloud(count: usize, seed: u64) -> GaussianCloud {
@@ -40,7 +52,8 @@ fn draw(cloud: &GaussianCloud, camera: &Camera) -> Rasterized {
 
 /// Cotangents of image and transmittance.
 fn cotangents(camera: &Camera) -> (Vec<[f32; 3]>, Vec<f32>) {
-    let v_image: Vec<[f32; 3]> = (0..camera.pixels()).map(|i| [0, 1, 2].map(|c| ((i * 7 + c) % 11) as f32 / 11.0 - 0.4)).collect();
+    let v_image: Vec<[f32; 3]> =
+        (0..camera.pixels()).map(|i| [0, 1, 2].map(|c| ((i * 7 + c) % 11) as f32 / 11.0 - 0.4)).collect();
     (v_image, (0..camera.pixels()).map(|i| (i % 5) as f32 / 5.0 - 0.5).collect())
 }
 
@@ -92,7 +105,10 @@ fn a_huge_gaussian_covers_every_pixel_evenly() {
         let drawn = draw(&cloud, &camera);
         assert!(drawn.image.as_flattened().iter().all(|v| v.is_finite()));
         if log_scale < 10.0 {
-            assert!(drawn.transmittance.iter().all(|&t| (t - (1.0 - ALPHA_MAX)).abs() < 2e-3), "scale e^{log_scale}");
+            assert!(
+                drawn.transmittance.iter().all(|&t| (t - (1.0 - ALPHA_MAX)).abs() < 2e-3),
+                "scale e^{log_scale}"
+            );
         }
         assert_finite(&gradients(&cloud, &camera, &drawn));
     }
@@ -152,7 +168,13 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
         let (image, transmittance) = lgs_render::reference::rasterize(&tensors, &camera, BACKGROUND, 1);
         // A pair within a rounding of alpha = 1/255 may be decided either way.
         let check = |found: &[f32], expected: burn::tensor::TensorData| {
-            assert_values_close(&format!("{width}×{height}"), found, &expected.try_to_vec::<f32>().expect("f32"), 5e-3, 1e-4);
+            assert_values_close(
+                &format!("{width}×{height}"),
+                found,
+                &expected.try_to_vec::<f32>().expect("f32"),
+                5e-3,
+                1e-4,
+            );
         };
         check(drawn.image.as_flattened(), image.into_data());
         check(&drawn.transmittance, transmittance.into_data());
@@ -163,10 +185,17 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
 #[test]
 fn blending_stops_before_the_gaussian_that_would_exhaust_the_light() {
     let camera = axis_camera(1);
-    let mut cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0], [0.0, 0.0, 4.0]], 9.0, [0.0; 3], 0.5);
-    cloud.raw_opacities = vec![(0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.1_f32 / 0.9).ln()];
+    let mut cloud = GaussianCloud::isotropic(
+        vec![[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0], [0.0, 0.0, 4.0]],
+        9.0,
+        [0.0; 3],
+        0.5,
+    );
+    cloud.raw_opacities =
+        vec![(0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.98_f32 / 0.02).ln(), (0.1_f32 / 0.9).ln()];
     let drawn = draw(&cloud, &camera);
-    // 0.02² = 4e-4; the third would leave 8e-6 and stops the pixel; the faint fourth comes too late although it would fit.
+    // 0.02² = 4e-4; the third would leave 8e-6 and stops the pixel; the faint fourth comes too late although
+    // it would fit.
     assert!((drawn.transmittance[0] - 4e-4).abs() < 1e-5, "{}", drawn.transmittance[0]);
     let v = gradients(&cloud, &camera, &drawn);
     assert!(v.raw_opacities[1] != 0.0 && v.raw_opacities[2] == 0.0 && v.raw_opacities[3] == 0.0);
@@ -175,7 +204,12 @@ fn blending_stops_before_the_gaussian_that_would_exhaust_the_light() {
 #[test]
 fn hidden_gaussians_do_not_change_the_image() {
     let camera = camera(40, 40);
-    let wall = GaussianCloud::isotropic(vec![[0.0; 3], [0.0, 0.02, 0.0], [0.0, 0.04, 0.0]], 30.0, [0.3, 0.6, 0.2], 0.99);
+    let wall = GaussianCloud::isotropic(
+        vec![[0.0; 3], [0.0, 0.02, 0.0], [0.0, 0.04, 0.0]],
+        30.0,
+        [0.3, 0.6, 0.2],
+        0.99,
+    );
     let mut with_hidden = wall.clone();
     let hidden = GaussianCloud::isotropic(vec![[0.0, 40.0, -5.0]], 1.0, [1.0, 0.0, 0.0], 0.9);
     with_hidden.means.extend(&hidden.means);
@@ -227,7 +261,8 @@ fn one_thread_and_many_give_the_same_bits() {
 
 #[test]
 fn arrays_of_an_earlier_call_do_not_change_a_result() {
-    let (mut drawn, mut pulled, mut loss) = (Rasterized::default(), RasterizedVjp::default(), PhotometricVjp::default());
+    let (mut drawn, mut pulled, mut loss) =
+        (Rasterized::default(), RasterizedVjp::default(), PhotometricVjp::default());
     for (count, width, height) in [(900, 150, 90), (30, 40, 170), (400, 97, 33)] {
         let (cloud, camera) = (random_cloud(count, 6), camera(width, height));
         let (v_image, v_transmittance) = cotangents(&camera);
@@ -240,7 +275,10 @@ fn arrays_of_an_earlier_call_do_not_change_a_result() {
 
         let target = vec![[0.4, 0.3, 0.6]; camera.pixels()];
         let value = loss.update(&drawn.image, &target, width as usize, height as usize, 0.2);
-        assert!((value, loss.gradient.clone()) == photometric_vjp(&anew.image, &target, width as usize, height as usize, 0.2));
+        assert!(
+            (value, loss.gradient.clone())
+                == photometric_vjp(&anew.image, &target, width as usize, height as usize, 0.2)
+        );
     }
 }
 
@@ -258,7 +296,9 @@ fn evaluated_pairs_are_a_part_of_those_of_the_tiles() {
 fn the_photometric_loss_and_its_gradient_have_the_same_bits_with_any_number_of_threads() {
     let (width, height) = (37, 331);
     let image = |phase: usize| -> Vec<[f32; 3]> {
-        (0..width * height).map(|i| [0, 1, 2].map(|c| ((i * 31 + i / width + 7 * c + phase * i) % 97) as f32 / 97.0)).collect()
+        (0..width * height)
+            .map(|i| [0, 1, 2].map(|c| ((i * 31 + i / width + 7 * c + phase * i) % 97) as f32 / 97.0))
+            .collect()
     };
     let (rendered, target) = (image(0), image(5));
     let run = |threads: usize| {

@@ -22,7 +22,8 @@ fn rasterize_conformance_of_the_slice_kernel() {
 
 fn check_kernel(vector: &Vector) {
     let name = &vector.name;
-    let (means, rotations, log_scales) = (vector.rows::<3>("means"), vector.rows::<4>("quats"), vector.rows::<3>("log_scales"));
+    let (means, rotations, log_scales) =
+        (vector.rows::<3>("means"), vector.rows::<4>("quats"), vector.rows::<3>("log_scales"));
     let (raw_opacities, sh) = (vector.get("opacity_logits"), vector.get("sh"));
     let splats = Splats {
         means: &means,
@@ -50,7 +51,9 @@ fn check_kernel(vector: &Vector) {
         &vector.rows::<3>("loss_weight_image"),
         &vector.get("loss_weight_transmittance"),
     );
-    let check = |what: &str, found: &[f32]| assert_gradient_close(&format!("{name}: {what}"), found, &vector.get(what));
+    let check = |what: &str, found: &[f32]| {
+        assert_gradient_close(&format!("{name}: {what}"), found, &vector.get(what))
+    };
     check("grad_sh", &v.sh);
     check("grad_opacity_logits", &v.raw_opacities);
     check("grad_means2d", v.means2d.as_flattened());
@@ -63,12 +66,25 @@ fn check_kernel(vector: &Vector) {
 fn ssim_conformance_of_the_slice_kernel() {
     for vector in vectors("ssim") {
         let shape = vector.shape("a");
-        let image = |name| Image { width: shape[1] as u32, height: shape[0] as u32, pixels: vector.rows::<3>(name) };
+        let image =
+            |name| Image { width: shape[1] as u32, height: shape[0] as u32, pixels: vector.rows::<3>(name) };
         let (a, b) = (image("a"), image("b"));
         let (value, v) = ssim_vjp(&a, &b);
         assert_eq!(value, ssim(&a, &b));
-        assert_values_close(&format!("{}: ssim", vector.name), &[value], &vector.get("ssim"), MAX_ABS, RELATIVE_L2);
-        assert_values_close(&format!("{}: psnr", vector.name), &[psnr(&a, &b)], &vector.get("psnr"), MAX_ABS, RELATIVE_L2);
+        assert_values_close(
+            &format!("{}: ssim", vector.name),
+            &[value],
+            &vector.get("ssim"),
+            MAX_ABS,
+            RELATIVE_L2,
+        );
+        assert_values_close(
+            &format!("{}: psnr", vector.name),
+            &[psnr(&a, &b)],
+            &vector.get("psnr"),
+            MAX_ABS,
+            RELATIVE_L2,
+        );
         assert_gradient_close(&format!("{}: grad_a", vector.name), v.as_flattened(), &vector.get("grad_a"));
     }
 }
@@ -97,9 +113,16 @@ fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) 
         sh: tracked(vector, "sh", &device),
         means2d_probe: Tensor::<2>::zeros([n, 2], &device).require_grad(),
     };
-    let (image, transmittance) = draw(&splats, vector.rows::<3>("background")[0], vector.number("sh_degree") as usize);
+    let (image, transmittance) =
+        draw(&splats, vector.rows::<3>("background")[0], vector.number("sh_degree") as usize);
     let check = |found: Vec<f32>, name: &str| {
-        assert_values_close(&format!("{}: {name}", vector.name), &found, &vector.get(name), MAX_ABS, RELATIVE_L2)
+        assert_values_close(
+            &format!("{}: {name}", vector.name),
+            &found,
+            &vector.get(name),
+            MAX_ABS,
+            RELATIVE_L2,
+        )
     };
     check(values(image.clone()), "image");
     check(values(transmittance.clone()), "final_transmittance");
@@ -134,7 +157,9 @@ fn rasterize_conformance_of_the_tensor_operation() {
 fn rasterize_conformance_of_the_reference() {
     for vector in vectors("rasterize") {
         let camera = vector.camera();
-        check_tensors(&vector, |splats, background, degree| lgs_render::reference::rasterize(splats, &camera, background, degree));
+        check_tensors(&vector, |splats, background, degree| {
+            lgs_render::reference::rasterize(splats, &camera, background, degree)
+        });
     }
 }
 
@@ -154,7 +179,11 @@ fn ssim_conformance_of_the_reference_and_of_the_tensor_operation() {
         check("reference", lgs_render::reference::ssim(&a, &b), &a);
         let a: Tensor<3> = tracked(&vector, "a", &device);
         // With λ = 1 the loss is 1 - SSIM.
-        check("operation", lgs_render::tensor::photometric_loss(a.clone(), b.clone(), 1.0).neg().add_scalar(1.0), &a);
+        check(
+            "operation",
+            lgs_render::tensor::photometric_loss(a.clone(), b.clone(), 1.0).neg().add_scalar(1.0),
+            &a,
+        );
     }
 }
 
@@ -164,10 +193,16 @@ fn the_photometric_loss_of_the_slice_kernel_is_that_of_the_reference_at_any_size
     let mut rng = stream(13, "images", 0);
     // Segments of a row that are short, cut off, whole, and longer than a square.
     for (width, height) in [(1, 7), (3, 3), (29, 20), (80, 11), (100, 17), (112, 9), (131, 60), (200, 5)] {
-        let mut image = || -> Vec<[f32; 3]> { (0..width * height).map(|_| [0; 3].map(|_| rng.random_range(0.0..1.0))).collect() };
+        let mut image = || -> Vec<[f32; 3]> {
+            (0..width * height).map(|_| [0; 3].map(|_| rng.random_range(0.0..1.0))).collect()
+        };
         let (rendered, target) = (image(), image());
-        let tensor =
-            |image: &[[f32; 3]]| Tensor::<3>::from_data(TensorData::new(image.as_flattened().to_vec(), [height, width, 3]), &device);
+        let tensor = |image: &[[f32; 3]]| {
+            Tensor::<3>::from_data(
+                TensorData::new(image.as_flattened().to_vec(), [height, width, 3]),
+                &device,
+            )
+        };
         let a = tensor(&rendered).require_grad();
         let expected = lgs_render::reference::photometric_loss(&a, &tensor(&target), 0.2);
         let grads = expected.clone().backward();

@@ -31,15 +31,18 @@ impl Probe {
     fn new() -> Self {
         let camera = Camera::look_at([0.3, -3.2, 0.8], [0.0; 3], 0.5, 21, 18);
         let mut rng = stream(12, "weights", 0);
-        let v_image = (0..camera.pixels()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
+        let v_image =
+            (0..camera.pixels()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
         let v_transmittance = (0..camera.pixels()).map(|_| rng.random_range(-1.0..1.0)).collect();
         Self { camera, v_image, v_transmittance }
     }
 
     fn loss(&self, cloud: &GaussianCloud) -> f64 {
         let drawn = rasterize(&Splats::from(cloud), &self.camera, BACKGROUND);
-        let weighted = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
-        weighted(drawn.image.as_flattened(), self.v_image.as_flattened()) + weighted(&drawn.transmittance, &self.v_transmittance)
+        let weighted =
+            |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
+        weighted(drawn.image.as_flattened(), self.v_image.as_flattened())
+            + weighted(&drawn.transmittance, &self.v_transmittance)
     }
 }
 
@@ -54,7 +57,10 @@ fn check(name: &str, found: &[f32], step: f32, values: impl Fn(&mut GaussianClou
             probe.loss(&other)
         };
         let slope = ((moved(step) - moved(-step)) / (2.0 * f64::from(step))) as f32;
-        assert!((slope - found).abs() < 0.01 * scale, "{name}[{i}]: difference quotient {slope}, gradient {found}");
+        assert!(
+            (slope - found).abs() < 0.01 * scale,
+            "{name}[{i}]: difference quotient {slope}, gradient {found}"
+        );
     }
 }
 
@@ -75,7 +81,9 @@ fn gradients_match_difference_quotients() {
 fn the_gradient_of_the_photometric_loss_matches_difference_quotients() {
     let (width, height) = (13, 9);
     let mut rng = stream(13, "images", 0);
-    let mut image = || -> Vec<[f32; 3]> { (0..width * height).map(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0))).collect() };
+    let mut image = || -> Vec<[f32; 3]> {
+        (0..width * height).map(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0))).collect()
+    };
     let (a, b) = (image(), image());
     let (loss, v) = photometric_vjp(&a, &b, width, height, 0.2);
     assert_eq!(loss, photometric(&a, &b, width, height, 0.2));

@@ -19,7 +19,11 @@ pub(crate) struct Axis {
 impl Axis {
     /// A linear axis with about so many labels at round numbers.
     pub(crate) fn linear(range: Range<f64>, about: usize, label: &str) -> Self {
-        let (low, high) = if range.end > range.start { (range.start, range.end) } else { (range.start - 0.5, range.start + 0.5) };
+        let (low, high) = if range.end > range.start {
+            (range.start, range.end)
+        } else {
+            (range.start - 0.5, range.start + 0.5)
+        };
         let step = round_step((high - low) / about.max(1) as f64);
         let first = (low / step - 1e-9).ceil() as i64;
         let ticks = (first..).map(|i| i as f64 * step).take_while(|&t| t <= high + 1e-9 * step).collect();
@@ -46,7 +50,14 @@ impl Axis {
 
     /// A logarithmic axis with labels at these places.
     pub(crate) fn logarithmic(range: Range<f64>, ticks: &[f64], digits: usize, label: &str) -> Self {
-        Self { low: range.start, high: range.end, ticks: ticks.to_vec(), digits, logarithmic: true, label: label.to_owned() }
+        Self {
+            low: range.start,
+            high: range.end,
+            ticks: ticks.to_vec(),
+            digits,
+            logarithmic: true,
+            label: label.to_owned(),
+        }
     }
 
     /// A logarithmic axis with labels at powers of ten, and between them where there is room.
@@ -94,7 +105,9 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
 
 /// Digits behind the point without trailing zeros, at most `most`.
 fn needed_digits(value: f64, most: usize) -> usize {
-    (0..most).find(|&d| ((value * 10.0_f64.powi(d as i32)).round() / 10.0_f64.powi(d as i32) - value).abs() < 1e-9).unwrap_or(most)
+    (0..most)
+        .find(|&d| ((value * 10.0_f64.powi(d as i32)).round() / 10.0_f64.powi(d as i32) - value).abs() < 1e-9)
+        .unwrap_or(most)
 }
 
 /// 1, 2 or 5 times a power of ten, not below `step`.
@@ -105,7 +118,9 @@ fn round_step(step: f64) -> f64 {
 
 /// The range of values, with a part of its width added on both sides.
 pub(crate) fn padded(values: impl Iterator<Item = f64>, padding: f64) -> Option<Range<f64>> {
-    let (low, high) = values.filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     (low <= high).then(|| {
         let extra = padding * if high > low { high - low } else { 1.0 };
         low - extra..high + extra
@@ -117,7 +132,8 @@ impl Ranged for Axis {
     type ValueType = f64;
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        (f64::from(limit.0) + self.fraction(*value) * f64::from(limit.1 - limit.0)).round().clamp(-1e6, 1e6) as i32
+        (f64::from(limit.0) + self.fraction(*value) * f64::from(limit.1 - limit.0)).round().clamp(-1e6, 1e6)
+            as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {

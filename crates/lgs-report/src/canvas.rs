@@ -1,8 +1,8 @@
 //! One drawing, two files: SVG for print and screens of any size, PNG for everything else.
 //!
-//! A drawing is made with plotters on a canvas of [`crate::style::UNIT`] units per shown pixel. The SVG keeps those coordinates under a view box; the PNG is
-//! rasterised at full size and averaged over 2×2 units, which smooths its edges. Pictures lie below everything else; the SVG carries them
-//! inside.
+//! A drawing is made with plotters on a canvas of [`crate::style::UNIT`] units per shown pixel. The SVG keeps
+//! those coordinates under a view box; the PNG is rasterised at full size and averaged over 2×2 units, which
+//! smooths its edges. Pictures lie below everything else; the SVG carries them inside.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -100,7 +100,8 @@ fn svg(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result
     );
     for picture in pictures {
         let [x, y, width, height] = [picture.at[0], picture.at[1], picture.size[0], picture.size[1]].map(px);
-        let data = BASE64.encode(encoded(&picture.image.to_rgb8(), picture.image.width, picture.image.height)?);
+        let data =
+            BASE64.encode(encoded(&picture.image.to_rgb8(), picture.image.width, picture.image.height)?);
         whole.push_str(&format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" href=\"data:image/png;base64,{data}\"/>\n"
         ));
@@ -127,7 +128,8 @@ fn png(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result
 fn paste(canvas: &mut [u8], size: [usize; 2], picture: &Picture) {
     let image = &picture.image;
     let bytes = image.to_rgb8();
-    let [x0, y0, width, height] = [picture.at[0], picture.at[1], picture.size[0], picture.size[1]].map(|v| px(v).max(0) as usize);
+    let [x0, y0, width, height] =
+        [picture.at[0], picture.at[1], picture.size[0], picture.size[1]].map(|v| px(v).max(0) as usize);
     if image.pixels.is_empty() || width == 0 || height == 0 {
         return;
     }
@@ -147,7 +149,9 @@ fn averaged(pixels: &[u8], wide: usize, size: [usize; 2]) -> Vec<u8> {
     for y in 0..size[1] {
         for x in 0..size[0] {
             for c in 0..3 {
-                let at = |i: usize, j: usize| u32::from(pixels[3 * ((SAMPLES * y + i) * wide + SAMPLES * x + j) + c]);
+                let at = |i: usize, j: usize| {
+                    u32::from(pixels[3 * ((SAMPLES * y + i) * wide + SAMPLES * x + j) + c])
+                };
                 small.push(((at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1) + 2) / 4) as u8);
             }
         }
@@ -158,6 +162,8 @@ fn averaged(pixels: &[u8], wide: usize, size: [usize; 2]) -> Vec<u8> {
 /// An 8-bit PNG.
 pub(crate) fn encoded(rgb: &[u8], width: u32, height: u32) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes).write_image(rgb, width, height, ExtendedColorType::Rgb8).map_err(|e| e.to_string())?;
+    PngEncoder::new(&mut bytes)
+        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
+        .map_err(|e| e.to_string())?;
     Ok(bytes)
 }

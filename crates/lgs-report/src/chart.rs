@@ -29,12 +29,20 @@ pub(crate) struct Frame {
 impl Frame {
     /// The place of a point of a chart with these axes, shown pixels.
     pub(crate) fn place(&self, x: &Axis, y: &Axis, point: [f64; 2]) -> [f64; 2] {
-        [self.at[0] + x.fraction(point[0]) * self.size[0], self.at[1] + (1.0 - y.fraction(point[1])) * self.size[1]]
+        [
+            self.at[0] + x.fraction(point[0]) * self.size[0],
+            self.at[1] + (1.0 - y.fraction(point[1])) * self.size[1],
+        ]
     }
 }
 
 /// Opens a chart whose plot fills a frame, and draws grid, axes and labels; `grid` is left out over pictures.
-pub(crate) fn open<'a, B: DrawingBackend>(area: &'a Area<B>, frame: Frame, axes: [&Axis; 2], grid: bool) -> Result<Chart<'a, B>, Fault<B>> {
+pub(crate) fn open<'a, B: DrawingBackend>(
+    area: &'a Area<B>,
+    frame: Frame,
+    axes: [&Axis; 2],
+    grid: bool,
+) -> Result<Chart<'a, B>, Fault<B>> {
     let (width, height) = area.dim_in_pixel();
     let [left, top] = frame.at.map(px);
     let [right, bottom] = [width as i32 - left - px(frame.size[0]), height as i32 - top - px(frame.size[1])];
@@ -51,9 +59,15 @@ pub(crate) fn open<'a, B: DrawingBackend>(area: &'a Area<B>, frame: Frame, axes:
 }
 
 /// Draws the frame's border, ticks, numbers and labels; after everything that lies in the plot.
-pub(crate) fn border<B: DrawingBackend>(area: &Area<B>, frame: Frame, [x, y]: [&Axis; 2], ticks: [&[f64]; 2]) -> Result<(), Fault<B>> {
+pub(crate) fn border<B: DrawingBackend>(
+    area: &Area<B>,
+    frame: Frame,
+    [x, y]: [&Axis; 2],
+    ticks: [&[f64]; 2],
+) -> Result<(), Fault<B>> {
     let [[left, top], [width, height]] = [frame.at, frame.size];
-    let corners = [[left, top], [left + width, top], [left + width, top + height], [left, top + height], [left, top]];
+    let corners =
+        [[left, top], [left + width, top], [left + width, top + height], [left, top + height], [left, top]];
     area.draw(&PathElement::new(corners.map(canvas).to_vec(), line(FAINT, 0.75)))?;
     for &tick in ticks[0] {
         let at = left + x.fraction(tick) * width;
@@ -67,7 +81,8 @@ pub(crate) fn border<B: DrawingBackend>(area: &Area<B>, frame: Frame, [x, y]: [&
     }
     write(area, &x.label, [left + 0.5 * width, top + height + 25.0], TEXT, INK, (HPos::Center, VPos::Top))?;
     if !y.label.is_empty() {
-        let style = letters(TEXT, INK).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
+        let style =
+            letters(TEXT, INK).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
         area.draw(&Text::new(y.label.clone(), canvas([left - 60.0, top + 0.5 * height]), style))?;
     }
     Ok(())
@@ -79,7 +94,11 @@ pub(crate) fn canvas(shown: [f64; 2]) -> (i32, i32) {
 }
 
 /// A straight line between places in shown pixels.
-pub(crate) fn segment<B: DrawingBackend>(area: &Area<B>, ends: [[f64; 2]; 2], style: ShapeStyle) -> Result<(), Fault<B>> {
+pub(crate) fn segment<B: DrawingBackend>(
+    area: &Area<B>,
+    ends: [[f64; 2]; 2],
+    style: ShapeStyle,
+) -> Result<(), Fault<B>> {
     area.draw(&PathElement::new(ends.map(canvas).to_vec(), style))
 }
 
@@ -92,11 +111,19 @@ pub(crate) fn write<B: DrawingBackend>(
     colour: RGBColor,
     (horizontal, vertical): (HPos, VPos),
 ) -> Result<(), Fault<B>> {
-    area.draw(&Text::new(text.to_owned(), canvas(at), letters(size, colour).pos(Pos::new(horizontal, vertical))))
+    area.draw(&Text::new(
+        text.to_owned(),
+        canvas(at),
+        letters(size, colour).pos(Pos::new(horizontal, vertical)),
+    ))
 }
 
 /// A line through points of the chart, cut where it leaves the plot and where a point is missing.
-pub(crate) fn path<B: DrawingBackend>(chart: &Chart<'_, B>, points: &[(f64, f64)], style: ShapeStyle) -> Result<(), Fault<B>> {
+pub(crate) fn path<B: DrawingBackend>(
+    chart: &Chart<'_, B>,
+    points: &[(f64, f64)],
+    style: ShapeStyle,
+) -> Result<(), Fault<B>> {
     let plot = chart.plotting_area();
     let (x, y) = (chart.x_range(), chart.y_range());
     for piece in clipped(points, [x.start, y.start], [x.end, y.end]) {
@@ -123,7 +150,9 @@ pub(crate) fn dashed<B: DrawingBackend>(
         let mut at = 0.0;
         while at < length && length.is_finite() {
             let phase = (travelled + at).rem_euclid(2.0 * dash);
-            let next = (at + if phase < dash { dash - phase } else { 2.0 * dash - phase }).max(at + 1e-6).min(length);
+            let next = (at + if phase < dash { dash - phase } else { 2.0 * dash - phase })
+                .max(at + 1e-6)
+                .min(length);
             if phase < dash {
                 path(chart, &[along(at), along(next)], style)?;
             }
@@ -135,16 +164,28 @@ pub(crate) fn dashed<B: DrawingBackend>(
 }
 
 /// Discs at points of the chart that lie in the plot.
-pub(crate) fn dots<B: DrawingBackend>(chart: &Chart<'_, B>, points: &[(f64, f64)], radius: f64, colour: RGBColor) -> Result<(), Fault<B>> {
+pub(crate) fn dots<B: DrawingBackend>(
+    chart: &Chart<'_, B>,
+    points: &[(f64, f64)],
+    radius: f64,
+    colour: RGBColor,
+) -> Result<(), Fault<B>> {
     let (x, y) = (chart.x_range(), chart.y_range());
-    for &point in points.iter().filter(|p| (x.start..=x.end).contains(&p.0) && (y.start..=y.end).contains(&p.1)) {
+    for &point in
+        points.iter().filter(|p| (x.start..=x.end).contains(&p.0) && (y.start..=y.end).contains(&p.1))
+    {
         chart.plotting_area().draw(&Circle::new(point, px(radius), filled(colour)))?;
     }
     Ok(())
 }
 
 /// An arrow between places in shown pixels; shorter than two pixels it is left out.
-pub(crate) fn arrow<B: DrawingBackend>(area: &Area<B>, [from, to]: [[f64; 2]; 2], width: f64, colour: RGBColor) -> Result<(), Fault<B>> {
+pub(crate) fn arrow<B: DrawingBackend>(
+    area: &Area<B>,
+    [from, to]: [[f64; 2]; 2],
+    width: f64,
+    colour: RGBColor,
+) -> Result<(), Fault<B>> {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = dx.hypot(dy);
     if !length.is_finite() || length < 2.0 {
@@ -181,7 +222,11 @@ pub(crate) enum Mark {
 }
 
 /// One line of entries, from a place to the right.
-pub(crate) fn legend<B: DrawingBackend>(area: &Area<B>, at: [f64; 2], entries: &[(Mark, RGBColor, String)]) -> Result<(), Fault<B>> {
+pub(crate) fn legend<B: DrawingBackend>(
+    area: &Area<B>,
+    at: [f64; 2],
+    entries: &[(Mark, RGBColor, String)],
+) -> Result<(), Fault<B>> {
     const SWATCH: f64 = 22.0;
     let mut x = at[0];
     let y = at[1];
@@ -196,7 +241,10 @@ pub(crate) fn legend<B: DrawingBackend>(area: &Area<B>, at: [f64; 2], entries: &
             }
             Mark::Dot => area.draw(&Circle::new(canvas([x + 0.5 * SWATCH, y]), px(3.5), filled(*colour)))?,
             Mark::Arrow => arrow(area, [[x, y], [x + SWATCH, y]], 1.5, *colour)?,
-            Mark::Square => area.draw(&Rectangle::new([canvas([x + 6.0, y - 5.0]), canvas([x + 16.0, y + 5.0])], filled(*colour)))?,
+            Mark::Square => area.draw(&Rectangle::new(
+                [canvas([x + 6.0, y - 5.0]), canvas([x + 16.0, y + 5.0])],
+                filled(*colour),
+            ))?,
         }
         write(area, text, [x + SWATCH + 5.0, y], TEXT, INK, (HPos::Left, VPos::Center))?;
         let (width, _) = area.estimate_text_size(text, &letters(TEXT, INK))?;
@@ -259,7 +307,16 @@ mod tests {
 
     #[test]
     fn a_path_that_leaves_and_returns_is_two_pieces() {
-        let points = [(0.0, 0.0), (0.5, 0.5), (2.0, 0.5), (2.0, 2.0), (0.5, 0.9), (f64::NAN, 0.0), (0.1, 0.1), (0.2, 0.2)];
+        let points = [
+            (0.0, 0.0),
+            (0.5, 0.5),
+            (2.0, 0.5),
+            (2.0, 2.0),
+            (0.5, 0.9),
+            (f64::NAN, 0.0),
+            (0.1, 0.1),
+            (0.2, 0.2),
+        ];
         let pieces = clipped(&points, [0.0; 2], [1.0; 2]);
         assert_eq!(pieces.len(), 3, "{pieces:?}");
         assert_eq!(pieces[0], [(0.0, 0.0), (0.5, 0.5), (1.0, 0.5)]);

@@ -1,4 +1,5 @@
-//! Pieces of a page that needs nothing but itself: no scripts, no network, readable on a phone and in the dark.
+//! Pieces of a page that needs nothing but itself: no scripts, no network, readable on a phone and in the
+//! dark.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -31,7 +32,11 @@ pub(crate) fn table(caption: &str, rows: &[Vec<String>], header: bool) -> String
     if rows.is_empty() {
         return String::new();
     }
-    let caption = if caption.is_empty() { String::new() } else { format!("<p class=\"soft\">{}</p>\n", escaped(caption)) };
+    let caption = if caption.is_empty() {
+        String::new()
+    } else {
+        format!("<p class=\"soft\">{}</p>\n", escaped(caption))
+    };
     let mut text = format!("{caption}<div class=\"wide\"><table>\n");
     for (index, row) in rows.iter().enumerate() {
         let tag = if header && index == 0 { "th" } else { "td" };
@@ -71,7 +76,12 @@ mod tests {
     fn text_from_outside_is_no_markup() {
         let rows = vec![vec!["<b>".to_owned(), "1".to_owned()]];
         let page = page("a <script> & b", &table("x < y", &rows, false));
-        assert!(page.contains("a &lt;script&gt; &amp; b") && page.contains("<td>&lt;b&gt;</td>") && page.contains("x &lt; y"), "{page}");
+        assert!(
+            page.contains("a &lt;script&gt; &amp; b")
+                && page.contains("<td>&lt;b&gt;</td>")
+                && page.contains("x &lt; y"),
+            "{page}"
+        );
         assert_eq!(table("nothing", &[], true), "");
     }
 }

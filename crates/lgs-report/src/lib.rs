@@ -1,8 +1,10 @@
 //! Figures of trained scenes, and pages that gather them.
 //!
-//! [`write_run_report`] draws what a run has something for, each figure as SVG and as PNG under `figures/`, and a page `report.html` that needs
-//! nothing else; [`write_suite_report`] makes one page of several runs; [`sheet`] puts frames beside each other. Drawing is plotters' with a bundled font, so that the same run gives
-//! the same bytes on any machine. Nothing is measured here but paths: figures show `metrics.json` and what `Motion` gives.
+//! [`write_run_report`] draws what a run has something for, each figure as SVG and as PNG under `figures/`,
+//! and a page `report.html` that needs nothing else; [`write_suite_report`] makes one page of several runs;
+//! [`sheet`] puts frames beside each other. Drawing is plotters' with a bundled font, so that the same run
+//! gives the same bytes on any machine. Nothing is measured here but paths: figures show `metrics.json` and
+//! what `Motion` gives.
 
 mod axis;
 mod canvas;

@@ -83,7 +83,8 @@ impl Paths {
 
 /// The largest objects' particles that lie farthest from each other.
 fn chosen(scene: &LagrangianScene) -> Vec<Particle> {
-    let mut objects: Vec<usize> = (0..scene.objects.len()).filter(|&o| !scene.objects[o].members.is_empty()).collect();
+    let mut objects: Vec<usize> =
+        (0..scene.objects.len()).filter(|&o| !scene.objects[o].members.is_empty()).collect();
     objects.sort_by_key(|&o| (std::cmp::Reverse(scene.objects[o].members.len()), o));
     objects.truncate(OBJECTS);
     objects.sort_unstable();
@@ -93,12 +94,15 @@ fn chosen(scene: &LagrangianScene) -> Vec<Particle> {
         .flat_map(|object| {
             let members = scene.objects[object].members.clone();
             let first = members.start;
-            spread(&scene.movers.means[members], each).into_iter().map(move |i| Particle { object, row: first + i })
+            spread(&scene.movers.means[members], each)
+                .into_iter()
+                .map(move |i| Particle { object, row: first + i })
         })
         .collect()
 }
 
-/// Indices of points far from each other: the one farthest from the centre, then always the one farthest from all before.
+/// Indices of points far from each other: the one farthest from the centre, then always the one farthest from
+/// all before.
 pub(crate) fn spread(points: &[[f32; 3]], count: usize) -> Vec<usize> {
     let n = points.len().max(1) as f32;
     let center: [f32; 3] = std::array::from_fn(|c| points.iter().map(|p| p[c]).sum::<f32>() / n);
@@ -106,7 +110,11 @@ pub(crate) fn spread(points: &[[f32; 3]], count: usize) -> Vec<usize> {
     let mut distances: Vec<f32> = points.iter().map(|&p| squared(p, center)).collect();
     let mut found: Vec<usize> = Vec::new();
     while found.len() < count.min(points.len()) {
-        let Some(next) = (0..points.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(b.cmp(&a))) else { break };
+        let Some(next) =
+            (0..points.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(b.cmp(&a)))
+        else {
+            break;
+        };
         if found.is_empty() {
             distances.fill(f32::INFINITY);
         }
@@ -145,7 +153,8 @@ fn lagrangian(scene: &LagrangianScene, motion: &mut Motion<'_>, particles: &[Par
 /// The source's Gaussians nearest to the particles at t = 0.
 fn followed_by_source(source: &dyn SourceModel, starts: &[[f32; 3]], window: f64) -> Tracks {
     let times = spaced(-window, 3.0 * window, SOURCE_TIMES);
-    let twins: Vec<usize> = nearest_indices(&source.positions_at(0.0), starts).into_iter().map(|i| i as usize).collect();
+    let twins: Vec<usize> =
+        nearest_indices(&source.positions_at(0.0), starts).into_iter().map(|i| i as usize).collect();
     let mut positions = vec![Vec::new(); starts.len()];
     for &time in &times {
         let all = source.positions_at(time as f32);

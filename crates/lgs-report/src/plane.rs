@@ -2,7 +2,8 @@
 
 use crate::axis::number;
 
-/// Weight of the shape against the motion: it decides only where the motion alone leaves the plane open, as for a straight fall.
+/// Weight of the shape against the motion: it decides only where the motion alone leaves the plane open, as
+/// for a straight fall.
 const SHAPE: f64 = 1e-3;
 
 /// Vertical part of the plane from which its upward direction is that of the world's z.
@@ -68,7 +69,8 @@ impl Plane {
     }
 }
 
-/// The plane's directions turned so that up is up where the plane allows it, and right is towards positive x or y.
+/// The plane's directions turned so that up is up where the plane allows it, and right is towards positive x
+/// or y.
 fn oriented(first: [f64; 3], second: [f64; 3]) -> Plane {
     let vertical = [first[2], second[2]];
     let length = vertical[0].hypot(vertical[1]);
@@ -79,7 +81,8 @@ fn oriented(first: [f64; 3], second: [f64; 3]) -> Plane {
     } else {
         let horizontal = [first[0], second[0]];
         let length = horizontal[0].hypot(horizontal[1]);
-        let (c, s) = if length > SMALL { (horizontal[0] / length, horizontal[1] / length) } else { (1.0, 0.0) };
+        let (c, s) =
+            if length > SMALL { (horizontal[0] / length, horizontal[1] / length) } else { (1.0, 0.0) };
         let (right, mut up) = (in_plane(c, s), in_plane(-s, c));
         let largest = up[if up[1].abs() >= up[2].abs() { 1 } else { 2 }];
         if largest < 0.0 {
@@ -124,7 +127,8 @@ fn principal(mut m: [[f64; 3]; 3]) -> [[f64; 3]; 2] {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
             }
             (m[p], m[q]) = (combined(m[p], m[q], c, -s), combined(m[p], m[q], s, c));
-            (vectors[p], vectors[q]) = (combined(vectors[p], vectors[q], c, -s), combined(vectors[p], vectors[q], s, c));
+            (vectors[p], vectors[q]) =
+                (combined(vectors[p], vectors[q], c, -s), combined(vectors[p], vectors[q], s, c));
         }
     }
     let mut order = [0, 1, 2];
@@ -147,7 +151,10 @@ mod tests {
     #[test]
     fn a_circle_is_seen_from_its_axis() {
         let (a, b) = ([0.6_f32, 0.0, 0.8], [0.0_f32, 1.0, 0.0]);
-        let circle = (0..40).map(|i| 0.157 * i as f32).map(|t| std::array::from_fn(|c| 2.0 * t.cos() * a[c] + t.sin() * b[c])).collect();
+        let circle = (0..40)
+            .map(|i| 0.157 * i as f32)
+            .map(|t| std::array::from_fn(|c| 2.0 * t.cos() * a[c] + t.sin() * b[c]))
+            .collect();
         let plane = Plane::of_motion(&[circle]);
         let normal = [-0.8, 0.0, 0.6];
         assert!(dot(plane.right, normal).abs() < 1e-6 && dot(plane.up, normal).abs() < 1e-6, "{plane:?}");

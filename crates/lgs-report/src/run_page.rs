@@ -44,8 +44,8 @@ pub struct RunSubject<'a> {
     pub config: &'a str,
 }
 
-/// Draws all figures and writes them, the colour-coded splat file and `report.html` into a run's folder; figures of an earlier report that
-/// this run has no longer are removed.
+/// Draws all figures and writes them, the colour-coded splat file and `report.html` into a run's folder;
+/// figures of an earlier report that this run has no longer are removed.
 ///
 /// # Errors
 /// If a figure cannot be drawn or a file not written.
@@ -55,7 +55,9 @@ pub fn write_run_report(root: &Path, subject: &RunSubject<'_>) -> Result<Vec<Fig
     std::fs::create_dir_all(&folder).map_err(|e| FileError::new("create folder", &folder, e))?;
     remove_others(&folder, &figures)?;
     for figure in &figures {
-        write_atomically(&folder.join(format!("{}.svg", figure.name)), |w| w.write_all(figure.svg.as_bytes()))?;
+        write_atomically(&folder.join(format!("{}.svg", figure.name)), |w| {
+            w.write_all(figure.svg.as_bytes())
+        })?;
         write_atomically(&folder.join(format!("{}.png", figure.name)), |w| w.write_all(&figure.png))?;
     }
     let mut motion = Motion::new(subject.scene, Edit::default(), Reversal::Exact);
@@ -69,7 +71,9 @@ fn remove_others(folder: &Path, figures: &[Figure]) -> Result<(), ReportError> {
     for name in NAMES.iter().filter(|name| !figures.iter().any(|f| f.name == **name)) {
         for path in ["svg", "png"].map(|extension| folder.join(format!("{name}.{extension}"))) {
             match std::fs::remove_file(&path) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(FileError::new("remove file", &path, e).into()),
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(FileError::new("remove file", &path, e).into());
+                }
                 _ => {}
             }
         }
@@ -78,8 +82,17 @@ fn remove_others(folder: &Path, figures: &[Figure]) -> Result<(), ReportError> {
 }
 
 /// Every figure that a run can have.
-pub(crate) const NAMES: [&str; 9] =
-    ["extrapolation", "psnr", "trajectories", "position-error", "potential", "beta-sweep", "time-reversal", "partition", "training"];
+pub(crate) const NAMES: [&str; 9] = [
+    "extrapolation",
+    "psnr",
+    "trajectories",
+    "position-error",
+    "potential",
+    "beta-sweep",
+    "time-reversal",
+    "partition",
+    "training",
+];
 
 /// The page.
 #[must_use]
@@ -91,8 +104,14 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     body.push_str(&html::table("PSNR in dB (mean over images; of the mean squared error; over the foreground; over what differs from the background), SSIM and LPIPS without unit.", &split_rows(metrics), true));
     ["extrapolation", "psnr"].iter().for_each(|name| body.push_str(&figure(name)));
     body.push_str("<h2>Motion</h2>\n");
-    body.push_str(&html::table("Errors relative to path length; times in units of the captured sequence.", &physics_rows(metrics), false));
-    ["trajectories", "position-error", "potential", "beta-sweep", "time-reversal"].iter().for_each(|name| body.push_str(&figure(name)));
+    body.push_str(&html::table(
+        "Errors relative to path length; times in units of the captured sequence.",
+        &physics_rows(metrics),
+        false,
+    ));
+    ["trajectories", "position-error", "potential", "beta-sweep", "time-reversal"]
+        .iter()
+        .for_each(|name| body.push_str(&figure(name)));
     body.push_str("<h2>Objects</h2>\n");
     body.push_str(&html::table(
         "Centre at t = 0 in world units, mean velocity in world units per unit of time.",
@@ -104,7 +123,10 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     body.push_str(&html::table("", &cost_rows(&metrics.cost), true));
     body.push_str(&figure("training"));
     if !subject.config.is_empty() {
-        body.push_str(&format!("<details><summary>Configuration</summary>\n<pre>{}</pre></details>\n", html::escaped(subject.config)));
+        body.push_str(&format!(
+            "<details><summary>Configuration</summary>\n<pre>{}</pre></details>\n",
+            html::escaped(subject.config)
+        ));
     }
     html::page(subject.title, &body)
 }
@@ -112,7 +134,9 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
 fn summary(footprint: &Footprint) -> String {
     let Footprint { static_gaussians, moving_gaussians, objects } = footprint;
     let plural = if *objects == 1 { "object" } else { "objects" };
-    format!("<p class=\"soft\">{objects} moving {plural}; {moving_gaussians} moving and {static_gaussians} still Gaussians.</p>\n")
+    format!(
+        "<p class=\"soft\">{objects} moving {plural}; {moving_gaussians} moving and {static_gaussians} still Gaussians.</p>\n"
+    )
 }
 
 fn object_rows(metrics: &Metrics) -> Vec<Vec<String>> {
@@ -121,7 +145,8 @@ fn object_rows(metrics: &Metrics) -> Vec<Vec<String>> {
         return Vec::new();
     }
     let vector = |v: [f32; 3]| v.map(|c| crate::axis::number(f64::from(c), 3)).join(", ");
-    let header = ["object", "Gaussians", "centre", "mean velocity", "force over gradient"].map(str::to_owned).to_vec();
+    let header =
+        ["object", "Gaussians", "centre", "mean velocity", "force over gradient"].map(str::to_owned).to_vec();
     let row = |(index, o): (usize, &lgs_eval::ObjectSummary)| {
         let ratio = o.force_ratio.map_or_else(|| "–".to_owned(), |r| format!("{r:.3}"));
         vec![index.to_string(), o.gaussians.to_string(), vector(o.center), vector(o.mean_velocity), ratio]
@@ -130,12 +155,19 @@ fn object_rows(metrics: &Metrics) -> Vec<Vec<String>> {
 }
 
 fn cost_rows(cost: &Cost) -> Vec<Vec<String>> {
-    let mebibytes = |b: Option<u64>| b.map_or_else(|| "–".to_owned(), |b| format!("{:.0}", b as f64 / f64::from(1 << 20)));
+    let mebibytes = |b: Option<u64>| {
+        b.map_or_else(|| "–".to_owned(), |b| format!("{:.0}", b as f64 / f64::from(1 << 20)))
+    };
     if cost.stages.is_empty() && cost.train_secs.is_none() {
         return Vec::new();
     }
     let header = ["stage", "time (s)", "peak memory (MiB)"].map(str::to_owned).to_vec();
-    let stages = cost.stages.iter().map(|s| vec![s.stage.clone(), format!("{:.1}", s.secs), mebibytes(s.peak_rss_bytes)]);
-    let total = cost.train_secs.map(|secs| vec!["all".to_owned(), format!("{secs:.1}"), mebibytes(cost.peak_rss_bytes)]);
+    let stages = cost
+        .stages
+        .iter()
+        .map(|s| vec![s.stage.clone(), format!("{:.1}", s.secs), mebibytes(s.peak_rss_bytes)]);
+    let total = cost
+        .train_secs
+        .map(|secs| vec!["all".to_owned(), format!("{secs:.1}"), mebibytes(cost.peak_rss_bytes)]);
     std::iter::once(header).chain(stages).chain(total).collect()
 }

@@ -24,7 +24,8 @@ const INK: [f32; 3] = [0.1; 3];
 pub struct Row {
     /// Written before the frames.
     pub title: String,
-    /// The frames; fewer than the sheet has columns leave blanks. All of a sheet should have one size; smaller ones are centred.
+    /// The frames; fewer than the sheet has columns leave blanks. All of a sheet should have one size;
+    /// smaller ones are centred.
     pub frames: Vec<Image>,
 }
 
@@ -33,7 +34,8 @@ pub struct Row {
 pub fn contact_sheet(labels: &[String], rows: &[Row]) -> Image {
     let columns = rows.iter().map(|row| row.frames.len()).max().unwrap_or(0).max(labels.len());
     let frames = || rows.iter().flat_map(|row| &row.frames);
-    let (width, height) = (frames().map(|f| f.width).max().unwrap_or(1), frames().map(|f| f.height).max().unwrap_or(1));
+    let (width, height) =
+        (frames().map(|f| f.width).max().unwrap_or(1), frames().map(|f| f.height).max().unwrap_or(1));
     // Without letters, which are part of the program, labels would be left out.
     let _ = load_letters();
     let letter = LETTERS[usize::from(width >= LARGE_FRAME)];
@@ -41,7 +43,8 @@ pub fn contact_sheet(labels: &[String], rows: &[Row]) -> Image {
     let left = if title_width > 0 { title_width + 2 * MARGIN } else { MARGIN };
     let top = letter + 2 * MARGIN;
     let cell = [width as usize + MARGIN, height as usize + MARGIN];
-    let mut sheet = Image::filled((left + columns * cell[0]) as u32, (top + rows.len() * cell[1]) as u32, PAPER);
+    let mut sheet =
+        Image::filled((left + columns * cell[0]) as u32, (top + rows.len() * cell[1]) as u32, PAPER);
     for (c, label) in labels.iter().enumerate() {
         let room = cell[0].saturating_sub(width_of(label, letter)) / 2;
         write(&mut sheet, label, [left + c * cell[0] + room, MARGIN], letter);
@@ -123,7 +126,10 @@ mod tests {
 
     #[test]
     fn frames_of_other_sizes_and_no_frames_are_no_panic() {
-        let mixed = Row { title: String::new(), frames: vec![Image::filled(5, 3, [0.0; 3]), Image::filled(9, 30, [0.0; 3])] };
+        let mixed = Row {
+            title: String::new(),
+            frames: vec![Image::filled(5, 3, [0.0; 3]), Image::filled(9, 30, [0.0; 3])],
+        };
         assert!(contact_sheet(&[], &[mixed]).width > 18);
         assert!(contact_sheet(&[], &[]).height > 0);
         assert!(contact_sheet(&["β × ∞ much longer than its frame".to_owned()], &[row("a", 1)]).width > 0);

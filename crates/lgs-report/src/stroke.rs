@@ -1,10 +1,13 @@
 //! Thick lines on a bitmap, segment by segment, and letters where the SVG has them.
 //!
-//! plotters turns a thick path into one polygon, which it fills by the even-odd rule: a path that crosses itself gets holes there. Drawn one by
-//! one, with a disc at every joint, segments have none.
+//! plotters turns a thick path into one polygon, which it fills by the even-odd rule: a path that crosses
+//! itself gets holes there. Drawn one by one, with a disc at every joint, segments have none.
 
 use crate::style::LOWER;
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform};
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind,
+    FontTransform,
+};
 
 /// A backend whose thick paths are drawn in segments.
 pub(crate) struct Stroked<B>(pub(crate) B);
@@ -34,11 +37,21 @@ impl<B: DrawingBackend> DrawingBackend for Stroked<B> {
         self.0.draw_line(from, to, style)
     }
 
-    fn draw_rect<S: BackendStyle>(&mut self, upper_left: BackendCoord, bottom_right: BackendCoord, style: &S, fill: bool) -> Done<B> {
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        upper_left: BackendCoord,
+        bottom_right: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> Done<B> {
         self.0.draw_rect(upper_left, bottom_right, style, fill)
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Done<B> {
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        path: I,
+        style: &S,
+    ) -> Done<B> {
         let points: Vec<BackendCoord> = path.into_iter().collect();
         let radius = style.stroke_width() / 2;
         for (index, pair) in points.windows(2).enumerate() {
@@ -50,11 +63,21 @@ impl<B: DrawingBackend> DrawingBackend for Stroked<B> {
         Ok(())
     }
 
-    fn draw_circle<S: BackendStyle>(&mut self, center: BackendCoord, radius: u32, style: &S, fill: bool) -> Done<B> {
+    fn draw_circle<S: BackendStyle>(
+        &mut self,
+        center: BackendCoord,
+        radius: u32,
+        style: &S,
+        fill: bool,
+    ) -> Done<B> {
         self.0.draw_circle(center, radius, style, fill)
     }
 
-    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, vertices: I, style: &S) -> Done<B> {
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        vertices: I,
+        style: &S,
+    ) -> Done<B> {
         self.0.fill_polygon(vertices, style)
     }
 

@@ -1,15 +1,19 @@
 //! Colours, sizes and letters that all figures share.
 //!
-//! The palette is that of Okabe and Ito, which people with any kind of colour vision can tell apart. A colour means the same everywhere:
-//! the source model is vermilion, the Lagrangian scene blue, the truth black; objects have colours of their own.
+//! The palette is that of Okabe and Ito, which people with any kind of colour vision can tell apart. A colour
+//! means the same everywhere: the source model is vermilion, the Lagrangian scene blue, the truth black;
+//! objects have colours of their own.
 
 use std::sync::OnceLock;
 
-use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle, register_font};
+use plotters::style::{
+    Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle, register_font,
+};
 
 use crate::error::ReportError;
 
-/// Canvas units per shown pixel: plotters rounds to whole units, so that a finer canvas gives smoother curves.
+/// Canvas units per shown pixel: plotters rounds to whole units, so that a finer canvas gives smoother
+/// curves.
 pub(crate) const UNIT: f64 = 4.0;
 
 /// The source model.
@@ -73,12 +77,18 @@ pub(crate) fn letters(size: f64, colour: RGBColor) -> TextStyle<'static> {
     TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
 }
 
-/// How far a bitmap's letters stand above where an SVG has them, whatever they are aligned by, as a part of a line's height.
+/// How far a bitmap's letters stand above where an SVG has them, whatever they are aligned by, as a part of a
+/// line's height.
 pub(crate) const LOWER: f64 = 0.11;
 
 /// Makes the bundled letters known to plotters, once.
 pub(crate) fn load_letters() -> Result<(), ReportError> {
     static LOADED: OnceLock<bool> = OnceLock::new();
-    let loaded = LOADED.get_or_init(|| register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular()).is_ok());
-    if *loaded { Ok(()) } else { Err(ReportError::Drawing { figure: "any".into(), reason: "the bundled font does not parse".into() }) }
+    let loaded = LOADED
+        .get_or_init(|| register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular()).is_ok());
+    if *loaded {
+        Ok(())
+    } else {
+        Err(ReportError::Drawing { figure: "any".into(), reason: "the bundled font does not parse".into() })
+    }
 }

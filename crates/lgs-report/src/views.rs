@@ -1,4 +1,5 @@
-//! What figures of images are taken from: a camera, frames of it spread over time, and images of the right size.
+//! What figures of images are taken from: a camera, frames of it spread over time, and images of the right
+//! size.
 
 use std::collections::BTreeMap;
 
@@ -26,8 +27,12 @@ pub fn longest_view(dataset: &Dataset) -> Vec<&Frame> {
 #[must_use]
 pub fn spread_in_time<'a>(frames: &[&'a Frame], count: usize) -> Vec<&'a Frame> {
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Vec::new() };
-    let wanted = |i: usize| first.time + (last.time - first.time) * i as f32 / count.saturating_sub(1).max(1) as f32;
-    let nearest = |time: f32| (0..frames.len()).min_by(|&a, &b| (frames[a].time - time).abs().total_cmp(&(frames[b].time - time).abs()));
+    let wanted =
+        |i: usize| first.time + (last.time - first.time) * i as f32 / count.saturating_sub(1).max(1) as f32;
+    let nearest = |time: f32| {
+        (0..frames.len())
+            .min_by(|&a, &b| (frames[a].time - time).abs().total_cmp(&(frames[b].time - time).abs()))
+    };
     let mut indices: Vec<usize> = (0..count).filter_map(|i| nearest(wanted(i))).collect();
     indices.dedup();
     indices.into_iter().map(|i| frames[i]).collect()
@@ -35,7 +40,9 @@ pub fn spread_in_time<'a>(frames: &[&'a Frame], count: usize) -> Vec<&'a Frame> 
 
 /// A camera whose images are `width` pixels wide.
 pub(crate) fn of_width(camera: &Camera, width: u32) -> Camera {
-    let height = (f64::from(width) * f64::from(camera.height) / f64::from(camera.width.max(1))).round().max(1.0) as u32;
+    let height = (f64::from(width) * f64::from(camera.height) / f64::from(camera.width.max(1)))
+        .round()
+        .max(1.0) as u32;
     camera.resized(width, height)
 }
 
@@ -49,7 +56,11 @@ pub(crate) fn resized(image: &Image, width: u32, height: u32) -> Image {
     if (image.width, image.height) == (width, height) {
         return image.clone();
     }
-    let Some(buffer) = ImageBuffer::<Rgb<f32>, Vec<f32>>::from_raw(image.width, image.height, image.pixels.as_flattened().to_vec()) else {
+    let Some(buffer) = ImageBuffer::<Rgb<f32>, Vec<f32>>::from_raw(
+        image.width,
+        image.height,
+        image.pixels.as_flattened().to_vec(),
+    ) else {
         return Image::filled(width, height, [1.0; 3]);
     };
     let small = image::imageops::resize(&buffer, width, height, FilterType::Triangle);

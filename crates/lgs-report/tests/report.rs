@@ -20,8 +20,11 @@ const SIZE: u32 = 24;
 
 /// Blocks of 27 Gaussians in free fall side by side, over a still floor.
 fn scene(blocks: usize) -> LagrangianScene {
-    let block =
-        |b: usize| (0..27).map(move |i| [i % 3, i / 3 % 3, i / 9].map(|c| 0.1 * c as f32)).map(move |[x, y, z]| [x + b as f32, y, z]);
+    let block = |b: usize| {
+        (0..27)
+            .map(move |i| [i % 3, i / 3 % 3, i / 9].map(|c| 0.1 * c as f32))
+            .map(move |[x, y, z]| [x + b as f32, y, z])
+    };
     let means: Vec<[f32; 3]> = (0..blocks).flat_map(block).collect();
     let object = |b: usize| ObjectModel {
         system: quadratic([0.0, 0.0, GRAVITY], [0.0; 6]),
@@ -67,10 +70,22 @@ fn dataset() -> Dataset {
         time,
         rgba: vec![200; 4 * (SIZE * SIZE) as usize],
     };
-    let split = |name: &str, times: &[f32]| (name.to_owned(), times.iter().map(|&t| frame(name, t)).collect::<Vec<_>>());
-    let splits =
-        [split("train", &[0.0, 0.5, 0.75]), split("test", &[0.8, 0.9]), split("long", &[1.5, 2.25]), split("past", &[-0.5, -0.25])];
-    Dataset { root: "data".into(), splits: BTreeMap::from(splits), background: [1.0; 3], init_points: None, fingerprint: String::new() }
+    let split = |name: &str, times: &[f32]| {
+        (name.to_owned(), times.iter().map(|&t| frame(name, t)).collect::<Vec<_>>())
+    };
+    let splits = [
+        split("train", &[0.0, 0.5, 0.75]),
+        split("test", &[0.8, 0.9]),
+        split("long", &[1.5, 2.25]),
+        split("past", &[-0.5, -0.25]),
+    ];
+    Dataset {
+        root: "data".into(),
+        splits: BTreeMap::from(splits),
+        background: [1.0; 3],
+        init_points: None,
+        fingerprint: String::new(),
+    }
 }
 
 /// What a run has beside its scene.
@@ -85,8 +100,12 @@ struct Known<'a> {
 fn report(folder: &Path, scene: &LagrangianScene, known: Known<'_>) -> Vec<String> {
     let subject = Subject { scene, source: known.source, dataset: known.dataset, truth: known.truth };
     let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
-    std::fs::write(folder.join("metrics.json"), serde_json::to_vec(&metrics).expect("JSON")).expect("metrics");
-    let training = [Curve { stage: "source".into(), points: (1..40).map(|i| (f64::from(i), 20.0 + f64::from(i % 7))).collect() }];
+    std::fs::write(folder.join("metrics.json"), serde_json::to_vec(&metrics).expect("JSON"))
+        .expect("metrics");
+    let training = [Curve {
+        stage: "source".into(),
+        points: (1..40).map(|i| (f64::from(i), 20.0 + f64::from(i % 7))).collect(),
+    }];
     let subject = RunSubject {
         title: "a <run>",
         scene,
@@ -115,23 +134,46 @@ fn a_run_with_everything_has_every_figure_in_both_formats_and_on_the_page() {
     let dir = tempfile::tempdir().expect("folder");
     let (scene, dataset) = (scene(2), dataset());
     let (truth, source) = (truth(&scene), still(&scene.movers));
-    let names = report(dir.path(), &scene, Known { source: Some(&source), dataset: Some(&dataset), truth: Some(&truth) });
-    let expected =
-        ["extrapolation", "psnr", "trajectories", "position-error", "potential", "beta-sweep", "time-reversal", "partition", "training"];
+    let names = report(
+        dir.path(),
+        &scene,
+        Known { source: Some(&source), dataset: Some(&dataset), truth: Some(&truth) },
+    );
+    let expected = [
+        "extrapolation",
+        "psnr",
+        "trajectories",
+        "position-error",
+        "potential",
+        "beta-sweep",
+        "time-reversal",
+        "partition",
+        "training",
+    ];
     assert_eq!(names, expected);
     let page = std::fs::read_to_string(dir.path().join("report.html")).expect("page");
     for name in expected {
-        let png = image::open(dir.path().join("figures").join(format!("{name}.png"))).expect("a PNG").to_rgb8();
+        let png =
+            image::open(dir.path().join("figures").join(format!("{name}.png"))).expect("a PNG").to_rgb8();
         let first = png.get_pixel(0, 0);
         assert!(png.pixels().any(|p| p != first), "{name} shows something");
-        let svg = std::fs::read_to_string(dir.path().join("figures").join(format!("{name}.svg"))).expect("an SVG");
+        let svg =
+            std::fs::read_to_string(dir.path().join("figures").join(format!("{name}.svg"))).expect("an SVG");
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
         assert!(page.contains(&format!("id=\"{name}\"")) && page.contains(&svg), "{name} is on the page");
     }
-    assert!(page.contains("a &lt;run&gt;") && page.contains("seed = 1") && page.contains("prefers-color-scheme:dark"));
-    assert!(!page.contains("<script") && !page.contains("src=\"http") && !page.contains("<link"), "the page needs nothing else");
+    assert!(
+        page.contains("a &lt;run&gt;")
+            && page.contains("seed = 1")
+            && page.contains("prefers-color-scheme:dark")
+    );
+    assert!(
+        !page.contains("<script") && !page.contains("src=\"http") && !page.contains("<link"),
+        "the page needs nothing else"
+    );
     let coloured = read_ply(&dir.path().join("figures/partition.ply")).expect("a splat file");
-    let (still, first, second) = (&coloured.sh[..3], &coloured.sh[3 * 3..3 * 4], &coloured.sh[3 * 30..3 * 31]);
+    let (still, first, second) =
+        (&coloured.sh[..3], &coloured.sh[3 * 3..3 * 4], &coloured.sh[3 * 30..3 * 31]);
     assert!(coloured.len() == 57 && still != first && first != second && still != second);
 }
 
@@ -142,7 +184,10 @@ fn the_same_run_gives_the_same_bytes() {
     let known = Known { source: None, dataset: Some(&dataset), truth: None };
     assert_eq!(report(a.path(), &scene, known), report(b.path(), &scene, known));
     assert!(all_bytes(&a.path().join("figures")) == all_bytes(&b.path().join("figures")));
-    assert_eq!(std::fs::read(a.path().join("report.html")).expect("page"), std::fs::read(b.path().join("report.html")).expect("page"));
+    assert_eq!(
+        std::fs::read(a.path().join("report.html")).expect("page"),
+        std::fs::read(b.path().join("report.html")).expect("page")
+    );
 }
 
 #[test]
@@ -154,7 +199,8 @@ fn what_a_run_does_not_have_is_left_out() {
     // An earlier report's figures do not stay beside a new one's.
     let names = report(dir.path(), &scene(1), Known { source: None, dataset: None, truth: None });
     assert_eq!(names, ["trajectories", "potential", "beta-sweep", "training"], "no images, no truth");
-    let files: Vec<String> = all_bytes(&dir.path().join("figures")).into_keys().filter(|n| n.ends_with(".png")).collect();
+    let files: Vec<String> =
+        all_bytes(&dir.path().join("figures")).into_keys().filter(|n| n.ends_with(".png")).collect();
     assert_eq!(files, ["beta-sweep.png", "potential.png", "training.png", "trajectories.png"]);
 }
 
@@ -165,10 +211,16 @@ fn a_suite_lists_its_runs_and_those_that_are_missing() {
     std::fs::create_dir(&run).expect("folder");
     let (scene, dataset) = (scene(1), dataset());
     report(&run, &scene, Known { source: None, dataset: Some(&dataset), truth: None });
-    let cells = vec![("falling / one".to_owned(), run.clone()), ("falling / two".to_owned(), dir.path().join("b"))];
+    let cells =
+        vec![("falling / one".to_owned(), run.clone()), ("falling / two".to_owned(), dir.path().join("b"))];
     let page = suite_html("suite", &cells).expect("a page");
-    assert!(page.contains("Not evaluated yet: falling / two") && page.contains("<svg ") && page.contains("data:image/png;base64,"));
-    let metrics: Metrics = serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics")).expect("JSON");
+    assert!(
+        page.contains("Not evaluated yet: falling / two")
+            && page.contains("<svg ")
+            && page.contains("data:image/png;base64,")
+    );
+    let metrics: Metrics =
+        serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics")).expect("JSON");
     let psnr = metrics.splits["test"].lagrangian.and_then(|s| s.psnr).expect("psnr");
     assert!(page.contains(&format!("– → {psnr:.2}")), "its PSNR is in the table");
     std::fs::write(run.join("metrics.json"), "{").expect("damage");

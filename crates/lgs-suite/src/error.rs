@@ -74,7 +74,9 @@ pub enum SuiteError {
     #[error("the folder holds a run with other settings than the suite's; remove it or choose another output folder: {}", .0.display())]
     OtherSettings(PathBuf),
     /// A cell whose source comes from another one that has not been run.
-    #[error("cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that one first")]
+    #[error(
+        "cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that one first"
+    )]
     NoSource {
         /// The cell.
         cell: usize,

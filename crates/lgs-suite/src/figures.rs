@@ -42,11 +42,13 @@ pub(crate) const TEST_SCORES: [(&str, &str, usize, Read); 5] = [
     ("psnr_of_mean_mse", "PSNR of mean MSE", 3, |m, model| split_score(m, "test", model)?.psnr_of_mean_mse),
     ("ssim", "SSIM", 3, |m, model| split_score(m, "test", model)?.ssim),
     ("lpips_vgg", "LPIPS (VGG)", 3, |m, model| split_score(m, "test", model)?.lpips_vgg),
-    ("lpips_vgg_unnormalised", "LPIPS (unnormalised VGG)", 3, |m, model| split_score(m, "test", model)?.lpips_vgg_unnormalised),
+    ("lpips_vgg_unnormalised", "LPIPS (unnormalised VGG)", 3, |m, model| {
+        split_score(m, "test", model)?.lpips_vgg_unnormalised
+    }),
 ];
 
-/// Which of the paper's scores each of [`TEST_SCORES`] stands beside: its PSNR is that of the mean squared error, its LPIPS
-/// that of inputs in [0, 1] (§7.2).
+/// Which of the paper's scores each of [`TEST_SCORES`] stands beside: its PSNR is that of the mean squared
+/// error, its LPIPS that of inputs in [0, 1] (§7.2).
 pub(crate) const PUBLISHED_SCORE: [Option<usize>; 5] = [None, Some(0), Some(1), None, Some(2)];
 
 /// How scenes are put together.
@@ -201,6 +203,10 @@ fn gap(metrics: &Metrics, read: fn(&SplitScore) -> Option<f64>) -> Option<f64> {
 
 /// The error at the latest time that has one.
 fn last_trajectory_error(metrics: &Metrics) -> Option<f64> {
-    let timed = metrics.physics.trajectory_error.iter().filter_map(|(time, error)| Some((time.parse::<f64>().ok()?, (*error)?)));
+    let timed = metrics
+        .physics
+        .trajectory_error
+        .iter()
+        .filter_map(|(time, error)| Some((time.parse::<f64>().ok()?, (*error)?)));
     timed.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, error)| error)
 }

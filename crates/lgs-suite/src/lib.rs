@@ -1,11 +1,12 @@
 //! Suites: scenes × methods × variants × seeds, the runs that these are, and the tables that the runs make.
 //!
-//! [`Suite`] is a checked suite file, [`Plan`] its cells in a stable order with their configurations, folders and states, and
-//! [`Results`] what finished cells have left in their `metrics.json`; [`tables`] aggregates them and [`table_text`] writes them as
-//! Markdown, CSV, LaTeX and JSON. Running a cell is the caller's: it is an ordinary training run and an ordinary evaluation.
+//! [`Suite`] is a checked suite file, [`Plan`] its cells in a stable order with their configurations, folders
+//! and states, and [`Results`] what finished cells have left in their `metrics.json`; [`tables`] aggregates
+//! them and [`table_text`] writes them as Markdown, CSV, LaTeX and JSON. Running a cell is the caller's: it
+//! is an ordinary training run and an ordinary evaluation.
 //!
-//! Means are taken over scenes first, then over seeds, and only over complete sets: a figure that one scene lacks is not averaged over the
-//! others. What is missing is `n/a`; no figure is made up.
+//! Means are taken over scenes first, then over seeds, and only over complete sets: a figure that one scene
+//! lacks is not averaged over the others. What is missing is `n/a`; no figure is made up.
 
 mod bundled;
 mod error;

@@ -1,8 +1,10 @@
-//! The cells of a suite: one run each, in a stable order, with configuration, folder and where its source comes from.
+//! The cells of a suite: one run each, in a stable order, with configuration, folder and where its source
+//! comes from.
 //!
-//! Cells that train a source come first, in the order variant, seed, scene, method; the others follow in the same order. Two cells share a
-//! source if scene, seed and all settings of images and source are the same; the first of them trains it. A scheduler runs the cells that
-//! train a source ([`Plan::leaders`]) in any order, and after them the others in any order.
+//! Cells that train a source come first, in the order variant, seed, scene, method; the others follow in the
+//! same order. Two cells share a source if scene, seed and all settings of images and source are the same;
+//! the first of them trains it. A scheduler runs the cells that train a source ([`Plan::leaders`]) in any
+//! order, and after them the others in any order.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -63,7 +65,8 @@ struct SourceKey<'a> {
 }
 
 impl Plan {
-    /// The cells of a suite, with runs below the folder `out` and datasets below `data` (by default what the suite says).
+    /// The cells of a suite, with runs below the folder `out` and datasets below `data` (by default what the
+    /// suite says).
     ///
     /// # Errors
     /// If the settings of a cell are no configuration; the error names cell and key.
@@ -81,7 +84,8 @@ impl Plan {
                             origin: suite.origin.clone(),
                         };
                         let config = TrainConfig::resolve(suite.preset, None, &settings).map_err(at)?;
-                        let (scene, method, variant) = (scene.clone(), method.name.to_owned(), variant.name.clone());
+                        let (scene, method, variant) =
+                            (scene.clone(), method.name.to_owned(), variant.name.clone());
                         cells.push(Cell { index: 0, scene, method, variant, seed, config, source_of: None });
                     }
                 }
@@ -102,7 +106,11 @@ impl Plan {
     /// If there is none.
     pub fn cell(&self, index: usize) -> Result<&Cell, SuiteError> {
         let last = self.cells.len().saturating_sub(1);
-        self.cells.get(index).ok_or_else(|| SuiteError::NoCell { index, last, origin: self.suite.origin.clone() })
+        self.cells.get(index).ok_or_else(|| SuiteError::NoCell {
+            index,
+            last,
+            origin: self.suite.origin.clone(),
+        })
     }
 
     /// The suite's output folder.
@@ -123,7 +131,8 @@ impl Plan {
         self.out.join("tables")
     }
 
-    /// The dataset of a scene. Synthetic ones carry their options in the name, so that other options are another dataset.
+    /// The dataset of a scene. Synthetic ones carry their options in the name, so that other options are
+    /// another dataset.
     #[must_use]
     pub fn dataset(&self, scene: &str) -> PathBuf {
         match &self.suite.data {
@@ -135,11 +144,13 @@ impl Plan {
         }
     }
 
-    /// What is missing for the suite to run: scenes' folders that are absent, with what they should hold. Synthetic scenes are never missing.
+    /// What is missing for the suite to run: scenes' folders that are absent, with what they should hold.
+    /// Synthetic scenes are never missing.
     #[must_use]
     pub fn missing_data(&self) -> Option<String> {
         let Scenes::Folders(folders) = &self.suite.data else { return None };
-        let absent: Vec<&str> = self.suite.scenes.iter().filter(|s| !self.dataset(s).is_dir()).map(String::as_str).collect();
+        let absent: Vec<&str> =
+            self.suite.scenes.iter().filter(|s| !self.dataset(s).is_dir()).map(String::as_str).collect();
         let root = self.folders_root(folders);
         let wanted = || {
             let names = self.suite.scenes.join(", ");
@@ -164,7 +175,8 @@ impl Plan {
 fn numbered(cells: Vec<Cell>) -> Vec<Cell> {
     let key = |cell: &Cell| {
         let TrainConfig { seed, data, source, .. } = &cell.config;
-        // A configuration always has a TOML form (tested where it is defined); without one, cells would share nothing.
+        // A configuration always has a TOML form (tested where it is defined); without one, cells would share
+        // nothing.
         let text = toml::to_string(&SourceKey { seed: *seed, data, source }).unwrap_or_else(|_| cell.name());
         (cell.scene.clone(), text)
     };
@@ -209,7 +221,10 @@ mod tests {
             assert_eq!((cell.index, cell.config.seed), (index, cell.seed));
             let Some(leader) = cell.source_of.map(|leader| &plan.cells[leader]) else { continue };
             assert_eq!((&leader.scene, leader.seed, leader.source_of), (&cell.scene, cell.seed, None));
-            assert_eq!((&leader.config.source, &leader.config.data), (&cell.config.source, &cell.config.data));
+            assert_eq!(
+                (&leader.config.source, &leader.config.data),
+                (&cell.config.source, &cell.config.data)
+            );
         }
         assert_eq!(plan.run_folder(&plan.cells[0]), Path::new("out/cells/fan/defgs/full/seed-0"));
         assert!(plan.cell(16).expect_err("none").to_string().contains("0 to 15"));
@@ -218,10 +233,13 @@ mod tests {
     #[test]
     fn published_suites_train_freegave_as_its_published_settings_say() {
         for name in ["nvfi-objects", "nvfi-indoor"] {
-            let plan = Plan::new(Suite::open(Path::new(name)).expect(name), Path::new("out"), None).expect(name);
+            let plan =
+                Plan::new(Suite::open(Path::new(name)).expect(name), Path::new("out"), None).expect(name);
             for cell in plan.cells.iter().filter(|cell| cell.method == "freegave" && cell.seed == 0) {
-                let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../configs/freegave/{}.toml", cell.scene));
-                let mut source = TrainConfig::resolve(plan.suite.preset, Some(&file), &[]).expect("settings").source;
+                let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+                    .join(format!("../../configs/freegave/{}.toml", cell.scene));
+                let mut source =
+                    TrainConfig::resolve(plan.suite.preset, Some(&file), &[]).expect("settings").source;
                 // A truncated window ends the deformation 0.05 before its end (G53).
                 let until = cell.config.data.train_before;
                 if let Some(velocity) = source.velocity.as_mut().filter(|_| until > 0.0) {
@@ -238,7 +256,11 @@ mod tests {
         let suite = Suite::open(Path::new("synthetic-objects")).expect("bundled");
         let plan = Plan::new(suite, Path::new("out"), None).expect("plan");
         let (sources, rest) = (plan.leaders(), plan.cells.len() - plan.leaders());
-        for line in [format!("completions: {sources} "), format!("completions: {rest} "), format!("name: FIRST, value: \"{sources}\"")] {
+        for line in [
+            format!("completions: {sources} "),
+            format!("completions: {rest} "),
+            format!("name: FIRST, value: \"{sources}\""),
+        ] {
             assert_eq!(manifest.matches(&line).count(), 1, "{line}");
         }
     }
@@ -247,7 +269,12 @@ mod tests {
     fn a_setting_that_does_not_exist_names_the_cell_and_the_known_keys() {
         let text = SUITE.replace("seeds =", "settings = [\"source.iteration=3\"]\nseeds =");
         let error = plan(&text).expect_err("unknown").to_string();
-        assert!(error.contains("fan/defgs/full") && error.contains("`source.iteration`") && error.contains("iterations"), "{error}");
+        assert!(
+            error.contains("fan/defgs/full")
+                && error.contains("`source.iteration`")
+                && error.contains("iterations"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -259,7 +286,9 @@ mod tests {
             assert!(plan.leaders() < plan.cells.len(), "ablations share sources");
             let missing = plan.missing_data();
             assert_eq!(missing.is_some(), published, "{}", bundled.name);
-            assert!(missing.is_none_or(|text| text.contains("transforms_test.json") && text.ends_with("nowhere")));
+            assert!(
+                missing.is_none_or(|text| text.contains("transforms_test.json") && text.ends_with("nowhere"))
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The paper's own numbers (`reference-systems.md` §9), to stand beside ours where the suite is the published one.
+//! The paper's own numbers (`reference-systems.md` §9), to stand beside ours where the suite is the published
+//! one.
 
 use serde::{Deserialize, Serialize};
 
@@ -116,7 +117,8 @@ mod tests {
     #[test]
     fn the_papers_differences_come_out() {
         let psnr = |column, method, model| scores(column, method, "full", model).expect("row")[0];
-        let gain = |column, method| psnr(column, method, Model::Lagrangian) - psnr(column, method, Model::Source);
+        let gain =
+            |column, method| psnr(column, method, Model::Lagrangian) - psnr(column, method, Model::Source);
         for (column, method, printed) in [
             (Published::Objects, "defgs", 5.051),
             (Published::Indoor, "defgs", 9.990),

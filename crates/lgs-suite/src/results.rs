@@ -41,7 +41,10 @@ impl<'a> Results<'a> {
     #[must_use]
     pub fn load(plan: &'a Plan) -> Self {
         let done = |cell: &Cell| plan.state(cell).is_ok_and(|state| state == crate::CellState::Done);
-        Self { plan, metrics: plan.cells.iter().map(|cell| done(cell).then(|| plan.metrics(cell)).flatten()).collect() }
+        Self {
+            plan,
+            metrics: plan.cells.iter().map(|cell| done(cell).then(|| plan.metrics(cell)).flatten()).collect(),
+        }
     }
 
     /// Results that are already in memory, one entry per cell.
@@ -65,22 +68,36 @@ impl<'a> Results<'a> {
     /// The metrics of one run.
     #[must_use]
     pub fn metrics(&self, scene: &str, method: &str, variant: &str, seed: u64) -> Option<&Metrics> {
-        let is_it = |cell: &Cell| cell.scene == scene && cell.method == method && cell.variant == variant && cell.seed == seed;
+        let is_it = |cell: &Cell| {
+            cell.scene == scene && cell.method == method && cell.variant == variant && cell.seed == seed
+        };
         let cell = self.plan.cells.iter().position(is_it)?;
         self.metrics.get(cell)?.as_ref()
     }
 
     /// A figure of a method's variant over all scenes.
-    pub(crate) fn over_scenes(&self, method: &str, variant: &str, over: Over, read: impl Fn(&Metrics) -> Option<f64>) -> Summary {
+    pub(crate) fn over_scenes(
+        &self,
+        method: &str,
+        variant: &str,
+        over: Over,
+        read: impl Fn(&Metrics) -> Option<f64>,
+    ) -> Summary {
         let of_seed = |&seed: &u64| {
-            let runs: Option<Vec<&Metrics>> = self.scenes().map(|scene| self.metrics(scene, method, variant, seed)).collect();
+            let runs: Option<Vec<&Metrics>> =
+                self.scenes().map(|scene| self.metrics(scene, method, variant, seed)).collect();
             together(&runs?.into_iter().map(&read).collect::<Vec<_>>(), over)
         };
         Summary::of(&self.plan.suite.seeds.iter().filter_map(of_seed).collect::<Vec<_>>())
     }
 
     /// A variant's figure minus that of `full`, scene by scene and seed by seed.
-    pub(crate) fn against_full(&self, method: &str, variant: &str, read: impl Fn(&Metrics) -> Option<f64>) -> Summary {
+    pub(crate) fn against_full(
+        &self,
+        method: &str,
+        variant: &str,
+        read: impl Fn(&Metrics) -> Option<f64>,
+    ) -> Summary {
         let of_seed = |&seed: &u64| {
             let change = |scene: &str| {
                 let of = |variant| self.metrics(scene, method, variant, seed).and_then(&read);
@@ -92,19 +109,32 @@ impl<'a> Results<'a> {
     }
 
     /// A figure of one scene.
-    pub(crate) fn of_scene(&self, scene: &str, method: &str, variant: &str, read: impl Fn(&Metrics) -> Option<f64>) -> Summary {
+    pub(crate) fn of_scene(
+        &self,
+        scene: &str,
+        method: &str,
+        variant: &str,
+        read: impl Fn(&Metrics) -> Option<f64>,
+    ) -> Summary {
         let of_seed = |&seed: &u64| self.metrics(scene, method, variant, seed).and_then(&read);
         Summary::of(&self.plan.suite.seeds.iter().filter_map(of_seed).collect::<Vec<_>>())
     }
 
     /// Number of runs that were measured by another protocol than the suite's.
     pub(crate) fn scored_otherwise(&self) -> usize {
-        self.metrics.iter().flatten().filter(|m| m.protocol.half_resolution != self.plan.suite.half_resolution).count()
+        self.metrics
+            .iter()
+            .flatten()
+            .filter(|m| m.protocol.half_resolution != self.plan.suite.half_resolution)
+            .count()
     }
 
     /// Whether any run scored a split.
     pub(crate) fn has_split(&self, split: &str) -> bool {
-        self.metrics.iter().flatten().any(|m| crate::figures::split_score(m, split, Model::Lagrangian).is_some())
+        self.metrics
+            .iter()
+            .flatten()
+            .any(|m| crate::figures::split_score(m, split, Model::Lagrangian).is_some())
     }
 
     fn scenes(&self) -> impl Iterator<Item = &'a str> {

@@ -71,7 +71,8 @@ impl Plan {
         let from = self.cell(leader)?;
         let absent = || SuiteError::NoSource { cell: cell.index, leader, name: from.name() };
         let root = self.run_folder(from);
-        // The scene is written after the source: a run that has begun to tune may lend its source, too, but it may also be training it.
+        // The scene is written after the source: a run that has begun to tune may lend its source, too, but
+        // it may also be training it.
         let trained = self.state(from)? > CellState::Begun
             || RunFolder::open(&root).is_ok_and(|(run, config)| run.source_path(config.source.kind).exists());
         if trained { Ok(Some(root)) } else { Err(absent()) }

@@ -79,7 +79,8 @@ pub enum Scenes {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Folders {
-    /// Folder that holds one folder per scene, if none is given at the command line; relative to where the program is called.
+    /// Folder that holds one folder per scene, if none is given at the command line; relative to where the
+    /// program is called.
     pub path: String,
     /// What the folder should hold, for the message that it is absent.
     pub about: String,
@@ -159,24 +160,33 @@ impl Suite {
         }
         let known = || listed(bundled_suites().iter().map(|suite| suite.name));
         let read = std::fs::read_to_string(name_or_path);
-        let text = read.map_err(|reason| SuiteError::Read { path: name_or_path.to_owned(), reason, known: known() })?;
+        let text = read.map_err(|reason| SuiteError::Read {
+            path: name_or_path.to_owned(),
+            reason,
+            known: known(),
+        })?;
         Self::parse(&text, &name_or_path.display().to_string())
     }
 
     /// Reads a suite; `origin` is what messages call it.
     ///
     /// # Errors
-    /// If it is not TOML, a key or name is unknown (the error lists the known ones), a list is empty or repeats itself.
+    /// If it is not TOML, a key or name is unknown (the error lists the known ones), a list is empty or
+    /// repeats itself.
     pub fn parse(text: &str, origin: &str) -> Result<Self, SuiteError> {
-        let file: File =
-            toml::from_str(text).map_err(|e| SuiteError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })?;
+        let file: File = toml::from_str(text)
+            .map_err(|e| SuiteError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })?;
         let check = Check { origin };
         check.name(&file.name)?;
         check.list("scenes", &file.scenes)?;
         check.list("methods", &file.methods)?;
         check.list("variants", &file.variants)?;
         check.list("seeds", &file.seeds.iter().map(u64::to_string).collect::<Vec<_>>())?;
-        for (key, empty) in [("scenes", file.scenes.is_empty()), ("methods", file.methods.is_empty()), ("seeds", file.seeds.is_empty())] {
+        for (key, empty) in [
+            ("scenes", file.scenes.is_empty()),
+            ("methods", file.methods.is_empty()),
+            ("seeds", file.seeds.is_empty()),
+        ] {
             if empty {
                 return Err(check.invalid(key, "the list is empty"));
             }
@@ -189,7 +199,11 @@ impl Suite {
                 Scenes::Synthetic(SynthOptions { size, views, seed, train_fps })
             }
             (None, Some(folders)) => Scenes::Folders(folders),
-            _ => return Err(check.invalid("scenes", "expected either a table [synthetic] or a table [folders]")),
+            _ => {
+                return Err(
+                    check.invalid("scenes", "expected either a table [synthetic] or a table [folders]")
+                );
+            }
         };
         let methods = check.methods(&file.methods)?;
         let variants = check.variants(&file.variants, file.variant)?;
@@ -216,12 +230,22 @@ impl Suite {
         let mut settings: Vec<String> = method.settings.iter().map(|s| (*s).to_owned()).collect();
         settings.extend_from_slice(&self.settings);
         let concerns = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
-        let here = |o: &&Override| concerns(&o.scenes, scene) && concerns(&o.methods, method.name) && concerns(&o.variants, &variant.name);
+        let here = |o: &&Override| {
+            concerns(&o.scenes, scene)
+                && concerns(&o.methods, method.name)
+                && concerns(&o.variants, &variant.name)
+        };
         let (of_variants, general): (Vec<&Override>, Vec<&Override>) =
             self.overrides.iter().filter(here).partition(|o| !o.variants.is_empty());
         settings.extend(general.iter().flat_map(|o| o.settings.iter().cloned()));
         settings.extend_from_slice(&variant.settings);
-        settings.extend(variant.of_method.iter().filter(|(name, _)| *name == method.name).map(|(_, setting)| (*setting).to_owned()));
+        settings.extend(
+            variant
+                .of_method
+                .iter()
+                .filter(|(name, _)| *name == method.name)
+                .map(|(_, setting)| (*setting).to_owned()),
+        );
         settings.extend(of_variants.iter().flat_map(|o| o.settings.iter().cloned()));
         settings
     }
@@ -238,11 +262,16 @@ mod tests {
     #[test]
     fn a_suite_has_full_first_and_overrides_only_where_they_say() {
         let suite = Suite::parse(GOOD, "s.toml").expect("suite");
-        assert_eq!(suite.variants.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["full", "before-0.5", "mine"]);
+        assert_eq!(
+            suite.variants.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(),
+            ["full", "before-0.5", "mine"]
+        );
         let of = |scene: &str| suite.settings_of(scene, &suite.methods[0], &suite.variants[2]);
         assert_eq!(of("fan"), ["source.kind=defgs", "partition.clusters=2", "last_stage=1"]);
         assert_eq!(of("spring"), ["source.kind=defgs", "last_stage=1"]);
-        assert!(matches!(&suite.data, Scenes::Synthetic(options) if options.size == 40 && options.views == 12));
+        assert!(
+            matches!(&suite.data, Scenes::Synthetic(options) if options.size == 40 && options.views == 12)
+        );
     }
 
     #[test]
@@ -264,7 +293,10 @@ mod tests {
             let text = GOOD.replace(from, to);
             assert_ne!(text, GOOD, "{from}");
             let error = Suite::parse(&text, "s.toml").expect_err(to).to_string();
-            assert!(words.iter().all(|word| error.contains(word)) && error.ends_with("s.toml"), "{to}: {error}");
+            assert!(
+                words.iter().all(|word| error.contains(word)) && error.ends_with("s.toml"),
+                "{to}: {error}"
+            );
         }
     }
 

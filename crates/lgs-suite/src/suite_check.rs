@@ -22,7 +22,11 @@ impl Check<'_> {
     pub(crate) fn name(&self, name: &str) -> Result<(), SuiteError> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         let fine = name.chars().all(plain) && name.starts_with(|c: char| c.is_ascii_alphanumeric());
-        if fine { Ok(()) } else { Err(self.invalid("name", format!("`{name}` should consist of letters, digits, `-`, `_` and `.`"))) }
+        if fine {
+            Ok(())
+        } else {
+            Err(self.invalid("name", format!("`{name}` should consist of letters, digits, `-`, `_` and `.`")))
+        }
     }
 
     pub(crate) fn list(&self, key: &'static str, names: &[String]) -> Result<(), SuiteError> {
@@ -35,7 +39,12 @@ impl Check<'_> {
         Ok(())
     }
 
-    pub(crate) fn all_known(&self, what: &'static str, names: &[String], known: &[&str]) -> Result<(), SuiteError> {
+    pub(crate) fn all_known(
+        &self,
+        what: &'static str,
+        names: &[String],
+        known: &[&str],
+    ) -> Result<(), SuiteError> {
         match names.iter().find(|name| !known.contains(&name.as_str())) {
             None => Ok(()),
             Some(name) => {
@@ -51,7 +60,11 @@ impl Check<'_> {
     }
 
     /// `full` and the variants named, by the file's own definitions first.
-    pub(crate) fn variants(&self, names: &[String], own: BTreeMap<String, OwnVariant>) -> Result<Vec<Variant>, SuiteError> {
+    pub(crate) fn variants(
+        &self,
+        names: &[String],
+        own: BTreeMap<String, OwnVariant>,
+    ) -> Result<Vec<Variant>, SuiteError> {
         let mut known = known_variants();
         for (name, own) in own {
             self.name(&name)?;

@@ -10,11 +10,13 @@ const MISSING: &str = "n/a";
 #[must_use]
 pub fn markdown(table: &Table) -> String {
     let head: Vec<String> = heads(table).map(|head| head.replace('|', "\\|")).collect();
-    let rule: Vec<&str> = table.labels.iter().map(|_| "---").chain((table.labels.len()..head.len()).map(|_| "--:")).collect();
+    let rule: Vec<&str> =
+        table.labels.iter().map(|_| "---").chain((table.labels.len()..head.len()).map(|_| "--:")).collect();
     let mut text = format!("### {}\n\n| {} |\n| {} |\n", table.title, head.join(" | "), rule.join(" | "));
     for row in &table.rows {
         let values = row.entries.iter().flat_map(|entry| printed(table, entry));
-        let cells: Vec<String> = row.labels.iter().cloned().chain(values).map(|cell| cell.replace('|', "\\|")).collect();
+        let cells: Vec<String> =
+            row.labels.iter().cloned().chain(values).map(|cell| cell.replace('|', "\\|")).collect();
         text.push_str(&format!("| {} |\n", cells.join(" | ")));
     }
     for note in &table.notes {
@@ -23,8 +25,8 @@ pub fn markdown(table: &Table) -> String {
     text
 }
 
-/// A table as CSV: labels, then mean, spread, complete seeds and the paper's number of every column; empty where there is none. Figures are
-/// in their own units (fractions, seconds, bytes), with all digits.
+/// A table as CSV: labels, then mean, spread, complete seeds and the paper's number of every column; empty
+/// where there is none. Figures are in their own units (fractions, seconds, bytes), with all digits.
 #[must_use]
 pub fn csv(table: &Table) -> String {
     let mut head: Vec<String> = table.labels.iter().map(|label| (*label).to_owned()).collect();
@@ -37,7 +39,12 @@ pub fn csv(table: &Table) -> String {
         let mut cells = row.labels.clone();
         for entry in &row.entries {
             let summary = entry.summary;
-            cells.extend([number(summary.mean), number(summary.spread), summary.seeds.to_string(), number(entry.paper)]);
+            cells.extend([
+                number(summary.mean),
+                number(summary.spread),
+                summary.seeds.to_string(),
+                number(entry.paper),
+            ]);
         }
         text.push_str(&line(&cells));
     }
@@ -49,12 +56,15 @@ pub fn csv(table: &Table) -> String {
 pub fn latex(table: &Table) -> String {
     let heads: Vec<String> = heads(table).map(|head| escaped(&head)).collect();
     let columns: String = (0..heads.len()).map(|i| if i < table.labels.len() { 'l' } else { 'r' }).collect();
-    let mut text =
-        format!("\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\begin{{tabular}}{{{columns}}}\n\\hline\n", escaped(&table.title));
+    let mut text = format!(
+        "\\begin{{table}}\n\\centering\n\\caption{{{}}}\n\\begin{{tabular}}{{{columns}}}\n\\hline\n",
+        escaped(&table.title)
+    );
     text.push_str(&format!("{} \\\\\n\\hline\n", heads.join(" & ")));
     for row in &table.rows {
         let values = row.entries.iter().flat_map(|entry| printed(table, entry));
-        let cells: Vec<String> = row.labels.iter().cloned().chain(values).map(|cell| escaped(&cell)).collect();
+        let cells: Vec<String> =
+            row.labels.iter().cloned().chain(values).map(|cell| escaped(&cell)).collect();
         text.push_str(&format!("{} \\\\\n", cells.join(" & ")));
     }
     text.push_str("\\hline\n\\end{tabular}\n\\end{table}\n");
@@ -81,9 +91,12 @@ fn heads(table: &Table) -> impl Iterator<Item = String> {
 
 /// An entry, and the paper's number where the table has such a column.
 fn printed(table: &Table, entry: &Entry) -> impl Iterator<Item = String> {
-    let number = |value: Option<f64>| value.map_or_else(|| MISSING.to_owned(), |v| formatted(v, entry.format));
+    let number =
+        |value: Option<f64>| value.map_or_else(|| MISSING.to_owned(), |v| formatted(v, entry.format));
     let own = match (entry.summary.mean, entry.summary.spread) {
-        (Some(mean), Some(spread)) => format!("{} ± {}", formatted(mean, entry.format), formatted(spread, entry.format.unsigned())),
+        (Some(mean), Some(spread)) => {
+            format!("{} ± {}", formatted(mean, entry.format), formatted(spread, entry.format.unsigned()))
+        }
         (mean, _) => number(mean),
     };
     let paper = table.published.then(|| number(entry.paper));
@@ -111,7 +124,11 @@ fn formatted(value: f64, format: Format) -> String {
 /// A line of CSV; fields with commas or quotes are quoted.
 fn line(cells: &[String]) -> String {
     let quoted = |cell: &String| {
-        if cell.contains([',', '"', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.clone() }
+        if cell.contains([',', '"', '\n']) {
+            format!("\"{}\"", cell.replace('"', "\"\""))
+        } else {
+            cell.clone()
+        }
     };
     cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }

@@ -50,7 +50,13 @@ pub struct Entry {
 }
 
 impl Table {
-    fn new(id: &'static str, title: impl Into<String>, labels: &[&'static str], columns: Vec<String>, rows: Vec<Row>) -> Self {
+    fn new(
+        id: &'static str,
+        title: impl Into<String>,
+        labels: &[&'static str],
+        columns: Vec<String>,
+        rows: Vec<Row>,
+    ) -> Self {
         let published = rows.iter().flat_map(|row| &row.entries).any(|entry| entry.paper.is_some());
         Self { id, title: title.into(), labels: labels.to_vec(), columns, rows, published, notes: Vec::new() }
     }
@@ -64,7 +70,14 @@ impl Table {
 /// All tables of a suite that have rows.
 #[must_use]
 pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
-    let tables = [extrapolation(results), windows(results), ablations(results), figures(results), splits(results), scenes(results)];
+    let tables = [
+        extrapolation(results),
+        windows(results),
+        ablations(results),
+        figures(results),
+        splits(results),
+        scenes(results),
+    ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
@@ -144,7 +157,10 @@ fn extrapolation(results: &Results<'_>) -> Table {
             .collect(),
     });
     let own = suite.methods.iter().flat_map(|method| {
-        Side::ALL.map(|side| Row { labels: vec![side.label(method.title)], entries: test_entries(results, method.name, FULL, side) })
+        Side::ALL.map(|side| Row {
+            labels: vec![side.label(method.title)],
+            entries: test_entries(results, method.name, FULL, side),
+        })
     });
     let rows = quoted.chain(own).collect();
     let title = format!("{}: short-term extrapolation (test, after the captured window)", suite.title);
@@ -154,7 +170,8 @@ fn extrapolation(results: &Results<'_>) -> Table {
 /// The paper's Table 2.
 fn windows(results: &Results<'_>) -> Table {
     let suite = &results.plan().suite;
-    let variants: Vec<&Variant> = suite.variants.iter().filter(|v| v.table == VariantTable::Windows).collect();
+    let variants: Vec<&Variant> =
+        suite.variants.iter().filter(|v| v.table == VariantTable::Windows).collect();
     let full = suite.variants.iter().find(|v| v.name == FULL).filter(|_| !variants.is_empty());
     let rows = full.into_iter().chain(variants).flat_map(|variant| {
         suite.methods.iter().flat_map(move |method| {
@@ -165,14 +182,16 @@ fn windows(results: &Results<'_>) -> Table {
         })
     });
     let title = format!("{}: truncated training windows, same test split", suite.title);
-    Table::new("windows", title, &["window", "method"], test_columns(), rows.collect()).noted(common_notes(results))
+    Table::new("windows", title, &["window", "method"], test_columns(), rows.collect())
+        .noted(common_notes(results))
 }
 
 /// The paper's Table 3.
 fn ablations(results: &Results<'_>) -> Table {
     let suite = &results.plan().suite;
     let (_, _, _, psnr) = TEST_SCORES[0];
-    let variants: Vec<&Variant> = suite.variants.iter().filter(|v| v.table == VariantTable::Ablations).collect();
+    let variants: Vec<&Variant> =
+        suite.variants.iter().filter(|v| v.table == VariantTable::Ablations).collect();
     let (mut rows, mut notes) = (Vec::new(), common_notes(results));
     for method in suite.methods.iter().filter(|_| variants.len() > 1) {
         for variant in &variants {
@@ -180,7 +199,10 @@ fn ablations(results: &Results<'_>) -> Table {
             let change = results.against_full(method.name, &variant.name, |m| psnr(m, Model::Lagrangian));
             entries.push(Entry { summary: change, paper: None, format: Format::Signed(3) });
             notes.extend(if variant.name == FULL { None } else { remark(variant, method.title, change) });
-            rows.push(Row { labels: vec![variant.title.clone(), format!("Lagrangian ({})", method.title)], entries });
+            rows.push(Row {
+                labels: vec![variant.title.clone(), format!("Lagrangian ({})", method.title)],
+                entries,
+            });
         }
     }
     let mut columns = test_columns();
@@ -194,7 +216,8 @@ fn remark(variant: &Variant, method: &str, change: Summary) -> Option<String> {
     let loss = -change.mean?;
     let within = change.spread.unwrap_or(0.0).max(NOTHING);
     let why = if variant.remark.is_empty() { String::new() } else { format!(": {}", variant.remark) };
-    (loss <= within).then(|| format!("{} ({method}): no loss beyond the spread of seeds{why}.", variant.title))
+    (loss <= within)
+        .then(|| format!("{} ({method}): no loss beyond the spread of seeds{why}.", variant.title))
 }
 
 /// A change of PSNR that is none, dB.
@@ -204,19 +227,26 @@ const NOTHING: f64 = 0.05;
 fn figures(results: &Results<'_>) -> Table {
     let suite = &results.plan().suite;
     let models = [Model::Source, Model::Lagrangian];
-    let columns = suite.methods.iter().flat_map(|method| models.map(|model| Side::Of(model).label(method.title))).collect();
+    let columns = suite
+        .methods
+        .iter()
+        .flat_map(|method| models.map(|model| Side::Of(model).label(method.title)))
+        .collect();
     let row = |figure: &crate::figures::TextFigure| Row {
         labels: vec![figure.title.to_owned()],
         entries: (suite.methods.iter().flat_map(|method| models.map(|model| (method, model))))
             .map(|(method, model)| Entry {
                 summary: results.over_scenes(method.name, FULL, figure.over, |m| (figure.read)(m, model)),
-                paper: suite.published.and_then(|column| published::text_figure(column, method.name, figure.id, model)),
+                paper: suite
+                    .published
+                    .and_then(|column| published::text_figure(column, method.name, figure.id, model)),
                 format: figure.format,
             })
             .collect(),
     };
     let title = format!("{}: figures of the motion and of training", suite.title);
-    Table::new("figures", title, &["figure"], columns, TEXT_FIGURES.iter().map(row).collect()).noted(common_notes(results))
+    Table::new("figures", title, &["figure"], columns, TEXT_FIGURES.iter().map(row).collect())
+        .noted(common_notes(results))
 }
 
 /// Splits that a dataset may have, in the order of time.
@@ -228,7 +258,13 @@ fn known_splits(results: &Results<'_>) -> Vec<&'static str> {
 }
 
 /// A table with a column per split; none without a split.
-fn by_split(id: &'static str, title: String, labels: &[&'static str], splits: &[&str], rows: Vec<Row>) -> Table {
+fn by_split(
+    id: &'static str,
+    title: String,
+    labels: &[&'static str],
+    splits: &[&str],
+    rows: Vec<Row>,
+) -> Table {
     let rows = if splits.is_empty() { Vec::new() } else { rows };
     Table::new(id, title, labels, splits.iter().map(|split| (*split).to_owned()).collect(), rows)
 }
@@ -247,7 +283,8 @@ fn splits(results: &Results<'_>) -> Table {
             rows.push(Row { labels: vec![side.label(method.title)], entries });
         }
     }
-    by_split("splits", format!("{}: PSNR by split, dB", suite.title), &["method"], &known, rows).noted(common_notes(results))
+    by_split("splits", format!("{}: PSNR by split, dB", suite.title), &["method"], &known, rows)
+        .noted(common_notes(results))
 }
 
 /// PSNR of every scene.
@@ -266,7 +303,13 @@ fn scenes(results: &Results<'_>) -> Table {
             }
         }
     }
-    by_split("scenes", format!("{}: PSNR by scene and split, dB", suite.title), &["scene", "method"], &known, rows)
+    by_split(
+        "scenes",
+        format!("{}: PSNR by scene and split, dB", suite.title),
+        &["scene", "method"],
+        &known,
+        rows,
+    )
 }
 
 /// PSNR of one side on a split.
@@ -286,7 +329,9 @@ fn common_notes(results: &Results<'_>) -> Vec<String> {
     let (done, all, seeds) = (results.done(), plan.cells.len(), plan.suite.seeds.len());
     let mut notes = vec![match seeds {
         1 => "Mean over scenes; one seed, so no spread.".to_owned(),
-        _ => format!("Mean over scenes, then over {seeds} seeds; ± is the sample standard deviation over seeds."),
+        _ => format!(
+            "Mean over scenes, then over {seeds} seeds; ± is the sample standard deviation over seeds."
+        ),
     }];
     let scored_otherwise = results.scored_otherwise();
     if scored_otherwise > 0 {

@@ -1,4 +1,5 @@
-//! Variants of the method: named settings. Those of the paper's tables are known by name; a suite file may define more.
+//! Variants of the method: named settings. Those of the paper's tables are known by name; a suite file may
+//! define more.
 
 use serde::{Deserialize, Serialize};
 
@@ -91,8 +92,20 @@ pub fn known_variants() -> Vec<Variant> {
             &["distill.matching.steps=0"],
             "matching trains networks, and objects that a linear law explains have none",
         ),
-        variant("velocity-from-positions", "velocities from positions", Ablations, &["motion.velocity_policy=from-positions"], POLICY),
-        variant("velocity-rigid", "velocities of the rigid motion", Ablations, &["motion.velocity_policy=rigid"], POLICY),
+        variant(
+            "velocity-from-positions",
+            "velocities from positions",
+            Ablations,
+            &["motion.velocity_policy=from-positions"],
+            POLICY,
+        ),
+        variant(
+            "velocity-rigid",
+            "velocities of the rigid motion",
+            Ablations,
+            &["motion.velocity_policy=rigid"],
+            POLICY,
+        ),
         variant(
             "k-means",
             "objects by k-means",

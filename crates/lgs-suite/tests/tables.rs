@@ -13,7 +13,12 @@ fn plan(text: &str) -> Plan {
 }
 
 fn score(psnr: f64) -> Option<SplitScore> {
-    Some(SplitScore { psnr: Some(psnr), psnr_of_mean_mse: Some(psnr - 1.0), ssim: Some(0.9), ..SplitScore::default() })
+    Some(SplitScore {
+        psnr: Some(psnr),
+        psnr_of_mean_mse: Some(psnr - 1.0),
+        ssim: Some(0.9),
+        ..SplitScore::default()
+    })
 }
 
 /// Sources at 20 dB; Lagrangian models at 30, 1 more on `spring`, 2 more with seed 1, 3 less without stage 3.
@@ -21,7 +26,9 @@ fn made(cell: &Cell) -> Metrics {
     let more = if cell.scene == "spring" { 1.0 } else { 0.0 } + if cell.seed == 1 { 2.0 } else { 0.0 };
     let less = if cell.variant == "without-stage-3" { 3.0 } else { 0.0 };
     let mut metrics = Metrics::default();
-    metrics.splits.insert("test".into(), SplitMetrics { source: score(20.0), lagrangian: score(30.0 + more - less) });
+    metrics
+        .splits
+        .insert("test".into(), SplitMetrics { source: score(20.0), lagrangian: score(30.0 + more - less) });
     metrics.physics.cycle_error.negated_step = Some(0.013);
     metrics.physics.extent_ratio_max = Some(1.0 + 0.1 * more);
     if cell.scene == "fan" {
@@ -47,12 +54,18 @@ fn close(found: Option<f64>, expected: f64) -> bool {
 fn means_go_over_scenes_then_seeds() {
     let plan = plan(SUITE);
     let tables = tables(&plan, |_| true);
-    assert_eq!(tables.iter().map(|t| t.id).collect::<Vec<_>>(), ["extrapolation", "windows", "ablations", "figures", "splits", "scenes"]);
+    assert_eq!(
+        tables.iter().map(|t| t.id).collect::<Vec<_>>(),
+        ["extrapolation", "windows", "ablations", "figures", "splits", "scenes"]
+    );
     let rows = &table(&tables, "extrapolation").rows;
     let labels: Vec<&str> = rows.iter().map(|row| row.labels[0].as_str()).collect();
     assert_eq!(labels, ["DefGS", "Lagrangian (DefGS)", "difference"]);
     let lagrangian = rows[1].entries[0].summary;
-    assert!(close(lagrangian.mean, 31.5) && close(lagrangian.spread, 2.0_f64.sqrt()) && lagrangian.seeds == 2, "{lagrangian:?}");
+    assert!(
+        close(lagrangian.mean, 31.5) && close(lagrangian.spread, 2.0_f64.sqrt()) && lagrangian.seeds == 2,
+        "{lagrangian:?}"
+    );
     assert!(close(rows[2].entries[0].summary.mean, 11.5));
     assert_eq!(rows[1].entries[4].summary.mean, None, "no LPIPS, no number");
     assert_eq!(rows[1].entries[0].paper, None);
@@ -60,9 +73,15 @@ fn means_go_over_scenes_then_seeds() {
     let change = ablation.entries[5].summary;
     assert!(close(change.mean, -3.0) && close(change.spread, 0.0), "paired by scene and seed: {change:?}");
     let figures = table(&tables, "figures");
-    let of = |words: &str| figures.rows.iter().find(|row| row.labels[0].contains(words)).expect(words).entries[1].summary;
+    let of = |words: &str| {
+        figures.rows.iter().find(|row| row.labels[0].contains(words)).expect(words).entries[1].summary
+    };
     assert!(close(of("exponent").mean, -0.5), "only scenes that have it");
-    assert!(close(of("extent").mean, (1.1 + 1.3) / 2.0), "largest over scenes, mean over seeds: {:?}", of("extent"));
+    assert!(
+        close(of("extent").mean, (1.1 + 1.3) / 2.0),
+        "largest over scenes, mean over seeds: {:?}",
+        of("extent")
+    );
     assert_eq!(of("silhouette").mean, None);
 }
 
@@ -72,10 +91,16 @@ fn an_incomplete_set_is_missing_and_says_so() {
     let without_one = tables(&plan, |cell| cell.name() != "spring/defgs/full/seed-1");
     let extrapolation = table(&without_one, "extrapolation");
     let found = extrapolation.rows[1].entries[0].summary;
-    assert!(close(found.mean, 30.5) && found.spread.is_none() && found.seeds == 1, "seed 0 alone is complete: {found:?}");
+    assert!(
+        close(found.mean, 30.5) && found.spread.is_none() && found.seeds == 1,
+        "seed 0 alone is complete: {found:?}"
+    );
     assert!(extrapolation.notes.iter().any(|note| note.contains("11 of 12")), "{:?}", extrapolation.notes);
     let none = tables(&plan, |_| false);
-    assert!(table_text::markdown(table(&none, "extrapolation")).contains("| DefGS | n/a | n/a | n/a | n/a | n/a |"));
+    assert!(
+        table_text::markdown(table(&none, "extrapolation"))
+            .contains("| DefGS | n/a | n/a | n/a | n/a | n/a |")
+    );
     assert!(none.iter().all(|table| table.id != "scenes"), "no split was scored");
 }
 
@@ -100,8 +125,13 @@ fn every_format_holds_the_numbers() {
     let tables = tables(&plan, |_| true);
     let extrapolation = table(&tables, "extrapolation");
     let markdown = table_text::markdown(extrapolation);
-    assert!(markdown.contains("| Lagrangian (DefGS) | 31.500 ± 1.414 | 30.500 ± 1.414 | 0.900 ± 0.000 | n/a | n/a |"), "{markdown}");
-    let widths: Vec<usize> = markdown.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
+    assert!(
+        markdown
+            .contains("| Lagrangian (DefGS) | 31.500 ± 1.414 | 30.500 ± 1.414 | 0.900 ± 0.000 | n/a | n/a |"),
+        "{markdown}"
+    );
+    let widths: Vec<usize> =
+        markdown.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
     assert!(widths.iter().all(|w| *w == widths[0]), "{widths:?}");
     let csv = table_text::csv(extrapolation);
     assert!(csv.starts_with("method,PSNR,PSNR spread,PSNR seeds,PSNR paper,"), "{csv}");

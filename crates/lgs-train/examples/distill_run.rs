@@ -1,6 +1,8 @@
-//! Repeats stage 1 on the source model of a finished run and prints what it finds: `distill_run RUN DATA [key=value]…`.
+//! Repeats stage 1 on the source model of a finished run and prints what it finds: `distill_run RUN DATA
+//! [key=value]…`.
 //!
-//! With `RUST_LOG=lgs_distill=debug,lgs_train=debug` the forecasts of all candidate laws are listed, and what the images say of each object.
+//! With `RUST_LOG=lgs_distill=debug,lgs_train=debug` the forecasts of all candidate laws are listed, and what
+//! the images say of each object.
 
 use std::path::Path;
 
@@ -10,9 +12,14 @@ use lgs_train::stages::{BakeRequest, bake};
 use lgs_train::{RunFolder, TrainConfig};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    tracing_subscriber::fmt().with_env_filter(tracing_subscriber::EnvFilter::from_default_env()).with_writer(std::io::stderr).init();
+    tracing_subscriber::fmt()
+        .with_env_filter(tracing_subscriber::EnvFilter::from_default_env())
+        .with_writer(std::io::stderr)
+        .init();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [root, data, given @ ..] = arguments.as_slice() else { return Err("usage: distill_run RUN DATA [key=value]…".into()) };
+    let [root, data, given @ ..] = arguments.as_slice() else {
+        return Err("usage: distill_run RUN DATA [key=value]…".into());
+    };
     let (run, own) = RunFolder::open(Path::new(root))?;
     let mut settings = vec![format!("source.kind={}", own.source.kind.name())];
     settings.extend_from_slice(given);

@@ -1,4 +1,5 @@
-//! Trains a source model on a dataset and prints what its held-out frames say, as a whole and by time: `train_source DATA [key=value]…`.
+//! Trains a source model on a dataset and prints what its held-out frames say, as a whole and by time:
+//! `train_source DATA [key=value]…`.
 
 use std::path::Path;
 use std::time::Instant;
@@ -42,7 +43,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let report = trainer.step()?;
         recent += report.psnr / 100.0;
         if report.iteration % 100 == 0 {
-            eprintln!("{:5} psnr {recent:.2} gaussians {} {:.1} s", report.iteration, report.gaussians, start.elapsed().as_secs_f32());
+            eprintln!(
+                "{:5} psnr {recent:.2} gaussians {} {:.1} s",
+                report.iteration,
+                report.gaussians,
+                start.elapsed().as_secs_f32()
+            );
             recent = 0.0;
         }
     }

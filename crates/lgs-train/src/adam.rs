@@ -1,4 +1,5 @@
-//! A parameter tensor with its Adam moments; a matrix has a row per Gaussian, which densification can copy, drop and append.
+//! A parameter tensor with its Adam moments; a matrix has a row per Gaussian, which densification can copy,
+//! drop and append.
 //!
 //! Values live outside autodiff: each iteration takes a tracked leaf and gives back its gradient.
 
@@ -76,7 +77,8 @@ impl<const D: usize> AdamGroup<D> {
         self.value = tensor(values, self.value.dims(), &self.value.device());
         if let Some(state) = self.state.take() {
             let zeros = self.value.zeros_like();
-            self.state = Some(AdamState::new(AdaptiveMomentumState::new(state.momentum.time, zeros.clone(), zeros)));
+            self.state =
+                Some(AdamState::new(AdaptiveMomentumState::new(state.momentum.time, zeros.clone(), zeros)));
         }
     }
 
@@ -96,27 +98,44 @@ impl<const D: usize> AdamGroup<D> {
     ///
     /// # Errors
     /// If something is absent, not finite or of another shape.
-    pub fn read_from(file: &TensorFile, name: &str, shape: [Option<usize>; D], device: &Device) -> Result<Self, TensorFileError> {
+    pub fn read_from(
+        file: &TensorFile,
+        name: &str,
+        shape: [Option<usize>; D],
+        device: &Device,
+    ) -> Result<Self, TensorFileError> {
         let (shape, value) = read(file, name, shape)?;
         let mut group = Self::new(value, shape, device);
         let time: usize = file.metadata_json(&format!("{name}.time"))?;
         if time > 0 {
             let (_, first) = read(file, &format!("{name}.moment_1"), shape.map(Some))?;
             let (_, second) = read(file, &format!("{name}.moment_2"), shape.map(Some))?;
-            let momentum = AdaptiveMomentumState::new(time, tensor(first, shape, device), tensor(second, shape, device));
+            let momentum =
+                AdaptiveMomentumState::new(time, tensor(first, shape, device), tensor(second, shape, device));
             group.state = Some(AdamState::new(momentum));
         }
         Ok(group)
     }
 }
 
-fn read<const D: usize>(file: &TensorFile, name: &str, wanted: [Option<usize>; D]) -> Result<([usize; D], Vec<f32>), TensorFileError> {
+fn read<const D: usize>(
+    file: &TensorFile,
+    name: &str,
+    wanted: [Option<usize>; D],
+) -> Result<([usize; D], Vec<f32>), TensorFileError> {
     let (shape, values) = file.values(name)?;
     match <[usize; D]>::try_from(shape) {
-        Ok(found) if wanted.iter().zip(found).all(|(w, f)| w.is_none_or(|w| w == f)) => Ok((found, values.to_vec())),
+        Ok(found) if wanted.iter().zip(found).all(|(w, f)| w.is_none_or(|w| w == f)) => {
+            Ok((found, values.to_vec()))
+        }
         _ => {
-            let wanted: Vec<String> = wanted.iter().map(|w| w.map_or("n".to_owned(), |w| w.to_string())).collect();
-            Err(file.field(name, &format!("shape [{}]", wanted.join(", ")), format!("{:?}", Shape::from(shape.to_vec()))))
+            let wanted: Vec<String> =
+                wanted.iter().map(|w| w.map_or("n".to_owned(), |w| w.to_string())).collect();
+            Err(file.field(
+                name,
+                &format!("shape [{}]", wanted.join(", ")),
+                format!("{:?}", Shape::from(shape.to_vec())),
+            ))
         }
     }
 }
@@ -147,7 +166,8 @@ impl AdamGroup<2> {
         if let Some(state) = self.state.take() {
             let momentum = state.momentum;
             let zeros = || std::iter::repeat_n(0.0, appended.len());
-            let (first, second) = (choose(&momentum.moment_1, &mut zeros()), choose(&momentum.moment_2, &mut zeros()));
+            let (first, second) =
+                (choose(&momentum.moment_1, &mut zeros()), choose(&momentum.moment_2, &mut zeros()));
             self.state = Some(AdamState::new(AdaptiveMomentumState::new(momentum.time, first, second)));
         }
     }
@@ -164,11 +184,15 @@ mod tests {
         let (mut m, mut v, mut x) = ([0.0_f64; 2], [0.0_f64; 2], [1.0_f64, -2.0]);
         for step in 1..=5_i32 {
             let gradient = [0.1 * f64::from(step), -3e-7];
-            group.step(1e-2, Some(Tensor::from_data(TensorData::from([gradient[0] as f32, gradient[1] as f32]), &device)));
+            group.step(
+                1e-2,
+                Some(Tensor::from_data(TensorData::from([gradient[0] as f32, gradient[1] as f32]), &device)),
+            );
             for i in 0..2 {
                 m[i] = 0.9 * m[i] + 0.1 * gradient[i];
                 v[i] = 0.999 * v[i] + 0.001 * gradient[i] * gradient[i];
-                x[i] -= 1e-2 * (m[i] / (1.0 - 0.9_f64.powi(step))) / ((v[i] / (1.0 - 0.999_f64.powi(step))).sqrt() + 1e-15);
+                x[i] -= 1e-2 * (m[i] / (1.0 - 0.9_f64.powi(step)))
+                    / ((v[i] / (1.0 - 0.999_f64.powi(step))).sqrt() + 1e-15);
             }
         }
         for (found, expected) in group.values().iter().zip(x) {
@@ -196,7 +220,10 @@ mod tests {
         let back = AdamGroup::read_from(&file, "means", [None, Some(2)], &device).expect("read");
         assert_eq!(back.values(), group.values());
         assert_eq!(momentum(&back), momentum(&group));
-        let width = AdamGroup::<2>::read_from(&file, "means", [None, Some(3)], &device).err().expect("width").to_string();
+        let width = AdamGroup::<2>::read_from(&file, "means", [None, Some(3)], &device)
+            .err()
+            .expect("width")
+            .to_string();
         assert!(width.contains("means") && width.contains("[n, 3]"), "{width}");
         group.replace(vec![0.5; 6]);
         assert_eq!(momentum(&group), [0.0; 6]);

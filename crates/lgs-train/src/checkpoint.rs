@@ -1,6 +1,8 @@
-//! Checkpoints of a run: one tensor file each, named by stage and step, written atomically, the last two kept.
+//! Checkpoints of a run: one tensor file each, named by stage and step, written atomically, the last two
+//! kept.
 //!
-//! Random numbers need no state of their own: every draw comes from a stream of seed, purpose and step ([`lgs_core::stream`]).
+//! Random numbers need no state of their own: every draw comes from a stream of seed, purpose and step
+//! ([`lgs_core::stream`]).
 
 use std::path::{Path, PathBuf};
 
@@ -34,8 +36,14 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Self; 6] =
-        [Self::Source, Self::Distill, Self::SettleGaussians, Self::FitDynamics, Self::TuneDynamics, Self::TuneGaussians];
+    pub const ALL: [Self; 6] = [
+        Self::Source,
+        Self::Distill,
+        Self::SettleGaussians,
+        Self::FitDynamics,
+        Self::TuneDynamics,
+        Self::TuneGaussians,
+    ];
 
     /// Its name in files and messages.
     #[must_use]
@@ -112,7 +120,8 @@ impl Checkpoints {
         file.set_metadata("step", step.to_string());
         file.set_metadata("config", &self.identity.config);
         file.set_metadata("dataset", &self.identity.dataset);
-        std::fs::create_dir_all(&self.folder).map_err(|e| FileError::new("create folder", &self.folder, e))?;
+        std::fs::create_dir_all(&self.folder)
+            .map_err(|e| FileError::new("create folder", &self.folder, e))?;
         let path = self.folder.join(format!("{}-{}-{step:07}.safetensors", stage.index(), stage.name()));
         file.save(&path)?;
         let names = self.paths()?;
@@ -129,10 +138,18 @@ impl Checkpoints {
     pub fn latest(&self) -> Result<Option<Checkpoint>, TrainError> {
         let Some(path) = self.paths()?.pop() else { return Ok(None) };
         let checkpoint = read_checkpoint(&path)?;
-        for (what, key, expected) in [("configuration", "config", &self.identity.config), ("dataset", "dataset", &self.identity.dataset)] {
+        for (what, key, expected) in [
+            ("configuration", "config", &self.identity.config),
+            ("dataset", "dataset", &self.identity.dataset),
+        ] {
             let found = checkpoint.file.metadata(key)?;
             if found != expected {
-                return Err(TrainError::Mismatch { path, what, expected: expected.clone(), found: found.to_owned() });
+                return Err(TrainError::Mismatch {
+                    path,
+                    what,
+                    expected: expected.clone(),
+                    found: found.to_owned(),
+                });
             }
         }
         Ok(Some(checkpoint))
@@ -165,7 +182,8 @@ impl Checkpoints {
 pub fn read_checkpoint(path: &Path) -> Result<Checkpoint, TrainError> {
     let file = TensorFile::load(path, CHECKPOINT_FORMAT)?;
     let name = file.metadata("stage")?;
-    let stage = Stage::of_name(name).ok_or_else(|| file.field("stage", "a stage of training", name.to_owned()))?;
+    let stage =
+        Stage::of_name(name).ok_or_else(|| file.field("stage", "a stage of training", name.to_owned()))?;
     let step = file.metadata_json("step")?;
     Ok(Checkpoint { stage, step, file, path: path.to_owned() })
 }
@@ -192,7 +210,8 @@ mod tests {
         for (stage, step) in [(Stage::Source, 90), (Stage::Source, 100), (Stage::TuneDynamics, 5)] {
             checkpoints.save(stage, step, sample()).expect("save");
         }
-        let names: Vec<String> = checkpoints.paths().expect("paths").iter().map(|p| p.display().to_string()).collect();
+        let names: Vec<String> =
+            checkpoints.paths().expect("paths").iter().map(|p| p.display().to_string()).collect();
         assert_eq!(names.len(), 2);
         let latest = checkpoints.latest().expect("read").expect("some");
         assert_eq!((latest.stage, latest.step), (Stage::TuneDynamics, 5));

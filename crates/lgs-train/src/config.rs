@@ -1,7 +1,9 @@
-//! Configuration of a run: preset, then a TOML file, then `key=value` overrides, merged as data and checked key by key.
+//! Configuration of a run: preset, then a TOML file, then `key=value` overrides, merged as data and checked
+//! key by key.
 //!
-//! The merge starts from the preset written out in full, so a key that is not there is a mistake, and so is a value of another type;
-//! both errors name the dotted key. The resolved configuration is what `config.toml` of a run holds.
+//! The merge starts from the preset written out in full, so a key that is not there is a mistake, and so is a
+//! value of another type; both errors name the dotted key. The resolved configuration is what `config.toml`
+//! of a run holds.
 
 use std::path::Path;
 
@@ -23,7 +25,8 @@ pub enum Preset {
     /// Minutes on two CPU cores.
     #[default]
     Quick,
-    /// As published: the defaults of the reference's table of gaps (G1–G63) wherever measurement has not found better.
+    /// As published: the defaults of the reference's table of gaps (G1–G63) wherever measurement has not
+    /// found better.
     ///
     /// What differs from that table, and why:
     ///
@@ -39,8 +42,9 @@ pub enum Preset {
     /// | `distill.rollout.steps`, `.learning_rate`, `.particles` | 400, 1e-4, 512 | 10 000, 1e-3, 4 096 (G25, G31) | rollouts only refine what matching has found |
     /// | `distill.rollout.velocity_learning_rate` | 1e-3 | 1e-2 (G31) | one linear field corrects starting velocities, not one vector per particle (G29) |
     ///
-    /// Not settings, because the reference leaves no choice or one form is all there is: G1–G3, G5–G7, G9, G11, G13, G19 (supports within an
-    /// object), G21 (incremental), G22 (off), G24, G28, G34–G37, G40, G41. G38 is a flag of `render`, and G43–G48 are metrics.
+    /// Not settings, because the reference leaves no choice or one form is all there is: G1–G3, G5–G7, G9,
+    /// G11, G13, G19 (supports within an object), G21 (incremental), G22 (off), G24, G28, G34–G37, G40, G41.
+    /// G38 is a flag of `render`, and G43–G48 are metrics.
     Paper,
 }
 
@@ -52,8 +56,8 @@ pub struct DataConfig {
     pub white_background: bool,
     /// Width that images are resized to, pixels; 0: as they are.
     pub resolution: u32,
-    /// Truncated window: the source and all stages see only training frames with a time below this, and τ_max is the last of these (G10,
-    /// G53); 0: all frames. Other splits stay whole.
+    /// Truncated window: the source and all stages see only training frames with a time below this, and τ_max
+    /// is the last of these (G10, G53); 0: all frames. Other splits stay whole.
     pub train_before: f32,
 }
 
@@ -73,7 +77,8 @@ pub struct TrainConfig {
     pub seed: u64,
     /// Seconds between checkpoints.
     pub checkpoint_secs: u64,
-    /// Stages after this one are left out: 1 distils only, 2 also tunes the dynamics, 3 also refines the Gaussians (ablation, G62).
+    /// Stages after this one are left out: 1 distils only, 2 also tunes the dynamics, 3 also refines the
+    /// Gaussians (ablation, G62).
     pub last_stage: usize,
     /// Images.
     pub data: DataConfig,
@@ -134,14 +139,16 @@ impl TrainConfig {
         }
     }
 
-    /// Merges a preset, an optional file and overrides such as `source.iterations=500`, and checks the result.
+    /// Merges a preset, an optional file and overrides such as `source.iterations=500`, and checks the
+    /// result.
     ///
     /// # Errors
     /// If the file cannot be read or parsed, or a key or value is wrong; the error names the key.
     pub fn resolve(preset: Preset, file: Option<&Path>, overrides: &[String]) -> Result<Self, ConfigError> {
         let mut given = Table::new();
         if let Some(path) = file {
-            let text = std::fs::read_to_string(path).map_err(|reason| ConfigError::Read { path: path.to_owned(), reason })?;
+            let text = std::fs::read_to_string(path)
+                .map_err(|reason| ConfigError::Read { path: path.to_owned(), reason })?;
             given = parse(&text, &path.display().to_string())?;
         }
         for text in overrides {
@@ -163,34 +170,57 @@ impl TrainConfig {
         let whole = |e: &dyn std::fmt::Display| invalid("configuration", e.to_string());
         // A preset and a kind of source that are named decide the defaults that the rest is laid over.
         let preset = match given.get("preset") {
-            Some(value) => value.clone().try_into().map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?,
+            Some(value) => value
+                .clone()
+                .try_into()
+                .map_err(|_| invalid("preset", format!("{value} is not `quick` or `paper`")))?,
             None => preset,
         };
         let kind = match given.get("source").and_then(|source| source.get("kind")) {
-            Some(value) => value.clone().try_into().map_err(|_| invalid("source.kind", format!("{value} is not {}", known_kinds())))?,
+            Some(value) => value
+                .clone()
+                .try_into()
+                .map_err(|_| invalid("source.kind", format!("{value} is not {}", known_kinds())))?,
             None => SourceKind::default(),
         };
         let base = Self::of(preset, kind);
         let mut merged = Table::try_from(&base).map_err(|e| whole(&e))?;
         merge(&mut merged, given, "")?;
-        let config: Self = Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;
-        config.source.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("source.{key}"), reason })?;
-        config.distill.validate().map_err(|e| ConfigError::Invalid { key: "distill".to_owned(), reason: e.to_string() })?;
-        config.partition.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("partition.{key}"), reason })?;
-        config.motion.validate().map_err(|(key, reason)| ConfigError::Invalid { key: format!("motion.{key}"), reason })?;
+        let config: Self =
+            Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;
+        config
+            .source
+            .validate()
+            .map_err(|(key, reason)| ConfigError::Invalid { key: format!("source.{key}"), reason })?;
+        config
+            .distill
+            .validate()
+            .map_err(|e| ConfigError::Invalid { key: "distill".to_owned(), reason: e.to_string() })?;
+        config
+            .partition
+            .validate()
+            .map_err(|(key, reason)| ConfigError::Invalid { key: format!("partition.{key}"), reason })?;
+        config
+            .motion
+            .validate()
+            .map_err(|(key, reason)| ConfigError::Invalid { key: format!("motion.{key}"), reason })?;
         let stages = [
             ("settle_gaussians", config.settle_gaussians.validate()),
             ("tune_dynamics", config.tune_dynamics.validate()),
             ("tune_gaussians", config.tune_gaussians.validate()),
         ];
         for (stage, checked) in stages {
-            checked.map_err(|(key, reason)| ConfigError::Invalid { key: format!("{stage}.{key}"), reason })?;
+            checked
+                .map_err(|(key, reason)| ConfigError::Invalid { key: format!("{stage}.{key}"), reason })?;
         }
         if !(1..=3).contains(&config.last_stage) {
             return Err(invalid("last_stage", format!("{} is not 1, 2 or 3", config.last_stage)));
         }
         if !(config.data.train_before >= 0.0 && config.data.train_before.is_finite()) {
-            return Err(invalid("data.train_before", format!("{} is negative or not finite", config.data.train_before)));
+            return Err(invalid(
+                "data.train_before",
+                format!("{} is negative or not finite", config.data.train_before),
+            ));
         }
         if config.checkpoint_secs == 0 {
             return Err(invalid("checkpoint_secs", "0 is not an interval".to_owned()));
@@ -203,7 +233,8 @@ impl TrainConfig {
     /// # Errors
     /// Never in practice: every field has a TOML form (tested).
     pub fn to_toml(&self) -> Result<String, ConfigError> {
-        toml::to_string_pretty(self).map_err(|e| ConfigError::Invalid { key: "configuration".to_owned(), reason: e.to_string() })
+        toml::to_string_pretty(self)
+            .map_err(|e| ConfigError::Invalid { key: "configuration".to_owned(), reason: e.to_string() })
     }
 
     /// A hash of everything that results depend on: 16 hexadecimal digits.
@@ -211,7 +242,9 @@ impl TrainConfig {
     pub fn hash(&self) -> String {
         let relevant = Self { checkpoint_secs: 0, ..self.clone() };
         let text = toml::to_string(&relevant).unwrap_or_default();
-        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let hash = text
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         format!("{hash:016x}")
     }
 }
@@ -232,14 +265,17 @@ mod tests {
 
     #[test]
     fn presets_round_trip_through_toml() {
-        let all = [Preset::Quick, Preset::Paper].into_iter().flat_map(|preset| SourceKind::ALL.map(|kind| (preset, kind)));
+        let all = [Preset::Quick, Preset::Paper]
+            .into_iter()
+            .flat_map(|preset| SourceKind::ALL.map(|kind| (preset, kind)));
         for (preset, kind) in all {
             let mut config = TrainConfig::of(preset, kind);
             if kind == SourceKind::Frames {
                 config.source.import = "frames".to_owned();
             }
             assert_eq!((config.preset, config.source.kind), (preset, kind));
-            let back = TrainConfig::from_toml(&config.to_toml().expect("toml"), "config.toml").expect("parse");
+            let back =
+                TrainConfig::from_toml(&config.to_toml().expect("toml"), "config.toml").expect("parse");
             assert_eq!(back, config);
             assert_eq!(back.hash(), config.hash());
         }
@@ -291,7 +327,8 @@ mod tests {
 
     #[test]
     fn a_kind_of_source_brings_its_own_keys_and_defaults() {
-        let config = quick(&["source.kind=freegave", "source.velocity.max_time=0.5", "preset=paper"]).expect("config");
+        let config =
+            quick(&["source.kind=freegave", "source.velocity.max_time=0.5", "preset=paper"]).expect("config");
         assert_eq!(config.source.velocity.as_ref().map(|v| (v.max_time, v.width)), Some((0.5, 128)));
         assert_eq!((config.source.densify.min_opacity, config.source.window_steps), (0.05, 8));
         for given in [
@@ -310,15 +347,24 @@ mod tests {
     #[test]
     fn the_published_scenes_have_their_settings() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/freegave");
-        for (scene, max_time, bases) in [("fan", 0.72, 16), ("bat", 0.75, 16), ("chessboard", 0.70, 32), ("factory", 0.70, 32)] {
-            let config = TrainConfig::resolve(Preset::Quick, Some(&folder.join(format!("{scene}.toml"))), &[]).expect(scene);
+        for (scene, max_time, bases) in
+            [("fan", 0.72, 16), ("bat", 0.75, 16), ("chessboard", 0.70, 32), ("factory", 0.70, 32)]
+        {
+            let config =
+                TrainConfig::resolve(Preset::Quick, Some(&folder.join(format!("{scene}.toml"))), &[])
+                    .expect(scene);
             assert_eq!(config.preset, Preset::Paper);
             assert_eq!(config.source.velocity.map(|v| v.max_time), Some(max_time));
             assert_eq!(config.source.deformation.code, bases);
         }
-        let files = std::fs::read_dir(folder).expect("folder").map(|entry| entry.expect("entry").path()).collect::<Vec<_>>();
+        let files = std::fs::read_dir(folder)
+            .expect("folder")
+            .map(|entry| entry.expect("entry").path())
+            .collect::<Vec<_>>();
         assert_eq!(files.len(), 10);
-        files.iter().for_each(|path| assert!(TrainConfig::resolve(Preset::Quick, Some(path), &[]).is_ok(), "{}", path.display()));
+        files.iter().for_each(|path| {
+            assert!(TrainConfig::resolve(Preset::Quick, Some(path), &[]).is_ok(), "{}", path.display())
+        });
     }
 
     #[test]

@@ -73,7 +73,8 @@ impl EventLog {
     }
 
     fn open(path: &Path) -> Result<Self, TrainError> {
-        let file = OpenOptions::new().append(true).open(path).map_err(|e| FileError::new("open file", path, e))?;
+        let file =
+            OpenOptions::new().append(true).open(path).map_err(|e| FileError::new("open file", path, e))?;
         Ok(Self { path: path.to_owned(), file })
     }
 
@@ -82,7 +83,8 @@ impl EventLog {
     /// # Errors
     /// If it cannot be written.
     pub fn append(&mut self, event: &Event) -> Result<(), TrainError> {
-        let mut line = serde_json::to_string(event).map_err(|e| FileError::new("write file", &self.path, e.into()))?;
+        let mut line =
+            serde_json::to_string(event).map_err(|e| FileError::new("write file", &self.path, e.into()))?;
         line.push('\n');
         Ok(self.file.write_all(line.as_bytes()).map_err(|e| FileError::new("write file", &self.path, e))?)
     }
@@ -104,10 +106,17 @@ mod tests {
         for (stage, step) in [(Stage::Source, 900), (Stage::Distill, 10), (Stage::Distill, 20)] {
             log.append(&event(stage, step)).expect("append");
         }
-        std::fs::write(&path, format!("{}{{\"stage\":\"dis", std::fs::read_to_string(&path).expect("text"))).expect("crash");
-        EventLog::resume(&path, Stage::Distill, 10).expect("resume").append(&event(Stage::Distill, 11)).expect("append");
-        let steps: Vec<usize> =
-            std::fs::read_to_string(&path).expect("text").lines().map(|l| serde_json::from_str::<Event>(l).expect("line").step).collect();
+        std::fs::write(&path, format!("{}{{\"stage\":\"dis", std::fs::read_to_string(&path).expect("text")))
+            .expect("crash");
+        EventLog::resume(&path, Stage::Distill, 10)
+            .expect("resume")
+            .append(&event(Stage::Distill, 11))
+            .expect("append");
+        let steps: Vec<usize> = std::fs::read_to_string(&path)
+            .expect("text")
+            .lines()
+            .map(|l| serde_json::from_str::<Event>(l).expect("line").step)
+            .collect();
         assert_eq!(steps, [900, 10, 11]);
     }
 }

@@ -7,24 +7,30 @@ use lgs_model::source::{SourceModel, import_source};
 use crate::TrainError;
 use crate::config::TrainConfig;
 
-/// Reads the source model that the configuration names and checks that stage 1 can work on it; `has_images` says whether there is a dataset
-/// to go on with.
+/// Reads the source model that the configuration names and checks that stage 1 can work on it; `has_images`
+/// says whether there is a dataset to go on with.
 ///
 /// # Errors
-/// If it cannot be read, is of another kind than configured, does not cover t = 0, or neither it nor a dataset says where the captured
-/// window ends.
+/// If it cannot be read, is of another kind than configured, does not cover t = 0, or neither it nor a
+/// dataset says where the captured window ends.
 pub fn imported_source(config: &TrainConfig, has_images: bool) -> Result<Box<dyn SourceModel>, TrainError> {
     let path = Path::new(&config.source.import);
     let source = import_source(path)?;
-    let unfit = |expected: &str, found: String| Err(TrainError::Import { path: path.to_owned(), expected: expected.to_owned(), found });
+    let unfit = |expected: &str, found: String| {
+        Err(TrainError::Import { path: path.to_owned(), expected: expected.to_owned(), found })
+    };
     let (kind, dt) = (config.source.kind, config.motion.dt);
     if source.kind() != kind {
         return unfit(&format!("a source `{}`", kind.name()), format!("one of `{}`", source.kind().name()));
     }
     match source.time_range() {
-        Some([first, _]) if first > 0.5 * dt => unfit("frames from t = 0 on", format!("the first at t = {first}")),
+        Some([first, _]) if first > 0.5 * dt => {
+            unfit("frames from t = 0 on", format!("the first at t = {first}"))
+        }
         Some([_, last]) if last < dt => unfit("frames after t = 0", format!("the last at t = {last}")),
-        None if !has_images => unfit("a dataset to say where the captured window ends", "neither images nor frames".to_owned()),
+        None if !has_images => {
+            unfit("a dataset to say where the captured window ends", "neither images nor frames".to_owned())
+        }
         _ => Ok(source),
     }
 }

@@ -54,21 +54,28 @@ pub enum ConfigError {
 }
 
 pub(crate) fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
-    text.parse::<Table>().map_err(|e| ConfigError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })
+    text.parse::<Table>()
+        .map_err(|e| ConfigError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })
 }
 
 /// Puts `a.b=value` into a table; a value that is not TOML by itself is taken as a string.
 pub(crate) fn set(table: &mut Table, text: &str) -> Result<(), ConfigError> {
     let (key, value) = text.split_once('=').ok_or_else(|| ConfigError::Override(text.to_owned()))?;
     let (key, value) = (key.trim(), value.trim());
-    let value =
-        format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v")).unwrap_or_else(|| Value::String(value.to_owned()));
+    let value = format!("v = {value}")
+        .parse::<Table>()
+        .ok()
+        .and_then(|mut t| t.remove("v"))
+        .unwrap_or_else(|| Value::String(value.to_owned()));
     let mut place = table;
     let mut parts: Vec<&str> = key.split('.').collect();
     let last = parts.pop().unwrap_or_default();
     for part in parts {
         let entry = place.entry(part).or_insert_with(|| Value::Table(Table::new()));
-        place = entry.as_table_mut().ok_or_else(|| ConfigError::Unknown { key: key.to_owned(), known: format!("`{part}` has no keys") })?;
+        place = entry.as_table_mut().ok_or_else(|| ConfigError::Unknown {
+            key: key.to_owned(),
+            known: format!("`{part}` has no keys"),
+        })?;
     }
     place.insert(last.to_owned(), value);
     Ok(())

@@ -1,8 +1,9 @@
-//! Training, from images to a Lagrangian scene: configuration, stages, densification, checkpoints, events and run folders.
+//! Training, from images to a Lagrangian scene: configuration, stages, densification, checkpoints, events and
+//! run folders.
 //!
-//! [`train`] drives four stages, each a state machine that can be stopped and resumed at any step with the same result:
-//! the source model ([`source`]), distillation (stage 1, `lgs_distill`), photometric tuning of the dynamics (stage 2) and refinement of
-//! the Gaussians (stage 3, both in [`stages`]).
+//! [`train`] drives four stages, each a state machine that can be stopped and resumed at any step with the
+//! same result: the source model ([`source`]), distillation (stage 1, `lgs_distill`), photometric tuning of
+//! the dynamics (stage 2) and refinement of the Gaussians (stage 3, both in [`stages`]).
 //!
 //! The crate prints nothing: progress goes to a callback, the training curve to `events.jsonl`.
 

@@ -1,4 +1,5 @@
-//! The whole of training: source model, distillation, tuning of the dynamics, refinement of the Gaussians, each from where a checkpoint left it.
+//! The whole of training: source model, distillation, tuning of the dynamics, refinement of the Gaussians,
+//! each from where a checkpoint left it.
 
 use std::sync::atomic::Ordering;
 
@@ -27,17 +28,28 @@ pub struct Trained {
     pub scene: LagrangianScene,
 }
 
-/// Trains all stages of a run (without images, an imported source and stage 1), continuing from its latest checkpoint if it has one, and writes `source/` and `lagrangian.safetensors`.
+/// Trains all stages of a run (without images, an imported source and stage 1), continuing from its latest
+/// checkpoint if it has one, and writes `source/` and `lagrangian.safetensors`.
 ///
 /// # Errors
-/// If a file cannot be read or written, a value stops being finite, or a stop was asked for (after a checkpoint).
-pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: &mut Control<'_>) -> Result<Trained, TrainError> {
+/// If a file cannot be read or written, a value stops being finite, or a stop was asked for (after a
+/// checkpoint).
+pub fn train(
+    run: &RunFolder,
+    dataset: &Dataset,
+    config: &TrainConfig,
+    control: &mut Control<'_>,
+) -> Result<Trained, TrainError> {
     let pipeline = Pipeline { run, dataset, config, checkpoints: run.checkpoints(config, dataset) };
     let latest = pipeline.checkpoints.latest()?;
     let source = match &latest {
-        Some(checkpoint) if checkpoint.stage > Stage::Source => load_source(&run.source_path(config.source.kind))?,
+        Some(checkpoint) if checkpoint.stage > Stage::Source => {
+            load_source(&run.source_path(config.source.kind))?
+        }
         // Taken over from another run.
-        None if run.source_path(config.source.kind).exists() => load_source(&run.source_path(config.source.kind))?,
+        None if run.source_path(config.source.kind).exists() => {
+            load_source(&run.source_path(config.source.kind))?
+        }
         from => pipeline.source(from.as_ref(), control)?,
     };
     let latest = latest.filter(|c| c.stage > Stage::Source);
@@ -53,7 +65,12 @@ pub fn train(run: &RunFolder, dataset: &Dataset, config: &TrainConfig, control: 
     };
     for stage in [Stage::SettleGaussians, Stage::FitDynamics, Stage::TuneDynamics, Stage::TuneGaussians] {
         if reached <= stage {
-            scene = pipeline.tune(stage, scene, latest.as_ref().filter(|checkpoint| checkpoint.stage == stage), control)?;
+            scene = pipeline.tune(
+                stage,
+                scene,
+                latest.as_ref().filter(|checkpoint| checkpoint.stage == stage),
+                control,
+            )?;
         }
     }
     save_scene(&scene, &run.scene_path())?;
@@ -68,8 +85,13 @@ struct Pipeline<'a> {
 }
 
 impl Pipeline<'_> {
-    /// The source model of the configured kind, from where a checkpoint left it; it is in the run's folder afterwards.
-    fn source(&self, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<Box<dyn SourceModel>, TrainError> {
+    /// The source model of the configured kind, from where a checkpoint left it; it is in the run's folder
+    /// afterwards.
+    fn source(
+        &self,
+        from: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<Box<dyn SourceModel>, TrainError> {
         match self.config.source.import.as_str() {
             "" => train_source(self.run, self.dataset, self.config, from, control),
             _ => {
@@ -90,7 +112,11 @@ impl Pipeline<'_> {
     }
 
     /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`.
-    fn distill(&self, source: &dyn SourceModel, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+    fn distill(
+        &self,
+        source: &dyn SourceModel,
+        control: &mut Control<'_>,
+    ) -> Result<LagrangianScene, TrainError> {
         let _span = tracing::trace_span!("distill").entered();
         let request = BakeRequest {
             partition: &self.config.partition,
@@ -105,15 +131,24 @@ impl Pipeline<'_> {
         let gaussians = source.len();
         let baked = bake(source, &request, &mut |object, objects, p| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
-            (control.progress)(Progress { stage: Stage::Distill, step, steps, loss: p.loss.unwrap_or(0.0), psnr: None, gaussians });
+            (control.progress)(Progress {
+                stage: Stage::Distill,
+                step,
+                steps,
+                loss: p.loss.unwrap_or(0.0),
+                psnr: None,
+                gaussians,
+            });
         })?;
         let path = self.run.root().join("distillation.json");
-        let json = serde_json::to_vec_pretty(&baked.reports).map_err(|e| FileError::new("write file", &path, e.into()))?;
+        let json = serde_json::to_vec_pretty(&baked.reports)
+            .map_err(|e| FileError::new("write file", &path, e.into()))?;
         write_atomically(&path, |w| w.write_all(&json))?;
         Ok(baked.scene)
     }
 
-    /// End of the captured window: the last training time, or the end of what the source knows if that is earlier.
+    /// End of the captured window: the last training time, or the end of what the source knows if that is
+    /// earlier.
     fn time_window(&self, source: &dyn SourceModel) -> f32 {
         let images = self.dataset.split("train").iter().map(|f| f.time).reduce(f32::max);
         let known = source.time_range().map(|[_, last]| last);
@@ -121,7 +156,8 @@ impl Pipeline<'_> {
         if window.is_finite() { window.max(self.config.motion.dt) } else { self.config.motion.dt }
     }
 
-    /// One of the stages that descend a loss on the images; none of its steps where the configuration leaves it out.
+    /// One of the stages that descend a loss on the images; none of its steps where the configuration leaves
+    /// it out.
     fn tune(
         &self,
         stage: Stage,
@@ -129,7 +165,8 @@ impl Pipeline<'_> {
         from: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
-        let (frames, seed, last_stage) = (self.dataset.split("train"), self.config.seed, self.config.last_stage);
+        let (frames, seed, last_stage) =
+            (self.dataset.split("train"), self.config.seed, self.config.last_stage);
         let fits = last_stage >= 2 && self.config.fit_dynamics.steps > 0;
         if stage == Stage::FitDynamics {
             let mut config = self.config.fit_dynamics.clone();
@@ -143,14 +180,20 @@ impl Pipeline<'_> {
             return self.drive(TuneDynamics::new(scene, frames, &config, seed), from, control);
         }
         let settling = stage == Stage::SettleGaussians;
-        let mut config = if settling { &self.config.settle_gaussians } else { &self.config.tune_gaussians }.clone();
+        let mut config =
+            if settling { &self.config.settle_gaussians } else { &self.config.tune_gaussians }.clone();
         config.iterations *= usize::from(last_stage >= 3);
         self.drive(TuneGaussians::new(stage, scene, frames, &config, seed), from, control)
     }
 
-    /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a checkpoint also marks its
-    /// start and its end.
-    fn drive(&self, mut stage: impl Tuning, from: Option<&Checkpoint>, control: &mut Control<'_>) -> Result<LagrangianScene, TrainError> {
+    /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a
+    /// checkpoint also marks its start and its end.
+    fn drive(
+        &self,
+        mut stage: impl Tuning,
+        from: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<LagrangianScene, TrainError> {
         if let Some(checkpoint) = from {
             stage.restore(&checkpoint.file, checkpoint.step)?;
         }

@@ -1,4 +1,5 @@
-//! A run's folder, and training a source model in it: configuration, checkpoints, events, and what is left at the end.
+//! A run's folder, and training a source model in it: configuration, checkpoints, events, and what is left at
+//! the end.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -128,20 +129,27 @@ impl RunFolder {
     ///
     /// # Errors
     /// If something cannot be written.
-    pub fn write_source(&self, model: &dyn SourceModel, iteration: usize, dataset: &Dataset) -> Result<(), TrainError> {
+    pub fn write_source(
+        &self,
+        model: &dyn SourceModel,
+        iteration: usize,
+        dataset: &Dataset,
+    ) -> Result<(), TrainError> {
         let folder = self.root.join("source");
         let cloud = folder.join("point_cloud").join(format!("iteration_{iteration}")).join("point_cloud.ply");
         if let Some(parent) = cloud.parent() {
             std::fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
         }
         ply::write_ply(&cloud, &model.cloud_at(0.0))?;
-        let views: Vec<(String, lgs_core::Camera)> = dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
+        let views: Vec<(String, lgs_core::Camera)> =
+            dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
         cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
         Ok(model.save(&self.source_path(model.kind()))?)
     }
 
-    /// Takes over the trained source of another run of the same dataset, seed, image and source settings: model, splat file, cameras and
-    /// training curve. Training then goes on with stage 1. Nothing happens where this run has a source.
+    /// Takes over the trained source of another run of the same dataset, seed, image and source settings:
+    /// model, splat file, cameras and training curve. Training then goes on with stage 1. Nothing happens
+    /// where this run has a source.
     ///
     /// # Errors
     /// If the other run was made with other settings, or a file cannot be read or written.
@@ -150,11 +158,20 @@ impl RunFolder {
             return Ok(());
         }
         let (other, found) = Self::open(from)?;
-        let of_source =
-            |c: &TrainConfig| TrainConfig { seed: c.seed, data: c.data.clone(), source: c.source.clone(), ..TrainConfig::default() };
+        let of_source = |c: &TrainConfig| TrainConfig {
+            seed: c.seed,
+            data: c.data.clone(),
+            source: c.source.clone(),
+            ..TrainConfig::default()
+        };
         if of_source(config) != of_source(&found) {
             let (expected, found) = (of_source(config).hash(), of_source(&found).hash());
-            return Err(TrainError::Mismatch { path: other.config_path(), what: "source settings", expected, found });
+            return Err(TrainError::Mismatch {
+                path: other.config_path(),
+                what: "source settings",
+                expected,
+                found,
+            });
         }
         let (own, partial) = (self.root.join("source"), self.root.join(".source-partial"));
         for folder in [&own, &partial].into_iter().filter(|folder| folder.exists()) {
@@ -167,7 +184,8 @@ impl RunFolder {
     }
 }
 
-/// Puts the files of a folder into a new one: links where the file system can, which is safe as files are never written in place, else copies.
+/// Puts the files of a folder into a new one: links where the file system can, which is safe as files are
+/// never written in place, else copies.
 fn link_tree(from: &Path, to: &Path) -> Result<(), FileError> {
     std::fs::create_dir_all(to).map_err(|e| FileError::new("create folder", to, e))?;
     let entries = std::fs::read_dir(from).map_err(|e| FileError::new("read folder", from, e))?;
@@ -206,7 +224,8 @@ impl CheckpointTimer {
     }
 }
 
-/// Trains the source model of a run, from the start or from a checkpoint of this stage, and writes it into the folder.
+/// Trains the source model of a run, from the start or from a checkpoint of this stage, and writes it into
+/// the folder.
 ///
 /// # Errors
 /// If a file cannot be written, the loss is not finite, or a stop was asked for (after a checkpoint).
@@ -233,16 +252,32 @@ pub fn train_source(
     while !trainer.is_done() {
         if control.stop.load(Ordering::Relaxed) {
             save(&trainer)?;
-            return Err(TrainError::Interrupted { stage: Stage::Source.name(), iteration: trainer.iteration() });
+            return Err(TrainError::Interrupted {
+                stage: Stage::Source.name(),
+                iteration: trainer.iteration(),
+            });
         }
         let report = trainer.step()?;
         let psnr = Some(report.psnr);
         if report.iteration.is_multiple_of(EVENT_INTERVAL) {
             let stage = Stage::Source.name().to_owned();
-            events.append(&Event { stage, step: report.iteration, loss: report.loss, psnr, gaussians: report.gaussians })?;
+            events.append(&Event {
+                stage,
+                step: report.iteration,
+                loss: report.loss,
+                psnr,
+                gaussians: report.gaussians,
+            })?;
         }
         let (step, steps) = (report.iteration, trainer.iterations());
-        (control.progress)(Progress { stage: Stage::Source, step, steps, loss: report.loss, psnr, gaussians: report.gaussians });
+        (control.progress)(Progress {
+            stage: Stage::Source,
+            step,
+            steps,
+            loss: report.loss,
+            psnr,
+            gaussians: report.gaussians,
+        });
         if timer.is_due() {
             save(&trainer)?;
         }

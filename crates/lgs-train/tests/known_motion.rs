@@ -1,5 +1,6 @@
-//! Stages 2 and 3 against images of a known motion: an object that begins turned and shifted, with a wrong law, is brought to where the images show
-//! it, and one that is held rigid keeps its motion while its Gaussians are refined.
+//! Stages 2 and 3 against images of a known motion: an object that begins turned and shifted, with a wrong
+//! law, is brought to where the images show it, and one that is held rigid keeps its motion while its
+//! Gaussians are refined.
 
 use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, norm, quat_mul, sub};
 use lgs_core::{Camera, GaussianCloud};
@@ -9,7 +10,10 @@ use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 use lgs_render::{Splats, rasterize};
 use lgs_train::Stage;
-use lgs_train::stages::{FitDynamics, FitDynamicsConfig, TuneDynamics, TuneDynamicsConfig, TuneGaussians, TuneGaussiansConfig, Tuning};
+use lgs_train::stages::{
+    FitDynamics, FitDynamicsConfig, TuneDynamics, TuneDynamicsConfig, TuneGaussians, TuneGaussiansConfig,
+    Tuning,
+};
 
 const SPIN: [f32; 3] = [0.0, 0.0, 1.5];
 
@@ -20,7 +24,8 @@ fn turning_bar() -> LagrangianScene {
 
 /// The same in a uniform field.
 fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
-    let means: Vec<[f32; 3]> = (0..24).map(|i| [0.15 * (i % 8) as f32 - 0.5, 0.12 * (i / 8) as f32, 0.1 * (i % 3) as f32]).collect();
+    let means: Vec<[f32; 3]> =
+        (0..24).map(|i| [0.15 * (i % 8) as f32 - 0.5, 0.12 * (i / 8) as f32, 0.1 * (i % 3) as f32]).collect();
     let mut movers = GaussianCloud::isotropic(means.clone(), 0.07, [0.5; 3], 0.9);
     for (i, color) in movers.sh.iter_mut().enumerate() {
         *color = ((i * 37) % 11) as f32 / 5.0 - 1.0;
@@ -31,7 +36,12 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
         statics: GaussianCloud::default(),
         velocities: means.iter().map(|&q| cross(SPIN, q)).collect(),
         movers,
-        objects: vec![ObjectModel { system, members: 0..24, supports: Some(supports), velocity_policy: VelocityPolicy::Rigid }],
+        objects: vec![ObjectModel {
+            system,
+            members: 0..24,
+            supports: Some(supports),
+            velocity_policy: VelocityPolicy::Rigid,
+        }],
         motion: MotionConfig { dt: 0.02, time_window: 0.4 },
         background: [1.0; 3],
     }
@@ -42,9 +52,17 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
     let eyes = [[0.0, -3.0, 1.0], [2.5, 1.5, 1.5], [-2.0, 2.0, 2.0]];
     let frame = |i: usize, motion: &mut Motion| {
         let (camera, time) = (Camera::look_at(eyes[i % 3], [0.0; 3], 0.7, 40, 40), 0.4 * i as f32 / 14.0);
-        let drawn = rasterize(&Splats::from(&scene.cloud_at(&motion.state_at(time))), &camera, scene.background).to_image();
+        let drawn =
+            rasterize(&Splats::from(&scene.cloud_at(&motion.state_at(time))), &camera, scene.background)
+                .to_image();
         let pixel = |p: &[f32; 3]| [p[0], p[1], p[2], 1.0].map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8);
-        Frame { name: String::new(), camera_id: i % 3, camera, time, rgba: drawn.pixels.iter().flat_map(pixel).collect() }
+        Frame {
+            name: String::new(),
+            camera_id: i % 3,
+            camera,
+            time,
+            rgba: drawn.pixels.iter().flat_map(pixel).collect(),
+        }
     };
     (0..15).map(|i| frame(i, &mut motion)).collect()
 }
@@ -88,7 +106,9 @@ fn a_wrong_start_and_a_wrong_law_are_fitted_to_the_images() {
     let found = stage.scene();
     assert!(distance(&found, &truth) < 0.05 * distance(&wrong, &truth), "{}", distance(&found, &truth));
     assert!(velocity_error(&found, &truth) < 0.02, "{}", velocity_error(&found, &truth));
-    let gravity = |scene: &LagrangianScene| scene.objects[0].system.accelerations(&[[0.0; 3]], &[[0.0; 3]], &Edit::default())[0];
+    let gravity = |scene: &LagrangianScene| {
+        scene.objects[0].system.accelerations(&[[0.0; 3]], &[[0.0; 3]], &Edit::default())[0]
+    };
     assert!(norm(sub(gravity(&found), gravity(&truth))) < 0.03, "{:?}", gravity(&found));
 }
 
@@ -99,7 +119,12 @@ fn a_wrong_pose_at_the_start_is_found_from_the_images() {
     let wrong = displaced(&truth);
     let begun = distance(&wrong, &truth);
     let tuned = |pose_learning_rate: f64| {
-        let config = TuneDynamicsConfig { iterations: 60, frames_per_step: 3, pose_learning_rate, ..TuneDynamicsConfig::default() };
+        let config = TuneDynamicsConfig {
+            iterations: 60,
+            frames_per_step: 3,
+            pose_learning_rate,
+            ..TuneDynamicsConfig::default()
+        };
         let mut stage = TuneDynamics::new(wrong.clone(), &frames, &config, 0);
         while !stage.is_finished() {
             stage.step();
@@ -120,7 +145,12 @@ fn refined_gaussians_leave_the_motion_of_a_body_held_rigid_as_it_is() {
     begun.objects[0].supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok();
     begun.movers.means.iter_mut().enumerate().for_each(|(i, q)| q[2] += 0.02 * (i as f32).sin());
     begun.velocities = begun.movers.means.iter().map(|&q| cross(SPIN, q)).collect();
-    let config = TuneGaussiansConfig { iterations: 30, means_learning_rate: 2e-3, refresh_every: 10, ..TuneGaussiansConfig::default() };
+    let config = TuneGaussiansConfig {
+        iterations: 30,
+        means_learning_rate: 2e-3,
+        refresh_every: 10,
+        ..TuneGaussiansConfig::default()
+    };
     let mut stage = TuneGaussians::new(Stage::TuneGaussians, begun.clone(), &frames, &config, 0);
     while !stage.is_finished() {
         stage.step();
@@ -129,7 +159,8 @@ fn refined_gaussians_leave_the_motion_of_a_body_held_rigid_as_it_is() {
     let end = |scene: &LagrangianScene| Motion::new(scene, Edit::default(), Reversal::Exact).state_at(0.4);
     let (before, after) = (end(&begun), end(&refined));
     assert_eq!((before.q[5], before.rotation[5]), (after.q[5], after.rotation[5]), "one that holds the body");
-    let turned = before.rotation.iter().flatten().zip(after.rotation.iter().flatten()).map(|(a, b)| (a - b).abs());
+    let turned =
+        before.rotation.iter().flatten().zip(after.rotation.iter().flatten()).map(|(a, b)| (a - b).abs());
     assert!(turned.fold(0.0, f32::max) < 1e-5, "the others turn with it");
     let moved = |i: usize| norm(sub(begun.movers.means[i], refined.movers.means[i]));
     assert!((1..5).all(|i| moved(i) > 1e-3), "the others are refined");

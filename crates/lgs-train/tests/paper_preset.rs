@@ -1,5 +1,5 @@
-//! The preset `paper` holds the reference's values (tables of `reference-systems.md` §2.6, §2.7, §3.5 and §8.8); what differs is listed at
-//! `Preset::Paper`.
+//! The preset `paper` holds the reference's values (tables of `reference-systems.md` §2.6, §2.7, §3.5 and
+//! §8.8); what differs is listed at `Preset::Paper`.
 
 use lgs_distill::PartitionMethod;
 use lgs_dynamics::{ForceKind, PotentialKind, VelocityPolicy};
@@ -17,7 +17,11 @@ fn networks_and_motion_are_the_references() {
     let distill = &config.distill;
     assert_eq!((distill.potential, distill.force), (PotentialKind::Mlp, ForceKind::Mlp), "G2, G3");
     assert_eq!((distill.hidden, distill.hidden_layers), (128, 3), "G4");
-    assert_eq!((config.motion.dt, config.motion.alignment, config.motion.alignment_neighbors), (0.01, true, 19), "G8, G19");
+    assert_eq!(
+        (config.motion.dt, config.motion.alignment, config.motion.alignment_neighbors),
+        (0.01, true, 19),
+        "G8, G19"
+    );
     assert_eq!(config.motion.velocity_policy, VelocityPolicy::Keep, "G20");
     assert_eq!((config.last_stage, config.data.train_before), (3, 0.0), "G10, G62");
     assert_eq!((distill.rollout.force_penalty, distill.rollout.first_horizon), (1e-4, 10), "G30, G31");
@@ -26,8 +30,16 @@ fn networks_and_motion_are_the_references() {
 #[test]
 fn the_partition_is_the_references() {
     let partition = paper().partition;
-    assert_eq!((partition.method, partition.neighbors, partition.smallest_object), (PartitionMethod::Graph, 16, 50), "G14");
-    assert_eq!((partition.length_tolerance, partition.length_slack, partition.displacement_tolerance), (0.1, 0.002, 0.25), "G14");
+    assert_eq!(
+        (partition.method, partition.neighbors, partition.smallest_object),
+        (PartitionMethod::Graph, 16, 50),
+        "G14"
+    );
+    assert_eq!(
+        (partition.length_tolerance, partition.length_slack, partition.displacement_tolerance),
+        (0.1, 0.002, 0.25),
+        "G14"
+    );
     assert_eq!((partition.static_displacement, partition.clusters), (0.01, 1), "G15, G18");
 }
 
@@ -37,9 +49,17 @@ fn photometric_stages_are_the_references() {
     let (dynamics, gaussians) = (&config.tune_dynamics, &config.tune_gaussians);
     assert_eq!((dynamics.iterations, dynamics.frames_per_step, dynamics.ssim_weight), (5_000, 1, 0.2), "G32");
     assert_eq!((dynamics.learning_rate, dynamics.velocity_learning_rate), (1e-4, 1e-3), "G32");
-    assert_eq!((dynamics.refresh_every, dynamics.subset, dynamics.window_steps, dynamics.full_window_every), (10, 8_192, 15, 4), "G23–G27");
+    assert_eq!(
+        (dynamics.refresh_every, dynamics.subset, dynamics.window_steps, dynamics.full_window_every),
+        (10, 8_192, 15, 4),
+        "G23–G27"
+    );
     assert_eq!((dynamics.initial_velocity, dynamics.pose_learning_rate), (InitialVelocity::Free, 0.0), "G29");
-    assert_eq!((config.settle_gaussians.iterations, config.fit_dynamics.steps), (0, 0), "stage 2 follows stage 1");
+    assert_eq!(
+        (config.settle_gaussians.iterations, config.fit_dynamics.steps),
+        (0, 0),
+        "stage 2 follows stage 1"
+    );
     assert_eq!(
         (gaussians.iterations, gaussians.stretch, gaussians.refresh_every, gaussians.ssim_weight),
         (10_000, 1.0, 100, 0.2),
@@ -56,11 +76,27 @@ fn the_source_is_the_references() {
     assert_eq!((source.iterations, source.warmup_iterations, source.stretch), (40_000, 3_000, 1.0), "§3.5");
     assert_eq!((source.sh_degree, source.sh_interval, source.ssim_weight), (3, 1_000, 0.2), "§2.1, §2.5");
     let rates = &source.learning_rates;
-    assert_eq!((rates.position_start, rates.position_end, rates.position_steps), (8e-4, 8e-6, 30_000), "§2.6");
-    assert_eq!((rates.sh, rates.sh_rest, rates.opacity, rates.scale, rates.rotation), (2.5e-3, 1.25e-4, 0.05, 5e-3, 1e-3), "§2.6");
-    assert_eq!((rates.deformation_start, rates.deformation_end, rates.deformation_steps), (8e-4, 1.6e-6, 40_000), "§2.6");
+    assert_eq!(
+        (rates.position_start, rates.position_end, rates.position_steps),
+        (8e-4, 8e-6, 30_000),
+        "§2.6"
+    );
+    assert_eq!(
+        (rates.sh, rates.sh_rest, rates.opacity, rates.scale, rates.rotation),
+        (2.5e-3, 1.25e-4, 0.05, 5e-3, 1e-3),
+        "§2.6"
+    );
+    assert_eq!(
+        (rates.deformation_start, rates.deformation_end, rates.deformation_steps),
+        (8e-4, 1.6e-6, 40_000),
+        "§2.6"
+    );
     let densify = &source.densify;
-    assert_eq!((densify.after, densify.before, densify.interval, densify.gradient_threshold), (500, 15_000, 100, 2e-4), "§2.7");
+    assert_eq!(
+        (densify.after, densify.before, densify.interval, densify.gradient_threshold),
+        (500, 15_000, 100, 2e-4),
+        "§2.7"
+    );
     assert_eq!(
         (densify.clone_extent, densify.min_opacity, densify.prune_extent, densify.prune_large_after),
         (0.01, 0.005, 0.1, 3_000),

@@ -1,4 +1,5 @@
-//! The whole of training on a tiny scene: it learns, it resumes bit for bit from every stage, and threads do not change a byte.
+//! The whole of training on a tiny scene: it learns, it resumes bit for bit from every stage, and threads do
+//! not change a byte.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -51,9 +52,18 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.
-fn run(folder: &Path, dataset: &Dataset, kind: SourceKind, stop_at: Option<(Stage, usize)>) -> Result<Trained, TrainError> {
+fn run(
+    folder: &Path,
+    dataset: &Dataset,
+    kind: SourceKind,
+    stop_at: Option<(Stage, usize)>,
+) -> Result<Trained, TrainError> {
     let config = tiny_config(kind);
-    let run = if folder.exists() { RunFolder::open(folder)?.0 } else { RunFolder::create(folder, &config, dataset)? };
+    let run = if folder.exists() {
+        RunFolder::open(folder)?.0
+    } else {
+        RunFolder::create(folder, &config, dataset)?
+    };
     let stop = AtomicBool::new(false);
     let mut progress = |p: Progress| {
         if stop_at == Some((p.stage, p.step)) {
@@ -65,12 +75,19 @@ fn run(folder: &Path, dataset: &Dataset, kind: SourceKind, stop_at: Option<(Stag
 
 /// Bytes of everything that a run delivers.
 fn delivered(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let checkpoints = std::fs::read_dir(folder.join("checkpoints")).expect("checkpoints").map(|e| e.expect("entry").path());
-    let mut files: Vec<_> = checkpoints.filter(|p| p.to_string_lossy().contains("tune-gaussians-0000012")).collect();
+    let checkpoints =
+        std::fs::read_dir(folder.join("checkpoints")).expect("checkpoints").map(|e| e.expect("entry").path());
+    let mut files: Vec<_> =
+        checkpoints.filter(|p| p.to_string_lossy().contains("tune-gaussians-0000012")).collect();
     let source = std::fs::read_dir(folder.join("source")).expect("source").map(|e| e.expect("entry").path());
     files.extend(source.filter(|p| p.extension().is_some_and(|e| e == "safetensors")));
     files.extend([folder.join("lagrangian.safetensors"), folder.join("events.jsonl")]);
-    files.into_iter().map(|p| (p.file_name().expect("name").to_string_lossy().into_owned(), std::fs::read(&p).expect("read"))).collect()
+    files
+        .into_iter()
+        .map(|p| {
+            (p.file_name().expect("name").to_string_lossy().into_owned(), std::fs::read(&p).expect("read"))
+        })
+        .collect()
 }
 
 #[test]
@@ -118,8 +135,10 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
 fn an_ablated_run_leaves_out_what_it_names() {
     let folder = tempfile::tempdir().expect("folder");
     tiny_dataset(folder.path());
-    let config =
-        tiny_config_with(SourceKind::Defgs, &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"]);
+    let config = tiny_config_with(
+        SourceKind::Defgs,
+        &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"],
+    );
     let options = LoadOptions { train_before: Some(config.data.train_before), ..LoadOptions::default() };
     let dataset = Dataset::load(&folder.path().join("data"), &options, &|_, _| {}).expect("load");
     let path = folder.path().join("run");
@@ -128,12 +147,22 @@ fn an_ablated_run_leaves_out_what_it_names() {
     let mut progress = |p: Progress| {
         stages.insert(p.stage);
     };
-    let scene =
-        train(&run, &dataset, &config, &mut Control { stop: &AtomicBool::new(false), progress: &mut progress }).expect("train").scene;
+    let scene = train(
+        &run,
+        &dataset,
+        &config,
+        &mut Control { stop: &AtomicBool::new(false), progress: &mut progress },
+    )
+    .expect("train")
+    .scene;
     assert_eq!(stages.into_iter().collect::<Vec<_>>(), [Stage::Source, Stage::Distill]);
     assert!(!scene.objects.is_empty() && scene.objects.iter().all(|object| object.supports.is_none()));
     assert!(scene.objects.iter().all(|object| object.system.config.force == lgs_dynamics::ForceKind::None));
-    assert!((scene.motion.time_window - 25.0 / 60.0).abs() < 1e-5, "the last training time below 0.5: {}", scene.motion.time_window);
+    assert!(
+        (scene.motion.time_window - 25.0 / 60.0).abs() < 1e-5,
+        "the last training time below 0.5: {}",
+        scene.motion.time_window
+    );
 }
 
 #[test]
@@ -142,9 +171,16 @@ fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
     let dataset = tiny_dataset(folder.path());
     let path = folder.path().join("run");
     run(&path, &dataset, SourceKind::Freegave, Some((Stage::Source, 3))).err().expect("stopped");
-    let again = RunFolder::create(&path, &tiny_config(SourceKind::Freegave), &dataset).expect_err("occupied").to_string();
+    let again = RunFolder::create(&path, &tiny_config(SourceKind::Freegave), &dataset)
+        .expect_err("occupied")
+        .to_string();
     assert!(again.contains("run"), "{again}");
-    let checkpoint = std::fs::read_dir(path.join("checkpoints")).expect("folder").next().expect("one").expect("entry").path();
+    let checkpoint = std::fs::read_dir(path.join("checkpoints"))
+        .expect("folder")
+        .next()
+        .expect("one")
+        .expect("entry")
+        .path();
     let bytes = std::fs::read(&checkpoint).expect("read");
     std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).expect("cut");
     let error = run(&path, &dataset, SourceKind::Freegave, None).err().expect("damaged").to_string();

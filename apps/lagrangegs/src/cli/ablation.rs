@@ -1,5 +1,5 @@
-//! Flags of `lagrangegs train` that leave out or change a part of the method. Each stands for settings of the configuration, where it is
-//! documented; `--set` wins over them.
+//! Flags of `lagrangegs train` that leave out or change a part of the method. Each stands for settings of the
+//! configuration, where it is documented; `--set` wins over them.
 
 use clap::ValueEnum;
 
@@ -49,9 +49,14 @@ impl Ablations {
         settings.extend(self.without_force.then(|| "distill.force=none".to_owned()));
         settings.extend(self.without_matching.then(|| "distill.matching.steps=0".to_owned()));
         let name = |policy: Policy| policy.to_possible_value().map(|value| value.get_name().to_owned());
-        settings.extend(self.velocity_policy.and_then(name).map(|name| format!("motion.velocity_policy={name}")));
+        settings
+            .extend(self.velocity_policy.and_then(name).map(|name| format!("motion.velocity_policy={name}")));
         settings.extend(self.train_before.map(|time| format!("data.train_before={time}")));
-        settings.extend(self.k_means.iter().flat_map(|k| ["partition.method=k-means".to_owned(), format!("partition.clusters={k}")]));
+        settings.extend(
+            self.k_means
+                .iter()
+                .flat_map(|k| ["partition.method=k-means".to_owned(), format!("partition.clusters={k}")]),
+        );
         settings
     }
 }
@@ -73,7 +78,10 @@ mod tests {
             k_means: Some(3),
         };
         let config = TrainConfig::resolve(Preset::Quick, None, &flags.settings()).expect("settings");
-        assert_eq!((config.last_stage, config.motion.alignment, config.distill.matching.steps), (2, false, 0));
+        assert_eq!(
+            (config.last_stage, config.motion.alignment, config.distill.matching.steps),
+            (2, false, 0)
+        );
         assert_eq!((config.data.train_before, config.partition.clusters), (0.5, 3));
         assert_eq!(config.distill.force, lgs_dynamics::ForceKind::None);
         assert_eq!(config.motion.velocity_policy, lgs_dynamics::VelocityPolicy::FromPositions);

@@ -1,4 +1,5 @@
-//! `lagrangegs bench`: the cells of a suite, each an ordinary run trained by `train` and measured by `eval`, and the tables they make.
+//! `lagrangegs bench`: the cells of a suite, each an ordinary run trained by `train` and measured by `eval`,
+//! and the tables they make.
 
 use std::path::{Path, PathBuf};
 
@@ -89,7 +90,12 @@ fn run_all(plan: &Plan, json: bool) -> Result<()> {
     tables(plan, json)?;
     match failed.len() {
         0 => Ok(()),
-        n => bail!("{n} of {} cells failed ({}): {}", plan.cells.len(), failed.join(", "), plan.root().display()),
+        n => bail!(
+            "{n} of {} cells failed ({}): {}",
+            plan.cells.len(),
+            failed.join(", "),
+            plan.root().display()
+        ),
     }
 }
 
@@ -107,10 +113,20 @@ fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
         let source_from = plan.source_folder(cell).at(&out)?;
         let resume = state == CellState::Begun;
         let config = cell.config.clone();
-        train::train(&train::Request { data: Some(&data), out: &out, config, resume, source_from: source_from.as_deref() })?;
+        train::train(&train::Request {
+            data: Some(&data),
+            out: &out,
+            config,
+            resume,
+            source_from: source_from.as_deref(),
+        })?;
     }
     let perceptual = perceptual()?;
-    let options = EvalOptions { half_resolution: plan.suite.half_resolution, perceptual: perceptual.as_ref(), ..EvalOptions::default() };
+    let options = EvalOptions {
+        half_resolution: plan.suite.half_resolution,
+        perceptual: perceptual.as_ref(),
+        ..EvalOptions::default()
+    };
     measure(&Run::open(&out)?, Some(&data), None, &options).map(drop)
 }
 
@@ -142,7 +158,8 @@ fn tables(plan: &Plan, json: bool) -> Result<()> {
     write("tables.json".to_owned(), &format!("{document:#}\n"))?;
     let markdown = tables.iter().map(table_text::markdown).collect::<Vec<_>>().join("\n");
     write("tables.md".to_owned(), &markdown)?;
-    let runs: Vec<(String, PathBuf)> = plan.cells.iter().map(|cell| (cell.name(), plan.run_folder(cell))).collect();
+    let runs: Vec<(String, PathBuf)> =
+        plan.cells.iter().map(|cell| (cell.name(), plan.run_folder(cell))).collect();
     let page = plan.root().join("report.html");
     write_suite_report(&page, &plan.suite.name, &runs).at(&page)?;
     if json { output::print_json(&document) } else { output::print(&markdown) }
@@ -150,7 +167,11 @@ fn tables(plan: &Plan, json: bool) -> Result<()> {
 
 /// The cells of a suite.
 fn list(plan: &Plan, json: bool) -> Result<()> {
-    let states = plan.cells.iter().map(|cell| plan.state(cell).at(&plan.run_folder(cell))).collect::<Result<Vec<CellState>>>()?;
+    let states = plan
+        .cells
+        .iter()
+        .map(|cell| plan.state(cell).at(&plan.run_folder(cell)))
+        .collect::<Result<Vec<CellState>>>()?;
     let cells = || plan.cells.iter().zip(&states);
     if json {
         let entry = |(cell, state): (&Cell, &CellState)| {
@@ -161,7 +182,9 @@ fn list(plan: &Plan, json: bool) -> Result<()> {
             })
         };
         let cells: Vec<_> = cells().map(entry).collect();
-        return output::print_json(&json!({ "suite": plan.suite.name, "with_own_source": plan.leaders(), "cells": cells }));
+        return output::print_json(
+            &json!({ "suite": plan.suite.name, "with_own_source": plan.leaders(), "cells": cells }),
+        );
     }
     let mut rows = vec![["index", "cell", "source", "state"].map(str::to_owned).to_vec()];
     rows.extend(cells().map(|(cell, state)| {
@@ -175,13 +198,22 @@ fn list_suites(json: bool) -> Result<()> {
     let mut suites = Vec::new();
     for bundled in bundled_suites() {
         let suite = Suite::open(Path::new(bundled.name))?;
-        suites.push((bundled.name, suite.title.clone(), Plan::new(suite, Path::new("runs"), None)?.cells.len()));
+        suites.push((
+            bundled.name,
+            suite.title.clone(),
+            Plan::new(suite, Path::new("runs"), None)?.cells.len(),
+        ));
     }
     if json {
-        let entries: Vec<_> = suites.iter().map(|(name, title, cells)| json!({ "name": name, "title": title, "cells": cells })).collect();
+        let entries: Vec<_> = suites
+            .iter()
+            .map(|(name, title, cells)| json!({ "name": name, "title": title, "cells": cells }))
+            .collect();
         return output::print_json(&entries);
     }
-    let rows: Vec<Vec<String>> =
-        suites.into_iter().map(|(name, title, cells)| vec![name.to_owned(), title, format!("{cells} cells")]).collect();
+    let rows: Vec<Vec<String>> = suites
+        .into_iter()
+        .map(|(name, title, cells)| vec![name.to_owned(), title, format!("{cells} cells")])
+        .collect();
     output::print(&aligned(&rows, &[false, false, false]))
 }

@@ -65,11 +65,19 @@ impl Orbit {
 
     fn through(cameras: &[Camera], first: &Camera, center: [f32; 3]) -> Self {
         let n = cameras.len() as f32;
-        let offsets: Vec<[f32; 3]> = cameras.iter().map(|c| lgs_core::linear::sub(c.center_in_world(), center)).collect();
+        let offsets: Vec<[f32; 3]> =
+            cameras.iter().map(|c| lgs_core::linear::sub(c.center_in_world(), center)).collect();
         let radius = ORBIT_ROOM * offsets.iter().map(|o| o[0].hypot(o[1])).sum::<f32>() / n;
         let height = ORBIT_ROOM * offsets.iter().map(|o| o[2]).sum::<f32>() / n;
         let fov_x = 2.0 * (first.width as f32 / (2.0 * first.fx)).atan();
-        Self { center, radius: radius.max(1e-3), height, fov_x, size: [first.width, first.height], near: first.near }
+        Self {
+            center,
+            radius: radius.max(1e-3),
+            height,
+            fov_x,
+            size: [first.width, first.height],
+            near: first.near,
+        }
     }
 
     fn of_cloud(cloud: &GaussianCloud, first: Option<&Camera>) -> Self {
@@ -91,8 +99,15 @@ impl Orbit {
     /// The camera at an azimuth, counted from +x towards +y.
     pub(crate) fn at(&self, azimuth_degrees: f32) -> Camera {
         let (s, c) = azimuth_degrees.to_radians().sin_cos();
-        let eye = [self.center[0] + self.radius * c, self.center[1] + self.radius * s, self.center[2] + self.height];
-        Camera { near: self.near, ..Camera::look_at(eye, self.center, self.fov_x, self.size[0], self.size[1]) }
+        let eye = [
+            self.center[0] + self.radius * c,
+            self.center[1] + self.radius * s,
+            self.center[2] + self.height,
+        ];
+        Camera {
+            near: self.near,
+            ..Camera::look_at(eye, self.center, self.fov_x, self.size[0], self.size[1])
+        }
     }
 
     /// Cameras for `count` frames: once around, or still.
@@ -108,7 +123,8 @@ fn common_target(cameras: &[Camera]) -> Option<[f32; 3]> {
     for camera in cameras {
         let eye = glam::Vec3::from(camera.center_in_world()).as_dvec3();
         let axis = glam::Vec3::from(camera.ray_direction_in_world([camera.cx, camera.cy])).as_dvec3();
-        let across = glam::DMat3::IDENTITY - glam::DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+        let across =
+            glam::DMat3::IDENTITY - glam::DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
         matrix += across;
         right += across * eye;
     }
@@ -128,15 +144,19 @@ pub(crate) fn find(name: &str, cameras: &[(String, Camera)]) -> Option<Camera> {
 /// The complaint that no camera has this name, with some that exist.
 pub(crate) fn unknown<T>(name: &str, cameras: &[(String, Camera)]) -> Result<T> {
     let some: Vec<&str> = cameras.iter().take(4).map(|(name, _)| name.as_str()).collect();
-    let hint =
-        if some.is_empty() { "none is known, use `orbit`".to_owned() } else { format!("there are {}, …, and `orbit`", some.join(", ")) };
+    let hint = if some.is_empty() {
+        "none is known, use `orbit`".to_owned()
+    } else {
+        format!("there are {}, …, and `orbit`", some.join(", "))
+    };
     bail!("no camera is called `{name}`: {hint}")
 }
 
 /// A camera with its image resized to a width, keeping the aspect.
 pub(crate) fn with_width(camera: &Camera, width: Option<u32>) -> Camera {
     let Some(width) = width else { return *camera };
-    let height = (f64::from(camera.height) * f64::from(width) / f64::from(camera.width)).round().max(1.0) as u32;
+    let height =
+        (f64::from(camera.height) * f64::from(width) / f64::from(camera.width)).round().max(1.0) as u32;
     camera.resized(width, height)
 }
 
@@ -155,7 +175,8 @@ mod tests {
         let orbit = Orbit::around(&ring, &GaussianCloud::default());
         let camera = orbit.at(1.0_f32.to_degrees());
         let eye = lgs_core::linear::sub(camera.center_in_world(), [0.5, 0.0, 0.3]);
-        let expected = lgs_core::linear::sub(ring[1].center_in_world(), [0.5, 0.0, 0.3]).map(|v| ORBIT_ROOM * v);
+        let expected =
+            lgs_core::linear::sub(ring[1].center_in_world(), [0.5, 0.0, 0.3]).map(|v| ORBIT_ROOM * v);
         assert!(lgs_core::linear::norm(lgs_core::linear::sub(eye, expected)) < 1e-2, "{orbit:?}");
         assert!((camera.fx - ring[1].fx).abs() < 0.1);
         assert_eq!(orbit.cameras(None, 4).len(), 4);
@@ -173,7 +194,8 @@ mod tests {
     #[test]
     fn cameras_are_found_by_name_stem_and_number() {
         let camera = |x| Camera::look_at([x, 4.0, 1.0], [0.0; 3], 0.7, 10, 10);
-        let list = vec![("train/r_000.png".to_owned(), camera(0.0)), ("train/r_001.png".to_owned(), camera(1.0))];
+        let list =
+            vec![("train/r_000.png".to_owned(), camera(0.0)), ("train/r_001.png".to_owned(), camera(1.0))];
         for name in ["train/r_001.png", "train/r_001", "./train/r_001", "1"] {
             assert_eq!(find(name, &list), Some(list[1].1), "{name}");
         }

@@ -1,4 +1,5 @@
-//! `lagrangegs demo`: a synthetic dataset, a run trained on it, its metrics, and pictures of its future, its past and other physics.
+//! `lagrangegs demo`: a synthetic dataset, a run trained on it, its metrics, and pictures of its future, its
+//! past and other physics.
 //!
 //! Called again on the same folder it continues where it was interrupted.
 
@@ -56,14 +57,19 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
-    let config = TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
+    let config =
+        TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
     prepare_folder(&args.out)?;
     let (data, root) = (args.out.join("data"), args.out.join("run"));
     if holds_transforms(&data) {
         say(&format!("using the dataset that is there: {}", data.display()));
     } else {
         let default = SynthOptions::default();
-        let options = SynthOptions { size: args.size.unwrap_or(default.size), views: args.views.unwrap_or(default.views), ..default };
+        let options = SynthOptions {
+            size: args.size.unwrap_or(default.size),
+            views: args.views.unwrap_or(default.views),
+            ..default
+        };
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
@@ -87,7 +93,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
 fn pictures(run: &Run, folder: &Path) -> Result<()> {
     let camera = orbit(run)?.at(AZIMUTH);
     let window = run.scene.motion.time_window;
-    let job = |times: Vec<f32>, edit: Edit| Job { cameras: vec![camera; times.len()], times, edit, reversal: Reversal::Exact };
+    let job = |times: Vec<f32>, edit: Edit| Job {
+        cameras: vec![camera; times.len()],
+        times,
+        edit,
+        reversal: Reversal::Exact,
+    };
     job(steps(window, 3.0 * window), Edit::default()).write(&run.scene, &folder.join("future"))?;
     job(steps(-window, 0.0), Edit::default()).write(&run.scene, &folder.join("past"))?;
     let times = steps(0.0, 2.0 * window);
@@ -96,7 +107,10 @@ fn pictures(run: &Run, folder: &Path) -> Result<()> {
         let edit = Edit { potential_scale: beta, ..Edit::default() };
         let images = job(times.clone(), edit).write(&run.scene, &folder.join(format!("potential-{beta}")))?;
         let chosen = evenly(images.len(), COLUMNS);
-        rows.push(Row { title: format!("β = {beta}"), frames: chosen.iter().map(|&i| images[i].clone()).collect() });
+        rows.push(Row {
+            title: format!("β = {beta}"),
+            frames: chosen.iter().map(|&i| images[i].clone()).collect(),
+        });
     }
     let labels: Vec<String> = evenly(times.len(), COLUMNS).iter().map(|&i| time_label(times[i])).collect();
     write_png(&folder.join("potential-scales.png"), &contact_sheet(&labels, &rows))
@@ -108,7 +122,8 @@ fn steps(from: f32, to: f32) -> Vec<f32> {
     (0..=STEPS).map(|i| from + (to - from) * i as f32 / STEPS as f32).collect()
 }
 
-/// Truth, source model and Lagrangian scene as one camera of the dataset sees them, over all the times at which it has images.
+/// Truth, source model and Lagrangian scene as one camera of the dataset sees them, over all the times at
+/// which it has images.
 fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
     let frames = longest_view(dataset);
     if frames.is_empty() {
@@ -119,13 +134,17 @@ fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
     let chosen = spread_in_time(&frames, COLUMNS);
     let background = run.scene.background;
     let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);
-    let draw = |cloud: &lgs_core::GaussianCloud, camera: &Camera| lgs_eval::render(cloud, camera, background).image;
+    let draw =
+        |cloud: &lgs_core::GaussianCloud, camera: &Camera| lgs_eval::render(cloud, camera, background).image;
     let row = |title: &str, frames: Vec<Image>| Row { title: title.to_owned(), frames };
     let mut rows = vec![row("truth", chosen.iter().map(|f| f.composited(background)).collect())];
     if let Some(source) = run.source()? {
         rows.push(row("source", chosen.iter().map(|f| draw(&source.cloud_at(f.time), &f.camera)).collect()));
     }
-    rows.push(row("lagrangian", chosen.iter().map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time)), &f.camera)).collect()));
+    rows.push(row(
+        "lagrangian",
+        chosen.iter().map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time)), &f.camera)).collect(),
+    ));
     let labels: Vec<String> = chosen.iter().map(|f| time_label(f.time)).collect();
     write_png(path, &contact_sheet(&labels, &rows))
 }

@@ -39,21 +39,36 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
     let perceptual = if args.no_lpips { None } else { perceptual()? };
-    let options = EvalOptions { half_resolution: args.half_resolution, perceptual: perceptual.as_ref(), ..EvalOptions::default() };
+    let options = EvalOptions {
+        half_resolution: args.half_resolution,
+        perceptual: perceptual.as_ref(),
+        ..EvalOptions::default()
+    };
     let metrics = measure(&run, args.data.as_deref(), args.split.clone(), &options)?;
     if args.json { output::print_json(&metrics) } else { output::print(&table(&metrics)) }
 }
 
 /// Computes a run's metrics and writes them into its folder, as `metrics.json`, as figures and as a page.
-pub(super) fn measure(run: &Run, data: Option<&Path>, splits: Option<Vec<String>>, options: &EvalOptions<'_>) -> Result<Metrics> {
+pub(super) fn measure(
+    run: &Run,
+    data: Option<&Path>,
+    splits: Option<Vec<String>>,
+    options: &EvalOptions<'_>,
+) -> Result<Metrics> {
     let root = run.dataset_path(data)?;
-    let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
+    let dataset =
+        root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
     let truth = match &root {
         Some(root) => GroundTruth::load(root).at(root)?,
         None => None,
     };
     let source = run.source()?;
-    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
+    let subject = Subject {
+        scene: &run.scene,
+        source: source.as_deref(),
+        dataset: dataset.as_ref(),
+        truth: truth.as_ref(),
+    };
     let mut metrics = scored(&subject, options);
     metrics.cost = run.cost();
     let path = run.folder.root().join("metrics.json");

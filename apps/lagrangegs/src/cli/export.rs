@@ -51,7 +51,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         ModelName::Source if args.motion.edit() != Edit::default() => {
             bail!("the source model has no physics to scale; leave out the scales or `--model source`")
         }
-        ModelName::Source => Some(run.source()?.with_context(|| format!("the run has no source model: {}", args.run.display()))?),
+        ModelName::Source => Some(
+            run.source()?.with_context(|| format!("the run has no source model: {}", args.run.display()))?,
+        ),
     };
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
     let extension = match args.format {
@@ -59,7 +61,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let times = &args.times.0;
     let single = times.len() == 1 && args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
-    let path = |index: usize| if single { args.out.clone() } else { args.out.join(file_name(index, times[index], extension)) };
+    let path = |index: usize| {
+        if single { args.out.clone() } else { args.out.join(file_name(index, times[index], extension)) }
+    };
     if single {
         prepare_folder(args.out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
     } else {
@@ -73,7 +77,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     sweep(cloud_at, times, "export", |index, cloud| write_ply(&path(index), cloud).at(&path(index)))?;
     if !single {
-        let files = times.iter().enumerate().map(|(i, &t)| json!({"file": file_name(i, t, extension), "time": t})).collect::<Vec<_>>();
+        let files = times
+            .iter()
+            .enumerate()
+            .map(|(i, &t)| json!({"file": file_name(i, t, extension), "time": t}))
+            .collect::<Vec<_>>();
         write_list(&args.out, &json!({ "gaussians": gaussians, "frames": files }))?;
     }
     output::print(&format!("{} files of {} Gaussians, {}\n", times.len(), gaussians, args.out.display()))

@@ -1,6 +1,7 @@
 //! Errors as one readable line that ends with the path they are about.
 //!
-//! Library errors name their file in one place or another; [`At::at`] moves the path to the end, or adds it, where a command knows it.
+//! Library errors name their file in one place or another; [`At::at`] moves the path to the end, or adds it,
+//! where a command knows it.
 
 use std::path::Path;
 
@@ -14,7 +15,11 @@ impl<T, E: Into<anyhow::Error>> At<T> for Result<T, E> {
     fn at(self, path: &Path) -> anyhow::Result<T> {
         self.map_err(|error| {
             let error = error.into();
-            if super::output::is_closed_pipe(&error) { error } else { anyhow::anyhow!(ending_with_path(&chain(&error), path)) }
+            if super::output::is_closed_pipe(&error) {
+                error
+            } else {
+                anyhow::anyhow!(ending_with_path(&chain(&error), path))
+            }
         })
     }
 }
@@ -38,7 +43,9 @@ fn ending_with_path(text: &str, path: &Path) -> String {
     let given = path.display().to_string();
     let found = text.find(&given).map_or(given.clone(), |start| {
         let rest = &text[start..];
-        let end = rest[given.len()..].find(|c: char| c.is_whitespace() || "`:,;)".contains(c)).map_or(rest.len(), |i| given.len() + i);
+        let end = rest[given.len()..]
+            .find(|c: char| c.is_whitespace() || "`:,;)".contains(c))
+            .map_or(rest.len(), |i| given.len() + i);
         rest[..end].to_owned()
     });
     if text.ends_with(&found) {
@@ -64,9 +71,15 @@ mod tests {
 
     #[test]
     fn the_path_comes_last_once() {
-        assert_eq!(moved("cannot read a/b.ply: no such file", "a/b.ply"), "cannot read: no such file: a/b.ply");
+        assert_eq!(
+            moved("cannot read a/b.ply: no such file", "a/b.ply"),
+            "cannot read: no such file: a/b.ply"
+        );
         assert_eq!(moved("a/b.ply: `means` is not finite", "a/b.ply"), "`means` is not finite: a/b.ply");
-        assert_eq!(moved("a/b.ply is damaged: cut short", "a/b.ply"), "the file is damaged: cut short: a/b.ply");
+        assert_eq!(
+            moved("a/b.ply is damaged: cut short", "a/b.ply"),
+            "the file is damaged: cut short: a/b.ply"
+        );
         assert_eq!(moved("bad header: a/b.ply", "a/b.ply"), "bad header: a/b.ply");
         assert_eq!(moved("bad header", "a/b.ply"), "bad header: a/b.ply");
     }
@@ -77,7 +90,10 @@ mod tests {
             moved("run/checkpoints/1.safetensors is damaged: cut", "run"),
             "the file is damaged: cut: run/checkpoints/1.safetensors"
         );
-        assert_eq!(moved("can't read file: denied: run/config.toml", "run"), "can't read file: denied: run/config.toml");
+        assert_eq!(
+            moved("can't read file: denied: run/config.toml", "run"),
+            "can't read file: denied: run/config.toml"
+        );
     }
 
     #[test]

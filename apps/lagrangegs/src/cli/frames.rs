@@ -1,4 +1,5 @@
-//! A sweep over times: clouds in the order of the times, a few at a time, handed to whatever draws or writes them.
+//! A sweep over times: clouds in the order of the times, a few at a time, handed to whatever draws or writes
+//! them.
 
 use anyhow::Result;
 use clap::ValueEnum;
@@ -46,7 +47,11 @@ fn finite(text: &str) -> Result<f32, String> {
 impl MotionArgs {
     /// The scales.
     pub(crate) fn edit(&self) -> Edit {
-        Edit { velocity_scale: self.velocity_scale, potential_scale: self.potential_scale, force_scale: self.force_scale }
+        Edit {
+            velocity_scale: self.velocity_scale,
+            potential_scale: self.potential_scale,
+            force_scale: self.force_scale,
+        }
     }
 
     /// The reversal.
@@ -58,7 +63,8 @@ impl MotionArgs {
     }
 }
 
-/// Calls `work` with the index and cloud of every time, in parallel, and returns its results in the order of the times.
+/// Calls `work` with the index and cloud of every time, in parallel, and returns its results in the order of
+/// the times.
 pub(crate) fn sweep<T: Send>(
     mut cloud_at: impl FnMut(f32) -> GaussianCloud,
     times: &[f32],

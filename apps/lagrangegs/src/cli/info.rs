@@ -1,4 +1,5 @@
-//! `lagrangegs info`: looks at what a path is, reads all of it, and reports what it holds. A defect is an error like everywhere else.
+//! `lagrangegs info`: looks at what a path is, reads all of it, and reports what it holds. A defect is an
+//! error like everywhere else.
 
 use std::path::{Path, PathBuf};
 
@@ -32,14 +33,16 @@ type Facts = Vec<(&'static str, Value)>;
 pub(super) fn run(args: &Args) -> Result<()> {
     let facts = describe(&args.path)?;
     if args.json {
-        let object: Map<String, Value> = facts.into_iter().map(|(name, value)| (name.replace(' ', "_"), value)).collect();
+        let object: Map<String, Value> =
+            facts.into_iter().map(|(name, value)| (name.replace(' ', "_"), value)).collect();
         return output::print_json(&object);
     }
     let plain = |value: Value| match value {
         Value::String(text) => text,
         other => other.to_string(),
     };
-    let rows: Vec<Vec<String>> = facts.into_iter().map(|(name, value)| vec![name.to_owned(), plain(value)]).collect();
+    let rows: Vec<Vec<String>> =
+        facts.into_iter().map(|(name, value)| vec![name.to_owned(), plain(value)]).collect();
     output::print(&aligned(&rows, &[false, false]))
 }
 
@@ -53,7 +56,10 @@ fn describe(path: &Path) -> Result<Facts> {
         } else if path.join("config.toml").exists() {
             run_folder(path)
         } else {
-            bail!("the folder is neither a dataset (transforms_*.json) nor a run (config.toml): {}", path.display())
+            bail!(
+                "the folder is neither a dataset (transforms_*.json) nor a run (config.toml): {}",
+                path.display()
+            )
         };
     }
     match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
@@ -75,12 +81,22 @@ fn dataset(path: &Path) -> Result<Facts> {
         ("image sizes", json!(sizes.join(", "))),
         ("cameras", json!(cameras)),
         ("transparency", json!(if frames().any(Frame::has_alpha) { "yes" } else { "no, images are opaque" })),
-        ("initial points", json!(set.init_points.as_ref().map_or_else(|| "none".to_owned(), |p| p.positions.len().to_string()))),
+        (
+            "initial points",
+            json!(
+                set.init_points.as_ref().map_or_else(|| "none".to_owned(), |p| p.positions.len().to_string())
+            ),
+        ),
     ];
     if let Some(truth) = GroundTruth::load(path).at(path)? {
         facts.push((
             "ground truth",
-            json!(format!("{} points at {} times, {} objects", truth.object.len(), truth.times.len(), truth.objects().len())),
+            json!(format!(
+                "{} points at {} times, {} objects",
+                truth.object.len(),
+                truth.times.len(),
+                truth.objects().len()
+            )),
         ));
     }
     Ok(facts)
@@ -89,7 +105,8 @@ fn dataset(path: &Path) -> Result<Facts> {
 fn splits(set: &Dataset) -> Value {
     let line = |(name, frames): (&String, &Vec<Frame>)| {
         let times = frames.iter().map(|f| f.time);
-        let (low, high) = times.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
+        let (low, high) =
+            times.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
         format!("{name}: {} images, t {low:.3} to {high:.3}", frames.len())
     };
     json!(set.splits.iter().map(line).collect::<Vec<_>>().join("; "))
@@ -102,7 +119,8 @@ fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
 
 fn run_folder(path: &Path) -> Result<Facts> {
     let run = Run::open(path)?;
-    let mut facts = vec![("kind", json!("run")), ("preset", json!(run.config.preset)), ("seed", json!(run.config.seed))];
+    let mut facts =
+        vec![("kind", json!("run")), ("preset", json!(run.config.preset)), ("seed", json!(run.config.seed))];
     if let Ok(Some(dataset)) = run.dataset_path(None) {
         facts.push(("dataset", json!(dataset)));
     }
@@ -111,7 +129,10 @@ fn run_folder(path: &Path) -> Result<Facts> {
     }
     facts.push((
         "source model",
-        json!(run.source()?.map_or_else(|| "none".to_owned(), |s| format!("{}, {} Gaussians", s.kind().name(), s.len()))),
+        json!(
+            run.source()?
+                .map_or_else(|| "none".to_owned(), |s| format!("{}, {} Gaussians", s.kind().name(), s.len()))
+        ),
     ));
     facts.extend(scene(&run.scene));
     Ok(facts)
@@ -139,12 +160,14 @@ fn tensors(path: &Path) -> Result<Facts> {
         .concat());
     }
     match path.parent().map(GroundTruth::load) {
-        Some(Ok(Some(truth))) if path.file_name().is_some_and(|n| n == "ground_truth.safetensors") => Ok(vec![
-            ("kind", json!("ground truth")),
-            ("points", json!(truth.object.len())),
-            ("objects", json!(truth.objects().len())),
-            ("times", json!(truth.times.len())),
-        ]),
+        Some(Ok(Some(truth))) if path.file_name().is_some_and(|n| n == "ground_truth.safetensors") => {
+            Ok(vec![
+                ("kind", json!("ground truth")),
+                ("points", json!(truth.object.len())),
+                ("objects", json!(truth.objects().len())),
+                ("times", json!(truth.times.len())),
+            ])
+        }
         _ => Err(whole).at(path),
     }
 }
@@ -152,13 +175,19 @@ fn tensors(path: &Path) -> Result<Facts> {
 fn scene(scene: &LagrangianScene) -> Facts {
     let (low, high) = scene.motion.time_range();
     let members: Vec<String> = scene.objects.iter().map(|o| o.members.len().to_string()).collect();
-    let kinds = distinct(scene.objects.iter().map(|o| format!("{:?}/{:?}", o.system.config.potential, o.system.config.force)));
+    let kinds = distinct(
+        scene.objects.iter().map(|o| format!("{:?}/{:?}", o.system.config.potential, o.system.config.force)),
+    );
     vec![
         ("static Gaussians", json!(scene.statics.len())),
         ("moving Gaussians", json!(scene.movers.len())),
         (
             "objects",
-            json!(if members.is_empty() { "none".to_owned() } else { format!("{} ({} Gaussians)", members.len(), members.join(", ")) }),
+            json!(if members.is_empty() {
+                "none".to_owned()
+            } else {
+                format!("{} ({} Gaussians)", members.len(), members.join(", "))
+            }),
         ),
         ("potential/force", json!(kinds.join(", "))),
         ("times", json!(format!("{low} to {high}, step {}", scene.motion.dt))),
@@ -176,10 +205,17 @@ fn alignment(object: &ObjectModel) -> String {
 }
 
 fn cloud(kind: &str, cloud: &GaussianCloud) -> Facts {
-    let bounds =
-        |pick: fn(f32, f32) -> f32, start: f32| cloud.means.iter().fold([start; 3], |b, p| std::array::from_fn(|c| pick(b[c], p[c])));
-    let mean = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>() / cloud.len().max(1) as f64;
-    let mut facts = vec![("kind", json!(kind)), ("Gaussians", json!(cloud.len())), ("harmonics degree", json!(cloud.sh_degree))];
+    let bounds = |pick: fn(f32, f32) -> f32, start: f32| {
+        cloud.means.iter().fold([start; 3], |b, p| std::array::from_fn(|c| pick(b[c], p[c])))
+    };
+    let mean = |values: &mut dyn Iterator<Item = f32>| {
+        values.map(f64::from).sum::<f64>() / cloud.len().max(1) as f64
+    };
+    let mut facts = vec![
+        ("kind", json!(kind)),
+        ("Gaussians", json!(cloud.len())),
+        ("harmonics degree", json!(cloud.sh_degree)),
+    ];
     if !cloud.is_empty() {
         let point = |p: [f32; 3]| format!("{:.3} {:.3} {:.3}", p[0], p[1], p[2]);
         let (low, high) = (bounds(f32::min, f32::INFINITY), bounds(f32::max, f32::NEG_INFINITY));

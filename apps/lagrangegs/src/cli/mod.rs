@@ -1,7 +1,8 @@
 //! The command line: parse, run, report.
 //!
-//! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed and 2 for bad usage; an error
-//! is one line that ends with the path it is about (`failure.rs`). Each command has a file of its own.
+//! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed
+//! and 2 for bad usage; an error is one line that ends with the path it is about (`failure.rs`). Each command
+//! has a file of its own.
 
 mod ablation;
 mod bench;
@@ -43,7 +44,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// The whole story on a synthetic scene: make it, train on it, measure, render its future, its past and other physics
+    /// The whole story on a synthetic scene: make it, train on it, measure, render its future, its past and
+    /// other physics
     Demo(demo::Args),
     /// Write a synthetic dataset with ground truth
     Synth(synth::Args),

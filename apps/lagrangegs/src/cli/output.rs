@@ -60,14 +60,17 @@ pub(crate) fn holds_transforms(folder: &Path) -> bool {
 /// Writes an 8-bit PNG, whole or not at all.
 pub(crate) fn write_png(path: &Path, image: &Image) -> Result<()> {
     let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes).write_image(&image.to_rgb8(), image.width, image.height, ExtendedColorType::Rgb8).at(path)?;
+    PngEncoder::new(&mut bytes)
+        .write_image(&image.to_rgb8(), image.width, image.height, ExtendedColorType::Rgb8)
+        .at(path)?;
     write_atomically(path, |w| w.write_all(&bytes)).at(path)
 }
 
 /// Name of the list of files that a folder of frames holds.
 const MANIFEST: &str = "frames.json";
 
-/// Removes what an earlier call wrote into a folder of frames, so that old and new frames never mix. Other files stay.
+/// Removes what an earlier call wrote into a folder of frames, so that old and new frames never mix. Other
+/// files stay.
 pub(crate) fn remove_listed(folder: &Path) -> Result<()> {
     let path = folder.join(MANIFEST);
     let Ok(text) = std::fs::read(&path) else { return Ok(()) };
@@ -75,7 +78,9 @@ pub(crate) fn remove_listed(folder: &Path) -> Result<()> {
     let names = list["frames"].as_array().into_iter().flatten().filter_map(|frame| frame["file"].as_str());
     for name in names.map(PathBuf::from).filter(|name| name.components().count() == 1) {
         match std::fs::remove_file(folder.join(&name)) {
-            Err(e) if e.kind() != ErrorKind::NotFound => return Err(FileError::new("remove file", &folder.join(name), e).into()),
+            Err(e) if e.kind() != ErrorKind::NotFound => {
+                return Err(FileError::new("remove file", &folder.join(name), e).into());
+            }
             _ => {}
         }
     }

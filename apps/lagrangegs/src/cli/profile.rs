@@ -36,7 +36,8 @@ thread_local! {
     static OPEN: RefCell<Vec<(&'static str, Instant)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// The layer that fills a profile. Spans are synchronous here: entered and left once, on one thread, innermost first.
+/// The layer that fills a profile. Spans are synchronous here: entered and left once, on one thread,
+/// innermost first.
 pub(crate) struct ProfileLayer(Profile);
 
 impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for ProfileLayer {
@@ -62,7 +63,8 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for ProfileLayer {
 
 /// Spans of this program's own crates.
 fn own_spans(metadata: &Metadata<'_>) -> bool {
-    metadata.is_span() && (metadata.target().starts_with("lgs_") || metadata.target().starts_with("lagrangegs"))
+    metadata.is_span()
+        && (metadata.target().starts_with("lgs_") || metadata.target().starts_with("lagrangegs"))
 }
 
 impl Profile {
@@ -71,10 +73,14 @@ impl Profile {
         ProfileLayer(self.clone()).with_filter(filter_fn(own_spans))
     }
 
-    /// The tree: time, share of the parent's time, visits and time per visit; what a span does itself is listed as `(other)`.
+    /// The tree: time, share of the parent's time, visits and time per visit; what a span does itself is
+    /// listed as `(other)`.
     pub(crate) fn table(&self, wall: Duration) -> String {
         let spent = self.spent.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut out = format!("{:<48} {:>9} {:>7} {:>9} {:>11}\n", "where the time went", "seconds", "share", "count", "ms each");
+        let mut out = format!(
+            "{:<48} {:>9} {:>7} {:>9} {:>11}\n",
+            "where the time went", "seconds", "share", "count", "ms each"
+        );
         rows(&spent, &Vec::new(), wall, &mut out);
         out
     }
@@ -82,7 +88,8 @@ impl Profile {
 
 /// Appends the rows below `parent`, the most expensive first.
 fn rows(spent: &BTreeMap<Path, Spent>, parent: &Path, whole: Duration, out: &mut String) {
-    let mut children: Vec<(&Path, &Spent)> = spent.iter().filter(|(p, _)| p.len() == parent.len() + 1 && p.starts_with(parent)).collect();
+    let mut children: Vec<(&Path, &Spent)> =
+        spent.iter().filter(|(p, _)| p.len() == parent.len() + 1 && p.starts_with(parent)).collect();
     children.sort_by_key(|(_, s)| std::cmp::Reverse(s.total));
     if children.is_empty() {
         return;
@@ -118,7 +125,11 @@ mod tests {
         });
         let table = profile.table(Duration::from_secs(1));
         let lines: Vec<Vec<&str>> = table.lines().map(|l| l.split_whitespace().collect()).collect();
-        assert_eq!(lines.iter().map(|l| l[0]).collect::<Vec<_>>(), ["where", "outer", "inner", "(other)", "(other)"], "{table}");
+        assert_eq!(
+            lines.iter().map(|l| l[0]).collect::<Vec<_>>(),
+            ["where", "outer", "inner", "(other)", "(other)"],
+            "{table}"
+        );
         assert_eq!((lines[1][3], lines[2][3]), ("3", "3"));
         assert!(lines[2][1].parse::<f64>().expect("seconds") > 0.005, "{table}");
     }

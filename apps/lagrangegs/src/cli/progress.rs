@@ -1,6 +1,7 @@
 //! Progress bars and logs, both on stderr, without writing over each other.
 //!
-//! Where stderr is no terminal the bars are silent and a long task logs a line every ten seconds instead. `RUST_LOG` chooses what is logged.
+//! Where stderr is no terminal the bars are silent and a long task logs a line every ten seconds instead.
+//! `RUST_LOG` chooses what is logged.
 
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;

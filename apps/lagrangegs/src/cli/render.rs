@@ -28,10 +28,12 @@ pub(super) struct Args {
     /// Times: FROM:TO:STEP, single times, or both separated by commas; from −τ_max to 3 τ_max
     #[arg(long, allow_hyphen_values = true)]
     times: Times,
-    /// A view of the dataset by name (train/r_000) or number, `orbit` (once around), or `orbit:DEGREES` (standing still)
+    /// A view of the dataset by name (train/r_000) or number, `orbit` (once around), or `orbit:DEGREES`
+    /// (standing still)
     #[arg(long, default_value = "orbit")]
     camera: CameraChoice,
-    /// Which of the run's models to draw; the source model knows only the captured window and beyond it guesses
+    /// Which of the run's models to draw; the source model knows only the captured window and beyond it
+    /// guesses
     #[arg(long, value_enum, default_value_t = ModelName::Lagrangian)]
     model: ModelName,
     #[command(flatten)]
@@ -63,7 +65,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     args.times.check(&run.scene.motion).at(&args.run)?;
     refuse_inside_dataset(&args.out)?;
     let cameras = cameras(&run, args)?.iter().map(|camera| camera::with_width(camera, args.size)).collect();
-    let job = Job { times: args.times.0.clone(), cameras, edit: args.motion.edit(), reversal: args.motion.reversal() };
+    let job = Job {
+        times: args.times.0.clone(),
+        cameras,
+        edit: args.motion.edit(),
+        reversal: args.motion.reversal(),
+    };
     let begun = Instant::now();
     let frames = match args.model {
         ModelName::Lagrangian => job.write(&run.scene, &args.out)?,
@@ -71,12 +78,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
             if args.motion.edit() != Edit::default() {
                 bail!("the source model has no physics to scale; leave out the scales or `--model source`");
             }
-            let source = run.source()?.with_context(|| format!("the run has no source model: {}", args.run.display()))?;
+            let source = run
+                .source()?
+                .with_context(|| format!("the run has no source model: {}", args.run.display()))?;
             job.write_clouds(|time| source.cloud_at(time), run.scene.background, &args.out)?
         }
     };
     let rate = frames.len() as f64 / begun.elapsed().as_secs_f64().max(1e-9);
-    output::print(&format!("{} images, {rate:.0} per second with rollout and writing, {}\n", frames.len(), args.out.display()))
+    output::print(&format!(
+        "{} images, {rate:.0} per second with rollout and writing, {}\n",
+        frames.len(),
+        args.out.display()
+    ))
 }
 
 /// One camera per time.
@@ -85,7 +98,9 @@ fn cameras(run: &Run, args: &Args) -> Result<Vec<Camera>> {
     let count = args.times.0.len();
     match &args.camera {
         CameraChoice::Orbit(azimuth) => Ok(orbit(run)?.cameras(*azimuth, count)),
-        CameraChoice::Named(name) => Ok(vec![named(run, name, &known, args.data.as_deref()).at(&args.run)?; count]),
+        CameraChoice::Named(name) => {
+            Ok(vec![named(run, name, &known, args.data.as_deref()).at(&args.run)?; count])
+        }
     }
 }
 
@@ -107,7 +122,8 @@ fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>)
     // Reading the split of the name's first part alone saves decoding all the others.
     let split = name.split('/').next().filter(|split| root.join(format!("transforms_{split}.json")).exists());
     let dataset = load_dataset(&root, &load_options(&run.config, split.map(|s| vec![s.to_owned()])))?;
-    let all: Vec<(String, Camera)> = dataset.splits.values().flatten().map(|f| (f.name.clone(), f.camera)).collect();
+    let all: Vec<(String, Camera)> =
+        dataset.splits.values().flatten().map(|f| (f.name.clone(), f.camera)).collect();
     match camera::find(name, &all).filter(|_| name.parse::<usize>().is_err()) {
         Some(camera) => Ok(camera),
         None => camera::unknown(name, if known.is_empty() { &all } else { known }),
@@ -123,15 +139,20 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Renders all frames of a Lagrangian scene and writes each as it is done, then the list of frames and a contact sheet; returns the
-    /// images. States are cached, so that the frames cost one rollout.
+    /// Renders all frames of a Lagrangian scene and writes each as it is done, then the list of frames and a
+    /// contact sheet; returns the images. States are cached, so that the frames cost one rollout.
     pub(super) fn write(&self, scene: &LagrangianScene, out: &Path) -> Result<Vec<Image>> {
         let mut motion = Motion::new(scene, self.edit, self.reversal);
         self.write_clouds(|time| scene.cloud_at(&motion.state_at(time)), scene.background, out)
     }
 
     /// The same of anything that has a cloud at every time.
-    fn write_clouds(&self, cloud_at: impl FnMut(f32) -> GaussianCloud, background: [f32; 3], out: &Path) -> Result<Vec<Image>> {
+    fn write_clouds(
+        &self,
+        cloud_at: impl FnMut(f32) -> GaussianCloud,
+        background: [f32; 3],
+        out: &Path,
+    ) -> Result<Vec<Image>> {
         prepare_folder(out)?;
         remove_listed(out)?;
         let images = sweep(cloud_at, &self.times, "rendering", |index, cloud| {
@@ -145,7 +166,8 @@ impl Job {
     }
 
     fn list(&self) -> serde_json::Value {
-        let frame = |(index, &time): (usize, &f32)| json!({"file": file_name(index, time, "png"), "time": time});
+        let frame =
+            |(index, &time): (usize, &f32)| json!({"file": file_name(index, time, "png"), "time": time});
         json!({
             "velocity_scale": self.edit.velocity_scale,
             "potential_scale": self.edit.potential_scale,
@@ -158,7 +180,10 @@ impl Job {
     fn sheet(&self, images: &[Image]) -> Image {
         let chosen = evenly(images.len(), SHEET_COLUMNS);
         let labels: Vec<String> = chosen.iter().map(|&i| time_label(self.times[i])).collect();
-        contact_sheet(&labels, &[Row { title: String::new(), frames: chosen.iter().map(|&i| images[i].clone()).collect() }])
+        contact_sheet(
+            &labels,
+            &[Row { title: String::new(), frames: chosen.iter().map(|&i| images[i].clone()).collect() }],
+        )
     }
 }
 

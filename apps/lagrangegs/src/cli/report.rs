@@ -30,14 +30,28 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bail!("the run has not been evaluated; call `lagrangegs eval` first: {}", args.run.display());
     };
     // Only a dataset that is named has to be there.
-    let root = run.dataset_path(args.data.as_deref()).ok().flatten().filter(|root| args.data.is_some() || root.is_dir());
-    let dataset = root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, None))).transpose()?;
+    let root = run
+        .dataset_path(args.data.as_deref())
+        .ok()
+        .flatten()
+        .filter(|root| args.data.is_some() || root.is_dir());
+    let dataset =
+        root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, None))).transpose()?;
     let truth = root.as_ref().map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
     let source = run.source()?;
-    let subject = Subject { scene: &run.scene, source: source.as_deref(), dataset: dataset.as_ref(), truth: truth.as_ref() };
+    let subject = Subject {
+        scene: &run.scene,
+        source: source.as_deref(),
+        dataset: dataset.as_ref(),
+        truth: truth.as_ref(),
+    };
     write_report(&run, &subject, &metrics)?;
     let root = run.folder.root();
-    output::print(&format!("report   {}\nfigures  {}\n", root.join("report.html").display(), root.join(FIGURES).display()))
+    output::print(&format!(
+        "report   {}\nfigures  {}\n",
+        root.join("report.html").display(),
+        root.join(FIGURES).display()
+    ))
 }
 
 /// Writes a run's figures and `report.html`.
@@ -62,13 +76,15 @@ pub(super) fn write_report(run: &Run, subject: &Subject<'_>, metrics: &Metrics) 
     Ok(())
 }
 
-/// PSNR by step of every stage that renders, from the run's events; a line that a crash cut short is left out.
+/// PSNR by step of every stage that renders, from the run's events; a line that a crash cut short is left
+/// out.
 fn training_curves(run: &Run) -> Vec<Curve> {
     let text = std::fs::read_to_string(run.folder.events_path()).unwrap_or_default();
     let events: Vec<Event> = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
     let curve = |stage: Stage| {
         let own = events.iter().filter(|event| event.stage == stage.name());
-        let points = own.filter_map(|event| event.psnr.map(|psnr| (event.step as f64, f64::from(psnr)))).collect();
+        let points =
+            own.filter_map(|event| event.psnr.map(|psnr| (event.step as f64, f64::from(psnr)))).collect();
         Curve { stage: stage.name().to_owned(), points }
     };
     Stage::ALL.into_iter().map(curve).filter(|curve| !curve.points.is_empty()).collect()

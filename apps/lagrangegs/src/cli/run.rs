@@ -76,7 +76,8 @@ pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
 }
 
-/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH (FINGERPRINT)`, or `# dataset: none`.
+/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH
+/// (FINGERPRINT)`, or `# dataset: none`.
 fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
     let text = std::fs::read_to_string(config).at(config)?;
     let line = text.lines().find_map(|line| line.strip_prefix("# dataset: "));
@@ -84,15 +85,25 @@ fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
         return Ok(None);
     }
     let path = line.and_then(|line| line.rsplit_once(" (")).map(|(path, _)| PathBuf::from(path));
-    path.map(Some)
-        .with_context(|| format!("the run does not say which dataset it was trained on; name it with --data: {}", config.display()))
+    path.map(Some).with_context(|| {
+        format!(
+            "the run does not say which dataset it was trained on; name it with --data: {}",
+            config.display()
+        )
+    })
 }
 
 /// How a configuration wants images to be loaded.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
     let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);
-    LoadOptions { white_background: config.data.white_background, resolution, splits, train_before, near: config.source.near }
+    LoadOptions {
+        white_background: config.data.white_background,
+        resolution,
+        splits,
+        train_before,
+        near: config.source.near,
+    }
 }
 
 /// Loads a dataset behind a progress bar.

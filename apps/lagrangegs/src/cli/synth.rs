@@ -59,6 +59,7 @@ pub(super) fn make(scene: &str, options: &SynthOptions, out: &Path) -> Result<()
 }
 
 fn list() -> Result<()> {
-    let rows: Vec<Vec<String>> = scenes().iter().map(|info| vec![info.name.to_owned(), info.description.to_owned()]).collect();
+    let rows: Vec<Vec<String>> =
+        scenes().iter().map(|info| vec![info.name.to_owned(), info.description.to_owned()]).collect();
     output::print(&aligned(&rows, &[false, false]))
 }

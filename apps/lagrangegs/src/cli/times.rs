@@ -61,7 +61,8 @@ impl Times {
     /// Refuses times that the scene does not allow, naming the range.
     pub(crate) fn check(&self, motion: &MotionConfig) -> Result<()> {
         let (low, high) = motion.time_range();
-        if let Some(time) = self.0.iter().find(|&&t| t < low - LIMIT_TOLERANCE || t > high + LIMIT_TOLERANCE) {
+        if let Some(time) = self.0.iter().find(|&&t| t < low - LIMIT_TOLERANCE || t > high + LIMIT_TOLERANCE)
+        {
             bail!("time {time} is outside what the scene allows, {low} to {high}");
         }
         Ok(())
@@ -87,7 +88,9 @@ mod tests {
 
     #[test]
     fn what_is_no_time_is_refused() {
-        for text in ["", "a", "0:1", "0:1:0", "1:0:0.1", "0:1:-0.1", "0:1:1e-9", "nan", "inf", "0:1:0.1:2", "0,,1"] {
+        for text in
+            ["", "a", "0:1", "0:1:0", "1:0:0.1", "0:1:-0.1", "0:1:1e-9", "nan", "inf", "0:1:0.1:2", "0,,1"]
+        {
             assert!(text.parse::<Times>().is_err(), "{text}");
         }
     }

@@ -35,8 +35,9 @@ pub(super) struct Args {
     /// Model that learns the motion from the images [default: defgs]
     #[arg(long, value_enum, value_name = "SOURCE")]
     source: Option<Source>,
-    /// Take the source model from here instead of training it: a folder of .ply frames, a .safetensors of trajectories, or an output folder
-    /// of the DefGS authors' program; without a dataset, stage 1 is all that is done
+    /// Take the source model from here instead of training it: a folder of .ply frames, a .safetensors of
+    /// trajectories, or an output folder of the DefGS authors' program; without a dataset, stage 1 is all
+    /// that is done
     #[arg(long, value_name = "PATH")]
     import: Option<PathBuf>,
     /// Defaults to start from [default: quick]
@@ -110,7 +111,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     // Both choices mean the processor until a build has something faster.
     tracing::debug!(device = ?args.device, "computing on the processor");
     refuse_inside_dataset(&args.out)?;
-    let request = Request { data: args.paths().0, out: &args.out, config: resolve(args)?, resume: args.resume, source_from: None };
+    let request = Request {
+        data: args.paths().0,
+        out: &args.out,
+        config: resolve(args)?,
+        resume: args.resume,
+        source_from: None,
+    };
     train(&request)?;
     output::print(&format!("{}\n", args.out.display()))
 }
@@ -149,14 +156,18 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
     sets.extend(args.ablations.settings());
     sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));
-    let asked = || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
+    let asked =
+        || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
     if !args.resume {
         return asked();
     }
     let (_, own) = RunFolder::open(&args.out).at(&args.out).context("there is no run to resume")?;
     let any = args.preset.is_some() || args.config.is_some() || !sets.is_empty();
     if any && asked()?.hash() != own.hash() {
-        bail!("the run was begun with another configuration; leave the settings out to resume it: {}", args.out.display());
+        bail!(
+            "the run was begun with another configuration; leave the settings out to resume it: {}",
+            args.out.display()
+        );
     }
     Ok(own)
 }
@@ -179,7 +190,8 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     let dataset = training_images(request)?;
     if !request.config.source.import.is_empty() {
         // Before a folder is made for the run; training reads it again.
-        imported_source(&request.config, request.data.is_some()).at(Path::new(&request.config.source.import))?;
+        imported_source(&request.config, request.data.is_some())
+            .at(Path::new(&request.config.source.import))?;
     }
     let folder = if request.resume {
         RunFolder::open(request.out).at(request.out)?.0
@@ -239,7 +251,12 @@ impl Running {
     }
 }
 
-fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig, cost: &mut Cost) -> Result<Trained, TrainError> {
+fn with_bars(
+    folder: &RunFolder,
+    dataset: &Dataset,
+    config: &TrainConfig,
+    cost: &mut Cost,
+) -> Result<Trained, TrainError> {
     let stop = stop_flag();
     let mut current: Option<Running> = None;
     let mut progress = |p: Progress| {
@@ -252,7 +269,8 @@ fn with_bars(folder: &RunFolder, dataset: &Dataset, config: &TrainConfig, cost: 
             running.task.set(p.step as u64, p.steps as u64, || message(&p));
         }
     };
-    let trained = lgs_train::train(folder, dataset, config, &mut Control { stop: &stop, progress: &mut progress });
+    let trained =
+        lgs_train::train(folder, dataset, config, &mut Control { stop: &stop, progress: &mut progress });
     current.into_iter().for_each(|running| running.end(cost));
     trained
 }

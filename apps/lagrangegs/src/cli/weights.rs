@@ -26,7 +26,8 @@ pub(super) struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Import PyTorch checkpoints: torchvision's VGG-16 or AlexNet, LPIPS 0.1 linear weights (vgg.pth, alex.pth)
+    /// Import PyTorch checkpoints: torchvision's VGG-16 or AlexNet, LPIPS 0.1 linear weights (vgg.pth,
+    /// alex.pth)
     Import {
         /// The files, in any order
         #[arg(required = true, value_name = "FILE")]
@@ -41,7 +42,8 @@ enum Action {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    let store = store().context("there is no home folder; name a folder for weights in LAGRANGEGS_WEIGHTS")?;
+    let store =
+        store().context("there is no home folder; name a folder for weights in LAGRANGEGS_WEIGHTS")?;
     match &args.action {
         Action::Import { files } => {
             let import = |path: &PathBuf| store.import(path).at(path);
@@ -52,17 +54,22 @@ pub(super) fn run(args: &Args) -> Result<()> {
                     origin.file
                 ));
             }
-            output::print(&aligned(&origins.iter().map(|origin| row(origin.kind, Some(origin))).collect::<Vec<_>>(), &[false; 4]))
+            output::print(&aligned(
+                &origins.iter().map(|origin| row(origin.kind, Some(origin))).collect::<Vec<_>>(),
+                &[false; 4],
+            ))
         }
         Action::List { json } => list(&store, *json),
     }
 }
 
 fn list(store: &WeightStore, as_json: bool) -> Result<()> {
-    let load = |kind: WeightKind| Ok((kind, store.load(kind).at(store.folder())?.map(|weights| weights.origin)));
+    let load =
+        |kind: WeightKind| Ok((kind, store.load(kind).at(store.folder())?.map(|weights| weights.origin)));
     let stored = WeightKind::ALL.into_iter().map(load).collect::<Result<Vec<_>>>()?;
     if as_json {
-        let files: serde_json::Map<_, _> = stored.iter().map(|(kind, origin)| (kind.name().to_owned(), json!(origin))).collect();
+        let files: serde_json::Map<_, _> =
+            stored.iter().map(|(kind, origin)| (kind.name().to_owned(), json!(origin))).collect();
         return output::print_json(&json!({ "folder": store.folder(), "files": files }));
     }
     let rows: Vec<Vec<String>> = stored.iter().map(|(kind, origin)| row(*kind, origin.as_ref())).collect();
@@ -72,7 +79,11 @@ fn list(store: &WeightStore, as_json: bool) -> Result<()> {
 fn row(kind: WeightKind, origin: Option<&Origin>) -> Vec<String> {
     let Some(origin) = origin else {
         let wanted: Vec<&str> = kind.published().iter().map(|(_, name)| *name).collect();
-        return vec![kind.name().to_owned(), "missing".to_owned(), format!("wanted: {}", wanted.join(" or "))];
+        return vec![
+            kind.name().to_owned(),
+            "missing".to_owned(),
+            format!("wanted: {}", wanted.join(" or ")),
+        ];
     };
     vec![
         kind.name().to_owned(),

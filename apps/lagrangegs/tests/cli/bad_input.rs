@@ -11,7 +11,10 @@ fn times_outside_the_scene_are_refused_before_anything_is_written() {
     let out = dir.path().join("out");
     for command in ["render", "export"] {
         for times in ["2.3", "-0.76", "0:3:0.5", "0,9"] {
-            let done = call(&format!("{command} {{run}} --times {times} --out {{out}}"), &[("run", &run), ("out", &out)]);
+            let done = call(
+                &format!("{command} {{run}} --times {times} --out {{out}}"),
+                &[("run", &run), ("out", &out)],
+            );
             done.fails(&run, &["-0.75 to 2.25"]);
             assert!(!out.exists(), "{command} {times}");
         }
@@ -35,10 +38,14 @@ fn a_dataset_is_never_written_into() {
     let run = falling_run(dir.path(), &data);
     let before = files(&data);
     let inside = data.join("deep/out");
-    for command in
-        ["render {run} --times 0 --out {out}", "export {run} --times 0 --out {out}", "train {data} --out {out}", "demo --out {out}"]
-    {
-        call(command, &[("run", &run), ("out", &inside), ("data", &data)]).fails(&inside, &["inside a dataset"]);
+    for command in [
+        "render {run} --times 0 --out {out}",
+        "export {run} --times 0 --out {out}",
+        "train {data} --out {out}",
+        "demo --out {out}",
+    ] {
+        call(command, &[("run", &run), ("out", &inside), ("data", &data)])
+            .fails(&inside, &["inside a dataset"]);
     }
     assert_eq!(files(&data), before);
 }
@@ -48,7 +55,8 @@ fn video_files_are_declined_clearly() {
     let dir = folder();
     let run = falling_run(dir.path(), dir.path());
     let out = dir.path().join("film.mp4");
-    call("render {run} --times 0 --out {out}", &[("run", &run), ("out", &out)]).fails(&out, &["not supported yet"]);
+    call("render {run} --times 0 --out {out}", &[("run", &run), ("out", &out)])
+        .fails(&out, &["not supported yet"]);
     assert!(!out.exists());
 }
 
@@ -61,7 +69,8 @@ fn a_scene_cut_anywhere_is_damaged() {
     let out = dir.path().join("out");
     for length in [0, 4, 8, whole.len() / 3, whole.len() - 1] {
         std::fs::write(&scene, &whole[..length]).expect("cut");
-        call("render {run} --times 0 --out {out}", &[("run", &run), ("out", &out)]).fails(&scene, &["damaged"]);
+        call("render {run} --times 0 --out {out}", &[("run", &run), ("out", &out)])
+            .fails(&scene, &["damaged"]);
     }
     assert!(!out.exists());
 }

@@ -27,16 +27,21 @@ fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
     let paths: [(&str, &Path); 2] = [("s", &suite), ("out", &out)];
     let cells = out.join("cells/falling-ball/defgs");
     let (full, ablated) = (cells.join("full/seed-0"), cells.join("without-stage-3/seed-0"));
-    call("bench {s} --out {out} --cell 1", &paths).fails(&ablated, &["source of cell 0", "falling-ball/defgs/full/seed-0"]);
+    call("bench {s} --out {out} --cell 1", &paths)
+        .fails(&ablated, &["source of cell 0", "falling-ball/defgs/full/seed-0"]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
-    let command = command.arg("bench").arg(&suite).arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
+    let command =
+        command.arg("bench").arg(&suite).arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().expect("the program starts");
     let begun = Instant::now();
-    while begun.elapsed() < Duration::from_secs(60) && std::fs::metadata(full.join("events.jsonl")).map_or(0, |m| m.len()) == 0 {
+    while begun.elapsed() < Duration::from_secs(60)
+        && std::fs::metadata(full.join("events.jsonl")).map_or(0, |m| m.len()) == 0
+    {
         std::thread::sleep(Duration::from_millis(5));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    // On a machine so fast that the suite was over before the signal there is nothing to resume, which is fine too.
+    // On a machine so fast that the suite was over before the signal there is nothing to resume, which is
+    // fine too.
     let code = child.wait().expect("the program ends").code();
     assert!(code == Some(1) || code == Some(0), "{code:?}");
 
@@ -44,16 +49,24 @@ fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
     assert!(printed.contains("### Tiny: ablations") && printed.contains("without stage 3"), "{printed}");
     let source = |run: &Path| std::fs::read(run.join("source/defgs.safetensors")).expect("source");
     assert!(source(&full) == source(&ablated));
-    assert!(files(&ablated.join("checkpoints")).iter().all(|name| !name.contains("source")), "the source was not trained again");
-    let metrics: Value = serde_json::from_slice(&std::fs::read(ablated.join("metrics.json")).expect("metrics")).expect("JSON");
+    assert!(
+        files(&ablated.join("checkpoints")).iter().all(|name| !name.contains("source")),
+        "the source was not trained again"
+    );
+    let metrics: Value =
+        serde_json::from_slice(&std::fs::read(ablated.join("metrics.json")).expect("metrics")).expect("JSON");
     assert_eq!(metrics["cost"]["stages"][0]["stage"], "source", "its cost counts");
 
     // What is done is not done again: the same tables, and no run is touched.
     let before = std::fs::metadata(full.join("metrics.json")).expect("metrics").modified().expect("time");
     assert_eq!(call("bench {s} --out {out}", &paths).ok(), printed);
-    assert_eq!(std::fs::metadata(full.join("metrics.json")).expect("metrics").modified().expect("time"), before);
+    assert_eq!(
+        std::fs::metadata(full.join("metrics.json")).expect("metrics").modified().expect("time"),
+        before
+    );
     assert_eq!(call("bench {s} --out {out} --tables", &paths).ok(), printed);
-    let document: Value = serde_json::from_str(&call("bench {s} --out {out} --tables --json", &paths).ok()).expect("one JSON document");
+    let document: Value = serde_json::from_str(&call("bench {s} --out {out} --tables --json", &paths).ok())
+        .expect("one JSON document");
     assert!(document["tables"][0]["rows"][1]["entries"][0]["mean"].is_f64(), "{document}");
     for name in ["extrapolation.md", "ablations.csv", "figures.tex", "tables.md", "tables.json"] {
         assert!(out.join("tables").join(name).exists(), "{name}");
@@ -69,7 +82,11 @@ fn what_a_suite_does_not_know_is_named_with_what_is_known() {
     for (from, to, words) in [
         ("[\"falling-ball\"]", "[\"falling-bell\"]", ["unknown scene `falling-bell`", "`pendulum`"]),
         ("[\"defgs\"]", "[\"nerf\"]", ["unknown method `nerf`", "`defgs`"]),
-        ("[\"without-stage-3\"]", "[\"without-luck\"]", ["unknown variant `without-luck`", "`without-force`"]),
+        (
+            "[\"without-stage-3\"]",
+            "[\"without-luck\"]",
+            ["unknown variant `without-luck`", "`without-force`"],
+        ),
         ("seeds", "seed", ["unknown field `seed`", "`seeds`"]),
         ("source.iterations", "source.iteration", ["unknown key `source.iteration`", "warmup_iterations"]),
     ] {
@@ -89,12 +106,16 @@ fn published_suites_say_which_folder_they_want() {
     let dir = folder();
     let (data, out) = (dir.path().join("sets"), dir.path().join("out"));
     let paths: [(&str, &Path); 2] = [("data", &data), ("out", &out)];
-    call("bench nvfi-objects --data {data} --out {out}", &paths).fails(&data, &["Dynamic Object", "fallingball", "transforms_test.json"]);
+    call("bench nvfi-objects --data {data} --out {out}", &paths)
+        .fails(&data, &["Dynamic Object", "fallingball", "transforms_test.json"]);
     assert!(!out.exists());
     let listed = call("bench nvfi-indoor --list --out {out}", &paths).ok();
     assert!(listed.contains("factory/defgs/full/seed-0") && listed.contains("missing"), "{listed}");
     let suites = call("bench --list-suites", &[]).ok();
     assert_eq!(suites.lines().count(), 4, "{suites}");
     let tables = call("bench nvfi-objects --tables --out {out}", &paths).ok();
-    assert!(tables.contains("27.594") && tables.contains("n/a"), "the paper's numbers stand without any run: {tables}");
+    assert!(
+        tables.contains("27.594") && tables.contains("n/a"),
+        "the paper's numbers stand without any run: {tables}"
+    );
 }

@@ -10,7 +10,8 @@ use serde_json::Value;
 
 use crate::program::{call, falling_run, files, folder, tiny_dataset};
 
-/// Frames of a block in free fall, 25 of them in the captured window, and the run that they were exported from.
+/// Frames of a block in free fall, 25 of them in the captured window, and the run that they were exported
+/// from.
 fn frames(folder: &Path) -> (PathBuf, PathBuf) {
     let run = falling_run(folder, folder);
     let frames = folder.join("frames");
@@ -44,16 +45,24 @@ fn frames_alone_give_the_scene_that_they_came_from() {
     }
     let scene = load_scene(&run.join("lagrangian.safetensors")).expect("scene");
     assert!(spatial_order(&scene.movers.means).into_iter().eq(0..64), "the body is in spatial order");
-    let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    let metrics: Value =
+        serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
     assert!(metrics["splits"].as_object().is_some_and(serde_json::Map::is_empty), "there are no images");
     assert!((metrics["physics"]["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);
     let info = call("info {run}", &paths).ok();
     assert!(info.contains("frames, 67 Gaussians"), "{info}");
     let again = dir.path().join("again");
-    call("export {run} --model source --times 0:0.72:0.03 --out {again}", &[("run", &run), ("again", &again)]).ok();
+    call(
+        "export {run} --model source --times 0:0.72:0.03 --out {again}",
+        &[("run", &run), ("again", &again)],
+    )
+    .ok();
     assert_eq!(files(&again), files(&frames));
     let name = &files(&frames)[7];
-    assert_eq!(read_ply(&again.join(name)).expect("ply").means, read_ply(&frames.join(name)).expect("ply").means);
+    assert_eq!(
+        read_ply(&again.join(name)).expect("ply").means,
+        read_ply(&frames.join(name)).expect("ply").means
+    );
 }
 
 #[test]
@@ -65,7 +74,8 @@ fn with_a_dataset_all_stages_run_and_only_times_with_frames_are_scored() {
     let paths: [(&str, &Path); 3] = [("frames", &frames), ("run", &run), ("data", &data)];
     let few = "--set settle_gaussians.iterations=2 --set tune_dynamics.iterations=2 --set tune_gaussians.iterations=2";
     call(&format!("train {{data}} --source frames --import {{frames}} --out {{run}} {few}"), &paths).ok();
-    let metrics: Value = serde_json::from_str(&call("eval {run} --split val,test --json", &paths).ok()).expect("one JSON document");
+    let metrics: Value = serde_json::from_str(&call("eval {run} --split val,test --json", &paths).ok())
+        .expect("one JSON document");
     let score = |split: &str, model: &str| metrics["splits"][split][model].clone();
     assert!(score("test", "source").is_null(), "the frames end before");
     assert!(score("test", "lagrangian")["psnr"].is_f64() && score("val", "lagrangian")["psnr"].is_f64());
@@ -77,7 +87,8 @@ fn frames_that_do_not_fit_are_refused_before_a_run_is_made() {
     let (frames, _) = frames(dir.path());
     let out = dir.path().join("out");
     let refused = |path: &Path, words: &[&str]| {
-        call("train --source frames {frames} --out {out}", &[("frames", &frames), ("out", &out)]).fails(path, words);
+        call("train --source frames {frames} --out {out}", &[("frames", &frames), ("out", &out)])
+            .fails(path, words);
         assert!(!out.exists());
     };
     let list = frames.join("frames.json");
@@ -120,6 +131,10 @@ fn official_models_are_refused_with_what_is_wrong_with_them() {
     let call_of = CheckpointEntry::Call("posix", "system", "touch executed");
     std::fs::write(&file, checkpoint(&[("linear.0.weight", call_of)])).expect("write");
     refused(&file, &["`linear.0.weight`", "`posix.system`, which is not run"]);
-    std::fs::write(&file, &checkpoint(&[("linear.0.weight", CheckpointEntry::Tensor(&[2, 84], &[0.0; 168]))])[..90]).expect("write");
+    std::fs::write(
+        &file,
+        &checkpoint(&[("linear.0.weight", CheckpointEntry::Tensor(&[2, 84], &[0.0; 168]))])[..90],
+    )
+    .expect("write");
     refused(&file, &["can't read the PyTorch checkpoint"]);
 }

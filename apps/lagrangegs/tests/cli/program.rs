@@ -25,7 +25,12 @@ pub(crate) fn lagrangegs<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> Done {
 /// Runs the program with a folder of weights.
 pub(crate) fn lagrangegs_with_weights<S: AsRef<std::ffi::OsStr>>(args: &[S], weights: &Path) -> Done {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
-    let out = command.args(args).env_remove("RUST_LOG").env("LAGRANGEGS_WEIGHTS", weights).output().expect("the program starts");
+    let out = command
+        .args(args)
+        .env_remove("RUST_LOG")
+        .env("LAGRANGEGS_WEIGHTS", weights)
+        .output()
+        .expect("the program starts");
     Done {
         code: out.status.code().expect("an exit code"),
         stdout: String::from_utf8(out.stdout).expect("stdout is text"),
@@ -37,7 +42,11 @@ pub(crate) fn lagrangegs_with_weights<S: AsRef<std::ffi::OsStr>>(args: &[S], wei
 pub(crate) fn call(line: &str, paths: &[(&str, &Path)]) -> Done {
     let words: Vec<String> = line
         .split_whitespace()
-        .map(|word| paths.iter().fold(word.to_owned(), |w, (name, path)| w.replace(&format!("{{{name}}}"), &path.display().to_string())))
+        .map(|word| {
+            paths.iter().fold(word.to_owned(), |w, (name, path)| {
+                w.replace(&format!("{{{name}}}"), &path.display().to_string())
+            })
+        })
         .collect();
     lagrangegs(&words)
 }
@@ -50,7 +59,8 @@ impl Done {
         self.stdout
     }
 
-    /// Asserts that the call failed with exit code 1, said so in one line that ends with `path` and holds all of `words`.
+    /// Asserts that the call failed with exit code 1, said so in one line that ends with `path` and holds all
+    /// of `words`.
     #[track_caller]
     pub(crate) fn fails(&self, path: &Path, words: &[&str]) {
         assert_eq!(self.code, 1, "stderr: {}", self.stderr);
@@ -98,7 +108,8 @@ pub(crate) fn falling_run(folder: &Path, dataset: &Path) -> PathBuf {
     let run = folder.join("run");
     std::fs::create_dir(&run).expect("run folder");
     let config = TrainConfig::preset(Preset::Quick).to_toml().expect("toml");
-    std::fs::write(run.join("config.toml"), format!("# dataset: {} (0)\n{config}", dataset.display())).expect("config");
+    std::fs::write(run.join("config.toml"), format!("# dataset: {} (0)\n{config}", dataset.display()))
+        .expect("config");
     save_scene(&falling_scene(), &run.join("lagrangian.safetensors")).expect("scene");
     run
 }
@@ -111,7 +122,12 @@ fn falling_scene() -> LagrangianScene {
         statics: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
         velocities: vec![[0.0; 3]; means.len()],
         movers: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
-        objects: vec![ObjectModel { system, members: 0..64, supports, velocity_policy: VelocityPolicy::Keep }],
+        objects: vec![ObjectModel {
+            system,
+            members: 0..64,
+            supports,
+            velocity_policy: VelocityPolicy::Keep,
+        }],
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
     }
@@ -120,7 +136,8 @@ fn falling_scene() -> LagrangianScene {
 /// Names of the files in a folder, sorted.
 pub(crate) fn files(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
-    let mut names: Vec<String> = entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect();
+    let mut names: Vec<String> =
+        entries.map(|e| e.expect("entry").file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     names
 }

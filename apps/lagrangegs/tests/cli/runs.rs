@@ -24,12 +24,17 @@ fn metrics_follow_the_schema_and_are_kept_in_the_run() {
     let physics = &metrics["physics"];
     let negated = physics["cycle_error"]["negated_step"].as_f64().expect("cycle error");
     assert!((negated - 0.0263).abs() < 0.001, "{negated}");
-    assert!(physics["cycle_error"]["exact"].is_f64() && physics["extent_ratio_max"].is_f64() && physics["energy_drift"].is_f64());
+    assert!(
+        physics["cycle_error"]["exact"].is_f64()
+            && physics["extent_ratio_max"].is_f64()
+            && physics["energy_drift"].is_f64()
+    );
     assert!((physics["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);
     assert!(physics["trajectory_error"]["2.25"].is_f64() && physics["trajectory_error"]["-0.75"].is_f64());
     assert!(physics["potential"].is_object(), "the truth has gravity");
     assert!(metrics["cost"]["train_secs"].is_null(), "nothing was trained");
-    let kept: Value = serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics.json")).expect("JSON");
+    let kept: Value = serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics.json"))
+        .expect("JSON");
     assert_eq!(kept["splits"], metrics["splits"]);
 }
 
@@ -41,19 +46,31 @@ fn a_report_needs_metrics_and_stands_alone_after_them() {
     call("report {run}", &[("run", &run)]).fails(&run, &["has not been evaluated", "eval"]);
     call("eval {run}", &[("run", &run)]).ok();
     let names = files(&run.join("figures"));
-    for name in ["psnr", "trajectories", "potential", "beta-sweep", "time-reversal", "extrapolation", "partition"] {
-        assert!(names.contains(&format!("{name}.svg")) && names.contains(&format!("{name}.png")), "{name}: {names:?}");
+    for name in
+        ["psnr", "trajectories", "potential", "beta-sweep", "time-reversal", "extrapolation", "partition"]
+    {
+        assert!(
+            names.contains(&format!("{name}.svg")) && names.contains(&format!("{name}.png")),
+            "{name}: {names:?}"
+        );
     }
     let page = std::fs::read(run.join("report.html")).expect("page");
     std::fs::remove_file(run.join("report.html")).expect("remove");
     let stdout = call("report {run}", &[("run", &run)]).ok();
     assert!(stdout.contains("report.html"), "{stdout}");
-    assert_eq!(std::fs::read(run.join("report.html")).expect("page"), page, "the same page from the metrics alone");
+    assert_eq!(
+        std::fs::read(run.join("report.html")).expect("page"),
+        page,
+        "the same page from the metrics alone"
+    );
     // Without its dataset the run still has what its own scene shows.
     std::fs::remove_dir_all(&data).expect("remove");
     call("report {run}", &[("run", &run)]).ok();
     let names = files(&run.join("figures"));
-    assert!(names.contains(&"potential.png".to_owned()) && !names.contains(&"extrapolation.png".to_owned()), "{names:?}");
+    assert!(
+        names.contains(&"potential.png".to_owned()) && !names.contains(&"extrapolation.png".to_owned()),
+        "{names:?}"
+    );
     std::fs::write(run.join("metrics.json"), "[]").expect("damage");
     call("report {run}", &[("run", &run)]).fails(&run.join("metrics.json"), &["damaged"]);
 }
@@ -84,8 +101,12 @@ fn frames_come_one_per_time_with_a_sheet() {
     // A second, shorter call leaves no frame of the first one, and no file of the user's goes.
     std::fs::write(out.join("notes.txt"), "mine").expect("write");
     call("render {run} --times=0.5,1 --camera orbit:30 --potential-scale 0.25 --velocity-scale -1 --out {out} --size 40", &paths).ok();
-    assert_eq!(files(&out), ["0000_t+0.5000.png", "0001_t+1.0000.png", "frames.json", "notes.txt", "sheet.png"]);
-    let list: Value = serde_json::from_slice(&std::fs::read(out.join("frames.json")).expect("list")).expect("JSON");
+    assert_eq!(
+        files(&out),
+        ["0000_t+0.5000.png", "0001_t+1.0000.png", "frames.json", "notes.txt", "sheet.png"]
+    );
+    let list: Value =
+        serde_json::from_slice(&std::fs::read(out.join("frames.json")).expect("list")).expect("JSON");
     assert_eq!(list["potential_scale"], 0.25);
 }
 
@@ -95,11 +116,16 @@ fn a_view_of_the_dataset_is_found_by_its_name() {
     let data = tiny_dataset(dir.path());
     let run = falling_run(dir.path(), &data);
     let out = dir.path().join("out");
-    let transforms: Value = serde_json::from_slice(&std::fs::read(data.join("transforms_val.json")).expect("transforms")).expect("JSON");
-    let name = transforms["frames"][0]["file_path"].as_str().expect("file_path").trim_start_matches("./").to_owned();
-    call(&format!("render {{run}} --times 0 --camera {name} --out {{out}}"), &[("run", &run), ("out", &out)]).ok();
+    let transforms: Value =
+        serde_json::from_slice(&std::fs::read(data.join("transforms_val.json")).expect("transforms"))
+            .expect("JSON");
+    let name =
+        transforms["frames"][0]["file_path"].as_str().expect("file_path").trim_start_matches("./").to_owned();
+    call(&format!("render {{run}} --times 0 --camera {name} --out {{out}}"), &[("run", &run), ("out", &out)])
+        .ok();
     assert_eq!(image::open(out.join("0000_t+0.0000.png")).expect("a PNG").width(), 24);
-    let done = call("render {run} --times 0 --camera nowhere/r_9 --out {out}", &[("run", &run), ("out", &out)]);
+    let done =
+        call("render {run} --times 0 --camera nowhere/r_9 --out {out}", &[("run", &run), ("out", &out)]);
     done.fails(&run, &["nowhere/r_9", "orbit"]);
 }
 
@@ -111,7 +137,10 @@ fn exports_have_the_same_order_and_count_at_every_time() {
     let out = dir.path().join("out");
     call("export {run} --times 0,1 --format ply --out {out}", &[("run", &run), ("out", &out)]).ok();
     assert_eq!(files(&out), ["0000_t+0.0000.ply", "0001_t+1.0000.ply", "frames.json"]);
-    let (a, b) = (read_ply(&out.join("0000_t+0.0000.ply")).expect("ply"), read_ply(&out.join("0001_t+1.0000.ply")).expect("ply"));
+    let (a, b) = (
+        read_ply(&out.join("0000_t+0.0000.ply")).expect("ply"),
+        read_ply(&out.join("0001_t+1.0000.ply")).expect("ply"),
+    );
     assert_eq!((a.len(), b.len()), (67, 67));
     assert_eq!(a.means[..3], b.means[..3], "static Gaussians come first and stay");
     for (p, q) in a.means[3..].iter().zip(&b.means[3..]) {
@@ -126,7 +155,16 @@ fn rendering_twice_gives_the_same_bytes_for_any_number_of_threads() {
     let render = |threads: &str| {
         let out = dir.path().join(threads);
         let status = std::process::Command::new(env!("CARGO_BIN_EXE_lagrangegs"))
-            .args(["render", &run.display().to_string(), "--times", "0:2:0.5", "--size", "48", "--out", &out.display().to_string()])
+            .args([
+                "render",
+                &run.display().to_string(),
+                "--times",
+                "0:2:0.5",
+                "--size",
+                "48",
+                "--out",
+                &out.display().to_string(),
+            ])
             .env("RAYON_NUM_THREADS", threads)
             .output()
             .expect("the program starts");

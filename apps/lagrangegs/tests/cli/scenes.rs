@@ -10,8 +10,15 @@ fn a_synthetic_dataset_is_complete_and_described() {
         assert!(files(&data).iter().any(|f| f == name), "{name}");
     }
     let text = call("info {data}", &[("data", &data)]).ok();
-    assert!(text.contains("24x24") && text.contains("train:") && text.contains("long:") && text.contains("ground truth"), "{text}");
-    let json: serde_json::Value = serde_json::from_str(&call("info {data} --json", &[("data", &data)]).ok()).expect("one JSON document");
+    assert!(
+        text.contains("24x24")
+            && text.contains("train:")
+            && text.contains("long:")
+            && text.contains("ground truth"),
+        "{text}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&call("info {data} --json", &[("data", &data)]).ok())
+        .expect("one JSON document");
     assert_eq!(json["kind"], "dataset");
     let truth = data.join("ground_truth.safetensors");
     assert!(call("info {truth}", &[("truth", &truth)]).ok().contains("points"));

@@ -27,7 +27,8 @@ fn a_run_is_trained_measured_rendered_and_exported() {
     }
     assert!(std::fs::read_to_string(run.join("config.toml")).expect("config").contains("seed = 3"));
     let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
-    let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    let metrics: Value =
+        serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
     assert!(metrics["splits"]["val"]["source"]["psnr"].is_f64(), "{metrics}");
     assert!(metrics["cost"]["train_secs"].as_f64().is_some_and(|secs| secs > 0.0));
     let report = std::fs::read_to_string(run.join("report.html")).expect("report");
@@ -38,21 +39,24 @@ fn a_run_is_trained_measured_rendered_and_exported() {
     call("export {run} --times 0:1:0.5 --out {splats}", &[("run", &run), ("splats", &splats)]).ok();
     assert_eq!(files(&splats).len(), 4);
     assert!(call("info {run}", &paths).ok().contains("seed"));
-    let checkpoint = run.join("checkpoints").join(files(&run.join("checkpoints")).pop().expect("a checkpoint"));
+    let checkpoint =
+        run.join("checkpoints").join(files(&run.join("checkpoints")).pop().expect("a checkpoint"));
     assert!(call("info {c}", &[("c", &checkpoint)]).ok().contains("checkpoint"));
     // A second run does not overwrite the first; resuming a finished one changes nothing.
     train(&data, &run, "").fails(&run, &["already holds a run"]);
     let scene = std::fs::read(run.join("lagrangian.safetensors")).expect("scene");
     call("train {data} --out {run} --resume", &[("data", &data), ("run", &run)]).ok();
     assert_eq!(scene, std::fs::read(run.join("lagrangian.safetensors")).expect("scene"));
-    call("train {data} --out {run} --resume --seed 4", &[("data", &data), ("run", &run)]).fails(&run, &["another configuration"]);
+    call("train {data} --out {run} --resume --seed 4", &[("data", &data), ("run", &run)])
+        .fails(&run, &["another configuration"]);
     cut_checkpoint_is_an_error(&data, &run, &checkpoint);
 }
 
 fn cut_checkpoint_is_an_error(data: &Path, run: &Path, checkpoint: &Path) {
     let whole = std::fs::read(checkpoint).expect("bytes");
     std::fs::write(checkpoint, &whole[..whole.len() / 2]).expect("cut");
-    call("train {data} --out {run} --resume", &[("data", data), ("run", run)]).fails(checkpoint, &["damaged"]);
+    call("train {data} --out {run} --resume", &[("data", data), ("run", run)])
+        .fails(checkpoint, &["damaged"]);
     call("info {c}", &[("c", checkpoint)]).fails(checkpoint, &["damaged"]);
 }
 
@@ -68,19 +72,29 @@ fn a_run_that_was_interrupted_resumes_to_the_same_bytes() {
     train(&data, &whole, MORE).ok();
     let line = format!("train {} --out {} {TINY} {MORE}", data.display(), parts.display());
     let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
-    let mut child = command.args(line.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts");
+    let mut child = command
+        .args(line.split_whitespace())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
     let events = parts.join("events.jsonl");
     let begun = Instant::now();
-    while begun.elapsed() < Duration::from_secs(60) && std::fs::metadata(&events).map_or(0, |m| m.len()) == 0 {
+    while begun.elapsed() < Duration::from_secs(60) && std::fs::metadata(&events).map_or(0, |m| m.len()) == 0
+    {
         std::thread::sleep(Duration::from_millis(5));
     }
     let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
     let code = child.wait().expect("the program ends").code();
-    // On a machine so fast that training was over before the signal there is nothing to resume, which is fine too.
+    // On a machine so fast that training was over before the signal there is nothing to resume, which is fine
+    // too.
     assert!(code == Some(1) || !signal.success() || code == Some(0), "{code:?}");
     call("train {data} --out {run} --resume", &[("data", &data), ("run", &parts)]).ok();
     for name in ["lagrangian.safetensors", "source/defgs.safetensors", "events.jsonl"] {
-        assert!(std::fs::read(whole.join(name)).expect(name) == std::fs::read(parts.join(name)).expect(name), "{name} differs");
+        assert!(
+            std::fs::read(whole.join(name)).expect(name) == std::fs::read(parts.join(name)).expect(name),
+            "{name} differs"
+        );
     }
 }
 
@@ -92,7 +106,8 @@ fn a_velocity_field_is_a_source_like_any_other() {
     train(&data, &run, "--source freegave").ok();
     let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("out", &out)];
     call("train {data} --out {run} --source defgs --resume", &paths).fails(&run, &["another configuration"]);
-    let metrics: Value = serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    let metrics: Value =
+        serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
     assert!(metrics["splits"]["long"]["source"]["psnr"].is_f64(), "{metrics}");
     call("render {run} --times 0:1:0.5 --camera 0 --model source --out {out}", &paths).ok();
     assert_eq!(files(&out).len(), 5);
@@ -108,8 +123,11 @@ fn a_velocity_field_is_a_source_like_any_other() {
 fn settings_that_do_not_exist_are_named() {
     let dir = folder();
     let (data, run) = (dir.path().join("data"), dir.path().join("run"));
-    for (setting, word) in [("source.iteration=3", "source.iteration"), ("source.iterations=many", "source.iterations")] {
-        let done = call(&format!("train {{data}} --out {{run}} --set {setting}"), &[("data", &data), ("run", &run)]);
+    for (setting, word) in
+        [("source.iteration=3", "source.iteration"), ("source.iterations=many", "source.iterations")]
+    {
+        let done =
+            call(&format!("train {{data}} --out {{run}} --set {setting}"), &[("data", &data), ("run", &run)]);
         assert_eq!(done.code, 1, "{}", done.stderr);
         assert!(done.stderr.contains(word), "{}", done.stderr);
     }
@@ -127,7 +145,8 @@ fn runs_that_cannot_be_started_or_resumed_are_named() {
     let run = unwritable(dir.path());
     assert_eq!(train(&data, &run, "").code, 1);
     let none = dir.path().join("none");
-    call("train {data} --out {run} --resume", &[("data", &data), ("run", &none)]).fails(&none.join("config.toml"), &["no run to resume"]);
+    call("train {data} --out {run} --resume", &[("data", &data), ("run", &none)])
+        .fails(&none.join("config.toml"), &["no run to resume"]);
     assert_eq!(call("train {data} --out {run} --source magic", &[("data", &data), ("run", &none)]).code, 2);
     assert!(!none.exists());
 }
@@ -141,7 +160,8 @@ fn the_demo_tells_the_whole_story() {
         assert!(table.contains(word), "{word}: {table}");
     }
     let renders = out.join("run/renders");
-    for name in ["future", "past", "potential-0.25", "potential-2", "potential-scales.png", "comparison.png"] {
+    for name in ["future", "past", "potential-0.25", "potential-2", "potential-scales.png", "comparison.png"]
+    {
         assert!(renders.join(name).exists(), "{name}");
     }
     assert!(renders.join("future/sheet.png").exists());

@@ -6,7 +6,9 @@ use lgs_bench::memory::allocations;
 use lgs_bench::table::{Row, section};
 use lgs_bench::{REPEATS, median_secs, medians_in_turns};
 use lgs_core::spatial_order;
-use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, Supports, VelocityPolicy, align, rollout, rollout_vjp};
+use lgs_dynamics::{
+    Alignment, AlignmentVjp, RolloutSpec, State, Supports, VelocityPolicy, align, rollout, rollout_vjp,
+};
 
 const PARTICLES: usize = 50_000;
 
@@ -20,7 +22,8 @@ const STEPS: usize = 15;
 /// Members of a support.
 pub(crate) const K: usize = 20;
 
-/// Positions in spatial order, as scenes have them, the same turned a little and disturbed, and their supports.
+/// Positions in spatial order, as scenes have them, the same turned a little and disturbed, and their
+/// supports.
 pub(crate) fn case(n: usize) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Supports) {
     let points = points(n, 1.0, 1);
     case_of(spatial_order(&points).into_iter().map(|i| points[i as usize]).collect())
@@ -30,7 +33,9 @@ pub(crate) fn case(n: usize) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Supports) {
 pub(crate) fn case_of(position: Vec<[f32; 3]>) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Supports) {
     let (s, c) = 0.02_f32.sin_cos();
     let noise = points(position.len(), 1e-3, 2);
-    let turned = |(p, n): (&[f32; 3], &[f32; 3])| [c * p[0] - s * p[1] + n[0], s * p[0] + c * p[1] + n[1], p[2] + n[2]];
+    let turned = |(p, n): (&[f32; 3], &[f32; 3])| {
+        [c * p[0] - s * p[1] + n[0], s * p[0] + c * p[1] + n[1], p[2] + n[2]]
+    };
     let candidate = position.iter().zip(&noise).map(turned).collect();
     let supports = Supports::nearest(&position, K);
     (position, candidate, supports)
@@ -54,25 +59,35 @@ pub(crate) fn run(machine: &Machine) {
         .asked("≥ 25 M", rate >= 25e6)
         .print();
     let ratio = backward / forward;
-    Row::timed("alignment, backward", backward).with_ratio(format!("{ratio:.2} × forward")).asked("≤ 3 ×", ratio <= 3.0).print();
+    Row::timed("alignment, backward", backward)
+        .with_ratio(format!("{ratio:.2} × forward"))
+        .asked("≤ 3 ×", ratio <= 3.0)
+        .print();
     rollouts();
 }
 
-/// Rollouts with the velocity policy that does most, and what a step of theirs allocates beyond the three arrays of its state.
+/// Rollouts with the velocity policy that does most, and what a step of theirs allocates beyond the three
+/// arrays of its state.
 fn rollouts() {
     let (position, _, supports) = case(ROLLED);
     let (system, start) = (system(), State::at_start(position, points(ROLLED, 1.0, 2)));
     let spec = |steps| RolloutSpec::new(0.01, steps).aligned(&supports, VelocityPolicy::Rigid);
     let name = format!("rollout of {ROLLED} particles × {STEPS} steps with alignment");
-    Row::timed(format!("{name}, forward"), median_secs(REPEATS, || rollout(&system, &start, &spec(STEPS)))).print();
+    Row::timed(format!("{name}, forward"), median_secs(REPEATS, || rollout(&system, &start, &spec(STEPS))))
+        .print();
     let cotangents = cotangents(ROLLED, 2 * STEPS + 1);
-    let both = |steps| rollout_vjp(&system, &spec(steps), &rollout(&system, &start, &spec(steps)), &cotangents[..=steps]);
+    let both = |steps| {
+        rollout_vjp(&system, &spec(steps), &rollout(&system, &start, &spec(steps)), &cotangents[..=steps])
+    };
     Row::timed(format!("{name}, forward + backward"), median_secs(REPEATS, || both(STEPS))).print();
-    let beyond_states = |counted: &dyn Fn(usize) -> usize| (counted(2 * STEPS) - counted(STEPS)) as f64 / STEPS as f64 - 3.0;
+    let beyond_states =
+        |counted: &dyn Fn(usize) -> usize| (counted(2 * STEPS) - counted(STEPS)) as f64 / STEPS as f64 - 3.0;
     let forward = beyond_states(&|steps| allocations(|| rollout(&system, &start, &spec(steps))));
     let backward = beyond_states(&|steps| allocations(|| both(steps)));
     // The thread pool's queues grow by a block now and then.
     for (pass, found) in [("forward", forward), ("forward + backward", backward)] {
-        Row::figure(format!("{name}, {pass}, allocations"), format!("{found:.1} per step")).asked("< 1", found < 1.0).print();
+        Row::figure(format!("{name}, {pass}, allocations"), format!("{found:.1} per step"))
+            .asked("< 1", found < 1.0)
+            .print();
     }
 }

@@ -1,4 +1,5 @@
-//! The deformation network of DefGS, 8 layers of 256 units, at one time: forward, and forward with the gradient of every parameter.
+//! The deformation network of DefGS, 8 layers of 256 units, at one time: forward, and forward with the
+//! gradient of every parameter.
 
 use crate::dynamics::share;
 use crate::particles::points;
@@ -17,7 +18,10 @@ const TIME: f32 = 0.4;
 
 pub(crate) fn run(machine: &Machine) {
     let network = Deformation::init(DeformationConfig::paper(), InputFrame::IDENTITY, 1);
-    section(&format!("deformation network ({} layers of {} units)", network.config.depth, network.config.width));
+    section(&format!(
+        "deformation network ({} layers of {} units)",
+        network.config.depth, network.config.width
+    ));
     let [forward, both] = operations(&network.config);
     for count in COUNTS {
         let case = Case::new(&network, count);
@@ -49,7 +53,14 @@ impl<'a> Case<'a> {
 
     fn input(&self) -> DeformInput<'_> {
         let Deformation { config, frame, params } = self.network;
-        DeformInput { config, frame: *frame, params, means: &self.means, rotations: &self.rotations, time: TIME }
+        DeformInput {
+            config,
+            frame: *frame,
+            params,
+            means: &self.means,
+            rotations: &self.rotations,
+            time: TIME,
+        }
     }
 
     fn both(&self) -> Vec<f32> {
@@ -62,17 +73,21 @@ impl<'a> Case<'a> {
     fn reference(&self) {
         let device = Device::flex().autodiff();
         let (params, n) = (&self.network.params, self.means.len());
-        let params = Tensor::<1>::from_data(TensorData::new(params.clone(), [params.len()]), &device).require_grad();
-        let means = Tensor::<2>::from_data(TensorData::new(self.means.as_flattened().to_vec(), [n, 3]), &device);
-        let rotations = Tensor::<2>::from_data(TensorData::new(self.rotations.as_flattened().to_vec(), [n, 4]), &device);
+        let params =
+            Tensor::<1>::from_data(TensorData::new(params.clone(), [params.len()]), &device).require_grad();
+        let means =
+            Tensor::<2>::from_data(TensorData::new(self.means.as_flattened().to_vec(), [n, 3]), &device);
+        let rotations =
+            Tensor::<2>::from_data(TensorData::new(self.rotations.as_flattened().to_vec(), [n, 4]), &device);
         let (config, frame) = (&self.network.config, self.network.frame);
         let poses = reference::deform(ReferenceInput { config, frame, params, means, rotations, time: TIME });
         std::hint::black_box(poses.sum().backward());
     }
 }
 
-/// Multiplications and additions of the matrix products for one Gaussian: forward, and forward + backward. The columns of the time, which
-/// are the same for all Gaussians, are not counted, and the encoded position, which is a constant, has no gradient.
+/// Multiplications and additions of the matrix products for one Gaussian: forward, and forward + backward.
+/// The columns of the time, which are the same for all Gaussians, are not counted, and the encoded position,
+/// which is a constant, has no gradient.
 fn operations(config: &DeformationConfig) -> [f64; 2] {
     let layout = config.layout();
     let readers = (0..layout.layers.len()).filter(|&i| config.reads_input(i)).count();

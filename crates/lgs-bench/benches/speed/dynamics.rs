@@ -7,7 +7,10 @@ use lgs_bench::memory::peak_bytes;
 use lgs_bench::table::{Row, percent, section};
 use lgs_bench::{Beside, Panels, median_secs};
 use lgs_dynamics::tensor::RolloutCall;
-use lgs_dynamics::{Edit, ForceKind, RolloutSpec, State, System, SystemConfig, VelocityPolicy, reference, rollout, rollout_vjp};
+use lgs_dynamics::{
+    Edit, ForceKind, RolloutSpec, State, System, SystemConfig, VelocityPolicy, reference, rollout,
+    rollout_vjp,
+};
 
 const PARTICLES: usize = 8192;
 const STEPS: usize = 75;
@@ -31,7 +34,8 @@ pub(crate) fn run(machine: &Machine) {
     let both = || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents);
     let measured = Beside::measure::<Panels, _>(machine.cores, forward);
     share("rollout, forward", measured, work, Some(0.6)).print();
-    // A product of the forward pass has two in its backward pass; what is computed a second time is not counted.
+    // A product of the forward pass has two in its backward pass; what is computed a second time is not
+    // counted.
     let measured = Beside::measure::<Panels, _>(machine.cores, both);
     share("rollout, forward + backward (3 × the operations)", measured, 3.0 * work, Some(0.5)).print();
     against_reference(&system, &start, measured.secs);
@@ -43,7 +47,8 @@ pub(crate) fn run(machine: &Machine) {
     smaller_networks(machine);
 }
 
-/// Networks of fewer units and both kinds of force, forward + backward: what blocks lose when products are small.
+/// Networks of fewer units and both kinds of force, forward + backward: what blocks lose when products are
+/// small.
 fn smaller_networks(machine: &Machine) {
     let start = State::at_start(points(FEW, 1.0, 1), points(FEW, 1.0, 2));
     let (spec, cotangents) = (RolloutSpec::new(DT, STEPS), cotangents(FEW, STEPS + 1));
@@ -53,7 +58,13 @@ fn smaller_networks(machine: &Machine) {
             let both = || rollout_vjp(&system, &spec, &rollout(&system, &start, &spec), &cotangents);
             let measured = Beside::measure::<Panels, _>(machine.cores, both);
             let work = 3.0 * operations(&system.config) * (FEW * STEPS) as f64;
-            share(&format!("{FEW} particles, {hidden} units, {force:?} force, forward + backward"), measured, work, None).print();
+            share(
+                &format!("{FEW} particles, {hidden} units, {force:?} force, forward + backward"),
+                measured,
+                work,
+                None,
+            )
+            .print();
         }
     }
 }
@@ -61,8 +72,9 @@ fn smaller_networks(machine: &Machine) {
 /// A row with the operations of a second, their share of those of matrix products, and what share is asked.
 pub(crate) fn share(name: &str, Beside { secs, rate: gemm }: Beside, work: f64, asked: Option<f64>) -> Row {
     let rate = work / secs;
-    let row =
-        Row::timed(name, secs).with_rate(format!("{:.1} GFLOP/s", rate * 1e-9)).with_ratio(format!("{} of GEMM", percent(rate / gemm)));
+    let row = Row::timed(name, secs)
+        .with_rate(format!("{:.1} GFLOP/s", rate * 1e-9))
+        .with_ratio(format!("{} of GEMM", percent(rate / gemm)));
     match asked {
         Some(asked) => row.asked(format!("≥ {}", percent(asked)), rate >= asked * gemm),
         None => row,
@@ -71,12 +83,24 @@ pub(crate) fn share(name: &str, Beside { secs, rate: gemm }: Beside, work: f64, 
 
 fn against_reference(system: &System, start: &State, secs: f64) {
     let device = Device::flex().autodiff();
-    let matrix = |rows: &[[f32; 3]]| Tensor::<2>::from_data(TensorData::new(rows.as_flattened().to_vec(), [rows.len(), 3]), &device);
-    let params = Tensor::<1>::from_data(TensorData::new(system.params.clone(), [system.params.len()]), &device);
+    let matrix = |rows: &[[f32; 3]]| {
+        Tensor::<2>::from_data(TensorData::new(rows.as_flattened().to_vec(), [rows.len(), 3]), &device)
+    };
+    let params =
+        Tensor::<1>::from_data(TensorData::new(system.params.clone(), [system.params.len()]), &device);
     let (edit, velocity_policy) = (Edit::default(), VelocityPolicy::Keep);
-    let call = RolloutCall { config: system.config, dt: DT, steps: REFERENCE_STEPS, last_dt: None, edit, supports: None, velocity_policy };
+    let call = RolloutCall {
+        config: system.config,
+        dt: DT,
+        steps: REFERENCE_STEPS,
+        last_dt: None,
+        edit,
+        supports: None,
+        velocity_policy,
+    };
     let measured = median_secs(5, || {
-        let (params, q, v) = (params.clone().require_grad(), matrix(&start.q).require_grad(), matrix(&start.v).require_grad());
+        let (params, q, v) =
+            (params.clone().require_grad(), matrix(&start.q).require_grad(), matrix(&start.v).require_grad());
         reference::rollout(&params, q, v, &call).sum().backward()
     });
     let scaled = measured * (STEPS as f64 / REFERENCE_STEPS as f64);

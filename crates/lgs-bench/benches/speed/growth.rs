@@ -5,7 +5,9 @@ use crate::particles::{cotangents, points, system};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, section};
 use lgs_bench::{medians_in_turns, times_in_turn};
-use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, StateCotangents, Supports, rollout, rollout_vjp};
+use lgs_dynamics::{
+    Alignment, AlignmentVjp, RolloutSpec, State, StateCotangents, Supports, rollout, rollout_vjp,
+};
 
 pub(crate) const COUNTS: [usize; 3] = [5_000, 50_000, 500_000];
 
@@ -35,8 +37,13 @@ pub(crate) fn run(_: &Machine) {
         per_gaussian(starts.each_ref().map(|start| || drop(rollout(&system, start, &spec)))),
     );
     let pulled = starts.each_ref().map(|start| (start, cotangents(start.q.len(), STEPS + 1)));
-    let both = |start: &State, v: &[StateCotangents]| drop(rollout_vjp(&system, &spec, &rollout(&system, start, &spec), v));
-    print(&format!("rollout of {STEPS} steps, forward + backward"), per_gaussian(pulled.each_ref().map(|(start, v)| || both(start, v))));
+    let both = |start: &State, v: &[StateCotangents]| {
+        drop(rollout_vjp(&system, &spec, &rollout(&system, start, &spec), v))
+    };
+    print(
+        &format!("rollout of {STEPS} steps, forward + backward"),
+        per_gaussian(pulled.each_ref().map(|(start, v)| || both(start, v))),
+    );
 }
 
 /// An alignment, its backward pass, and what goes into them.
@@ -52,7 +59,14 @@ struct Aligned {
 impl Aligned {
     fn new((position, candidate, supports): (Vec<[f32; 3]>, Vec<[f32; 3]>, Supports)) -> Self {
         let v = points(position.len(), 1.0, 3);
-        Self { position, candidate, supports, v, aligned: Alignment::default(), pulled: AlignmentVjp::default() }
+        Self {
+            position,
+            candidate,
+            supports,
+            v,
+            aligned: Alignment::default(),
+            pulled: AlignmentVjp::default(),
+        }
     }
 
     fn forward(&mut self) {
@@ -64,9 +78,10 @@ impl Aligned {
     }
 }
 
-/// Median seconds per Gaussian of the runs for each count, which take turns. A measurement repeats a run for a tenth of a second at least:
-/// where other work takes the processor now and then, it does so within the measurements of every count, and not of the largest alone. Threads
-/// are woken once per measurement, as by a rollout.
+/// Median seconds per Gaussian of the runs for each count, which take turns. A measurement repeats a run for
+/// a tenth of a second at least: where other work takes the processor now and then, it does so within the
+/// measurements of every count, and not of the largest alone. Threads are woken once per measurement, as by a
+/// rollout.
 pub(crate) fn per_gaussian<F: FnMut() + Send>(runs: [F; 3]) -> [f64; 3] {
     let mut repeated = runs.map(|mut run| {
         let times = times_in_turn(0.1, &mut run);
@@ -79,8 +94,12 @@ pub(crate) fn per_gaussian<F: FnMut() + Send>(runs: [F; 3]) -> [f64; 3] {
 
 /// Prints the times per Gaussian of every count.
 pub(crate) fn print(name: &str, secs: [f64; 3]) {
-    let spread = secs.iter().copied().fold(0.0, f64::max) / secs.iter().copied().fold(f64::INFINITY, f64::min);
-    Row::figure(name, times(secs)).with_ratio(format!("{spread:.2} × between them")).asked("≤ 1.25 ×", spread <= FLAT).print();
+    let spread =
+        secs.iter().copied().fold(0.0, f64::max) / secs.iter().copied().fold(f64::INFINITY, f64::min);
+    Row::figure(name, times(secs))
+        .with_ratio(format!("{spread:.2} × between them"))
+        .asked("≤ 1.25 ×", spread <= FLAT)
+        .print();
 }
 
 /// Nanoseconds per Gaussian.

@@ -12,11 +12,14 @@ const LAMBDA: f32 = 0.2;
 /// Calls of a turn, which then takes about as long as a turn of memory.
 const CALLS: usize = 20;
 
-/// Measured in turns with the memory that it is compared with: other users of a machine slow the two differently.
+/// Measured in turns with the memory that it is compared with: other users of a machine slow the two
+/// differently.
 pub(crate) fn run(machine: &Machine) {
     section(&format!("photometric loss ({EDGE}×{EDGE}; a pass reads or writes the image once)"));
     let image = |phase: usize| -> Vec<[f32; 3]> {
-        (0..EDGE * EDGE).map(|i| [0, 1, 2].map(|c| ((i * 31 + i / EDGE + c + phase) % 97) as f32 / 97.0)).collect()
+        (0..EDGE * EDGE)
+            .map(|i| [0, 1, 2].map(|c| ((i * 31 + i / EDGE + c + phase) % 97) as f32 / 97.0))
+            .collect()
     };
     let (rendered, target, mut pulled) = (image(0), image(5), PhotometricVjp::default());
     let mut triad = Triad::new(&pool(machine.cores));
@@ -30,7 +33,8 @@ pub(crate) fn run(machine: &Machine) {
         ],
     );
     let pass = size_of_val(&rendered[..]) as f64 * memory / Triad::BYTES;
-    Row::figure("memory, in turns with the loss", format!("{:.2} GB/s", Triad::BYTES / memory * 1e-9)).print();
+    Row::figure("memory, in turns with the loss", format!("{:.2} GB/s", Triad::BYTES / memory * 1e-9))
+        .print();
     let row = |name: &str, secs: f64| {
         let passes = secs / CALLS as f64 / pass;
         (passes, Row::timed(name, secs / CALLS as f64).with_ratio(format!("{passes:.1} passes")))

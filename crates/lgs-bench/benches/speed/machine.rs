@@ -13,5 +13,7 @@ pub(crate) fn print(machine: &Machine) {
 fn print_rate(name: &str, rate: PerCore, unit: &str) {
     let row = |name: String, rate: f64| Row::figure(name, format!("{:.2} {unit}", rate * 1e-9));
     row(format!("{name}, 1 core"), rate.single).print();
-    row(format!("{name}, all cores"), rate.all).with_ratio(format!("{:.2} × 1 core", rate.all / rate.single)).print();
+    row(format!("{name}, all cores"), rate.all)
+        .with_ratio(format!("{:.2} × 1 core", rate.all / rate.single))
+        .print();
 }

@@ -1,7 +1,8 @@
-//! Every hot operation as a fraction of what the machine can do, in one run: `cargo bench --workspace --bench speed`.
+//! Every hot operation as a fraction of what the machine can do, in one run: `cargo bench --workspace --bench
+//! speed`.
 //!
-//! `-- SECTION...` runs only the sections named (the machine always). Times are medians. A section is a file with one function that takes
-//! the machine's rates, measures, and prints its rows; `SECTIONS` lists them.
+//! `-- SECTION...` runs only the sections named (the machine always). Times are medians. A section is a file
+//! with one function that takes the machine's rates, measures, and prints its rows; `SECTIONS` lists them.
 
 mod alignment;
 mod deformation;

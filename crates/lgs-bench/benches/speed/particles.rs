@@ -12,7 +12,8 @@ pub(crate) fn points(n: usize, half: f32, seed: u64) -> Vec<[f32; 3]> {
 /// The paper's networks (four layers of 128) with a last layer that is not zero.
 pub(crate) fn system() -> System {
     let mut system = System::init(SystemConfig::paper(), 1);
-    let last = system.layout().into_iter().find(|entry| entry.name == "force.3.weight").expect("a force network");
+    let last =
+        system.layout().into_iter().find(|entry| entry.name == "force.3.weight").expect("a force network");
     for (i, value) in system.params[last.range].iter_mut().enumerate() {
         *value = ((i * 37 % 101) as f32 / 101.0 - 0.5) * 0.1;
     }
@@ -24,8 +25,8 @@ pub(crate) fn cotangents(n: usize, states: usize) -> Vec<StateCotangents> {
     vec![StateCotangents { q: points(n, 1.0, 3), ..StateCotangents::default() }; states]
 }
 
-/// Multiplications and additions of one acceleration of one particle: two passes through U and one through Q (reference §8.3), their matrix
-/// products only.
+/// Multiplications and additions of one acceleration of one particle: two passes through U and one through Q
+/// (reference §8.3), their matrix products only.
 pub(crate) fn operations(config: &SystemConfig) -> f64 {
     let h = config.hidden;
     let between = (config.hidden_layers - 1) * h * h;

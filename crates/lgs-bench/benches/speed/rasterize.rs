@@ -1,4 +1,5 @@
-//! The rasterizer: a scene as training leaves it, its growth at fixed coverage, and what a second core brings.
+//! The rasterizer: a scene as training leaves it, its growth at fixed coverage, and what a second core
+//! brings.
 
 use crate::growth::{COUNTS, per_gaussian, print, times};
 use crate::second_core::compare;
@@ -13,7 +14,8 @@ use std::sync::Mutex;
 const GAUSSIANS: usize = 50_000;
 const BACKGROUND: [f32; 3] = [1.0; 3];
 
-/// A scene, its camera, cotangents of the image, and the arrays of the results, which are kept from call to call.
+/// A scene, its camera, cotangents of the image, and the arrays of the results, which are kept from call to
+/// call.
 struct Case {
     cloud: GaussianCloud,
     camera: Camera,
@@ -26,7 +28,8 @@ impl Case {
     fn new(count: usize, cloud: GaussianCloud) -> Self {
         let camera = camera(count);
         let pixels = camera.pixels();
-        let v_image = (0..pixels).map(|i| [0, 1, 2].map(|c| ((7 * i + c) % 11) as f32 / 11.0 - 0.4)).collect();
+        let v_image =
+            (0..pixels).map(|i| [0, 1, 2].map(|c| ((7 * i + c) % 11) as f32 / 11.0 - 0.4)).collect();
         Self { cloud, camera, v_image, v_transmittance: vec![0.1; pixels], kept: Mutex::default() }
     }
 
@@ -38,7 +41,14 @@ impl Case {
     fn both(&self) {
         self.forward();
         let (drawn, pulled) = &mut *self.kept.lock().expect("no panic before");
-        pulled.update(&Splats::from(&self.cloud), &self.camera, BACKGROUND, drawn, &self.v_image, &self.v_transmittance);
+        pulled.update(
+            &Splats::from(&self.cloud),
+            &self.camera,
+            BACKGROUND,
+            drawn,
+            &self.v_image,
+            &self.v_transmittance,
+        );
     }
 
     /// Forward and backward with results in arrays of their own.
@@ -51,7 +61,10 @@ impl Case {
 
 pub(crate) fn run(machine: &Machine) {
     let case = Case::new(GAUSSIANS, trained_scene(GAUSSIANS));
-    section(&format!("rasterize ({GAUSSIANS} Gaussians, {0}×{0} pixels, spherical harmonics of degree 3)", case.camera.width));
+    section(&format!(
+        "rasterize ({GAUSSIANS} Gaussians, {0}×{0} pixels, spherical harmonics of degree 3)",
+        case.camera.width
+    ));
     let drawn = rasterize(&Splats::from(&case.cloud), &case.camera, BACKGROUND);
     let (listed, evaluated) = (drawn.listed_pairs() as f64, drawn.evaluated_pairs() as f64);
     let Beside { secs: forward, rate } = Beside::measure::<Tile, _>(machine.cores, || case.forward());
@@ -68,7 +81,10 @@ pub(crate) fn run(machine: &Machine) {
         .print();
     let [forward, both] = medians_in_turns(REPEATS, [&mut || case.forward(), &mut || case.both()]);
     let ratio = both / forward;
-    Row::timed("rasterize, forward + backward", both).with_ratio(format!("{ratio:.2} × forward")).asked("≤ 4 ×", ratio <= 4.0).print();
+    Row::timed("rasterize, forward + backward", both)
+        .with_ratio(format!("{ratio:.2} × forward"))
+        .asked("≤ 4 ×", ratio <= 4.0)
+        .print();
     compare("rasterize, forward", 1.6, || case.forward());
     compare("rasterize, forward + backward", 1.6, || case.both());
 

@@ -1,5 +1,6 @@
-//! A cloud distributed as trained ones are: Gaussians on surfaces, flat and elongated, sized by their spacing, most of them faint, a part of
-//! them nearly opaque, and a few large faint ones away from any surface.
+//! A cloud distributed as trained ones are: Gaussians on surfaces, flat and elongated, sized by their
+//! spacing, most of them faint, a part of them nearly opaque, and a few large faint ones away from any
+//! surface.
 
 use glam::{Quat, Vec3};
 use lgs_core::{Camera, GaussianCloud, Stream, spatial_order, stream};
@@ -11,7 +12,8 @@ const FLOATERS: f32 = 0.03;
 /// Pixels for each Gaussian: 50,000 on an image of 400².
 const PIXELS_PER_GAUSSIAN: f32 = 3.2;
 
-/// Four spheres on a ground disc, `count` Gaussians with spherical harmonics up to degree 3, in spatial order as scenes keep them.
+/// Four spheres on a ground disc, `count` Gaussians with spherical harmonics up to degree 3, in spatial order
+/// as scenes keep them.
 pub(crate) fn trained_scene(count: usize) -> GaussianCloud {
     let cloud = in_no_order(count);
     let order: Vec<usize> = spatial_order(&cloud.means).into_iter().map(|i| i as usize).collect();
@@ -35,7 +37,8 @@ pub(crate) fn in_no_order(count: usize) -> GaussianCloud {
     cloud
 }
 
-/// A camera that sees the whole scene, its image scaled so that pixels and Gaussians stay in proportion: the coverage is the same for every count.
+/// A camera that sees the whole scene, its image scaled so that pixels and Gaussians stay in proportion: the
+/// coverage is the same for every count.
 pub(crate) fn camera(count: usize) -> Camera {
     let size = (count as f32 * PIXELS_PER_GAUSSIAN).sqrt().round() as u32;
     Camera::look_at([0.9, -3.0, 1.5], [0.0, 0.0, -0.1], 0.75, size, size)
@@ -66,14 +69,19 @@ fn push_on_surface(rng: &mut Stream, cloud: &mut GaussianCloud, spacing: f32) {
     let elongation = 0.5 * normal(rng);
     cloud.log_scales.push([size + elongation, size - elongation, size - 1.8 + 0.5 * normal(rng)]);
     // Two kinds: what carries the surface, and what corrects it.
-    let raw_opacity = if rng.random_range(0.0..1.0) < 0.35 { 2.5 + 1.5 * normal(rng) } else { -1.8 + 1.2 * normal(rng) };
+    let raw_opacity =
+        if rng.random_range(0.0..1.0) < 0.35 { 2.5 + 1.5 * normal(rng) } else { -1.8 + 1.2 * normal(rng) };
     cloud.raw_opacities.push(raw_opacity);
 }
 
 /// A point and its unit normal.
 fn surface_point(rng: &mut Stream) -> ([f32; 3], [f32; 3]) {
-    const SPHERES: [([f32; 3], f32); 4] =
-        [([-0.4, 0.1, 0.0], 0.6), ([0.6, 0.4, -0.2], 0.4), ([0.35, -0.5, -0.3], 0.3), ([-0.2, -0.7, -0.4], 0.2)];
+    const SPHERES: [([f32; 3], f32); 4] = [
+        ([-0.4, 0.1, 0.0], 0.6),
+        ([0.6, 0.4, -0.2], 0.4),
+        ([0.35, -0.5, -0.3], 0.3),
+        ([-0.2, -0.7, -0.4], 0.2),
+    ];
     let area = rng.random_range(0.0..1.0);
     let direction = loop {
         let d = Vec3::from(std::array::from_fn(|_| normal(rng)));

@@ -1,7 +1,9 @@
-//! A hash of an image set: every `transforms_*.json`, the length of every image they name, and the contents of the training images.
+//! A hash of an image set: every `transforms_*.json`, the length of every image they name, and the contents
+//! of the training images.
 //!
-//! It is FNV-1a over 64 bits, which is stable across versions and machines, and independent of the options the set is loaded with. It
-//! guards against resuming a run on other data by mistake; it is no protection against malice.
+//! It is FNV-1a over 64 bits, which is stable across versions and machines, and independent of the options
+//! the set is loaded with. It guards against resuming a run on other data by mistake; it is no protection
+//! against malice.
 
 use super::{DatasetError, transforms};
 use crate::files;
@@ -19,7 +21,8 @@ pub(super) fn of(root: &Path) -> Result<String, DatasetError> {
         hash = fnv(hash, &files::read_bytes(&path)?);
         // A split that is not being loaded may be broken; its bytes above are all that can be said of it.
         let Ok(specs) = transforms::read(root, &path) else { continue };
-        let images: Vec<u64> = specs.par_iter().map(|spec| image_hash(&spec.image_path, name == "train")).collect();
+        let images: Vec<u64> =
+            specs.par_iter().map(|spec| image_hash(&spec.image_path, name == "train")).collect();
         hash = images.iter().fold(hash, |h, image| fnv(h, &image.to_le_bytes()));
     }
     Ok(format!("{hash:016x}"))

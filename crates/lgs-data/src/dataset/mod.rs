@@ -1,12 +1,15 @@
-//! Image sets in the D-NeRF ("Blender") layout: `transforms_<split>.json` beside the images they name (reference §1).
+//! Image sets in the D-NeRF ("Blender") layout: `transforms_<split>.json` beside the images they name
+//! (reference §1).
 //!
-//! Every `transforms_*.json` of the folder is a split. A frame needs `file_path`, `time` and `transform_matrix` (camera-to-world, OpenGL
-//! axes). Intrinsics of a frame (`fl_x fl_y cx cy w h`) win over those of its file, which win over `camera_angle_x`; published sets do
-//! carry a wrong file-level angle. Images are decoded in parallel and kept as 8-bit RGBA; colours are composited over the background on
-//! demand in floats, `c = rgb·α + background·(1 − α)`, without the reference's truncation to 8 bits (§1.3, step 3), which only adds noise.
+//! Every `transforms_*.json` of the folder is a split. A frame needs `file_path`, `time` and
+//! `transform_matrix` (camera-to-world, OpenGL axes). Intrinsics of a frame (`fl_x fl_y cx cy w h`) win over
+//! those of its file, which win over `camera_angle_x`; published sets do carry a wrong file-level angle.
+//! Images are decoded in parallel and kept as 8-bit RGBA; colours are composited over the background on
+//! demand in floats, `c = rgb·α + background·(1 − α)`, without the reference's truncation to 8 bits (§1.3,
+//! step 3), which only adds noise.
 //!
-//! `transforms.rs` reads and checks the JSON, `pixels.rs` the images, `points.rs` makes the first Gaussians' positions, `fingerprint.rs`
-//! tells one set from another.
+//! `transforms.rs` reads and checks the JSON, `pixels.rs` the images, `points.rs` makes the first Gaussians'
+//! positions, `fingerprint.rs` tells one set from another.
 
 mod error;
 mod fingerprint;
@@ -33,7 +36,8 @@ pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 pub struct Dataset {
     /// The folder.
     pub root: PathBuf,
-    /// Frames by split, in file order; `train` is always among them unless [`LoadOptions::splits`] says otherwise.
+    /// Frames by split, in file order; `train` is always among them unless [`LoadOptions::splits`] says
+    /// otherwise.
     pub splits: BTreeMap<String, Vec<Frame>>,
     /// What lies behind transparent pixels.
     pub background: [f32; 3],
@@ -75,7 +79,13 @@ pub struct LoadOptions {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { white_background: true, resolution: None, splits: None, train_before: None, near: DEFAULT_NEAR }
+        Self {
+            white_background: true,
+            resolution: None,
+            splits: None,
+            train_before: None,
+            near: DEFAULT_NEAR,
+        }
     }
 }
 
@@ -83,8 +93,9 @@ impl Dataset {
     /// Loads a set.
     ///
     /// # Errors
-    /// If a file is missing or malformed, a frame lacks its time or camera, an image does not decode or has another size than its
-    /// intrinsics, a pose is not finite and rigid, or a split is empty. The error names file, frame and field.
+    /// If a file is missing or malformed, a frame lacks its time or camera, an image does not decode or has
+    /// another size than its intrinsics, a pose is not finite and rigid, or a split is empty. The error names
+    /// file, frame and field.
     pub fn load(root: &Path, options: &LoadOptions, progress: Progress<'_>) -> Result<Self, DatasetError> {
         if options.resolution == Some(0) {
             return Err(DatasetError::new(root, Problem::Resolution));
@@ -126,7 +137,13 @@ impl Dataset {
     /// No images at all, for what needs none: only a colour behind the Gaussians.
     #[must_use]
     pub fn none(background: [f32; 3]) -> Self {
-        Self { root: PathBuf::new(), splits: BTreeMap::new(), background, init_points: None, fingerprint: "none".to_owned() }
+        Self {
+            root: PathBuf::new(),
+            splits: BTreeMap::new(),
+            background,
+            init_points: None,
+            fingerprint: "none".to_owned(),
+        }
     }
 
     /// The frames of a split; empty if the set has no such split.
@@ -153,10 +170,15 @@ impl Dataset {
         points::pixel_size_at(&self.cameras("train"), self.scene_box().center)
     }
 
-    /// Radius of the training cameras around their mean, times 1.1 (reference §1.7); thresholds of densification are in this unit.
+    /// Radius of the training cameras around their mean, times 1.1 (reference §1.7); thresholds of
+    /// densification are in this unit.
     #[must_use]
     pub fn extent(&self) -> f32 {
-        let split = if self.splits.contains_key("train") { Some("train") } else { self.splits.keys().next().map(String::as_str) };
+        let split = if self.splits.contains_key("train") {
+            Some("train")
+        } else {
+            self.splits.keys().next().map(String::as_str)
+        };
         points::camera_extent(self.split(split.unwrap_or("train")))
     }
 }
@@ -190,7 +212,11 @@ impl Frame {
 fn before(mut specs: Vec<FrameSpec>, limit: f32, path: &Path) -> Result<Vec<FrameSpec>, DatasetError> {
     let first = specs.iter().map(|spec| spec.time).fold(f32::INFINITY, f32::min);
     specs.retain(|spec| spec.time < limit);
-    if specs.is_empty() { Err(DatasetError::new(path, Problem::NothingBefore { limit, first })) } else { Ok(specs) }
+    if specs.is_empty() {
+        Err(DatasetError::new(path, Problem::NothingBefore { limit, first }))
+    } else {
+        Ok(specs)
+    }
 }
 
 fn load_frame(spec: &FrameSpec, options: &LoadOptions) -> Result<Frame, DatasetError> {
@@ -198,7 +224,9 @@ fn load_frame(spec: &FrameSpec, options: &LoadOptions) -> Result<Frame, DatasetE
     let camera = Camera { near: options.near, ..spec.camera(image.width(), image.height())? };
     let (camera, image) = match options.resolution {
         Some(width) if width != camera.width => {
-            let height = (f64::from(camera.height) * f64::from(width) / f64::from(camera.width)).round().max(1.0) as u32;
+            let height = (f64::from(camera.height) * f64::from(width) / f64::from(camera.width))
+                .round()
+                .max(1.0) as u32;
             (camera.resized(width, height), pixels::resized(&image, width, height))
         }
         _ => (camera, image),

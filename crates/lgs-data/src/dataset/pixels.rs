@@ -13,7 +13,8 @@ pub(super) fn decode(path: &Path) -> Result<RgbaImage, DatasetError> {
     Ok(decoded.into_rgba8())
 }
 
-/// Bicubic resampling of premultiplied colours, so that the colour of transparent pixels never bleeds into opaque ones.
+/// Bicubic resampling of premultiplied colours, so that the colour of transparent pixels never bleeds into
+/// opaque ones.
 pub(super) fn resized(image: &RgbaImage, width: u32, height: u32) -> RgbaImage {
     let premultiplied = Rgba32FImage::from_fn(image.width(), image.height(), |x, y| {
         let p = image.get_pixel(x, y).0.map(|v| f32::from(v) / 255.0);
@@ -24,6 +25,9 @@ pub(super) fn resized(image: &RgbaImage, width: u32, height: u32) -> RgbaImage {
         let p = small.get_pixel(x, y).0;
         let alpha = p[3].clamp(0.0, 1.0);
         let straight = |v: f32| if alpha > 0.0 { v / alpha } else { 0.0 };
-        Rgba([straight(p[0]), straight(p[1]), straight(p[2]), alpha].map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))
+        Rgba(
+            [straight(p[0]), straight(p[1]), straight(p[2]), alpha]
+                .map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8),
+        )
     })
 }

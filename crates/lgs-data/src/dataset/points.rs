@@ -1,13 +1,15 @@
-//! Where the first Gaussians go: the points that a set ships, or random ones in a box inferred from the cameras.
+//! Where the first Gaussians go: the points that a set ships, or random ones in a box inferred from the
+//! cameras.
 //!
-//! The box is a cube. Its centre is the point nearest to all viewing axes in the least-squares sense (with a weak pull to a point in front
-//! of the cameras, which decides when the axes are parallel). Half its side is what the median camera sees at the centre's depth,
-//! `distance · tan(fov / 2)`, at most 0.9 of the camera's distance, so that points do not sit on the lenses. A set without any transparent
-//! pixel shows surroundings, which reach beyond what its cameras aim at: its cube is 1.3 times as large.
+//! The box is a cube. Its centre is the point nearest to all viewing axes in the least-squares sense (with a
+//! weak pull to a point in front of the cameras, which decides when the axes are parallel). Half its side is
+//! what the median camera sees at the centre's depth, `distance · tan(fov / 2)`, at most 0.9 of the camera's
+//! distance, so that points do not sit on the lenses. A set without any transparent pixel shows surroundings,
+//! which reach beyond what its cameras aim at: its cube is 1.3 times as large.
 //!
-//! Random points are carved: a point survives if every earliest training image whose view it lies in shows something there, which is an
-//! opaque pixel, or, in an image without transparency, one that differs from the background. Their colour is the mean of what those images
-//! show.
+//! Random points are carved: a point survives if every earliest training image whose view it lies in shows
+//! something there, which is an opaque pixel, or, in an image without transparency, one that differs from the
+//! background. Their colour is the mean of what those images show.
 
 use super::{Dataset, DatasetError, Frame};
 use crate::ply::{self, Points};
@@ -35,7 +37,8 @@ pub struct SceneBox {
 }
 
 impl Dataset {
-    /// The shipped points, or `count` random ones in [`Self::scene_box`] with grey colours; the same seed gives the same points.
+    /// The shipped points, or `count` random ones in [`Self::scene_box`] with grey colours; the same seed
+    /// gives the same points.
     #[must_use]
     pub fn initial_points(&self, count: usize, seed: u64) -> Points {
         if let Some(points) = &self.init_points {
@@ -47,7 +50,8 @@ impl Dataset {
         Points { colors: vec![[0.5; 3]; positions.len()], positions }
     }
 
-    /// As [`Self::initial_points`], but carved by what the earliest training images show and coloured by them.
+    /// As [`Self::initial_points`], but carved by what the earliest training images show and coloured by
+    /// them.
     ///
     /// Fewer than `count` points come back only if the silhouettes share next to no volume of the box.
     #[must_use]
@@ -57,7 +61,8 @@ impl Dataset {
         }
         let cube = self.scene_box();
         let earliest = earliest_frames(self.split("train"));
-        let views: Vec<(&Frame, bool)> = earliest.into_iter().map(|frame| (frame, frame.has_alpha())).collect();
+        let views: Vec<(&Frame, bool)> =
+            earliest.into_iter().map(|frame| (frame, frame.has_alpha())).collect();
         let mut rng = stream(seed, "carved points", 0);
         let mut points = Points::default();
         for _ in 0..count * MAX_TRIES {
@@ -101,7 +106,10 @@ impl Dataset {
 
 /// The median over cameras of a pixel's width at the depth of a point, world units; 0 without cameras.
 pub(super) fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
-    let mut sizes: Vec<f32> = frames.iter().map(|frame| frame.camera.pixel_from_world(point).1.max(0.0) / frame.camera.fx).collect();
+    let mut sizes: Vec<f32> = frames
+        .iter()
+        .map(|frame| frame.camera.pixel_from_world(point).1.max(0.0) / frame.camera.fx)
+        .collect();
     sizes.sort_by(f32::total_cmp);
     sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
 }
@@ -152,8 +160,8 @@ fn earliest_frames(frames: &[Frame]) -> Vec<&Frame> {
     frames.iter().filter(|f| f.time <= first).collect()
 }
 
-/// The mean colour of a point in the views (with whether they have transparent pixels) that it lies in; nothing if one of them shows
-/// background there or none sees it.
+/// The mean colour of a point in the views (with whether they have transparent pixels) that it lies in;
+/// nothing if one of them shows background there or none sees it.
 fn seen_color(views: &[(&Frame, bool)], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
     let (mut sum, mut seen) = ([0.0; 3], 0);
     for &(frame, transparency) in views {
@@ -165,7 +173,8 @@ fn seen_color(views: &[(&Frame, bool)], point: [f32; 3], background: [f32; 3]) -
         let at = 4 * (y as usize * camera.width as usize + x as usize);
         let pixel = &frame.rgba[at..at + 4];
         let alpha = f32::from(pixel[3]) / 255.0;
-        let color: [f32; 3] = std::array::from_fn(|c| f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha));
+        let color: [f32; 3] =
+            std::array::from_fn(|c| f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha));
         let differs = color.iter().zip(background).any(|(c, b)| (c - b).abs() > BACKGROUND_TOLERANCE);
         if alpha < 0.5 || (!transparency && !differs) {
             return None;

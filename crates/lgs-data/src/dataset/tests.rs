@@ -3,7 +3,8 @@ use image::{Rgba, RgbaImage};
 use serde_json::{Value, json};
 use std::fs;
 
-const POSE: [[f64; 4]; 4] = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, -4.0], [0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]];
+const POSE: [[f64; 4]; 4] =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, -4.0], [0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]];
 
 fn frame(path: &str, time: f64) -> Value {
     json!({ "file_path": path, "time": time, "transform_matrix": POSE })
@@ -13,9 +14,11 @@ fn frame(path: &str, time: f64) -> Value {
 fn folder(edit: impl FnOnce(&mut Value, &Path)) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     for (name, shade) in [("a.png", 10), ("b.png", 200), ("c.png", 90)] {
-        RgbaImage::from_fn(8, 6, |x, y| Rgba([shade, x as u8 * 20, y as u8 * 30, if x < 4 { 255 } else { 0 }]))
-            .save(dir.path().join(name))
-            .unwrap();
+        RgbaImage::from_fn(8, 6, |x, y| {
+            Rgba([shade, x as u8 * 20, y as u8 * 30, if x < 4 { 255 } else { 0 }])
+        })
+        .save(dir.path().join(name))
+        .unwrap();
     }
     let mut train = json!({ "camera_angle_x": 0.8, "frames": [frame("./a", 0.0), frame("b.png", 0.5)] });
     let test = json!({ "camera_angle_x": 0.8, "frames": [frame("./c", 0.9)] });
@@ -56,7 +59,8 @@ fn a_set_loads_with_its_splits_in_file_order() {
 fn progress_counts_every_image() {
     let dir = folder(|_, _| {});
     let calls = std::sync::Mutex::new(Vec::new());
-    Dataset::load(dir.path(), &LoadOptions::default(), &|done, all| calls.lock().unwrap().push((done, all))).unwrap();
+    Dataset::load(dir.path(), &LoadOptions::default(), &|done, all| calls.lock().unwrap().push((done, all)))
+        .unwrap();
     let mut calls = calls.into_inner().unwrap();
     calls.sort_unstable();
     assert_eq!(calls, [(1, 3), (2, 3), (3, 3)]);
@@ -79,8 +83,13 @@ fn intrinsics_of_the_frame_win_over_the_file_and_the_file_over_the_angle() {
         [c.fx, c.fy, c.cx, c.cy]
     };
     assert_eq!(intrinsics(0), [11.0, 12.0, 3.5, 3.0]);
-    assert_eq!(intrinsics(1), [20.0, 20.0, 3.5, 2.5], "a frame's fl_x means square pixels, whatever the file's fl_y");
-    let ids: Vec<usize> = dataset.splits["train"].iter().chain(&dataset.splits["test"]).map(|f| f.camera_id).collect();
+    assert_eq!(
+        intrinsics(1),
+        [20.0, 20.0, 3.5, 2.5],
+        "a frame's fl_x means square pixels, whatever the file's fl_y"
+    );
+    let ids: Vec<usize> =
+        dataset.splits["train"].iter().chain(&dataset.splits["test"]).map(|f| f.camera_id).collect();
     assert_eq!(ids, [0, 1, 2]);
 }
 
@@ -126,7 +135,11 @@ fn chosen_splits_are_loaded_and_unknown_ones_named() {
     let only = |name: &str| LoadOptions { splits: Some(vec![name.into()]), ..LoadOptions::default() };
     let dataset = Dataset::load(dir.path(), &only("test"), &|_, _| {}).unwrap();
     assert_eq!(dataset.splits.len(), 1);
-    assert_eq!(dataset.fingerprint, load(&dir).unwrap().fingerprint, "the fingerprint is the set's, not the load's");
+    assert_eq!(
+        dataset.fingerprint,
+        load(&dir).unwrap().fingerprint,
+        "the fingerprint is the set's, not the load's"
+    );
     let error = Dataset::load(dir.path(), &only("tset"), &|_, _| {}).unwrap_err().to_string();
     assert!(error.contains("`tset`") && error.ends_with("transforms_tset.json"), "{error}");
 }
@@ -136,7 +149,11 @@ fn a_truncated_window_drops_late_training_frames_only() {
     let dir = folder(|_, _| {});
     let before = |limit| LoadOptions { train_before: Some(limit), ..LoadOptions::default() };
     let dataset = Dataset::load(dir.path(), &before(0.5), &|_, _| {}).unwrap();
-    assert_eq!(dataset.split("train").iter().map(|f| f.time).collect::<Vec<_>>(), [0.0], "the limit itself is not below it");
+    assert_eq!(
+        dataset.split("train").iter().map(|f| f.time).collect::<Vec<_>>(),
+        [0.0],
+        "the limit itself is not below it"
+    );
     assert_eq!(dataset.split("test").len(), 1);
     let error = Dataset::load(dir.path(), &before(0.0), &|_, _| {}).unwrap_err().to_string();
     assert!(error.contains("below 0") && error.ends_with("transforms_train.json"), "{error}");
@@ -149,13 +166,15 @@ fn the_fingerprint_sees_poses_and_pixels() {
     assert_eq!(original.len(), 16);
     let moved = folder(|json, _| json["frames"][0]["transform_matrix"][0][3] = 0.1.into());
     assert_ne!(original, load(&moved).unwrap().fingerprint);
-    let painted = folder(|_, path| RgbaImage::from_pixel(8, 6, Rgba([1, 2, 3, 255])).save(path.join("a.png")).unwrap());
+    let painted =
+        folder(|_, path| RgbaImage::from_pixel(8, 6, Rgba([1, 2, 3, 255])).save(path.join("a.png")).unwrap());
     assert_ne!(original, load(&painted).unwrap().fingerprint);
 }
 
 #[test]
 fn missing_folders_and_files_are_named() {
-    let missing = Dataset::load(Path::new("no/such/set"), &LoadOptions::default(), &|_, _| {}).unwrap_err().to_string();
+    let missing =
+        Dataset::load(Path::new("no/such/set"), &LoadOptions::default(), &|_, _| {}).unwrap_err().to_string();
     assert!(missing.ends_with("no/such/set"), "{missing}");
     let empty = tempfile::tempdir().unwrap();
     assert!(message(&empty, "transforms_train.json").contains("`train`"));
@@ -207,10 +226,16 @@ fn poses_that_are_not_finite_or_not_rigid_are_named() {
     let dir = folder(|_, _| {});
     let path = dir.path().join("transforms_train.json");
     let good = fs::read_to_string(&path).unwrap();
-    for (bad, expected) in [("NaN", "finite"), ("-Infinity", "finite"), ("1e39", "finite"), ("3.0", "rigid")] {
+    for (bad, expected) in [("NaN", "finite"), ("-Infinity", "finite"), ("1e39", "finite"), ("3.0", "rigid")]
+    {
         fs::write(&path, good.replacen("[[1.0,", &format!("[[{bad},"), 1)).unwrap();
         let message = message(&dir, "transforms_train.json");
-        assert!(message.contains("frame 0") && message.contains("`transform_matrix`") && message.contains(expected), "{bad}: {message}");
+        assert!(
+            message.contains("frame 0")
+                && message.contains("`transform_matrix`")
+                && message.contains(expected),
+            "{bad}: {message}"
+        );
     }
     let dir = folder(|json, _| json["frames"][1]["transform_matrix"] = json!([[1, 2], [3]]));
     assert!(message(&dir, "transforms_train.json").contains("4 x 4"));
@@ -243,7 +268,10 @@ fn images_that_do_not_decode_or_have_another_size_are_named() {
     message(&truncated, "b.png");
     let dir = folder(|json, _| json["frames"][1]["w"] = 9.into());
     let message = message(&dir, "transforms_train.json");
-    assert!(message.contains("frame 1") && message.contains("9 x 6") && message.contains("8 x 6"), "{message}");
+    assert!(
+        message.contains("frame 1") && message.contains("9 x 6") && message.contains("8 x 6"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -278,13 +306,21 @@ fn random_points_fill_the_box_that_the_cameras_look_at() {
     assert_eq!(points.positions.len(), 1000);
     assert_eq!(points, dataset.initial_points(1000, 3));
     assert_ne!(points, dataset.initial_points(1000, 4));
-    assert!(points.positions.iter().flatten().zip(cube.center.iter().cycle()).all(|(v, c)| (v - c).abs() <= cube.half_side));
+    assert!(
+        points
+            .positions
+            .iter()
+            .flatten()
+            .zip(cube.center.iter().cycle())
+            .all(|(v, c)| (v - c).abs() <= cube.half_side)
+    );
 
     let carved = dataset.carved_points(500, 3);
     assert_eq!(carved.positions.len(), 500);
     let truth = crate::synth::ground_truth("pendulum", &[0.0], 2000, 0).unwrap();
     let nearest = lgs_core::nearest_indices(&truth.points[0], &carved.positions);
-    let near = |(p, &i): (&[f32; 3], &u32)| glam::Vec3::from(*p).distance(truth.points[0][i as usize].into()) < 0.35;
+    let near =
+        |(p, &i): (&[f32; 3], &u32)| glam::Vec3::from(*p).distance(truth.points[0][i as usize].into()) < 0.35;
     let close = carved.positions.iter().zip(&nearest).filter(|&pair| near(pair)).count();
     assert!(close > 450, "{close} of 500 carved points are near the pendulum");
 }

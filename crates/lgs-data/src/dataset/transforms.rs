@@ -50,7 +50,10 @@ pub(super) struct FrameSpec {
 }
 
 /// Split names with their files: `train` first, then by name.
-pub(super) fn split_files(root: &Path, wanted: Option<&[String]>) -> Result<Vec<(String, PathBuf)>, DatasetError> {
+pub(super) fn split_files(
+    root: &Path,
+    wanted: Option<&[String]>,
+) -> Result<Vec<(String, PathBuf)>, DatasetError> {
     if !root.is_dir() {
         return Err(DatasetError::new(root, Problem::NoFolder));
     }
@@ -81,7 +84,9 @@ fn found_splits(root: &Path) -> Result<Vec<String>, FileError> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(root).map_err(unreadable)? {
         let name = entry.map_err(unreadable)?.file_name();
-        if let Some(split) = name.to_str().and_then(|n| n.strip_prefix("transforms_")).and_then(|n| n.strip_suffix(".json")) {
+        if let Some(split) =
+            name.to_str().and_then(|n| n.strip_prefix("transforms_")).and_then(|n| n.strip_suffix(".json"))
+        {
             names.push(split.to_owned());
         }
     }
@@ -102,10 +107,13 @@ pub(super) fn read(root: &Path, path: &Path) -> Result<Vec<FrameSpec>, DatasetEr
     file.frames.into_iter().enumerate().map(spec).collect()
 }
 
-/// Python writes `NaN` and `Infinity`, which JSON does not have. They become `null`, so that the frame that holds them can be named.
+/// Python writes `NaN` and `Infinity`, which JSON does not have. They become `null`, so that the frame that
+/// holds them can be named.
 fn parse(bytes: &[u8]) -> Result<RawFile, serde_json::Error> {
     match serde_json::from_slice(bytes) {
-        Err(error) if error.is_syntax() => serde_json::from_slice(&with_null_for_non_finite(bytes)).map_err(|_| error),
+        Err(error) if error.is_syntax() => {
+            serde_json::from_slice(&with_null_for_non_finite(bytes)).map_err(|_| error)
+        }
         other => other,
     }
 }
@@ -113,7 +121,9 @@ fn parse(bytes: &[u8]) -> Result<RawFile, serde_json::Error> {
 fn with_null_for_non_finite(bytes: &[u8]) -> Vec<u8> {
     let (mut out, mut at, mut in_string) = (Vec::with_capacity(bytes.len()), 0, false);
     while at < bytes.len() {
-        let token = ["NaN", "-NaN", "Infinity", "-Infinity"].into_iter().find(|t| !in_string && bytes[at..].starts_with(t.as_bytes()));
+        let token = ["NaN", "-NaN", "Infinity", "-Infinity"]
+            .into_iter()
+            .find(|t| !in_string && bytes[at..].starts_with(t.as_bytes()));
         if let Some(token) = token {
             out.extend(b"null");
             at += token.len();
@@ -129,16 +139,31 @@ fn with_null_for_non_finite(bytes: &[u8]) -> Vec<u8> {
 }
 
 impl FrameSpec {
-    fn new(root: &Path, json_path: &Path, index: usize, frame: RawFrame, shared: Intrinsics) -> Result<Self, Problem> {
+    fn new(
+        root: &Path,
+        json_path: &Path,
+        index: usize,
+        frame: RawFrame,
+        shared: Intrinsics,
+    ) -> Result<Self, Problem> {
         let missing = |field| Problem::Missing { frame: index, field };
         let file_path = frame.file_path.ok_or_else(|| missing("file_path"))?;
         let time = frame.time.ok_or_else(|| missing("time"))? as f32;
         if !time.is_finite() {
-            return Err(Problem::Value { frame: index, field: "time", expected: "finite", found: time.to_string() });
+            return Err(Problem::Value {
+                frame: index,
+                field: "time",
+                expected: "finite",
+                found: time.to_string(),
+            });
         }
         let matrix = frame.transform_matrix.ok_or_else(|| missing("transform_matrix"))?;
-        let pose =
-            pose(&matrix).map_err(|(expected, found)| Problem::Value { frame: index, field: "transform_matrix", expected, found })?;
+        let pose = pose(&matrix).map_err(|(expected, found)| Problem::Value {
+            frame: index,
+            field: "transform_matrix",
+            expected,
+            found,
+        })?;
         Ok(Self {
             json_path: json_path.to_path_buf(),
             index,
@@ -161,27 +186,49 @@ impl FrameSpec {
         let size = [(self.own.w.or(self.shared.w), width), (self.own.h.or(self.shared.h), height)];
         if size.iter().any(|&(said, is)| said.is_some_and(|said| said != f64::from(is))) {
             let said = size.map(|(said, is)| said.unwrap_or(f64::from(is)));
-            return Err(Problem::Size { frame, expected: format!("{} x {}", said[0], said[1]), found: format!("{width} x {height}") });
+            return Err(Problem::Size {
+                frame,
+                expected: format!("{} x {}", said[0], said[1]),
+                found: format!("{width} x {height}"),
+            });
         }
         let from_angle = |angle: f64| 0.5 * f64::from(width) / (0.5 * angle).tan();
         let focal_x = |i: &Intrinsics| i.fl_x.or(i.camera_angle_x.map(from_angle));
-        let fx = focal_x(&self.own).or(focal_x(&self.shared)).ok_or(Problem::Missing { frame, field: "fl_x` or `camera_angle_x" })?;
-        // Pixels are square unless the same level says otherwise: a frame's own fl_x is not paired with the file's fl_y.
+        let fx = focal_x(&self.own)
+            .or(focal_x(&self.shared))
+            .ok_or(Problem::Missing { frame, field: "fl_x` or `camera_angle_x" })?;
+        // Pixels are square unless the same level says otherwise: a frame's own fl_x is not paired with the
+        // file's fl_y.
         let fy = self.own.fl_y.or(focal_x(&self.own)).or(self.shared.fl_y).unwrap_or(fx);
         let cx = self.own.cx.or(self.shared.cx).unwrap_or(0.5 * f64::from(width));
         let cy = self.own.cy.or(self.shared.cy).unwrap_or(0.5 * f64::from(height));
         let [fx, fy, cx, cy] = [fx, fy, cx, cy].map(|v| v as f32);
-        for (field, value, least) in [("fl_x", fx, 0.0), ("fl_y", fy, 0.0), ("cx", cx, f32::NEG_INFINITY), ("cy", cy, f32::NEG_INFINITY)] {
+        for (field, value, least) in [
+            ("fl_x", fx, 0.0),
+            ("fl_y", fy, 0.0),
+            ("cx", cx, f32::NEG_INFINITY),
+            ("cy", cy, f32::NEG_INFINITY),
+        ] {
             if !(value.is_finite() && value > least) {
                 let expected = if least == 0.0 { "finite and above 0" } else { "finite" };
                 return Err(Problem::Value { frame, field, expected, found: value.to_string() });
             }
         }
-        Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world: self.camera_from_world, near: DEFAULT_NEAR })
+        Ok(Camera {
+            width,
+            height,
+            fx,
+            fy,
+            cx,
+            cy,
+            camera_from_world: self.camera_from_world,
+            near: DEFAULT_NEAR,
+        })
     }
 }
 
-/// `.png` is understood where the path has no image extension; a dot elsewhere (`r_0.25`) is part of the name.
+/// `.png` is understood where the path has no image extension; a dot elsewhere (`r_0.25`) is part of the
+/// name.
 fn image_path(root: &Path, file_path: &str) -> PathBuf {
     const EXTENSIONS: [&str; 3] = ["png", "jpg", "jpeg"];
     let extension = Path::new(file_path).extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);

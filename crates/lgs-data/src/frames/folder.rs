@@ -36,7 +36,9 @@ fn names(folder: &Path) -> Result<Vec<String>, FramesError> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
-        if !name.starts_with('.') && Path::new(&name).extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+        if !name.starts_with('.')
+            && Path::new(&name).extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"))
+        {
             names.push(name);
         }
     }

@@ -19,20 +19,27 @@ fn parse(bytes: &[u8]) -> Result<FrameSequence, FramesProblem> {
     let file = Tensors { file };
     let (shape, times) = file.values("times", "shape [T]", |shape| shape.len() == 1)?;
     let count = shape[0];
-    let (shape, positions) = file.values("positions", &format!("shape [{count}, n, 3]"), |s| s.len() == 3 && s[0] == count && s[2] == 3)?;
+    let (shape, positions) = file.values("positions", &format!("shape [{count}, n, 3]"), |s| {
+        s.len() == 3 && s[0] == count && s[2] == 3
+    })?;
     let n = shape[1];
     let turns = |s: &[usize]| s == [n, 4] || s == [count, n, 4];
     let (_, rotations) = file.values("rotations", &format!("shape [{count}, {n}, 4] or [{n}, 4]"), turns)?;
     let (_, log_scales) = file.values("log_scales", &format!("shape [{n}, 3]"), |s| s == [n, 3])?;
     let (_, raw_opacities) = file.values("raw_opacities", &format!("shape [{n}]"), |s| s == [n])?;
     let degree_of = |s: &[usize]| (0..=3).find(|&degree| s == [n, sh_coefficients(degree), 3]);
-    let (shape, sh) = file.values("sh", &format!("shape [{n}, K, 3] with K of 1, 4, 9 or 16"), |s| degree_of(s).is_some())?;
+    let (shape, sh) =
+        file.values("sh", &format!("shape [{n}, K, 3] with K of 1, 4, 9 or 16"), |s| degree_of(s).is_some())?;
     let sh_degree = degree_of(&shape).unwrap_or_default();
     let rows = |values: &[f32]| values.as_chunks::<3>().0.to_vec();
-    let positions: Vec<Vec<[f32; 3]>> = (0..count).map(|t| rows(&positions[3 * n * t..3 * n * (t + 1)])).collect();
+    let positions: Vec<Vec<[f32; 3]>> =
+        (0..count).map(|t| rows(&positions[3 * n * t..3 * n * (t + 1)])).collect();
     let turns = rotations.as_chunks::<4>().0;
-    let rotations: Vec<Vec<[f32; 4]>> =
-        if turns.len() == n { vec![turns.to_vec()] } else { turns.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect() };
+    let rotations: Vec<Vec<[f32; 4]>> = if turns.len() == n {
+        vec![turns.to_vec()]
+    } else {
+        turns.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect()
+    };
     let start = nearest_to_start(&times);
     let gaussians = GaussianCloud {
         means: positions.get(start).cloned().unwrap_or_default(),
@@ -57,12 +64,17 @@ impl Tensors<'_> {
         expected: &str,
         fits: impl Fn(&[usize]) -> bool,
     ) -> Result<(Vec<usize>, Vec<f32>), FramesProblem> {
-        let wrong = |found: String| FramesProblem::Tensor { field, expected: format!("32-bit floats of {expected}"), found };
+        let wrong = |found: String| FramesProblem::Tensor {
+            field,
+            expected: format!("32-bit floats of {expected}"),
+            found,
+        };
         let view = self.file.tensor(field).map_err(|_| wrong("nothing of that name".to_owned()))?;
         if view.dtype() != Dtype::F32 || !fits(view.shape()) {
             return Err(wrong(format!("{:?} of shape {:?}", view.dtype(), view.shape())));
         }
-        let values: Vec<f32> = view.data().as_chunks::<4>().0.iter().map(|word| f32::from_le_bytes(*word)).collect();
+        let values: Vec<f32> =
+            view.data().as_chunks::<4>().0.iter().map(|word| f32::from_le_bytes(*word)).collect();
         match values.iter().position(|v| !v.is_finite()) {
             None => Ok((view.shape().to_vec(), values)),
             Some(at) => Err(wrong(format!("{} at index {at}", values[at]))),

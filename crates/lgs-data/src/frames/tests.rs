@@ -31,7 +31,8 @@ fn refused(path: &Path, ends: &str, words: &[&str]) {
 
 #[test]
 fn times_come_from_names_lists_and_the_manifest_of_an_export() {
-    let named = folder(&[("0001_t+0.5000.ply", 0.5), ("0000_t-0.2500.ply", -0.25), ("0002_t+0.1000.ply", 0.1)]);
+    let named =
+        folder(&[("0001_t+0.5000.ply", 0.5), ("0000_t-0.2500.ply", -0.25), ("0002_t+0.1000.ply", 0.1)]);
     let sequence = read_frames(named.path()).unwrap();
     assert_eq!(sequence.times, [-0.25, 0.1, 0.5]);
     assert_eq!(sequence.positions[2], cloud(3, 0.5).means);
@@ -42,12 +43,19 @@ fn times_come_from_names_lists_and_the_manifest_of_an_export() {
         ("times.txt", "0.2\n\n0.4\n"),
         ("times.json", "[0.2, 0.4]"),
         ("times.json", "{\"f10.ply\": 0.4, \"f2.ply\": 0.2}"),
-        ("frames.json", "{\"frames\": [{\"file\": \"f10.ply\", \"time\": 0.4}, {\"file\": \"f2.ply\", \"time\": 0.2}]}"),
+        (
+            "frames.json",
+            "{\"frames\": [{\"file\": \"f10.ply\", \"time\": 0.4}, {\"file\": \"f2.ply\", \"time\": 0.2}]}",
+        ),
     ] {
         let path = listed.path().join(list);
         fs::write(&path, text).unwrap();
         let sequence = read_frames(listed.path()).unwrap();
-        assert_eq!((sequence.times.as_slice(), &sequence.positions[1]), (&[0.2, 0.4][..], &cloud(3, 0.4).means), "{text}");
+        assert_eq!(
+            (sequence.times.as_slice(), &sequence.positions[1]),
+            (&[0.2, 0.4][..], &cloud(3, 0.4).means),
+            "{text}"
+        );
         fs::remove_file(path).unwrap();
     }
 }
@@ -76,7 +84,8 @@ fn what_is_wrong_with_a_folder_is_named() {
     let list = frames.path().join("times.json");
     fs::write(&list, "{\"t0.0.ply\": 0}").unwrap();
     refused(frames.path(), "times.json", &["no time"]);
-    fs::write(frames.path().join("frames.json"), "{\"frames\": [{\"file\": \"../x.ply\", \"time\": 0}]}").unwrap();
+    fs::write(frames.path().join("frames.json"), "{\"frames\": [{\"file\": \"../x.ply\", \"time\": 0}]}")
+        .unwrap();
     refused(frames.path(), "frames.json", &["malformed"]);
     let same = folder(&[("a_t0.1.ply", 0.1), ("b_t0.1.ply", 0.1)]);
     refused(same.path(), &same.path().display().to_string(), &["strictly ascending"]);
@@ -90,9 +99,11 @@ fn what_is_wrong_with_a_folder_is_named() {
 type Named<'a> = (&'a str, &'a [usize], Vec<f32>);
 
 fn write_tensors(path: &Path, tensors: &[Named<'_>]) {
-    let bytes: Vec<Vec<u8>> = tensors.iter().map(|(.., v)| v.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
-    let view =
-        |(i, (name, shape, _)): (usize, &Named<'_>)| ((*name).to_owned(), TensorView::new(Dtype::F32, shape.to_vec(), &bytes[i]).unwrap());
+    let bytes: Vec<Vec<u8>> =
+        tensors.iter().map(|(.., v)| v.iter().flat_map(|x| x.to_le_bytes()).collect()).collect();
+    let view = |(i, (name, shape, _)): (usize, &Named<'_>)| {
+        ((*name).to_owned(), TensorView::new(Dtype::F32, shape.to_vec(), &bytes[i]).unwrap())
+    };
     let views: Vec<(String, TensorView<'_>)> = tensors.iter().enumerate().map(view).collect();
     serialize_to_file(views, None, path).unwrap();
 }
@@ -133,7 +144,11 @@ fn what_is_wrong_with_tensors_is_named() {
     let dir = tempfile::tempdir().unwrap();
     let broken: [(usize, Option<Named<'_>>, &str); 6] = [
         (1, None, "`positions`"),
-        (1, Some(("positions", &[2, 3, 3], vec![0.0; 18])), "`positions`: expected 32-bit floats of shape [3, n, 3]"),
+        (
+            1,
+            Some(("positions", &[2, 3, 3], vec![0.0; 18])),
+            "`positions`: expected 32-bit floats of shape [3, n, 3]",
+        ),
         (1, Some(("positions", &[3, 2, 3], vec![f32::NAN; 18])), "NaN at index 0"),
         (0, Some(("times", &[3], vec![0.0, 0.2, 0.2])), "strictly ascending"),
         (2, Some(("rotations", &[2, 4], vec![0.0; 8])), "Gaussian 0 in frame 0 is zero"),

@@ -31,16 +31,21 @@ pub(super) fn of_folder(folder: &Path, names: Vec<String>) -> Result<Vec<(String
 }
 
 fn json(path: &Path) -> Result<Value, FramesError> {
-    serde_json::from_slice(&read_bytes(path)?).map_err(|e| FramesError::new(path, FramesProblem::Malformed(e.to_string())))
+    serde_json::from_slice(&read_bytes(path)?)
+        .map_err(|e| FramesError::new(path, FramesProblem::Malformed(e.to_string())))
 }
 
 /// The list that `lagrangegs export` writes.
 fn manifest(list: &Value) -> Result<Vec<(String, f32)>, FramesProblem> {
-    let malformed = || FramesProblem::Malformed("expected {\"frames\": [{\"file\": …, \"time\": …}]}".to_owned());
+    let malformed =
+        || FramesProblem::Malformed("expected {\"frames\": [{\"file\": …, \"time\": …}]}".to_owned());
     let frames = list["frames"].as_array().ok_or_else(malformed)?;
     let frame = |frame: &Value| {
         // A path out of the folder is no frame of it.
-        let name = frame["file"].as_str().filter(|name| Path::new(name).components().count() == 1).ok_or_else(malformed)?;
+        let name = frame["file"]
+            .as_str()
+            .filter(|name| Path::new(name).components().count() == 1)
+            .ok_or_else(malformed)?;
         Ok((name.to_owned(), number(&frame["time"]).ok_or_else(|| FramesProblem::NoTime(name.to_owned()))?))
     };
     frames.iter().map(frame).collect()
@@ -49,7 +54,9 @@ fn manifest(list: &Value) -> Result<Vec<(String, f32)>, FramesProblem> {
 fn from_json(times: &Value, names: Vec<String>) -> Result<Vec<(String, f32)>, FramesProblem> {
     match times {
         Value::Array(times) => {
-            let missing = |i: usize| FramesProblem::Malformed(format!("expected a number at index {i}, found {}", times[i]));
+            let missing = |i: usize| {
+                FramesProblem::Malformed(format!("expected a number at index {i}, found {}", times[i]))
+            };
             let times = times.iter().enumerate().map(|(i, time)| number(time).ok_or_else(|| missing(i)));
             paired(names, times.collect::<Result<Vec<f32>, _>>()?)
         }
@@ -66,7 +73,9 @@ fn from_json(times: &Value, names: Vec<String>) -> Result<Vec<(String, f32)>, Fr
 
 fn from_lines(text: &str, names: Vec<String>) -> Result<Vec<(String, f32)>, FramesProblem> {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let time = |line: &str| finite(line).ok_or_else(|| FramesProblem::Malformed(format!("expected a number, found `{line}`")));
+    let time = |line: &str| {
+        finite(line).ok_or_else(|| FramesProblem::Malformed(format!("expected a number, found `{line}`")))
+    };
     paired(names, lines.map(time).collect::<Result<Vec<f32>, _>>()?)
 }
 
@@ -89,7 +98,10 @@ fn finite(text: &str) -> Option<f32> {
 /// A number after a `t` that is no letter of a word, or one with a decimal point after the last underscore.
 fn time_in_name(name: &str) -> Option<f32> {
     let stem = Path::new(name).file_stem()?.to_str()?;
-    let after_t = stem.rfind('t').filter(|&at| !stem[..at].ends_with(char::is_alphabetic)).and_then(|at| finite(&stem[at + 1..]));
+    let after_t = stem
+        .rfind('t')
+        .filter(|&at| !stem[..at].ends_with(char::is_alphabetic))
+        .and_then(|at| finite(&stem[at + 1..]));
     let decimal = || stem.rsplit('_').next().filter(|part| part.contains('.')).and_then(finite);
     after_t.or_else(decimal)
 }

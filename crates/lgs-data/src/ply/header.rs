@@ -80,20 +80,25 @@ impl Header {
         loop {
             let text = next_line(bytes, &mut at, line + 1)?;
             line += 1;
-            let wrong = |expected| PlyProblem::Header { line, expected, found: text.chars().take(80).collect() };
+            let wrong =
+                |expected| PlyProblem::Header { line, expected, found: text.chars().take(80).collect() };
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             match (line, words.as_slice()) {
                 (1, ["ply"]) => {}
                 (1, _) => return Err(wrong("`ply`")),
                 (_, ["comment" | "obj_info", ..] | []) => {}
-                (_, ["format", name, "1.0"]) => encoding = Some(parse_encoding(name).ok_or_else(|| wrong("a known format"))?),
+                (_, ["format", name, "1.0"]) => {
+                    encoding = Some(parse_encoding(name).ok_or_else(|| wrong("a known format"))?)
+                }
                 (_, ["element", name, count]) => {
                     let count = count.parse().map_err(|_| wrong("`element NAME COUNT`"))?;
                     elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
                 }
                 (_, ["property", rest @ ..]) => {
-                    let property = parse_property(rest).ok_or_else(|| wrong("`property TYPE NAME` with a known type"))?;
-                    let element = elements.last_mut().ok_or_else(|| wrong("an element before its properties"))?;
+                    let property = parse_property(rest)
+                        .ok_or_else(|| wrong("`property TYPE NAME` with a known type"))?;
+                    let element =
+                        elements.last_mut().ok_or_else(|| wrong("an element before its properties"))?;
                     if element.properties.iter().any(|other| other.name == property.name) {
                         return Err(wrong("each property once"));
                     }

@@ -1,9 +1,10 @@
 //! Polygon files: Gaussian clouds in the INRIA property order and plain coloured point clouds.
 //!
-//! A Gaussian file has one `vertex` element of 32-bit floats in this order: `x y z nx ny nz f_dc_0..2 f_rest_* opacity scale_0..2 rot_0..3`,
-//! all raw (reference §2.1). `f_rest` is channel-major: every coefficient of red above the zeroth, then green, then blue, where
-//! [`GaussianCloud::sh`] interleaves the channels. The writer produces exactly that; the reader also takes any property order, further
-//! properties, doubles, ASCII and big-endian files.
+//! A Gaussian file has one `vertex` element of 32-bit floats in this order: `x y z nx ny nz f_dc_0..2
+//! f_rest_* opacity scale_0..2 rot_0..3`, all raw (reference §2.1). `f_rest` is channel-major: every
+//! coefficient of red above the zeroth, then green, then blue, where [`GaussianCloud::sh`] interleaves the
+//! channels. The writer produces exactly that; the reader also takes any property order, further properties,
+//! doubles, ASCII and big-endian files.
 
 mod header;
 mod table;

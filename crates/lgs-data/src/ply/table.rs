@@ -1,7 +1,7 @@
 //! The vertices of a polygon file as columns that are looked up by name.
 //!
-//! The number of bytes (or words, in an ASCII file) is compared with what the header announces before anything is allocated, so a header
-//! that lies about its count costs nothing.
+//! The number of bytes (or words, in an ASCII file) is compared with what the header announces before
+//! anything is allocated, so a header that lies about its count costs nothing.
 
 use super::PlyProblem;
 use super::header::{Encoding, Header, Property, Scalar};
@@ -25,7 +25,8 @@ pub(super) struct Table<'a> {
 impl<'a> Table<'a> {
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, PlyProblem> {
         let header = Header::parse(bytes)?;
-        let position = header.elements.iter().position(|e| e.name == "vertex").ok_or(PlyProblem::NoVertices)?;
+        let position =
+            header.elements.iter().position(|e| e.name == "vertex").ok_or(PlyProblem::NoVertices)?;
         let body = &bytes[header.end..];
         let mut before = 0u128;
         for element in &header.elements[..position] {
@@ -34,7 +35,11 @@ impl<'a> Table<'a> {
         }
         let vertex = &header.elements[position];
         let (columns, width) = columns_of(&vertex.properties, header.encoding)?;
-        let extent = Extent { before, needed: width as u128 * u128::from(vertex.count), last: position + 1 == header.elements.len() };
+        let extent = Extent {
+            before,
+            needed: width as u128 * u128::from(vertex.count),
+            last: position + 1 == header.elements.len(),
+        };
         let values = match header.encoding {
             Encoding::Ascii => Values::Words(words(body, &extent, vertex.count)?),
             binary => {
@@ -59,7 +64,10 @@ impl<'a> Table<'a> {
     /// Float properties of every vertex, finite, vertex by vertex.
     pub(super) fn float_rows(&self, names: &[&str]) -> Result<Vec<f32>, PlyProblem> {
         let float = |s| matches!(s, Scalar::F32 | Scalar::F64);
-        let columns = names.iter().map(|name| self.column(name, "float or double", float)).collect::<Result<Vec<_>, _>>()?;
+        let columns = names
+            .iter()
+            .map(|name| self.column(name, "float or double", float))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut rows = Vec::with_capacity(self.count * columns.len());
         for index in 0..self.count {
             for (&column, &name) in columns.iter().zip(names) {
@@ -90,10 +98,22 @@ impl<'a> Table<'a> {
         Ok(colors)
     }
 
-    fn column(&self, name: &str, expected: &'static str, fits: impl Fn(Scalar) -> bool) -> Result<usize, PlyProblem> {
-        let column = self.names().position(|other| other == name).ok_or_else(|| PlyProblem::Missing(name.to_owned()))?;
+    fn column(
+        &self,
+        name: &str,
+        expected: &'static str,
+        fits: impl Fn(Scalar) -> bool,
+    ) -> Result<usize, PlyProblem> {
+        let column = self
+            .names()
+            .position(|other| other == name)
+            .ok_or_else(|| PlyProblem::Missing(name.to_owned()))?;
         let scalar = self.columns[column].1;
-        if fits(scalar) { Ok(column) } else { Err(PlyProblem::Type { property: name.to_owned(), expected, found: format!("{scalar:?}") }) }
+        if fits(scalar) {
+            Ok(column)
+        } else {
+            Err(PlyProblem::Type { property: name.to_owned(), expected, found: format!("{scalar:?}") })
+        }
     }
 
     fn value(&self, index: usize, column: usize) -> Result<f64, PlyProblem> {
@@ -101,7 +121,11 @@ impl<'a> Table<'a> {
         match &self.values {
             Values::Words(words) => {
                 let word = words[index * self.columns.len() + column];
-                let wrong = || PlyProblem::Number { property: name.clone(), index, found: word.chars().take(40).collect() };
+                let wrong = || PlyProblem::Number {
+                    property: name.clone(),
+                    index,
+                    found: word.chars().take(40).collect(),
+                };
                 word.parse().map_err(|_| wrong())
             }
             Values::Rows { bytes, stride, big_endian } => {
@@ -134,7 +158,11 @@ fn columns_of(properties: &[Property], encoding: Encoding) -> Result<(Vec<Column
     let mut width = 0;
     let mut columns = Vec::with_capacity(properties.len());
     for property in properties {
-        let list = || PlyProblem::Type { property: property.name.clone(), expected: "a single value", found: "list".into() };
+        let list = || PlyProblem::Type {
+            property: property.name.clone(),
+            expected: "a single value",
+            found: "list".into(),
+        };
         let scalar = property.scalar.ok_or_else(list)?;
         columns.push((property.name.clone(), scalar, width));
         width += if encoding == Encoding::Ascii { 1 } else { scalar.size() };

@@ -68,7 +68,21 @@ fn the_layout_is_the_inria_one_byte_for_byte() {
         let sh = &cloud.sh[12 * i..12 * (i + 1)];
         let mut row = cloud.means[i].to_vec();
         row.extend([0.0; 3]);
-        row.extend([sh[0], sh[1], sh[2], sh[3], sh[6], sh[9], sh[4], sh[7], sh[10], sh[5], sh[8], sh[11], cloud.raw_opacities[i]]);
+        row.extend([
+            sh[0],
+            sh[1],
+            sh[2],
+            sh[3],
+            sh[6],
+            sh[9],
+            sh[4],
+            sh[7],
+            sh[10],
+            sh[5],
+            sh[8],
+            sh[11],
+            cloud.raw_opacities[i],
+        ]);
         row.extend(cloud.log_scales[i]);
         row.extend(cloud.rotations[i]);
         expected.extend(row.iter().flat_map(|v| v.to_le_bytes()));
@@ -87,7 +101,10 @@ fn ascii_other_orders_doubles_and_extra_properties_are_read() {
     fs::write(&path, text).unwrap();
     let cloud = read_ply(&path).unwrap();
     assert_eq!((cloud.means[0], cloud.rotations[0]), ([1.5, 2.5, 3.5], [1.0, 2.0, 3.0, 4.0]));
-    assert_eq!((cloud.sh.as_slice(), cloud.log_scales[0], cloud.raw_opacities[0]), (&[10.0, 11.0, 12.0][..], [-1.0, -2.0, -3.0], 0.25));
+    assert_eq!(
+        (cloud.sh.as_slice(), cloud.log_scales[0], cloud.raw_opacities[0]),
+        (&[10.0, 11.0, 12.0][..], [-1.0, -2.0, -3.0], 0.25)
+    );
 }
 
 #[test]
@@ -99,14 +116,20 @@ fn big_endian_is_read() {
     bytes.extend((-2.25f64).to_be_bytes());
     bytes.extend(3.0f32.to_be_bytes());
     bytes.extend([255, 0, 51]);
-    assert_eq!(parse_points(&bytes).unwrap(), Points { positions: vec![[1.5, -2.25, 3.0]], colors: vec![[1.0, 0.0, 0.2]] });
+    assert_eq!(
+        parse_points(&bytes).unwrap(),
+        Points { positions: vec![[1.5, -2.25, 3.0]], colors: vec![[1.0, 0.0, 0.2]] }
+    );
 }
 
 #[test]
 fn points_round_trip_and_need_byte_colours() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("points3d.ply");
-    let points = Points { positions: vec![[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0]], colors: vec![[0.0, 0.2, 1.0], [1.0, 0.4, 0.6]] };
+    let points = Points {
+        positions: vec![[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0]],
+        colors: vec![[0.0, 0.2, 1.0], [1.0, 0.4, 0.6]],
+    };
     write_points(&path, &points).unwrap();
     assert_eq!(read_points(&path).unwrap(), points);
     let bytes = fs::read(&path).unwrap();
@@ -137,12 +160,20 @@ fn wrong_types_missing_properties_and_odd_harmonics_are_named() {
     assert_eq!(problem_of(&edited(&bytes, "f_rest_8", "f_test_8")), PlyProblem::Harmonics(8));
     assert_eq!(problem_of(&edited(&bytes, "f_rest_8", "f_rest_9")), PlyProblem::Missing("f_rest_8".into()));
     assert_eq!(problem_of(&edited(&bytes, "element vertex", "element vortex")), PlyProblem::NoVertices);
-    for (from, to) in
-        [("ply\n", "pny\n"), ("float x", "flout x"), ("vertex 3", "vertex -3"), ("1.0", "2.0"), (" nx", " x"), ("end_header", "end")]
-    {
+    for (from, to) in [
+        ("ply\n", "pny\n"),
+        ("float x", "flout x"),
+        ("vertex 3", "vertex -3"),
+        ("1.0", "2.0"),
+        (" nx", " x"),
+        ("end_header", "end"),
+    ] {
         assert!(matches!(problem_of(&edited(&bytes, from, to)), PlyProblem::Header { .. }), "{from} -> {to}");
     }
-    assert!(matches!(problem_of(&edited(&bytes, "property float x", "property list uchar int x")), PlyProblem::Type { .. }));
+    assert!(matches!(
+        problem_of(&edited(&bytes, "property float x", "property list uchar int x")),
+        PlyProblem::Type { .. }
+    ));
     assert!(matches!(problem_of(b""), PlyProblem::Header { line: 1, .. }));
 }
 
@@ -153,14 +184,20 @@ fn nan_is_named_with_its_property_and_vertex() {
     let at = bytes.len() - 2 * row + 4; // `y` of vertex 1
     bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     let problem = problem_of(&bytes);
-    assert!(matches!(&problem, PlyProblem::NonFinite { property, index: 1, .. } if property == "y"), "{problem}");
+    assert!(
+        matches!(&problem, PlyProblem::NonFinite { property, index: 1, .. } if property == "y"),
+        "{problem}"
+    );
 }
 
 #[test]
 fn text_that_is_no_number_is_named() {
     let text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n1 two 3 0 0 0\n";
-    assert_eq!(parse_points(text.as_bytes()), Err(PlyProblem::Number { property: "y".into(), index: 0, found: "two".into() }));
+    assert_eq!(
+        parse_points(text.as_bytes()),
+        Err(PlyProblem::Number { property: "y".into(), index: 0, found: "two".into() })
+    );
 }
 
 #[test]

@@ -117,7 +117,8 @@ impl<'a> Snapshot<'a> {
                 continue;
             }
             let inverse = pose.rotation.transpose();
-            let local = Ray { origin: inverse * (ray.origin - pose.position), direction: inverse * ray.direction };
+            let local =
+                Ray { origin: inverse * (ray.origin - pose.position), direction: inverse * ray.direction };
             best = nearest(&local, &body.parts, number as u16, best);
         }
         best
@@ -129,7 +130,12 @@ pub(super) fn meet_fixed<'a>(stage: &'a Stage, ray: &Ray) -> Option<Meeting<'a>>
     nearest(ray, &stage.fixed, FIXED, None)
 }
 
-fn nearest<'a>(ray: &Ray, parts: &'a [Part], body: u16, mut best: Option<Meeting<'a>>) -> Option<Meeting<'a>> {
+fn nearest<'a>(
+    ray: &Ray,
+    parts: &'a [Part],
+    body: u16,
+    mut best: Option<Meeting<'a>>,
+) -> Option<Meeting<'a>> {
     for (number, part) in parts.iter().enumerate() {
         if passes_by(ray, part.center, part.bound) {
             continue;
@@ -138,7 +144,13 @@ fn nearest<'a>(ray: &Ray, parts: &'a [Part], body: u16, mut best: Option<Meeting
             && best.is_none_or(|other| distance < other.distance)
         {
             let (point, normal) = (ray.origin + distance * ray.direction, part.rotation * normal);
-            best = Some(Meeting { distance, point, normal, texture: &part.texture, part: (body, number as u16) });
+            best = Some(Meeting {
+                distance,
+                point,
+                normal,
+                texture: &part.texture,
+                part: (body, number as u16),
+            });
         }
     }
     best
@@ -148,5 +160,6 @@ fn nearest<'a>(ray: &Ray, parts: &'a [Part], body: u16, mut best: Option<Meeting
 fn passes_by(ray: &Ray, center: DVec3, radius: f64) -> bool {
     let to_center = center - ray.origin;
     let along = to_center.dot(ray.direction) / ray.direction.length_squared();
-    to_center.length_squared() > radius * radius && (along < 0.0 || (to_center - along * ray.direction).length_squared() > radius * radius)
+    to_center.length_squared() > radius * radius
+        && (along < 0.0 || (to_center - along * ray.direction).length_squared() > radius * radius)
 }

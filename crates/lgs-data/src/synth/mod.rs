@@ -1,9 +1,10 @@
 //! Synthetic scenes with known laws: ray-traced datasets, and the ground truth to judge a model by.
 //!
-//! Bodies (`body.rs`, `shape.rs`, `texture.rs`) follow laws in closed form (`motion.rs`), are watched by rings of cameras (`view.rs`) and
-//! photographed by an analytic ray tracer in doubles (`trace.rs`); `scenes.rs` is the catalogue, `write.rs` makes the dataset folder and
-//! `truth.rs` follows surface points. There are no shadows, and shading turns with the body (see `texture.rs`), so an object's appearance
-//! is constant and all change is motion.
+//! Bodies (`body.rs`, `shape.rs`, `texture.rs`) follow laws in closed form (`motion.rs`), are watched by
+//! rings of cameras (`view.rs`) and photographed by an analytic ray tracer in doubles (`trace.rs`);
+//! `scenes.rs` is the catalogue, `write.rs` makes the dataset folder and `truth.rs` follows surface points.
+//! There are no shadows, and shading turns with the body (see `texture.rs`), so an object's appearance is
+//! constant and all change is motion.
 
 mod body;
 mod motion;
@@ -85,17 +86,27 @@ impl Default for SynthOptions {
 ///
 /// # Errors
 /// If the scene or an option is unknown, `out` holds something, or a file can't be written.
-pub fn generate(scene: &str, options: &SynthOptions, out: &Path, progress: Progress<'_>) -> Result<(), SynthError> {
+pub fn generate(
+    scene: &str,
+    options: &SynthOptions,
+    out: &Path,
+    progress: Progress<'_>,
+) -> Result<(), SynthError> {
     check(options)?;
     write::generate(&find(scene, options.seed)?, options, out, progress)
 }
 
-/// The trajectories of surface points at the given times, without any image: `points_per_object` of every mover, and as many that stand
-/// still where the scene has fixed parts.
+/// The trajectories of surface points at the given times, without any image: `points_per_object` of every
+/// mover, and as many that stand still where the scene has fixed parts.
 ///
 /// # Errors
 /// If there is no such scene.
-pub fn ground_truth(scene: &str, times: &[f64], points_per_object: usize, seed: u64) -> Result<GroundTruth, SynthError> {
+pub fn ground_truth(
+    scene: &str,
+    times: &[f64],
+    points_per_object: usize,
+    seed: u64,
+) -> Result<GroundTruth, SynthError> {
     let scene = find(scene, seed)?;
     let law = law(&scene, &SynthOptions { seed, ..SynthOptions::default() });
     Ok(truth::follow(&scene.stage, times, points_per_object, seed, law))

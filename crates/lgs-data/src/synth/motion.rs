@@ -1,4 +1,5 @@
-//! Laws of motion, each in closed form or integrated to rounding error: the pose of a body at any time, also before zero.
+//! Laws of motion, each in closed form or integrated to rounding error: the pose of a body at any time, also
+//! before zero.
 
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
@@ -20,7 +21,8 @@ pub(super) enum Motion {
     Ballistic { start: DVec3, velocity: DVec3, gravity: f64, spin: DVec3 },
     /// Uniform rotation about an axis through a fixed point, the body's origin.
     Rotor { center: DVec3, spin: DVec3, phase: f64 },
-    /// A rigid pendulum from rest: it turns about `axis` (a unit vector) through `pivot`, the body's origin, and hangs along −z at angle 0.
+    /// A rigid pendulum from rest: it turns about `axis` (a unit vector) through `pivot`, the body's origin,
+    /// and hangs along −z at angle 0.
     Pendulum { pivot: DVec3, axis: DVec3, amplitude: f64, small_angle_frequency: f64 },
     /// Isotropic harmonic force towards a centre: an ellipse, no spin.
     Harmonic { center: DVec3, displacement: DVec3, velocity: DVec3, frequency: f64 },
@@ -33,13 +35,17 @@ impl Motion {
     pub(super) fn pose(&self, t: f64) -> Pose {
         let still = |position| Pose { rotation: DMat3::IDENTITY, position };
         match *self {
-            Self::Ballistic { start, velocity, gravity, spin } => {
-                Pose { rotation: turned(spin, t), position: start + velocity * t - DVec3::Z * (0.5 * gravity * t * t) }
+            Self::Ballistic { start, velocity, gravity, spin } => Pose {
+                rotation: turned(spin, t),
+                position: start + velocity * t - DVec3::Z * (0.5 * gravity * t * t),
+            },
+            Self::Rotor { center, spin, phase } => {
+                Pose { rotation: turned(spin, t + phase / spin.length()), position: center }
             }
-            Self::Rotor { center, spin, phase } => Pose { rotation: turned(spin, t + phase / spin.length()), position: center },
-            Self::Pendulum { pivot, axis, amplitude, small_angle_frequency } => {
-                Pose { rotation: turned(axis, pendulum_angle(amplitude, small_angle_frequency, t)), position: pivot }
-            }
+            Self::Pendulum { pivot, axis, amplitude, small_angle_frequency } => Pose {
+                rotation: turned(axis, pendulum_angle(amplitude, small_angle_frequency, t)),
+                position: pivot,
+            },
             Self::Harmonic { center, displacement, velocity, frequency: w } => {
                 still(center + displacement * (w * t).cos() + velocity * ((w * t).sin() / w))
             }
@@ -116,7 +122,8 @@ mod tests {
         for t in [-0.7, 0.0, 0.4, 2.2] {
             let fall = Motion::Ballistic { start, velocity: push, gravity: 1.1, spin: DVec3::ZERO };
             assert!(acceleration(&fall, t).abs_diff_eq(DVec3::NEG_Z * 1.1, 1e-6));
-            let spring = Motion::Harmonic { center: start, displacement: push, velocity: DVec3::Y, frequency: 3.0 };
+            let spring =
+                Motion::Harmonic { center: start, displacement: push, velocity: DVec3::Y, frequency: 3.0 };
             assert!(acceleration(&spring, t).abs_diff_eq(-9.0 * (spring.pose(t).position - start), 1e-4));
             let sled = Motion::Drag { start, velocity: push, drag: 0.9 };
             assert!(acceleration(&sled, t).abs_diff_eq(-0.9 * velocity(&sled, t), 1e-5));

@@ -1,4 +1,5 @@
-//! Solids, each centred on its own origin: where a ray enters them, and points spread over their surface. Doubles throughout.
+//! Solids, each centred on its own origin: where a ray enters them, and points spread over their surface.
+//! Doubles throughout.
 
 use glam::DVec3;
 use lgs_core::Stream;
@@ -55,7 +56,9 @@ impl Shape {
             Self::Ellipsoid(radii) => (p / radii).length_squared() < 1.0 - MARGIN,
             Self::Cuboid(half) => (p.abs() - half).max_element() < -MARGIN,
             Self::Interior(_) => false,
-            Self::Cylinder(radius, half_height) => p.truncate().length() < radius - MARGIN && p.z.abs() < half_height - MARGIN,
+            Self::Cylinder(radius, half_height) => {
+                p.truncate().length() < radius - MARGIN && p.z.abs() < half_height - MARGIN
+            }
         }
     }
 
@@ -182,8 +185,11 @@ mod tests {
     use super::*;
     use lgs_core::stream;
 
-    const SOLIDS: [Shape; 3] =
-        [Shape::Ellipsoid(DVec3::new(0.5, 0.3, 0.7)), Shape::Cuboid(DVec3::new(0.4, 0.2, 0.6)), Shape::Cylinder(0.4, 0.3)];
+    const SOLIDS: [Shape; 3] = [
+        Shape::Ellipsoid(DVec3::new(0.5, 0.3, 0.7)),
+        Shape::Cuboid(DVec3::new(0.4, 0.2, 0.6)),
+        Shape::Cylinder(0.4, 0.3),
+    ];
 
     #[test]
     fn a_ray_at_a_surface_point_from_outside_hits_the_surface_no_later() {
@@ -193,7 +199,8 @@ mod tests {
                 let target = shape.surface_point(&mut rng);
                 assert!(!shape.contains(target) && shape.contains(0.999 * target), "{shape:?} {target}");
                 let origin = 3.0 * DVec3::new(0.5, -0.7, 0.6) + 0.2 * target;
-                let (distance, normal) = shape.hit(&Ray { origin, direction: target - origin }).unwrap_or((1.0, origin));
+                let (distance, normal) =
+                    shape.hit(&Ray { origin, direction: target - origin }).unwrap_or((1.0, origin));
                 assert!(distance <= 1.0 + 1e-9, "{shape:?}: {distance}");
                 let found = origin + distance * (target - origin);
                 assert!(!shape.contains(found) && shape.contains(found * (1.0 - 1e-6)), "{shape:?} {found}");

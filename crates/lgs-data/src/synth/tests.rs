@@ -27,7 +27,13 @@ fn every_mover_stays_in_view_of_most_cameras() {
                 let pose = body.motion.pose(t);
                 let center = pose.rotation * body.center + pose.position;
                 let now = views.iter().filter(|view| view.sees(center)).count();
-                assert!(10 * now >= 8 * views.len(), "{} {}: {now} of {} at {t}", info.name, body.name, views.len());
+                assert!(
+                    10 * now >= 8 * views.len(),
+                    "{} {}: {now} of {} at {t}",
+                    info.name,
+                    body.name,
+                    views.len()
+                );
                 (seen, all) = (seen + now, all + views.len());
             }
             assert!(20 * seen >= 19 * all, "{} {}: {seen} of {all}", info.name, body.name);
@@ -79,7 +85,12 @@ fn movers_move_a_lot_between_observation_and_forecast() {
         for object in truth.objects() {
             let rows = truth.trajectories(object);
             let n = rows[0].len() as f32;
-            let moved = rows[0].iter().zip(&rows[1]).map(|(&a, &b)| glam::Vec3::from(a).distance(b.into())).sum::<f32>() / n;
+            let moved = rows[0]
+                .iter()
+                .zip(&rows[1])
+                .map(|(&a, &b)| glam::Vec3::from(a).distance(b.into()))
+                .sum::<f32>()
+                / n;
             let mean = rows[0].iter().map(|&p| glam::Vec3::from(p)).sum::<glam::Vec3>() / n;
             let mut radii: Vec<f32> = rows[0].iter().map(|&p| glam::Vec3::from(p).distance(mean)).collect();
             radii.sort_by(f32::total_cmp);
@@ -126,13 +137,23 @@ fn the_written_camera_and_the_tracer_agree() {
         let fall = 1.0 - 0.45 * frame.time * frame.time;
         let (expected, _) = frame.camera.pixel_from_world([0.0, 0.0, fall]);
         let alpha = frame.alpha();
-        if alpha.iter().enumerate().any(|(i, &a)| a > 0.0 && (i % 64 == 0 || i % 64 == 63 || i / 64 == 0 || i / 64 == 63)) {
+        if alpha
+            .iter()
+            .enumerate()
+            .any(|(i, &a)| a > 0.0 && (i % 64 == 0 || i % 64 == 63 || i / 64 == 0 || i / 64 == 63))
+        {
             continue; // partly outside: the mean says nothing
         }
         let total: f32 = alpha.iter().sum();
-        let mean = |of: &dyn Fn(usize) -> usize| alpha.iter().enumerate().map(|(i, &a)| a * (of(i) as f32 + 0.5)).sum::<f32>() / total;
+        let mean = |of: &dyn Fn(usize) -> usize| {
+            alpha.iter().enumerate().map(|(i, &a)| a * (of(i) as f32 + 0.5)).sum::<f32>() / total
+        };
         let found = [mean(&|i| i % 64), mean(&|i| i / 64)];
-        assert!((found[0] - expected[0]).abs() < 0.3 && (found[1] - expected[1]).abs() < 0.3, "{}: {found:?} {expected:?}", frame.name);
+        assert!(
+            (found[0] - expected[0]).abs() < 0.3 && (found[1] - expected[1]).abs() < 0.3,
+            "{}: {found:?} {expected:?}",
+            frame.name
+        );
     }
 }
 
@@ -173,7 +194,10 @@ fn ground_truth_round_trips_and_follows_the_law() {
     assert_eq!(truth.law["objects"][1]["law"], "uniform rotation");
     assert_eq!(truth.law["objects"][1]["omega"], 2.6);
     let again: Vec<f64> = (-75..=225).map(|i| f64::from(i) / 100.0).collect();
-    assert_eq!(ground_truth("room", &again, 500, 0).unwrap(), GroundTruth { law: truth.law.clone(), ..truth.clone() });
+    assert_eq!(
+        ground_truth("room", &again, 500, 0).unwrap(),
+        GroundTruth { law: truth.law.clone(), ..truth.clone() }
+    );
     assert_eq!(GroundTruth::load(out.parent().unwrap()).unwrap(), None);
 }
 
@@ -207,9 +231,16 @@ fn an_occupied_folder_is_refused_and_left_alone() {
     let dir = tempfile::tempdir().unwrap();
     fs::write(dir.path().join("mine"), "1").unwrap();
     assert!(matches!(generate("fan", &small(), dir.path(), &|_, _| {}), Err(SynthError::Occupied(_))));
-    assert!(matches!(generate("fan", &small(), &dir.path().join("mine"), &|_, _| {}), Err(SynthError::Occupied(_))));
-    let under_a_file = generate("fan", &small(), &dir.path().join("mine/set"), &|_, _| {}).unwrap_err().to_string();
-    assert!(under_a_file.starts_with("can't create folder") && under_a_file.ends_with("mine"), "{under_a_file}");
+    assert!(matches!(
+        generate("fan", &small(), &dir.path().join("mine"), &|_, _| {}),
+        Err(SynthError::Occupied(_))
+    ));
+    let under_a_file =
+        generate("fan", &small(), &dir.path().join("mine/set"), &|_, _| {}).unwrap_err().to_string();
+    assert!(
+        under_a_file.starts_with("can't create folder") && under_a_file.ends_with("mine"),
+        "{under_a_file}"
+    );
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     let empty = dir.path().join("empty");
     fs::create_dir(&empty).unwrap();
@@ -235,6 +266,7 @@ fn parts_occlude_by_distance() {
     let texture = texture::Texture::new([0xff0000; 3], 1.0);
     let ball = |x| body::Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::new(x, 0.0, 0.0), texture);
     let stage = body::Stage { bodies: Vec::new(), fixed: vec![ball(3.0), ball(0.0)] };
-    let hit = body::meet_fixed(&stage, &Ray { origin: DVec3::NEG_X * 2.0, direction: DVec3::X }).unwrap().hit();
+    let hit =
+        body::meet_fixed(&stage, &Ray { origin: DVec3::NEG_X * 2.0, direction: DVec3::X }).unwrap().hit();
     assert_eq!((hit.distance, hit.part.1), (1.5, 1));
 }

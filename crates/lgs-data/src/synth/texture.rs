@@ -1,11 +1,13 @@
 //! Colours as smooth functions of a position in the body's own axes.
 //!
-//! Two colours alternate in soft blobs, and a third, with the same blobs as highlights, replaces them in patches of twice the size, so that no
-//! two places look alike and every rotation and displacement shows. The wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can
-//! reproduce at 160 pixels.
+//! Two colours alternate in soft blobs, and a third, with the same blobs as highlights, replaces them in
+//! patches of twice the size, so that no two places look alike and every rotation and displacement shows. The
+//! wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can reproduce
+//! at 160 pixels.
 //!
-//! Shading is soft and fixed to the body: a lamp that rides along. With a lamp in the world the colour of a turning surface would change
-//! with time, which neither the models nor the paper they follow claim to describe, and the error would hide the motion that is judged.
+//! Shading is soft and fixed to the body: a lamp that rides along. With a lamp in the world the colour of a
+//! turning surface would change with time, which neither the models nor the paper they follow claim to
+//! describe, and the error would hide the motion that is judged.
 
 use glam::DVec3;
 
@@ -23,7 +25,8 @@ pub(super) struct Texture {
 }
 
 /// Directions of the three waves of a blob pattern; oblique, so that no face of a box is parallel to one.
-const WAVES: [DVec3; 3] = [DVec3::new(0.80, 0.36, 0.48), DVec3::new(-0.48, 0.80, 0.36), DVec3::new(0.36, -0.48, 0.80)];
+const WAVES: [DVec3; 3] =
+    [DVec3::new(0.80, 0.36, 0.48), DVec3::new(-0.48, 0.80, 0.36), DVec3::new(0.36, -0.48, 0.80)];
 /// Towards the lamp, body axes.
 const LAMP: DVec3 = DVec3::new(0.36, -0.48, 0.80);
 
@@ -50,7 +53,8 @@ impl Texture {
 
     fn waves(&self, p: DVec3, wavelength: f64, phase: f64) -> f64 {
         let k = std::f64::consts::TAU / wavelength;
-        WAVES.iter().enumerate().map(|(i, w)| (k * w.dot(p) + phase + 2.1 * i as f64).sin()).sum::<f64>() / 1.5
+        WAVES.iter().enumerate().map(|(i, w)| (k * w.dot(p) + phase + 2.1 * i as f64).sin()).sum::<f64>()
+            / 1.5
     }
 }
 

@@ -1,7 +1,9 @@
-//! Images of a stage: four rays a pixel, sixteen where they disagree; alpha is the share of rays that meet something.
+//! Images of a stage: four rays a pixel, sixteen where they disagree; alpha is the share of rays that meet
+//! something.
 //!
-//! Rays per pixel form a regular grid of 2×2 or 4×4. A pixel is refined where its four rays meet different parts or colours that differ by
-//! more than a threshold. What stands still is traced once per camera and kept with its distances.
+//! Rays per pixel form a regular grid of 2×2 or 4×4. A pixel is refined where its four rays meet different
+//! parts or colours that differ by more than a threshold. What stands still is traced once per camera and
+//! kept with its distances.
 
 use super::body::{Hit, Meeting, Snapshot, Stage, meet_fixed};
 use super::shape::Ray;
@@ -51,7 +53,8 @@ pub(super) fn image(stage: &Stage, view: &View, backdrop: &Backdrop, t: f64) -> 
             bytes.extend(backdrop.pixels[index]);
             continue;
         }
-        let coarse: [Option<Hit>; COARSE * COARSE] = std::array::from_fn(|i| over(movers[i], backdrop.coarse[index][i]));
+        let coarse: [Option<Hit>; COARSE * COARSE] =
+            std::array::from_fn(|i| over(movers[i], backdrop.coarse[index][i]));
         let refined = || grid::<{ FINE * FINE }>(view, pixel, FINE).map(|ray| trace(&ray));
         bytes.extend(if is_edge(&coarse) { average(&refined()) } else { average(&coarse) });
     }

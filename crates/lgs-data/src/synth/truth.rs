@@ -1,7 +1,7 @@
 //! What really happened: points of the surfaces carried along by the motion, and the law with its constants.
 //!
-//! On disk: `ground_truth.safetensors` with `times` [T] f32, `points` [T, P, 3] f32 and `object` [P] i64 (−1 for what stands still), and
-//! `scene.json` with the law.
+//! On disk: `ground_truth.safetensors` with `times` [T] f32, `points` [T, P, 3] f32 and `object` [P] i64 (−1
+//! for what stands still), and `scene.json` with the law.
 
 use super::SynthError;
 use super::body::{Part, Stage};
@@ -52,10 +52,15 @@ impl GroundTruth {
         let object: Vec<u8> = self.object.iter().flat_map(|&o| i64::from(o).to_le_bytes()).collect();
         let (times, points) = (bytes(&self.times), bytes(&flat));
         let path = folder.join(FILE);
-        let wrong = |e: safetensors::SafeTensorError| SynthError::Truth { path: path.clone(), reason: e.to_string() };
+        let wrong =
+            |e: safetensors::SafeTensorError| SynthError::Truth { path: path.clone(), reason: e.to_string() };
         let tensors = [
             ("times", TensorView::new(Dtype::F32, vec![self.times.len()], &times).map_err(wrong)?),
-            ("points", TensorView::new(Dtype::F32, vec![self.times.len(), self.object.len(), 3], &points).map_err(wrong)?),
+            (
+                "points",
+                TensorView::new(Dtype::F32, vec![self.times.len(), self.object.len(), 3], &points)
+                    .map_err(wrong)?,
+            ),
             ("object", TensorView::new(Dtype::I64, vec![self.object.len()], &object).map_err(wrong)?),
         ];
         let file = safetensors::serialize(tensors, None).map_err(wrong)?;
@@ -77,7 +82,9 @@ impl GroundTruth {
     /// The trajectories of one object's points `[T][n]`.
     #[must_use]
     pub fn trajectories(&self, object: i32) -> Vec<Vec<[f32; 3]>> {
-        let own = |row: &Vec<[f32; 3]>| row.iter().zip(&self.object).filter(|&(_, &o)| o == object).map(|(&p, _)| p).collect();
+        let own = |row: &Vec<[f32; 3]>| {
+            row.iter().zip(&self.object).filter(|&(_, &o)| o == object).map(|(&p, _)| p).collect()
+        };
         self.points.iter().map(own).collect()
     }
 }
@@ -128,17 +135,29 @@ fn parse(bytes: &[u8], law: Value) -> Result<GroundTruth, String> {
     let file = SafeTensors::deserialize(bytes).map_err(|e| e.to_string())?;
     let tensor = |name: &str, dtype: Dtype| {
         let tensor = file.tensor(name).map_err(|e| format!("tensor `{name}`: {e}"))?;
-        if tensor.dtype() == dtype { Ok(tensor) } else { Err(format!("tensor `{name}`: expected {dtype:?}, found {:?}", tensor.dtype())) }
+        if tensor.dtype() == dtype {
+            Ok(tensor)
+        } else {
+            Err(format!("tensor `{name}`: expected {dtype:?}, found {:?}", tensor.dtype()))
+        }
     };
-    let (times, points, object) = (tensor("times", Dtype::F32)?, tensor("points", Dtype::F32)?, tensor("object", Dtype::I64)?);
+    let (times, points, object) =
+        (tensor("times", Dtype::F32)?, tensor("points", Dtype::F32)?, tensor("object", Dtype::I64)?);
     let (steps, count) = (times.data().len() / 4, object.data().len() / 8);
     if points.shape() != [steps, count, 3] {
-        return Err(format!("tensor `points`: expected shape [{steps}, {count}, 3], found {:?}", points.shape()));
+        return Err(format!(
+            "tensor `points`: expected shape [{steps}, {count}, 3], found {:?}",
+            points.shape()
+        ));
     }
     let positions: Vec<[f32; 3]> = floats("points", points.data())?.as_chunks().0.to_vec();
     Ok(GroundTruth {
         times: floats("times", times.data())?,
-        points: if count == 0 { vec![Vec::new(); steps] } else { positions.chunks_exact(count).map(<[_]>::to_vec).collect() },
+        points: if count == 0 {
+            vec![Vec::new(); steps]
+        } else {
+            positions.chunks_exact(count).map(<[_]>::to_vec).collect()
+        },
         object: object.data().as_chunks().0.iter().map(|&b| i64::from_le_bytes(b) as i32).collect(),
         law,
     })

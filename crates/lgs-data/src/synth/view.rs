@@ -1,8 +1,8 @@
 //! Cameras of the synthetic scenes, and the rays through their pixels.
 //!
-//! Object scenes are watched from rings on an upper hemisphere: elevations alternate between three values and azimuths are spread evenly,
-//! held-out cameras stand between training ones. The room is watched from an arc along its near wall, inside, so that every pixel is
-//! covered.
+//! Object scenes are watched from rings on an upper hemisphere: elevations alternate between three values and
+//! azimuths are spread evenly, held-out cameras stand between training ones. The room is watched from an arc
+//! along its near wall, inside, so that every pixel is covered.
 
 use super::shape::Ray;
 use glam::DVec3;
@@ -52,7 +52,10 @@ impl View {
     /// The ray through a pixel position; its direction has unit depth.
     pub(super) fn ray(&self, x: f64, y: f64) -> Ray {
         let (focal, half) = (self.focal, 0.5 * self.size as f64);
-        Ray { origin: self.eye, direction: self.forward + self.right * ((x - half) / focal) + self.down * ((y - half) / focal) }
+        Ray {
+            origin: self.eye,
+            direction: self.forward + self.right * ((x - half) / focal) + self.down * ((y - half) / focal),
+        }
     }
 
     /// Whether a point lies inside the image.
@@ -86,15 +89,24 @@ impl Rig {
         };
         match *self {
             Self::Hemisphere { target, distance, fov } => {
-                let elevation = held_out.map_or(TRAINING_ELEVATIONS[index % 3], |i| HELD_OUT_ELEVATIONS[i % 3]);
+                let elevation =
+                    held_out.map_or(TRAINING_ELEVATIONS[index % 3], |i| HELD_OUT_ELEVATIONS[i % 3]);
                 let azimuth = TAU * along;
-                let outward = DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
+                let outward = DVec3::new(
+                    elevation.cos() * azimuth.cos(),
+                    elevation.cos() * azimuth.sin(),
+                    elevation.sin(),
+                );
                 View::look_at(target + distance * outward, target, fov, size)
             }
             Self::Arc { target, y, reach, heights, fov } => {
                 let side = 2.0 * along.min(1.0) - 1.0;
                 let height = held_out.map_or([0.15, 0.9, 0.5][index % 3], |i| [0.35, 0.7, 0.5][i % 3]);
-                let eye = DVec3::new(reach * side, y * (1.0 - 0.25 * side * side), heights[0] + height * (heights[1] - heights[0]));
+                let eye = DVec3::new(
+                    reach * side,
+                    y * (1.0 - 0.25 * side * side),
+                    heights[0] + height * (heights[1] - heights[0]),
+                );
                 View::look_at(eye, target, fov, size)
             }
         }

@@ -1,7 +1,8 @@
 //! A scene as a dataset folder.
 //!
-//! Everything goes into a temporary folder beside the destination, which is renamed when it is complete; a destination that holds anything
-//! is refused. Times are multiples of 1/60. With V training views (3 held-out ones are added):
+//! Everything goes into a temporary folder beside the destination, which is renamed when it is complete; a
+//! destination that holds anything is refused. Times are multiples of 1/60. With V training views (3 held-out
+//! ones are added):
 //!
 //! | split | times | views |
 //! |---|---|---|
@@ -49,11 +50,18 @@ struct Shot {
     time: f64,
 }
 
-pub(super) fn generate(scene: &Scene, options: &SynthOptions, out: &Path, progress: Progress<'_>) -> Result<(), SynthError> {
+pub(super) fn generate(
+    scene: &Scene,
+    options: &SynthOptions,
+    out: &Path,
+    progress: Progress<'_>,
+) -> Result<(), SynthError> {
     refuse_occupied(out)?;
     let parent = files::folder_of(out);
     fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
-    let folder = files::temporary_builder(0o777).tempdir_in(parent).map_err(|e| FileError::new("create folder in", parent, e))?;
+    let folder = files::temporary_builder(0o777)
+        .tempdir_in(parent)
+        .map_err(|e| FileError::new("create folder in", parent, e))?;
     fill(folder.path(), scene, options, progress)?;
     if out.exists() {
         fs::remove_dir(out).map_err(|e| FileError::new("replace folder", out, e))?;
@@ -71,7 +79,12 @@ fn refuse_occupied(out: &Path) -> Result<(), SynthError> {
     if empty { Ok(()) } else { Err(SynthError::Occupied(out.to_path_buf())) }
 }
 
-fn fill(folder: &Path, scene: &Scene, options: &SynthOptions, progress: Progress<'_>) -> Result<(), SynthError> {
+fn fill(
+    folder: &Path,
+    scene: &Scene,
+    options: &SynthOptions,
+    progress: Progress<'_>,
+) -> Result<(), SynthError> {
     let views = scene.rig.views(options.views, options.size as usize, options.seed);
     let shots = shots(options);
     for split in ["train", "val", "test", "long", "past"] {
@@ -103,9 +116,12 @@ fn shots(options: &SynthOptions) -> Vec<Shot> {
     let spread = |count: usize| -> Vec<usize> { (0..count).map(|i| i * options.views / count).collect() };
     let some_of_all = [spread(TEST_TRAINING_VIEWS.min(options.views)), held_out.clone()].concat();
     let few = [spread(2.min(options.views)), held_out[..2].to_vec()].concat();
-    let observed = |stride: usize| -> Vec<f64> { (0..=LAST_OBSERVED).step_by(stride).map(|i| f64::from(i) / f64::from(RATE)).collect() };
+    let observed = |stride: usize| -> Vec<f64> {
+        (0..=LAST_OBSERVED).step_by(stride).map(|i| f64::from(i) / f64::from(RATE)).collect()
+    };
     let future: Vec<f64> = (LAST_OBSERVED + 1..RATE).map(|i| f64::from(i) / f64::from(RATE)).collect();
-    let long: Vec<f64> = (0..FAR_TIMES).map(|i| 1.0 + 1.25 * f64::from(i) / f64::from(FAR_TIMES - 1)).collect();
+    let long: Vec<f64> =
+        (0..FAR_TIMES).map(|i| 1.0 + 1.25 * f64::from(i) / f64::from(FAR_TIMES - 1)).collect();
     let past: Vec<f64> = (0..FAR_TIMES).map(|i| -0.75 + 0.75 * f64::from(i) / f64::from(FAR_TIMES)).collect();
     let plan = [
         ("train", observed((RATE / options.train_fps) as usize), &training),
@@ -117,7 +133,12 @@ fn shots(options: &SynthOptions) -> Vec<Shot> {
     let mut shots = Vec::new();
     for (split, times, views) in plan {
         let each = times.iter().flat_map(|&time| views.iter().map(move |&view| (time, view)));
-        shots.extend(each.enumerate().map(|(i, (time, view))| Shot { split, name: format!("{split}/r_{i:04}"), view, time }));
+        shots.extend(each.enumerate().map(|(i, (time, view))| Shot {
+            split,
+            name: format!("{split}/r_{i:04}"),
+            view,
+            time,
+        }));
     }
     shots
 }
@@ -135,7 +156,9 @@ fn write_transforms(folder: &Path, split: &str, shots: &[Shot], views: &[View]) 
     let own: Vec<&Shot> = shots.iter().filter(|shot| shot.split == split).collect();
     let frames: Vec<Value> = own.iter().map(|shot| frame_entry(shot, &views[shot.view])).collect();
     let file = json!({ "camera_angle_x": views[0].fov, "frames": frames });
-    files::write_atomically(&folder.join(format!("transforms_{split}.json")), |w| serde_json::to_writer(w, &file).map_err(Into::into))?;
+    files::write_atomically(&folder.join(format!("transforms_{split}.json")), |w| {
+        serde_json::to_writer(w, &file).map_err(Into::into)
+    })?;
     Ok(())
 }
 

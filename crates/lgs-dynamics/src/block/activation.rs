@@ -1,7 +1,8 @@
 //! SiLU with its first two derivatives as ends of matrix products, and softplus.
 //!
-//! `φ(z) = z s`, `φ' = s (1 + z (1 − s))`, `φ'' = s (1 − s) (2 + z (1 − 2 s))` with `s = sigmoid(z)` (reference §8.3). The exponential is a
-//! polynomial of degree 5 after reduction to powers of two (relative error below 3e-7).
+//! `φ(z) = z s`, `φ' = s (1 + z (1 − s))`, `φ'' = s (1 − s) (2 + z (1 − 2 s))` with `s = sigmoid(z)`
+//! (reference §8.3). The exponential is a polynomial of degree 5 after reduction to powers of two (relative
+//! error below 3e-7).
 
 use crate::block::product::{Epilogue, vector, vector_at};
 use pulp::Simd;
@@ -18,7 +19,8 @@ const SATURATED: f32 = 87.0;
 #[inline(always)]
 fn sigmoid<S: Simd>(simd: S, z: S::f32s) -> S::f32s {
     let x = simd.max_f32s(simd.splat_f32s(-SATURATED), simd.min_f32s(simd.splat_f32s(SATURATED), z));
-    let (log2_e, rounding, one) = (simd.splat_f32s(-std::f32::consts::LOG2_E), simd.splat_f32s(ROUNDING), simd.splat_f32s(1.0));
+    let (log2_e, rounding, one) =
+        (simd.splat_f32s(-std::f32::consts::LOG2_E), simd.splat_f32s(ROUNDING), simd.splat_f32s(1.0));
     let shifted = simd.mul_add_f32s(x, log2_e, rounding);
     let fraction = simd.mul_add_f32s(x, log2_e, simd.sub_f32s(rounding, shifted));
     let mut p = simd.splat_f32s(EXP2[5]);
@@ -118,9 +120,14 @@ mod tests {
             let found = activated(z);
             for (i, z) in z.into_iter().map(f64::from).enumerate() {
                 let s = 1.0 / (1.0 + (-z).exp());
-                let expected = [z * s, s * (1.0 + z * (1.0 - s)), s * (1.0 - s) * (2.0 + z * (1.0 - 2.0 * s))];
+                let expected =
+                    [z * s, s * (1.0 + z * (1.0 - s)), s * (1.0 - s) * (2.0 + z * (1.0 - 2.0 * s))];
                 for (found, expected) in found.iter().zip(expected) {
-                    assert!((f64::from(found[i]) - expected).abs() <= 1e-6 * (1.0 + expected.abs()), "z = {z}: {} {expected}", found[i]);
+                    assert!(
+                        (f64::from(found[i]) - expected).abs() <= 1e-6 * (1.0 + expected.abs()),
+                        "z = {z}: {} {expected}",
+                        found[i]
+                    );
                 }
             }
         }

@@ -2,7 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-/// Bytes of a cache line, which is also the widest vector: a vector that straddles two lines costs two accesses.
+/// Bytes of a cache line, which is also the widest vector: a vector that straddles two lines costs two
+/// accesses.
 const LINE: usize = 64;
 
 /// An array of f32 whose first value lies at the start of a cache line.

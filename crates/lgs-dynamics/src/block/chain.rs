@@ -1,4 +1,5 @@
-//! Ends of matrix products in the chain of the spatial gradient and in the backward passes; all matrices are `[WIDTH, units]`.
+//! Ends of matrix products in the chain of the spatial gradient and in the backward passes; all matrices are
+//! `[WIDTH, units]`.
 
 use crate::block::WIDTH;
 use crate::block::product::{Epilogue, vector, vector_at};
@@ -54,7 +55,8 @@ impl Epilogue for Chain<'_> {
     }
 }
 
-/// With sums `v_e`: the part of `v_z` that comes through `φ''`, in place of `φ'' ⊙ g`, and `v_g = slope ⊙ v_e`.
+/// With sums `v_e`: the part of `v_z` that comes through `φ''`, in place of `φ'' ⊙ g`, and `v_g = slope ⊙
+/// v_e`.
 pub(crate) struct SlopeVjp<'a> {
     pub(crate) slope: &'a [f32],
     pub(crate) curvature: &'a mut [f32],

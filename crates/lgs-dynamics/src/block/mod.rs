@@ -1,8 +1,9 @@
 //! Arithmetic on blocks of particles.
 //!
-//! A block holds [`WIDTH`] particles. What has a few features (positions, forces) lies feature-major, `[features, WIDTH]`; hidden layers lie
-//! particle-major, `[WIDTH, units]`, so that every matrix product reads both of its operands as they lie. The last block of a set is padded
-//! with copies of its first particle; the padding's cotangents are zero. Matrix products ([`product`]) and what happens at their ends
+//! A block holds [`WIDTH`] particles. What has a few features (positions, forces) lies feature-major,
+//! `[features, WIDTH]`; hidden layers lie particle-major, `[WIDTH, units]`, so that every matrix product
+//! reads both of its operands as they lie. The last block of a set is padded with copies of its first
+//! particle; the padding's cotangents are zero. Matrix products ([`product`]) and what happens at their ends
 //! ([`activation`], [`chain`]) are compiled once per processor feature level and chosen at run time.
 
 pub(crate) mod activation;

@@ -1,9 +1,10 @@
-//! Matrix products on slices whose results never leave the registers before they have been used: a tile of sums goes through an
-//! [`Epilogue`] (a bias and an activation, a product with slopes, an addition) and is stored once.
+//! Matrix products on slices whose results never leave the registers before they have been used: a tile of
+//! sums goes through an [`Epilogue`] (a bias and an activation, a product with slopes, an addition) and is
+//! stored once.
 //!
-//! The right operand is read in vectors along its columns, the left one value by value. Every sum runs over the depth in ascending order,
-//! so a result depends on the shapes alone, not on the width of vectors or tiles. Columns are multiples of [`COLUMNS`]; callers pad with
-//! zeros.
+//! The right operand is read in vectors along its columns, the left one value by value. Every sum runs over
+//! the depth in ascending order, so a result depends on the shapes alone, not on the width of vectors or
+//! tiles. Columns are multiples of [`COLUMNS`]; callers pad with zeros.
 
 use crate::block::packed::{COLUMNS, Right};
 use pulp::{Arch, Simd, WithSimd};
@@ -17,7 +18,12 @@ pub(crate) trait Epilogue {
 /// How the left operand is read.
 pub(crate) trait Left: Copy {
     /// `R` rows from `row` on times `V` vectors from `column` on of a panel `[depth, width]` of vectors.
-    fn tile<S: Simd, const R: usize, const V: usize>(self, simd: S, row: usize, panel: Panel<'_, S>) -> [[S::f32s; V]; R];
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        self,
+        simd: S,
+        row: usize,
+        panel: Panel<'_, S>,
+    ) -> [[S::f32s; V]; R];
 }
 
 /// The part of a panel of the right operand that a tile reads.
@@ -39,11 +45,17 @@ pub(crate) struct Columns<'a>(pub(crate) &'a [f32], pub(crate) usize);
 
 impl Left for Rows<'_> {
     #[inline(always)]
-    fn tile<S: Simd, const R: usize, const V: usize>(self, simd: S, row: usize, panel: Panel<'_, S>) -> [[S::f32s; V]; R] {
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        self,
+        simd: S,
+        row: usize,
+        panel: Panel<'_, S>,
+    ) -> [[S::f32s; V]; R] {
         let depth = panel.vectors.len() / panel.width;
         assert!(depth.is_multiple_of(COLUMNS), "depth {depth} of rows");
         // Pieces of fixed length need no bounds checks inside.
-        let lines: [&[[f32; COLUMNS]]; R] = std::array::from_fn(|r| self.0[(row + r) * self.1..][..depth].as_chunks().0);
+        let lines: [&[[f32; COLUMNS]]; R] =
+            std::array::from_fn(|r| self.0[(row + r) * self.1..][..depth].as_chunks().0);
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
         for (piece, vectors) in panel.vectors.chunks_exact(panel.width * COLUMNS).enumerate() {
             let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &lines[r][piece]);
@@ -63,7 +75,12 @@ impl Left for Rows<'_> {
 
 impl Left for Columns<'_> {
     #[inline(always)]
-    fn tile<S: Simd, const R: usize, const V: usize>(self, simd: S, row: usize, panel: Panel<'_, S>) -> [[S::f32s; V]; R] {
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        self,
+        simd: S,
+        row: usize,
+        panel: Panel<'_, S>,
+    ) -> [[S::f32s; V]; R] {
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
         for (a, b) in self.0.chunks_exact(self.1).zip(panel.vectors.chunks_exact(panel.width)) {
             let (a, b) = (&a[row..row + R], &b[panel.column..panel.column + V]);
@@ -94,7 +111,13 @@ impl<L: Left, E: Epilogue> Product<'_, L, E> {
 
     /// `R` rows by `V` vectors.
     #[inline(always)]
-    fn tile<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, row: usize, first: usize, panel: Panel<'_, S>) {
+    fn tile<S: Simd, const R: usize, const V: usize>(
+        &mut self,
+        simd: S,
+        row: usize,
+        first: usize,
+        panel: Panel<'_, S>,
+    ) {
         let sums = self.left.tile::<S, R, V>(simd, row, panel);
         for (r, sums) in sums.iter().enumerate() {
             for (v, &sums) in sums.iter().enumerate() {
@@ -130,7 +153,8 @@ impl<L: Left, E: Epilogue> WithSimd for Product<'_, L, E> {
         for (first, width, panel) in self.right.panels() {
             let (vectors, width) = (S::as_simd_f32s(panel).0, width / S::F32_LANES);
             let mut column = 0;
-            // 32 registers hold 24 sums of the widest vectors, 16 registers 12 of half the width, beside the operands.
+            // 32 registers hold 24 sums of the widest vectors, 16 registers 12 of half the width, beside the
+            // operands.
             while S::F32_LANES == COLUMNS && column + 4 <= width {
                 self.tiles::<S, 6, 4>(simd, first, Panel { vectors, width, column });
                 column += 4;
@@ -196,27 +220,51 @@ mod tests {
 
     #[test]
     fn products_of_any_shape_and_vector_width_are_right() {
-        for [m, k, n] in [[1, 1, 1], [4, 3, 64], [7, 5, 64], [9, 64, 37], [64, 16, 128], [3, 64, 96], [64, 128, 6]] {
+        for [m, k, n] in
+            [[1, 1, 1], [4, 3, 64], [7, 5, 64], [9, 64, 37], [64, 16, 128], [3, 64, 96], [64, 128, 6]]
+        {
             let (a, b) = (numbers(m * k, 0.1), numbers(k * n, 0.7));
             let a_columns: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
             let packed = Packed::new(k, n, |depth, column| b[depth * n + column]);
             let width = padded(n);
-            let (mut by_rows, mut by_columns, mut narrow) = (vec![0.0; m * width], vec![1.0; m * width], vec![0.0; m * width]);
+            let (mut by_rows, mut by_columns, mut narrow) =
+                (vec![0.0; m * width], vec![1.0; m * width], vec![0.0; m * width]);
             let columns = Columns(&a_columns, m);
-            Product { left: columns, rows: m, right: packed.right(), epilogue: Add(&mut by_columns, width) }.run();
-            Scalar.vectorize(Product { left: columns, rows: m, right: packed.right(), epilogue: Set(&mut narrow, width) });
+            Product { left: columns, rows: m, right: packed.right(), epilogue: Add(&mut by_columns, width) }
+                .run();
+            Scalar.vectorize(Product {
+                left: columns,
+                rows: m,
+                right: packed.right(),
+                epilogue: Set(&mut narrow, width),
+            });
             if k % COLUMNS == 0 {
-                Product { left: Rows(&a, k), rows: m, right: packed.right(), epilogue: Set(&mut by_rows, width) }.run();
+                Product {
+                    left: Rows(&a, k),
+                    rows: m,
+                    right: packed.right(),
+                    epilogue: Set(&mut by_rows, width),
+                }
+                .run();
             } else {
                 by_rows.copy_from_slice(&narrow);
             }
             for row in 0..m {
                 for column in 0..width {
-                    let term = |d: usize| if column < n { f64::from(a[row * k + d]) * f64::from(b[d * n + column]) } else { 0.0 };
+                    let term = |d: usize| {
+                        if column < n {
+                            f64::from(a[row * k + d]) * f64::from(b[d * n + column])
+                        } else {
+                            0.0
+                        }
+                    };
                     let expected: f64 = (0..k).map(term).sum();
                     let at = row * width + column;
                     assert!((f64::from(by_rows[at]) - expected).abs() < 1e-5, "{m} {k} {n}");
-                    assert!((f64::from(by_columns[at]) - 1.0 - expected).abs() < 1e-5, "{m} {k} {n}, transposed");
+                    assert!(
+                        (f64::from(by_columns[at]) - 1.0 - expected).abs() < 1e-5,
+                        "{m} {k} {n}, transposed"
+                    );
                     assert!((f64::from(narrow[at]) - expected).abs() < 1e-5, "{m} {k} {n}, one lane");
                 }
             }
@@ -227,7 +275,8 @@ mod tests {
     fn a_plain_matrix_is_read_as_it_lies() {
         let (a, b) = (numbers(3 * 32, 0.2), numbers(32 * 96, 0.4));
         let mut out = vec![0.0; 3 * 96];
-        Product { left: Rows(&a, 32), rows: 3, right: Right::plain(&b, 96), epilogue: Set(&mut out, 96) }.run();
+        Product { left: Rows(&a, 32), rows: 3, right: Right::plain(&b, 96), epilogue: Set(&mut out, 96) }
+            .run();
         let expected: f32 = (0..32).map(|d| a[32 + d] * b[d * 96 + 70]).sum();
         assert!((out[96 + 70] - expected).abs() < 1e-5);
     }

@@ -1,7 +1,8 @@
 //! Accelerations, rollouts and alignment as differentiable Burn operations.
 //!
-//! A tensor on an autodiff device gets one graph node per call, whose backward pass is the crate's own on slices; nothing of the networks'
-//! activations stays on the tape. A node has one output, so states and alignments leave packed.
+//! A tensor on an autodiff device gets one graph node per call, whose backward pass is the crate's own on
+//! slices; nothing of the networks' activations stays on the tape. A node has one output, so states and
+//! alignments leave packed.
 
 mod ops;
 
@@ -33,23 +34,42 @@ pub struct RolloutCall {
     pub velocity_policy: VelocityPolicy,
 }
 
-/// Accelerations `[n, 3]` for parameters `[p]`, positions and velocities `[n, 3]`; differentiable by all three.
+/// Accelerations `[n, 3]` for parameters `[p]`, positions and velocities `[n, 3]`; differentiable by all
+/// three.
 ///
 /// # Panics
 /// If the shapes do not fit the system.
 #[must_use]
-pub fn acceleration(config: SystemConfig, edit: Edit, params: Tensor<1>, q: Tensor<2>, v: Tensor<2>) -> Tensor<2> {
-    let out = <Dispatch as DynamicsOps>::acceleration(params.into_dispatch(), q.into_dispatch(), v.into_dispatch(), config, edit);
+pub fn acceleration(
+    config: SystemConfig,
+    edit: Edit,
+    params: Tensor<1>,
+    q: Tensor<2>,
+    v: Tensor<2>,
+) -> Tensor<2> {
+    let out = <Dispatch as DynamicsOps>::acceleration(
+        params.into_dispatch(),
+        q.into_dispatch(),
+        v.into_dispatch(),
+        config,
+        edit,
+    );
     Tensor::from_dispatch(out)
 }
 
-/// States `[states, n, 10]` (position, velocity, rotation quaternion) of a rollout from rotation identity; differentiable by all tensors.
+/// States `[states, n, 10]` (position, velocity, rotation quaternion) of a rollout from rotation identity;
+/// differentiable by all tensors.
 ///
 /// # Panics
 /// If the shapes do not fit the system or the supports.
 #[must_use]
 pub fn rollout(params: Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: RolloutCall) -> Tensor<3> {
-    let out = <Dispatch as DynamicsOps>::rollout(params.into_dispatch(), q0.into_dispatch(), v0.into_dispatch(), call);
+    let out = <Dispatch as DynamicsOps>::rollout(
+        params.into_dispatch(),
+        q0.into_dispatch(),
+        v0.into_dispatch(),
+        call,
+    );
     Tensor::from_dispatch(out)
 }
 
@@ -60,7 +80,8 @@ pub fn rollout(params: Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: RolloutCal
 #[must_use]
 pub fn align(position: Tensor<2>, candidate: Tensor<2>, supports: Arc<Supports>) -> (Tensor<2>, Tensor<3>) {
     let n = supports.particles();
-    let packed = <Dispatch as DynamicsOps>::align(position.into_dispatch(), candidate.into_dispatch(), supports);
+    let packed =
+        <Dispatch as DynamicsOps>::align(position.into_dispatch(), candidate.into_dispatch(), supports);
     let packed = Tensor::<2>::from_dispatch(packed);
     (packed.clone().slice([0..n, 0..3]), packed.slice([0..n, 3..12]).reshape([n, 3, 3]))
 }

@@ -29,12 +29,22 @@ pub trait DynamicsOps: Backend {
         edit: Edit,
     ) -> FloatTensor<Self>;
     /// States `[states, n, 10]`.
-    fn rollout(params: FloatTensor<Self>, q0: FloatTensor<Self>, v0: FloatTensor<Self>, call: RolloutCall) -> FloatTensor<Self>;
+    fn rollout(
+        params: FloatTensor<Self>,
+        q0: FloatTensor<Self>,
+        v0: FloatTensor<Self>,
+        call: RolloutCall,
+    ) -> FloatTensor<Self>;
     /// Aligned positions and rotation matrices `[n, 3 + 9]`.
-    fn align(position: FloatTensor<Self>, candidate: FloatTensor<Self>, supports: Arc<Supports>) -> FloatTensor<Self>;
+    fn align(
+        position: FloatTensor<Self>,
+        candidate: FloatTensor<Self>,
+        supports: Arc<Supports>,
+    ) -> FloatTensor<Self>;
 }
 
-/// Backends that can pull cotangents back through [`DynamicsOps`]; apart from it, as only the inner backend of an autodiff one is asked.
+/// Backends that can pull cotangents back through [`DynamicsOps`]; apart from it, as only the inner backend
+/// of an autodiff one is asked.
 pub trait DynamicsKernels: DynamicsOps {
     /// Cotangents of parameters, positions and velocities.
     fn acceleration_vjp(
@@ -44,13 +54,25 @@ pub trait DynamicsKernels: DynamicsOps {
         v_out: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3];
     /// The packed states and the states themselves.
-    fn rollout_states(inputs: [FloatTensor<Self>; 3], call: &RolloutCall) -> (FloatTensor<Self>, Arc<Vec<State>>);
+    fn rollout_states(
+        inputs: [FloatTensor<Self>; 3],
+        call: &RolloutCall,
+    ) -> (FloatTensor<Self>, Arc<Vec<State>>);
     /// Cotangents of parameters, starting positions and velocities.
-    fn rollout_vjp(params: FloatTensor<Self>, call: &RolloutCall, states: &[State], v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 3];
+    fn rollout_vjp(
+        params: FloatTensor<Self>,
+        call: &RolloutCall,
+        states: &[State],
+        v_packed: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3];
     /// The packed alignment and the alignment itself.
     fn alignment(inputs: [FloatTensor<Self>; 2], supports: &Supports) -> (FloatTensor<Self>, Arc<Alignment>);
     /// Cotangents of positions and candidates.
-    fn align_vjp(supports: &Supports, alignment: &Alignment, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 2];
+    fn align_vjp(
+        supports: &Supports,
+        alignment: &Alignment,
+        v_packed: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 2];
 }
 
 fn floats(tensor: &FloatTensor<Flex>) -> Vec<f32> {
@@ -119,11 +141,20 @@ impl DynamicsOps for Flex {
         tensor_of_points(system.accelerations(&points(&q), &points(&v), &edit))
     }
 
-    fn rollout(params: FloatTensor<Self>, q0: FloatTensor<Self>, v0: FloatTensor<Self>, call: RolloutCall) -> FloatTensor<Self> {
+    fn rollout(
+        params: FloatTensor<Self>,
+        q0: FloatTensor<Self>,
+        v0: FloatTensor<Self>,
+        call: RolloutCall,
+    ) -> FloatTensor<Self> {
         Self::rollout_states([params, q0, v0], &call).0
     }
 
-    fn align(position: FloatTensor<Self>, candidate: FloatTensor<Self>, supports: Arc<Supports>) -> FloatTensor<Self> {
+    fn align(
+        position: FloatTensor<Self>,
+        candidate: FloatTensor<Self>,
+        supports: Arc<Supports>,
+    ) -> FloatTensor<Self> {
         Self::alignment([position, candidate], &supports).0
     }
 }
@@ -142,14 +173,22 @@ impl DynamicsKernels for Flex {
         [tensor(g.params, [len]), tensor_of_points(g.q), tensor_of_points(g.v)]
     }
 
-    fn rollout_states([params, q0, v0]: [FloatTensor<Self>; 3], call: &RolloutCall) -> (FloatTensor<Self>, Arc<Vec<State>>) {
+    fn rollout_states(
+        [params, q0, v0]: [FloatTensor<Self>; 3],
+        call: &RolloutCall,
+    ) -> (FloatTensor<Self>, Arc<Vec<State>>) {
         let _span = tracing::trace_span!("rollout").entered();
         let system = System { config: call.config, params: floats(&params) };
         let states = rollout(&system, &State::at_start(points(&q0), points(&v0)), &call.spec());
         (pack(&states), Arc::new(states))
     }
 
-    fn rollout_vjp(params: FloatTensor<Self>, call: &RolloutCall, states: &[State], v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+    fn rollout_vjp(
+        params: FloatTensor<Self>,
+        call: &RolloutCall,
+        states: &[State],
+        v_packed: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3] {
         let _span = tracing::trace_span!("rollout, backward").entered();
         let system = System { config: call.config, params: floats(&params) };
         let cotangents = unpack_cotangents(&floats(&v_packed), states[0].len());
@@ -158,7 +197,10 @@ impl DynamicsKernels for Flex {
         [tensor(g.params, [len]), tensor_of_points(g.q0), tensor_of_points(g.v0)]
     }
 
-    fn alignment([position, candidate]: [FloatTensor<Self>; 2], supports: &Supports) -> (FloatTensor<Self>, Arc<Alignment>) {
+    fn alignment(
+        [position, candidate]: [FloatTensor<Self>; 2],
+        supports: &Supports,
+    ) -> (FloatTensor<Self>, Arc<Alignment>) {
         let _span = tracing::trace_span!("alignment").entered();
         let alignment = align(&points(&position), &points(&candidate), supports);
         let mut values = Vec::with_capacity(12 * supports.particles());
@@ -168,19 +210,28 @@ impl DynamicsKernels for Flex {
         (tensor(values, [supports.particles(), 12]), Arc::new(alignment))
     }
 
-    fn align_vjp(supports: &Supports, alignment: &Alignment, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 2] {
+    fn align_vjp(
+        supports: &Supports,
+        alignment: &Alignment,
+        v_packed: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 2] {
         let _span = tracing::trace_span!("alignment, backward").entered();
         let values = floats(&v_packed);
         let rows = values.as_chunks::<12>().0;
         let v_aligned: Vec<[f32; 3]> = rows.iter().map(|r| [r[0], r[1], r[2]]).collect();
-        let v_rotations: Vec<_> = rows.iter().map(|r| [[r[3], r[4], r[5]], [r[6], r[7], r[8]], [r[9], r[10], r[11]]]).collect();
+        let v_rotations: Vec<_> =
+            rows.iter().map(|r| [[r[3], r[4], r[5]], [r[6], r[7], r[8]], [r[9], r[10], r[11]]]).collect();
         let (v_position, v_candidate) = align_vjp(supports, alignment, &v_aligned, &v_rotations);
         [tensor_of_points(v_position), tensor_of_points(v_candidate)]
     }
 }
 
 /// Hands cotangents to the parents that ask for them.
-fn register<B: Backend, S, const N: usize>(ops: Ops<S, N>, grads: &mut Gradients, cotangents: [FloatTensor<B>; N]) {
+fn register<B: Backend, S, const N: usize>(
+    ops: Ops<S, N>,
+    grads: &mut Gradients,
+    cotangents: [FloatTensor<B>; N],
+) {
     for (parent, cotangent) in ops.parents.into_iter().zip(cotangents) {
         if let Some(node) = parent {
             grads.register::<B>(node.id, cotangent);
@@ -245,17 +296,27 @@ impl<B: DynamicsKernels, C: CheckpointStrategy> DynamicsOps for Autodiff<B, C> {
         }
     }
 
-    fn rollout(params: FloatTensor<Self>, q0: FloatTensor<Self>, v0: FloatTensor<Self>, call: RolloutCall) -> FloatTensor<Self> {
+    fn rollout(
+        params: FloatTensor<Self>,
+        q0: FloatTensor<Self>,
+        v0: FloatTensor<Self>,
+        call: RolloutCall,
+    ) -> FloatTensor<Self> {
         let nodes = [params.node(), q0.node(), v0.node()];
         let params = params.into_primitive();
-        let (out, states) = B::rollout_states([params.clone(), q0.into_primitive(), v0.into_primitive()], &call);
+        let (out, states) =
+            B::rollout_states([params.clone(), q0.into_primitive(), v0.into_primitive()], &call);
         match Rollout.prepare::<C>(nodes).compute_bound().stateful() {
             OpsKind::Tracked(prep) => prep.finish((params, call, states), out),
             OpsKind::UnTracked(prep) => prep.finish(out),
         }
     }
 
-    fn align(position: FloatTensor<Self>, candidate: FloatTensor<Self>, supports: Arc<Supports>) -> FloatTensor<Self> {
+    fn align(
+        position: FloatTensor<Self>,
+        candidate: FloatTensor<Self>,
+        supports: Arc<Supports>,
+    ) -> FloatTensor<Self> {
         let nodes = [position.node(), candidate.node()];
         let inputs = [position.into_primitive(), candidate.into_primitive()];
         let (out, alignment) = B::alignment(inputs, &supports);

@@ -63,9 +63,12 @@ pub(crate) fn vectors(kind: &str) -> Vec<Vector> {
 }
 
 fn vectors_in(folder: &Path, kind: &str) -> Vec<Vector> {
-    let text = std::fs::read_to_string(folder.join("index.json")).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let text = std::fs::read_to_string(folder.join("index.json"))
+        .unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let index: serde_json::Map<String, Value> = serde_json::from_str(&text).unwrap();
-    let files = std::fs::read_dir(folder).unwrap().filter(|f| f.as_ref().unwrap().path().extension().is_some_and(|e| e == "safetensors"));
+    let files = std::fs::read_dir(folder)
+        .unwrap()
+        .filter(|f| f.as_ref().unwrap().path().extension().is_some_and(|e| e == "safetensors"));
     assert!(files.count() > 0 && !index.is_empty(), "{} holds no vectors", folder.display());
     let own = index.into_iter().filter(|(_, entry)| entry["kind"] == kind);
     own.map(|(name, constants)| {
@@ -91,7 +94,8 @@ pub(crate) fn system_of(vector: &Vector) -> System {
 
 /// A system whose every parameter matters: random, with weights large enough for curvature.
 pub(crate) fn lively_system(potential: PotentialKind, force: ForceKind) -> System {
-    let normalisation = Normalisation { center: [0.1, -0.2, 0.3], length: 1.3, speed: 0.8, acceleration: 1.7 };
+    let normalisation =
+        Normalisation { center: [0.1, -0.2, 0.3], length: 1.3, speed: 0.8, acceleration: 1.7 };
     let config = SystemConfig { potential, force, hidden: 20, hidden_layers: 2, normalisation };
     let mut system = System::init(config, 3);
     let mut rng = lgs_core::stream(11, "lively", 0);

@@ -1,7 +1,8 @@
 //! Features and their distance.
 //!
-//! One image after another passes a layer, so memory is that of one layer's features per image. Convolutions are Burn's on the CPU, whose
-//! tiles have a fixed size; distances are summed in order: the same bits for any number of threads.
+//! One image after another passes a layer, so memory is that of one layer's features per image. Convolutions
+//! are Burn's on the CPU, whose tiles have a fixed size; distances are summed in order: the same bits for any
+//! number of threads.
 
 use burn::tensor::activation::relu;
 use burn::tensor::module::{conv2d, max_pool2d};
@@ -43,12 +44,15 @@ impl Lpips {
             Ok::<_, TensorFileError>(TensorData::new(values, shape.to_vec()))
         };
         let load = |c: Convolution| {
-            let weight = tensor(format!("features.{}.weight", c.index), &[c.outputs, c.inputs, c.kernel, c.kernel])?;
+            let weight =
+                tensor(format!("features.{}.weight", c.index), &[c.outputs, c.inputs, c.kernel, c.kernel])?;
             let bias = tensor(format!("features.{}.bias", c.index), &[c.outputs])?;
             Ok((c, Tensor::from_data(weight, &device), Tensor::from_data(bias, &device)))
         };
         let channels = trunk.compared_channels().into_iter().enumerate();
-        let weight = |(i, n): (usize, usize)| linear.values(&format!("lin{i}.model.1.weight"), &[1, n, 1, 1]).map(<[f32]>::to_vec);
+        let weight = |(i, n): (usize, usize)| {
+            linear.values(&format!("lin{i}.model.1.weight"), &[1, n, 1, 1]).map(<[f32]>::to_vec)
+        };
         Ok(Self {
             trunk,
             convolutions: trunk.convolutions().map(load).collect::<Result<_, TensorFileError>>()?,
@@ -62,7 +66,10 @@ impl Lpips {
     /// If the images differ in size.
     #[must_use]
     pub fn distances(&self, predictions: &[&Image], truth: &Image, range: InputRange) -> Option<Vec<f64>> {
-        assert!(predictions.iter().all(|p| (p.width, p.height) == (truth.width, truth.height)), "image sizes");
+        assert!(
+            predictions.iter().all(|p| (p.width, p.height) == (truth.width, truth.height)),
+            "image sizes"
+        );
         if !self.trunk.accepts(truth.width, truth.height) {
             return None;
         }
@@ -76,7 +83,9 @@ impl Lpips {
                     let layer = convolutions.next()?;
                     features = features.into_iter().map(|x| convolved(x, layer)).collect();
                 }
-                Step::Pool { kernel } => features = features.into_iter().map(|x| pooled(x, *kernel)).collect(),
+                Step::Pool { kernel } => {
+                    features = features.into_iter().map(|x| pooled(x, *kernel)).collect()
+                }
                 Step::Compare => {
                     let weights = linear.next()?;
                     let truth = unit_vectors(&features[0]);
@@ -101,7 +110,10 @@ fn input(image: &Image, range: InputRange) -> Tensor<4> {
         })
     };
     let values: Vec<f32> = (0..3).flat_map(channel).collect();
-    Tensor::from_data(TensorData::new(values, [1, 3, image.height as usize, image.width as usize]), &Device::flex())
+    Tensor::from_data(
+        TensorData::new(values, [1, 3, image.height as usize, image.width as usize]),
+        &Device::flex(),
+    )
 }
 
 fn convolved(x: Tensor<4>, (c, weight, bias): &(Convolution, Tensor<4>, Tensor<1>)) -> Tensor<4> {
@@ -150,11 +162,17 @@ pub(super) mod tests {
         let mut tensors = Vec::new();
         for (name, shape) in kind.tensors() {
             let count = shape.iter().product();
-            let index = |prefix: &str| name.split('.').find_map(|part| part.strip_prefix(prefix)?.parse::<u32>().ok()).unwrap_or(0);
+            let index = |prefix: &str| {
+                name.split('.').find_map(|part| part.strip_prefix(prefix)?.parse::<u32>().ok()).unwrap_or(0)
+            };
             let values = if kind.is_linear() {
                 pseudo_random(count, 100 + index("lin")).map(|v| v as f32).collect()
             } else if name.ends_with("weight") {
-                pseudo_random_within((6.0 / shape[1..].iter().product::<usize>() as f64).sqrt(), count, 2 * index("") + 1)
+                pseudo_random_within(
+                    (6.0 / shape[1..].iter().product::<usize>() as f64).sqrt(),
+                    count,
+                    2 * index("") + 1,
+                )
             } else {
                 pseudo_random_within(0.1, count, 2 * index("") + 2)
             };
@@ -171,7 +189,12 @@ pub(super) mod tests {
     /// Two images that differ, rounded to 8 bits.
     fn images(width: u32, height: u32) -> [Image; 2] {
         let n = (width * height) as usize;
-        let planes = |seed| pseudo_random_within(1.0, 3 * n, seed).into_iter().map(|v| f64::from(v) * 0.5 + 0.5).collect::<Vec<f64>>();
+        let planes = |seed| {
+            pseudo_random_within(1.0, 3 * n, seed)
+                .into_iter()
+                .map(|v| f64::from(v) * 0.5 + 0.5)
+                .collect::<Vec<f64>>()
+        };
         let (a, b) = (planes(201), planes(202));
         let image = |share: f64| {
             let value = |i: usize| (((1.0 - share) * a[i] + share * b[i]) * 255.0 + 0.5).floor() / 255.0;
@@ -184,12 +207,16 @@ pub(super) mod tests {
     fn assert_distance(trunk: Trunk, size: [u32; 2], range: InputRange, expected: f64) {
         let [a, b] = images(size[0], size[1]);
         let found = network(trunk).distances(&[&b, &a], &a, range).expect("large enough");
-        assert!((found[0] / expected - 1.0).abs() < 1e-5, "{trunk:?} {range:?}: {found:?}, expected {expected}");
+        assert!(
+            (found[0] / expected - 1.0).abs() < 1e-5,
+            "{trunk:?} {range:?}: {found:?}, expected {expected}"
+        );
         assert_eq!(found[1], 0.0, "an image has no distance to itself");
     }
 
-    // Expected values: an implementation in numpy, float64 throughout, that shares nothing with this one but the numbers of
-    // `pseudo_random`; weights and images are rounded to f32 as here. Sizes are odd so that pooling drops a row.
+    // Expected values: an implementation in numpy, float64 throughout, that shares nothing with this one but
+    // the numbers of `pseudo_random`; weights and images are rounded to f32 as here. Sizes are odd so that
+    // pooling drops a row.
 
     #[test]
     fn vgg_agrees_with_an_independent_implementation() {
@@ -209,7 +236,8 @@ pub(super) mod tests {
         let [a, b] = images(90, 70);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            pool.install(|| network.distances(&[&b], &a, InputRange::Symmetric)).expect("large enough")[0].to_bits()
+            pool.install(|| network.distances(&[&b], &a, InputRange::Symmetric)).expect("large enough")[0]
+                .to_bits()
         };
         assert_eq!(run(1), run(3));
         let [a, b] = images(30, 70);

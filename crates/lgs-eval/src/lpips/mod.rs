@@ -1,11 +1,14 @@
-//! LPIPS: the distance of two images in the features of a network trained on photographs (reference §7.4; Zhang et al. 2018, version 0.1).
+//! LPIPS: the distance of two images in the features of a network trained on photographs (reference §7.4;
+//! Zhang et al. 2018, version 0.1).
 //!
-//! Both images are shifted and scaled per channel, pass the convolutions of VGG-16 or AlexNet, and at five depths the feature vectors of
-//! every pixel are brought to unit length; their squared differences are weighted per channel, averaged over the image and summed.
+//! Both images are shifted and scaled per channel, pass the convolutions of VGG-16 or AlexNet, and at five
+//! depths the feature vectors of every pixel are brought to unit length; their squared differences are
+//! weighted per channel, averaged over the image and summed.
 //!
-//! The networks' weights are not ours to ship. [`store`] keeps what a user imports once and says what content it had; without weights a
-//! figure is absent, never estimated. The published figures feed images in [0, 1] to a network that expects [−1, 1] (§7.1), so both
-//! conventions are computed and named: see [`PerceptualScore`].
+//! The networks' weights are not ours to ship. [`store`] keeps what a user imports once and says what content
+//! it had; without weights a figure is absent, never estimated. The published figures feed images in [0, 1]
+//! to a network that expects [−1, 1] (§7.1), so both conventions are computed and named: see
+//! [`PerceptualScore`].
 
 mod features;
 mod perceptual;

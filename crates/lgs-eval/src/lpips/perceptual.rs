@@ -34,7 +34,9 @@ impl Perceptual {
         let mut origins = Vec::new();
         let mut network = |trunk: Trunk| {
             let [convolutions, linear] = trunk.files().map(|kind| store.load(kind));
-            let (Some(convolutions), Some(linear)) = (convolutions?, linear?) else { return Ok::<_, WeightsError>(None) };
+            let (Some(convolutions), Some(linear)) = (convolutions?, linear?) else {
+                return Ok::<_, WeightsError>(None);
+            };
             let network = Lpips::new(trunk, &convolutions, &linear)?;
             origins.extend([convolutions.origin, linear.origin]);
             Ok(Some(network))
@@ -55,12 +57,18 @@ impl Perceptual {
     /// If the images differ in size.
     #[must_use]
     pub fn score(&self, predictions: &[&Image], truth: &Image) -> Vec<PerceptualScore> {
-        let distances = |network: &Option<Lpips>, range| network.as_ref().and_then(|n| n.distances(predictions, truth, range));
+        let distances = |network: &Option<Lpips>, range| {
+            network.as_ref().and_then(|n| n.distances(predictions, truth, range))
+        };
         let vgg = distances(&self.vgg, InputRange::Symmetric);
         let vgg_unnormalised = distances(&self.vgg, InputRange::Unnormalised);
         let alex = distances(&self.alex, InputRange::Symmetric);
         let at = |all: &Option<Vec<f64>>, i: usize| all.as_ref().map(|d| d[i]);
-        let one = |i| PerceptualScore { vgg: at(&vgg, i), vgg_unnormalised: at(&vgg_unnormalised, i), alex: at(&alex, i) };
+        let one = |i| PerceptualScore {
+            vgg: at(&vgg, i),
+            vgg_unnormalised: at(&vgg_unnormalised, i),
+            alex: at(&alex, i),
+        };
         (0..predictions.len()).map(one).collect()
     }
 }

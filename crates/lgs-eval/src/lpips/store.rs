@@ -1,8 +1,9 @@
 //! Where imported weights are kept, and how they get there.
 //!
-//! A file is recognised by the names and shapes in it, not by its own name, and only the tensors that LPIPS needs are kept. The SHA-256
-//! hash of the file says which published weights they are; other weights are kept too (a checkpoint saved anew has another hash), but
-//! they stay marked as unknown, since figures compare only between equal weights.
+//! A file is recognised by the names and shapes in it, not by its own name, and only the tensors that LPIPS
+//! needs are kept. The SHA-256 hash of the file says which published weights they are; other weights are kept
+//! too (a checkpoint saved anew has another hash), but they stay marked as unknown, since figures compare
+//! only between equal weights.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -97,7 +98,11 @@ impl Weights {
     /// If it is absent or of another shape.
     pub(super) fn values(&self, name: &str, shape: &[usize]) -> Result<&[f32], TensorFileError> {
         let (found, values) = self.file.values(name)?;
-        if found == shape { Ok(values) } else { Err(self.file.field(name, &format!("shape {shape:?}"), format!("{found:?}"))) }
+        if found == shape {
+            Ok(values)
+        } else {
+            Err(self.file.field(name, &format!("shape {shape:?}"), format!("{found:?}")))
+        }
     }
 
     /// Weights with given tensors.
@@ -105,7 +110,13 @@ impl Weights {
     pub(super) fn of(kind: WeightKind, tensors: &[(String, Vec<usize>, Vec<f32>)]) -> Self {
         let mut file = TensorFile::new(FORMAT);
         tensors.iter().for_each(|(name, shape, values)| file.insert(name, shape, values));
-        let origin = Origin { kind, file: String::new(), sha256: String::new(), published: None, tensors_sha256: String::new() };
+        let origin = Origin {
+            kind,
+            file: String::new(),
+            sha256: String::new(),
+            published: None,
+            tensors_sha256: String::new(),
+        };
         Self { file, origin }
     }
 }
@@ -132,8 +143,8 @@ impl WeightStore {
     /// Imports a PyTorch checkpoint.
     ///
     /// # Errors
-    /// If it can't be read, holds none of the networks, a tensor is absent, misshapen or not finite, its contents do not match the hash
-    /// in its name, it is of LPIPS 0.0, or the folder can't be written.
+    /// If it can't be read, holds none of the networks, a tensor is absent, misshapen or not finite, its
+    /// contents do not match the hash in its name, it is of LPIPS 0.0, or the folder can't be written.
     pub fn import(&self, path: &Path) -> Result<Origin, WeightsError> {
         let dict = StateDict::open(path)?;
         let kind = WeightKind::of(&dict).ok_or_else(|| unknown(path, &dict))?;
@@ -151,12 +162,18 @@ impl WeightStore {
             add_to_hash(&mut tensors_hash, &name, &values);
             file.insert(name, &shape, &values);
         }
-        let published = kind.published().iter().find(|(start, _)| sha256.starts_with(start)).map(|(_, name)| (*name).to_owned());
+        let published = kind
+            .published()
+            .iter()
+            .find(|(start, _)| sha256.starts_with(start))
+            .map(|(_, name)| (*name).to_owned());
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let origin = Origin { kind, file: name, sha256, published, tensors_sha256: hexadecimal(tensors_hash) };
+        let origin =
+            Origin { kind, file: name, sha256, published, tensors_sha256: hexadecimal(tensors_hash) };
         // Names and hashes always serialise.
         file.set_metadata("origin", serde_json::to_string(&origin).unwrap_or_default());
-        std::fs::create_dir_all(&self.folder).map_err(|e| FileError::new("create folder", &self.folder, e))?;
+        std::fs::create_dir_all(&self.folder)
+            .map_err(|e| FileError::new("create folder", &self.folder, e))?;
         file.save(&self.path(kind))?;
         Ok(origin)
     }
@@ -234,7 +251,10 @@ mod tests {
     use lgs_data::testing::{CheckpointEntry, checkpoint};
 
     fn checkpoint_of(tensors: &[(String, Vec<usize>, Vec<f32>)]) -> Vec<u8> {
-        let entries: Vec<_> = tensors.iter().map(|(name, shape, v)| (name.as_str(), CheckpointEntry::Tensor(shape, v))).collect();
+        let entries: Vec<_> = tensors
+            .iter()
+            .map(|(name, shape, v)| (name.as_str(), CheckpointEntry::Tensor(shape, v)))
+            .collect();
         checkpoint(&entries)
     }
 
@@ -269,7 +289,10 @@ mod tests {
         };
         let good = tensors(WeightKind::VggLinear);
         assert!(refused("vgg-397923af.pth", &good).contains("starts with 397923af"));
-        assert!(refused("other.pth", &[("fc.weight".to_owned(), vec![1], vec![0.0])]).contains("`fc.weight` and 0 other tensors"));
+        assert!(
+            refused("other.pth", &[("fc.weight".to_owned(), vec![1], vec![0.0])])
+                .contains("`fc.weight` and 0 other tensors")
+        );
         let squeeze = |(i, (name, ..)): (usize, &(String, Vec<usize>, Vec<f32>))| {
             let n = [64, 128, 256, 384, 384][i];
             (name.clone(), vec![1, n, 1, 1], vec![0.5; n])

@@ -39,13 +39,18 @@ impl WeightKind {
     pub fn published(self) -> &'static [(&'static str, &'static str)] {
         match self {
             Self::VggTrunk => &[("397923af", "torchvision vgg16-397923af.pth")],
-            Self::VggLinear => &[("a78928a0af1e5f0fcb1f3b9e8f8c3a2a5a3de244d830ad5c1feddc79b8432868", "lpips 0.1.4 weights/v0.1/vgg.pth")],
-            Self::AlexTrunk => {
-                &[("7be5be79", "torchvision alexnet-owt-7be5be79.pth"), ("4df8aa71", "torchvision alexnet-owt-4df8aa71.pth")]
-            }
-            Self::AlexLinear => {
-                &[("df73285e35b22355a2df87cdb6b70b343713b667eddbda73e1977e0c860835c0", "lpips 0.1.4 weights/v0.1/alex.pth")]
-            }
+            Self::VggLinear => &[(
+                "a78928a0af1e5f0fcb1f3b9e8f8c3a2a5a3de244d830ad5c1feddc79b8432868",
+                "lpips 0.1.4 weights/v0.1/vgg.pth",
+            )],
+            Self::AlexTrunk => &[
+                ("7be5be79", "torchvision alexnet-owt-7be5be79.pth"),
+                ("4df8aa71", "torchvision alexnet-owt-4df8aa71.pth"),
+            ],
+            Self::AlexLinear => &[(
+                "df73285e35b22355a2df87cdb6b70b343713b667eddbda73e1977e0c860835c0",
+                "lpips 0.1.4 weights/v0.1/alex.pth",
+            )],
         }
     }
 

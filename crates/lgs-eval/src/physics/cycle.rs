@@ -1,7 +1,8 @@
 //! Cycle error (G45): forward from 0 to τ_max, then back to 0 with one of the reversals.
 //!
-//! `Σ‖q₀ − q̂₀‖ / Σ path length` over moving Gaussians, the path being that of the way forward. `NegatedStep` is expected at
-//! `2h/(T + h)` for a fall from rest and `hω·(…)` for a rotation (reference section 8.6); `Exact` without alignment at rounding level.
+//! `Σ‖q₀ − q̂₀‖ / Σ path length` over moving Gaussians, the path being that of the way forward. `NegatedStep`
+//! is expected at `2h/(T + h)` for a fall from rest and `hω·(…)` for a rotation (reference section 8.6);
+//! `Exact` without alignment at rounding level.
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
 use lgs_model::{LagrangianScene, ObjectModel};
@@ -43,7 +44,12 @@ pub fn cycle_error(scene: &LagrangianScene, reversal: Reversal, alignment: Align
 }
 
 /// Sums of an object's position errors and path lengths.
-fn object_cycle(scene: &LagrangianScene, object: &ObjectModel, reversal: Reversal, alignment: Alignment) -> (f64, f64) {
+fn object_cycle(
+    scene: &LagrangianScene,
+    object: &ObjectModel,
+    reversal: Reversal,
+    alignment: Alignment,
+) -> (f64, f64) {
     let rows = object.members.clone();
     let start = State::at_start(scene.movers.means[rows.clone()].to_vec(), scene.velocities[rows].to_vec());
     let spec = RolloutSpec {

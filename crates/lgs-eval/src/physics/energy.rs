@@ -1,7 +1,8 @@
 //! Energy: the mean of U + T over moving Gaussians (unit mass each, G41), along a rollout to 3 τ_max.
 //!
-//! U has an arbitrary constant, so changes are relative to the largest mean kinetic energy on the way. With γ = 0 the system is
-//! conservative and the drift is the integrator's and the alignment's; with γ = 1 it contains what the force takes or gives.
+//! U has an arbitrary constant, so changes are relative to the largest mean kinetic energy on the way. With γ
+//! = 0 the system is conservative and the drift is the integrator's and the alignment's; with γ = 1 it
+//! contains what the force takes or gives.
 
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, SceneState};
@@ -9,7 +10,8 @@ use lgs_model::{LagrangianScene, Motion, SceneState};
 use super::{length, long_steps};
 use crate::finite;
 
-/// Largest change of the mean energy from its start, over the largest mean kinetic energy; nothing if nothing moves.
+/// Largest change of the mean energy from its start, over the largest mean kinetic energy; nothing if nothing
+/// moves.
 #[must_use]
 pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
     if scene.movers.is_empty() {
@@ -17,11 +19,15 @@ pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
     }
     let edit = Edit { force_scale, ..Edit::default() };
     let mut motion = Motion::new(scene, edit, Reversal::Exact);
-    let energies: Vec<(f64, f64)> = motion.states(long_steps(&scene.motion), false).iter().map(|s| mean_energies(scene, s)).collect();
+    let energies: Vec<(f64, f64)> =
+        motion.states(long_steps(&scene.motion), false).iter().map(|s| mean_energies(scene, s)).collect();
     let &(potential, kinetic) = energies.first()?;
     let start = potential + kinetic;
     // A NaN on the way must not hide behind a maximum, which ignores it.
-    let worst = energies.iter().map(|(u, t)| (u + t - start).abs()).try_fold(0.0_f64, |m, v| v.is_finite().then(|| m.max(v)))?;
+    let worst = energies
+        .iter()
+        .map(|(u, t)| (u + t - start).abs())
+        .try_fold(0.0_f64, |m, v| v.is_finite().then(|| m.max(v)))?;
     let largest_kinetic = energies.iter().map(|&(_, t)| t).fold(0.0, f64::max);
     finite(worst / largest_kinetic)
 }
@@ -32,7 +38,8 @@ fn mean_energies(scene: &LagrangianScene, state: &SceneState) -> (f64, f64) {
     let (mut potential, mut kinetic) = (0.0, 0.0);
     for object in &scene.objects {
         let rows = object.members.clone();
-        potential += object.system.potentials(&state.q[rows.clone()]).iter().map(|&u| f64::from(u)).sum::<f64>();
+        potential +=
+            object.system.potentials(&state.q[rows.clone()]).iter().map(|&u| f64::from(u)).sum::<f64>();
         kinetic += state.v[rows].iter().map(|&v| 0.5 * length(v).powi(2)).sum::<f64>();
     }
     (potential / n, kinetic / n)

@@ -1,7 +1,8 @@
-//! Whether a scene keeps its size: foreground pixels (G46), spread of objects, and reach of the moving Gaussians.
+//! Whether a scene keeps its size: foreground pixels (G46), spread of objects, and reach of the moving
+//! Gaussians.
 //!
-//! Pixels depend on perspective and on what leaves the view, so the truth's own pixels are compared where images show them, and spread
-//! and reach in space where ground truth is known.
+//! Pixels depend on perspective and on what leaves the view, so the truth's own pixels are compared where
+//! images show them, and spread and reach in space where ground truth is known.
 
 use std::collections::BTreeMap;
 
@@ -42,27 +43,43 @@ pub struct Range {
 impl Range {
     fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         values.into_iter().try_fold(None, |range: Option<Self>, v| {
-            finite(v).map(|v| Some(range.map_or(Self { max: v, min: v }, |r| Self { max: r.max.max(v), min: r.min.min(v) })))
+            finite(v).map(|v| {
+                Some(range.map_or(Self { max: v, min: v }, |r| Self { max: r.max.max(v), min: r.min.min(v) }))
+            })
         })?
     }
 }
 
 /// Foreground pixels over those at t = 0: mean over views, range over times in (0, 3 τ_max].
 ///
-/// Where everything is covered by static Gaussians (a room) only the moving ones are drawn: the walls would hide every change.
+/// Where everything is covered by static Gaussians (a room) only the moving ones are drawn: the walls would
+/// hide every change.
 #[must_use]
-pub fn pixel_extent(scene: &LagrangianScene, motion: &mut Motion<'_>, cameras: &[Camera], background: [f32; 3]) -> Option<Range> {
+pub fn pixel_extent(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    cameras: &[Camera],
+    background: [f32; 3],
+) -> Option<Range> {
     let lens = Lens::new(cameras, background);
     let covered = lens.is_covered(&scene.cloud_at(&motion.state_at(0.0)));
-    let bare = LagrangianScene { statics: GaussianCloud { sh_degree: scene.movers.sh_degree, ..Default::default() }, ..scene.clone() };
+    let bare = LagrangianScene {
+        statics: GaussianCloud { sh_degree: scene.movers.sh_degree, ..Default::default() },
+        ..scene.clone()
+    };
     let shown = if covered && !scene.movers.is_empty() { &bare } else { scene };
     lens.extent(3.0 * scene.motion.time_window, |t| shown.cloud_at(&motion.state_at(t)))
 }
 
-/// The same of a source model that is asked for times up to three windows. Where everything is covered, only what moves within the window is
-/// drawn: farther than 0.01 world units from where it is at t = 0 (G18).
+/// The same of a source model that is asked for times up to three windows. Where everything is covered, only
+/// what moves within the window is drawn: farther than 0.01 world units from where it is at t = 0 (G18).
 #[must_use]
-pub fn source_pixel_extent(source: &dyn SourceModel, window: f32, cameras: &[Camera], background: [f32; 3]) -> Option<Range> {
+pub fn source_pixel_extent(
+    source: &dyn SourceModel,
+    window: f32,
+    cameras: &[Camera],
+    background: [f32; 3],
+) -> Option<Range> {
     const STATIC: f32 = 0.01;
     const SAMPLES: usize = 15;
     let lens = Lens::new(cameras, background);
@@ -73,7 +90,10 @@ pub fn source_pixel_extent(source: &dyn SourceModel, window: f32, cameras: &[Cam
     let mut moves = vec![false; start.len()];
     for i in 1..=SAMPLES {
         let now = source.positions_at(window * i as f32 / SAMPLES as f32);
-        moves.iter_mut().zip(start.iter().zip(&now)).for_each(|(moves, (&a, &b))| *moves |= linear::norm(linear::sub(b, a)) >= STATIC);
+        moves
+            .iter_mut()
+            .zip(start.iter().zip(&now))
+            .for_each(|(moves, (&a, &b))| *moves |= linear::norm(linear::sub(b, a)) >= STATIC);
     }
     let movers: Vec<usize> = (0..moves.len()).filter(|&i| moves[i]).collect();
     lens.extent(3.0 * window, |t| source.cloud_at(t).select(&movers))
@@ -108,13 +128,15 @@ impl Lens {
 }
 
 fn mean_ratio(counts: &[usize], start: &[usize]) -> Option<f64> {
-    let ratios: Vec<f64> = counts.iter().zip(start).filter(|&(_, &s)| s > 0).map(|(&c, &s)| c as f64 / s as f64).collect();
+    let ratios: Vec<f64> =
+        counts.iter().zip(start).filter(|&(_, &s)| s > 0).map(|(&c, &s)| c as f64 / s as f64).collect();
     mean(&ratios)
 }
 
 /// Foreground pixels in every view.
 fn counts(cloud: &GaussianCloud, views: &[Camera], background: [f32; 3]) -> Vec<usize> {
-    let count = |view: &Camera| render(cloud, view, background).opacity().filter(|&o| o > OPACITY_THRESHOLD).count();
+    let count =
+        |view: &Camera| render(cloud, view, background).opacity().filter(|&o| o > OPACITY_THRESHOLD).count();
     views.par_iter().map(count).collect()
 }
 
@@ -132,7 +154,8 @@ fn spaced<T>(items: &[T], count: usize) -> Vec<&T> {
     (0..n).map(|i| &items[i * items.len() / n]).collect()
 }
 
-/// Foreground pixels over the true images', by frames as (time, score): mean over the views of a time, range over times.
+/// Foreground pixels over the true images', by frames as (time, score): mean over the views of a time, range
+/// over times.
 #[must_use]
 pub fn pixel_extent_against_images<'a>(frames: impl Iterator<Item = (f32, &'a ImageScore)>) -> Option<Range> {
     let mut by_time: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
@@ -142,24 +165,41 @@ pub fn pixel_extent_against_images<'a>(frames: impl Iterator<Item = (f32, &'a Im
         sums.0 += score.predicted_pixels as f64;
         sums.1 += score.true_pixels as f64;
     }
-    Range::of(by_time.into_values().filter(|&(_, truth)| truth > 0.0).map(|(predicted, truth)| predicted / truth))
+    Range::of(
+        by_time.into_values().filter(|&(_, truth)| truth > 0.0).map(|(predicted, truth)| predicted / truth),
+    )
 }
 
-/// Spread of every object relative to t = 0, over the same of the true object that most of its Gaussians match; range over objects and
-/// steps in [0, 3 τ_max].
+/// Spread of every object relative to t = 0, over the same of the true object that most of its Gaussians
+/// match; range over objects and steps in [0, 3 τ_max].
 #[must_use]
-pub fn spread_against_truth(scene: &LagrangianScene, motion: &mut Motion<'_>, truth: &Truth<'_>) -> Option<Range> {
+pub fn spread_against_truth(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    truth: &Truth<'_>,
+) -> Option<Range> {
     let matches = truth.matches(&scene.movers.means);
     let dt = scene.motion.dt;
-    let states: Vec<(f32, &SceneState)> =
-        motion.states(long_steps(&scene.motion), false).iter().enumerate().step_by(STRIDE).map(|(i, s)| (i as f32 * dt, s)).collect();
+    let states: Vec<(f32, &SceneState)> = motion
+        .states(long_steps(&scene.motion), false)
+        .iter()
+        .enumerate()
+        .step_by(STRIDE)
+        .map(|(i, s)| (i as f32 * dt, s))
+        .collect();
     let mut ratios = Vec::new();
     for object in scene.objects.iter().filter(|o| o.members.len() > 1) {
         let label = most_common(matches[object.members.clone()].iter().map(|&p| truth.object(p)));
         let true_points = |points: &[[f32; 3]]| -> Vec<[f32; 3]> {
-            points.iter().enumerate().filter(|&(p, _)| Some(truth.object(p)) == label).map(|(_, &q)| q).collect()
+            points
+                .iter()
+                .enumerate()
+                .filter(|&(p, _)| Some(truth.object(p)) == label)
+                .map(|(_, &q)| q)
+                .collect()
         };
-        let start = (spread(&scene.movers.means[object.members.clone()]), spread(&true_points(truth.start())));
+        let start =
+            (spread(&scene.movers.means[object.members.clone()]), spread(&true_points(truth.start())));
         for (t, state) in &states {
             let Some(at) = truth.at(*t) else { continue };
             let now = (spread(&state.q[object.members.clone()]), spread(&true_points(&at.points)));
@@ -184,12 +224,20 @@ fn most_common(labels: impl Iterator<Item = i32>) -> Option<i32> {
     counts.into_iter().max_by_key(|&(label, count)| (count, std::cmp::Reverse(label))).map(|(label, _)| label)
 }
 
-/// Farthest distance of moving Gaussians, and its 99th percentile, from the centre of the true paths' box, over the true points' farthest.
+/// Farthest distance of moving Gaussians, and its 99th percentile, from the centre of the true paths' box,
+/// over the true points' farthest.
 #[must_use]
-pub fn reach_against_truth(scene: &LagrangianScene, motion: &mut Motion<'_>, truth: &Truth<'_>) -> Option<(f64, f64)> {
+pub fn reach_against_truth(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    truth: &Truth<'_>,
+) -> Option<(f64, f64)> {
     let moving = truth.moving();
-    let visited: Vec<[f32; 3]> =
-        truth.samples().iter().flat_map(|points| points.iter().zip(&moving).filter(|&(_, &m)| m).map(|(&p, _)| p)).collect();
+    let visited: Vec<[f32; 3]> = truth
+        .samples()
+        .iter()
+        .flat_map(|points| points.iter().zip(&moving).filter(|&(_, &m)| m).map(|(&p, _)| p))
+        .collect();
     let (low, high) = visited.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {
         (std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c])))
     });
@@ -227,7 +275,10 @@ mod tests {
         let ball = |radius: f32| GaussianCloud::isotropic(vec![[0.0; 3]], radius, [0.5; 3], 0.95);
         assert!(!lens.is_covered(&ball(0.1)) && lens.is_covered(&ball(5.0)));
         let range = lens.extent(1.0, |t| ball(0.15 * (1.0 + t))).expect("range");
-        assert!((range.max - 4.0).abs() < 0.4 && range.min > 1.0, "twice the radius, four times the pixels: {range:?}");
+        assert!(
+            (range.max - 4.0).abs() < 0.4 && range.min > 1.0,
+            "twice the radius, four times the pixels: {range:?}"
+        );
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Falling time against the potential's scale (G43): `t ∝ β^−½` for a fall from rest.
 //!
-//! The fall is that of the mean height (world z) of all moving Gaussians; the time is when it has dropped by 70 % of the drop seen in
-//! the captured window at β = 1, linear between steps. A scene counts as falling if, over that window, the mean acceleration points down,
-//! the drop is most of the path, and the start is (nearly) at rest; elsewhere the exponent has no theory and is not reported.
-//! The integrator alone shifts the exponent by a few thousandths at dt 0.01: its positions are half a kick ahead.
+//! The fall is that of the mean height (world z) of all moving Gaussians; the time is when it has dropped by
+//! 70 % of the drop seen in the captured window at β = 1, linear between steps. A scene counts as falling if,
+//! over that window, the mean acceleration points down, the drop is most of the path, and the start is
+//! (nearly) at rest; elsewhere the exponent has no theory and is not reported. The integrator alone shifts
+//! the exponent by a few thousandths at dt 0.01: its positions are half a kick ahead.
 
 use std::collections::BTreeMap;
 
@@ -43,7 +44,8 @@ pub fn fall_time_exponent(scene: &LagrangianScene, force_scale: f32) -> FallTime
             (beta, fall_time(scene, edit, DROP_FRACTION * drop))
         })
         .collect();
-    let logs: Option<Vec<(f64, f64)>> = times.iter().map(|&(b, t)| t.map(|t| (f64::from(b).ln(), t.ln()))).collect();
+    let logs: Option<Vec<(f64, f64)>> =
+        times.iter().map(|&(b, t)| t.map(|t| (f64::from(b).ln(), t.ln()))).collect();
     let fit = logs.and_then(|points| regression(&points));
     FallTime {
         slope: fit.map(|(slope, _)| slope),
@@ -119,7 +121,8 @@ mod tests {
 
     #[test]
     fn a_power_law_has_its_exponent_as_slope() {
-        let points: Vec<(f64, f64)> = SCALES.iter().map(|&b| (f64::from(b).ln(), (0.6 * f64::from(b).powf(-0.5)).ln())).collect();
+        let points: Vec<(f64, f64)> =
+            SCALES.iter().map(|&b| (f64::from(b).ln(), (0.6 * f64::from(b).powf(-0.5)).ln())).collect();
         let (slope, r) = regression(&points).expect("fit");
         assert!((slope + 0.5).abs() < 1e-12 && (r + 1.0).abs() < 1e-12);
     }

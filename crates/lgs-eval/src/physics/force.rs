@@ -20,13 +20,18 @@ struct Magnitudes {
 
 /// Mean ‖Q‖ over mean ‖∇U‖ over the captured window, and a summary of every object.
 #[must_use]
-pub fn forces_and_objects(scene: &LagrangianScene, motion: &mut Motion<'_>) -> (Option<f64>, Vec<ObjectSummary>) {
+pub fn forces_and_objects(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+) -> (Option<f64>, Vec<ObjectSummary>) {
     let states = motion.states(window_steps(&scene.motion), false);
     let per_object: Vec<Magnitudes> = scene.objects.iter().map(|object| magnitudes(object, states)).collect();
-    let total = per_object
-        .iter()
-        .fold(Magnitudes::default(), |sum, m| Magnitudes { force: sum.force + m.force, gradient: sum.gradient + m.gradient });
-    let objects = scene.objects.iter().zip(&per_object).map(|(object, m)| summary(scene, object, states, *m)).collect();
+    let total = per_object.iter().fold(Magnitudes::default(), |sum, m| Magnitudes {
+        force: sum.force + m.force,
+        gradient: sum.gradient + m.gradient,
+    });
+    let objects =
+        scene.objects.iter().zip(&per_object).map(|(object, m)| summary(scene, object, states, *m)).collect();
     (ratio(total), objects)
 }
 
@@ -44,7 +49,12 @@ fn magnitudes(object: &ObjectModel, states: &[SceneState]) -> Magnitudes {
     sum
 }
 
-fn summary(scene: &LagrangianScene, object: &ObjectModel, states: &[SceneState], m: Magnitudes) -> ObjectSummary {
+fn summary(
+    scene: &LagrangianScene,
+    object: &ObjectModel,
+    states: &[SceneState],
+    m: Magnitudes,
+) -> ObjectSummary {
     let center_of = |state: &SceneState| centroid(&state.q[object.members.clone()]);
     let (start, end) = match states {
         [first, .., last] => (center_of(first), center_of(last)),

@@ -1,7 +1,8 @@
 //! Figures of the motion itself.
 //!
-//! Each module computes one: [`cycle`] there and back, [`extent`] in pixels and in space, [`trajectory`] against the truth, [`energy`],
-//! [`fall`] times under scaled potentials, [`force`] against potential, [`potential`] against the true one. Sums are in f64 and in the order of Gaussians and times.
+//! Each module computes one: [`cycle`] there and back, [`extent`] in pixels and in space, [`trajectory`]
+//! against the truth, [`energy`], [`fall`] times under scaled potentials, [`force`] against potential,
+//! [`potential`] against the true one. Sums are in f64 and in the order of Gaussians and times.
 
 pub mod cycle;
 pub mod energy;

@@ -1,8 +1,10 @@
-//! The learned potential against the true one: −∇U against a uniform field, and the curvature of U against ω².
+//! The learned potential against the true one: −∇U against a uniform field, and the curvature of U against
+//! ω².
 //!
-//! Both are taken over the states that moving Gaussians visit in the captured window, at α = β = γ = 1. What acts besides the potential is not
-//! counted: a law that puts part of the acceleration into Q is off here even if its motion is right (G42); for harmonic laws `net_error` says so.
-//! The constants of the truth are those of `scene.json`.
+//! Both are taken over the states that moving Gaussians visit in the captured window, at α = β = γ = 1. What
+//! acts besides the potential is not counted: a law that puts part of the acceleration into Q is off here
+//! even if its motion is right (G42); for harmonic laws `net_error` says so. The constants of the truth are
+//! those of `scene.json`.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +19,8 @@ use crate::metrics::{ObjectPotential, PotentialAgainstTruth};
 /// Every how many steps states are looked at.
 const STRIDE: usize = 5;
 
-/// Part of the mean variance that is added to every variance of the positions, so that flat motions have a regression.
+/// Part of the mean variance that is added to every variance of the positions, so that flat motions have a
+/// regression.
 const RIDGE: f64 = 1e-9;
 
 /// What conservative acceleration a true object has.
@@ -49,17 +52,32 @@ impl TrueForce {
         match law["law"].as_str()? {
             "uniform gravity" => {
                 let g = [0.0, 0.0, -law["g"].as_f64()?];
-                Some(Self::Uniform(falling(g, vector("spin").unwrap_or_default(), vector("velocity").unwrap_or_default())?))
+                Some(Self::Uniform(falling(
+                    g,
+                    vector("spin").unwrap_or_default(),
+                    vector("velocity").unwrap_or_default(),
+                )?))
             }
             "uniform rotation" => {
                 let axis = *orthonormal(&[vector("axis")?]).first()?;
                 let helper = if axis[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
-                let directions = orthonormal(&[axis, helper, cross(axis, helper)]).into_iter().skip(1).collect();
-                Some(Self::Harmonic { center: vector("center")?, curvature: law["omega"].as_f64()?.powi(2), axis: Some(axis), directions })
+                let directions =
+                    orthonormal(&[axis, helper, cross(axis, helper)]).into_iter().skip(1).collect();
+                Some(Self::Harmonic {
+                    center: vector("center")?,
+                    curvature: law["omega"].as_f64()?.powi(2),
+                    axis: Some(axis),
+                    directions,
+                })
             }
             "isotropic harmonic" => {
                 let directions = orthonormal(&[vector("displacement")?, vector("velocity")?]);
-                Some(Self::Harmonic { center: vector("center")?, curvature: law["k"].as_f64()?, axis: None, directions })
+                Some(Self::Harmonic {
+                    center: vector("center")?,
+                    curvature: law["k"].as_f64()?,
+                    axis: None,
+                    directions,
+                })
             }
             _ => None,
         }
@@ -80,23 +98,30 @@ impl TrueForce {
     }
 }
 
-/// The conservative part of a fall with a spin ω about the vertical and a velocity v₀ at t = 0; nothing for other axes.
+/// The conservative part of a fall with a spin ω about the vertical and a velocity v₀ at t = 0; nothing for
+/// other axes.
 ///
-/// A point's acceleration is `g + ω × (ω × r)` with r from the moving centre, which is no function of the position. With the point's own velocity
-/// `v = v₀ + g t + ω × r` it is `(g − ω × v₀) + ω × v`, a uniform field and a gyroscopic force: the only form that U(q) and Q(q, v) can take.
+/// A point's acceleration is `g + ω × (ω × r)` with r from the moving centre, which is no function of the
+/// position. With the point's own velocity `v = v₀ + g t + ω × r` it is `(g − ω × v₀) + ω × v`, a uniform
+/// field and a gyroscopic force: the only form that U(q) and Q(q, v) can take.
 fn falling(g: [f64; 3], spin: [f64; 3], velocity: [f64; 3]) -> Option<[f64; 3]> {
     let turn = cross(spin, velocity);
     (norm(cross(spin, g)) <= 1e-9 * norm(spin) * norm(g)).then(|| std::array::from_fn(|c| g[c] - turn[c]))
 }
 
-/// The true label of each object of a scene: that of most true points nearest to its Gaussians at t = 0; nothing for what stands still.
+/// The true label of each object of a scene: that of most true points nearest to its Gaussians at t = 0;
+/// nothing for what stands still.
 #[must_use]
 pub fn true_labels(scene: &LagrangianScene, truth: &Truth<'_>) -> Vec<Option<i32>> {
     let nearest = truth.matches(&scene.movers.means);
     let label_of = |object: &ObjectModel| {
         let mut votes: BTreeMap<i32, usize> = BTreeMap::new();
         nearest[object.members.clone()].iter().for_each(|&p| *votes.entry(truth.object(p)).or_default() += 1);
-        votes.into_iter().max_by_key(|&(label, count)| (count, -label)).map(|(label, _)| label).filter(|&label| label >= 0)
+        votes
+            .into_iter()
+            .max_by_key(|&(label, count)| (count, -label))
+            .map(|(label, _)| label)
+            .filter(|&label| label >= 0)
     };
     scene.objects.iter().map(label_of).collect()
 }
@@ -110,15 +135,23 @@ pub fn true_forces(scene: &LagrangianScene, truth: &Truth<'_>) -> Vec<Option<Tru
 
 /// All objects whose law has a potential, and the worst of each error; nothing if there is none.
 #[must_use]
-pub fn potential_against_truth(scene: &LagrangianScene, motion: &mut Motion<'_>, truth: &Truth<'_>) -> Option<PotentialAgainstTruth> {
+pub fn potential_against_truth(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    truth: &Truth<'_>,
+) -> Option<PotentialAgainstTruth> {
     let states = motion.states(window_steps(&scene.motion), false);
     let labels = true_labels(scene, truth);
     let forces = true_forces(scene, truth);
     let compared = scene.objects.iter().zip(forces).zip(labels);
     let objects: Vec<ObjectPotential> = compared
-        .filter_map(|((object, force), label)| Some(ObjectPotential { object: label?, ..against(object, &force?, states) }))
+        .filter_map(|((object, force), label)| {
+            Some(ObjectPotential { object: label?, ..against(object, &force?, states) })
+        })
         .collect();
-    let worst = |pick: fn(&ObjectPotential) -> Option<f64>| objects.iter().filter_map(pick).max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let worst = |pick: fn(&ObjectPotential) -> Option<f64>| {
+        objects.iter().filter_map(pick).max_by(|a, b| a.abs().total_cmp(&b.abs()))
+    };
     (!objects.is_empty()).then(|| PotentialAgainstTruth {
         magnitude_error: worst(|o| o.magnitude_error),
         direction_error_degrees: worst(|o| o.direction_error_degrees),
@@ -150,7 +183,8 @@ fn against(object: &ObjectModel, force: &TrueForce, states: &[SceneState]) -> Ob
                 let mean = own.iter().sum::<f64>() / own.len() as f64;
                 found.curvature = Some(mean);
                 found.curvature_error = finite(mean / curvature - 1.0);
-                found.net_error = finite(net.iter().sum::<f64>() / net.len() as f64 / curvature - 1.0).map(f64::abs);
+                found.net_error =
+                    finite(net.iter().sum::<f64>() / net.len() as f64 / curvature - 1.0).map(f64::abs);
             }
         }
     }
@@ -162,14 +196,20 @@ fn visited(object: &ObjectModel, states: &[SceneState]) -> Visited {
     for state in states.iter().step_by(STRIDE) {
         let (q, v) = (&state.q[object.members.clone()], &state.v[object.members.clone()]);
         all.positions.extend(q.iter().map(|p| p.map(f64::from)));
-        all.conservative.extend(object.system.potential_gradients(q).iter().map(|g| g.map(|c| -f64::from(c))));
+        all.conservative
+            .extend(object.system.potential_gradients(q).iter().map(|g| g.map(|c| -f64::from(c))));
         all.net.extend(object.system.accelerations(q, v, &Edit::default()).iter().map(|a| a.map(f64::from)));
     }
     all
 }
 
-/// Minus the slope of the accelerations over the positions (least squares over all three coordinates), along each direction.
-fn curvatures(positions: &[[f64; 3]], accelerations: &[[f64; 3]], directions: &[[f64; 3]]) -> Option<Vec<f64>> {
+/// Minus the slope of the accelerations over the positions (least squares over all three coordinates), along
+/// each direction.
+fn curvatures(
+    positions: &[[f64; 3]],
+    accelerations: &[[f64; 3]],
+    directions: &[[f64; 3]],
+) -> Option<Vec<f64>> {
     let (q0, a0) = (mean_of(positions), mean_of(accelerations));
     let (mut qq, mut aq) = ([[0.0_f64; 3]; 3], [[0.0_f64; 3]; 3]);
     for (q, a) in positions.iter().zip(accelerations) {
@@ -184,7 +224,8 @@ fn curvatures(positions: &[[f64; 3]], accelerations: &[[f64; 3]], directions: &[
     (0..3).for_each(|i| qq[i][i] += ridge);
     let inverse = inverse_of(&qq)?;
     let slope = |i: usize, j: usize| (0..3).map(|k| aq[i][k] * inverse[k][j]).sum::<f64>();
-    let along = |e: &[f64; 3]| -(0..3).map(|i| (0..3).map(|j| e[i] * slope(i, j) * e[j]).sum::<f64>()).sum::<f64>();
+    let along =
+        |e: &[f64; 3]| -(0..3).map(|i| (0..3).map(|j| e[i] * slope(i, j) * e[j]).sum::<f64>()).sum::<f64>();
     let found: Vec<f64> = directions.iter().map(along).collect();
     (!found.is_empty() && found.iter().all(|v| v.is_finite())).then_some(found)
 }
@@ -196,7 +237,8 @@ fn inverse_of(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
         m[a][c] * m[b][d] - m[a][d] * m[b][c]
     };
     let determinant = (0..3).map(|j| m[0][j] * minor(0, j)).sum::<f64>();
-    (determinant > 0.0 && determinant.is_finite()).then(|| std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant)))
+    (determinant > 0.0 && determinant.is_finite())
+        .then(|| std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant)))
 }
 
 /// Gram–Schmidt; directions that the earlier ones span are left out.
@@ -245,15 +287,19 @@ mod tests {
     fn laws_with_a_potential_give_their_force() {
         let fall = TrueForce::of_law(&json!({"law": "uniform gravity", "g": 0.9})).expect("gravity");
         assert_eq!(fall.at([3.0, 2.0, 1.0]), [0.0, 0.0, -0.9]);
-        let throw = json!({"law": "uniform gravity", "g": 1.0, "spin": [0.0, 0.0, 2.0], "velocity": [0.5, 0.0, 3.0]});
+        let throw =
+            json!({"law": "uniform gravity", "g": 1.0, "spin": [0.0, 0.0, 2.0], "velocity": [0.5, 0.0, 3.0]});
         assert_eq!(TrueForce::of_law(&throw), Some(TrueForce::Uniform([0.0, -1.0, -1.0])));
-        let tumble = json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
+        let tumble =
+            json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
         assert_eq!(TrueForce::of_law(&tumble), None, "no potential of the position alone");
         let fan = json!({"law": "uniform rotation", "center": [0.0, 0.0, 1.0], "axis": [0.0, 0.0, 1.0], "omega": 2.0});
         let force = TrueForce::of_law(&fan).expect("rotation").at([0.5, -0.25, 7.0]);
         assert!(norm(std::array::from_fn(|c| force[c] - [-2.0, 1.0, 0.0][c])) < 1e-12, "{force:?}");
         let slide = json!({"law": "isotropic harmonic", "center": [0.0, 0.0, 0.0], "displacement": [2.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0], "k": 9.0});
-        let Some(TrueForce::Harmonic { directions, .. }) = TrueForce::of_law(&slide) else { panic!("harmonic") };
+        let Some(TrueForce::Harmonic { directions, .. }) = TrueForce::of_law(&slide) else {
+            panic!("harmonic")
+        };
         assert_eq!(directions, [[1.0, 0.0, 0.0]], "a push along no direction adds none");
         assert_eq!(TrueForce::of_law(&json!({"law": "linear drag", "drag": 1.0})), None);
         assert_eq!(TrueForce::of_law(&Value::Null), None);
@@ -261,10 +307,14 @@ mod tests {
 
     #[test]
     fn the_curvature_of_an_anisotropic_field_is_found_along_each_direction() {
-        let positions: Vec<[f64; 3]> =
-            (0..50).map(|i| f64::from(i) * 0.37).map(|t| [t.cos() + 4.0, t.sin(), 0.3 * t.cos() * t.sin()]).collect();
-        let accelerations: Vec<[f64; 3]> = positions.iter().map(|q| [1.0 - 4.0 * q[0], -9.0 * q[1] + 0.5, 2.0 * q[2]]).collect();
-        let found = curvatures(&positions, &accelerations, &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).expect("regression");
+        let positions: Vec<[f64; 3]> = (0..50)
+            .map(|i| f64::from(i) * 0.37)
+            .map(|t| [t.cos() + 4.0, t.sin(), 0.3 * t.cos() * t.sin()])
+            .collect();
+        let accelerations: Vec<[f64; 3]> =
+            positions.iter().map(|q| [1.0 - 4.0 * q[0], -9.0 * q[1] + 0.5, 2.0 * q[2]]).collect();
+        let found =
+            curvatures(&positions, &accelerations, &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).expect("regression");
         assert!((found[0] - 4.0).abs() < 1e-6 && (found[1] - 9.0).abs() < 1e-6, "{found:?}");
         let flat: Vec<[f64; 3]> = positions.iter().map(|q| [q[0], q[1], 0.0]).collect();
         let found = curvatures(&flat, &accelerations, &[[0.0, 1.0, 0.0]]).expect("a flat motion");

@@ -1,9 +1,10 @@
 //! Position errors against ground truth.
 //!
-//! Every moving Gaussian is matched to the nearest true point at t = 0 and then expected to stay fixed to that point's object: its small
-//! offset from the point turns with the object (least-squares rotation of the object's points). The error at a time is the mean distance
-//! to where it is expected, over the mean path length of the matched points from 0 to that time. All moving Gaussians count, however far
-//! their point was; the median and the distance to the bare point are reported beside it.
+//! Every moving Gaussian is matched to the nearest true point at t = 0 and then expected to stay fixed to
+//! that point's object: its small offset from the point turns with the object (least-squares rotation of the
+//! object's points). The error at a time is the mean distance to where it is expected, over the mean path
+//! length of the matched points from 0 to that time. All moving Gaussians count, however far their point was;
+//! the median and the distance to the bare point are reported beside it.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +23,11 @@ pub type TrajectoryErrors = (BTreeMap<String, Option<f64>>, BTreeMap<String, Tra
 
 /// Errors at all [`TIMES`]; without a truth, or outside it or the scene's range, there is none.
 #[must_use]
-pub fn trajectory_errors(scene: &LagrangianScene, motion: &mut Motion<'_>, truth: Option<&Truth<'_>>) -> TrajectoryErrors {
+pub fn trajectory_errors(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    truth: Option<&Truth<'_>>,
+) -> TrajectoryErrors {
     let (low, high) = scene.motion.time_range();
     let (mut errors, mut details) = (BTreeMap::new(), BTreeMap::new());
     for t in TIMES {
@@ -36,16 +41,24 @@ pub fn trajectory_errors(scene: &LagrangianScene, motion: &mut Motion<'_>, truth
     (errors, details)
 }
 
-/// Mean relative error at one time, and more about it; nothing if nothing moves or the truth does not reach there.
+/// Mean relative error at one time, and more about it; nothing if nothing moves or the truth does not reach
+/// there.
 #[must_use]
-pub fn trajectory_error(scene: &LagrangianScene, motion: &mut Motion<'_>, truth: &Truth<'_>, t: f32) -> Option<(f64, TrajectoryDetail)> {
+pub fn trajectory_error(
+    scene: &LagrangianScene,
+    motion: &mut Motion<'_>,
+    truth: &Truth<'_>,
+    t: f32,
+) -> Option<(f64, TrajectoryDetail)> {
     let at = truth.at(t)?;
     let paths = truth.path_lengths(t)?;
     let matches = truth.matches(&scene.movers.means);
     let positions = motion.state_at(t).q;
     let starts = scene.movers.means.iter().zip(&matches);
-    let errors: Vec<f64> = starts.zip(&positions).map(|((&start, &p), &q)| distance(truth.carried(&at, p, start), q)).collect();
-    let to_points: Vec<f64> = matches.iter().zip(&positions).map(|(&p, &q)| distance(at.points[p], q)).collect();
+    let errors: Vec<f64> =
+        starts.zip(&positions).map(|((&start, &p), &q)| distance(truth.carried(&at, p, start), q)).collect();
+    let to_points: Vec<f64> =
+        matches.iter().zip(&positions).map(|(&p, &q)| distance(at.points[p], q)).collect();
     let path = mean(&matches.iter().map(|&p| paths[p]).collect::<Vec<_>>()).filter(|&path| path > 0.0)?;
     let error = finite(mean(&errors)? / path)?;
     let detail = TrajectoryDetail {

@@ -71,7 +71,8 @@ impl<'a> Truth<'a> {
 
     /// Sampled times between 0 and `t`, both included, going away from 0.
     fn times_from_zero(&self, t: f32) -> Vec<f32> {
-        let mut times: Vec<f32> = self.truth.times.iter().copied().filter(|s| s.abs() < t.abs() && s * t > 0.0).collect();
+        let mut times: Vec<f32> =
+            self.truth.times.iter().copied().filter(|s| s.abs() < t.abs() && s * t > 0.0).collect();
         times.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         times.insert(0, 0.0);
         times.push(t);
@@ -104,7 +105,8 @@ impl<'a> Truth<'a> {
         Some(lengths)
     }
 
-    /// Where a position at t = 0 that belongs to a point is at another time, if it is fixed to the point's object.
+    /// Where a position at t = 0 that belongs to a point is at another time, if it is fixed to the point's
+    /// object.
     #[must_use]
     pub fn carried(&self, at: &TruthAt, point: usize, position: [f32; 3]) -> [f32; 3] {
         let rotation = &at.rotations[&self.object(point)];
@@ -136,7 +138,8 @@ fn points_at(truth: &GroundTruth, t: f32) -> Option<Vec<[f32; 3]>> {
     if !(first - TIME_TOLERANCE..=last + TIME_TOLERANCE).contains(&t) {
         return None;
     }
-    let after = times.partition_point(|&s| s <= t).clamp(1, times.len() - 1).max(usize::from(times.len() == 1));
+    let after =
+        times.partition_point(|&s| s <= t).clamp(1, times.len() - 1).max(usize::from(times.len() == 1));
     if times.len() == 1 {
         return truth.points.first().cloned();
     }
@@ -175,7 +178,8 @@ mod tests {
     fn paths_count_away_from_zero_both_ways() {
         let cube = cube();
         let truth = Truth::new(&cube).expect("truth");
-        let (future, past) = (truth.path_lengths(0.5).expect("future"), truth.path_lengths(-0.5).expect("past"));
+        let (future, past) =
+            (truth.path_lengths(0.5).expect("future"), truth.path_lengths(-0.5).expect("past"));
         for (a, b) in future.iter().zip(past) {
             assert!((a - b).abs() < 1e-3 && *a > 0.5);
         }

@@ -52,7 +52,8 @@ pub fn insert_cloud(file: &mut TensorFile, prefix: &str, cloud: &GaussianCloud) 
 pub fn read_cloud(file: &TensorFile, prefix: &str) -> Result<GaussianCloud, TensorFileError> {
     let name = format!("{prefix}.sh");
     let (shape, sh) = file.values(&name)?;
-    let degree = (0..=3).find(|&d| shape.len() == 3 && shape[1] == lgs_core::sh_coefficients(d) && shape[2] == 3);
+    let degree =
+        (0..=3).find(|&d| shape.len() == 3 && shape[1] == lgs_core::sh_coefficients(d) && shape[2] == 3);
     let Some(sh_degree) = degree else {
         return Err(file.field(&name, "shape [n, 1 | 4 | 9 | 16, 3]", format!("{shape:?}")));
     };
@@ -97,12 +98,24 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
         let prefix = format!("object.{index}");
         file.set_metadata(&format!("{prefix}.system"), json(&object.system.config));
         file.set_metadata(&format!("{prefix}.velocity_policy"), json(&object.velocity_policy));
-        file.insert_indices(format!("{prefix}.rows"), &[2], &[object.members.start as u32, object.members.end as u32]);
+        file.insert_indices(
+            format!("{prefix}.rows"),
+            &[2],
+            &[object.members.start as u32, object.members.end as u32],
+        );
         for entry in object.system.layout() {
-            file.insert(format!("{prefix}.{}", entry.name), &entry.shape, &object.system.params[entry.range.clone()]);
+            file.insert(
+                format!("{prefix}.{}", entry.name),
+                &entry.shape,
+                &object.system.params[entry.range.clone()],
+            );
         }
         if let Some(supports) = &object.supports {
-            file.insert_indices(format!("{prefix}.supports"), &[object.members.len(), supports.k()], supports.indices());
+            file.insert_indices(
+                format!("{prefix}.supports"),
+                &[object.members.len(), supports.k()],
+                supports.indices(),
+            );
         }
     }
     file
@@ -120,7 +133,9 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     }
     let velocities = file.rows("mover.velocities")?;
     if velocities.len() != movers.len() {
-        return Err(file.field("mover.velocities", &format!("{} rows", movers.len()), velocities.len().to_string()).into());
+        return Err(file
+            .field("mover.velocities", &format!("{} rows", movers.len()), velocities.len().to_string())
+            .into());
     }
     let background = file.rows::<3>("background")?.first().copied().unwrap_or([1.0; 3]);
     let motion = read_motion(file)?;
@@ -133,27 +148,50 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
         objects.push(object);
     }
     if next_row != movers.len() {
-        return Err(file.field("objects", &format!("rows up to {}", movers.len()), next_row.to_string()).into());
+        return Err(file
+            .field("objects", &format!("rows up to {}", movers.len()), next_row.to_string())
+            .into());
     }
     Ok(LagrangianScene { statics, movers, velocities, objects, motion, background })
 }
 
 fn read_motion(file: &TensorFile) -> Result<MotionConfig, TensorFileError> {
     let motion: MotionConfig = file.metadata_json("motion")?;
-    let sane = motion.dt > 0.0 && motion.dt.is_finite() && motion.time_window > 0.0 && motion.time_window / motion.dt < 1e6;
-    if sane { Ok(motion) } else { Err(file.field("motion", "a positive step and window", format!("{motion:?}"))) }
+    let sane = motion.dt > 0.0
+        && motion.dt.is_finite()
+        && motion.time_window > 0.0
+        && motion.time_window / motion.dt < 1e6;
+    if sane {
+        Ok(motion)
+    } else {
+        Err(file.field("motion", "a positive step and window", format!("{motion:?}")))
+    }
 }
 
-fn read_object(file: &TensorFile, index: usize, first_row: usize, movers: usize) -> Result<ObjectModel, TensorFileError> {
+fn read_object(
+    file: &TensorFile,
+    index: usize,
+    first_row: usize,
+    movers: usize,
+) -> Result<ObjectModel, TensorFileError> {
     let prefix = format!("object.{index}");
     let rows_name = format!("{prefix}.rows");
     let (_, rows) = file.indices(&rows_name)?;
     let members = match rows {
-        &[start, end] if start as usize == first_row && start <= end && end as usize <= movers => start as usize..end as usize,
-        _ => return Err(file.field(&rows_name, &format!("a range from {first_row} within {movers}"), format!("{rows:?}"))),
+        &[start, end] if start as usize == first_row && start <= end && end as usize <= movers => {
+            start as usize..end as usize
+        }
+        _ => {
+            return Err(file.field(
+                &rows_name,
+                &format!("a range from {first_row} within {movers}"),
+                format!("{rows:?}"),
+            ));
+        }
     };
     let config: SystemConfig = file.metadata_json(&format!("{prefix}.system"))?;
-    if !(1..=MAX_HIDDEN).contains(&config.hidden) || !(1..=MAX_HIDDEN_LAYERS).contains(&config.hidden_layers) {
+    if !(1..=MAX_HIDDEN).contains(&config.hidden) || !(1..=MAX_HIDDEN_LAYERS).contains(&config.hidden_layers)
+    {
         return Err(file.field(&format!("{prefix}.system"), "sane network sizes", format!("{config:?}")));
     }
     let mut system = System { config, params: vec![0.0; config.parameters()] };

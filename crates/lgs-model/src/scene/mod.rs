@@ -1,7 +1,8 @@
-//! The Lagrangian scene: static Gaussians, moving Gaussians with their initial velocity, and one TD-LNN per object.
+//! The Lagrangian scene: static Gaussians, moving Gaussians with their initial velocity, and one TD-LNN per
+//! object.
 //!
-//! Moving Gaussians are stored object by object, so that an object is a range of rows. Exports and renders list the static Gaussians
-//! first and the moving ones behind them, at every time in the same order.
+//! Moving Gaussians are stored object by object, so that an object is a range of rows. Exports and renders
+//! list the static Gaussians first and the moving ones behind them, at every time in the same order.
 
 mod file;
 mod motion;
@@ -12,7 +13,9 @@ use lgs_core::GaussianCloud;
 use lgs_dynamics::{Supports, System, VelocityPolicy};
 use serde::{Deserialize, Serialize};
 
-pub use file::{SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};
+pub use file::{
+    SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors,
+};
 pub use motion::{Motion, SceneState};
 
 /// How the moving Gaussians are rolled out.

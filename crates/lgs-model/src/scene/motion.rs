@@ -21,8 +21,8 @@ pub struct Motion<'a> {
 }
 
 impl<'a> Motion<'a> {
-    /// The motion of `scene` with scaled velocity, potential and force (α, β, γ); `reversal` is used for negative times. The scales mean
-    /// the velocity at t = 0, see [`LagrangianScene::start_velocities`].
+    /// The motion of `scene` with scaled velocity, potential and force (α, β, γ); `reversal` is used for
+    /// negative times. The scales mean the velocity at t = 0, see [`LagrangianScene::start_velocities`].
     #[must_use]
     pub fn new(scene: &'a LagrangianScene, edit: Edit, reversal: Reversal) -> Self {
         let start = SceneState {
@@ -42,7 +42,10 @@ impl<'a> Motion<'a> {
         let states = if backwards { &self.backward } else { &self.forward };
         match rest {
             None => states[steps].clone(),
-            Some(rest) => self.advance(&states[steps], rest, 1, backwards).pop().unwrap_or_else(|| states[steps].clone()),
+            Some(rest) => self
+                .advance(&states[steps], rest, 1, backwards)
+                .pop()
+                .unwrap_or_else(|| states[steps].clone()),
         }
     }
 
@@ -72,9 +75,10 @@ impl<'a> Motion<'a> {
 impl LagrangianScene {
     /// What an edited motion starts with, `[movers]`, world units per unit of time.
     ///
-    /// The stored velocities lag half a kick behind those at t = 0, with which Eq. 5 tracks positions to second order (gap G28):
-    /// `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the accelerations, so its own half kick is taken off:
-    /// `α v(0) − ½ dt a_edit`. Without an edit these are the stored velocities, bit for bit.
+    /// The stored velocities lag half a kick behind those at t = 0, with which Eq. 5 tracks positions to
+    /// second order (gap G28): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the
+    /// accelerations, so its own half kick is taken off: `α v(0) − ½ dt a_edit`. Without an edit these are
+    /// the stored velocities, bit for bit.
     #[must_use]
     pub fn start_velocities(&self, edit: Edit) -> Vec<[f32; 3]> {
         if edit == Edit::default() {
@@ -83,7 +87,8 @@ impl LagrangianScene {
         let half = 0.5 * self.motion.dt;
         let mut start = Vec::with_capacity(self.velocities.len());
         for object in &self.objects {
-            let (q, stored) = (&self.movers.means[object.members.clone()], &self.velocities[object.members.clone()]);
+            let (q, stored) =
+                (&self.movers.means[object.members.clone()], &self.velocities[object.members.clone()]);
             let kick = object.system.accelerations(q, stored, &Edit::default());
             let at_zero = stored.iter().zip(kick).map(|(v, a)| add(*v, scale(a, half)));
             let scaled: Vec<[f32; 3]> = at_zero.map(|v| scale(v, edit.velocity_scale)).collect();
@@ -95,11 +100,24 @@ impl LagrangianScene {
 
     /// The states after 1 … `steps` steps of `dt` from `start`; backwards in time if a reversal is given.
     #[must_use]
-    pub fn advance(&self, start: &SceneState, dt: f32, steps: usize, edit: Edit, backwards: Option<Reversal>) -> Vec<SceneState> {
+    pub fn advance(
+        &self,
+        start: &SceneState,
+        dt: f32,
+        steps: usize,
+        edit: Edit,
+        backwards: Option<Reversal>,
+    ) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..steps).map(|_| SceneState::default()).collect();
         for object in &self.objects {
-            let spec =
-                RolloutSpec { dt, steps, last_dt: None, edit, supports: object.supports.as_ref(), velocity_policy: object.velocity_policy };
+            let spec = RolloutSpec {
+                dt,
+                steps,
+                last_dt: None,
+                edit,
+                supports: object.supports.as_ref(),
+                velocity_policy: object.velocity_policy,
+            };
             let part = object.part_of(start);
             let path = match backwards {
                 Some(reversal) => rollout_reversed(&object.system, &part, &spec, reversal),
@@ -118,7 +136,11 @@ impl LagrangianScene {
 impl ObjectModel {
     fn part_of(&self, state: &SceneState) -> State {
         let rows = self.members.clone();
-        State { q: state.q[rows.clone()].to_vec(), v: state.v[rows.clone()].to_vec(), rotation: state.rotation[rows].to_vec() }
+        State {
+            q: state.q[rows.clone()].to_vec(),
+            v: state.v[rows.clone()].to_vec(),
+            rotation: state.rotation[rows].to_vec(),
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! One block of Gaussians through the deformation network and back; activations are feature-major, `[features, block]`.
+//! One block of Gaussians through the deformation network and back; activations are feature-major,
+//! `[features, block]`.
 
 use super::chain::{Activation, Chain, Input, Kept};
 use super::config::{DeformationConfig, NetworkLayout};
@@ -50,7 +51,13 @@ impl<'a> Pass<'a> {
 
     fn chain(&self) -> Chain<'_> {
         let NetworkLayout { layers, head, .. } = &self.layout;
-        Chain { params: self.params, hidden: layers, head, skip_layer: self.config.skip_layer, activation: Activation::Relu }
+        Chain {
+            params: self.params,
+            hidden: layers,
+            head,
+            skip_layer: self.config.skip_layer,
+            activation: Activation::Relu,
+        }
     }
 
     fn inputs<'b>(&self, encoded: &'b [f32], codes: &'b [f32]) -> [Input<'b>; 2] {
@@ -62,19 +69,26 @@ impl<'a> Pass<'a> {
     }
 
     /// Pose rows of a block, whose positions are given encoded as well, into `poses`.
-    pub(super) fn forward(&self, gaussians: Block<'_>, encoded: Vec<f32>, poses: &mut [[f32; DELTAS]]) -> Activations {
+    pub(super) fn forward(
+        &self,
+        gaussians: Block<'_>,
+        encoded: Vec<f32>,
+        poses: &mut [[f32; DELTAS]],
+    ) -> Activations {
         let Block { means, rotations, codes } = gaussians;
         let block = means.len();
         let (z, layers) = self.chain().forward(&self.inputs(&encoded, codes), Some(&self.time.biases), block);
-        let raw: Vec<[f32; DELTAS]> = (0..block).map(|b| std::array::from_fn(|d| self.gain * z[d * block + b])).collect();
+        let raw: Vec<[f32; DELTAS]> =
+            (0..block).map(|b| std::array::from_fn(|d| self.gain * z[d * block + b])).collect();
         for (i, row) in poses.iter_mut().enumerate() {
             *row = pose(self.config.motion_head, self.frame, &raw[i], means[i], rotations[i]);
         }
         Activations { encoded, layers, raw }
     }
 
-    /// Adds a block's gradients to `v_params` (those of time columns stay in the biases until [`Self::finish`]), and turns its rows of
-    /// `v_poses` into those by centres and quaternions, `[v_x, v_q, unused]`. Returns the cotangents of the codes, `[code, block]`.
+    /// Adds a block's gradients to `v_params` (those of time columns stay in the biases until
+    /// [`Self::finish`]), and turns its rows of `v_poses` into those by centres and quaternions, `[v_x, v_q,
+    /// unused]`. Returns the cotangents of the codes, `[code, block]`.
     pub(super) fn backward(
         &self,
         kept: &Activations,
@@ -86,18 +100,26 @@ impl<'a> Pass<'a> {
         let block = means.len();
         let mut v_z = vec![0.0; DELTAS * block];
         for (b, row) in v_poses.iter_mut().enumerate() {
-            let (v_raw, v_x, v_q) = pose_vjp(self.config.motion_head, self.frame, &kept.raw[b], (means[b], rotations[b]), row);
+            let (v_raw, v_x, v_q) =
+                pose_vjp(self.config.motion_head, self.frame, &kept.raw[b], (means[b], rotations[b]), row);
             v_raw.iter().enumerate().for_each(|(d, v)| v_z[d * block + b] = self.gain * v);
             row[..3].copy_from_slice(&v_x);
             row[3..7].copy_from_slice(&v_q);
         }
         let mut v_inputs = [Vec::new(), vec![0.0; codes.len()]];
-        self.chain().backward(&kept.layers, &self.inputs(&kept.encoded, codes), &v_z, v_params, &mut v_inputs);
+        self.chain().backward(
+            &kept.layers,
+            &self.inputs(&kept.encoded, codes),
+            &v_z,
+            v_params,
+            &mut v_inputs,
+        );
         let [_, v_codes] = v_inputs;
         v_codes
     }
 
-    /// Turns the gradients of the effective biases into those of time columns and time network, once all blocks have been added.
+    /// Turns the gradients of the effective biases into those of time columns and time network, once all
+    /// blocks have been added.
     pub(super) fn finish(&self, v_params: &mut [f32]) {
         self.time.backward(self.config, &self.layout, self.params, v_params);
     }

@@ -1,5 +1,5 @@
-//! A chain of linear layers on a block of Gaussians, and back: hidden layers with an activation, of which one may read the inputs again,
-//! then a linear head. All features are feature-major, `[features, block]`.
+//! A chain of linear layers on a block of Gaussians, and back: hidden layers with an activation, of which one
+//! may read the inputs again, then a linear head. All features are feature-major, `[features, block]`.
 
 use super::config::LinearRange;
 use super::matrix::{Columns, add_backward_weight, add_forward, backward_inputs};
@@ -19,7 +19,8 @@ pub(super) struct Chain<'a> {
     pub(super) params: &'a [f32],
     pub(super) hidden: &'a [LinearRange],
     pub(super) head: &'a LinearRange,
-    /// The hidden layer after which the inputs enter again, before the outputs of that layer; the number of layers or more: never.
+    /// The hidden layer after which the inputs enter again, before the outputs of that layer; the number of
+    /// layers or more: never.
     pub(super) skip_layer: usize,
     pub(super) activation: Activation,
 }
@@ -59,15 +60,22 @@ impl<'a> Chain<'a> {
         Columns { row: l.inputs, first: l.inputs - count, count, outputs: l.outputs }
     }
 
-    /// Outputs of the head, and what the way back needs. `biases`, one row per hidden layer, replace those among the parameters.
-    pub(super) fn forward(&self, inputs: &[Input<'_>], biases: Option<&[Vec<f32>]>, block: usize) -> (Vec<f32>, Kept) {
+    /// Outputs of the head, and what the way back needs. `biases`, one row per hidden layer, replace those
+    /// among the parameters.
+    pub(super) fn forward(
+        &self,
+        inputs: &[Input<'_>],
+        biases: Option<&[Vec<f32>]>,
+        block: usize,
+    ) -> (Vec<f32>, Kept) {
         let mut kept = Kept::default();
         for (i, l) in self.hidden.iter().enumerate() {
             let bias = biases.map_or(&self.params[l.bias..l.bias + l.outputs], |rows| &rows[i]);
             let mut z = filled(bias, block);
             if self.reads_input(i) {
                 for input in inputs {
-                    let columns = Columns { row: l.inputs, first: input.first, count: input.count, outputs: l.outputs };
+                    let columns =
+                        Columns { row: l.inputs, first: input.first, count: input.count, outputs: l.outputs };
                     add_forward(self.weight(l), columns, input.values, &mut z, block);
                 }
             }
@@ -104,14 +112,27 @@ impl<'a> Chain<'a> {
         Some(z.iter_mut().map(slope).collect())
     }
 
-    /// From the cotangent of the outputs: adds those of the parameters to `v_params`, and to `v_inputs` those of the inputs, for every
-    /// input whose entry there is not empty.
-    pub(super) fn backward(&self, kept: &Kept, inputs: &[Input<'_>], v_out: &[f32], v_params: &mut [f32], v_inputs: &mut [Vec<f32>]) {
+    /// From the cotangent of the outputs: adds those of the parameters to `v_params`, and to `v_inputs` those
+    /// of the inputs, for every input whose entry there is not empty.
+    pub(super) fn backward(
+        &self,
+        kept: &Kept,
+        inputs: &[Input<'_>],
+        v_out: &[f32],
+        v_params: &mut [f32],
+        v_inputs: &mut [Vec<f32>],
+    ) {
         let head = self.head;
         let block = v_out.len() / head.outputs;
         add_bias_gradient(&mut v_params[head.bias..head.bias + head.outputs], v_out, block);
         if let Some(last) = kept.hidden.last() {
-            add_backward_weight(&mut v_params[head.weight..head.bias], self.head_columns(), v_out, last, block);
+            add_backward_weight(
+                &mut v_params[head.weight..head.bias],
+                self.head_columns(),
+                v_out,
+                last,
+                block,
+            );
         }
         let mut v_h = vec![0.0; head.inputs * block];
         backward_inputs(self.weight(head), self.head_columns(), v_out, &mut v_h, block);
@@ -123,7 +144,13 @@ impl<'a> Chain<'a> {
             }
             if i > 0 {
                 let columns = self.own_columns(l, i - 1);
-                add_backward_weight(&mut v_params[l.weight..l.bias], columns, &v_h, &kept.hidden[i - 1], block);
+                add_backward_weight(
+                    &mut v_params[l.weight..l.bias],
+                    columns,
+                    &v_h,
+                    &kept.hidden[i - 1],
+                    block,
+                );
                 let mut v_before = vec![0.0; columns.count * block];
                 backward_inputs(self.weight(l), columns, &v_h, &mut v_before, block);
                 v_h = v_before;
@@ -131,10 +158,18 @@ impl<'a> Chain<'a> {
         }
     }
 
-    fn backward_reads(&self, l: &LinearRange, inputs: &[Input<'_>], v_z: &[f32], v_params: &mut [f32], v_inputs: &mut [Vec<f32>]) {
+    fn backward_reads(
+        &self,
+        l: &LinearRange,
+        inputs: &[Input<'_>],
+        v_z: &[f32],
+        v_params: &mut [f32],
+        v_inputs: &mut [Vec<f32>],
+    ) {
         let block = v_z.len() / l.outputs;
         for (k, input) in inputs.iter().enumerate() {
-            let columns = Columns { row: l.inputs, first: input.first, count: input.count, outputs: l.outputs };
+            let columns =
+                Columns { row: l.inputs, first: input.first, count: input.count, outputs: l.outputs };
             add_backward_weight(&mut v_params[l.weight..l.bias], columns, v_z, input.values, block);
             if let Some(v_input) = v_inputs.get_mut(k).filter(|v| !v.is_empty()) {
                 let mut v_read = vec![0.0; input.count * block];
@@ -146,7 +181,9 @@ impl<'a> Chain<'a> {
 
     fn deactivate(&self, kept: &Kept, index: usize, v: &mut [f32]) {
         match self.activation {
-            Activation::Relu => v.iter_mut().zip(&kept.hidden[index]).for_each(|(v, h)| *v = if *h > 0.0 { *v } else { 0.0 }),
+            Activation::Relu => {
+                v.iter_mut().zip(&kept.hidden[index]).for_each(|(v, h)| *v = if *h > 0.0 { *v } else { 0.0 })
+            }
             Activation::Silu => v.iter_mut().zip(&kept.slopes[index]).for_each(|(v, slope)| *v *= slope),
         }
     }

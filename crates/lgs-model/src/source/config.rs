@@ -1,4 +1,5 @@
-//! Sizes and choices of the deformation network (`reference-systems.md` §3.1–3.4), and where each parameter lies in the flat vector.
+//! Sizes and choices of the deformation network (`reference-systems.md` §3.1–3.4), and where each parameter
+//! lies in the flat vector.
 
 use std::ops::Range;
 
@@ -15,7 +16,8 @@ pub enum ScaleMode {
     Additive,
     /// `exp(log_scale + Δs)`.
     Exponent,
-    /// The scale never changes: a rigid body's Gaussians only move and turn, which is what a Lagrangian scene can represent.
+    /// The scale never changes: a rigid body's Gaussians only move and turn, which is what a Lagrangian scene
+    /// can represent.
     Fixed,
 }
 
@@ -27,8 +29,8 @@ pub enum MotionHead {
     Displacement,
     /// A displacement, and a quaternion of any length that turns the Gaussian: FreeGave.
     Turn,
-    /// A rotation about the scene's centre and a translation, which also turn the Gaussian: all of a rigid body share one output
-    /// (in the spirit of the six-DoF option, §3.3, without its singularity at rest).
+    /// A rotation about the scene's centre and a translation, which also turn the Gaussian: all of a rigid
+    /// body share one output (in the spirit of the six-DoF option, §3.3, without its singularity at rest).
     Rigid,
 }
 
@@ -62,7 +64,8 @@ pub struct DeformationConfig {
     pub time_hidden: usize,
     /// Outputs of the time network (paper: 30); 0: the time encoding enters directly.
     pub time_features: usize,
-    /// Features of each Gaussian that enter beside position and time (paper: 0; FreeGave: 16, or 32 indoors). DefGS has none.
+    /// Features of each Gaussian that enter beside position and time (paper: 0; FreeGave: 16, or 32 indoors).
+    /// DefGS has none.
     pub code: usize,
     /// What moves (paper: displacement).
     pub motion_head: MotionHead,
@@ -70,12 +73,15 @@ pub struct DeformationConfig {
     pub scale_mode: ScaleMode,
     /// How the output layer starts (paper: uniform).
     pub head_init: HeadInit,
-    /// Outputs are multiplied by `gain_start + gain_slope · t`: at t = 0 by this (paper: 1). Small, motion starts near the canonical
-    /// Gaussians; 0 pins them to the first frame, which few images then hold in place.
+    /// Outputs are multiplied by `gain_start + gain_slope · t`: at t = 0 by this (paper: 1). Small, motion
+    /// starts near the canonical Gaussians; 0 pins them to the first frame, which few images then hold in
+    /// place.
     pub gain_start: f32,
-    /// Growth of the factor with time (paper: 0). With 1, steady motion asks for an output that hardly changes with time.
+    /// Growth of the factor with time (paper: 0). With 1, steady motion asks for an output that hardly
+    /// changes with time.
     pub gain_slope: f32,
-    /// Centres positions on the initial Gaussians and divides by their half extent before encoding (paper: false).
+    /// Centres positions on the initial Gaussians and divides by their half extent before encoding (paper:
+    /// false).
     pub normalised_positions: bool,
 }
 
@@ -170,7 +176,9 @@ impl DeformationConfig {
             }
         }
         match ranges.into_iter().find(|&(_, value, low, high)| value < low || value > high) {
-            Some((field, value, low, high)) => Err((field, format!("{value} is not between {low} and {high}"))),
+            Some((field, value, low, high)) => {
+                Err((field, format!("{value} is not between {low} and {high}")))
+            }
             None => Ok(()),
         }
     }
@@ -243,8 +251,16 @@ impl LinearRange {
 pub(super) fn params_of(linears: Vec<(String, &LinearRange)>) -> Vec<ParamRange> {
     let entries = linears.into_iter().flat_map(|(name, l)| {
         [
-            ParamRange { name: format!("{name}.weight"), shape: vec![l.outputs, l.inputs], range: l.weight..l.bias },
-            ParamRange { name: format!("{name}.bias"), shape: vec![l.outputs], range: l.bias..l.bias + l.outputs },
+            ParamRange {
+                name: format!("{name}.weight"),
+                shape: vec![l.outputs, l.inputs],
+                range: l.weight..l.bias,
+            },
+            ParamRange {
+                name: format!("{name}.bias"),
+                shape: vec![l.outputs],
+                range: l.bias..l.bias + l.outputs,
+            },
         ]
     });
     entries.collect()
@@ -255,7 +271,8 @@ pub(super) fn params_of(linears: Vec<(String, &LinearRange)>) -> Vec<ParamRange>
 pub struct NetworkLayout {
     /// The time network's two layers, if there is one.
     pub time: Option<[LinearRange; 2]>,
-    /// Hidden layers. Where a layer reads the input its columns are position, time, code, then the layer before.
+    /// Hidden layers. Where a layer reads the input its columns are position, time, code, then the layer
+    /// before.
     pub layers: Vec<LinearRange>,
     /// The output layer: Δx (3), Δrotation (4), Δscale (3).
     pub head: LinearRange,
@@ -268,8 +285,9 @@ impl NetworkLayout {
         let mut len = 0;
         let mut linear = |inputs: usize, outputs: usize| LinearRange::take(inputs, outputs, &mut len);
         let time_encoding = encoded_width(1, config.time_frequencies);
-        let time = (config.time_features > 0)
-            .then(|| [linear(time_encoding, config.time_hidden), linear(config.time_hidden, config.time_features)]);
+        let time = (config.time_features > 0).then(|| {
+            [linear(time_encoding, config.time_hidden), linear(config.time_hidden, config.time_features)]
+        });
         let input = config.position_width() + config.time_width() + config.code;
         let layers = (0..config.depth)
             .map(|i| {

@@ -1,8 +1,10 @@
-//! DefGS: canonical Gaussians and a network that displaces, turns and scales them at a time (`reference-systems.md` §3.4).
+//! DefGS: canonical Gaussians and a network that displaces, turns and scales them at a time
+//! (`reference-systems.md` §3.4).
 //!
-//! Our rasterizer normalises quaternions, so what is drawn at time t is `normalise(q/‖q‖ + Δr)`, and baking a time is exact by plain
-//! normalisation. (The authors' rasterizer does not, which is why §8.2 A.2 asks for an eigen-decomposition there.) A scale that the
-//! network pushes to zero or below is drawn, and baked, at [`DEFORMED_SCALE_FLOOR`].
+//! Our rasterizer normalises quaternions, so what is drawn at time t is `normalise(q/‖q‖ + Δr)`, and baking a
+//! time is exact by plain normalisation. (The authors' rasterizer does not, which is why §8.2 A.2 asks for an
+//! eigen-decomposition there.) A scale that the network pushes to zero or below is drawn, and baked, at
+//! [`DEFORMED_SCALE_FLOOR`].
 
 use std::path::Path;
 
@@ -85,7 +87,8 @@ struct Header {
 impl Deformation {
     /// Adds the network's parameters, by name under `prefix`, and its sizes.
     pub fn insert_into(&self, file: &mut TensorFile, prefix: &str) {
-        let header = Header { config: self.config.clone(), center: self.frame.center, scale: self.frame.scale };
+        let header =
+            Header { config: self.config.clone(), center: self.frame.center, scale: self.frame.scale };
         // A plain structure of numbers and names always serialises.
         file.set_metadata(prefix, serde_json::to_string(&header).unwrap_or_default());
         for param in self.config.layout().params() {
@@ -99,9 +102,16 @@ impl Deformation {
     /// If sizes or parameters are absent, do not fit or are not finite.
     pub fn read_from(file: &TensorFile, prefix: &str) -> Result<Self, TensorFileError> {
         let header: Header = file.metadata_json(prefix)?;
-        header.config.validate().map_err(|(field, reason)| file.field(&format!("{prefix}.{field}"), "a size in range", reason))?;
+        header
+            .config
+            .validate()
+            .map_err(|(field, reason)| file.field(&format!("{prefix}.{field}"), "a size in range", reason))?;
         if !(header.scale > 0.0 && header.scale.is_finite() && header.center.iter().all(|v| v.is_finite())) {
-            return Err(file.field(&format!("{prefix}.scale"), "a positive scale and a finite centre", header.scale.to_string()));
+            return Err(file.field(
+                &format!("{prefix}.scale"),
+                "a positive scale and a finite centre",
+                header.scale.to_string(),
+            ));
         }
         let layout = header.config.layout();
         let mut params = vec![0.0; layout.len];
@@ -113,7 +123,11 @@ impl Deformation {
             }
             params[param.range].copy_from_slice(values);
         }
-        Ok(Self { config: header.config, frame: InputFrame { center: header.center, scale: header.scale }, params })
+        Ok(Self {
+            config: header.config,
+            frame: InputFrame { center: header.center, scale: header.scale },
+            params,
+        })
     }
 }
 
@@ -140,7 +154,8 @@ mod tests {
     use crate::source::{HeadInit, load_source};
 
     fn model(config: DeformationConfig) -> DefGs {
-        let means: Vec<[f32; 3]> = (0..40).map(|i| [(i as f32).sin(), (i as f32).cos(), i as f32 * 0.02]).collect();
+        let means: Vec<[f32; 3]> =
+            (0..40).map(|i| [(i as f32).sin(), (i as f32).cos(), i as f32 * 0.02]).collect();
         let mut canonical = GaussianCloud::isotropic(means, 0.05, [0.3, 0.5, 0.7], 0.6);
         canonical.rotations.iter_mut().enumerate().for_each(|(i, q)| *q = [1.0, i as f32 * 0.1, -0.3, 2.0]);
         let frame = InputFrame::around(&canonical.means);
@@ -149,9 +164,14 @@ mod tests {
 
     #[test]
     fn without_gain_at_the_start_a_model_starts_as_its_canonical_gaussians() {
-        let model = model(DeformationConfig { gain_start: 0.0, head_init: HeadInit::Uniform, ..DeformationConfig::quick() });
+        let model = model(DeformationConfig {
+            gain_start: 0.0,
+            head_init: HeadInit::Uniform,
+            ..DeformationConfig::quick()
+        });
         let start = model.positions_at(0.0);
-        let off = start.as_flattened().iter().zip(model.canonical.means.as_flattened()).map(|(a, b)| (a - b).abs());
+        let off =
+            start.as_flattened().iter().zip(model.canonical.means.as_flattened()).map(|(a, b)| (a - b).abs());
         assert!(off.fold(0.0, f32::max) < 1e-6);
         assert_ne!(model.positions_at(0.5), model.canonical.means);
         let cloud = model.cloud_at(0.5);
@@ -168,7 +188,12 @@ mod tests {
         let cloud = compose(&model.canonical, &deltas, ScaleMode::Additive);
         assert_eq!(cloud.log_scales[0][0], DEFORMED_SCALE_FLOOR.ln());
         assert!((cloud.log_scales[0][1] - model.canonical.log_scales[0][1]).abs() < 1e-6);
-        assert!((compose(&model.canonical, &deltas, ScaleMode::Exponent).log_scales[0][0] - (0.05_f32.ln() - 1.0)).abs() < 1e-6);
+        assert!(
+            (compose(&model.canonical, &deltas, ScaleMode::Exponent).log_scales[0][0]
+                - (0.05_f32.ln() - 1.0))
+                .abs()
+                < 1e-6
+        );
     }
 
     #[test]

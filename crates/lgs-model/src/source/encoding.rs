@@ -1,4 +1,5 @@
-//! Positional encoding (`reference-systems.md` §3.1): `[v, sin(2⁰v), cos(2⁰v), …, sin(2^{L−1}v), cos(2^{L−1}v)]`, no factor π.
+//! Positional encoding (`reference-systems.md` §3.1): `[v, sin(2⁰v), cos(2⁰v), …, sin(2^{L−1}v),
+//! cos(2^{L−1}v)]`, no factor π.
 
 /// Numbers per encoded vector of `dimensions` with `frequencies`.
 #[must_use]
@@ -6,7 +7,8 @@ pub fn encoded_width(dimensions: usize, frequencies: usize) -> usize {
     dimensions * (1 + 2 * frequencies)
 }
 
-/// Encodes one vector into `out`, whose entries lie `stride` floats apart (1: contiguous; the block length: feature-major).
+/// Encodes one vector into `out`, whose entries lie `stride` floats apart (1: contiguous; the block length:
+/// feature-major).
 pub fn encode_into(vector: &[f32], frequencies: usize, out: &mut [f32], stride: usize) {
     let d = vector.len();
     for (i, &v) in vector.iter().enumerate() {

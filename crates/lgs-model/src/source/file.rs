@@ -91,7 +91,8 @@ pub fn imported_kind(path: &Path) -> SourceKind {
     if is_official_defgs(path) { SourceKind::Defgs } else { SourceKind::Frames }
 }
 
-/// Reads a source model that another program wrote: frames ([`lgs_data::frames`]), or an output folder of the authors' DefGS program.
+/// Reads a source model that another program wrote: frames ([`lgs_data::frames`]), or an output folder of the
+/// authors' DefGS program.
 ///
 /// # Errors
 /// If something is absent, malformed, not finite or does not fit together.

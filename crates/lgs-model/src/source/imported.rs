@@ -1,9 +1,10 @@
 //! Trajectories from elsewhere as a source model: frames of the same Gaussians, and what is between them.
 //!
-//! Between two frames a centre follows the cubic Hermite curve whose slopes at the frames are those of the parabola through the frame and
-//! its two neighbours (at the first and last frame, through the three nearest): constant acceleration is reproduced exactly, whatever the
-//! spacing. Rotations turn at constant rate along the shorter arc. Before the first and after the last frame the Gaussians rest where
-//! they are there; [`SourceModel::time_range`] says so.
+//! Between two frames a centre follows the cubic Hermite curve whose slopes at the frames are those of the
+//! parabola through the frame and its two neighbours (at the first and last frame, through the three
+//! nearest): constant acceleration is reproduced exactly, whatever the spacing. Rotations turn at constant
+//! rate along the shorter arc. Before the first and after the last frame the Gaussians rest where they are
+//! there; [`SourceModel::time_range`] says so.
 
 use std::path::Path;
 
@@ -16,7 +17,8 @@ use super::file::{SourceError, SourceKind};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::TensorFile;
 
-/// Cosine of half an angle from which two rotations count as equal: the arc between them has no direction in single precision.
+/// Cosine of half an angle from which two rotations count as equal: the arc between them has no direction in
+/// single precision.
 const SAME_ROTATION: f32 = 0.999_999;
 
 /// Gaussians at several times.
@@ -72,7 +74,11 @@ impl ImportedFrames {
     fn rotations_at(&self, time: f32) -> Vec<[f32; 4]> {
         let (segment, along) = self.segment(time);
         match self.frames.rotations.get(segment..segment + 2) {
-            Some([a, b]) => a.iter().zip(b).map(|(a, b)| slerp(quat_normalize(*a), quat_normalize(*b), along as f32)).collect(),
+            Some([a, b]) => a
+                .iter()
+                .zip(b)
+                .map(|(a, b)| slerp(quat_normalize(*a), quat_normalize(*b), along as f32))
+                .collect(),
             _ => self.frames.rotations[0].iter().map(|q| quat_normalize(*q)).collect(),
         }
     }
@@ -88,14 +94,23 @@ impl SourceModel for ImportedFrames {
     }
 
     fn cloud_at(&self, time: f32) -> GaussianCloud {
-        GaussianCloud { means: self.positions_at(time), rotations: self.rotations_at(time), ..self.frames.gaussians.clone() }
+        GaussianCloud {
+            means: self.positions_at(time),
+            rotations: self.rotations_at(time),
+            ..self.frames.gaussians.clone()
+        }
     }
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         let (segment, along) = self.segment(time);
         let shares = frame_shares(&self.frames.times, segment, along);
-        let rows: Vec<(&Vec<[f32; 3]>, f64)> = shares.iter().map(|&(frame, share)| (&self.frames.positions[frame], share)).collect();
-        let at = |i: usize| std::array::from_fn(|c| rows.iter().map(|(row, share)| share * f64::from(row[i][c])).sum::<f64>() as f32);
+        let rows: Vec<(&Vec<[f32; 3]>, f64)> =
+            shares.iter().map(|&(frame, share)| (&self.frames.positions[frame], share)).collect();
+        let at = |i: usize| {
+            std::array::from_fn(|c| {
+                rows.iter().map(|(row, share)| share * f64::from(row[i][c])).sum::<f64>() as f32
+            })
+        };
         (0..self.len()).map(at).collect()
     }
 
@@ -120,7 +135,8 @@ fn frame_shares(times: &[f32], segment: usize, along: f64) -> Vec<(usize, f64)> 
     let u = along;
     let length = f64::from(times[segment + 1]) - f64::from(times[segment]);
     let first = segment.saturating_sub(1);
-    let mut shares: Vec<(usize, f64)> = (first..times.len().min(segment + 3)).map(|frame| (frame, 0.0)).collect();
+    let mut shares: Vec<(usize, f64)> =
+        (first..times.len().min(segment + 3)).map(|frame| (frame, 0.0)).collect();
     let mut add = |frame: usize, share: f64| shares[frame - first].1 += share;
     add(segment, (1.0 + 2.0 * u) * (1.0 - u) * (1.0 - u));
     add(segment + 1, u * u * (3.0 - 2.0 * u));
@@ -132,8 +148,8 @@ fn frame_shares(times: &[f32], segment: usize, along: f64) -> Vec<(usize, f64)> 
     shares
 }
 
-/// The frames that the slope at a frame comes from, and their shares in it: the derivative there of the parabola through the three
-/// frames nearest in order, or of the line through two.
+/// The frames that the slope at a frame comes from, and their shares in it: the derivative there of the
+/// parabola through the three frames nearest in order, or of the line through two.
 fn slope_shares(times: &[f32], frame: usize) -> Vec<(usize, f64)> {
     let count = times.len().min(3);
     let start = frame.saturating_sub(1).min(times.len() - count);
@@ -169,8 +185,12 @@ mod tests {
 
     /// One Gaussian in free fall that turns about z by an angle of 3 t, at uneven times.
     fn falling(times: &[f32]) -> ImportedFrames {
-        let positions: Vec<Vec<[f32; 3]>> = times.iter().map(|&t| vec![[1.0 + 2.0 * t, 0.0, 3.0 - 4.9 * t * t]]).collect();
-        let rotations = times.iter().map(|&t| vec![[(1.5 * t).cos(), 0.0, 0.0, (1.5 * t).sin()].map(|v| 2.0 * v)]).collect();
+        let positions: Vec<Vec<[f32; 3]>> =
+            times.iter().map(|&t| vec![[1.0 + 2.0 * t, 0.0, 3.0 - 4.9 * t * t]]).collect();
+        let rotations = times
+            .iter()
+            .map(|&t| vec![[(1.5 * t).cos(), 0.0, 0.0, (1.5 * t).sin()].map(|v| 2.0 * v)])
+            .collect();
         let gaussians = GaussianCloud::isotropic(positions[0].clone(), 0.1, [0.5; 3], 0.9);
         ImportedFrames::new(FrameSequence { gaussians, times: times.to_vec(), positions, rotations })
     }
@@ -182,9 +202,17 @@ mod tests {
             let t = 0.01 * i as f32;
             let cloud = model.cloud_at(t);
             let expected = [1.0 + 2.0 * t, 0.0, 3.0 - 4.9 * t * t];
-            assert!((0..3).all(|c| (cloud.means[0][c] - expected[c]).abs() < 2e-6), "t = {t}: {:?}, expected {expected:?}", cloud.means[0]);
+            assert!(
+                (0..3).all(|c| (cloud.means[0][c] - expected[c]).abs() < 2e-6),
+                "t = {t}: {:?}, expected {expected:?}",
+                cloud.means[0]
+            );
             let turned = [(1.5 * t).cos(), 0.0, 0.0, (1.5 * t).sin()];
-            assert!((0..4).all(|c| (cloud.rotations[0][c] - turned[c]).abs() < 2e-6), "t = {t}: {:?}", cloud.rotations[0]);
+            assert!(
+                (0..4).all(|c| (cloud.rotations[0][c] - turned[c]).abs() < 2e-6),
+                "t = {t}: {:?}",
+                cloud.rotations[0]
+            );
         }
     }
 

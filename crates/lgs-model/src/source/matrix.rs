@@ -1,7 +1,8 @@
-//! The three matrix products of a linear layer on a block of Gaussians, single-threaded (blocks run in parallel).
+//! The three matrix products of a linear layer on a block of Gaussians, single-threaded (blocks run in
+//! parallel).
 //!
-//! Activations are feature-major, `[features, block]`; weights are `[out, in]`, row by row, of which a layer may use a range of columns
-//! that starts at `first`.
+//! Activations are feature-major, `[features, block]`; weights are `[out, in]`, row by row, of which a layer
+//! may use a range of columns that starts at `first`.
 
 #![expect(unsafe_code, reason = "the gemm crate takes raw pointers; lengths are asserted before each call")]
 
@@ -22,8 +23,14 @@ pub(super) struct Columns {
 
 impl Columns {
     fn check(&self, weight: &[f32], block: usize, inputs: &[f32], outputs: &[f32]) {
-        assert!(self.first + self.count <= self.row && weight.len() >= self.row * self.outputs, "columns of the weight");
-        assert!(inputs.len() >= self.count * block && outputs.len() >= self.outputs * block, "block of activations");
+        assert!(
+            self.first + self.count <= self.row && weight.len() >= self.row * self.outputs,
+            "columns of the weight"
+        );
+        assert!(
+            inputs.len() >= self.count * block && outputs.len() >= self.outputs * block,
+            "block of activations"
+        );
     }
 }
 
@@ -31,7 +38,8 @@ impl Columns {
 pub(super) fn add_forward(weight: &[f32], columns: Columns, x: &[f32], z: &mut [f32], block: usize) {
     columns.check(weight, block, x, z);
     let (b, row) = (block as isize, columns.row as isize);
-    // SAFETY: `check` asserted that every index below the sizes given lies inside the slices; `z` is borrowed exclusively.
+    // SAFETY: `check` asserted that every index below the sizes given lies inside the slices; `z` is borrowed
+    // exclusively.
     unsafe {
         let w = weight.as_ptr().add(columns.first);
         #[rustfmt::skip]
@@ -54,7 +62,13 @@ pub(super) fn backward_inputs(weight: &[f32], columns: Columns, v_z: &[f32], v_x
 }
 
 /// `v_W[out, in] += v_z[out, b] x[in, b]ᵀ`.
-pub(super) fn add_backward_weight(v_weight: &mut [f32], columns: Columns, v_z: &[f32], x: &[f32], block: usize) {
+pub(super) fn add_backward_weight(
+    v_weight: &mut [f32],
+    columns: Columns,
+    v_z: &[f32],
+    x: &[f32],
+    block: usize,
+) {
     columns.check(v_weight, block, x, v_z);
     let (b, row) = (block as isize, columns.row as isize);
     // SAFETY: as above, with `v_weight` borrowed exclusively.
@@ -78,7 +92,8 @@ mod tests {
         let weight: Vec<f32> = (0..row * outputs).map(value).collect();
         let x: Vec<f32> = (0..count * block).map(|i| value(i + 3)).collect();
         let v_z: Vec<f32> = (0..outputs * block).map(|i| value(i + 8)).collect();
-        let (mut z, mut v_x, mut v_w) = (vec![1.0; outputs * block], vec![9.0; count * block], vec![0.5; row * outputs]);
+        let (mut z, mut v_x, mut v_w) =
+            (vec![1.0; outputs * block], vec![9.0; count * block], vec![0.5; row * outputs]);
         add_forward(&weight, columns, &x, &mut z, block);
         backward_inputs(&weight, columns, &v_z, &mut v_x, block);
         add_backward_weight(&mut v_w, columns, &v_z, &x, block);
@@ -96,7 +111,9 @@ mod tests {
         for o in 0..outputs {
             for i in 0..row {
                 let inside = (first..first + count).contains(&i);
-                let sum: f32 = (0..block).map(|b| v_z[o * block + b] * if inside { x[(i - first) * block + b] } else { 0.0 }).sum();
+                let sum: f32 = (0..block)
+                    .map(|b| v_z[o * block + b] * if inside { x[(i - first) * block + b] } else { 0.0 })
+                    .sum();
                 assert!((v_w[o * row + i] - 0.5 - sum).abs() < 1e-5);
             }
         }

@@ -1,10 +1,11 @@
-//! Source models: what learns a scene's motion from images, and what a Lagrangian scene is then distilled from.
+//! Source models: what learns a scene's motion from images, and what a Lagrangian scene is then distilled
+//! from.
 //!
-//! A [`SourceModel`] answers where every Gaussian is at a time of the captured window; nothing else of it is used downstream, so a
-//! learned deformation ([`DefGs`]), another method or trajectories from a file are interchangeable. A new kind needs a [`SourceKind`],
-//! an implementation of the trait, and a line in [`load_source`].
-//! The deformation network ([`network`]) runs as one fused operation on slices; [`tensor`] makes it differentiable inside Burn, and
-//! [`mod@reference`] is its twin in plain tensor operations.
+//! A [`SourceModel`] answers where every Gaussian is at a time of the captured window; nothing else of it is
+//! used downstream, so a learned deformation ([`DefGs`]), another method or trajectories from a file are
+//! interchangeable. A new kind needs a [`SourceKind`], an implementation of the trait, and a line in
+//! [`load_source`]. The deformation network ([`network`]) runs as one fused operation on slices; [`tensor`]
+//! makes it differentiable inside Burn, and [`mod@reference`] is its twin in plain tensor operations.
 
 mod blocks;
 mod chain;
@@ -24,7 +25,9 @@ pub mod tensor;
 mod testing;
 mod time_part;
 
-pub use config::{DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode};
+pub use config::{
+    DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode,
+};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
 pub use file::{SourceError, SourceKind, import_source, imported_kind, load_source};
 pub use freegave::{FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
@@ -39,7 +42,8 @@ use lgs_core::GaussianCloud;
 
 use crate::tensor_file::TensorFile;
 
-/// A model of moving Gaussians that can be asked for any time of the captured window (times are in units of the sequence, see `docs`).
+/// A model of moving Gaussians that can be asked for any time of the captured window (times are in units of
+/// the sequence, see `docs`).
 pub trait SourceModel: Send + Sync {
     /// What it is.
     fn kind(&self) -> SourceKind;
@@ -58,7 +62,8 @@ pub trait SourceModel: Send + Sync {
     /// Their centres alone, `[n]`, world units.
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
 
-    /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians rest.
+    /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians
+    /// rest.
     fn time_range(&self) -> Option<[f32; 2]> {
         None
     }

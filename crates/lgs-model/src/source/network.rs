@@ -1,8 +1,10 @@
-//! The deformation network as one operation on slices: Gaussians and one time in, `[x', q', Δs]` per Gaussian out.
+//! The deformation network as one operation on slices: Gaussians and one time in, `[x', q', Δs]` per Gaussian
+//! out.
 //!
-//! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in order, so the result does not
-//! depend on the number of threads. Going back uses the activations that going forward kept. What enters the encoding is a constant (DefGS detaches it, §3.2); gradients
-//! reach positions and quaternions where the pose is applied to them.
+//! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in
+//! order, so the result does not depend on the number of threads. Going back uses the activations that going
+//! forward kept. What enters the encoding is a constant (DefGS detaches it, §3.2); gradients reach positions
+//! and quaternions where the pose is applied to them.
 
 use rand::RngExt;
 use rayon::prelude::*;
@@ -69,7 +71,10 @@ impl Deformation {
         let mut params = Vec::with_capacity(layout.len);
         for (_, linear) in layout.linears() {
             let bound = 1.0 / (linear.inputs as f32).sqrt();
-            params.extend((0..linear.inputs * linear.outputs + linear.outputs).map(|_| random.random_range(-bound..bound)));
+            params.extend(
+                (0..linear.inputs * linear.outputs + linear.outputs)
+                    .map(|_| random.random_range(-bound..bound)),
+            );
         }
         let factor = match config.head_init {
             HeadInit::Uniform => 1.0,
@@ -83,7 +88,14 @@ impl Deformation {
     /// Pose rows `[x', q', Δs]` of Gaussians at a time.
     #[must_use]
     pub fn poses(&self, means: &[[f32; 3]], rotations: &[[f32; 4]], time: f32) -> Vec<[f32; DELTAS]> {
-        deform(DeformInput { config: &self.config, frame: self.frame, params: &self.params, means, rotations, time })
+        deform(DeformInput {
+            config: &self.config,
+            frame: self.frame,
+            params: &self.params,
+            means,
+            rotations,
+            time,
+        })
     }
 }
 
@@ -142,12 +154,16 @@ pub fn deform_kept(input: DeformInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
 }
 
 /// Pose rows, and what `keep` makes of every block's activations.
-fn forward<T: Send>(input: DeformInput<'_>, keep: impl Fn(Activations) -> T + Sync) -> (Vec<[f32; DELTAS]>, Vec<T>) {
+fn forward<T: Send>(
+    input: DeformInput<'_>,
+    keep: impl Fn(Activations) -> T + Sync,
+) -> (Vec<[f32; DELTAS]>, Vec<T>) {
     assert_eq!(input.means.len(), input.rotations.len(), "centres and quaternions");
     assert_eq!(input.params.len(), input.config.layout().len, "parameters of the deformation network");
     let pass = Pass::new(&input);
     let mut poses = vec![[0.0; DELTAS]; input.means.len()];
-    let blocks = poses.par_chunks_mut(BLOCK).zip(input.means.par_chunks(BLOCK)).zip(input.rotations.par_chunks(BLOCK));
+    let blocks =
+        poses.par_chunks_mut(BLOCK).zip(input.means.par_chunks(BLOCK)).zip(input.rotations.par_chunks(BLOCK));
     let kept = blocks
         .map(|((poses, means), rotations)| {
             let encoded = encoded(means, input.frame, input.config);
@@ -164,7 +180,11 @@ fn forward<T: Send>(input: DeformInput<'_>, keep: impl Fn(Activations) -> T + Sy
 #[must_use]
 pub fn deform_vjp(input: DeformInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]) -> DeformGradients {
     let n = input.means.len();
-    assert_eq!((input.rotations.len(), v_poses.len(), kept.blocks.len()), (n, n, n.div_ceil(BLOCK)), "Gaussians and cotangents");
+    assert_eq!(
+        (input.rotations.len(), v_poses.len(), kept.blocks.len()),
+        (n, n, n.div_ceil(BLOCK)),
+        "Gaussians and cotangents"
+    );
     let pass = Pass::new(&input);
     let mut rows = v_poses.to_vec();
     let together = blocks_together(n);
@@ -175,7 +195,11 @@ pub fn deform_vjp(input: DeformInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]
             for (block, (rows, activations)) in rows.chunks_mut(BLOCK).zip(kept).enumerate() {
                 let first = (group * together + block) * BLOCK;
                 let gaussians = first..first + rows.len();
-                let block = Block { means: &input.means[gaussians.clone()], rotations: &input.rotations[gaussians], codes: &[] };
+                let block = Block {
+                    means: &input.means[gaussians.clone()],
+                    rotations: &input.rotations[gaussians],
+                    codes: &[],
+                };
                 pass.backward(activations, block, rows, &mut v_params);
             }
             v_params

@@ -1,8 +1,9 @@
 //! Models that the authors' DefGS program wrote (`reference-systems.md` §3), read into [`DefGs`].
 //!
-//! Its output folder holds `point_cloud/iteration_N/point_cloud.ply`, the canonical Gaussians, and `deform/iteration_N/deform.pth`, the
-//! deformation network's state dictionary: `timenet.{0,2}` (absent for real scenes), `linear.{0..7}`, and the heads `gaussian_warp`,
-//! `gaussian_rotation` and `gaussian_scaling`, which are one layer of ours. Sizes are read from the shapes.
+//! Its output folder holds `point_cloud/iteration_N/point_cloud.ply`, the canonical Gaussians, and
+//! `deform/iteration_N/deform.pth`, the deformation network's state dictionary: `timenet.{0,2}` (absent for
+//! real scenes), `linear.{0..7}`, and the heads `gaussian_warp`, `gaussian_rotation` and `gaussian_scaling`,
+//! which are one layer of ours. Sizes are read from the shapes.
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +33,8 @@ pub fn is_official_defgs(folder: &Path) -> bool {
 /// Reads the latest iteration for which there are both Gaussians and network.
 ///
 /// # Errors
-/// If there is none, a file can't be read, the network has the six-degrees-of-freedom head, or a tensor is absent or does not fit.
+/// If there is none, a file can't be read, the network has the six-degrees-of-freedom head, or a tensor is
+/// absent or does not fit.
 pub fn read_official_defgs(folder: &Path) -> Result<DefGs, SourceError> {
     let iteration = latest_iteration(folder)?;
     let file = |part: &str, name: &str| folder.join(part).join(format!("iteration_{iteration}")).join(name);
@@ -42,7 +44,8 @@ pub fn read_official_defgs(folder: &Path) -> Result<DefGs, SourceError> {
 }
 
 fn latest_iteration(folder: &Path) -> Result<usize, SourceError> {
-    let (gaussians, networks) = (iterations(&folder.join("point_cloud"))?, iterations(&folder.join("deform"))?);
+    let (gaussians, networks) =
+        (iterations(&folder.join("point_cloud"))?, iterations(&folder.join("deform"))?);
     let both = gaussians.into_iter().filter(|iteration| networks.contains(iteration));
     both.max().ok_or_else(|| SourceError::NoIteration { path: folder.to_owned() })
 }
@@ -118,7 +121,9 @@ fn values(dict: &StateDict, param: &ParamRange) -> Result<Vec<f32>, PthError> {
     let (layer, part) = param.name.rsplit_once('.').unwrap_or((&param.name, ""));
     if layer == "head" {
         debug_assert_eq!(HEADS.iter().map(|(_, outputs)| outputs).sum::<usize>(), DELTAS);
-        let head = |&(name, outputs): &(&str, usize)| dict.values(&format!("{name}.{part}"), &[&[outputs], &param.shape[1..]].concat());
+        let head = |&(name, outputs): &(&str, usize)| {
+            dict.values(&format!("{name}.{part}"), &[&[outputs], &param.shape[1..]].concat())
+        };
         return Ok(HEADS.iter().map(head).collect::<Result<Vec<_>, _>>()?.concat());
     }
     let theirs = match layer {
@@ -143,7 +148,8 @@ mod tests {
 
     /// A model of ours and the state dictionary that the authors' program would have written of it.
     fn model(config: DeformationConfig) -> (DefGs, Tensors) {
-        let means: Vec<[f32; 3]> = (0..30).map(|i| [(i as f32).sin(), (i as f32).cos(), 0.1 * i as f32]).collect();
+        let means: Vec<[f32; 3]> =
+            (0..30).map(|i| [(i as f32).sin(), (i as f32).cos(), 0.1 * i as f32]).collect();
         let deformation = Deformation::init(config, InputFrame::IDENTITY, 3);
         let mut tensors = Vec::new();
         for param in deformation.config.layout().params() {
@@ -153,23 +159,39 @@ mod tests {
                 let (mut rest, per_output) = (values, values.len() / DELTAS);
                 for (name, outputs) in HEADS {
                     let (own, after) = rest.split_at(outputs * per_output);
-                    tensors.push((format!("{name}.{part}"), [&[outputs], &param.shape[1..]].concat(), own.to_vec()));
+                    tensors.push((
+                        format!("{name}.{part}"),
+                        [&[outputs], &param.shape[1..]].concat(),
+                        own.to_vec(),
+                    ));
                     rest = after;
                 }
             } else {
-                let name = layer.replace("layer.", "linear.").replace("time.1", "timenet.2").replace("time.0", "timenet.0");
+                let name = layer
+                    .replace("layer.", "linear.")
+                    .replace("time.1", "timenet.2")
+                    .replace("time.0", "timenet.0");
                 tensors.push((format!("{name}.{part}"), param.shape, values.to_vec()));
             }
         }
-        (DefGs { canonical: GaussianCloud::isotropic(means, 0.05, [0.3, 0.5, 0.7], 0.6), deformation }, tensors)
+        (
+            DefGs { canonical: GaussianCloud::isotropic(means, 0.05, [0.3, 0.5, 0.7], 0.6), deformation },
+            tensors,
+        )
     }
 
     fn write(folder: &Path, model: &DefGs, tensors: &Tensors) -> PathBuf {
-        for (iteration, part) in [(7, "point_cloud"), (7, "deform"), (20, "point_cloud"), (20, "deform"), (100, "point_cloud")] {
-            std::fs::create_dir_all(folder.join(part).join(format!("iteration_{iteration}"))).expect("folder");
+        for (iteration, part) in
+            [(7, "point_cloud"), (7, "deform"), (20, "point_cloud"), (20, "deform"), (100, "point_cloud")]
+        {
+            std::fs::create_dir_all(folder.join(part).join(format!("iteration_{iteration}")))
+                .expect("folder");
         }
         write_ply(&folder.join("point_cloud/iteration_20/point_cloud.ply"), &model.canonical).expect("ply");
-        let entries: Vec<_> = tensors.iter().map(|(name, shape, v)| (name.as_str(), CheckpointEntry::Tensor(shape, v))).collect();
+        let entries: Vec<_> = tensors
+            .iter()
+            .map(|(name, shape, v)| (name.as_str(), CheckpointEntry::Tensor(shape, v)))
+            .collect();
         let path = folder.join("deform/iteration_20/deform.pth");
         std::fs::write(&path, checkpoint(&entries)).expect("pth");
         path
@@ -189,10 +211,12 @@ mod tests {
         }
     }
 
-    /// A state dictionary as the authors' program shapes it, filled with pseudo-random numbers in ±1/√fan-in by layer seed.
+    /// A state dictionary as the authors' program shapes it, filled with pseudo-random numbers in ±1/√fan-in
+    /// by layer seed.
     fn pseudo_random_dictionary(blender: bool) -> Tensors {
         let input = 63 + if blender { 30 } else { 21 };
-        let mut layers = vec![("gaussian_warp".to_owned(), 3, 256, 30), ("gaussian_rotation".to_owned(), 4, 256, 31)];
+        let mut layers =
+            vec![("gaussian_warp".to_owned(), 3, 256, 30), ("gaussian_rotation".to_owned(), 4, 256, 31)];
         layers.push(("gaussian_scaling".to_owned(), 3, 256, 32));
         for i in 0..8 {
             let inputs = [input, 256, 256, 256, 256, 256 + input, 256, 256][i];
@@ -203,13 +227,15 @@ mod tests {
         }
         let both = |(name, outputs, inputs, seed): (String, usize, usize, u32)| {
             let values = |count, seed| pseudo_random_within(1.0 / (inputs as f64).sqrt(), count, seed);
-            let weight = (format!("{name}.weight"), vec![outputs, inputs], values(outputs * inputs, 2 * seed + 1));
+            let weight =
+                (format!("{name}.weight"), vec![outputs, inputs], values(outputs * inputs, 2 * seed + 1));
             [weight, (format!("{name}.bias"), vec![outputs], values(outputs, 2 * seed + 2))]
         };
         layers.into_iter().flat_map(both).collect()
     }
 
-    /// Expected values: the published network written down in numpy, float64, fed the same pseudo-random numbers.
+    /// Expected values: the published network written down in numpy, float64, fed the same pseudo-random
+    /// numbers.
     #[test]
     fn both_networks_agree_with_an_independent_implementation() {
         let canonical = GaussianCloud {
@@ -275,8 +301,16 @@ mod tests {
             model.canonical = canonical.clone();
             write(folder.path(), &model, &pseudo_random_dictionary(blender));
             let cloud = read_official_defgs(folder.path()).expect("read").cloud_at(0.4);
-            let rows = (0..2).flat_map(|i| [cloud.means[i].as_slice(), &cloud.rotations[i], &cloud.log_scales[i]].concat());
-            assert_values_close("Gaussians", &rows.collect::<Vec<f32>>(), expected.as_flattened(), 2e-5, 1e-5);
+            let rows = (0..2).flat_map(|i| {
+                [cloud.means[i].as_slice(), &cloud.rotations[i], &cloud.log_scales[i]].concat()
+            });
+            assert_values_close(
+                "Gaussians",
+                &rows.collect::<Vec<f32>>(),
+                expected.as_flattened(),
+                2e-5,
+                1e-5,
+            );
         }
     }
 
@@ -292,8 +326,14 @@ mod tests {
         let whole = std::fs::read(&path).expect("bytes");
         std::fs::write(&path, &whole[..whole.len() - 5]).expect("cut");
         refused("deform.pth");
-        let at = tensors.iter().position(|(name, ..)| name == "linear.5.weight").expect("the layer after the skip");
-        let skip = std::mem::replace(&mut tensors[at], ("linear.5.weight".to_owned(), vec![256, 256], vec![0.0; 256 * 256]));
+        let at = tensors
+            .iter()
+            .position(|(name, ..)| name == "linear.5.weight")
+            .expect("the layer after the skip");
+        let skip = std::mem::replace(
+            &mut tensors[at],
+            ("linear.5.weight".to_owned(), vec![256, 256], vec![0.0; 256 * 256]),
+        );
         write(folder.path(), &model, &tensors);
         refused("`linear.5.weight`");
         tensors[at] = skip;

@@ -3,8 +3,9 @@
 //! Raw rows are `[a (3), r (4), Δs (3)]`, pose rows `[x', q', Δs]`. With `q̂ = q/‖q‖`:
 //! - displacement (DefGS, §3.4): `x' = x + a`, `q' = q̂ + r`;
 //! - turn (FreeGave, §4.3): `x' = x + a`, `q' = r/‖r‖ ⊗ q̂`;
-//! - rigid: `R = exp(r₁..₃)`, `x' = c + R (x − c) + σ a`, `q' = R ⊗ q̂`, about the centre c and in the scale σ of the input frame (the
-//!   fourth number of r is unused). A rigid body's Gaussians then all need the same six numbers.
+//! - rigid: `R = exp(r₁..₃)`, `x' = c + R (x − c) + σ a`, `q' = R ⊗ q̂`, about the centre c and in the scale
+//!   σ of the input frame (the fourth number of r is unused). A rigid body's Gaussians then all need the same
+//!   six numbers.
 
 use lgs_core::linear::{add, cross, dot, quat_conjugate, quat_mul, scale, sub};
 
@@ -14,7 +15,8 @@ use super::network::InputFrame;
 /// Numbers per row, raw or pose.
 pub const DELTAS: usize = 10;
 
-/// Below this squared angle the rotation's coefficients come from their series, whose next term is beyond single precision.
+/// Below this squared angle the rotation's coefficients come from their series, whose next term is beyond
+/// single precision.
 const SMALL_SQUARED_ANGLE: f32 = 1e-3;
 
 /// Splits a row into position, rotation and scale parts.
@@ -73,13 +75,21 @@ fn rotate_vjp(q: [f32; 4], u: [f32; 3], v: [f32; 3]) -> ([f32; 4], [f32; 3]) {
     let n = [q[1], q[2], q[3]];
     let v_w = 2.0 * dot(v, cross(n, u));
     let turned = scale(cross(u, v), q[0]);
-    let v_n: [f32; 3] = std::array::from_fn(|i| 2.0 * (turned[i] + v[i] * dot(n, u) + u[i] * dot(v, n) - 2.0 * n[i] * dot(v, u)));
+    let v_n: [f32; 3] = std::array::from_fn(|i| {
+        2.0 * (turned[i] + v[i] * dot(n, u) + u[i] * dot(v, n) - 2.0 * n[i] * dot(v, u))
+    });
     ([v_w, v_n[0], v_n[1], v_n[2]], rotate(quat_conjugate(q), v))
 }
 
 /// A Gaussian's pose row from its raw row, centre and quaternion.
 #[must_use]
-pub fn pose(head: MotionHead, frame: InputFrame, raw: &[f32; DELTAS], x: [f32; 3], q: [f32; 4]) -> [f32; DELTAS] {
+pub fn pose(
+    head: MotionHead,
+    frame: InputFrame,
+    raw: &[f32; DELTAS],
+    x: [f32; 3],
+    q: [f32; 4],
+) -> [f32; DELTAS] {
     let (a, r, s) = split(raw);
     let length = length4(q);
     let unit = q.map(|v| v / length);
@@ -142,7 +152,13 @@ mod tests {
         let (v_raw, v_x, v_q) = pose_vjp(head, frame, &raw, (x, q), &weights);
         let loss = |inputs: &[f32; 17]| -> f64 {
             let raw = std::array::from_fn(|i| inputs[i]);
-            let out = pose(head, frame, &raw, [inputs[10], inputs[11], inputs[12]], [inputs[13], inputs[14], inputs[15], inputs[16]]);
+            let out = pose(
+                head,
+                frame,
+                &raw,
+                [inputs[10], inputs[11], inputs[12]],
+                [inputs[13], inputs[14], inputs[15], inputs[16]],
+            );
             out.iter().zip(&weights).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
         };
         let mut inputs = [0.0; 17];
@@ -157,7 +173,11 @@ mod tests {
                 loss(&inputs)
             };
             let numeric = (shifted(4e-3) - shifted(-4e-3)) / 8e-3;
-            assert!((numeric - f64::from(exact[i])).abs() < 1e-3, "{head:?} angle {angle} input {i}: {numeric} {}", exact[i]);
+            assert!(
+                (numeric - f64::from(exact[i])).abs() < 1e-3,
+                "{head:?} angle {angle} input {i}: {numeric} {}",
+                exact[i]
+            );
         }
     }
 

@@ -1,4 +1,5 @@
-//! The deformation network in plain tensor operations: the twin that tests compare [`super::network`] with, differentiated by Burn.
+//! The deformation network in plain tensor operations: the twin that tests compare [`super::network`] with,
+//! differentiated by Burn.
 
 use burn::tensor::{Tensor, TensorData, activation::relu};
 
@@ -7,7 +8,8 @@ use super::encoding::encode;
 use super::network::InputFrame;
 
 pub(super) fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
-    let weight: Tensor<2> = params.clone().narrow(0, l.weight, l.inputs * l.outputs).reshape([l.outputs, l.inputs]);
+    let weight: Tensor<2> =
+        params.clone().narrow(0, l.weight, l.inputs * l.outputs).reshape([l.outputs, l.inputs]);
     let bias: Tensor<2> = params.clone().narrow(0, l.bias, l.outputs).reshape([1, l.outputs]);
     x.matmul(weight.transpose()) + bias
 }
@@ -25,7 +27,8 @@ pub(super) fn cross(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
 
 /// The product of quaternions, row by row.
 fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
-    let ((a_w, a_n), (b_w, b_n)) = ((columns(a, 0, 1), columns(a, 1, 3)), (columns(b, 0, 1), columns(b, 1, 3)));
+    let ((a_w, a_n), (b_w, b_n)) =
+        ((columns(a, 0, 1), columns(a, 1, 3)), (columns(b, 0, 1), columns(b, 1, 3)));
     let w = a_w.clone() * b_w.clone() - (a_n.clone() * b_n.clone()).sum_dim(1);
     let n = b_n.clone() * a_w + a_n.clone() * b_w + cross(&a_n, &b_n);
     Tensor::cat(vec![w, n], 1)
@@ -47,7 +50,8 @@ pub struct ReferenceInput<'a> {
     pub time: f32,
 }
 
-/// Pose rows `[n, DELTAS]`, as [`super::network::deform`]. The rotation's coefficients are written for angles that are not tiny.
+/// Pose rows `[n, DELTAS]`, as [`super::network::deform`]. The rotation's coefficients are written for angles
+/// that are not tiny.
 #[must_use]
 pub fn deform(input: ReferenceInput<'_>) -> Tensor<2> {
     deform_with_codes(input, None)
@@ -56,7 +60,8 @@ pub fn deform(input: ReferenceInput<'_>) -> Tensor<2> {
 /// The same for a network that also reads codes `[n, code]`.
 pub(super) fn deform_with_codes(input: ReferenceInput<'_>, codes: Option<Tensor<2>>) -> Tensor<2> {
     let ReferenceInput { config, frame, params, means, rotations, time } = input;
-    let mut input = vec![encoded_positions(config, frame, &means), time_features(config, &params, time, means.dims()[0])];
+    let mut input =
+        vec![encoded_positions(config, frame, &means), time_features(config, &params, time, means.dims()[0])];
     input.extend(codes);
     let raw = raw_rows(config, &params, &Tensor::cat(input, 1)).mul_scalar(config.gain(time));
     let length = rotations.clone().square().sum_dim(1).sqrt();
@@ -83,13 +88,20 @@ pub(super) fn deform_with_codes(input: ReferenceInput<'_>, codes: Option<Tensor<
 }
 
 /// Encodings `[n, features]` of centres, as constants.
-pub(super) fn encoded_positions(config: &DeformationConfig, frame: InputFrame, means: &Tensor<2>) -> Tensor<2> {
+pub(super) fn encoded_positions(
+    config: &DeformationConfig,
+    frame: InputFrame,
+    means: &Tensor<2>,
+) -> Tensor<2> {
     let points = means.to_data().try_to_vec::<f32>().unwrap_or_default();
     let rows = points.as_chunks::<3>().0.iter().flat_map(|p| {
         let local: [f32; 3] = std::array::from_fn(|i| (p[i] - frame.center[i]) / frame.scale);
         encode(&local, config.position_frequencies)
     });
-    Tensor::from_data(TensorData::new(rows.collect(), [means.dims()[0], config.position_width()]), &means.device())
+    Tensor::from_data(
+        TensorData::new(rows.collect(), [means.dims()[0], config.position_width()]),
+        &means.device(),
+    )
 }
 
 /// What stands for the time at the network's input, `[n, features]`.

@@ -1,4 +1,5 @@
-//! The deformation network as a Burn operation, differentiable by its parameters and by the Gaussians that it moves.
+//! The deformation network as a Burn operation, differentiable by its parameters and by the Gaussians that it
+//! moves.
 
 use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
 use burn::backend::autodiff::grads::Gradients;
@@ -28,16 +29,27 @@ pub struct DeformSpec {
 #[backend_extension(Autodiff, Flex)]
 pub trait DeformationOps: Backend {
     /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
-    fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self>;
+    fn deform(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: DeformSpec,
+    ) -> FloatTensor<Self>;
 }
 
-/// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an autodiff one is asked.
+/// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an
+/// autodiff one is asked.
 pub trait DeformationKernels: DeformationOps {
     /// Pose rows, and what their way back needs.
     fn deform_kept(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec) -> (FloatTensor<Self>, Arc<Kept>);
 
     /// Cotangents of parameters, centres and quaternions, given that of the rows.
-    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, kept: &Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3];
+    fn deform_vjp(
+        inputs: [FloatTensor<Self>; 3],
+        spec: &DeformSpec,
+        kept: &Kept,
+        v_poses: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3];
 }
 
 fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a DeformSpec) -> DeformInput<'a> {
@@ -57,7 +69,12 @@ fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Fl
 }
 
 impl DeformationOps for Flex {
-    fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self> {
+    fn deform(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: DeformSpec,
+    ) -> FloatTensor<Self> {
         let _span = tracing::trace_span!("deformation network").entered();
         let inputs = [params, means, rotations].map(|t| t.to_contiguous());
         let poses = deform_rows(input(&inputs, &spec));
@@ -75,12 +92,21 @@ impl DeformationKernels for Flex {
         (tensor(poses.into_flattened(), [n, DELTAS]), Arc::new(kept))
     }
 
-    fn deform_vjp(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec, kept: &Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+    fn deform_vjp(
+        inputs: [FloatTensor<Self>; 3],
+        spec: &DeformSpec,
+        kept: &Kept,
+        v_poses: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3] {
         let _span = tracing::trace_span!("deformation network, backward").entered();
         let (inputs, v_poses) = (inputs.map(|t| t.to_contiguous()), v_poses.to_contiguous());
         let v = deform_vjp(input(&inputs, spec), kept, v_poses.storage::<f32>().as_chunks().0);
         let (len, n) = (v.params.len(), v.means.len());
-        [tensor(v.params, [len]), tensor(v.means.into_flattened(), [n, 3]), tensor(v.rotations.into_flattened(), [n, 4])]
+        [
+            tensor(v.params, [len]),
+            tensor(v.means.into_flattened(), [n, 3]),
+            tensor(v.rotations.into_flattened(), [n, 4]),
+        ]
     }
 }
 
@@ -103,7 +129,12 @@ impl<B: DeformationKernels> Backward<B, 3> for Deform {
 }
 
 impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B, C> {
-    fn deform(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: DeformSpec) -> FloatTensor<Self> {
+    fn deform(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: DeformSpec,
+    ) -> FloatTensor<Self> {
         let nodes = [params.node(), means.node(), rotations.node()];
         let inputs = [params, means, rotations].map(|t| t.into_primitive());
         match Deform.prepare::<C>(nodes).compute_bound().stateful() {
@@ -119,11 +150,16 @@ impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B
     }
 }
 
-/// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters `[P]`; differentiable by all three,
-/// by the centres not through their encoding.
+/// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters
+/// `[P]`; differentiable by all three, by the centres not through their encoding.
 #[must_use]
 pub fn deform(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: DeformSpec) -> Tensor<2> {
-    let out = <Dispatch as DeformationOps>::deform(params.into_dispatch(), means.into_dispatch(), rotations.into_dispatch(), spec);
+    let out = <Dispatch as DeformationOps>::deform(
+        params.into_dispatch(),
+        means.into_dispatch(),
+        rotations.into_dispatch(),
+        spec,
+    );
     Tensor::from_dispatch(out)
 }
 
@@ -143,19 +179,35 @@ mod tests {
             &net.params,
             n,
             |params, means, rotations| deform(params, means, rotations, spec),
-            |params, means, rotations| reference::deform(ReferenceInput { config, frame: FRAME, params, means, rotations, time }),
+            |params, means, rotations| {
+                reference::deform(ReferenceInput { config, frame: FRAME, params, means, rotations, time })
+            },
         );
     }
 
     #[test]
     fn the_fused_network_agrees_with_its_twin() {
-        let rigid = DeformationConfig { head_init: HeadInit::Uniform, motion_head: MotionHead::Rigid, ..DeformationConfig::quick() };
+        let rigid = DeformationConfig {
+            head_init: HeadInit::Uniform,
+            motion_head: MotionHead::Rigid,
+            ..DeformationConfig::quick()
+        };
         let moved = DeformationConfig { motion_head: MotionHead::Displacement, ..rigid.clone() };
         compare(&rigid, 1);
         compare(&rigid, 700);
         compare(&moved, 700);
         compare(&DeformationConfig { motion_head: MotionHead::Turn, ..rigid.clone() }, 300);
-        compare(&DeformationConfig { time_features: 0, skip_layer: 9, depth: 2, gain_start: 1.0, gain_slope: 0.0, ..moved }, 300);
+        compare(
+            &DeformationConfig {
+                time_features: 0,
+                skip_layer: 9,
+                depth: 2,
+                gain_start: 1.0,
+                gain_slope: 0.0,
+                ..moved
+            },
+            300,
+        );
         compare(&DeformationConfig { depth: 6, width: 24, skip_layer: 4, ..rigid }, 5000);
         compare(&DeformationConfig { width: 64, ..DeformationConfig::paper() }, 300);
     }
@@ -168,8 +220,14 @@ mod tests {
         let weights = weights(3000);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            let input =
-                DeformInput { config: &config, frame: net.frame, params: &net.params, means: &means, rotations: &rotations, time: 0.3 };
+            let input = DeformInput {
+                config: &config,
+                frame: net.frame,
+                params: &net.params,
+                means: &means,
+                rotations: &rotations,
+                time: 0.3,
+            };
             pool.install(|| deform_vjp(input, &deform_kept(input).1, weights.as_chunks().0))
         };
         let one = run(1);
@@ -183,7 +241,14 @@ mod tests {
         let config = DeformationConfig::quick();
         let net = Deformation::init(config.clone(), InputFrame::IDENTITY, 5);
         assert!(net.poses(&[], &[], 0.5).is_empty());
-        let input = DeformInput { config: &config, frame: net.frame, params: &net.params, means: &[], rotations: &[], time: 0.5 };
+        let input = DeformInput {
+            config: &config,
+            frame: net.frame,
+            params: &net.params,
+            means: &[],
+            rotations: &[],
+            time: 0.5,
+        };
         assert!(deform_vjp(input, &deform_kept(input).1, &[]).params.iter().all(|v| *v == 0.0));
     }
 }

@@ -1,4 +1,5 @@
-//! What the tests of fused networks share: Gaussians, cotangents, and the comparison of an operation with its twin.
+//! What the tests of fused networks share: Gaussians, cotangents, and the comparison of an operation with its
+//! twin.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
@@ -22,7 +23,8 @@ pub(super) fn weights(n: usize) -> Vec<f32> {
     (0..n * DELTAS).map(|i| ((i * 29 % 17) as f32 - 8.0) * 0.1).collect()
 }
 
-/// Asserts that two operations on parameters, centres and quaternions of `n` Gaussians have the same values and gradients.
+/// Asserts that two operations on parameters, centres and quaternions of `n` Gaussians have the same values
+/// and gradients.
 pub(super) fn compare_twins<F, P>(params: &[f32], n: usize, fused: F, plain: P)
 where
     F: FnOnce(Tensor<1>, Tensor<2>, Tensor<2>) -> Tensor<2>,
@@ -40,10 +42,13 @@ where
     F: FnOnce(Tensor<1>, Tensor<2>, Tensor<2>) -> Tensor<2>,
 {
     let device = Device::flex().autodiff();
-    let rows = |values: &[f32], width: usize| Tensor::<2>::from_data(TensorData::new(values.to_vec(), [n, width]), &device);
+    let rows = |values: &[f32], width: usize| {
+        Tensor::<2>::from_data(TensorData::new(values.to_vec(), [n, width]), &device)
+    };
     let (means, rotations) = gaussians(n);
     let params = Tensor::<1>::from_floats(params, &device).require_grad();
-    let (means, rotations) = (rows(means.as_flattened(), 3).require_grad(), rows(rotations.as_flattened(), 4).require_grad());
+    let (means, rotations) =
+        (rows(means.as_flattened(), 3).require_grad(), rows(rotations.as_flattened(), 4).require_grad());
     let out = operation(params.clone(), means.clone(), rotations.clone());
     let gradients = (out.clone() * rows(&weights(n), DELTAS)).sum().backward();
     let values = |data: TensorData| data.try_to_vec::<f32>().expect("f32");

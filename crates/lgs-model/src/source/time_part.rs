@@ -1,6 +1,7 @@
 //! The part of the deformation network that depends on the time alone.
 //!
-//! All Gaussians of a frame share its time, so the time's columns of a weight act as a bias that is worked out once per call.
+//! All Gaussians of a frame share its time, so the time's columns of a weight act as a bias that is worked
+//! out once per call.
 
 use super::config::{DeformationConfig, LinearRange, NetworkLayout};
 use super::encoding::encode;
@@ -19,7 +20,8 @@ impl TimePart {
         let encoding = encode(&[time], config.time_frequencies);
         let (hidden, features) = match &layout.time {
             Some([first, second]) => {
-                let hidden: Vec<f32> = linear_row(first, params, &encoding).into_iter().map(|v| v.max(0.0)).collect();
+                let hidden: Vec<f32> =
+                    linear_row(first, params, &encoding).into_iter().map(|v| v.max(0.0)).collect();
                 let features = linear_row(second, params, &hidden);
                 (hidden, features)
             }
@@ -40,8 +42,15 @@ impl TimePart {
         Self { encoding, hidden, features, biases }
     }
 
-    /// Turns the gradients of the effective biases, already in `v_params`, into those of time columns and time network.
-    pub(super) fn backward(&self, config: &DeformationConfig, layout: &NetworkLayout, params: &[f32], v_params: &mut [f32]) {
+    /// Turns the gradients of the effective biases, already in `v_params`, into those of time columns and
+    /// time network.
+    pub(super) fn backward(
+        &self,
+        config: &DeformationConfig,
+        layout: &NetworkLayout,
+        params: &[f32],
+        v_params: &mut [f32],
+    ) {
         let first_column = config.position_width();
         let mut v_features = vec![0.0; self.features.len()];
         for (_, l) in layout.layers.iter().enumerate().filter(|&(i, _)| config.reads_input(i)) {
@@ -66,7 +75,9 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 }
 
 fn linear_row(l: &LinearRange, params: &[f32], x: &[f32]) -> Vec<f32> {
-    (0..l.outputs).map(|o| params[l.bias + o] + dot(&params[l.weight + o * l.inputs..][..l.inputs], x)).collect()
+    (0..l.outputs)
+        .map(|o| params[l.bias + o] + dot(&params[l.weight + o * l.inputs..][..l.inputs], x))
+        .collect()
 }
 
 fn linear_row_vjp(l: &LinearRange, params: &[f32], x: &[f32], v_z: &[f32], v_params: &mut [f32]) -> Vec<f32> {

@@ -1,5 +1,5 @@
-//! The photometric loss as a backend extension. On an autodiff device value and gradient come from one pass over the images; the
-//! backward pass only scales the gradient.
+//! The photometric loss as a backend extension. On an autodiff device value and gradient come from one pass
+//! over the images; the backward pass only scales the gradient.
 
 use super::ops::{floats, tensor};
 use crate::photometric::{photometric, photometric_vjp};
@@ -13,7 +13,11 @@ use burn::backend::{Autodiff, Backend, Flex, TensorMetadata, backend_extension};
 #[backend_extension(Autodiff, Flex)]
 pub trait PhotometricOps: Backend {
     /// The loss `[1]` of an image `[H, W, 3]` against a target, which is a constant.
-    fn photometric_loss(image: FloatTensor<Self>, target: FloatTensor<Self>, lambda: f32) -> FloatTensor<Self>;
+    fn photometric_loss(
+        image: FloatTensor<Self>,
+        target: FloatTensor<Self>,
+        lambda: f32,
+    ) -> FloatTensor<Self>;
 }
 
 /// Backends that give the loss together with its gradient.
@@ -27,11 +31,21 @@ pub trait PhotometricKernels: PhotometricOps {
 }
 
 impl PhotometricOps for Flex {
-    fn photometric_loss(image: FloatTensor<Self>, target: FloatTensor<Self>, lambda: f32) -> FloatTensor<Self> {
+    fn photometric_loss(
+        image: FloatTensor<Self>,
+        target: FloatTensor<Self>,
+        lambda: f32,
+    ) -> FloatTensor<Self> {
         let _span = tracing::trace_span!("photometric loss").entered();
         let (image, target) = (image.to_contiguous(), target.to_contiguous());
         let shape = image.shape();
-        let loss = photometric(floats(&image).as_chunks().0, floats(&target).as_chunks().0, shape[1], shape[0], lambda);
+        let loss = photometric(
+            floats(&image).as_chunks().0,
+            floats(&target).as_chunks().0,
+            shape[1],
+            shape[0],
+            lambda,
+        );
         tensor(vec![loss], [1])
     }
 }
@@ -45,7 +59,13 @@ impl PhotometricKernels for Flex {
         let _span = tracing::trace_span!("photometric loss and gradient").entered();
         let (image, target) = (image.to_contiguous(), target.to_contiguous());
         let shape = image.shape();
-        let (loss, v) = photometric_vjp(floats(&image).as_chunks().0, floats(&target).as_chunks().0, shape[1], shape[0], lambda);
+        let (loss, v) = photometric_vjp(
+            floats(&image).as_chunks().0,
+            floats(&target).as_chunks().0,
+            shape[1],
+            shape[0],
+            lambda,
+        );
         (tensor(vec![loss], [1]), tensor(v.into_flattened(), [shape[0], shape[1], 3]))
     }
 }
@@ -67,7 +87,11 @@ impl<B: PhotometricKernels> Backward<B, 1> for Photometric {
 }
 
 impl<B: PhotometricKernels, C: CheckpointStrategy> PhotometricOps for Autodiff<B, C> {
-    fn photometric_loss(image: FloatTensor<Self>, target: FloatTensor<Self>, lambda: f32) -> FloatTensor<Self> {
+    fn photometric_loss(
+        image: FloatTensor<Self>,
+        target: FloatTensor<Self>,
+        lambda: f32,
+    ) -> FloatTensor<Self> {
         let node = image.node();
         let (image, target) = (image.into_primitive(), target.into_primitive());
         match Photometric.prepare::<C>([node]).compute_bound().stateful() {

@@ -1,8 +1,9 @@
 //! The rasterizer and the photometric loss as differentiable Burn operations.
 //!
-//! A tensor on an autodiff device gets a graph node whose backward pass is the crate's own vector–Jacobian product: the forward pass keeps
-//! projections, tile lists and final transmittances, and nothing is rendered twice. Image and transmittance leave the operation as one
-//! `[H, W, 4]` tensor, since a node has one output, and are sliced apart here.
+//! A tensor on an autodiff device gets a graph node whose backward pass is the crate's own vector–Jacobian
+//! product: the forward pass keeps projections, tile lists and final transmittances, and nothing is rendered
+//! twice. Image and transmittance leave the operation as one `[H, W, 4]` tensor, since a node has one output,
+//! and are sliced apart here.
 
 mod loss;
 mod ops;
@@ -29,7 +30,8 @@ pub struct SplatTensors {
     pub raw_opacities: Tensor<1>,
     /// Spherical-harmonic coefficients `[n, K, 3]`.
     pub sh: Tensor<3>,
-    /// `[n, 2]`, values unused: its gradient is that by the projected centres, per pixel (the densification statistic).
+    /// `[n, 2]`, values unused: its gradient is that by the projected centres, per pixel (the densification
+    /// statistic).
     pub means2d_probe: Tensor<2>,
 }
 
@@ -57,7 +59,12 @@ impl RasterTensors {
 /// # Panics
 /// If the tensors' lengths differ or the degree (0 to 3) asks for more coefficients than there are.
 #[must_use]
-pub fn rasterize(splats: &SplatTensors, camera: &Camera, background: [f32; 3], active_degree: usize) -> RasterTensors {
+pub fn rasterize(
+    splats: &SplatTensors,
+    camera: &Camera,
+    background: [f32; 3],
+    active_degree: usize,
+) -> RasterTensors {
     let primitives = SplatPrimitives {
         means: splats.means.clone().into_dispatch(),
         rotations: splats.rotations.clone().into_dispatch(),
@@ -66,7 +73,10 @@ pub fn rasterize(splats: &SplatTensors, camera: &Camera, background: [f32; 3], a
         sh: splats.sh.clone().into_dispatch(),
         means2d: splats.means2d_probe.clone().into_dispatch(),
     };
-    let Drawn { packed, forward } = <Dispatch as RasterOps>::rasterize(primitives, ViewSpec { camera: *camera, background, active_degree });
+    let Drawn { packed, forward } = <Dispatch as RasterOps>::rasterize(
+        primitives,
+        ViewSpec { camera: *camera, background, active_degree },
+    );
     let packed = Tensor::<3>::from_dispatch(packed);
     let (height, width) = (camera.height as usize, camera.width as usize);
     RasterTensors {
@@ -76,13 +86,15 @@ pub fn rasterize(splats: &SplatTensors, camera: &Camera, background: [f32; 3], a
     }
 }
 
-/// `(1 - λ) mean|image - target| + λ (1 - SSIM)` of two images `[H, W, 3]`, a tensor of one value; differentiable by `image` only.
+/// `(1 - λ) mean|image - target| + λ (1 - SSIM)` of two images `[H, W, 3]`, a tensor of one value;
+/// differentiable by `image` only.
 ///
 /// # Panics
 /// If the shapes differ.
 #[must_use]
 pub fn photometric_loss(image: Tensor<3>, target: Tensor<3>, lambda: f32) -> Tensor<1> {
     assert_eq!(image.dims(), target.dims(), "shapes of the images");
-    let out = <Dispatch as PhotometricOps>::photometric_loss(image.into_dispatch(), target.into_dispatch(), lambda);
+    let out =
+        <Dispatch as PhotometricOps>::photometric_loss(image.into_dispatch(), target.into_dispatch(), lambda);
     Tensor::from_dispatch(out)
 }

@@ -57,7 +57,8 @@ pub trait RasterOps: Backend {
     fn rasterize(#[extension_type] splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self>;
 }
 
-/// Backends that can pull a cotangent back through [`RasterOps`]; apart from it, as only the inner backend of an autodiff one is asked.
+/// Backends that can pull a cotangent back through [`RasterOps`]; apart from it, as only the inner backend of
+/// an autodiff one is asked.
 pub trait RasterKernels: RasterOps {
     /// Cotangents of every input, given that of the packed output.
     fn rasterize_vjp(
@@ -109,7 +110,8 @@ impl RasterOps for Flex {
         let _span = tracing::trace_span!("rasterize").entered();
         let splats = splats.contiguous();
         let forward = rasterize(&splats.splats(view.active_degree), &view.camera, view.background);
-        let packed: Vec<[f32; 4]> = forward.image.iter().zip(&forward.transmittance).map(|(&[r, g, b], &t)| [r, g, b, t]).collect();
+        let packed: Vec<[f32; 4]> =
+            forward.image.iter().zip(&forward.transmittance).map(|(&[r, g, b], &t)| [r, g, b, t]).collect();
         let shape = [view.camera.height as usize, view.camera.width as usize, 4];
         Drawn { packed: tensor(packed.into_flattened(), shape), forward: Arc::new(forward) }
     }
@@ -162,7 +164,14 @@ impl<B: RasterKernels> Backward<B, 6> for Rasterize {
 impl<B: RasterKernels, C: CheckpointStrategy> RasterOps for Autodiff<B, C> {
     fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
         let SplatPrimitives { means, rotations, log_scales, raw_opacities, sh, means2d } = splats;
-        let nodes = [means.node(), rotations.node(), log_scales.node(), raw_opacities.node(), sh.node(), means2d.node()];
+        let nodes = [
+            means.node(),
+            rotations.node(),
+            log_scales.node(),
+            raw_opacities.node(),
+            sh.node(),
+            means2d.node(),
+        ];
         let inner = SplatPrimitives::<B> {
             means: means.into_primitive(),
             rotations: rotations.into_primitive(),

@@ -26,7 +26,12 @@ impl Vector {
 
     /// The shape of a tensor.
     pub(crate) fn shape(&self, tensor: &str) -> Vec<usize> {
-        SafeTensors::deserialize(&self.bytes).expect("a safetensors file").tensor(tensor).expect("tensor").shape().to_vec()
+        SafeTensors::deserialize(&self.bytes)
+            .expect("a safetensors file")
+            .tensor(tensor)
+            .expect("tensor")
+            .shape()
+            .to_vec()
     }
 
     pub(crate) fn number(&self, constant: &str) -> f32 {
@@ -61,11 +66,16 @@ pub(crate) fn vectors(kind: &str) -> Vec<Vector> {
 fn of_kind(folder: &Path, kind: &str) -> Vec<Vector> {
     let index = folder.join("index.json");
     let text = std::fs::read_to_string(&index).unwrap_or_else(|e| panic!("{}: {e}", index.display()));
-    let index: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text).expect("a JSON object");
+    let index: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_str(&text).expect("a JSON object");
     let found: Vec<Vector> = index
         .into_iter()
         .filter(|(_, constants)| constants["kind"] == kind)
-        .map(|(name, constants)| Vector { bytes: std::fs::read(folder.join(&name)).expect("a listed vector"), name, constants })
+        .map(|(name, constants)| Vector {
+            bytes: std::fs::read(folder.join(&name)).expect("a listed vector"),
+            name,
+            constants,
+        })
         .collect();
     assert!(!found.is_empty(), "{} has no vector of kind {kind}", folder.display());
     found

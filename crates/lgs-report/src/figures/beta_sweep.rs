@@ -1,4 +1,5 @@
-//! Falling time against the scale of the potential, both logarithmic: from rest, theory says an exponent of −½ (gap G43).
+//! Falling time against the scale of the potential, both logarithmic: from rest, theory says an exponent of
+//! −½ (gap G43).
 
 use lgs_eval::{FallTime, Physics};
 use plotters::style::RGBColor;
@@ -34,7 +35,11 @@ pub(crate) fn figure(physics: &Physics) -> Result<Option<Figure>, ReportError> {
     let (Some(slope), Some(r), true) = (fall.slope, fall.r, points.len() > 1) else { return Ok(None) };
     let n = points.len() as f64;
     let center = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0.ln() / n, sum.1 + p.1.ln() / n));
-    let (Some(x), Some(y)) = (padded(points.iter().map(|p| p.0), 0.0), padded(points.iter().map(|p| p.1), 0.0)) else { return Ok(None) };
+    let (Some(x), Some(y)) =
+        (padded(points.iter().map(|p| p.0), 0.0), padded(points.iter().map(|p| p.1), 0.0))
+    else {
+        return Ok(None);
+    };
     let ends = [x.start / MARGIN, x.end * MARGIN];
     let between = |part: f64| ends[0] * (ends[1] / ends[0]).powf(part);
     let power = |exponent: f64| -> Vec<(f64, f64)> {
@@ -46,8 +51,10 @@ pub(crate) fn figure(physics: &Physics) -> Result<Option<Figure>, ReportError> {
         Axis::logarithmic(ends[0]..ends[1], &scales, 2, "scale of the potential β"),
         Axis::decades(y.start / 1.2..y.end * 1.2, "falling time (time units)"),
     ];
-    let without =
-        physics.fall_time_exponent_without_force.slope.map_or_else(String::new, |s| format!(" Without the force Q: {}.", number(s, 4)));
+    let without = physics
+        .fall_time_exponent_without_force
+        .slope
+        .map_or_else(String::new, |s| format!(" Without the force Q: {}.", number(s, 4)));
     let caption = format!(
         "Time to fall by 70 % of the observed drop against the scale β of the potential: exponent {} (r = {r:.5}), −0.5 in theory.{without}",
         number(slope, 4)
@@ -58,8 +65,12 @@ pub(crate) fn figure(physics: &Physics) -> Result<Option<Figure>, ReportError> {
 
 /// Scales and times, by scale.
 fn measured(fall: &FallTime) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> =
-        fall.times.iter().filter_map(|(beta, time)| Some((beta.parse().ok()?, (*time)?))).filter(|&(b, t)| b > 0.0 && t > 0.0).collect();
+    let mut points: Vec<(f64, f64)> = fall
+        .times
+        .iter()
+        .filter_map(|(beta, time)| Some((beta.parse().ok()?, (*time)?)))
+        .filter(|&(b, t)| b > 0.0 && t > 0.0)
+        .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points
 }

@@ -25,28 +25,41 @@ pub(crate) fn figure(
     metrics: &Metrics,
 ) -> Result<Option<Figure>, ReportError> {
     let (low, high) = scene.motion.time_range();
-    let reachable: Vec<&Frame> = longest_view(dataset).into_iter().filter(|f| (low - 1e-4..=high + 1e-4).contains(&f.time)).collect();
+    let reachable: Vec<&Frame> =
+        longest_view(dataset).into_iter().filter(|f| (low - 1e-4..=high + 1e-4).contains(&f.time)).collect();
     let frames = spread_in_time(&reachable, COLUMNS);
     let Some(first) = frames.first() else { return Ok(None) };
     let background = scene.background;
     let camera = of_width(&first.camera, image_width(frames.len()));
     let score = |frame: &Frame| metrics.frames.values().flatten().find(|f| f.name == frame.name);
-    let row =
-        |title: &str, colour: RGBColor, image: &mut dyn FnMut(&Frame) -> Image, note: &dyn Fn(&FrameMetrics) -> Option<FrameModelScore>| {
-            let mut cell = |frame: &&Frame| {
-                let psnr = score(frame).and_then(note).and_then(|s| s.psnr);
-                let note = psnr.map_or_else(String::new, |p| format!("{} dB", number(p, 1)));
-                Some(Cell { image: image(frame), note, arrows: Vec::new() })
-            };
-            Row { title: title.to_owned(), colour, cells: frames.iter().map(&mut cell).collect() }
+    let row = |title: &str,
+               colour: RGBColor,
+               image: &mut dyn FnMut(&Frame) -> Image,
+               note: &dyn Fn(&FrameMetrics) -> Option<FrameModelScore>| {
+        let mut cell = |frame: &&Frame| {
+            let psnr = score(frame).and_then(note).and_then(|s| s.psnr);
+            let note = psnr.map_or_else(String::new, |p| format!("{} dB", number(p, 1)));
+            Some(Cell { image: image(frame), note, arrows: Vec::new() })
         };
+        Row { title: title.to_owned(), colour, cells: frames.iter().map(&mut cell).collect() }
+    };
     let view = |cloud: &GaussianCloud, camera: &Camera| drawn(cloud, camera, background);
     let mut rows = Vec::new();
     if let Some(source) = source {
         rows.push(row("source", SOURCE, &mut |f| view(&source.cloud_at(f.time), &camera), &|f| f.source));
     }
-    rows.push(row("truth", TRUTH, &mut |f| resized(&f.composited(background), camera.width, camera.height), &|_| None));
-    rows.push(row("Lagrangian", LAGRANGIAN, &mut |f| view(&scene.cloud_at(&motion.state_at(f.time)), &camera), &|f| Some(f.lagrangian)));
+    rows.push(row(
+        "truth",
+        TRUTH,
+        &mut |f| resized(&f.composited(background), camera.width, camera.height),
+        &|_| None,
+    ));
+    rows.push(row(
+        "Lagrangian",
+        LAGRANGIAN,
+        &mut |f| view(&scene.cloud_at(&motion.state_at(f.time)), &camera),
+        &|f| Some(f.lagrangian),
+    ));
     let times: Vec<f64> = frames.iter().map(|f| f64::from(f.time)).collect();
     let strip = Strip {
         labels: times.iter().map(|&t| format!("t = {}", number(t, 2))).collect(),
@@ -60,12 +73,21 @@ pub(crate) fn figure(
 
 /// Columns before, in and after the captured window.
 fn groups(times: &[f64], window: f64) -> Vec<Group> {
-    let (start, end) = (times.partition_point(|&t| t < -1e-6), times.partition_point(|&t| t <= window + 1e-6));
-    let group = |name: &str, columns: std::ops::Range<usize>, strong| Group { name: name.to_owned(), columns, strong };
-    [group("before", 0..start, false), group("observed", start..end, true), group("after", end..times.len(), false)]
-        .into_iter()
-        .filter(|g| !g.columns.is_empty())
-        .collect()
+    let (start, end) =
+        (times.partition_point(|&t| t < -1e-6), times.partition_point(|&t| t <= window + 1e-6));
+    let group = |name: &str, columns: std::ops::Range<usize>, strong| Group {
+        name: name.to_owned(),
+        columns,
+        strong,
+    };
+    [
+        group("before", 0..start, false),
+        group("observed", start..end, true),
+        group("after", end..times.len(), false),
+    ]
+    .into_iter()
+    .filter(|g| !g.columns.is_empty())
+    .collect()
 }
 
 #[cfg(test)]
@@ -74,8 +96,12 @@ mod tests {
 
     #[test]
     fn columns_are_grouped_by_the_window() {
-        let names = |times: &[f64]| groups(times, 0.75).into_iter().map(|g| (g.name, g.columns)).collect::<Vec<_>>();
-        assert_eq!(names(&[-0.5, 0.0, 0.75, 0.8]), [("before".into(), 0..1), ("observed".into(), 1..3), ("after".into(), 3..4)]);
+        let names =
+            |times: &[f64]| groups(times, 0.75).into_iter().map(|g| (g.name, g.columns)).collect::<Vec<_>>();
+        assert_eq!(
+            names(&[-0.5, 0.0, 0.75, 0.8]),
+            [("before".into(), 0..1), ("observed".into(), 1..3), ("after".into(), 3..4)]
+        );
         assert_eq!(names(&[0.1, 0.2]), [("observed".into(), 0..2)]);
     }
 }

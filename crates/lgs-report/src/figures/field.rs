@@ -38,7 +38,8 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Samples a system's potential on `x` × `y` of a plane, with arrows in so many columns and rows; nothing if it is not finite there.
+    /// Samples a system's potential on `x` × `y` of a plane, with arrows in so many columns and rows; nothing
+    /// if it is not finite there.
     pub(super) fn of(
         system: &System,
         truth: Option<&TrueForce>,
@@ -47,7 +48,9 @@ impl Field {
     ) -> Option<Self> {
         let at = |r: &Range<f64>, part: f64| r.start + (r.end - r.start) * part;
         let on_grid = |i: usize| i as f64 / (GRID - 1) as f64;
-        let grid: Vec<[f32; 3]> = (0..GRID * GRID).map(|i| plane.position([at(x, on_grid(i % GRID)), at(y, on_grid(i / GRID))])).collect();
+        let grid: Vec<[f32; 3]> = (0..GRID * GRID)
+            .map(|i| plane.position([at(x, on_grid(i % GRID)), at(y, on_grid(i / GRID))]))
+            .collect();
         let values: Vec<f64> = system.potentials(&grid).into_iter().map(f64::from).collect();
         let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - lowest;
@@ -96,7 +99,12 @@ impl Field {
     }
 }
 
-fn force_arrows(system: &System, truth: Option<&TrueForce>, plane: &Plane, places: &[[f64; 2]]) -> Vec<ForceArrow> {
+fn force_arrows(
+    system: &System,
+    truth: Option<&TrueForce>,
+    plane: &Plane,
+    places: &[[f64; 2]],
+) -> Vec<ForceArrow> {
     let positions: Vec<[f32; 3]> = places.iter().map(|&p| plane.position(p)).collect();
     let gradients = system.potential_gradients(&positions);
     let arrow = |((&place, &q), g): ((&[f64; 2], &[f32; 3]), &[f32; 3])| ForceArrow {

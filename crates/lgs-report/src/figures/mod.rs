@@ -42,7 +42,9 @@ pub fn run_figures(subject: &RunSubject<'_>) -> Result<Vec<Figure>, ReportError>
     let coloured = coloured_partition(scene, &mut motion);
     let window = f64::from(scene.motion.time_window);
     let images = match subject.dataset {
-        Some(dataset) => extrapolation::figure((scene, &mut motion), subject.source, dataset, subject.metrics)?,
+        Some(dataset) => {
+            extrapolation::figure((scene, &mut motion), subject.source, dataset, subject.metrics)?
+        }
         None => None,
     };
     let figures = [

@@ -21,7 +21,8 @@ const FRAME: Frame = Frame { at: [76.0, 56.0], size: [730.0, 244.0] };
 /// Axis label of times.
 const TIME: &str = "time t (captured sequence: 0 … 1)";
 
-/// Splits whose images are of the captured window: only the first that a run has is drawn, held-out views before training ones.
+/// Splits whose images are of the captured window: only the first that a run has is drawn, held-out views
+/// before training ones.
 const INSIDE: [&str; 2] = ["val", "train"];
 
 /// Points joined by a line.
@@ -55,10 +56,16 @@ pub(crate) fn psnr(metrics: &Metrics, window: f64) -> Result<Option<Figure>, Rep
             stretches.push(Stretch { name: name.to_owned(), times });
         }
         lines.push(Line { colour: SOURCE, points: mean_by_time(frames, |f| f.source), dotted: true });
-        lines.push(Line { colour: LAGRANGIAN, points: mean_by_time(frames, |f| Some(f.lagrangian)), dotted: true });
+        lines.push(Line {
+            colour: LAGRANGIAN,
+            points: mean_by_time(frames, |f| Some(f.lagrangian)),
+            dotted: true,
+        });
     }
     let caption = "PSNR over all images of a time, by split; shaded: the captured window. Outside of it the source model guesses, and the Lagrangian scene goes on.";
-    chart("psnr", caption, lines, (stretches, window), |values| padded(values, 0.08).map(|v| Axis::linear(v, 6, "PSNR (dB)")))
+    chart("psnr", caption, lines, (stretches, window), |values| {
+        padded(values, 0.08).map(|v| Axis::linear(v, 6, "PSNR (dB)"))
+    })
 }
 
 /// Mean distance of particles to where the truth has them; nothing without a truth.
@@ -99,15 +106,22 @@ fn chart(
 fn drawn_splits(metrics: &Metrics) -> Vec<(&str, &[FrameMetrics])> {
     let inside = INSIDE.iter().find(|name| metrics.frames.get(**name).is_some_and(|f| !f.is_empty()));
     let drawn = |name: &&str| !INSIDE.contains(name) || Some(name) == inside;
-    let mut splits: Vec<(&str, &[FrameMetrics])> =
-        metrics.frames.iter().map(|(name, frames)| (name.as_str(), frames.as_slice())).filter(|(name, _)| drawn(name)).collect();
+    let mut splits: Vec<(&str, &[FrameMetrics])> = metrics
+        .frames
+        .iter()
+        .map(|(name, frames)| (name.as_str(), frames.as_slice()))
+        .filter(|(name, _)| drawn(name))
+        .collect();
     let start = |frames: &[FrameMetrics]| frames.iter().map(|f| f.time).fold(f32::INFINITY, f32::min);
     splits.sort_by(|a, b| start(a.1).total_cmp(&start(b.1)));
     splits
 }
 
 /// Mean PSNR over all images of a time.
-fn mean_by_time(frames: &[FrameMetrics], pick: impl Fn(&FrameMetrics) -> Option<FrameModelScore>) -> Vec<(f64, f64)> {
+fn mean_by_time(
+    frames: &[FrameMetrics],
+    pick: impl Fn(&FrameMetrics) -> Option<FrameModelScore>,
+) -> Vec<(f64, f64)> {
     let mut by_time: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
     for frame in frames {
         let Some(psnr) = pick(frame).and_then(|score| score.psnr) else { continue };
@@ -122,11 +136,14 @@ fn mean_by_time(frames: &[FrameMetrics], pick: impl Fn(&FrameMetrics) -> Option<
 fn distances(tracks: &Tracks, truth: &Tracks) -> Vec<(f64, f64)> {
     let at = |row: usize| {
         // At the start both agree by construction.
-        let (before, weight) = place(&truth.times, tracks.times[row]).filter(|_| tracks.times[row].abs() > 1e-6)?;
+        let (before, weight) =
+            place(&truth.times, tracks.times[row]).filter(|_| tracks.times[row].abs() > 1e-6)?;
         let particles = tracks.positions.iter().zip(&truth.positions);
         let sum: f64 = particles
             .map(|(own, real)| {
-                let real = |c: usize| f64::from(real[before][c]) + weight * f64::from(real[before + 1][c] - real[before][c]);
+                let real = |c: usize| {
+                    f64::from(real[before][c]) + weight * f64::from(real[before + 1][c] - real[before][c])
+                };
                 (0..3).map(|c| (f64::from(own[row][c]) - real(c)).powi(2)).sum::<f64>().sqrt()
             })
             .sum();
@@ -164,8 +181,16 @@ impl Drawing for OverTime {
         }
         border(area, FRAME, [x, y], [x.ticks(), y.ticks()])?;
         for stretch in &self.stretches {
-            let middle = FRAME.at[0] + FRAME.size[0] * x.fraction(0.5 * (stretch.times.start + stretch.times.end));
-            write(area, &stretch.name, [middle, FRAME.at[1] - 6.0], TEXT, FAINT, (HPos::Center, VPos::Bottom))?;
+            let middle =
+                FRAME.at[0] + FRAME.size[0] * x.fraction(0.5 * (stretch.times.start + stretch.times.end));
+            write(
+                area,
+                &stretch.name,
+                [middle, FRAME.at[1] - 6.0],
+                TEXT,
+                FAINT,
+                (HPos::Center, VPos::Bottom),
+            )?;
         }
         legend(area, [FRAME.at[0], 16.0], &self.entries)
     }
@@ -176,7 +201,8 @@ mod tests {
     use super::*;
 
     fn frame(time: f32, psnr: f64) -> FrameMetrics {
-        let score = FrameModelScore { psnr: Some(psnr), psnr_foreground: None, ssim: None, foreground_ratio: None };
+        let score =
+            FrameModelScore { psnr: Some(psnr), psnr_foreground: None, ssim: None, foreground_ratio: None };
         FrameMetrics { name: "a".into(), time, camera: 0, source: None, lagrangian: score }
     }
 
@@ -195,7 +221,10 @@ mod tests {
     #[test]
     fn distances_are_taken_between_samples_and_not_beyond_them() {
         let truth = Tracks { times: vec![0.0, 1.0], positions: vec![vec![[0.0; 3], [2.0, 0.0, 0.0]]] };
-        let own = Tracks { times: vec![-1.0, 0.5, 1.0], positions: vec![vec![[9.0; 3], [1.0, 3.0, 4.0], [2.0, 1.0, 0.0]]] };
+        let own = Tracks {
+            times: vec![-1.0, 0.5, 1.0],
+            positions: vec![vec![[9.0; 3], [1.0, 3.0, 4.0], [2.0, 1.0, 0.0]]],
+        };
         assert_eq!(distances(&own, &truth), [(0.5, 5.0), (1.0, 1.0)]);
     }
 }

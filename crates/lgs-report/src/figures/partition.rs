@@ -1,4 +1,5 @@
-//! The partition into objects: every Gaussian in the colour of its object, what stands still in grey, as an image and as a splat file.
+//! The partition into objects: every Gaussian in the colour of its object, what stands still in grey, as an
+//! image and as a splat file.
 
 use lgs_core::{Camera, GaussianCloud};
 use lgs_model::{LagrangianScene, Motion};

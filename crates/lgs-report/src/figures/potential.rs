@@ -1,4 +1,5 @@
-//! The potential of every object on the plane of its motion (gap G63): U from its minimum, −∇U as arrows, and the true force beside it.
+//! The potential of every object on the plane of its motion (gap G63): U from its minimum, −∇U as arrows, and
+//! the true force beside it.
 
 use lgs_eval::physics::potential::TrueForce;
 use lgs_model::{LagrangianScene, ObjectModel};
@@ -10,7 +11,9 @@ use super::field::{Field, ForceArrow, LEVELS, level_colour};
 use super::trajectories::equal_scales;
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure, Picture};
-use crate::chart::{Frame, Mark, TEXT, TITLE, arrow, border, canvas, dots, legend, open, path, segment, write};
+use crate::chart::{
+    Frame, Mark, TEXT, TITLE, arrow, border, canvas, dots, legend, open, path, segment, write,
+};
 use crate::error::ReportError;
 use crate::paths::Paths;
 use crate::plane::Plane;
@@ -42,7 +45,11 @@ struct Potential {
 }
 
 /// The figure; nothing without movers. `forces` are the true ones, by object.
-pub(crate) fn figure(scene: &LagrangianScene, paths: &Paths, forces: &[Option<TrueForce>]) -> Result<Option<Figure>, ReportError> {
+pub(crate) fn figure(
+    scene: &LagrangianScene,
+    paths: &Paths,
+    forces: &[Option<TrueForce>],
+) -> Result<Option<Figure>, ReportError> {
     let objects: Vec<usize> = paths.objects().into_iter().take(PANELS).collect();
     if objects.is_empty() {
         return Ok(None);
@@ -52,7 +59,9 @@ pub(crate) fn figure(scene: &LagrangianScene, paths: &Paths, forces: &[Option<Tr
     let heights = if columns == 1 { [200.0, 460.0] } else { [150.0, 320.0] };
     let mut panels: Vec<Panel> = objects
         .iter()
-        .filter_map(|&o| panel(&scene.objects[o], (o, paths), forces.get(o).and_then(Option::as_ref), (width, heights)))
+        .filter_map(|&o| {
+            panel(&scene.objects[o], (o, paths), forces.get(o).and_then(Option::as_ref), (width, heights))
+        })
         .collect();
     let mut y = TOP;
     for row in panels.chunks_mut(columns) {
@@ -77,17 +86,23 @@ fn panel(
     truth: Option<&TrueForce>,
     (width, heights): (f64, [f64; 2]),
 ) -> Option<Panel> {
-    let tracks: Vec<&Vec<[f32; 3]>> = paths.of_object(index).map(|i| &paths.lagrangian.positions[i]).collect();
+    let tracks: Vec<&Vec<[f32; 3]>> =
+        paths.of_object(index).map(|i| &paths.lagrangian.positions[i]).collect();
     let plane = Plane::of_motion(&tracks.iter().map(|t| (*t).clone()).collect::<Vec<_>>());
-    let projected: Vec<Vec<(f64, f64)>> = tracks.iter().map(|t| t.iter().map(|&p| plane.project(p)).collect()).collect();
+    let projected: Vec<Vec<(f64, f64)>> =
+        tracks.iter().map(|t| t.iter().map(|&p| plane.project(p)).collect()).collect();
     let x = padded(projected.iter().flatten().map(|p| p.0), 0.1)?;
     let y = padded(projected.iter().flatten().map(|p| p.1), 0.1)?;
     let (x, y, height) = equal_scales(x, y, width, heights);
-    let field = Field::of(&object.system, truth, (&plane, &x, &y), [width, height].map(|s| (s / SPACING) as usize))?;
+    let field =
+        Field::of(&object.system, truth, (&plane, &x, &y), [width, height].map(|s| (s / SPACING) as usize))?;
     let labels = plane.labels();
     Some(Panel {
         title: format!("object {index}: {} Gaussians", object.members.len()),
-        axes: [Axis::linear(x, (width / 60.0) as usize, &labels[0]), Axis::linear(y, (height / 50.0) as usize, &labels[1])],
+        axes: [
+            Axis::linear(x, (width / 60.0) as usize, &labels[0]),
+            Axis::linear(y, (height / 50.0) as usize, &labels[1]),
+        ],
         frame: Frame { at: [0.0; 2], size: [width, height] },
         field,
         paths: projected,
@@ -119,13 +134,21 @@ impl Panel {
         let scale = if strongest > 0.0 { 0.85 * SPACING / strongest } else { 0.0 };
         for ForceArrow { place, learned, truth } in &self.field.arrows {
             let middle = frame.place(x, y, *place);
-            let end = |force: &[f64; 2], part: f64| [middle[0] + part * scale * force[0], middle[1] - part * scale * force[1]];
+            let end = |force: &[f64; 2], part: f64| {
+                [middle[0] + part * scale * force[0], middle[1] - part * scale * force[1]]
+            };
             if let Some(truth) = truth {
                 arrow(area, [end(truth, -0.5), end(truth, 0.5)], 3.0, TRUTH)?;
             }
-            arrow(area, [end(learned, -0.5), end(learned, 0.5)], 1.4, if truth.is_some() { pale(LAGRANGIAN, 0.75) } else { LAGRANGIAN })?;
+            arrow(
+                area,
+                [end(learned, -0.5), end(learned, 0.5)],
+                1.4,
+                if truth.is_some() { pale(LAGRANGIAN, 0.75) } else { LAGRANGIAN },
+            )?;
         }
-        let starts: Vec<(f64, f64)> = self.paths.iter().filter_map(|p| p.get(self.observed.start)).copied().collect();
+        let starts: Vec<(f64, f64)> =
+            self.paths.iter().filter_map(|p| p.get(self.observed.start)).copied().collect();
         dots(&chart, &starts, 2.4, PAPER)?;
         border(area, frame, [x, y], [x.ticks(), y.ticks()])?;
         write(area, &self.title, [frame.at[0], frame.at[1] - 8.0], TITLE, INK, (HPos::Left, VPos::Bottom))?;
@@ -134,7 +157,8 @@ impl Panel {
 
     /// The scale of colours.
     fn bar<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
-        let (x, top, height) = (self.frame.at[0] + self.frame.size[0] + 12.0, self.frame.at[1], self.frame.size[1]);
+        let (x, top, height) =
+            (self.frame.at[0] + self.frame.size[0] + 12.0, self.frame.at[1], self.frame.size[1]);
         let axis = Axis::linear(0.0..self.field.highest, 5, "");
         for level in 0..LEVELS {
             let from = top + height * (1.0 - (level + 1) as f64 / LEVELS as f64);

@@ -1,4 +1,5 @@
-//! Time reversal: the motion forward and backward from t = 0, with velocity arrows (gap G63: the state's v forward, −v stepping back).
+//! Time reversal: the motion forward and backward from t = 0, with velocity arrows (gap G63: the state's v
+//! forward, −v stepping back).
 
 use lgs_core::Camera;
 use lgs_data::dataset::{Dataset, Frame};
@@ -38,13 +39,17 @@ pub(crate) fn figure(
     }
     let window = scene.motion.time_window;
     let camera = of_width(&camera, image_width(COLUMNS));
-    let past: Vec<&Frame> = seen.iter().copied().filter(|f| f.time < -1e-4 && f.time >= -window - 1e-4).collect();
+    let past: Vec<&Frame> =
+        seen.iter().copied().filter(|f| f.time < -1e-4 && f.time >= -window - 1e-4).collect();
     let even: Vec<f32> = (1..COLUMNS).map(|i| window * i as f32 / (COLUMNS - 1) as f32).collect();
-    let nearest = |time: f32| past.iter().copied().min_by(|a, b| (a.time + time).abs().total_cmp(&(b.time + time).abs()));
+    let nearest = |time: f32| {
+        past.iter().copied().min_by(|a, b| (a.time + time).abs().total_cmp(&(b.time + time).abs()))
+    };
     let mut frames: Vec<&Frame> = even.iter().filter_map(|&time| nearest(time)).collect();
     frames.dedup_by_key(|f| f.time.to_bits());
-    let times: Vec<f32> =
-        std::iter::once(0.0).chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even }).collect();
+    let times: Vec<f32> = std::iter::once(0.0)
+        .chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even })
+        .collect();
     let rows_of_arrows = followed(scene);
     let scale = LONG / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
     let mut row = |title: &str, colour, sign: f32| {
@@ -68,8 +73,16 @@ pub(crate) fn figure(
         let cells = std::iter::once(zero.map(cell)).chain(frames.iter().map(|f| Some(cell(f)))).collect();
         rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells });
     }
-    let labels = times.iter().map(|&t| if t == 0.0 { "t = 0".to_owned() } else { format!("±{}", number(f64::from(t), 2)) }).collect();
-    let strip = Strip { labels, groups: Vec::new(), rows, aspect: f64::from(camera.height) / f64::from(camera.width) };
+    let labels = times
+        .iter()
+        .map(|&t| if t == 0.0 { "t = 0".to_owned() } else { format!("±{}", number(f64::from(t), 2)) })
+        .collect();
+    let strip = Strip {
+        labels,
+        groups: Vec::new(),
+        rows,
+        aspect: f64::from(camera.height) / f64::from(camera.width),
+    };
     let caption = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, backward to times before the first image. Arrows: velocity v forward, −v backward, the direction of the next step.";
     Figure::of("time-reversal", caption, &strip).map(Some)
 }
@@ -79,7 +92,10 @@ fn followed(scene: &LagrangianScene) -> Vec<usize> {
     let each = (ARROWS / scene.objects.len().max(1)).max(2);
     let of = |object: &lgs_model::ObjectModel| {
         let first = object.members.start;
-        spread(&scene.movers.means[object.members.clone()], each).into_iter().map(move |i| first + i).collect::<Vec<_>>()
+        spread(&scene.movers.means[object.members.clone()], each)
+            .into_iter()
+            .map(move |i| first + i)
+            .collect::<Vec<_>>()
     };
     scene.objects.iter().flat_map(of).collect()
 }
@@ -91,7 +107,8 @@ fn arrow(state: &SceneState, row: usize, camera: &Camera, scale: f64) -> [[f64; 
     let part = |p: [f32; 3]| {
         let (pixel, depth) = camera.pixel_from_world(p);
         let inside = depth > 1e-3;
-        [pixel[0] / camera.width as f32, pixel[1] / camera.height as f32].map(|x| if inside { f64::from(x) } else { f64::NAN })
+        [pixel[0] / camera.width as f32, pixel[1] / camera.height as f32]
+            .map(|x| if inside { f64::from(x) } else { f64::NAN })
     };
     [part(q), part(tip)]
 }

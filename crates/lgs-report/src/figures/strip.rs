@@ -75,14 +75,21 @@ impl Strip {
 
     fn at(&self, row: usize, column: usize) -> [f64; 2] {
         let [width, height] = self.cell();
-        let noted = self.rows[..row].iter().filter(|r| r.cells.iter().flatten().any(|c| !c.note.is_empty())).count();
-        [LEFT + column as f64 * (width + GAP), self.top() + row as f64 * (height + GAP) + noted as f64 * NOTES]
+        let noted =
+            self.rows[..row].iter().filter(|r| r.cells.iter().flatten().any(|c| !c.note.is_empty())).count();
+        [
+            LEFT + column as f64 * (width + GAP),
+            self.top() + row as f64 * (height + GAP) + noted as f64 * NOTES,
+        ]
     }
 
     fn cells(&self) -> impl Iterator<Item = ([f64; 2], &Row, &Cell)> {
-        let in_row = |(r, row): (usize, &'_ Row)| (0..row.cells.len()).map(move |c| (r, c)).collect::<Vec<_>>();
+        let in_row =
+            |(r, row): (usize, &'_ Row)| (0..row.cells.len()).map(move |c| (r, c)).collect::<Vec<_>>();
         let places: Vec<(usize, usize)> = self.rows.iter().enumerate().flat_map(in_row).collect();
-        places.into_iter().filter_map(|(r, c)| Some((self.at(r, c), &self.rows[r], self.rows[r].cells[c].as_ref()?)))
+        places
+            .into_iter()
+            .filter_map(|(r, c)| Some((self.at(r, c), &self.rows[r], self.rows[r].cells[c].as_ref()?)))
     }
 }
 
@@ -94,7 +101,9 @@ impl Drawing for Strip {
     }
 
     fn pictures(&self) -> Vec<Picture> {
-        self.cells().map(|(at, _, cell)| Picture { at, size: self.cell(), image: cell.image.clone() }).collect()
+        self.cells()
+            .map(|(at, _, cell)| Picture { at, size: self.cell(), image: cell.image.clone() })
+            .collect()
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
@@ -107,11 +116,25 @@ impl Drawing for Strip {
             let ([from, _], [to, _]) = (self.at(0, group.columns.start), self.at(0, group.columns.end));
             let (y, colour) = (self.top() - 22.0, if group.strong { INK } else { FAINT });
             segment(area, [[from, y], [to - GAP, y]], line(colour, if group.strong { 2.5 } else { 1.0 }))?;
-            write(area, &group.name, [0.5 * (from + to - GAP), y - 5.0], TEXT, colour, (HPos::Center, VPos::Bottom))?;
+            write(
+                area,
+                &group.name,
+                [0.5 * (from + to - GAP), y - 5.0],
+                TEXT,
+                colour,
+                (HPos::Center, VPos::Bottom),
+            )?;
         }
         for (row, content) in self.rows.iter().enumerate() {
             let [x, y] = self.at(row, 0);
-            write(area, &content.title, [x - 8.0, y + 0.5 * height], TITLE, content.colour, (HPos::Right, VPos::Center))?;
+            write(
+                area,
+                &content.title,
+                [x - 8.0, y + 0.5 * height],
+                TITLE,
+                content.colour,
+                (HPos::Right, VPos::Center),
+            )?;
         }
         for ([x, y], row, cell) in self.cells() {
             let corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]];
@@ -123,7 +146,14 @@ impl Drawing for Strip {
                 arrow(area, ends.map(place), 3.2, PAPER)?;
                 arrow(area, ends.map(place), 1.7, row.colour)?;
             }
-            write(area, &cell.note, [x + 0.5 * width, y + height + 2.0], TEXT - 2.0, FAINT, (HPos::Center, VPos::Top))?;
+            write(
+                area,
+                &cell.note,
+                [x + 0.5 * width, y + height + 2.0],
+                TEXT - 2.0,
+                FAINT,
+                (HPos::Center, VPos::Top),
+            )?;
         }
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! PSNR of every run of a suite, split by split: the source model's and the Lagrangian scene's as dots on one line.
+//! PSNR of every run of a suite, split by split: the source model's and the Lagrangian scene's as dots on one
+//! line.
 
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters_backend::DrawingBackend;
@@ -31,16 +32,24 @@ struct Suite {
 pub(crate) fn suite_figure(cells: &[Cell]) -> Result<Option<Figure>, ReportError> {
     let of = |cell: &Cell, split: &str| {
         let found = cell.metrics.as_ref().and_then(|m| m.splits.get(split));
-        [found.and_then(|s| s.source.as_ref()), found.and_then(|s| s.lagrangian.as_ref())].map(|s| s.and_then(|s| s.psnr))
+        [found.and_then(|s| s.source.as_ref()), found.and_then(|s| s.lagrangian.as_ref())]
+            .map(|s| s.and_then(|s| s.psnr))
     };
     let splits: Vec<(String, Vec<[Option<f64>; 2]>)> = SPLITS
         .iter()
         .map(|split| ((*split).to_owned(), cells.iter().map(|cell| of(cell, split)).collect::<Vec<_>>()))
         .filter(|(_, scores)| scores.iter().flatten().any(Option::is_some))
         .collect();
-    let Some(range) = padded(splits.iter().flat_map(|(_, s)| s.iter().flatten().flatten().copied()), 0.06) else { return Ok(None) };
+    let Some(range) = padded(splits.iter().flat_map(|(_, s)| s.iter().flatten().flatten().copied()), 0.06)
+    else {
+        return Ok(None);
+    };
     let shortened = |name: &str| {
-        if name.chars().count() <= NAME { name.to_owned() } else { name.chars().take(NAME - 1).chain(['…']).collect() }
+        if name.chars().count() <= NAME {
+            name.to_owned()
+        } else {
+            name.chars().take(NAME - 1).chain(['…']).collect()
+        }
     };
     let drawing = Suite {
         names: cells.iter().map(|c| shortened(&c.name)).collect(),
@@ -73,7 +82,8 @@ impl Drawing for Suite {
             write(area, name, [LEFT - 10.0, y], TEXT - 1.0, INK, (HPos::Right, VPos::Center))?;
         }
         for (column, (split, scores)) in self.splits.iter().enumerate() {
-            let frame = Frame { at: [LEFT + column as f64 * (self.panel()[0] + GAP), TOP], size: self.panel() };
+            let frame =
+                Frame { at: [LEFT + column as f64 * (self.panel()[0] + GAP), TOP], size: self.panel() };
             let chart = open(area, frame, [&self.x, &self.y], false)?;
             for &tick in self.x.ticks() {
                 path(&chart, &[(tick, 0.0), (tick, self.names.len() as f64)], line(GRID, 0.75))?;
@@ -83,11 +93,23 @@ impl Drawing for Suite {
                     path(&chart, &[(*a, height(run)), (*b, height(run))], line(FAINT, 1.0))?;
                 }
                 for (score, colour) in [(source, SOURCE), (lagrangian, LAGRANGIAN)] {
-                    dots(&chart, &score.map(|p| (p, height(run))).into_iter().collect::<Vec<_>>(), 4.0, colour)?;
+                    dots(
+                        &chart,
+                        &score.map(|p| (p, height(run))).into_iter().collect::<Vec<_>>(),
+                        4.0,
+                        colour,
+                    )?;
                 }
             }
             border(area, frame, [&self.x, &self.y], [self.x.ticks(), &[]])?;
-            write(area, split, [frame.at[0] + 0.5 * frame.size[0], TOP - 8.0], TITLE, INK, (HPos::Center, VPos::Bottom))?;
+            write(
+                area,
+                split,
+                [frame.at[0] + 0.5 * frame.size[0], TOP - 8.0],
+                TITLE,
+                INK,
+                (HPos::Center, VPos::Bottom),
+            )?;
         }
         Ok(())
     }

@@ -58,12 +58,22 @@ pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
         let width = (last / all).max(NARROWEST);
         let points = curve.points.iter().map(|p| (from + width * p.0 / last, p.1)).collect();
         let colour = if stages.is_empty() && curve.stage == "source" { SOURCE } else { LAGRANGIAN };
-        stages.push(Stage { name: curve.stage.clone(), steps: format!("{last:.0} steps"), colour, from, to: from + width, points });
+        stages.push(Stage {
+            name: curve.stage.clone(),
+            steps: format!("{last:.0} steps"),
+            colour,
+            from,
+            to: from + width,
+            points,
+        });
         from += width;
     }
     let values = stages.iter().flat_map(|s| &s.points);
     let (Some(y), true) = (padded(values.map(|p| p.1), 0.05), from > 0.0) else { return Ok(None) };
-    let axes = [Axis::linear(0.0..from, 0, "training, stage after stage").unnumbered(), Axis::linear(y, 6, "PSNR (dB)")];
+    let axes = [
+        Axis::linear(0.0..from, 0, "training, stage after stage").unnumbered(),
+        Axis::linear(y, 6, "PSNR (dB)"),
+    ];
     let caption = "PSNR of the training images drawn at each step, stage after stage; bold: mean over neighbouring steps.";
     Figure::of("training", caption, &Training { stages, axes }).map(Some)
 }
@@ -71,7 +81,9 @@ pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
 /// Means over runs of neighbouring points.
 fn averaged(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let run = points.len().div_ceil(AVERAGED).max(1);
-    let mean = |values: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| values.iter().map(pick).sum::<f64>() / values.len() as f64;
+    let mean = |values: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| {
+        values.iter().map(pick).sum::<f64>() / values.len() as f64
+    };
     points.chunks(run).map(|values| (mean(values, |p| p.0), mean(values, |p| p.1))).collect()
 }
 
@@ -92,8 +104,22 @@ impl Drawing for Training {
             let start = place(stage.from);
             segment(area, [[start, FRAME.at[1]], [start, FRAME.at[1] + FRAME.size[1]]], line(FAINT, 0.75))?;
             let middle = 0.5 * (start + place(stage.to));
-            write(area, &stage.name, [middle, FRAME.at[1] - 8.0], TEXT, stage.colour, (HPos::Center, VPos::Bottom))?;
-            write(area, &stage.steps, [middle, FRAME.at[1] + FRAME.size[1] + 7.0], TEXT, INK, (HPos::Center, VPos::Top))?;
+            write(
+                area,
+                &stage.name,
+                [middle, FRAME.at[1] - 8.0],
+                TEXT,
+                stage.colour,
+                (HPos::Center, VPos::Bottom),
+            )?;
+            write(
+                area,
+                &stage.steps,
+                [middle, FRAME.at[1] + FRAME.size[1] + 7.0],
+                TEXT,
+                INK,
+                (HPos::Center, VPos::Top),
+            )?;
         }
         border(area, FRAME, [x, y], [x.ticks(), y.ticks()])
     }

@@ -1,4 +1,5 @@
-//! Paths of particles through truth, source model and Lagrangian scene, side by side in the plane of the motion.
+//! Paths of particles through truth, source model and Lagrangian scene, side by side in the plane of the
+//! motion.
 
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -46,17 +47,25 @@ pub(crate) fn figure(paths: &Paths) -> Result<Option<Figure>, ReportError> {
     // The truth decides what is seen, so that a model that flies off is seen to leave.
     let limits = paths.truth.as_ref().unwrap_or(&paths.lagrangian);
     let points: Vec<(f64, f64)> = limits.positions.iter().flatten().map(|&p| plane.project(p)).collect();
-    let (Some(x), Some(y)) = (padded(points.iter().map(|p| p.0), 0.06), padded(points.iter().map(|p| p.1), 0.06)) else { return Ok(None) };
+    let (Some(x), Some(y)) =
+        (padded(points.iter().map(|p| p.0), 0.06), padded(points.iter().map(|p| p.1), 0.06))
+    else {
+        return Ok(None);
+    };
     let (x, y, height) = equal_scales(x, y, width, HEIGHTS);
     let labels = plane.labels();
-    let axes = [Axis::linear(x, (width / 55.0) as usize, &labels[0]), Axis::linear(y, (height / 45.0) as usize, &labels[1])];
+    let axes = [
+        Axis::linear(x, (width / 55.0) as usize, &labels[0]),
+        Axis::linear(y, (height / 45.0) as usize, &labels[1]),
+    ];
     let caption = format!(
         "Paths of {} particles over t = {} … {}, seen in the plane of the motion; dots: t = 0. Thick: the captured window. Axes in world units. The source model knows nothing outside of it.",
         paths.particles.len(),
         number(-paths.window, 2),
         number(3.0 * paths.window, 2)
     );
-    Figure::of("trajectories", &caption, &Trajectories { paths, panels, plane, axes, panel: [width, height] }).map(Some)
+    Figure::of("trajectories", &caption, &Trajectories { paths, panels, plane, axes, panel: [width, height] })
+        .map(Some)
 }
 
 /// Ranges widened until one unit is as long on both axes of a panel of this width, and the panel's height.
@@ -81,15 +90,23 @@ impl Trajectories<'_> {
         let objects = self.paths.objects();
         let mut entries = Vec::new();
         if objects.len() > 1 {
-            entries.extend(objects.iter().map(|&o| (Mark::Line(2.0), object_colour(o), format!("object {o}"))));
+            entries
+                .extend(objects.iter().map(|&o| (Mark::Line(2.0), object_colour(o), format!("object {o}"))));
         }
-        let colour = if objects.len() > 1 { FAINT } else { object_colour(objects.first().copied().unwrap_or(0)) };
+        let colour =
+            if objects.len() > 1 { FAINT } else { object_colour(objects.first().copied().unwrap_or(0)) };
         entries.push((Mark::Line(2.0), colour, format!("observed, 0 … {}", number(self.paths.window, 2))));
         entries.push((Mark::Line(1.0), pale(colour, 0.6), "before and after".to_owned()));
         entries
     }
 
-    fn draw_panel<B: DrawingBackend>(&self, area: &Area<B>, frame: Frame, panel: &Panel<'_>, first: bool) -> Result<(), Fault<B>> {
+    fn draw_panel<B: DrawingBackend>(
+        &self,
+        area: &Area<B>,
+        frame: Frame,
+        panel: &Panel<'_>,
+        first: bool,
+    ) -> Result<(), Fault<B>> {
         let [x, y] = &self.axes;
         let chart = open(area, frame, [x, y], true)?;
         let track = |particle: usize| -> Vec<(f64, (f64, f64))> {
@@ -113,7 +130,14 @@ impl Trajectories<'_> {
         let numbers = if first { y.ticks() } else { &[] };
         let label = if first { y.clone() } else { y.clone().unnamed() };
         border(area, frame, [x, &label], [x.ticks(), numbers])?;
-        write(area, panel.title, [frame.at[0] + 0.5 * frame.size[0], frame.at[1] - 8.0], TITLE, panel.colour, (HPos::Center, VPos::Bottom))
+        write(
+            area,
+            panel.title,
+            [frame.at[0] + 0.5 * frame.size[0], frame.at[1] - 8.0],
+            TITLE,
+            panel.colour,
+            (HPos::Center, VPos::Bottom),
+        )
     }
 }
 

@@ -11,7 +11,8 @@ use super::hop::HopConfig;
 pub enum WarmupFrames {
     /// All times: moving parts are blurred until the deformation starts (DefGS).
     All,
-    /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the scene's start (FreeGave).
+    /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the
+    /// scene's start (FreeGave).
     First,
 }
 
@@ -21,7 +22,8 @@ pub enum WarmupFrames {
 pub enum InitialPoints {
     /// Uniformly in the box.
     Random,
-    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too little.
+    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too
+    /// little.
     Hull,
 }
 
@@ -47,8 +49,8 @@ pub struct LearningRates {
     pub rotation: f64,
     /// Deformation network at the start (paper: 8e-4).
     pub deformation_start: f64,
-    /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are full steps in every weight,
-    /// whatever the gradient; at high rates they can silence the network.
+    /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are
+    /// full steps in every weight, whatever the gradient; at high rates they can silence the network.
     pub deformation_ramp: usize,
     /// Deformation network at the end (paper: 1.6e-6).
     pub deformation_end: f64,
@@ -74,14 +76,16 @@ pub struct DensifyConfig {
     pub interval: usize,
     /// Mean NDC gradient from which a Gaussian is cloned or split (paper: 2e-4). Lower makes more Gaussians.
     pub gradient_threshold: f32,
-    /// Largest standard deviation that is cloned rather than split, as a part of the scene's extent (paper: 0.01).
+    /// Largest standard deviation that is cloned rather than split, as a part of the scene's extent (paper:
+    /// 0.01).
     pub clone_extent: f32,
     /// Opacity under which a Gaussian is removed (paper: 0.005).
     pub min_opacity: f32,
-    /// Gaussians farther from the centre of the box that the cameras look at than this many of its half sides are not kept (paper: 0, all
-    /// are).
+    /// Gaussians farther from the centre of the box that the cameras look at than this many of its half sides
+    /// are not kept (paper: 0, all are).
     pub prune_outside: f32,
-    /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after` (paper: 0.1).
+    /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after`
+    /// (paper: 0.1).
     pub prune_extent: f32,
     /// Iteration after which large Gaussians are removed (paper: 3000).
     pub prune_large_after: usize,
@@ -99,7 +103,8 @@ impl Default for DensifyConfig {
     }
 }
 
-/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving with what they can.
+/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving
+/// with what they can.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RigidityConfig {
@@ -117,12 +122,13 @@ impl Default for RigidityConfig {
     }
 }
 
-/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`): for sets with few images of
-/// each moment.
+/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`):
+/// for sets with few images of each moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GuideConfig {
-    /// Weight of the squared distance from the path (paper: 0, none). It fades after the time window has grown, to 0 at the end.
+    /// Weight of the squared distance from the path (paper: 0, none). It fades after the time window has
+    /// grown, to 0 at the end.
     pub weight: f32,
     /// Paths are looked for in sets with fewer training images than this per distinct time.
     pub below_images_per_time: f32,
@@ -151,11 +157,11 @@ pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
 pub struct SourceConfig {
     /// What the source model is. It decides the defaults of everything below.
     pub kind: SourceKind,
-    /// File or folder that the source model is taken from instead of being trained: frames for the kind `frames`, a folder of the authors'
-    /// program for `defgs`; empty: it is trained.
+    /// File or folder that the source model is taken from instead of being trained: frames for the kind
+    /// `frames`, a folder of the authors' program for `defgs`; empty: it is trained.
     pub import: String,
-    /// Every count of iterations below is multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1 and 3, since
-    /// larger images have more to learn from.
+    /// Every count of iterations below is multiplied by this (paper: 1); 0: by the images' width over 160
+    /// pixels, between 1 and 3, since larger images have more to learn from.
     pub stretch: f32,
     /// Iterations, one training image each (paper: 40 000).
     pub iterations: usize,
@@ -169,20 +175,22 @@ pub struct SourceConfig {
     pub window_steps: usize,
     /// Iterations per step of the window (FreeGave: 1000).
     pub window_interval: usize,
-    /// While the window grows, frames are drawn one by one, and this share of them from the newest twentieth of the whole (paper: 0, all
-    /// frames of the window in turn). Motion is then followed in small steps.
+    /// While the window grows, frames are drawn one by one, and this share of them from the newest twentieth
+    /// of the whole (paper: 0, all frames of the window in turn). Motion is then followed in small steps.
     pub front_share: f32,
-    /// How often a round shows the frames of the window's first and last tenth, also when the window is whole (paper: 1). The ends have
-    /// neighbours in time on one side only, and would be learned last.
+    /// How often a round shows the frames of the window's first and last tenth, also when the window is whole
+    /// (paper: 1). The ends have neighbours in time on one side only, and would be learned last.
     pub edge_repeats: usize,
     /// Gaussians to start with if the dataset ships no points (paper: 100 000).
     pub initial_gaussians: usize,
     /// Where they are put (paper: random).
     pub initial_points: InitialPoints,
-    /// Half edge of the initial box, world units (paper: 1.3, around the origin); 0: inferred from the cameras.
+    /// Half edge of the initial box, world units (paper: 1.3, around the origin); 0: inferred from the
+    /// cameras.
     pub initial_half_extent: f32,
-    /// Only Gaussians deeper than this in a view are drawn, by the Lagrangian scene as well, world units (paper: 0.2; FreeGave: 0.8). Nothing can
-    /// then float close in front of a training camera, unseen by the others.
+    /// Only Gaussians deeper than this in a view are drawn, by the Lagrangian scene as well, world units
+    /// (paper: 0.2; FreeGave: 0.8). Nothing can then float close in front of a training camera, unseen by the
+    /// others.
     pub near: f32,
     /// Largest degree of spherical harmonics (paper: 3).
     pub sh_degree: usize,
@@ -190,8 +198,9 @@ pub struct SourceConfig {
     pub sh_interval: usize,
     /// Weight λ of 1 − SSIM in the loss (paper: 0.2).
     pub ssim_weight: f32,
-    /// Images are reduced this many times in width and height before iteration `reduced_before` (paper: 1, never). Texture that repeats
-    /// within a step of the motion averages out and cannot be mistaken for it, and iterations are cheaper.
+    /// Images are reduced this many times in width and height before iteration `reduced_before` (paper: 1,
+    /// never). Texture that repeats within a step of the motion averages out and cannot be mistaken for it,
+    /// and iterations are cheaper.
     pub reduction: u32,
     /// End of the reduction.
     pub reduced_before: usize,
@@ -211,7 +220,8 @@ pub struct SourceConfig {
     pub rigidity: RigidityConfig,
     /// Guidance by silhouettes.
     pub guide: GuideConfig,
-    /// Weight of the mean displacement of what hardly moves (paper: 0, none): keeps static surroundings static.
+    /// Weight of the mean displacement of what hardly moves (paper: 0, none): keeps static surroundings
+    /// static.
     pub stillness: f32,
     /// Iteration from which on it acts: what moves must have been found by then, or it is held back.
     pub stillness_after: usize,
@@ -283,16 +293,40 @@ impl SourceConfig {
             require(value > 0.0 && value.is_finite(), key, format_args!("{value} is not a positive number"))?;
         }
         for (key, value) in not_negative {
-            require(value >= 0.0 && value.is_finite(), key, format_args!("{value} is negative or not finite"))?;
+            require(
+                value >= 0.0 && value.is_finite(),
+                key,
+                format_args!("{value} is negative or not finite"),
+            )?;
         }
         require(self.iterations >= 1, "iterations", format_args!("0 iterations train nothing"))?;
-        require((1..=2_000_000).contains(&self.initial_gaussians), "initial_gaussians", format_args!("not between 1 and 2 000 000"))?;
+        require(
+            (1..=2_000_000).contains(&self.initial_gaussians),
+            "initial_gaussians",
+            format_args!("not between 1 and 2 000 000"),
+        )?;
         require(self.sh_degree <= 3, "sh_degree", format_args!("{} is above 3", self.sh_degree))?;
-        require((0.0..=1.0).contains(&self.front_share), "front_share", format_args!("{} is not in [0, 1]", self.front_share))?;
-        require((0.0..=1.0).contains(&self.ssim_weight), "ssim_weight", format_args!("{} is not in [0, 1]", self.ssim_weight))?;
+        require(
+            (0.0..=1.0).contains(&self.front_share),
+            "front_share",
+            format_args!("{} is not in [0, 1]", self.front_share),
+        )?;
+        require(
+            (0.0..=1.0).contains(&self.ssim_weight),
+            "ssim_weight",
+            format_args!("{} is not in [0, 1]", self.ssim_weight),
+        )?;
         require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
-        require((1..=64).contains(&self.reduction), "reduction", format_args!("{} is not between 1 and 64", self.reduction))?;
-        require((1..=64).contains(&self.rigidity.neighbors), "rigidity.neighbors", format_args!("not between 1 and 64"))
+        require(
+            (1..=64).contains(&self.reduction),
+            "reduction",
+            format_args!("{} is not between 1 and 64", self.reduction),
+        )?;
+        require(
+            (1..=64).contains(&self.rigidity.neighbors),
+            "rigidity.neighbors",
+            format_args!("not between 1 and 64"),
+        )
     }
 }
 
@@ -304,15 +338,24 @@ impl SourceConfig {
         match (self.kind, &self.velocity, &self.hop) {
             (SourceKind::Defgs, None, None) => {
                 deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
-                require(deformation.code == 0, "deformation.code", format_args!("the source `defgs` has no code"))
+                require(
+                    deformation.code == 0,
+                    "deformation.code",
+                    format_args!("the source `defgs` has no code"),
+                )
             }
-            (SourceKind::Frames, None, None) => require(imported, "import", format_args!("the source `frames` needs a file or folder")),
+            (SourceKind::Frames, None, None) => {
+                require(imported, "import", format_args!("the source `frames` needs a file or folder"))
+            }
             (SourceKind::Freegave, Some(velocity), Some(hop)) => {
                 require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
                 FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
                 hop.validate().map_err(|(field, reason)| (format!("hop.{field}"), reason))
             }
-            _ => Err(("kind".to_owned(), "`velocity` and `hop` belong to the source `freegave`, and to no other".to_owned())),
+            _ => Err((
+                "kind".to_owned(),
+                "`velocity` and `hop` belong to the source `freegave`, and to no other".to_owned(),
+            )),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Adaptive density (§2.7) in three parts: observe gradients, plan from the statistics, apply to parameters.
 //!
-//! A plan is pure data. Applying it gives this order: kept Gaussians, clones, first children of the split ones, second children; the
-//! pruning that the authors do last is worked out beforehand, since clones and children inherit the attributes it looks at.
+//! A plan is pure data. Applying it gives this order: kept Gaussians, clones, first children of the split
+//! ones, second children; the pruning that the authors do last is worked out beforehand, since clones and
+//! children inherit the attributes it looks at.
 
 use lgs_core::linear::{mat_vec, matrix_from_quat, quat_normalize};
 use rand::RngExt;
@@ -30,8 +31,15 @@ impl DensifyStatistics {
         Self { gradient_sum: vec![0.0; n], count: vec![0.0; n] }
     }
 
-    /// Adds one image: gradients by the projected centres in pixels, `[n, 2]`, which are turned into NDC by half the image size.
-    pub fn observe(&mut self, v_means2d: &[[f32; 2]], visible: impl Iterator<Item = bool>, width: u32, height: u32) {
+    /// Adds one image: gradients by the projected centres in pixels, `[n, 2]`, which are turned into NDC by
+    /// half the image size.
+    pub fn observe(
+        &mut self,
+        v_means2d: &[[f32; 2]],
+        visible: impl Iterator<Item = bool>,
+        width: u32,
+        height: u32,
+    ) {
         let half = [0.5 * width as f32, 0.5 * height as f32];
         for (i, (v, visible)) in v_means2d.iter().zip(visible).enumerate() {
             if visible {
@@ -73,14 +81,20 @@ pub struct DensifyPlan {
 impl DensifyPlan {
     /// Decides for all Gaussians after an iteration.
     #[must_use]
-    pub fn new(config: &DensifyConfig, statistics: &DensifyStatistics, attributes: Attributes<'_>, iteration: usize) -> Self {
+    pub fn new(
+        config: &DensifyConfig,
+        statistics: &DensifyStatistics,
+        attributes: Attributes<'_>,
+        iteration: usize,
+    ) -> Self {
         let n = attributes.opacities.len();
         let large = config.prune_extent * attributes.extent;
         let survives = |i: usize, shrink: f32| {
             let too_large = iteration > config.prune_large_after && attributes.max_scales[i] / shrink > large;
             attributes.opacities[i] >= config.min_opacity && !too_large && !attributes.outside[i]
         };
-        let mut chosen: Vec<usize> = (0..n).filter(|&i| statistics.mean(i) >= config.gradient_threshold).collect();
+        let mut chosen: Vec<usize> =
+            (0..n).filter(|&i| statistics.mean(i) >= config.gradient_threshold).collect();
         if config.max_gaussians > 0 {
             chosen.sort_by(|&a, &b| statistics.mean(b).total_cmp(&statistics.mean(a)).then(a.cmp(&b)));
             chosen.truncate(config.max_gaussians.saturating_sub(n));
@@ -88,7 +102,8 @@ impl DensifyPlan {
         }
         let splits = |i: usize| attributes.max_scales[i] > config.clone_extent * attributes.extent;
         let (split, clone): (Vec<usize>, Vec<usize>) = chosen.into_iter().partition(|&i| splits(i));
-        let mut keep: Vec<usize> = (0..n).filter(|&i| survives(i, 1.0) && split.binary_search(&i).is_err()).collect();
+        let mut keep: Vec<usize> =
+            (0..n).filter(|&i| survives(i, 1.0) && split.binary_search(&i).is_err()).collect();
         let clone: Vec<usize> = clone.into_iter().filter(|&i| survives(i, 1.0)).collect();
         let split: Vec<usize> = split.into_iter().filter(|&i| survives(i, SPLIT_SHRINK)).collect();
         if keep.len() + clone.len() + 2 * split.len() < FEWEST.min(n) {
@@ -123,7 +138,8 @@ fn most_opaque(opacities: &[f32], count: usize) -> Vec<usize> {
     order
 }
 
-/// Means and log scales of the appended Gaussians: clones as their parents, children drawn from their parent's Gaussian.
+/// Means and log scales of the appended Gaussians: clones as their parents, children drawn from their
+/// parent's Gaussian.
 #[must_use]
 pub(super) fn new_shapes(
     plan: &DensifyPlan,
@@ -136,7 +152,8 @@ pub(super) fn new_shapes(
     let mut new_scales: Vec<[f32; 3]> = plan.clone.iter().map(|&i| log_scales[i]).collect();
     for _ in 0..2 {
         for &i in &plan.split {
-            let draw: [f32; 3] = std::array::from_fn(|axis| standard_normal(random) * log_scales[i][axis].exp());
+            let draw: [f32; 3] =
+                std::array::from_fn(|axis| standard_normal(random) * log_scales[i][axis].exp());
             let offset = mat_vec(&matrix_from_quat(quat_normalize(rotations[i])), draw);
             new_means.push(std::array::from_fn(|axis| means[i][axis] + offset[axis]));
             new_scales.push(log_scales[i].map(|s| s - SPLIT_SHRINK.ln()));
@@ -156,7 +173,10 @@ mod tests {
     use super::*;
 
     fn statistics(means: &[f32]) -> DensifyStatistics {
-        DensifyStatistics { gradient_sum: means.iter().map(|m| 2.0 * m).collect(), count: vec![2.0; means.len()] }
+        DensifyStatistics {
+            gradient_sum: means.iter().map(|m| 2.0 * m).collect(),
+            count: vec![2.0; means.len()],
+        }
     }
 
     #[test]
@@ -179,7 +199,8 @@ mod tests {
         let mut gradients = vec![0.0; many];
         gradients[..4].copy_from_slice(&[3e-4; 4]);
         let statistics = statistics(&gradients);
-        let attributes = Attributes { max_scales: &scales, opacities: &opacities, extent: 4.0, outside: &[false; 20] };
+        let attributes =
+            Attributes { max_scales: &scales, opacities: &opacities, extent: 4.0, outside: &[false; 20] };
         let early = DensifyPlan::new(&config, &statistics, attributes, 600);
         assert_eq!((early.clone.as_slice(), early.split.as_slice()), ([0, 2].as_slice(), [1].as_slice()));
         assert!(!early.keep.contains(&1) && !early.keep.contains(&3) && early.keep.contains(&4));
@@ -192,7 +213,8 @@ mod tests {
     #[test]
     fn pruning_never_empties_a_scene() {
         let opacities: Vec<f32> = (0..20).map(|i| 1e-5 * i as f32).collect();
-        let attributes = Attributes { max_scales: &[0.01; 20], opacities: &opacities, extent: 4.0, outside: &[false; 20] };
+        let attributes =
+            Attributes { max_scales: &[0.01; 20], opacities: &opacities, extent: 4.0, outside: &[false; 20] };
         let plan = DensifyPlan::new(&DensifyConfig::paper(), &DensifyStatistics::new(20), attributes, 600);
         assert_eq!(plan.keep, (4..20).collect::<Vec<_>>());
     }
@@ -201,7 +223,8 @@ mod tests {
     fn a_limit_takes_the_largest_gradients() {
         let config = DensifyConfig { max_gaussians: 22, ..DensifyConfig::paper() };
         let gradients: Vec<f32> = (0..20).map(|i| 1e-3 * (i as f32 + 1.0)).collect();
-        let attributes = Attributes { max_scales: &[0.01; 20], opacities: &[0.5; 20], extent: 4.0, outside: &[false; 20] };
+        let attributes =
+            Attributes { max_scales: &[0.01; 20], opacities: &[0.5; 20], extent: 4.0, outside: &[false; 20] };
         let plan = DensifyPlan::new(&config, &statistics(&gradients), attributes, 600);
         assert_eq!(plan.clone, [18, 19]);
         assert_eq!(plan.len(), 22);
@@ -221,6 +244,10 @@ mod tests {
             (m[1..].iter().map(|p| (p[axis] - mean).powi(2)).sum::<f32>() / 1000.0).sqrt()
         };
         // A quarter turn about z takes the long axis from x to y.
-        assert!((spread(0) - 0.1).abs() < 0.01 && (spread(1) - 1.0).abs() < 0.1 && (spread(2) - 0.01).abs() < 0.001);
+        assert!(
+            (spread(0) - 0.1).abs() < 0.01
+                && (spread(1) - 1.0).abs() < 0.1
+                && (spread(2) - 0.01).abs() < 0.001
+        );
     }
 }

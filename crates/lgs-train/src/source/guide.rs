@@ -1,8 +1,9 @@
 //! A pull of the Gaussians of a tracked thing towards its path, as a cotangent of the deformed positions.
 //!
-//! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its nearest. For the Gaussians of
-//! a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical p, deformed q and the path c: only their mean is held to the
-//! path, so how they turn and what shape they have is left to the images.
+//! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
+//! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical
+//! p, deformed q and the path c: only their mean is held to the path, so how they turn and what shape they
+//! have is left to the images.
 
 use lgs_core::linear::{add, norm, scale, sub};
 use lgs_data::dataset::Dataset;
@@ -29,7 +30,8 @@ impl Guide {
         let start = times.first().copied().unwrap_or(0.0);
         let sparse = (frames.len() as f32) < config.below_images_per_time * times.len() as f32;
         let tracks = if config.weight > 0.0 && sparse {
-            tracing::info_span!("paths of silhouettes").in_scope(|| find_tracks(frames, dataset.background, dataset.scene_box()))
+            tracing::info_span!("paths of silhouettes")
+                .in_scope(|| find_tracks(frames, dataset.background, dataset.scene_box()))
         } else {
             Vec::new()
         };
@@ -47,7 +49,13 @@ impl Guide {
     }
 
     /// The gradient of the energy by the deformed positions at a time.
-    pub(super) fn gradient(&self, canonical: &[[f32; 3]], deformed: &[[f32; 3]], time: f32, weight: f32) -> Vec<[f32; 3]> {
+    pub(super) fn gradient(
+        &self,
+        canonical: &[[f32; 3]],
+        deformed: &[[f32; 3]],
+        time: f32,
+        weight: f32,
+    ) -> Vec<[f32; 3]> {
         let owners: Vec<Option<usize>> = canonical.iter().map(|&p| self.owner(p)).collect();
         let mut gradient = vec![[0.0; 3]; canonical.len()];
         for (index, track) in self.tracks.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! The step between the time of FreeGave's deformation and that of an image, through which its velocity field is trained (§4.3).
+//! The step between the time of FreeGave's deformation and that of an image, through which its velocity field
+//! is trained (§4.3).
 
 use lgs_core::stream;
 use lgs_model::source::VelocityConfig;
@@ -8,25 +9,30 @@ use serde::{Deserialize, Serialize};
 
 use super::motion::Moment;
 
-/// How FreeGave's velocity field is trained: between the time of the deformation and that of the image (§4.3).
+/// How FreeGave's velocity field is trained: between the time of the deformation and that of the image
+/// (§4.3).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HopConfig {
-    /// Time between the two, to either side, up to T* (paper: 1/60). Longer hops see more of a velocity's error.
+    /// Time between the two, to either side, up to T* (paper: 1/60). Longer hops see more of a velocity's
+    /// error.
     pub length: f32,
-    /// Share of the iterations up to T* with a hop; the others train the deformation at the image's own time (paper: 1).
+    /// Share of the iterations up to T* with a hop; the others train the deformation at the image's own time
+    /// (paper: 1).
     pub share: f32,
     /// Longest step of the integration (paper: 0, a single step of any length).
     pub longest_step: f32,
     /// Whether Gaussians also turn on the way (paper: false).
     pub turns: bool,
-    /// Weight of the mean squared difference between the mean velocity over a hop and that of the deformation, in which the deformation is
-    /// a constant (paper: 0, none). It shows the velocity field all of the window at once, where images show a frame.
+    /// Weight of the mean squared difference between the mean velocity over a hop and that of the
+    /// deformation, in which the deformation is a constant (paper: 0, none). It shows the velocity field all
+    /// of the window at once, where images show a frame.
     pub agreement: f32,
 }
 
 impl HopConfig {
-    /// Images alone show velocities where the deformation has ended; before, its agreement with the velocity field does.
+    /// Images alone show velocities where the deformation has ended; before, its agreement with the velocity
+    /// field does.
     #[must_use]
     pub fn quick() -> Self {
         Self { length: 0.1, share: 0.0, longest_step: 0.05, turns: true, agreement: 3.0 }
@@ -48,7 +54,10 @@ impl HopConfig {
         if !(0.0..=1.0).contains(&share) {
             return refuse("share", format!("{share} is not in [0, 1]"));
         }
-        match [("longest_step", longest_step), ("agreement", agreement)].into_iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
+        match [("longest_step", longest_step), ("agreement", agreement)]
+            .into_iter()
+            .find(|(_, v)| !(*v >= 0.0 && v.is_finite()))
+        {
             Some((field, value)) => refuse(field, format!("{value} is negative or not finite")),
             None => Ok(()),
         }
@@ -83,7 +92,9 @@ mod tests {
 
     fn hops(config: &HopConfig, time: f32) -> Vec<Hop> {
         let velocity = VelocityConfig { max_time: 0.7, ..VelocityConfig::paper() };
-        (0..50).map(|iteration| training_hop(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3)).collect()
+        (0..50)
+            .map(|iteration| training_hop(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3))
+            .collect()
     }
 
     #[test]
@@ -94,8 +105,15 @@ mod tests {
         let inside = hops(&paper, 0.3);
         assert!(inside.iter().all(|hop| near(hop.from, 0.3 - h) || near(hop.from, 0.3 + h)));
         assert!(inside.iter().any(|hop| hop.from < 0.3) && inside.iter().any(|hop| hop.from > 0.3));
-        assert!(hops(&paper, 0.7).iter().all(|hop| near(hop.from, 0.7) || near(hop.from, 0.7 - h)), "clipped at T*");
-        assert!(hops(&paper, 0.74).iter().all(|hop| hop.from == 0.7 && hop.to == 0.74 && hop.longest_step.is_infinite()));
+        assert!(
+            hops(&paper, 0.7).iter().all(|hop| near(hop.from, 0.7) || near(hop.from, 0.7 - h)),
+            "clipped at T*"
+        );
+        assert!(
+            hops(&paper, 0.74)
+                .iter()
+                .all(|hop| hop.from == 0.7 && hop.to == 0.74 && hop.longest_step.is_infinite())
+        );
         assert!(hops(&paper, 0.5 * h).iter().all(|hop| *hop == Hop::none(0.5 * h)));
         let some = HopConfig { share: 0.5, ..paper };
         let still = hops(&some, 0.3).iter().filter(|hop| hop.from == hop.to).count();

@@ -1,4 +1,5 @@
-//! The first Gaussians (§1.6): positions from the dataset, its silhouettes or a box; sizes from the spacing of neighbours.
+//! The first Gaussians (§1.6): positions from the dataset, its silhouettes or a box; sizes from the spacing
+//! of neighbours.
 
 use lgs_core::linear::{add, norm, scale, sub};
 use lgs_core::{GaussianCloud, SH_C0, mean_squared_neighbor_distance, sh_coefficients, stream};
@@ -14,13 +15,15 @@ const OPACITY: f32 = 0.1;
 /// Smallest mean squared neighbour distance (§1.6).
 const MIN_SQUARED_DISTANCE: f32 = 1e-7;
 
-/// Share of the points asked for that carving must find; with fewer, silhouettes say too little and the whole box is filled.
+/// Share of the points asked for that carving must find; with fewer, silhouettes say too little and the whole
+/// box is filled.
 const ENOUGH: f32 = 0.25;
 
 /// Share of the points that the balls of what is tracked are filled with.
 const TRACKED: f32 = 0.6;
 
-/// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same seed.
+/// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same
+/// seed.
 #[must_use]
 pub fn initial_cloud(dataset: &Dataset, config: &SourceConfig, tracks: &[Track], seed: u64) -> GaussianCloud {
     let mut points = initial_points(dataset, config, seed);
@@ -49,7 +52,8 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
     if config.initial_half_extent > 0.0 && dataset.init_points.is_none() {
         let mut random = stream(seed, "initial points", 0);
         let half = config.initial_half_extent;
-        let positions: Vec<[f32; 3]> = (0..count).map(|_| std::array::from_fn(|_| random.random_range(-half..half))).collect();
+        let positions: Vec<[f32; 3]> =
+            (0..count).map(|_| std::array::from_fn(|_| random.random_range(-half..half))).collect();
         return Points { colors: vec![[0.5; 3]; count], positions };
     }
     if config.initial_points == InitialPoints::Hull {
@@ -61,7 +65,8 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
     dataset.initial_points(count, seed)
 }
 
-/// Balls of points at the starts of the tracks, and of the given points those that the first images show beside these.
+/// Balls of points at the starts of the tracks, and of the given points those that the first images show
+/// beside these.
 fn with_tracked(dataset: &Dataset, points: &Points, tracks: &[Track], seed: u64) -> Points {
     let frames = dataset.split("train");
     let first = frames.iter().map(|f| f.time).fold(f32::INFINITY, f32::min);

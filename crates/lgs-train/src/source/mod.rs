@@ -1,7 +1,8 @@
-//! Training of a source model, DefGS or FreeGave (`reference-systems.md` §2 to §4), as a state machine that can be stopped and resumed at any step.
+//! Training of a source model, DefGS or FreeGave (`reference-systems.md` §2 to §4), as a state machine that
+//! can be stopped and resumed at any step.
 //!
-//! [`SourceTrainer::step`] is one iteration: pick a frame, draw the deformed Gaussians, go back through loss, rasterizer and network,
-//! densify, and take one step of Adam per parameter group.
+//! [`SourceTrainer::step`] is one iteration: pick a frame, draw the deformed Gaussians, go back through loss,
+//! rasterizer and network, densify, and take one step of Adam per parameter group.
 
 mod config;
 mod densify;
@@ -18,7 +19,9 @@ mod stillness;
 mod trainer;
 
 pub(crate) use config::stretch_factor;
-pub use config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+pub use config::{
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames,
+};
 pub use densify::{Attributes, DensifyPlan, DensifyStatistics};
 pub use hop::HopConfig;
 pub use initial::initial_cloud;

@@ -1,4 +1,5 @@
-//! What moves the Gaussians of a trained source model: the one part of the trainer that knows which kind it trains.
+//! What moves the Gaussians of a trained source model: the one part of the trainer that knows which kind it
+//! trains.
 
 use std::sync::Arc;
 
@@ -7,7 +8,9 @@ use lgs_core::{GaussianCloud, stream};
 use lgs_model::source::freegave::tensor::{HopSpec, carry};
 use lgs_model::source::freegave::{FreeGaveNetworks, Hop, Learns};
 use lgs_model::source::tensor::{DeformSpec, deform};
-use lgs_model::source::{DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel};
+use lgs_model::source::{
+    DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel,
+};
 use rand::RngExt;
 
 use super::config::SourceConfig;
@@ -31,7 +34,8 @@ pub(super) trait SourceMotion {
     /// Number of parameters.
     fn len(&self) -> usize;
 
-    /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, as they are drawn in training.
+    /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, as they are drawn
+    /// in training.
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2>;
 
     /// What the motion is to cost beside what images say of it, for canonical Gaussians that are constants.
@@ -83,7 +87,12 @@ impl SourceMotion for Displacement {
     }
 
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
-        deform(network, means, rotations, DeformSpec { config: self.config.clone(), frame: self.frame, time: at.time })
+        deform(
+            network,
+            means,
+            rotations,
+            DeformSpec { config: self.config.clone(), frame: self.frame, time: at.time },
+        )
     }
 
     fn prior(&self, _network: &Tensor<1>, _canonical: &HostShapes, _at: Moment) -> Option<Tensor<1>> {
@@ -95,7 +104,10 @@ impl SourceMotion for Displacement {
     }
 
     fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel> {
-        Box::new(DefGs { canonical, deformation: Deformation { config: self.config.clone(), frame: self.frame, params } })
+        Box::new(DefGs {
+            canonical,
+            deformation: Deformation { config: self.config.clone(), frame: self.frame, params },
+        })
     }
 }
 
@@ -138,17 +150,23 @@ impl SourceMotion for Flow {
         }
         let mut random = stream(self.captured.seed, "agreement", at.iteration as u64);
         let from = random.random_range(0.0..last);
-        let chosen: Vec<usize> = (random.random_range(0..EVERY)..canonical.means.len()).step_by(EVERY).collect();
+        let chosen: Vec<usize> =
+            (random.random_range(0..EVERY)..canonical.means.len()).step_by(EVERY).collect();
         let means: Vec<[f32; 3]> = chosen.iter().map(|&i| canonical.means[i]).collect();
         let rotations: Vec<[f32; 4]> = chosen.iter().map(|&i| canonical.rotations[i]).collect();
         let device = network.device();
-        let rows = |values: &[f32], width| Tensor::<2>::from_data(TensorData::new(values.to_vec(), [chosen.len(), width]), &device);
+        let rows = |values: &[f32], width| {
+            Tensor::<2>::from_data(TensorData::new(values.to_vec(), [chosen.len(), width]), &device)
+        };
         let (means, rotations) = (rows(means.as_flattened(), 3), rows(rotations.as_flattened(), 4));
-        let position = |network: Tensor<1>, hop| carry(network, means.clone(), rotations.clone(), self.spec(hop)).narrow(1, 0, 3);
+        let position = |network: Tensor<1>, hop| {
+            carry(network, means.clone(), rotations.clone(), self.spec(hop)).narrow(1, 0, 3)
+        };
         let step = if longest_step > 0.0 { longest_step } else { f32::INFINITY };
         let hop = Hop { from, to: from + length, longest_step: step, turns: false, learns: Learns::Velocity };
         let carried = position(network.clone(), hop);
-        let target = position(network.clone(), Hop { learns: Learns::Velocity, ..Hop::none(from + length) }).detach();
+        let target =
+            position(network.clone(), Hop { learns: Learns::Velocity, ..Hop::none(from + length) }).detach();
         let velocity = (carried - target) / length;
         Some(velocity.square().sum_dim(1).mean() * agreement)
     }
@@ -158,7 +176,8 @@ impl SourceMotion for Flow {
     }
 
     fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel> {
-        let networks = FreeGaveNetworks { config: (*self.config).clone(), frame: self.captured.frame, params };
+        let networks =
+            FreeGaveNetworks { config: (*self.config).clone(), frame: self.captured.frame, params };
         Box::new(FreeGave::new(canonical, networks, self.captured.time_window))
     }
 }
@@ -172,18 +191,23 @@ mod tests {
 
     #[test]
     fn agreement_leads_the_velocity_field_to_the_deformation_and_not_the_reverse() {
-        let deformation = DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
+        let deformation =
+            DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
         let config = Arc::new(FreeGaveConfig { deformation, velocity: VelocityConfig::quick() });
         let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.75, seed: 1 };
         let flow = Flow { config: Arc::clone(&config), hop: HopConfig::quick(), captured };
         let wave = |i: usize, f: f32| (i as f32 * f).sin();
-        let means: Vec<[f32; 3]> = (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
+        let means: Vec<[f32; 3]> =
+            (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
         let rotations = vec![[1.0, 0.0, 0.0, 0.0]; means.len()];
         let canonical = HostShapes { log_scales: vec![[0.0; 3]; means.len()], means, rotations };
         let params = flow.init(7);
         let mut network = AdamGroup::new(params.clone(), [params.len()], &Device::flex());
         let at = |iteration| Moment { time: 0.3, iteration, window_end: 0.75 };
-        assert!(flow.prior(&network.leaf(), &canonical, Moment { window_end: 0.05, ..at(0) }).is_none(), "no room for a hop");
+        assert!(
+            flow.prior(&network.leaf(), &canonical, Moment { window_end: 0.05, ..at(0) }).is_none(),
+            "no room for a hop"
+        );
         let (mut first, mut last) = (0.0, 0.0);
         for iteration in 0..200 {
             let leaf = network.leaf();

@@ -1,8 +1,10 @@
-//! Which training frame an iteration sees: all frames of the current time window once per round (its ends more often, if so
-//! configured), in a random order (§3.5, §4.4). While the window grows, single frames may be drawn instead, a share of them from its
-//! front: what has just come into the window is then followed at every step, however many frames the window already holds.
+//! Which training frame an iteration sees: all frames of the current time window once per round (its ends
+//! more often, if so configured), in a random order (§3.5, §4.4). While the window grows, single frames may
+//! be drawn instead, a share of them from its front: what has just come into the window is then followed at
+//! every step, however many frames the window already holds.
 //!
-//! A round's order is drawn from a stream of its number and a single frame from one of its iteration, so three integers restore it.
+//! A round's order is drawn from a stream of its number and a single frame from one of its iteration, so
+//! three integers restore it.
 
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
@@ -70,7 +72,9 @@ impl FrameOrder {
             return self.single(iteration, config);
         }
         let phase = |i: usize| (config.is_warmup(i), config.is_growing(i));
-        if self.round.used >= self.frames.len() || (phase(self.round.began) != phase(iteration) && !config.is_warmup(iteration)) {
+        if self.round.used >= self.frames.len()
+            || (phase(self.round.began) != phase(iteration) && !config.is_warmup(iteration))
+        {
             self.round = Round { number: self.round.number + 1, used: 0, began: iteration };
             self.frames = self.drawn(config);
         }
@@ -83,9 +87,18 @@ impl FrameOrder {
         let (first, last) = self.span();
         let end = config.window_end(iteration, first, last).max(self.warmup_end);
         let mut random = stream(self.seed, "frame of the growing window", iteration as u64);
-        let start = if random.random_range(0.0..1.0) < config.front_share { end - FRONT * (last - first) } else { first };
-        let candidates: Vec<usize> = (0..self.times.len()).filter(|&i| (start..=end).contains(&self.times[i])).collect();
-        let candidates = if candidates.is_empty() { (0..self.times.len()).filter(|&i| self.times[i] <= end).collect() } else { candidates };
+        let start = if random.random_range(0.0..1.0) < config.front_share {
+            end - FRONT * (last - first)
+        } else {
+            first
+        };
+        let candidates: Vec<usize> =
+            (0..self.times.len()).filter(|&i| (start..=end).contains(&self.times[i])).collect();
+        let candidates = if candidates.is_empty() {
+            (0..self.times.len()).filter(|&i| self.times[i] <= end).collect()
+        } else {
+            candidates
+        };
         candidates[random.random_range(0..candidates.len())]
     }
 
@@ -99,7 +112,8 @@ impl FrameOrder {
         };
         let edge = EDGE * (last - first);
         let is_edge = |t: f32| t > end - edge || t < first + edge;
-        let repeats = |i: usize| if growing && is_edge(self.times[i]) { config.edge_repeats.max(1) } else { 1 };
+        let repeats =
+            |i: usize| if growing && is_edge(self.times[i]) { config.edge_repeats.max(1) } else { 1 };
         let inside = (0..self.times.len()).filter(|&i| self.times[i] <= end);
         let mut frames: Vec<usize> = inside.flat_map(|i| std::iter::repeat_n(i, repeats(i))).collect();
         frames.shuffle(&mut stream(self.seed, "frame order", self.round.number));

@@ -1,4 +1,5 @@
-//! The trained parameters of a source model, one Adam group per attribute, and how they become what the rasterizer draws (§2.6, §3.4).
+//! The trained parameters of a source model, one Adam group per attribute, and how they become what the
+//! rasterizer draws (§2.6, §3.4).
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{GaussianCloud, sh_coefficients};
@@ -51,7 +52,9 @@ impl SourceParams {
     pub(super) fn new(cloud: &GaussianCloud, network: Vec<f32>, device: &Device) -> Self {
         let n = cloud.len();
         let stride = cloud.sh_stride();
-        let columns = |from: usize, to: usize| cloud.sh.chunks_exact(stride).flat_map(|row| &row[from..to]).copied().collect::<Vec<f32>>();
+        let columns = |from: usize, to: usize| {
+            cloud.sh.chunks_exact(stride).flat_map(|row| &row[from..to]).copied().collect::<Vec<f32>>()
+        };
         let group = |values: Vec<f32>, width: usize| AdamGroup::new(values, [n, width], device);
         let len = network.len();
         Self {
@@ -84,12 +87,15 @@ impl SourceParams {
         }
     }
 
-    /// What is drawn: the canonical Gaussians, or those in pose rows `[n, DELTAS]`, whose last numbers change scales in a mode.
+    /// What is drawn: the canonical Gaussians, or those in pose rows `[n, DELTAS]`, whose last numbers change
+    /// scales in a mode.
     pub(super) fn splats(&self, leaves: &Leaves, poses: Option<(Tensor<2>, ScaleMode)>) -> SplatTensors {
         let n = self.len();
         let dc = leaves.sh_dc.clone().reshape([n, 1, 3]);
         let sh = match &leaves.sh_rest {
-            Some(rest) => Tensor::cat(vec![dc, rest.clone().reshape([n, sh_coefficients(self.sh_degree) - 1, 3])], 1),
+            Some(rest) => {
+                Tensor::cat(vec![dc, rest.clone().reshape([n, sh_coefficients(self.sh_degree) - 1, 3])], 1)
+            }
             None => dc,
         };
         let mut splats = SplatTensors {
@@ -104,7 +110,9 @@ impl SourceParams {
             splats.means = pose.clone().narrow(1, 0, 3);
             splats.rotations = pose.clone().narrow(1, 3, 4);
             splats.log_scales = match mode {
-                ScaleMode::Additive => (splats.log_scales.exp() + pose.narrow(1, 7, 3)).clamp_min(DEFORMED_SCALE_FLOOR).log(),
+                ScaleMode::Additive => {
+                    (splats.log_scales.exp() + pose.narrow(1, 7, 3)).clamp_min(DEFORMED_SCALE_FLOOR).log()
+                }
                 ScaleMode::Exponent => splats.log_scales + pose.narrow(1, 7, 3),
                 ScaleMode::Fixed => splats.log_scales,
             };
@@ -113,7 +121,13 @@ impl SourceParams {
     }
 
     /// One step of Adam for every group whose gradient counts at this iteration.
-    pub(super) fn step(&mut self, leaves: &Leaves, gradients: &mut burn::tensor::Gradients, skip: Skip, rates: &Rates<'_>) {
+    pub(super) fn step(
+        &mut self,
+        leaves: &Leaves,
+        gradients: &mut burn::tensor::Gradients,
+        skip: Skip,
+        rates: &Rates<'_>,
+    ) {
         let Rates { config, iteration } = *rates;
         let rates = &config.learning_rates;
         if !skip.gaussians {
@@ -132,7 +146,11 @@ impl SourceParams {
     }
 
     pub(super) fn shapes(&self) -> HostShapes {
-        HostShapes { means: rows(&self.means), rotations: rows(&self.rotations), log_scales: rows(&self.log_scales) }
+        HostShapes {
+            means: rows(&self.means),
+            rotations: rows(&self.rotations),
+            log_scales: rows(&self.log_scales),
+        }
     }
 
     pub(super) fn raw_opacities(&self) -> Vec<f32> {
@@ -142,15 +160,22 @@ impl SourceParams {
     /// Applies a plan of densification to all groups.
     pub(super) fn densify(&mut self, plan: &DensifyPlan, random: &mut lgs_core::Stream) {
         let shapes = self.shapes();
-        let (means, log_scales) = new_shapes(plan, &shapes.means, &shapes.rotations, &shapes.log_scales, random);
+        let (means, log_scales) =
+            new_shapes(plan, &shapes.means, &shapes.rotations, &shapes.log_scales, random);
         let copies = |group: &AdamGroup<2>| {
             let (values, width) = (group.values(), group.width());
             plan.parents().flat_map(|i| values[i * width..(i + 1) * width].to_vec()).collect::<Vec<f32>>()
         };
         self.means.reselect(&plan.keep, means.as_flattened());
         self.log_scales.reselect(&plan.keep, log_scales.as_flattened());
-        for group in
-            [Some(&mut self.rotations), Some(&mut self.raw_opacities), Some(&mut self.sh_dc), self.sh_rest.as_mut()].into_iter().flatten()
+        for group in [
+            Some(&mut self.rotations),
+            Some(&mut self.raw_opacities),
+            Some(&mut self.sh_dc),
+            self.sh_rest.as_mut(),
+        ]
+        .into_iter()
+        .flatten()
         {
             let appended = copies(group);
             group.reselect(&plan.keep, &appended);
@@ -169,8 +194,18 @@ impl SourceParams {
         let dc = self.sh_dc.values();
         let rest = self.sh_rest.as_ref().map_or_else(Vec::new, AdamGroup::values);
         let width = 3 * (sh_coefficients(self.sh_degree) - 1);
-        let sh = (0..means.len()).flat_map(|i| dc[3 * i..3 * i + 3].iter().chain(&rest[width * i..width * (i + 1)])).copied().collect();
-        GaussianCloud { means, rotations, log_scales, raw_opacities: self.raw_opacities(), sh, sh_degree: self.sh_degree }
+        let sh = (0..means.len())
+            .flat_map(|i| dc[3 * i..3 * i + 3].iter().chain(&rest[width * i..width * (i + 1)]))
+            .copied()
+            .collect();
+        GaussianCloud {
+            means,
+            rotations,
+            log_scales,
+            raw_opacities: self.raw_opacities(),
+            sh,
+            sh_degree: self.sh_degree,
+        }
     }
 
     pub(super) fn network(&self) -> Vec<f32> {
@@ -196,10 +231,16 @@ impl SourceParams {
     }
 
     /// Reads what [`Self::insert_into`] wrote.
-    pub(super) fn read_from(file: &TensorFile, sh_degree: usize, network: usize, device: &Device) -> Result<Self, TensorFileError> {
+    pub(super) fn read_from(
+        file: &TensorFile,
+        sh_degree: usize,
+        network: usize,
+        device: &Device,
+    ) -> Result<Self, TensorFileError> {
         let means = AdamGroup::read_from(file, "means", [None, Some(3)], device)?;
         let n = means.rows();
-        let group = |name: &str, width: usize| AdamGroup::read_from(file, name, [Some(n), Some(width)], device);
+        let group =
+            |name: &str, width: usize| AdamGroup::read_from(file, name, [Some(n), Some(width)], device);
         let rest = 3 * (sh_coefficients(sh_degree) - 1);
         Ok(Self {
             rotations: group("rotations", 4)?,
@@ -214,7 +255,8 @@ impl SourceParams {
     }
 }
 
-/// Groups that take no step, because densification or a reset has just replaced what their gradient belonged to (§2.7).
+/// Groups that take no step, because densification or a reset has just replaced what their gradient belonged
+/// to (§2.7).
 #[derive(Clone, Copy, Default)]
 pub(super) struct Skip {
     pub(super) gaussians: bool,

@@ -1,10 +1,13 @@
-//! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md` §2.6, §2.7, §3); the `quick`
-//! ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
+//! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md`
+//! §2.6, §2.7, §3); the `quick` ones were chosen by measurement on two CPU cores and are written into every
+//! run's `config.toml`.
 
 use lgs_core::DEFAULT_NEAR;
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
-use super::config::{DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames};
+use super::config::{
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames,
+};
 use super::hop::HopConfig;
 use crate::config::Preset;
 
@@ -126,7 +129,8 @@ impl SourceConfig {
 }
 
 impl SourceConfig {
-    /// FreeGave for synthetic objects as published (`reference-systems.md` §4); T* and K of single scenes are in `configs/freegave`.
+    /// FreeGave for synthetic objects as published (`reference-systems.md` §4); T* and K of single scenes are
+    /// in `configs/freegave`.
     #[must_use]
     pub fn freegave_paper() -> Self {
         let defgs = Self::paper();

@@ -1,7 +1,8 @@
-//! A pull of neighbouring Gaussians towards the distances they have before deformation, as a cotangent of the deformed positions.
+//! A pull of neighbouring Gaussians towards the distances they have before deformation, as a cotangent of the
+//! deformed positions.
 //!
-//! `E = weight · mean over edges of ρ(e)`, `e = |q_i − q_j| / |p_i − p_j| − 1` with canonical p and deformed q, and
-//! `ρ(e) = e² / (1 + (e/c)²)`: edges between bodies that part stretch beyond c and are let go.
+//! `E = weight · mean over edges of ρ(e)`, `e = |q_i − q_j| / |p_i − p_j| − 1` with canonical p and deformed
+//! q, and `ρ(e) = e² / (1 + (e/c)²)`: edges between bodies that part stretch beyond c and are let go.
 
 use lgs_core::k_nearest;
 use lgs_core::linear::{norm, sub};
@@ -23,7 +24,12 @@ impl NeighborGraph {
     }
 
     /// The gradient of the energy by the deformed positions.
-    pub(super) fn gradient(&self, canonical: &[[f32; 3]], deformed: &[[f32; 3]], config: &RigidityConfig) -> Vec<[f32; 3]> {
+    pub(super) fn gradient(
+        &self,
+        canonical: &[[f32; 3]],
+        deformed: &[[f32; 3]],
+        config: &RigidityConfig,
+    ) -> Vec<[f32; 3]> {
         let mut gradient = vec![[0.0; 3]; deformed.len()];
         let factor = config.weight / self.indices.len().max(1) as f32;
         for (i, row) in self.indices.chunks_exact(self.row.max(1)).enumerate() {
@@ -67,9 +73,14 @@ mod tests {
     fn the_gradient_is_that_of_the_energy() {
         let p = points();
         let graph = NeighborGraph::new(&p, 4);
-        let q: Vec<[f32; 3]> = p.iter().enumerate().map(|(i, v)| [v[0] * 1.2, v[1], v[2] + 0.01 * i as f32]).collect();
+        let q: Vec<[f32; 3]> =
+            p.iter().enumerate().map(|(i, v)| [v[0] * 1.2, v[1], v[2] + 0.01 * i as f32]).collect();
         let energy = |q: &[[f32; 3]]| {
-            let edges = graph.indices.chunks_exact(graph.row).enumerate().flat_map(|(i, r)| r.iter().map(move |&j| (i, j as usize)));
+            let edges = graph
+                .indices
+                .chunks_exact(graph.row)
+                .enumerate()
+                .flat_map(|(i, r)| r.iter().map(move |&j| (i, j as usize)));
             let rho = |(i, j): (usize, usize)| {
                 let e = f64::from(norm(sub(q[i], q[j])) / norm(sub(p[i], p[j])) - 1.0);
                 e * e / (1.0 + (e / 0.5).powi(2))
@@ -77,12 +88,14 @@ mod tests {
             edges.map(rho).sum::<f64>() / graph.indices.len() as f64
         };
         let gradient = graph.gradient(&p, &q, &CONFIG);
-        let direction: Vec<[f32; 3]> = (0..30).map(|i| [(i as f32).cos(), (i as f32 * 0.3).sin(), 0.5]).collect();
+        let direction: Vec<[f32; 3]> =
+            (0..30).map(|i| [(i as f32).cos(), (i as f32 * 0.3).sin(), 0.5]).collect();
         let shifted = |h: f32| -> Vec<[f32; 3]> {
             q.iter().zip(&direction).map(|(a, b)| std::array::from_fn(|axis| a[axis] + h * b[axis])).collect()
         };
         let numeric = (energy(&shifted(1e-3)) - energy(&shifted(-1e-3))) / 2e-3;
-        let exact: f32 = gradient.as_flattened().iter().zip(direction.as_flattened()).map(|(a, b)| a * b).sum();
+        let exact: f32 =
+            gradient.as_flattened().iter().zip(direction.as_flattened()).map(|(a, b)| a * b).sum();
         assert!((numeric - f64::from(exact)).abs() < 1e-3 * numeric.abs().max(0.1), "{numeric} {exact}");
     }
 }

@@ -1,4 +1,5 @@
-//! Values that change with the iteration: learning rates, the active degree of colour, the time window (§2.6, §2.1, §4.4).
+//! Values that change with the iteration: learning rates, the active degree of colour, the time window (§2.6,
+//! §2.1, §4.4).
 
 use super::config::SourceConfig;
 
@@ -19,7 +20,12 @@ impl SourceConfig {
     #[must_use]
     pub fn position_rate(&self, iteration: usize) -> f64 {
         let rates = &self.learning_rates;
-        log_linear(iteration, rates.position_start, rates.position_end, over(rates.position_steps, self.iterations))
+        log_linear(
+            iteration,
+            rates.position_start,
+            rates.position_end,
+            over(rates.position_steps, self.iterations),
+        )
     }
 
     /// Learning rate of the deformation network at an iteration.
@@ -28,7 +34,12 @@ impl SourceConfig {
         let rates = &self.learning_rates;
         let active = (iteration + 1).saturating_sub(self.warmup_iterations);
         let ramp = (active as f64 / rates.deformation_ramp.max(1) as f64).min(1.0);
-        ramp * log_linear(iteration, rates.deformation_start, rates.deformation_end, over(rates.deformation_steps, self.iterations))
+        ramp * log_linear(
+            iteration,
+            rates.deformation_start,
+            rates.deformation_end,
+            over(rates.deformation_steps, self.iterations),
+        )
     }
 
     /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.
@@ -50,16 +61,19 @@ impl SourceConfig {
         !self.is_warmup(iteration) && iteration < self.warmup_iterations + grown
     }
 
-    /// Weight of the guidance by silhouettes at an iteration: whole while the time window grows, then falling to 0 at the end.
+    /// Weight of the guidance by silhouettes at an iteration: whole while the time window grows, then falling
+    /// to 0 at the end.
     #[must_use]
     pub fn guide_weight(&self, iteration: usize) -> f32 {
-        let grown =
-            (self.warmup_iterations + self.window_interval.saturating_mul(self.window_steps.saturating_sub(1))).min(self.iterations);
+        let grown = (self.warmup_iterations
+            + self.window_interval.saturating_mul(self.window_steps.saturating_sub(1)))
+        .min(self.iterations);
         let left = self.iterations.saturating_sub(iteration) as f32 / (self.iterations - grown).max(1) as f32;
         self.guide.weight * left.min(1.0)
     }
 
-    /// The last time whose frames are used at an iteration after the warm-up, given the captured window's first and last (§4.4).
+    /// The last time whose frames are used at an iteration after the warm-up, given the captured window's
+    /// first and last (§4.4).
     #[must_use]
     pub fn window_end(&self, iteration: usize, first: f32, last: f32) -> f32 {
         let grown = iteration.saturating_sub(self.warmup_iterations) / self.window_interval.max(1) + 1;
@@ -82,7 +96,8 @@ mod tests {
         assert!((paper.deformation_rate(40_000) - 1.6e-6).abs() < 1e-14);
         let quick = SourceConfig { iterations: 700, ..SourceConfig::quick() };
         let long = SourceConfig { iterations: 1_000_000, ..SourceConfig::quick() };
-        let ramped = long.deformation_rate(long.warmup_iterations + 9) / long.learning_rates.deformation_start;
+        let ramped =
+            long.deformation_rate(long.warmup_iterations + 9) / long.learning_rates.deformation_start;
         assert!((ramped - 0.1).abs() < 0.01, "{ramped}");
         assert!((quick.position_rate(700) - quick.learning_rates.position_end).abs() < 1e-12);
     }

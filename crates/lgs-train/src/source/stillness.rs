@@ -1,17 +1,25 @@
-//! A pull of deformed positions towards where they are without deformation, so that what does not move stays exactly where it is.
+//! A pull of deformed positions towards where they are without deformation, so that what does not move stays
+//! exactly where it is.
 //!
-//! `E = weight · mean of ρ(d)`, `d = |q − p|` with canonical p and deformed q, and `ρ(d) = d / (1 + d/c)`: close to the distance itself for
-//! small displacements, so that these vanish instead of shrinking, and flat for large ones, which belong to what moves.
+//! `E = weight · mean of ρ(d)`, `d = |q − p|` with canonical p and deformed q, and `ρ(d) = d / (1 + d/c)`:
+//! close to the distance itself for small displacements, so that these vanish instead of shrinking, and flat
+//! for large ones, which belong to what moves.
 
 use lgs_core::linear::{norm, sub};
 
 /// Displacement, as a part of the scene's extent, beyond which a Gaussian is taken to move.
 const LET_GO: f32 = 0.01;
-/// Displacement, as a part of the scene's extent, below which the pull fades, so that it does not flip signs around rest.
+/// Displacement, as a part of the scene's extent, below which the pull fades, so that it does not flip signs
+/// around rest.
 const AT_REST: f32 = 1e-5;
 
 /// The gradient of the energy by the deformed positions; `extent` is the scene's.
-pub(super) fn gradient(canonical: &[[f32; 3]], deformed: &[[f32; 3]], weight: f32, extent: f32) -> Vec<[f32; 3]> {
+pub(super) fn gradient(
+    canonical: &[[f32; 3]],
+    deformed: &[[f32; 3]],
+    weight: f32,
+    extent: f32,
+) -> Vec<[f32; 3]> {
     let factor = weight / canonical.len().max(1) as f32;
     let (let_go, at_rest) = (LET_GO * extent, AT_REST * extent);
     let pull = |(p, q): (&[f32; 3], &[f32; 3])| {

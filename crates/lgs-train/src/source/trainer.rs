@@ -1,4 +1,5 @@
-//! One iteration of source training, and everything that a checkpoint has to hold to go on as if nothing had happened.
+//! One iteration of source training, and everything that a checkpoint has to hold to go on as if nothing had
+//! happened.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, Image, stream};
@@ -67,7 +68,11 @@ impl<'a> SourceTrainer<'a> {
         let config = config.stretched(frames[0].camera.width);
         let guide = Guide::new(dataset, &config.guide);
         let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
-        let frame = if config.deformation.normalised_positions { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
+        let frame = if config.deformation.normalised_positions {
+            InputFrame::around(&cloud.means)
+        } else {
+            InputFrame::IDENTITY
+        };
         let order = FrameOrder::new(frames, &config, seed);
         let motion = source_motion(&config, Captured { frame, time_window: order.span().1, seed });
         Ok(Self {
@@ -117,21 +122,31 @@ impl<'a> SourceTrainer<'a> {
         let deformed = !self.config.is_warmup(iteration);
         let leaves = self.params.leaves();
         let (first, last) = self.order.span();
-        let at = Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) };
+        let at = Moment {
+            time: frame.time,
+            iteration,
+            window_end: self.config.window_end(iteration, first, last),
+        };
         let poses = deformed.then(|| {
-            let poses = self.motion.poses(leaves.network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
+            let poses =
+                self.motion.poses(leaves.network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
             (poses, self.motion.scale_mode())
         });
         let splats = self.params.splats(&leaves, poses);
         let drawn = rasterize(&splats, &camera, self.background, self.config.active_degree(iteration));
         let psnr = psnr_of(&drawn.drawn.image, &target);
         let visible = drawn.visible();
-        let photometric = photometric_loss(drawn.image, image_tensor(&target, &self.device), self.config.ssim_weight);
+        let photometric =
+            photometric_loss(drawn.image, image_tensor(&target, &self.device), self.config.ssim_weight);
         let loss = values(&photometric)[0];
         if !loss.is_finite() {
             return Err(TrainError::NonFinite { name: "loss", iteration });
         }
-        let total = if deformed { self.with_priors(photometric, &splats.means, &leaves.network, at) } else { photometric };
+        let total = if deformed {
+            self.with_priors(photometric, &splats.means, &leaves.network, at)
+        } else {
+            photometric
+        };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         self.observe(&leaves, &mut gradients, &visible, (&camera, iteration));
         let skip = self.adapt_density(iteration);
@@ -153,9 +168,15 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    /// The loss with what the configuration expects of motions: agreement of its parts, rigid neighbourhoods, still surroundings, paths that
-    /// silhouettes tell.
-    fn with_priors(&mut self, loss: Tensor<1>, means: &Tensor<2>, network: &Tensor<1>, at: Moment) -> Tensor<1> {
+    /// The loss with what the configuration expects of motions: agreement of its parts, rigid neighbourhoods,
+    /// still surroundings, paths that silhouettes tell.
+    fn with_priors(
+        &mut self,
+        loss: Tensor<1>,
+        means: &Tensor<2>,
+        network: &Tensor<1>,
+        at: Moment,
+    ) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
         let shapes = self.params.shapes();
         let loss = match self.motion.prior(network, &shapes, at) {
@@ -163,7 +184,8 @@ impl<'a> SourceTrainer<'a> {
             None => loss,
         };
         let rigidity = &self.config.rigidity;
-        let stillness = if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
+        let stillness =
+            if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
         if rigidity.weight <= 0.0 && stillness <= 0.0 && self.guide.is_empty() {
             return loss;
         }
@@ -177,7 +199,8 @@ impl<'a> SourceTrainer<'a> {
             pull.iter_mut().zip(rigid).for_each(|(p, r)| *p = lgs_core::linear::add(*p, r));
         }
         if !self.guide.is_empty() {
-            let guided = self.guide.gradient(&canonical, deformed, at.time, self.config.guide_weight(self.iteration));
+            let guided =
+                self.guide.gradient(&canonical, deformed, at.time, self.config.guide_weight(self.iteration));
             pull.iter_mut().zip(guided).for_each(|(p, g)| *p = lgs_core::linear::add(*p, g));
         }
         // The inner product with a constant has that constant as its gradient.
@@ -185,14 +208,25 @@ impl<'a> SourceTrainer<'a> {
         loss + (means.clone() * Tensor::<2>::from_data(pull, &self.device).autodiff()).sum()
     }
 
-    fn observe(&mut self, leaves: &Leaves, gradients: &mut burn::tensor::Gradients, visible: &[bool], at: (&Camera, usize)) {
+    fn observe(
+        &mut self,
+        leaves: &Leaves,
+        gradients: &mut burn::tensor::Gradients,
+        visible: &[bool],
+        at: (&Camera, usize),
+    ) {
         let (camera, iteration) = at;
         if iteration >= self.config.densify.before {
             return;
         }
         if let Some(gradient) = leaves.probe.grad_remove(gradients) {
             let rows = values(&gradient);
-            self.statistics.observe(rows.as_chunks::<2>().0, visible.iter().copied(), camera.width, camera.height);
+            self.statistics.observe(
+                rows.as_chunks::<2>().0,
+                visible.iter().copied(),
+                camera.width,
+                camera.height,
+            );
         }
     }
 
@@ -212,7 +246,8 @@ impl<'a> SourceTrainer<'a> {
             skip.gaussians = true;
         }
         let white = self.background == [1.0; 3];
-        let due = config.opacity_reset_interval > 0 && iteration.is_multiple_of(config.opacity_reset_interval);
+        let due =
+            config.opacity_reset_interval > 0 && iteration.is_multiple_of(config.opacity_reset_interval);
         if due || (white && iteration == config.white_reset_at) {
             self.params.cap_opacity(RESET_OPACITY);
             skip.opacity = true;
@@ -221,12 +256,20 @@ impl<'a> SourceTrainer<'a> {
     }
 
     fn plan(&self, iteration: usize) -> DensifyPlan {
-        let max_scales: Vec<f32> = self.params.shapes().log_scales.iter().map(|s| s[0].max(s[1]).max(s[2]).exp()).collect();
-        let opacities: Vec<f32> = self.params.raw_opacities().iter().map(|o| 1.0 / (1.0 + (-o).exp())).collect();
+        let max_scales: Vec<f32> =
+            self.params.shapes().log_scales.iter().map(|s| s[0].max(s[1]).max(s[2]).exp()).collect();
+        let opacities: Vec<f32> =
+            self.params.raw_opacities().iter().map(|o| 1.0 / (1.0 + (-o).exp())).collect();
         let reach = self.config.densify.prune_outside * self.bounds.half_side;
-        let is_outside = |p: &[f32; 3]| reach > 0.0 && (0..3).any(|i| (p[i] - self.bounds.center[i]).abs() > reach);
+        let is_outside =
+            |p: &[f32; 3]| reach > 0.0 && (0..3).any(|i| (p[i] - self.bounds.center[i]).abs() > reach);
         let outside: Vec<bool> = self.params.shapes().means.iter().map(is_outside).collect();
-        let attributes = Attributes { max_scales: &max_scales, opacities: &opacities, extent: self.extent, outside: &outside };
+        let attributes = Attributes {
+            max_scales: &max_scales,
+            opacities: &opacities,
+            extent: self.extent,
+            outside: &outside,
+        };
         DensifyPlan::new(&self.config.densify, &self.statistics, attributes, iteration)
     }
 
@@ -246,9 +289,12 @@ impl<'a> SourceTrainer<'a> {
             file.insert_indices("rigidity.neighbors", &[n, graph.row], &graph.indices);
         }
         let round = self.order.round();
-        for (key, value) in
-            [("iteration", self.iteration as u64), ("round", round.number), ("used", round.used as u64), ("began", round.began as u64)]
-        {
+        for (key, value) in [
+            ("iteration", self.iteration as u64),
+            ("round", round.number),
+            ("used", round.used as u64),
+            ("began", round.began as u64),
+        ] {
             file.set_metadata(key, value.to_string());
         }
     }
@@ -256,19 +302,36 @@ impl<'a> SourceTrainer<'a> {
     /// Goes on from a checkpoint of the same dataset, configuration and seed.
     ///
     /// # Errors
-    /// If the dataset has no training frames or a part of the state is absent, not finite or of another shape.
-    pub fn restore(dataset: &'a Dataset, config: &SourceConfig, seed: u64, file: &TensorFile) -> Result<Self, TrainError> {
+    /// If the dataset has no training frames or a part of the state is absent, not finite or of another
+    /// shape.
+    pub fn restore(
+        dataset: &'a Dataset,
+        config: &SourceConfig,
+        seed: u64,
+        file: &TensorFile,
+    ) -> Result<Self, TrainError> {
         let mut trainer = Self::new(dataset, config, seed)?;
-        trainer.params = SourceParams::read_from(file, config.sh_degree, trainer.motion.len(), &trainer.device)?;
+        trainer.params =
+            SourceParams::read_from(file, config.sh_degree, trainer.motion.len(), &trainer.device)?;
         let n = trainer.params.len();
         let per_gaussian = |name: &str| {
             let (shape, values) = file.values(name)?;
-            if shape == [n] { Ok(values.to_vec()) } else { Err(file.field(name, &format!("shape [{n}]"), format!("{shape:?}"))) }
+            if shape == [n] {
+                Ok(values.to_vec())
+            } else {
+                Err(file.field(name, &format!("shape [{n}]"), format!("{shape:?}")))
+            }
         };
-        trainer.statistics =
-            DensifyStatistics { gradient_sum: per_gaussian("densify.gradient_sum")?, count: per_gaussian("densify.count")? };
+        trainer.statistics = DensifyStatistics {
+            gradient_sum: per_gaussian("densify.gradient_sum")?,
+            count: per_gaussian("densify.count")?,
+        };
         trainer.iteration = file.metadata_json("iteration")?;
-        let round = Round { number: file.metadata_json("round")?, used: file.metadata_json("used")?, began: file.metadata_json("began")? };
+        let round = Round {
+            number: file.metadata_json("round")?,
+            used: file.metadata_json("used")?,
+            began: file.metadata_json("began")?,
+        };
         trainer.order.restore(round, &trainer.config);
         trainer.graph = read_graph(file, n)?;
         Ok(trainer)
@@ -289,6 +352,7 @@ fn read_graph(file: &TensorFile, n: usize) -> Result<Option<NeighborGraph>, Tens
 
 fn psnr_of(image: &[[f32; 3]], target: &Image) -> f32 {
     let target = target.pixels.as_flattened();
-    let squared: f64 = image.as_flattened().iter().zip(target).map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b).powi(2)).sum();
+    let squared: f64 =
+        image.as_flattened().iter().zip(target).map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b).powi(2)).sum();
     (-10.0 * (squared / target.len().max(1) as f64).max(1e-10).log10()) as f32
 }

@@ -1,12 +1,14 @@
-//! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at t = 0.
+//! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at
+//! t = 0.
 //!
-//! A scene's Gaussians lie in spatial order, body by body: what kernels read together then lies together in memory.
+//! A scene's Gaussians lie in spatial order, body by body: what kernels read together then lies together in
+//! memory.
 
 use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
-    DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneDistillation, Trajectories, distill_objects,
-    find_objects,
+    DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneDistillation,
+    Trajectories, distill_objects, find_objects,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
@@ -38,7 +40,8 @@ pub struct BakeRequest<'a> {
     pub motion: &'a MotionOptions,
     /// End of the captured window, τ_max.
     pub time_window: f32,
-    /// What a pixel of the training images spans at the scene, world units; 0 where the trajectories are not from images.
+    /// What a pixel of the training images spans at the scene, world units; 0 where the trajectories are not
+    /// from images.
     pub pixel_size: f32,
     /// Colour behind the Gaussians.
     pub background: [f32; 3],
@@ -68,7 +71,8 @@ pub fn bake(
     let object = DistillConfig { forecast_tolerance, whole_object, ..request.distill.clone() };
     let found = find_objects(&trajectories, Some(&weights), request.partition)?;
     let partition = found.with_only(&seen_to_move(source, &found, request));
-    let distilled = distill_objects(&trajectories, Some(&weights), partition, &object, request.seed, progress)?;
+    let distilled =
+        distill_objects(&trajectories, Some(&weights), partition, &object, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
 }
 
@@ -85,16 +89,33 @@ fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeR
         movers.means[start..].copy_from_slice(&object.q0);
         let (supports, velocity_policy) = alignment(&object, request.motion);
         velocities.extend(object.v0);
-        objects.push(ObjectModel { system: object.system, members: start..movers.len(), supports, velocity_policy });
+        objects.push(ObjectModel {
+            system: object.system,
+            members: start..movers.len(),
+            supports,
+            velocity_policy,
+        });
         reports.push(object.report);
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
     let still: Vec<[f32; 3]> = static_rows.iter().map(|&i| cloud.means[i]).collect();
-    let statics = cloud.select(&spatial_order(&still).iter().map(|&i| static_rows[i as usize]).collect::<Vec<_>>());
-    Baked { scene: LagrangianScene { statics, movers, velocities, objects, motion, background: request.background }, reports }
+    let statics =
+        cloud.select(&spatial_order(&still).iter().map(|&i| static_rows[i as usize]).collect::<Vec<_>>());
+    Baked {
+        scene: LagrangianScene {
+            statics,
+            movers,
+            velocities,
+            objects,
+            motion,
+            background: request.background,
+        },
+        reports,
+    }
 }
 
-/// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a whole, else what the options say.
+/// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a
+/// whole, else what the options say.
 fn alignment(object: &Distilled, options: &MotionOptions) -> (Option<Supports>, VelocityPolicy) {
     if object.anchors.is_some() {
         return (Some(object.supports(0)), VelocityPolicy::Rigid);

@@ -23,7 +23,8 @@ pub(super) struct Body {
     center: [f32; 3],
     /// Root mean square distance from the centre, world units.
     radius: f32,
-    /// Root mean square speed, at t = 0 or over the motion that its law was fitted to, world units per unit of time.
+    /// Root mean square speed, at t = 0 or over the motion that its law was fitted to, world units per unit
+    /// of time.
     speed: f32,
     spin: [f32; 3],
     law: LinearPart,
@@ -42,9 +43,12 @@ impl Body {
         let (points, velocities) = (&scene.movers.means[members.clone()], &scene.velocities[members.clone()]);
         let center = mean(points);
         let offsets: Vec<[f32; 3]> = points.iter().map(|&p| sub(p, center)).collect();
-        let rms = |list: &[[f32; 3]]| (list.as_flattened().iter().map(|x| x * x).sum::<f32>() / list.len().max(1) as f32).sqrt();
+        let rms = |list: &[[f32; 3]]| {
+            (list.as_flattened().iter().map(|x| x * x).sum::<f32>() / list.len().max(1) as f32).sqrt()
+        };
         let scales = system.config.normalisation;
-        let (radius, speed) = (rms(&offsets).max(SMALLEST * scales.length), rms(velocities).max(scales.speed));
+        let (radius, speed) =
+            (rms(&offsets).max(SMALLEST * scales.length), rms(velocities).max(scales.speed));
         Self { center, radius, speed, spin: spin(&offsets, velocities), law: LinearPart::of(system) }
     }
 
@@ -57,8 +61,9 @@ impl Body {
         OF_START + self.law.len()
     }
 
-    /// Changes an object of a scene, all of it or a part: displacement at t = 0, in radii and radians, along its own field of velocities; linear
-    /// and angular velocity, in units of its speed and of its speed per radius; constants of its law, in units of the system's normalisation.
+    /// Changes an object of a scene, all of it or a part: displacement at t = 0, in radii and radians, along
+    /// its own field of velocities; linear and angular velocity, in units of its speed and of its speed per
+    /// radius; constants of its law, in units of the system's normalisation.
     pub(super) fn change(&self, by: &[f64], scene: &mut LagrangianScene, object: usize) {
         let vector = |at: usize, unit: f32| -> [f32; 3] { std::array::from_fn(|i| by[at + i] as f32 * unit) };
         let (translation, [x, y, z]) = (vector(0, self.radius), vector(3, 0.5));
@@ -78,12 +83,13 @@ impl Body {
         self.law.write_changed(&by[OF_START..], &mut scene.objects[object].system);
     }
 
-    /// Where the body is at some times after a change, and its answers to more of each unknown, found by rolling the particles of `alone`
-    /// with every unknown changed both ways.
+    /// Where the body is at some times after a change, and its answers to more of each unknown, found by
+    /// rolling the particles of `alone` with every unknown changed both ways.
     pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {
         let states = positions(&self.changed(alone, change), times);
         let centers: Vec<[f32; 3]> = states.iter().map(|q| mean(q)).collect();
-        let mut responses: Vec<Response> = centers.iter().map(|&center| Response { center, by_unknown: Vec::new() }).collect();
+        let mut responses: Vec<Response> =
+            centers.iter().map(|&center| Response { center, by_unknown: Vec::new() }).collect();
         for of_unknown in self.rates(alone, change, times) {
             for (k, rates) in of_unknown.iter().enumerate() {
                 let offsets: Vec<[f32; 3]> = states[k].iter().map(|&p| sub(p, centers[k])).collect();
@@ -94,16 +100,21 @@ impl Body {
         responses
     }
 
-    /// What trajectories of particles that nothing holds together say of the unknowns, `[n, n]`: inner products of their answers, means over
-    /// the particles, summed over the times.
+    /// What trajectories of particles that nothing holds together say of the unknowns, `[n, n]`: inner
+    /// products of their answers, means over the particles, summed over the times.
     pub(super) fn information_of_paths(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
         let mut loose = alone.clone();
         loose.objects.iter_mut().for_each(|object| object.supports = None);
         let n = self.unknowns();
-        let answers: Vec<Vec<f32>> =
-            self.rates(&loose, &vec![0.0; n], times).into_iter().map(|of_unknown| of_unknown.concat().into_flattened()).collect();
+        let answers: Vec<Vec<f32>> = self
+            .rates(&loose, &vec![0.0; n], times)
+            .into_iter()
+            .map(|of_unknown| of_unknown.concat().into_flattened())
+            .collect();
         let particles = alone.movers.len().max(1) as f64;
-        let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles;
+        let product = |a: &[f32], b: &[f32]| {
+            a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles
+        };
         (0..n * n).map(|at| product(&answers[at / n], &answers[at % n])).collect()
     }
 
@@ -116,7 +127,11 @@ impl Body {
                 positions(&self.changed(alone, &by), times)
             });
             let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / PROBE) as f32);
-            ahead.iter().zip(&behind).map(|(ahead, behind)| ahead.iter().zip(behind).map(rate).collect()).collect()
+            ahead
+                .iter()
+                .zip(&behind)
+                .map(|(ahead, behind)| ahead.iter().zip(behind).map(rate).collect())
+                .collect()
         };
         (0..self.unknowns()).into_par_iter().map(by_unknown).collect()
     }
@@ -130,17 +145,28 @@ impl Body {
 }
 
 /// The scene of at most `subset` particles of one object.
-pub(super) fn part_of(scene: &LagrangianScene, object: usize, subset: usize, rng: &mut Stream) -> LagrangianScene {
+pub(super) fn part_of(
+    scene: &LagrangianScene,
+    object: usize,
+    subset: usize,
+    rng: &mut Stream,
+) -> LagrangianScene {
     let ObjectModel { members, supports, system, velocity_policy } = &scene.objects[object];
     let chosen = choose(members.len(), supports.as_ref().and_then(Supports::common), subset, rng);
     let rows: Vec<usize> = chosen.iter().map(|&i| members.start + i as usize).collect();
     let movers = scene.movers.select(&rows);
-    let supports =
-        supports.as_ref().map(|all| if rows.len() == members.len() { all.clone() } else { supports_of(&chosen, all, &movers.means) });
+    let supports = supports.as_ref().map(|all| {
+        if rows.len() == members.len() { all.clone() } else { supports_of(&chosen, all, &movers.means) }
+    });
     LagrangianScene {
         statics: GaussianCloud::default(),
         velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
-        objects: vec![ObjectModel { system: system.clone(), members: 0..rows.len(), supports, velocity_policy: *velocity_policy }],
+        objects: vec![ObjectModel {
+            system: system.clone(),
+            members: 0..rows.len(),
+            supports,
+            velocity_policy: *velocity_policy,
+        }],
         movers,
         ..*scene
     }

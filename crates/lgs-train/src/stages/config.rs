@@ -1,4 +1,5 @@
-//! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the Gaussians.
+//! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the
+//! Gaussians.
 
 use crate::source::stretch_factor;
 use lgs_dynamics::VelocityPolicy;
@@ -10,13 +11,15 @@ use serde::{Deserialize, Serialize};
 pub struct MotionOptions {
     /// Time step Δτ (G8). Default 0.01.
     pub dt: f32,
-    /// Local rigid alignment (Eq. 6). Without it (ablation, G60) candidates are final, Gaussians keep the orientation they have at t = 0, and
-    /// no law may hold an object rigid. Default true.
+    /// Local rigid alignment (Eq. 6). Without it (ablation, G60) candidates are final, Gaussians keep the
+    /// orientation they have at t = 0, and no law may hold an object rigid. Default true.
     pub alignment: bool,
-    /// Neighbours in a support of the alignment, the particle itself not counted (G19); 0 is no alignment. Default 19.
+    /// Neighbours in a support of the alignment, the particle itself not counted (G19); 0 is no alignment.
+    /// Default 19.
     pub alignment_neighbors: usize,
-    /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (reference section 8.7). On long rollouts of trained scenes
-    /// the first two are equally accurate, and only the first returns exactly.
+    /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (reference section 8.7).
+    /// On long rollouts of trained scenes the first two are equally accurate, and only the first returns
+    /// exactly.
     pub velocity_policy: VelocityPolicy,
 }
 
@@ -38,7 +41,11 @@ impl MotionOptions {
     /// # Errors
     /// The key and the reason.
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
-        if self.dt > 0.0 && self.dt <= 0.1 { Ok(()) } else { Err(("dt", format!("{} is not in (0, 0.1]", self.dt))) }
+        if self.dt > 0.0 && self.dt <= 0.1 {
+            Ok(())
+        } else {
+            Err(("dt", format!("{} is not in (0, 0.1]", self.dt)))
+        }
     }
 }
 
@@ -52,7 +59,8 @@ pub enum InitialVelocity {
     Free,
 }
 
-/// Stage 2, first part: every object's start and the constants of its law by least squares on the images; networks and Gaussians stay.
+/// Stage 2, first part: every object's start and the constants of its law by least squares on the images;
+/// networks and Gaussians stay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitDynamicsConfig {
@@ -78,7 +86,8 @@ impl FitDynamicsConfig {
 
 /// Stage 2: U, Q and the initial velocity against the images; the Gaussians stay.
 ///
-/// Objects that have been fitted ([`FitDynamicsConfig`]) and follow linear laws alone need none of it: where all do, the stage is left out.
+/// Objects that have been fitted ([`FitDynamicsConfig`]) and follow linear laws alone need none of it: where
+/// all do, the stage is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneDynamicsConfig {
@@ -90,16 +99,18 @@ pub struct TuneDynamicsConfig {
     pub learning_rate: f64,
     /// Learning rate of the initial velocity as a part of the rms speed (G32: 1e-3).
     pub velocity_learning_rate: f64,
-    /// Learning rate of every object's pose at t = 0, in radii and radians (paper: 0, the source's poses stay).
+    /// Learning rate of every object's pose at t = 0, in radii and radians (paper: 0, the source's poses
+    /// stay).
     pub pose_learning_rate: f64,
     /// What of the initial velocity is tuned.
     pub initial_velocity: InitialVelocity,
     /// Truncated backpropagation: gradients reach back this many steps (G26: 15); 0 reaches back to t = 0.
     pub window_steps: usize,
-    /// With truncation, every so many steps one goes back to t = 0, so that v0 is tuned by all times (G27: 4).
+    /// With truncation, every so many steps one goes back to t = 0, so that v0 is tuned by all times (G27:
+    /// 4).
     pub full_window_every: usize,
-    /// Particles per object that carry gradients, drawn anew every step (G25: 8 192); 0 takes all. The others are drawn where the latest
-    /// full rollout put them.
+    /// Particles per object that carry gradients, drawn anew every step (G25: 8 192); 0 takes all. The others
+    /// are drawn where the latest full rollout put them.
     pub subset: usize,
     /// Steps between full rollouts (G23: 10).
     pub refresh_every: usize,
@@ -160,13 +171,14 @@ impl TuneDynamicsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneGaussiansConfig {
-    /// The iterations, and the rate of the means, are multiplied by this (paper: 1); 0: by the images' width over 160 pixels, between 1
-    /// and 3, as the source's iterations are. A step sees all pixels of an image, and where a batch is larger, steps may be longer by its
-    /// root: measured for the means alone.
+    /// The iterations, and the rate of the means, are multiplied by this (paper: 1); 0: by the images' width
+    /// over 160 pixels, between 1 and 3, as the source's iterations are. A step sees all pixels of an image,
+    /// and where a batch is larger, steps may be longer by its root: measured for the means alone.
     pub stretch: f32,
     /// Optimiser steps (G33: 10 000); 0 skips the stage.
     pub iterations: usize,
-    /// Learning rate of the means (G33: 8e-6, the last rate of the source). All rates fall by a cosine to a hundredth.
+    /// Learning rate of the means (G33: 8e-6, the last rate of the source). All rates fall by a cosine to a
+    /// hundredth.
     pub means_learning_rate: f64,
     /// Learning rate of the log-scales.
     pub scales_learning_rate: f64,
@@ -218,7 +230,12 @@ impl TuneGaussiansConfig {
     pub fn stretched(&self, width: u32) -> Self {
         let factor = stretch_factor(self.stretch, width);
         let iterations = (self.iterations as f64 * factor).round() as usize;
-        Self { stretch: 1.0, iterations, means_learning_rate: self.means_learning_rate * factor, ..self.clone() }
+        Self {
+            stretch: 1.0,
+            iterations,
+            means_learning_rate: self.means_learning_rate * factor,
+            ..self.clone()
+        }
     }
 
     /// Checks the values.
@@ -234,7 +251,10 @@ impl TuneGaussiansConfig {
 }
 
 fn positive(counts: &[(&'static str, usize)]) -> Result<(), (&'static str, String)> {
-    counts.iter().find(|(_, count)| *count == 0).map_or(Ok(()), |(key, _)| Err((*key, "0 is below 1".to_owned())))
+    counts
+        .iter()
+        .find(|(_, count)| *count == 0)
+        .map_or(Ok(()), |(key, _)| Err((*key, "0 is below 1".to_owned())))
 }
 
 #[cfg(test)]

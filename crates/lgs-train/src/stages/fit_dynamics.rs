@@ -1,4 +1,5 @@
-//! Stage 2, first part: every object's start and the constants of its law by least squares on the images, its Gaussians fixed.
+//! Stage 2, first part: every object's start and the constants of its law by least squares on the images, its
+//! Gaussians fixed.
 
 use lgs_data::dataset::Frame;
 use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
@@ -20,7 +21,12 @@ pub struct FitDynamics<'a> {
 impl<'a> FitDynamics<'a> {
     /// The fit from its first step. `frames` are the training frames.
     #[must_use]
-    pub fn new(scene: LagrangianScene, frames: &'a [Frame], config: &'a FitDynamicsConfig, seed: u64) -> Self {
+    pub fn new(
+        scene: LagrangianScene,
+        frames: &'a [Frame],
+        config: &'a FitDynamicsConfig,
+        seed: u64,
+    ) -> Self {
         Self { newton: Newton::new(&scene, seed), scene, frames, config, step: 0 }
     }
 }
@@ -81,9 +87,16 @@ mod tests {
     #[test]
     fn frames_are_spread_over_time_and_differ_from_round_to_round() {
         let camera = Camera::look_at([0.0, -1.0, 0.0], [0.0; 3], 0.5, 1, 1);
-        let frame = |i: usize| Frame { name: String::new(), camera_id: 0, camera, time: ((7 * i) % 12) as f32, rgba: vec![0; 4] };
+        let frame = |i: usize| Frame {
+            name: String::new(),
+            camera_id: 0,
+            camera,
+            time: ((7 * i) % 12) as f32,
+            rgba: vec![0; 4],
+        };
         let frames: Vec<Frame> = (0..12).map(frame).collect();
-        let times = |count, round| -> Vec<f32> { spread(&frames, count, round).iter().map(|f| f.time).collect() };
+        let times =
+            |count, round| -> Vec<f32> { spread(&frames, count, round).iter().map(|f| f.time).collect() };
         assert_eq!(times(3, 0), [0.0, 4.0, 8.0]);
         assert_eq!(times(3, 1), [1.0, 5.0, 9.0]);
         assert_eq!(times(3, 3), times(3, 0));

@@ -1,7 +1,7 @@
 //! Where an object is at t = 0, in stage 2: a rigid displacement of what distillation found there.
 //!
-//! A source model follows a body least well at the ends of the captured window. Where its first pose is off, initial velocity and law can
-//! only be as good as a motion from that pose allows, whatever the images say.
+//! A source model follows a body least well at the ends of the captured window. Where its first pose is off,
+//! initial velocity and law can only be as good as a motion from that pose allows, whatever the images say.
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::linear::{add, cross, scale, solve_positive, sub};
@@ -10,7 +10,8 @@ use lgs_model::{TensorFile, TensorFileError};
 use super::mover_tensors::{quat_mul, rows, vector};
 use crate::adam::AdamGroup;
 
-/// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its centre, to first order.
+/// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its
+/// centre, to first order.
 const SIZE: usize = 6;
 
 /// One object's displacement.
@@ -48,7 +49,12 @@ impl InitialPose {
     }
 
     /// Reads what a checkpoint holds under a name.
-    pub(super) fn restore(&mut self, file: &TensorFile, name: &str, device: &Device) -> Result<(), TensorFileError> {
+    pub(super) fn restore(
+        &mut self,
+        file: &TensorFile,
+        name: &str,
+        device: &Device,
+    ) -> Result<(), TensorFileError> {
         self.group = AdamGroup::read_from(file, name, [Some(SIZE)], device)?;
         Ok(())
     }
@@ -70,14 +76,16 @@ impl InitialPose {
         let one = Tensor::ones([1, 1], &leaf.device());
         let turn = Tensor::cat(vec![one, half], 1) / length;
         let offsets = self.offsets.clone().autodiff();
-        let pure = Tensor::cat(vec![Tensor::zeros([offsets.dims()[0], 1], &leaf.device()), offsets.clone()], 1);
-        let back = turn.clone() * Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &leaf.device()).reshape([1, 4]);
+        let pure =
+            Tensor::cat(vec![Tensor::zeros([offsets.dims()[0], 1], &leaf.device()), offsets.clone()], 1);
+        let back =
+            turn.clone() * Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &leaf.device()).reshape([1, 4]);
         let turned = quat_mul(&quat_mul(&turn, &pure), &back).narrow(1, 1, 3);
         Displacement { change: turned - offsets + translation, leaf, turn }
     }
 
-    /// What the displacement `[n, 3]` changes in the velocities, `[n, 3]`: the body keeps its linear and angular velocity, here with an
-    /// addition `[3]` to the latter.
+    /// What the displacement `[n, 3]` changes in the velocities, `[n, 3]`: the body keeps its linear and
+    /// angular velocity, here with an addition `[3]` to the latter.
     pub(super) fn velocity_change(&self, change: &Tensor<2>, more_spin: Option<Tensor<1>>) -> Tensor<2> {
         let spin = vector(&self.spin, &change.device());
         let spin = more_spin.map_or(spin.clone(), |more| spin + more).reshape([1, 3]);
@@ -115,7 +123,8 @@ mod tests {
 
     fn pose(points: &[[f32; 3]]) -> InitialPose {
         let center = mean(points);
-        let velocities: Vec<[f32; 3]> = points.iter().map(|&p| add([2.0, 0.0, -1.0], cross(SPIN, sub(p, center)))).collect();
+        let velocities: Vec<[f32; 3]> =
+            points.iter().map(|&p| add([2.0, 0.0, -1.0], cross(SPIN, sub(p, center)))).collect();
         InitialPose::new(points, &velocities, &Device::flex())
     }
 
@@ -132,7 +141,8 @@ mod tests {
             let distance = |p: &[[f32; 3]]| lgs_core::linear::norm(sub(p[i], p[j]));
             assert!((distance(&POINTS) - distance(&after)).abs() < 1e-6);
         }
-        let velocities: Vec<[f32; 3]> = values(&pose.velocity_change(&moved.change, None).inner()).as_chunks().0.to_vec();
+        let velocities: Vec<[f32; 3]> =
+            values(&pose.velocity_change(&moved.change, None).inner()).as_chunks().0.to_vec();
         for (velocity, &change) in velocities.iter().zip(&change) {
             assert!(sub(*velocity, cross(SPIN, change)).iter().all(|x| x.abs() < 1e-5), "{velocity:?}");
         }

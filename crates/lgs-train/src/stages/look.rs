@@ -46,7 +46,8 @@ pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], bac
     let drawn = draw(&Splats::from(cloud), frame, background);
     let residuals = difference(&truth.pixels, &drawn);
     let normal = |body: &Pose| {
-        let columns: [Vec<f32>; 6] = std::array::from_fn(|unknown| column(unknown, body, cloud, frame, background));
+        let columns: [Vec<f32>; 6] =
+            std::array::from_fn(|unknown| column(unknown, body, cloud, frame, background));
         Normal {
             a: std::array::from_fn(|i| std::array::from_fn(|j| product(&columns[i], &columns[j]))),
             b: std::array::from_fn(|i| product(&columns[i], &residuals)),
@@ -61,7 +62,8 @@ pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], bac
 
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
-    let residuals = difference(&frame.composited(background).pixels, &draw(&Splats::from(cloud), frame, background));
+    let residuals =
+        difference(&frame.composited(background).pixels, &draw(&Splats::from(cloud), frame, background));
     product(&residuals, &residuals)
 }
 
@@ -74,7 +76,13 @@ fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3
 }
 
 /// The image's derivative by one number of a body's displacement, by central differences.
-fn column(unknown: usize, body: &Pose, cloud: &GaussianCloud, frame: &Frame, background: [f32; 3]) -> Vec<f32> {
+fn column(
+    unknown: usize,
+    body: &Pose,
+    cloud: &GaussianCloud,
+    frame: &Frame,
+    background: [f32; 3],
+) -> Vec<f32> {
     let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = [0.0; 6];
@@ -121,7 +129,9 @@ mod tests {
 
     #[test]
     fn images_tell_where_a_body_is() {
-        let means: Vec<[f32; 3]> = (0..18).map(|i| [0.2 * (i % 3) as f32, 0.15 * (i / 9) as f32, 0.2 * (i / 3 % 3) as f32]).collect();
+        let means: Vec<[f32; 3]> = (0..18)
+            .map(|i| [0.2 * (i % 3) as f32, 0.15 * (i / 9) as f32, 0.2 * (i / 3 % 3) as f32])
+            .collect();
         let mut cloud = GaussianCloud::isotropic(means, 0.08, [0.5; 3], 0.9);
         cloud.sh.iter_mut().enumerate().for_each(|(i, color)| *color = ((i * 37) % 11) as f32 / 5.0 - 1.0);
         let body = Pose { rows: 0..18, center: [0.2, 0.07, 0.2], radius: 0.25 };
@@ -129,9 +139,14 @@ mod tests {
         let (mut a, mut b) = ([0.0; 36], [0.0; 6]);
         for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
             let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
-            let mut frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, rgba: vec![255; 4 * 48 * 48] };
+            let mut frame =
+                Frame { name: String::new(), camera_id: 0, camera, time: 0.0, rgba: vec![255; 4 * 48 * 48] };
             let (means, rotations) = displaced(&cloud, &body, &by);
-            let pixels = draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) }, &frame, [1.0; 3]);
+            let pixels = draw(
+                &Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) },
+                &frame,
+                [1.0; 3],
+            );
             for (bytes, pixel) in frame.rgba.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
                 (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
             }
@@ -142,7 +157,10 @@ mod tests {
         }
         assert!(lgs_core::linear::solve_positive(&mut a, &mut b, 6, 1));
         for (i, (found, true_one)) in b.iter().zip(by).enumerate() {
-            assert!((found - true_one).abs() < if i < 3 { 2e-4 } else { 1e-3 }, "{i}: {found} for {true_one}");
+            assert!(
+                (found - true_one).abs() < if i < 3 { 2e-4 } else { 1e-3 },
+                "{i}: {found} for {true_one}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The Lagrangian stages: distillation and baking (1), photometric tuning of the dynamics (2), refinement of the Gaussians (3).
+//! The Lagrangian stages: distillation and baking (1), photometric tuning of the dynamics (2), refinement of
+//! the Gaussians (3).
 //!
 //! Stages 2 and 3 are [`Tuning`] values; the loop that drives them is in `pipeline`.
 
@@ -19,7 +20,9 @@ mod tune_gaussians;
 mod tuning;
 
 pub use bake::{BakeRequest, Baked, bake};
-pub use config::{FitDynamicsConfig, InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
+pub use config::{
+    FitDynamicsConfig, InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig,
+};
 pub use fit_dynamics::FitDynamics;
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
@@ -78,7 +81,8 @@ struct View<'a> {
 /// Mean squared error of an image that may leave [0, 1] against one that does not.
 fn mean_squared_error(image: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
     let pairs = image.as_flattened().iter().zip(truth.as_flattened());
-    pairs.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b).powi(2)).sum::<f64>() / (3 * truth.len()).max(1) as f64
+    pairs.map(|(a, b)| f64::from(a.clamp(0.0, 1.0) - b).powi(2)).sum::<f64>()
+        / (3 * truth.len()).max(1) as f64
 }
 
 /// PSNR of a mean squared error, dB.

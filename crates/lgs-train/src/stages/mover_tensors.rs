@@ -1,4 +1,5 @@
-//! Moving Gaussians as tensors: packed rollout states, their quaternions, and the splats they make with the static ones.
+//! Moving Gaussians as tensors: packed rollout states, their quaternions, and the splats they make with the
+//! static ones.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::GaussianCloud;

@@ -1,9 +1,11 @@
 //! Gauss–Newton on the images: where every object starts, how, and the constants of its law.
 //!
-//! These unknowns are few, but images bind them together: within a captured window, more gravity looks nearly like another start. First-order
-//! steps wander in such a valley; least squares go to its ground. What the images of a time say of a body, they say of its pose there
-//! ([`look_at`]), and how the pose answers to the unknowns ([`Body::responses`]) brings all times together. What no image tells of, such as
-//! the stiffness that keeps a rotor's blades on their circles, is held where stage 1 found it by the paths that it followed.
+//! These unknowns are few, but images bind them together: within a captured window, more gravity looks nearly
+//! like another start. First-order steps wander in such a valley; least squares go to its ground. What the
+//! images of a time say of a body, they say of its pose there ([`look_at`]), and how the pose answers to the
+//! unknowns ([`Body::responses`]) brings all times together. What no image tells of, such as the stiffness
+//! that keeps a rotor's blades on their circles, is held where stage 1 found it by the paths that it
+//! followed.
 
 use lgs_core::linear::{norm, solve_positive, sub};
 use lgs_core::{Camera, GaussianCloud, stream};
@@ -22,7 +24,8 @@ const ROLLED: usize = 256;
 const PRIOR: f64 = 0.3;
 /// How well the paths are known that stage 1 has followed, at one time, in pixels.
 const FOLLOWED: f64 = 0.1;
-/// Errors of neighbouring pixels, and of one view at neighbouring times, have much in common: so many count as one.
+/// Errors of neighbouring pixels, and of one view at neighbouring times, have much in common: so many count
+/// as one.
 const CORRELATED: f64 = 100.0;
 /// Parts of a step that are tried until the images come out better.
 const TRIED: [f64; 3] = [1.0, 0.5, 0.25];
@@ -59,7 +62,11 @@ impl Newton {
         for (object, change) in self.changes.iter_mut().enumerate() {
             let (_, values) = file.values(&name_of(object))?;
             if values.len() != change.len() {
-                return Err(file.field(&name_of(object), &format!("{} values", change.len()), values.len().to_string()));
+                return Err(file.field(
+                    &name_of(object),
+                    &format!("{} values", change.len()),
+                    values.len().to_string(),
+                ));
             }
             *change = values.iter().map(|&x| f64::from(x)).collect();
         }
@@ -78,7 +85,8 @@ impl Newton {
         changed
     }
 
-    /// One step of Gauss–Newton on all objects, a smaller one or none if it does not better the images. Tells how these were before.
+    /// One step of Gauss–Newton on all objects, a smaller one or none if it does not better the images. Tells
+    /// how these were before.
     pub(super) fn step(&mut self, scene: &LagrangianScene, frames: &[&Frame]) -> StepReport {
         let _span = tracing::trace_span!("newton").entered();
         let times = Times::of(frames);
@@ -91,15 +99,23 @@ impl Newton {
                 let told: Vec<(&Response, &Normal)> = (frames.iter().zip(&looks))
                     .map(|(frame, look)| (&responses[object][times.index(frame)], &look.normals[object]))
                     .collect();
-                let pixel = median(frames.iter().zip(&told).map(|(frame, (at, _))| pixel_at(&frame.camera, at.center)).collect());
-                let followed =
-                    tracing::trace_span!("paths").in_scope(|| self.bodies[object].information_of_paths(&self.parts[object], &times.0));
-                let weights = Weights { image: 1.0 / (CORRELATED * mean), path: 1.0 / (FOLLOWED * pixel).powi(2) };
+                let pixel = median(
+                    frames
+                        .iter()
+                        .zip(&told)
+                        .map(|(frame, (at, _))| pixel_at(&frame.camera, at.center))
+                        .collect(),
+                );
+                let followed = tracing::trace_span!("paths")
+                    .in_scope(|| self.bodies[object].information_of_paths(&self.parts[object], &times.0));
+                let weights =
+                    Weights { image: 1.0 / (CORRELATED * mean), path: 1.0 / (FOLLOWED * pixel).powi(2) };
                 solve(&told, &followed, &self.changes[object], &weights)
             })
             .collect();
         let error = |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &times);
-        let better = TRIED.iter().map(|&part| self.moved(&steps, part)).find(|changes| error(changes) < before);
+        let better =
+            TRIED.iter().map(|&part| self.moved(&steps, part)).find(|changes| error(changes) < before);
         tracing::debug!(?steps, accepted = better.is_some(), "Gauss–Newton");
         if let Some(changes) = better {
             self.changes = changes;
@@ -115,7 +131,13 @@ impl Newton {
         all.map(|((body, part), change)| body.responses(part, change, &times.0)).collect()
     }
 
-    fn looks(&self, scene: &LagrangianScene, frames: &[&Frame], times: &Times, responses: &[Vec<Response>]) -> Vec<Look> {
+    fn looks(
+        &self,
+        scene: &LagrangianScene,
+        frames: &[&Frame],
+        times: &Times,
+        responses: &[Vec<Response>],
+    ) -> Vec<Look> {
         let clouds = clouds_at(&self.applied_to(scene), times);
         let _span = tracing::trace_span!("looks").entered();
         let look = |frame: &&Frame| {
@@ -134,7 +156,11 @@ impl Newton {
     /// The changes after a part of the steps, as a checkpoint holds them.
     fn moved(&self, steps: &[Vec<f64>], part: f64) -> Vec<Vec<f64>> {
         let moved = |(x, dx): (&f64, &f64)| f64::from((x + part * dx) as f32);
-        self.changes.iter().zip(steps).map(|(change, step)| change.iter().zip(step).map(moved).collect()).collect()
+        self.changes
+            .iter()
+            .zip(steps)
+            .map(|(change, step)| change.iter().zip(step).map(moved).collect())
+            .collect()
     }
 }
 
@@ -144,8 +170,8 @@ struct Weights {
     path: f64,
 }
 
-/// The step of one object's unknowns: normal equations of its images, of the paths that stage 1 has followed, and of a weak prior; none where
-/// they are not finite.
+/// The step of one object's unknowns: normal equations of its images, of the paths that stage 1 has followed,
+/// and of a weak prior; none where they are not finite.
 fn solve(told: &[(&Response, &Normal)], followed: &[f64], change: &[f64], weights: &Weights) -> Vec<f64> {
     let n = change.len();
     let (mut a, mut b) = (vec![0.0; n * n], vec![0.0; n]);
@@ -188,7 +214,10 @@ impl Times {
 fn error_of(scene: &LagrangianScene, frames: &[&Frame], times: &Times) -> f64 {
     let clouds = clouds_at(scene, times);
     let _span = tracing::trace_span!("errors").entered();
-    let errors: Vec<f64> = frames.par_iter().map(|frame| squared_error(frame, &clouds[times.index(frame)], scene.background)).collect();
+    let errors: Vec<f64> = frames
+        .par_iter()
+        .map(|frame| squared_error(frame, &clouds[times.index(frame)], scene.background))
+        .collect();
     errors.iter().sum()
 }
 

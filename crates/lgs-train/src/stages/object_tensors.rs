@@ -30,7 +30,8 @@ impl Window {
 /// One object's trainable tensors.
 pub(super) struct TrainableObject {
     pub(super) network: AdamGroup<1>,
-    /// `[6, 1]` twist (linear, angular about the centre) or `[n, 3]` change of every velocity, on top of `base_velocity`.
+    /// `[6, 1]` twist (linear, angular about the centre) or `[n, 3]` change of every velocity, on top of
+    /// `base_velocity`.
     pub(super) velocity: AdamGroup<2>,
     pub(super) pose: InitialPose,
     base_points: Tensor<2>,
@@ -62,10 +63,16 @@ pub(super) struct ObjectPath {
 }
 
 impl TrainableObject {
-    pub(super) fn new(object: &ObjectModel, scene: &LagrangianScene, kind: InitialVelocity, device: &Device) -> Self {
+    pub(super) fn new(
+        object: &ObjectModel,
+        scene: &LagrangianScene,
+        kind: InitialVelocity,
+        device: &Device,
+    ) -> Self {
         let velocities = &scene.velocities[object.members.clone()];
         let points = &scene.movers.means[object.members.clone()];
-        let mean_square = velocities.iter().flatten().map(|v| v * v).sum::<f32>() / points.len().max(1) as f32;
+        let mean_square =
+            velocities.iter().flatten().map(|v| v * v).sum::<f32>() / points.len().max(1) as f32;
         let twist_basis = (kind == InitialVelocity::Twist).then(|| twist_basis(points, device));
         let shape = if twist_basis.is_some() { [6, 1] } else { [points.len(), 3] };
         Self {
@@ -83,9 +90,15 @@ impl TrainableObject {
     }
 
     /// Reads what a checkpoint holds under a name.
-    pub(super) fn restore(&mut self, file: &TensorFile, name: &str, device: &Device) -> Result<(), TensorFileError> {
+    pub(super) fn restore(
+        &mut self,
+        file: &TensorFile,
+        name: &str,
+        device: &Device,
+    ) -> Result<(), TensorFileError> {
         let shape = if self.twist_basis.is_some() { [6, 1] } else { self.base_velocity.dims() };
-        self.network = AdamGroup::read_from(file, &format!("{name}.network"), [Some(self.config.parameters())], device)?;
+        self.network =
+            AdamGroup::read_from(file, &format!("{name}.network"), [Some(self.config.parameters())], device)?;
         self.velocity = AdamGroup::read_from(file, &format!("{name}.velocity"), shape.map(Some), device)?;
         self.pose.restore(file, &format!("{name}.pose"), device)
     }
@@ -130,7 +143,8 @@ impl TrainableObject {
         base + change + self.pose.velocity_change(&displacement.change, spin)
     }
 
-    /// Rolls a random subset of at most `subset` particles (0: all) over a window that starts in the scene's state `start`.
+    /// Rolls a random subset of at most `subset` particles (0: all) over a window that starts in the scene's
+    /// state `start`.
     pub(super) fn roll(
         &self,
         object: &ObjectModel,
@@ -154,7 +168,8 @@ impl TrainableObject {
         let (q, v) = match &displacement {
             Some(displacement) => {
                 let indices: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
-                let pick = |of_all: Tensor<2>| of_all.select(0, Tensor::from_ints(indices.as_slice(), device));
+                let pick =
+                    |of_all: Tensor<2>| of_all.select(0, Tensor::from_ints(indices.as_slice(), device));
                 (pick(self.points(displacement)), pick(self.velocity_from(velocity.clone(), displacement)))
             }
             None => (rows(&kept_q, device), rows(&pick3(&start.v), device)),
@@ -163,12 +178,29 @@ impl TrainableObject {
         let call = self.call(window.dt, window.steps, supports.clone());
         let states = rollout(network.clone(), q, v, call);
         let (pose, turn) = displacement.map(|d| (d.leaf, d.turn)).unzip();
-        ObjectPath { network, velocity, pose, turn, rows: rolled, states, start_rotation: rows(&rotation, device), supports }
+        ObjectPath {
+            network,
+            velocity,
+            pose,
+            turn,
+            rows: rolled,
+            states,
+            start_rotation: rows(&rotation, device),
+            supports,
+        }
     }
 
     fn call(&self, dt: f32, steps: usize, supports: Option<Arc<Supports>>) -> RolloutCall {
         let velocity_policy = self.velocity_policy;
-        RolloutCall { config: self.config, dt, steps, last_dt: None, edit: Edit::default(), supports, velocity_policy }
+        RolloutCall {
+            config: self.config,
+            dt,
+            steps,
+            last_dt: None,
+            edit: Edit::default(),
+            supports,
+            velocity_policy,
+        }
     }
 }
 
@@ -179,7 +211,13 @@ impl ObjectPath {
     }
 
     /// Positions and quaternions of the subset at a time of the window, from quaternions at t = 0.
-    pub(super) fn poses_at(&self, object: &TrainableObject, window: &Window, time: f32, at_start: &Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+    pub(super) fn poses_at(
+        &self,
+        object: &TrainableObject,
+        window: &Window,
+        time: f32,
+        at_start: &Tensor<2>,
+    ) -> (Tensor<2>, Tensor<2>) {
         let at_start = &self.turn.as_ref().map_or(at_start.clone(), |turn| quat_mul(turn, at_start));
         let n = self.rows.len();
         let until = RolloutSpec::until(time, window.dt);
@@ -195,7 +233,8 @@ impl ObjectPath {
     }
 }
 
-/// `[3 n, 6]`: row 3j + i gives component i of particle j's velocity from a twist (u, ω) about the object's centre, u + ω × r.
+/// `[3 n, 6]`: row 3j + i gives component i of particle j's velocity from a twist (u, ω) about the object's
+/// centre, u + ω × r.
 fn twist_basis(points: &[[f32; 3]], device: &Device) -> Tensor<2> {
     let n = points.len().max(1) as f32;
     let center: [f32; 3] = std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f32>() / n);

@@ -1,7 +1,7 @@
 //! Which objects the images show to move.
 //!
-//! A source model moves whatever it likes where images say nothing: a plain wall slides along itself. An object whose Gaussians might as
-//! well rest where they are at t = 0 is part of the surroundings (G18).
+//! A source model moves whatever it likes where images say nothing: a plain wall slides along itself. An
+//! object whose Gaussians might as well rest where they are at t = 0 is part of the surroundings (G18).
 
 use lgs_core::GaussianCloud;
 use lgs_data::dataset::Frame;
@@ -17,8 +17,13 @@ const LOOKS: usize = 24;
 /// An object that shows more than this part of what the plainest one shows is not hidden.
 const HIDDEN: f64 = 0.1;
 
-/// For every object of a partition of the source's Gaussians, whether its rest would show in the training frames.
-pub(super) fn seen_to_move(source: &dyn SourceModel, partition: &Partition, request: &BakeRequest<'_>) -> Vec<bool> {
+/// For every object of a partition of the source's Gaussians, whether its rest would show in the training
+/// frames.
+pub(super) fn seen_to_move(
+    source: &dyn SourceModel,
+    partition: &Partition,
+    request: &BakeRequest<'_>,
+) -> Vec<bool> {
     let tolerance = f64::from(request.partition.unseen_motion);
     let frames = spread(request.frames);
     if tolerance <= 0.0 || frames.is_empty() {
@@ -26,12 +31,19 @@ pub(super) fn seen_to_move(source: &dyn SourceModel, partition: &Partition, requ
     }
     let start = source.cloud_at(0.0);
     let members: Vec<Vec<usize>> = (0..partition.objects).map(|object| partition.members(object)).collect();
-    let errors: Vec<Vec<f64>> = frames.par_iter().map(|frame| errors(source, &start, &members, frame, request.background)).collect();
+    let errors: Vec<Vec<f64>> =
+        frames.par_iter().map(|frame| errors(source, &start, &members, frame, request.background)).collect();
     let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
     let moving = total(0);
-    let rises: Vec<f64> = (1..=partition.objects).map(|column| total(column) / moving.max(f64::MIN_POSITIVE) - 1.0).collect();
+    let rises: Vec<f64> =
+        (1..=partition.objects).map(|column| total(column) / moving.max(f64::MIN_POSITIVE) - 1.0).collect();
     for (object, rise) in rises.iter().enumerate() {
-        tracing::debug!(object, gaussians = members[object].len(), rise, "error of the images if it were at rest");
+        tracing::debug!(
+            object,
+            gaussians = members[object].len(),
+            rise,
+            "error of the images if it were at rest"
+        );
     }
     // Of a poor source little shows; then what shows most moves all the same.
     let most = rises.iter().copied().fold(0.0, f64::max);
@@ -39,9 +51,17 @@ pub(super) fn seen_to_move(source: &dyn SourceModel, partition: &Partition, requ
 }
 
 /// Mean squared errors of a frame: of the source, and with each object at rest.
-fn errors(source: &dyn SourceModel, start: &GaussianCloud, members: &[Vec<usize>], frame: &Frame, background: [f32; 3]) -> Vec<f64> {
+fn errors(
+    source: &dyn SourceModel,
+    start: &GaussianCloud,
+    members: &[Vec<usize>],
+    frame: &Frame,
+    background: [f32; 3],
+) -> Vec<f64> {
     let image = frame.composited(background);
-    let error = |cloud: &GaussianCloud| mse(&rasterize(&Splats::from(cloud), &frame.camera, background).to_image(), &image);
+    let error = |cloud: &GaussianCloud| {
+        mse(&rasterize(&Splats::from(cloud), &frame.camera, background).to_image(), &image)
+    };
     let cloud = source.cloud_at(frame.time);
     let resting = members.iter().map(|members| {
         let mut resting = cloud.clone();
@@ -84,7 +104,12 @@ mod tests {
         let shifted = gaussians.means.iter().map(|m| [m[0], m[1], m[2] + 0.6]).collect();
         let positions = vec![gaussians.means.clone(), shifted];
         let rotations = vec![gaussians.rotations.clone()];
-        ImportedFrames::new(lgs_data::frames::FrameSequence { gaussians, times: vec![0.0, 1.0], positions, rotations })
+        ImportedFrames::new(lgs_data::frames::FrameSequence {
+            gaussians,
+            times: vec![0.0, 1.0],
+            positions,
+            rotations,
+        })
     }
 
     #[test]
@@ -94,12 +119,21 @@ mod tests {
         let frame = |&time: &f32| {
             let drawn = rasterize(&Splats::from(&source.cloud_at(time)), &camera, [1.0; 3]).to_image();
             // Not quite what the source draws.
-            let pixel = |(i, p): (usize, &[f32; 3])| [p[0] - 0.01 * (i % 7) as f32, p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8);
-            Frame { name: String::new(), camera_id: 0, camera, time, rgba: drawn.pixels.iter().enumerate().flat_map(pixel).collect() }
+            let pixel = |(i, p): (usize, &[f32; 3])| {
+                [p[0] - 0.01 * (i % 7) as f32, p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8)
+            };
+            Frame {
+                name: String::new(),
+                camera_id: 0,
+                camera,
+                time,
+                rgba: drawn.pixels.iter().enumerate().flat_map(pixel).collect(),
+            }
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
         let partition = Partition { object: vec![0, 1], objects: 2 };
-        let (config, distill, motion) = (PartitionConfig::default(), DistillConfig::default(), MotionOptions::default());
+        let (config, distill, motion) =
+            (PartitionConfig::default(), DistillConfig::default(), MotionOptions::default());
         let request = BakeRequest {
             partition: &config,
             distill: &distill,
@@ -114,6 +148,9 @@ mod tests {
         let alone = Partition { object: vec![-1, 0], objects: 1 };
         assert_eq!(seen_to_move(&source, &alone, &request), [true], "nothing shows more");
         let off = PartitionConfig { unseen_motion: 0.0, ..config.clone() };
-        assert_eq!(seen_to_move(&source, &partition, &BakeRequest { partition: &off, ..request }), [true, true]);
+        assert_eq!(
+            seen_to_move(&source, &partition, &BakeRequest { partition: &off, ..request }),
+            [true, true]
+        );
     }
 }

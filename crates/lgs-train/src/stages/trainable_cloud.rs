@@ -11,7 +11,8 @@ use crate::adam::{AdamGroup, values};
 /// Colours' direction-dependent part learns slower by this (reference section 2.6).
 const SH_REST_DIVISOR: f64 = 20.0;
 
-/// Trainable arrays of a cloud; the constant and the direction-dependent part of the colours apart, as their rates differ.
+/// Trainable arrays of a cloud; the constant and the direction-dependent part of the colours apart, as their
+/// rates differ.
 pub(super) struct TrainableCloud {
     means: AdamGroup<2>,
     rotations: AdamGroup<2>,
@@ -54,7 +55,9 @@ impl CloudLeaves {
 impl TrainableCloud {
     pub(super) fn new(cloud: &GaussianCloud, device: &Device) -> Self {
         let (n, stride) = (cloud.len(), cloud.sh_stride());
-        let columns = |from: usize, to: usize| cloud.sh.chunks_exact(stride).flat_map(move |row| row[from..to].iter().copied()).collect();
+        let columns = |from: usize, to: usize| {
+            cloud.sh.chunks_exact(stride).flat_map(move |row| row[from..to].iter().copied()).collect()
+        };
         Self {
             means: AdamGroup::new(cloud.means.as_flattened().to_vec(), [n, 3], device),
             rotations: AdamGroup::new(cloud.rotations.as_flattened().to_vec(), [n, 4], device),
@@ -119,9 +122,16 @@ impl TrainableCloud {
     }
 
     /// Reads what [`Self::save`] wrote for a cloud of the same size and degree as `like`.
-    pub(super) fn restore(file: &TensorFile, name: &str, like: &GaussianCloud, device: &Device) -> Result<Self, TensorFileError> {
+    pub(super) fn restore(
+        file: &TensorFile,
+        name: &str,
+        like: &GaussianCloud,
+        device: &Device,
+    ) -> Result<Self, TensorFileError> {
         let n = Some(like.len());
-        let matrix = |field: &str, width: usize| AdamGroup::read_from(file, &format!("{name}.{field}"), [n, Some(width)], device);
+        let matrix = |field: &str, width: usize| {
+            AdamGroup::read_from(file, &format!("{name}.{field}"), [n, Some(width)], device)
+        };
         let rest = like.sh_stride() - 3;
         Ok(Self {
             means: matrix("means", 3)?,

@@ -1,9 +1,12 @@
-//! Stage 2: photometric tuning of U, Q, the initial velocity and the initial pose of every object, with its Gaussians fixed.
+//! Stage 2: photometric tuning of U, Q, the initial velocity and the initial pose of every object, with its
+//! Gaussians fixed.
 //!
-//! Every few steps the whole motion is rolled without gradients and kept (G23). A step draws training frames and, in every object, a subset
-//! of its particles; the subset is rolled with gradients, the others are drawn where the kept motion has them (G24). One rollout serves all
-//! frames: each frame takes the state of its last full step and a shortened step to its own time (G9). With truncation (G26) the rollout
-//! begins at a kept state `window_steps` before the latest frame, so that memory does not grow with the length of the video.
+//! Every few steps the whole motion is rolled without gradients and kept (G23). A step draws training frames
+//! and, in every object, a subset of its particles; the subset is rolled with gradients, the others are drawn
+//! where the kept motion has them (G24). One rollout serves all frames: each frame takes the state of its
+//! last full step and a shortened step to its own time (G9). With truncation (G26) the rollout begins at a
+//! kept state `window_steps` before the latest frame, so that memory does not grow with the length of the
+//! video.
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::stream;
@@ -50,7 +53,8 @@ impl KeptMotion {
     fn state_at(&self, time: f32) -> SceneState {
         let until = RolloutSpec::until(time, self.scene.motion.dt);
         let state = &self.states[until.steps.min(self.states.len() - 1)];
-        let rest = until.last_dt.and_then(|rest| self.scene.advance(state, rest, 1, Edit::default(), None).pop());
+        let rest =
+            until.last_dt.and_then(|rest| self.scene.advance(state, rest, 1, Edit::default(), None).pop());
         rest.unwrap_or_else(|| state.clone())
     }
 }
@@ -58,23 +62,41 @@ impl KeptMotion {
 impl<'a> TuneDynamics<'a> {
     /// Stage 2 from its first step. `frames` are the training frames.
     #[must_use]
-    pub fn new(scene: LagrangianScene, frames: &'a [Frame], config: &'a TuneDynamicsConfig, seed: u64) -> Self {
+    pub fn new(
+        scene: LagrangianScene,
+        frames: &'a [Frame],
+        config: &'a TuneDynamicsConfig,
+        seed: u64,
+    ) -> Self {
         let device = Device::flex();
-        let objects = scene.objects.iter().map(|o| TrainableObject::new(o, &scene, config.initial_velocity, &device)).collect();
+        let objects = scene
+            .objects
+            .iter()
+            .map(|o| TrainableObject::new(o, &scene, config.initial_velocity, &device))
+            .collect();
         Self { scene, frames, config, seed, step: 0, objects, kept: None, device }
     }
 
-    /// The steps to roll: from the window's start (0, or `window_steps` before the latest frame) to the latest frame.
+    /// The steps to roll: from the window's start (0, or `window_steps` before the latest frame) to the
+    /// latest frame.
     fn window(&self, frames: &[&Frame]) -> Window {
         let dt = self.scene.motion.dt;
         let last = frames.iter().map(|f| RolloutSpec::until(f.time.max(0.0), dt).steps).max().unwrap_or(0);
-        let truncate = self.config.window_steps > 0 && !self.step.is_multiple_of(self.config.full_window_every);
+        let truncate =
+            self.config.window_steps > 0 && !self.step.is_multiple_of(self.config.full_window_every);
         let first = if truncate { last.saturating_sub(self.config.window_steps) } else { 0 };
         Window { first, steps: last - first, dt }
     }
 
     /// The photometric loss of one frame and its mean squared error.
-    fn loss(&self, frame: &Frame, kept: &KeptMotion, paths: &[ObjectPath], window: &Window, device: &Device) -> (Tensor<1>, f64) {
+    fn loss(
+        &self,
+        frame: &Frame,
+        kept: &KeptMotion,
+        paths: &[ObjectPath],
+        window: &Window,
+        device: &Device,
+    ) -> (Tensor<1>, f64) {
         let state = kept.state_at(frame.time.max(0.0));
         let cloud = kept.scene.cloud_at(&state);
         let statics = self.scene.statics.len();
@@ -90,7 +112,8 @@ impl<'a> TuneDynamics<'a> {
             let (means, rotations) = path.poses_at(object, window, frame.time.max(0.0), &own.rotations);
             drawn = drawn.followed_by(&CloudTensors { means, rotations, ..own });
         }
-        let view = View { frame, background: self.scene.background, ssim_weight: self.config.ssim_weight, device };
+        let view =
+            View { frame, background: self.scene.background, ssim_weight: self.config.ssim_weight, device };
         frame_loss(drawn, cloud.sh_degree, &view)
     }
 
@@ -105,7 +128,11 @@ impl<'a> TuneDynamics<'a> {
             let name = format!("tune.kept.{index}");
             let (_, params) = file.values(&name)?;
             if params.len() != object.system.params.len() {
-                return Err(file.field(&name, &format!("{} values", object.system.params.len()), params.len().to_string()));
+                return Err(file.field(
+                    &name,
+                    &format!("{} values", object.system.params.len()),
+                    params.len().to_string(),
+                ));
             }
             object.system.params.copy_from_slice(params);
         }
@@ -142,14 +169,21 @@ impl Tuning for TuneDynamics<'_> {
             _ => KeptMotion::roll(self.scene()),
         };
         let mut rng = stream(self.seed, "tune-dynamics", self.step as u64);
-        let chosen: Vec<&Frame> = (0..self.config.frames_per_step).map(|_| &self.frames[rng.random_range(0..self.frames.len())]).collect();
+        let chosen: Vec<&Frame> = (0..self.config.frames_per_step)
+            .map(|_| &self.frames[rng.random_range(0..self.frames.len())])
+            .collect();
         let window = self.window(&chosen);
         let device = self.device.clone().autodiff();
         let start = &kept.states[window.first.min(kept.states.len() - 1)];
         let paths: Vec<ObjectPath> = (self.scene.objects.iter().zip(&self.objects))
-            .map(|(object, trained)| trained.roll(object, start, &window, self.config.subset, &mut rng, &device))
+            .map(|(object, trained)| {
+                trained.roll(object, start, &window, self.config.subset, &mut rng, &device)
+            })
             .collect();
-        let losses = chosen.iter().filter(|f| window.contains(f.time)).map(|f| self.loss(f, &kept, &paths, &window, &device));
+        let losses = chosen
+            .iter()
+            .filter(|f| window.contains(f.time))
+            .map(|f| self.loss(f, &kept, &paths, &window, &device));
         let (losses, errors): (Vec<Tensor<1>>, Vec<f64>) = losses.unzip();
         let count = losses.len() as f32;
         let loss = Tensor::cat(losses, 0).sum().div_scalar(count);
@@ -159,7 +193,10 @@ impl Tuning for TuneDynamics<'_> {
             object.network.step(self.config.learning_rate * rate, path.network.grad(&gradients));
             let velocity_rate = self.config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
             object.velocity.step(velocity_rate, path.velocity.grad(&gradients));
-            object.pose.step(self.config.pose_learning_rate * rate, path.pose.as_ref().and_then(|pose| pose.grad(&gradients)));
+            object.pose.step(
+                self.config.pose_learning_rate * rate,
+                path.pose.as_ref().and_then(|pose| pose.grad(&gradients)),
+            );
         }
         self.step += 1;
         self.kept = Some(kept);
@@ -196,7 +233,15 @@ impl Tuning for TuneDynamics<'_> {
 }
 
 /// Rows of the kept motion in a checkpoint, one per moving Gaussian.
-fn kept_rows<const D: usize>(file: &TensorFile, name: &str, movers: usize) -> Result<Vec<[f32; D]>, TensorFileError> {
+fn kept_rows<const D: usize>(
+    file: &TensorFile,
+    name: &str,
+    movers: usize,
+) -> Result<Vec<[f32; D]>, TensorFileError> {
     let rows: Vec<[f32; D]> = file.rows(name)?;
-    if rows.len() == movers { Ok(rows) } else { Err(file.field(name, &format!("{movers} rows"), rows.len().to_string())) }
+    if rows.len() == movers {
+        Ok(rows)
+    } else {
+        Err(file.field(name, &format!("{movers} rows"), rows.len().to_string()))
+    }
 }

@@ -1,12 +1,14 @@
 //! Stage 3: the Gaussians against the images, with the dynamics frozen.
 //!
-//! The same comes before stage 2: a source model lets Gaussians slip where its motion is not that of the surfaces, and only once
-//! they have settled into the distilled motion do the images' residuals speak of what is wrong with it.
+//! The same comes before stage 2: a source model lets Gaussians slip where its motion is not that of the
+//! surfaces, and only once they have settled into the distilled motion do the images' residuals speak of what
+//! is wrong with it.
 //!
-//! A step draws one training frame and its state of the current motion. Moving Gaussians are drawn where the rollout put them, displaced by
-//! the accumulated rotation times what their means have changed since that rollout (straight-through, G34); the motion is rolled anew
-//! from the changed means every so many steps. The few Gaussians that hold a whole object rigid keep their means, and with them the motion that
-//! was found for the object.
+//! A step draws one training frame and its state of the current motion. Moving Gaussians are drawn where the
+//! rollout put them, displaced by the accumulated rotation times what their means have changed since that
+//! rollout (straight-through, G34); the motion is rolled anew from the changed means every so many steps. The
+//! few Gaussians that hold a whole object rigid keep their means, and with them the motion that was found for
+//! the object.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{linear, stream};
@@ -44,10 +46,17 @@ pub struct TuneGaussians<'a> {
 impl<'a> TuneGaussians<'a> {
     /// The stage of that name from its first step. `frames` are the training frames.
     #[must_use]
-    pub fn new(stage: Stage, scene: LagrangianScene, frames: &'a [Frame], config: &TuneGaussiansConfig, seed: u64) -> Self {
+    pub fn new(
+        stage: Stage,
+        scene: LagrangianScene,
+        frames: &'a [Frame],
+        config: &TuneGaussiansConfig,
+        seed: u64,
+    ) -> Self {
         let device = Device::flex();
         let config = config.stretched(frames.first().map_or(0, |f| f.camera.width));
-        let (statics, movers) = (TrainableCloud::new(&scene.statics, &device), TrainableCloud::new(&scene.movers, &device));
+        let (statics, movers) =
+            (TrainableCloud::new(&scene.statics, &device), TrainableCloud::new(&scene.movers, &device));
         Self {
             stage,
             rolled_means: Vec::new(),
@@ -73,7 +82,8 @@ impl<'a> TuneGaussians<'a> {
 
     /// Moving Gaussians in a state of the motion, with gradients to what they were at t = 0.
     fn moved(&self, movers: CloudTensors, state: &SceneState, device: &Device) -> CloudTensors {
-        let matrices: Vec<f32> = state.rotation.iter().flat_map(|&q| linear::matrix_from_quat(q)).flatten().collect();
+        let matrices: Vec<f32> =
+            state.rotation.iter().flat_map(|&q| linear::matrix_from_quat(q)).flatten().collect();
         let matrices = Tensor::<3>::from_data(TensorData::new(matrices, [state.len(), 3, 3]), device);
         let change = movers.means.clone() - rows(&self.rolled_means, device);
         let turned = (matrices * change.reshape([state.len(), 1, 3])).sum_dim(2).reshape([state.len(), 3]);
@@ -119,8 +129,12 @@ impl Tuning for TuneGaussians<'_> {
         let (statics, movers) = (self.statics.leaves(), self.movers.leaves());
         let moved = self.moved(movers.tensors(), self.states.of(chosen), &device);
         let cloud = statics.tensors().followed_by(&moved);
-        let view =
-            View { frame: &self.frames[chosen], background: self.scene.background, ssim_weight: self.config.ssim_weight, device: &device };
+        let view = View {
+            frame: &self.frames[chosen],
+            background: self.scene.background,
+            ssim_weight: self.config.ssim_weight,
+            device: &device,
+        };
         let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
         let gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
         let rate = cosine(self.step, self.config.iterations);
@@ -154,7 +168,8 @@ impl Tuning for TuneGaussians<'_> {
     }
 }
 
-/// `[n, 1]`: zero for the moving Gaussians that hold an object rigid as the common support of all its particles, one for the others.
+/// `[n, 1]`: zero for the moving Gaussians that hold an object rigid as the common support of all its
+/// particles, one for the others.
 fn loose_movers(scene: &LagrangianScene, device: &Device) -> Tensor<2> {
     let mut loose = vec![1.0_f32; scene.movers.len()];
     for object in &scene.objects {

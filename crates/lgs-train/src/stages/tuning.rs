@@ -25,7 +25,8 @@ pub trait Tuning {
     /// The scene with what has been learned so far.
     fn scene(&self) -> LagrangianScene;
 
-    /// What a resumed run needs: the scene that it makes the stage from, and the state that [`Self::restore`] reads.
+    /// What a resumed run needs: the scene that it makes the stage from, and the state that [`Self::restore`]
+    /// reads.
     fn checkpoint(&self) -> TensorFile;
 
     /// Continues from a checkpoint of `step` steps, whose scene this stage was made from.

@@ -1,4 +1,5 @@
-//! Where something moving may be at a time: voxels that the silhouettes near that time agree on, and the smoothest path through them.
+//! Where something moving may be at a time: voxels that the silhouettes near that time agree on, and the
+//! smoothest path through them.
 
 use lgs_data::dataset::SceneBox;
 use rayon::prelude::*;
@@ -13,7 +14,8 @@ const REACH: f32 = 0.04;
 const MISS: f32 = 2.0;
 /// Voxels considered per moment.
 const CANDIDATES: usize = 400;
-/// Distance between moments, as a part of the box's half side, that costs as much as a twentieth of all votes.
+/// Distance between moments, as a part of the box's half side, that costs as much as a twentieth of all
+/// votes.
 const STRIDE: f32 = 0.06;
 /// What a stride costs, as a part of all votes.
 const STRIDE_COST: f32 = 0.05;
@@ -34,8 +36,16 @@ impl Votes {
             std::array::from_fn(|axis| bounds.center[axis] + at(cell[axis]))
         };
         let centers: Vec<[f32; 3]> = (0..VOXELS.pow(3)).map(center).collect();
-        let votes = silhouettes.par_iter().map(|silhouette| centers.iter().map(|&c| vote(silhouette, c)).collect()).collect();
-        Self { times: silhouettes.iter().map(|s| s.time).collect(), centers, votes, half_side: bounds.half_side }
+        let votes = silhouettes
+            .par_iter()
+            .map(|silhouette| centers.iter().map(|&c| vote(silhouette, c)).collect())
+            .collect();
+        Self {
+            times: silhouettes.iter().map(|s| s.time).collect(),
+            centers,
+            votes,
+            half_side: bounds.half_side,
+        }
     }
 
     /// Whether any silhouette is near enough in time to a moment, `span` being that of the whole.
@@ -68,7 +78,8 @@ impl Votes {
         order.into_iter().map(|i| (i, scores[i] / total.max(1e-6))).collect()
     }
 
-    /// The path through one candidate per moment that gets the most votes for the least way (dynamic programming).
+    /// The path through one candidate per moment that gets the most votes for the least way (dynamic
+    /// programming).
     pub(super) fn path(&self, moments: &[f32]) -> Vec<[f32; 3]> {
         let candidates = self.candidates(moments);
         let unit = STRIDE * self.half_side;

@@ -1,5 +1,5 @@
-//! A smooth path in space from cones of view: the Chebyshev polynomial that passes nearest to the rays of its blobs, which are found and
-//! fitted in turns, with less weight for what lies farther off.
+//! A smooth path in space from cones of view: the Chebyshev polynomial that passes nearest to the rays of its
+//! blobs, which are found and fitted in turns, with less weight for what lies farther off.
 
 use lgs_core::linear::{dot, norm, scale, solve_positive, sub};
 
@@ -10,7 +10,8 @@ const DEGREE: usize = 8;
 const TERMS: usize = DEGREE + 1;
 /// Turns of finding the blobs and fitting the path.
 const TURNS: usize = 20;
-/// Distance from the path, in radii of the thing, up to which a blob is taken to be its own: at first, and once the path is near.
+/// Distance from the path, in radii of the thing, up to which a blob is taken to be its own: at first, and
+/// once the path is near.
 const GATES: [f32; 2] = [1.5, 0.7];
 /// Turns with the first gate.
 const WIDE_TURNS: usize = 5;
@@ -52,18 +53,27 @@ impl Curve {
                 (0..3).for_each(|axis| rhs[3 * i + axis] += basis[i] * f64::from(p[axis]));
             }
         }
-        solve_positive(&mut gram, &mut rhs, TERMS, 3)
-            .then(|| Self { span, coefficients: std::array::from_fn(|i| std::array::from_fn(|axis| rhs[3 * i + axis])) })
+        solve_positive(&mut gram, &mut rhs, TERMS, 3).then(|| Self {
+            span,
+            coefficients: std::array::from_fn(|i| std::array::from_fn(|axis| rhs[3 * i + axis])),
+        })
     }
 
     /// Where the path is at a time; held beyond its ends.
     pub(super) fn at(&self, time: f32) -> [f32; 3] {
         let basis = basis(self.span, time.clamp(self.span.0, self.span.1));
-        std::array::from_fn(|axis| (0..TERMS).map(|i| basis[i] * self.coefficients[i][axis]).sum::<f64>() as f32)
+        std::array::from_fn(|axis| {
+            (0..TERMS).map(|i| basis[i] * self.coefficients[i][axis]).sum::<f64>() as f32
+        })
     }
 
-    /// The path drawn to the blobs around it, and these blobs. `radius` is that of the thing, as far as it is known.
-    pub(super) fn refined(mut self, silhouettes: &[Silhouette], radius: f32) -> Option<(Self, Vec<Sighting>)> {
+    /// The path drawn to the blobs around it, and these blobs. `radius` is that of the thing, as far as it is
+    /// known.
+    pub(super) fn refined(
+        mut self,
+        silhouettes: &[Silhouette],
+        radius: f32,
+    ) -> Option<(Self, Vec<Sighting>)> {
         let mut sightings = Vec::new();
         let mut radius = radius;
         for turn in 0..TURNS {
@@ -82,9 +92,19 @@ impl Curve {
             let sighting = |(blob, cone): (usize, &super::silhouettes::Blob)| {
                 let depth = dot(from_eye, cone.direction);
                 let distance = norm(sub(from_eye, scale(cone.direction, depth)));
-                Sighting { silhouette: index, blob, distance, radius: if depth > 0.0 { cone.angular_radius * depth } else { 0.0 } }
+                Sighting {
+                    silhouette: index,
+                    blob,
+                    distance,
+                    radius: if depth > 0.0 { cone.angular_radius * depth } else { 0.0 },
+                }
             };
-            let seen = silhouette.blobs.iter().enumerate().map(sighting).filter(|s| s.radius > 0.0 && s.distance < gate);
+            let seen = silhouette
+                .blobs
+                .iter()
+                .enumerate()
+                .map(sighting)
+                .filter(|s| s.radius > 0.0 && s.distance < gate);
             seen.min_by(|a, b| a.distance.total_cmp(&b.distance))
         };
         silhouettes.iter().enumerate().filter_map(nearest).collect()
@@ -98,7 +118,8 @@ impl Curve {
         for sighting in sightings {
             let silhouette = &silhouettes[sighting.silhouette];
             let (eye, ray) = (silhouette.camera.center_in_world(), silhouette.blobs[sighting.blob].direction);
-            let across = |a: usize, b: usize| f64::from(u8::from(a == b)) - f64::from(ray[a]) * f64::from(ray[b]);
+            let across =
+                |a: usize, b: usize| f64::from(u8::from(a == b)) - f64::from(ray[a]) * f64::from(ray[b]);
             let basis = basis(self.span, silhouette.time);
             let weight = f64::from(1.0 / (1.0 + sighting.distance / (SOFT * radius)));
             for a in 0..3 {
@@ -107,17 +128,21 @@ impl Curve {
                     rhs[a * TERMS + i] += weight * basis[i] * target;
                     for b in 0..3 {
                         for j in 0..TERMS {
-                            gram[(a * TERMS + i) * N + b * TERMS + j] += weight * across(a, b) * basis[i] * basis[j];
+                            gram[(a * TERMS + i) * N + b * TERMS + j] +=
+                                weight * across(a, b) * basis[i] * basis[j];
                         }
                     }
                 }
             }
         }
         for k in 0..N {
-            gram[k * N + k] += RIDGE * sightings.len() as f64 * ((k % TERMS) as f64).powi(6) + f64::MIN_POSITIVE;
+            gram[k * N + k] +=
+                RIDGE * sightings.len() as f64 * ((k % TERMS) as f64).powi(6) + f64::MIN_POSITIVE;
         }
-        solve_positive(&mut gram, &mut rhs, N, 1)
-            .then(|| Self { span: self.span, coefficients: std::array::from_fn(|i| std::array::from_fn(|a| rhs[a * TERMS + i])) })
+        solve_positive(&mut gram, &mut rhs, N, 1).then(|| Self {
+            span: self.span,
+            coefficients: std::array::from_fn(|i| std::array::from_fn(|a| rhs[a * TERMS + i])),
+        })
     }
 }
 

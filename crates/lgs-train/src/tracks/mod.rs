@@ -1,9 +1,11 @@
-//! Coarse paths of what moves, straight from the images: for sets that show each moment from one or two cameras only, where no renderer
-//! can tell depth from size and training would lose a fast thing within a few frames.
+//! Coarse paths of what moves, straight from the images: for sets that show each moment from one or two
+//! cameras only, where no renderer can tell depth from size and training would lose a fast thing within a few
+//! frames.
 //!
-//! Cameras that stand still give silhouettes: pixels that differ from the camera's median image. Voxels that the silhouettes around a
-//! moment agree on give a coarse path (dynamic programming over the sequence), and the rays of the blobs along it a fine one: a robust
-//! least-squares polynomial. What a path explains is taken out of the silhouettes, and the next one is looked for.
+//! Cameras that stand still give silhouettes: pixels that differ from the camera's median image. Voxels that
+//! the silhouettes around a moment agree on give a coarse path (dynamic programming over the sequence), and
+//! the rays of the blobs along it a fine one: a robust least-squares polynomial. What a path explains is
+//! taken out of the silhouettes, and the next one is looked for.
 
 mod carving;
 mod curve;
@@ -54,10 +56,16 @@ impl Track {
     /// A track through given positions, for tests.
     #[cfg(test)]
     pub(crate) fn through(moments: &[f32], positions: &[[f32; 3]], radius: f32) -> Option<Self> {
-        Some(Self { curve: Curve::through(moments, positions)?, radius, sightings: moments.len(), median_miss: 0.0 })
+        Some(Self {
+            curve: Curve::through(moments, positions)?,
+            radius,
+            sightings: moments.len(),
+            median_miss: 0.0,
+        })
     }
 
-    /// Whether what a camera sees at a time along a ray, given by its world direction, is explained by the thing.
+    /// Whether what a camera sees at a time along a ray, given by its world direction, is explained by the
+    /// thing.
     #[must_use]
     pub fn explains(&self, camera: &Camera, time: f32, direction: [f32; 3]) -> bool {
         let from_eye = sub(self.position(time), camera.center_in_world());
@@ -66,7 +74,8 @@ impl Track {
     }
 }
 
-/// The paths of what moves in front of cameras that stand still, in the order found; none if the cameras move or too little is seen.
+/// The paths of what moves in front of cameras that stand still, in the order found; none if the cameras move
+/// or too little is seen.
 #[must_use]
 pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> Vec<Track> {
     let mut silhouettes = silhouettes(frames, background);
@@ -77,11 +86,17 @@ pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> 
         return tracks;
     }
     let evenly = (0..MOMENTS).map(|i| first + (last - first) * i as f32 / (MOMENTS - 1) as f32);
-    let moments: Vec<f32> = evenly.filter(|&moment| Votes::reach(&silhouettes, moment, last - first)).collect();
+    let moments: Vec<f32> =
+        evenly.filter(|&moment| Votes::reach(&silhouettes, moment, last - first)).collect();
     while tracks.len() < MOST {
         let coarse = Votes::new(&silhouettes, bounds).path(&moments);
-        let start = Curve::through(&moments, &coarse).map(|curve| curve.refined(&silhouettes, FIRST_RADIUS * bounds.half_side));
-        let Some(track) = start.flatten().and_then(|(curve, sightings)| believed(curve, &sightings, &silhouettes)) else { break };
+        let start = Curve::through(&moments, &coarse)
+            .map(|curve| curve.refined(&silhouettes, FIRST_RADIUS * bounds.half_side));
+        let Some(track) =
+            start.flatten().and_then(|(curve, sightings)| believed(curve, &sightings, &silhouettes))
+        else {
+            break;
+        };
         silhouettes.iter_mut().for_each(|silhouette| take_out(&track, silhouette));
         tracks.push(track);
     }
@@ -93,11 +108,14 @@ fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) ->
     let radius = median_of(sightings.iter().map(|s| s.radius))?;
     let median_miss = median_of(sightings.iter().map(|s| s.distance))?;
     let (first, last) = curve.span;
-    let mut times: Vec<f32> = sightings.iter().map(|s| silhouettes[s.silhouette].time).chain([first, last]).collect();
+    let mut times: Vec<f32> =
+        sightings.iter().map(|s| silhouettes[s.silhouette].time).chain([first, last]).collect();
     times.sort_by(f32::total_cmp);
     let gap = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f32::max);
     tracing::debug!(sightings = sightings.len(), radius, median_miss, gap, start = ?curve.at(first), end = ?curve.at(last), "path of a silhouette");
-    let holds = sightings.len() >= FEWEST_SIGHTINGS && gap <= LONGEST_GAP * (last - first) && median_miss <= LARGEST_MISS * radius;
+    let holds = sightings.len() >= FEWEST_SIGHTINGS
+        && gap <= LONGEST_GAP * (last - first)
+        && median_miss <= LARGEST_MISS * radius;
     holds.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
 }
 

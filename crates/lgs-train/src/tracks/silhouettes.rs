@@ -1,4 +1,5 @@
-//! What moves in the images of cameras that stand still: pixels that differ from the camera's median image, and the blobs they form.
+//! What moves in the images of cameras that stand still: pixels that differ from the camera's median image,
+//! and the blobs they form.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +7,8 @@ use lgs_core::{Camera, Image};
 use lgs_data::dataset::Frame;
 use rayon::prelude::*;
 
-/// Images are reduced to about this width, pixels: blobs need no detail, and texture finer than this closes up.
+/// Images are reduced to about this width, pixels: blobs need no detail, and texture finer than this closes
+/// up.
 const WIDTH: u32 = 100;
 /// Difference of a channel from the camera's median image from which a pixel counts as moving.
 const DIFFERENCE: f32 = 0.08;
@@ -41,13 +43,15 @@ pub(super) struct Blob {
 pub(super) fn silhouettes(frames: &[Frame], background: [f32; 3]) -> Vec<Silhouette> {
     let mut by_camera: BTreeMap<usize, Vec<&Frame>> = BTreeMap::new();
     frames.iter().for_each(|frame| by_camera.entry(frame.camera_id).or_default().push(frame));
-    let cameras: Vec<Vec<&Frame>> = by_camera.into_values().filter(|frames| frames.len() >= FEWEST_IMAGES).collect();
+    let cameras: Vec<Vec<&Frame>> =
+        by_camera.into_values().filter(|frames| frames.len() >= FEWEST_IMAGES).collect();
     cameras.par_iter().flat_map_iter(|frames| of_camera(frames, background)).collect()
 }
 
 fn of_camera(frames: &[&Frame], background: [f32; 3]) -> Vec<Silhouette> {
     let factor = factor_of(frames[0].camera.width);
-    let images: Vec<Image> = frames.iter().map(|frame| frame.composited(background).reduced(factor)).collect();
+    let images: Vec<Image> =
+        frames.iter().map(|frame| frame.composited(background).reduced(factor)).collect();
     let still = median(&images);
     frames.iter().zip(&images).map(|(frame, image)| silhouette(frame, image, &still)).collect()
 }
@@ -77,7 +81,8 @@ fn median(images: &[Image]) -> Vec<[f32; 3]> {
     (0..images[0].pixels.len()).map(|pixel| std::array::from_fn(|c| channel(pixel, c))).collect()
 }
 
-/// Closes small gaps: grown by [`CLOSING`] pixels, then shrunk by as many. Beyond the image everything is taken to be as its border.
+/// Closes small gaps: grown by [`CLOSING`] pixels, then shrunk by as many. Beyond the image everything is
+/// taken to be as its border.
 fn closed(mask: Vec<bool>, width: usize, height: usize) -> Vec<bool> {
     let spread = |mask: Vec<bool>, value: bool| -> Vec<bool> {
         let at = |i: usize| {
@@ -101,7 +106,8 @@ fn blobs(inside: &[bool], camera: &Camera) -> Vec<Blob> {
     let mut found = Vec::new();
     for seed in 0..left.len() {
         let pixels = taken(&mut left, seed, width);
-        let at_border = |&i: &usize| i % width == 0 || i % width == width - 1 || i < width || i >= width * (height - 1);
+        let at_border =
+            |&i: &usize| i % width == 0 || i % width == width - 1 || i < width || i >= width * (height - 1);
         if pixels.len() < FEWEST_PIXELS || pixels.iter().any(at_border) {
             continue;
         }
@@ -110,7 +116,10 @@ fn blobs(inside: &[bool], camera: &Camera) -> Vec<Blob> {
         let y = 0.5 + part * pixels.iter().map(|i| (i / width) as f32).sum::<f32>();
         // Pixels that are covered in part count as whole ones.
         let radius = (pixels.len() as f32 / std::f32::consts::PI).sqrt() - 0.5;
-        found.push(Blob { direction: camera.ray_direction_in_world([x, y]), angular_radius: radius / (camera.fx * camera.fy).sqrt() });
+        found.push(Blob {
+            direction: camera.ray_direction_in_world([x, y]),
+            angular_radius: radius / (camera.fx * camera.fy).sqrt(),
+        });
     }
     found
 }

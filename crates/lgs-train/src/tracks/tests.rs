@@ -3,7 +3,8 @@ use lgs_core::linear::add;
 
 const RADIUS: f32 = 0.3;
 
-/// A ball on an arc and one that falls, seen by eight cameras in turn, one image per moment: dark discs on white.
+/// A ball on an arc and one that falls, seen by eight cameras in turn, one image per moment: dark discs on
+/// white.
 fn scene(moving_cameras: bool) -> Vec<Frame> {
     let size = 100;
     let frame = |i: usize| {
@@ -13,7 +14,8 @@ fn scene(moving_cameras: bool) -> Vec<Frame> {
         let camera = Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), 1.5], [0.0; 3], 1.0, size, size);
         let id = if moving_cameras { i } else { camera_id };
         let pixel = |p: usize| {
-            let ray = camera.ray_direction_in_world([(p as u32 % size) as f32 + 0.5, (p as u32 / size) as f32 + 0.5]);
+            let ray = camera
+                .ray_direction_in_world([(p as u32 % size) as f32 + 0.5, (p as u32 / size) as f32 + 0.5]);
             let hit = balls(time).iter().any(|&center| {
                 let from_eye = sub(center, camera.center_in_world());
                 let depth = dot(from_eye, ray);
@@ -65,7 +67,8 @@ fn a_track_explains_what_is_seen_of_its_ball() {
         let from_eye = sub(point, frame.camera.center_in_world());
         scale(from_eye, 1.0 / norm(from_eye))
     };
-    let explained = |point| tracks.iter().any(|track| track.explains(&frame.camera, frame.time, toward(point)));
+    let explained =
+        |point| tracks.iter().any(|track| track.explains(&frame.camera, frame.time, toward(point)));
     assert!(explained(balls(frame.time)[0]));
     assert!(!explained(add(balls(frame.time)[0], [0.0, 0.0, 1.0])));
 }

@@ -1,4 +1,5 @@
-//! One call of FreeGave's networks: what all blocks of Gaussians share, one block forwards, and one block back.
+//! One call of FreeGave's networks: what all blocks of Gaussians share, one block forwards, and one block
+//! back.
 
 use lgs_core::linear::quat_mul;
 use rayon::prelude::*;
@@ -70,13 +71,30 @@ impl<'a> Call<'a> {
         let layout = config.layout();
         assert_eq!(params.len(), layout.len, "parameters of FreeGave's networks");
         assert_eq!(means.len(), rotations.len(), "centres and quaternions");
-        let pass = Pass::new(&DeformInput { config: &config.deformation, frame, params, means, rotations, time: hop.from });
+        let pass = Pass::new(&DeformInput {
+            config: &config.deformation,
+            frame,
+            params,
+            means,
+            rotations,
+            time: hop.from,
+        });
         Self { input, layout, pass, steps: steps(hop.from, hop.to, hop.longest_step) }
     }
 
     fn chain<'b>(&'b self, layout: &'b ChainLayout, activation: Activation) -> Chain<'b> {
-        let skip_layer = if std::ptr::eq(layout, &self.layout.code) { self.input.config.velocity.code_skip_layer } else { usize::MAX - 1 };
-        Chain { params: self.input.params, hidden: &layout.hidden, head: &layout.head, skip_layer, activation }
+        let skip_layer = if std::ptr::eq(layout, &self.layout.code) {
+            self.input.config.velocity.code_skip_layer
+        } else {
+            usize::MAX - 1
+        };
+        Chain {
+            params: self.input.params,
+            hidden: &layout.hidden,
+            head: &layout.head,
+            skip_layer,
+            activation,
+        }
     }
 
     fn k(&self) -> usize {
@@ -106,25 +124,40 @@ impl<'a> Call<'a> {
         for (j, t) in times.iter().enumerate() {
             encode_into(&[*t], self.input.config.velocity.time_frequencies, &mut encoding[j..], count);
         }
-        let (out, layers) = self.chain(&self.layout.velocity, Activation::Silu).forward(&[self.time(&encoding)], None, count);
+        let (out, layers) =
+            self.chain(&self.layout.velocity, Activation::Silu).forward(&[self.time(&encoding)], None, count);
         let twist = |j: usize, i: usize| std::array::from_fn(|c| out[(TWIST * i + c) * count + j]);
         let twists = (0..count).flat_map(|j| (0..k).map(move |i| (j, i))).map(|(j, i)| twist(j, i)).collect();
         Bases { twists, encoding, layers }
     }
 
     /// Pose rows, and what `keep` makes of what every block leaves.
-    pub(super) fn forward<T: Send>(&self, bases: &Bases, keep: impl Fn(BlockKept) -> T + Sync) -> (Vec<[f32; DELTAS]>, Vec<T>) {
+    pub(super) fn forward<T: Send>(
+        &self,
+        bases: &Bases,
+        keep: impl Fn(BlockKept) -> T + Sync,
+    ) -> (Vec<[f32; DELTAS]>, Vec<T>) {
         let HopInput { means, rotations, .. } = self.input;
         let mut poses = vec![[0.0; DELTAS]; means.len()];
-        let blocks = poses.par_chunks_mut(BLOCK).zip(means.par_chunks(BLOCK)).zip(rotations.par_chunks(BLOCK));
-        let kept = blocks.map(|((poses, means), rotations)| keep(self.forward_block(means, rotations, bases, poses))).collect();
+        let blocks =
+            poses.par_chunks_mut(BLOCK).zip(means.par_chunks(BLOCK)).zip(rotations.par_chunks(BLOCK));
+        let kept = blocks
+            .map(|((poses, means), rotations)| keep(self.forward_block(means, rotations, bases, poses)))
+            .collect();
         (poses, kept)
     }
 
-    fn forward_block(&self, means: &[[f32; 3]], rotations: &[[f32; 4]], bases: &Bases, poses: &mut [[f32; DELTAS]]) -> BlockKept {
+    fn forward_block(
+        &self,
+        means: &[[f32; 3]],
+        rotations: &[[f32; 4]],
+        bases: &Bases,
+        poses: &mut [[f32; DELTAS]],
+    ) -> BlockKept {
         let block = means.len();
         let encoded = encoded(means, self.input.frame, &self.input.config.deformation);
-        let (codes, code_layers) = self.chain(&self.layout.code, Activation::Relu).forward(&[self.position(&encoded)], None, block);
+        let (codes, code_layers) =
+            self.chain(&self.layout.code, Activation::Relu).forward(&[self.position(&encoded)], None, block);
         let deformation = self.pass.forward(Block { means, rotations, codes: &codes }, encoded, poses);
         let flow = (!self.steps.is_empty()).then(|| self.forward_flow(&codes, bases, poses));
         BlockKept { deformation, codes, code_layers, flow }
@@ -132,7 +165,8 @@ impl<'a> Call<'a> {
 
     fn forward_flow(&self, codes: &[f32], bases: &Bases, poses: &mut [[f32; DELTAS]]) -> FlowKept {
         let block = poses.len();
-        let (weights, layers) = self.chain(&self.layout.segment, Activation::Relu).forward(&[self.code(codes)], None, block);
+        let (weights, layers) =
+            self.chain(&self.layout.segment, Activation::Relu).forward(&[self.code(codes)], None, block);
         let starts: Vec<[f32; 3]> = poses.iter().map(|&[x, y, z, ..]| [x, y, z]).collect();
         let mut turns = Vec::new();
         for (b, pose) in poses.iter_mut().enumerate() {
@@ -161,7 +195,8 @@ impl<'a> Call<'a> {
         bases.twists.chunks_exact(self.k()).map(mix).collect()
     }
 
-    /// Adds a block's gradients to `partial`, and turns its rows of cotangents into those by centres and quaternions.
+    /// Adds a block's gradients to `partial`, and turns its rows of cotangents into those by centres and
+    /// quaternions.
     pub(super) fn backward(
         &self,
         (kept, bases): (&BlockKept, &Bases),
@@ -169,7 +204,8 @@ impl<'a> Call<'a> {
         rows: &mut [[f32; DELTAS]],
         partial: &mut Partial,
     ) {
-        let v_from_flow = kept.flow.as_ref().map(|flow| self.backward_flow(flow, (&kept.codes, bases), rows, partial));
+        let v_from_flow =
+            kept.flow.as_ref().map(|flow| self.backward_flow(flow, (&kept.codes, bases), rows, partial));
         let mut v_codes = vec![0.0; kept.codes.len()];
         if self.input.hop.learns == Learns::All {
             let (means, rotations) = (&self.input.means[gaussians.clone()], &self.input.rotations[gaussians]);
@@ -182,10 +218,17 @@ impl<'a> Call<'a> {
             v_codes.iter_mut().zip(v).for_each(|(sum, v)| *sum += v);
         }
         let inputs = [self.position(&kept.deformation.encoded)];
-        self.chain(&self.layout.code, Activation::Relu).backward(&kept.code_layers, &inputs, &v_codes, &mut partial.params, &mut []);
+        self.chain(&self.layout.code, Activation::Relu).backward(
+            &kept.code_layers,
+            &inputs,
+            &v_codes,
+            &mut partial.params,
+            &mut [],
+        );
     }
 
-    /// Adds the gradients of segment head and bases, takes the turns out of the rows' quaternions, and returns the codes' cotangents.
+    /// Adds the gradients of segment head and bases, takes the turns out of the rows' quaternions, and
+    /// returns the codes' cotangents.
     fn backward_flow(
         &self,
         flow: &FlowKept,
@@ -201,7 +244,8 @@ impl<'a> Call<'a> {
             for (j, v_twist) in v_twists.iter().enumerate() {
                 for i in 0..k {
                     let (w, at) = (flow.weights[i * block + b], j * k + i);
-                    v_weights[i * block + b] += v_twist.iter().zip(&bases.twists[at]).map(|(v, a)| v * a).sum::<f32>();
+                    v_weights[i * block + b] +=
+                        v_twist.iter().zip(&bases.twists[at]).map(|(v, a)| v * a).sum::<f32>();
                     partial.bases[at].iter_mut().zip(v_twist).for_each(|(sum, v)| *sum += w * v);
                 }
             }

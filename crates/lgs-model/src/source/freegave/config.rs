@@ -14,8 +14,9 @@ const SEGMENT_FACTOR: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RotationForm {
-    /// As published: products of `I + h [ω]×`, never orthonormalised, then a quaternion by a formula that fails near half a turn. Gaussians
-    /// swell in the plane of rotation, and what is not a number is not drawn.
+    /// As published: products of `I + h [ω]×`, never orthonormalised, then a quaternion by a formula that
+    /// fails near half a turn. Gaussians swell in the plane of rotation, and what is not a number is not
+    /// drawn.
     Reference,
     /// Products of exp(h ω), renormalised.
     Fixed,
@@ -35,7 +36,8 @@ pub struct VelocityConfig {
     pub depth: usize,
     /// Units per hidden layer of the velocity network (paper: 128).
     pub width: usize,
-    /// Frequencies of its time encoding (paper: 3). With 1 velocities change more evenly beyond the captured window, but some motions are never followed.
+    /// Frequencies of its time encoding (paper: 3). With 1 velocities change more evenly beyond the captured
+    /// window, but some motions are never followed.
     pub time_frequencies: usize,
     /// T*: the deformation ends and the velocity field takes over (paper: 0.70 to 0.75, by scene).
     pub max_time: f32,
@@ -43,7 +45,8 @@ pub struct VelocityConfig {
     pub fps: f32,
     /// How rotations are accumulated (paper: reference).
     pub rotation: RotationForm,
-    /// A Gaussian that stays within this distance of where it is at t = 0 does not move at all when drawn, world units (paper: 0.01).
+    /// A Gaussian that stays within this distance of where it is at t = 0 does not move at all when drawn,
+    /// world units (paper: 0.01).
     pub still_within: f32,
 }
 
@@ -71,7 +74,8 @@ impl VelocityConfig {
         }
     }
 
-    /// Small networks for the processor, and a velocity field that is also followed over the window's last part.
+    /// Small networks for the processor, and a velocity field that is also followed over the window's last
+    /// part.
     #[must_use]
     pub fn quick() -> Self {
         Self {
@@ -104,7 +108,10 @@ impl FreeGaveConfig {
     pub fn validate(&self) -> Result<(), (String, String)> {
         self.deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
         if self.deformation.code == 0 {
-            return Err(("deformation.code".to_owned(), "0 leaves the velocity field without bases".to_owned()));
+            return Err((
+                "deformation.code".to_owned(),
+                "0 leaves the velocity field without bases".to_owned(),
+            ));
         }
         let velocity = &self.velocity;
         let sizes = [
@@ -114,13 +121,20 @@ impl FreeGaveConfig {
             ("width", velocity.width, 1, 4096),
             ("time_frequencies", velocity.time_frequencies, 0, 16),
         ];
-        if let Some((field, value, low, high)) = sizes.into_iter().find(|&(_, value, low, high)| value < low || value > high) {
+        if let Some((field, value, low, high)) =
+            sizes.into_iter().find(|&(_, value, low, high)| value < low || value > high)
+        {
             return Err((format!("velocity.{field}"), format!("{value} is not between {low} and {high}")));
         }
-        let numbers =
-            [("max_time", velocity.max_time, 0.0, 1e3), ("fps", velocity.fps, 1.0, 1e4), ("still_within", velocity.still_within, 0.0, 1e6)];
+        let numbers = [
+            ("max_time", velocity.max_time, 0.0, 1e3),
+            ("fps", velocity.fps, 1.0, 1e4),
+            ("still_within", velocity.still_within, 0.0, 1e6),
+        ];
         match numbers.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((field, value, low, high)) => Err((format!("velocity.{field}"), format!("{value} is not between {low} and {high}"))),
+            Some((field, value, low, high)) => {
+                Err((format!("velocity.{field}"), format!("{value} is not between {low} and {high}")))
+            }
             None => Ok(()),
         }
     }
@@ -148,7 +162,8 @@ pub struct ChainLayout {
 }
 
 impl ChainLayout {
-    /// A chain from `inputs` through `depth` layers of `width` to `outputs`, from float `len` on, which is moved to its end.
+    /// A chain from `inputs` through `depth` layers of `width` to `outputs`, from float `len` on, which is
+    /// moved to its end.
     fn new([inputs, depth, width, outputs]: [usize; 4], skip_layer: usize, len: &mut usize) -> Self {
         let hidden = (0..depth).map(|i| {
             let own = if i == 0 { 0 } else { width };
@@ -186,7 +201,11 @@ impl FreeGaveLayout {
         let own = deformation.layout();
         let mut len = own.len;
         let position = deformation.position_width();
-        let code = ChainLayout::new([position, velocity.code_depth, velocity.code_width, k], velocity.code_skip_layer, &mut len);
+        let code = ChainLayout::new(
+            [position, velocity.code_depth, velocity.code_width, k],
+            velocity.code_skip_layer,
+            &mut len,
+        );
         let segment = ChainLayout::new([k, 2, SEGMENT_FACTOR * k, k], never, &mut len);
         let time = encoded_width(1, velocity.time_frequencies);
         let velocity = ChainLayout::new([time, velocity.depth, velocity.width, TWIST * k], never, &mut len);
@@ -196,8 +215,13 @@ impl FreeGaveLayout {
     /// Every layer with its name.
     #[must_use]
     pub fn linears(&self) -> Vec<(String, &LinearRange)> {
-        let deformation = self.deformation.linears().into_iter().map(|(name, l)| (format!("deformation.{name}"), l));
-        let rest = self.code.linears("code").chain(self.segment.linears("segment")).chain(self.velocity.linears("velocity"));
+        let deformation =
+            self.deformation.linears().into_iter().map(|(name, l)| (format!("deformation.{name}"), l));
+        let rest = self
+            .code
+            .linears("code")
+            .chain(self.segment.linears("segment"))
+            .chain(self.velocity.linears("velocity"));
         deformation.chain(rest).collect()
     }
 
@@ -219,13 +243,20 @@ mod tests {
         let layout = FreeGaveConfig { deformation, velocity: VelocityConfig::paper() }.layout();
         let end = |l: &ChainLayout| l.head.bias + l.head.outputs;
         let (code, segment) = (end(&layout.code), end(&layout.segment));
-        assert_eq!((layout.deformation.len, segment - layout.deformation.len, layout.len - segment), (114_472, 71_072, 79_456));
+        assert_eq!(
+            (layout.deformation.len, segment - layout.deformation.len, layout.len - segment),
+            (114_472, 71_072, 79_456)
+        );
         assert!(code < segment && end(&layout.velocity) == layout.len);
     }
 
     #[test]
     fn parameters_tile_the_vector() {
-        let layout = FreeGaveConfig { deformation: DeformationConfig::freegave_quick(), velocity: VelocityConfig::quick() }.layout();
+        let layout = FreeGaveConfig {
+            deformation: DeformationConfig::freegave_quick(),
+            velocity: VelocityConfig::quick(),
+        }
+        .layout();
         let mut end = 0;
         for param in layout.params() {
             assert_eq!(param.range.start, end, "{}", param.name);

@@ -29,7 +29,12 @@ pub(super) fn to_tensors(model: &FreeGave) -> TensorFile {
     let FreeGaveNetworks { config, frame, params } = &model.networks;
     let mut file = TensorFile::new(model.kind().format());
     insert_cloud(&mut file, "canonical", &model.canonical);
-    let header = Header { config: config.clone(), center: frame.center, scale: frame.scale, time_window: model.time_window };
+    let header = Header {
+        config: config.clone(),
+        center: frame.center,
+        scale: frame.scale,
+        time_window: model.time_window,
+    };
     // A plain structure of numbers and names always serialises.
     file.set_metadata(NETWORKS, serde_json::to_string(&header).unwrap_or_default());
     for param in config.layout().params() {
@@ -47,11 +52,15 @@ impl FreeGave {
         let canonical = read_cloud(file, "canonical")?;
         canonical.validate().map_err(|source| SourceError::Cloud { path: path.to_owned(), source })?;
         let Header { config, center, scale, time_window } = file.metadata_json(NETWORKS)?;
-        config.validate().map_err(|(field, reason)| file.field(&format!("{NETWORKS}.{field}"), "a value in range", reason))?;
+        config.validate().map_err(|(field, reason)| {
+            file.field(&format!("{NETWORKS}.{field}"), "a value in range", reason)
+        })?;
         let numbers = [scale, time_window].into_iter().chain(center);
         if !(scale > 0.0 && (0.0..1e3).contains(&time_window) && numbers.into_iter().all(f32::is_finite)) {
             let found = format!("{scale}, {center:?} and {time_window}");
-            return Err(file.field(NETWORKS, "a positive scale, a finite centre and a time window", found).into());
+            return Err(file
+                .field(NETWORKS, "a positive scale, a finite centre and a time window", found)
+                .into());
         }
         let layout = config.layout();
         let mut params = vec![0.0; layout.len];
@@ -59,10 +68,16 @@ impl FreeGave {
             let name = format!("{NETWORKS}.{}", param.name);
             let (shape, values) = file.values(&name)?;
             if shape != param.shape {
-                return Err(file.field(&name, &format!("shape {:?}", param.shape), format!("{shape:?}")).into());
+                return Err(file
+                    .field(&name, &format!("shape {:?}", param.shape), format!("{shape:?}"))
+                    .into());
             }
             params[param.range].copy_from_slice(values);
         }
-        Ok(Self::new(canonical, FreeGaveNetworks { config, frame: InputFrame { center, scale }, params }, time_window))
+        Ok(Self::new(
+            canonical,
+            FreeGaveNetworks { config, frame: InputFrame { center, scale }, params },
+            time_window,
+        ))
     }
 }

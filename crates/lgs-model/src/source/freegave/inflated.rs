@@ -1,15 +1,17 @@
-//! What the published renderer draws for a quaternion that is not of unit length (§2.3): the covariance of another ellipsoid.
+//! What the published renderer draws for a quaternion that is not of unit length (§2.3): the covariance of
+//! another ellipsoid.
 
 use lgs_core::linear::{Mat3, mat_mul, matrix_from_quat, quat_from_matrix, quat_normalize, transpose};
 
-/// Sweeps over the three planes; cyclic Jacobi rotations converge quadratically, and three by three needs fewer.
+/// Sweeps over the three planes; cyclic Jacobi rotations converge quadratically, and three by three needs
+/// fewer.
 const SWEEPS: usize = 8;
 
 /// Smallest variance, world units squared: keeps logarithms finite.
 const LEAST_VARIANCE: f64 = 1e-14;
 
-/// Unit quaternion and log standard deviations of the ellipsoid that `q`, taken as it is, makes of a Gaussian's. Nothing if `q` is not a
-/// number: such a Gaussian is not drawn.
+/// Unit quaternion and log standard deviations of the ellipsoid that `q`, taken as it is, makes of a
+/// Gaussian's. Nothing if `q` is not a number: such a Gaussian is not drawn.
 pub(super) fn drawn_shape(q: [f32; 4], log_scales: [f32; 3]) -> Option<([f32; 4], [f32; 3])> {
     if q.iter().any(|v| !v.is_finite()) {
         return None;
@@ -22,14 +24,19 @@ pub(super) fn drawn_shape(q: [f32; 4], log_scales: [f32; 3]) -> Option<([f32; 4]
     let turned = matrix_from_quat(quat_normalize(q));
     let square = length * length;
     let axes: Mat3 = std::array::from_fn(|r| {
-        std::array::from_fn(|c| ((if r == c { 1.0 - square } else { 0.0 }) + square * turned[r][c]) * log_scales[c].exp())
+        std::array::from_fn(|c| {
+            ((if r == c { 1.0 - square } else { 0.0 }) + square * turned[r][c]) * log_scales[c].exp()
+        })
     });
     let (variances, columns) = eigen(mat_mul(&axes, &transpose(&axes)).map(|row| row.map(f64::from)));
     let mut frame: Mat3 = columns.map(|row| row.map(|v| v as f32));
     if determinant(&frame) < 0.0 {
         frame.iter_mut().for_each(|row| row[0] = -row[0]);
     }
-    Some((quat_normalize(quat_from_matrix(&frame)), variances.map(|v| 0.5 * v.max(LEAST_VARIANCE).ln() as f32)))
+    Some((
+        quat_normalize(quat_from_matrix(&frame)),
+        variances.map(|v| 0.5 * v.max(LEAST_VARIANCE).ln() as f32),
+    ))
 }
 
 fn determinant(m: &Mat3) -> f32 {
@@ -84,7 +91,8 @@ mod tests {
         for length in [1.0, 0.8, 1.3] {
             let q = quat_normalize([0.6, -0.3, 0.5, 0.2]).map(|v| length * v);
             let (unit, scales) = drawn_shape(q, log_scales).expect("finite");
-            let axes: Mat3 = matrix_from_quat(unit).map(|row| std::array::from_fn(|c| row[c] * scales[c].exp()));
+            let axes: Mat3 =
+                matrix_from_quat(unit).map(|row| std::array::from_fn(|c| row[c] * scales[c].exp()));
             let (found, expected) = (mat_mul(&axes, &transpose(&axes)), published_covariance(q, log_scales));
             for (f, e) in found.as_flattened().iter().zip(expected.as_flattened()) {
                 assert!((f - e).abs() < 1e-5, "length {length}: {found:?} {expected:?}");

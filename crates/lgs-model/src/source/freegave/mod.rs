@@ -1,8 +1,10 @@
-//! FreeGave (`reference-systems.md` §4): a deformation network up to a time T*, and beyond it a velocity field that carries every Gaussian on.
+//! FreeGave (`reference-systems.md` §4): a deformation network up to a time T*, and beyond it a velocity
+//! field that carries every Gaussian on.
 //!
-//! A Gaussian's code is a function of its canonical position; it mixes K motion bases, each a rigid twist that changes with time, into the
-//! twist that moves this Gaussian ([`twist`]). The networks run as one fused operation on slices ([`network`]), which [`tensor`] makes
-//! differentiable inside Burn; [`mod@reference`] is its twin in plain tensor operations.
+//! A Gaussian's code is a function of its canonical position; it mixes K motion bases, each a rigid twist
+//! that changes with time, into the twist that moves this Gaussian ([`twist`]). The networks run as one fused
+//! operation on slices ([`network`]), which [`tensor`] makes differentiable inside Burn; [`mod@reference`] is
+//! its twin in plain tensor operations.
 
 mod call;
 mod config;

@@ -87,7 +87,9 @@ impl SourceModel for FreeGave {
         if self.networks.config.velocity.rotation == RotationForm::Reference {
             for (i, &[_, _, _, w, x, y, z, ..]) in poses.iter().enumerate() {
                 match drawn_shape([w, x, y, z], cloud.log_scales[i]) {
-                    Some((rotation, log_scales)) => (cloud.rotations[i], cloud.log_scales[i]) = (rotation, log_scales),
+                    Some((rotation, log_scales)) => {
+                        (cloud.rotations[i], cloud.log_scales[i]) = (rotation, log_scales)
+                    }
                     None => (cloud.rotations[i], cloud.raw_opacities[i]) = ([1.0, 0.0, 0.0, 0.0], NOT_DRAWN),
                 }
             }
@@ -112,13 +114,19 @@ mod tests {
     use crate::source::{DeformationConfig, HeadInit, ScaleMode, load_source};
 
     fn model(rotation: RotationForm) -> FreeGave {
-        let means: Vec<[f32; 3]> = (0..40).map(|i| [(i as f32).sin(), (i as f32).cos(), i as f32 * 0.02]).collect();
+        let means: Vec<[f32; 3]> =
+            (0..40).map(|i| [(i as f32).sin(), (i as f32).cos(), i as f32 * 0.02]).collect();
         let mut canonical = GaussianCloud::isotropic(means, 0.05, [0.3, 0.5, 0.7], 0.6);
         canonical.log_scales.iter_mut().for_each(|s| s[0] += 0.5);
         let frame = InputFrame::around(&canonical.means);
-        let deformation = DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
+        let deformation =
+            DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
         let velocity = VelocityConfig { max_time: 0.6, rotation, ..VelocityConfig::quick() };
-        FreeGave::new(canonical, FreeGaveNetworks::init(FreeGaveConfig { deformation, velocity }, frame, 3), 0.75)
+        FreeGave::new(
+            canonical,
+            FreeGaveNetworks::init(FreeGaveConfig { deformation, velocity }, frame, 3),
+            0.75,
+        )
     }
 
     /// A model whose velocity field is one uniform rotation, and whose deformation does nothing.
@@ -138,7 +146,9 @@ mod tests {
     #[test]
     fn the_deformation_ends_where_the_velocity_field_begins() {
         let model = model(RotationForm::Fixed);
-        let far = |a: &[[f32; 3]], b: &[[f32; 3]]| a.iter().zip(b).map(|(a, b)| norm(sub(*a, *b))).fold(0.0, f32::max);
+        let far = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+            a.iter().zip(b).map(|(a, b)| norm(sub(*a, *b))).fold(0.0, f32::max)
+        };
         let (at, after) = (model.positions_at(0.6), model.positions_at(0.6001));
         assert!(far(&at, &after) < 1e-3);
         assert!(far(&at, &model.positions_at(0.8)) > 1e-3, "what moves goes on moving");
@@ -159,7 +169,8 @@ mod tests {
     #[test]
     fn a_fast_spin_swells_and_vanishes_in_the_published_form_and_not_in_the_fixed_one() {
         let pi = std::f32::consts::PI;
-        let widest = |cloud: &GaussianCloud| cloud.log_scales.as_flattened().iter().copied().fold(f32::MIN, f32::max);
+        let widest =
+            |cloud: &GaussianCloud| cloud.log_scales.as_flattened().iter().copied().fold(f32::MIN, f32::max);
         let (fixed, published) = (spinning(RotationForm::Fixed, pi), spinning(RotationForm::Reference, pi));
         for time in [1.35, 1.6, 2.25] {
             let cloud = fixed.cloud_at(time);
@@ -187,7 +198,10 @@ mod tests {
         bad.networks.params[last] = f32::NAN;
         bad.save(&path).expect("save");
         let text = load_source(&path).err().expect("nan").to_string();
-        assert!(text.contains("source.safetensors") && text.contains("networks.velocity.head.bias"), "{text}");
+        assert!(
+            text.contains("source.safetensors") && text.contains("networks.velocity.head.bias"),
+            "{text}"
+        );
         let mut bad = saved;
         bad.networks.config.velocity.max_time = -1.0;
         bad.save(&path).expect("save");

@@ -1,9 +1,11 @@
-//! FreeGave's networks as one operation on slices: Gaussians, a time to deform to and a time to be carried to in, pose rows out.
+//! FreeGave's networks as one operation on slices: Gaussians, a time to deform to and a time to be carried to
+//! in, pose rows out.
 //!
-//! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in order, so the result does not
-//! depend on the number of threads. Gradients (§4.3): positions pass theirs straight to the deformation, as if what the velocity field
-//! adds were constant, and the velocity field gets its own through that addition, as if the start of it were constant. What enters the
-//! encoding is a constant.
+//! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in
+//! order, so the result does not depend on the number of threads. Gradients (§4.3): positions pass theirs
+//! straight to the deformation, as if what the velocity field adds were constant, and the velocity field gets
+//! its own through that addition, as if the start of it were constant. What enters the encoding is a
+//! constant.
 
 use rand::RngExt;
 use rayon::prelude::*;
@@ -26,7 +28,8 @@ pub struct FreeGaveNetworks {
 }
 
 impl FreeGaveNetworks {
-    /// Fresh networks: weights and biases uniform in ±1/√fan_in, the heads of deformation and velocity as configured.
+    /// Fresh networks: weights and biases uniform in ±1/√fan_in, the heads of deformation and velocity as
+    /// configured.
     #[must_use]
     pub fn init(config: FreeGaveConfig, frame: InputFrame, seed: u64) -> Self {
         let layout = config.layout();
@@ -34,7 +37,10 @@ impl FreeGaveNetworks {
         let mut params = Vec::with_capacity(layout.len);
         for (_, linear) in layout.linears() {
             let bound = 1.0 / (linear.inputs as f32).sqrt();
-            params.extend((0..linear.inputs * linear.outputs + linear.outputs).map(|_| random.random_range(-bound..bound)));
+            params.extend(
+                (0..linear.inputs * linear.outputs + linear.outputs)
+                    .map(|_| random.random_range(-bound..bound)),
+            );
         }
         let factor = match config.deformation.head_init {
             HeadInit::Uniform => 1.0,
@@ -84,7 +90,13 @@ impl Hop {
     #[must_use]
     pub fn to_draw(config: &FreeGaveConfig, time: f32) -> Self {
         let velocity = &config.velocity;
-        Self { from: time.min(velocity.max_time), to: time, longest_step: 1.0 / velocity.fps, turns: true, learns: Learns::All }
+        Self {
+            from: time.min(velocity.max_time),
+            to: time,
+            longest_step: 1.0 / velocity.fps,
+            turns: true,
+            learns: Learns::All,
+        }
     }
 }
 
@@ -141,7 +153,11 @@ pub fn carry_kept(input: HopInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
 #[must_use]
 pub fn carry_vjp(input: HopInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]) -> DeformGradients {
     let n = input.means.len();
-    assert_eq!((input.rotations.len(), v_poses.len(), kept.blocks.len()), (n, n, n.div_ceil(BLOCK)), "Gaussians and cotangents");
+    assert_eq!(
+        (input.rotations.len(), v_poses.len(), kept.blocks.len()),
+        (n, n, n.div_ceil(BLOCK)),
+        "Gaussians and cotangents"
+    );
     let call = Call::new(input);
     let mut rows = v_poses.to_vec();
     let together = blocks_together(n);

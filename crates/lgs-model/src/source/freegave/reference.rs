@@ -1,4 +1,5 @@
-//! FreeGave's networks in plain tensor operations: the twin that tests compare [`super::network`] with, differentiated by Burn.
+//! FreeGave's networks in plain tensor operations: the twin that tests compare [`super::network`] with,
+//! differentiated by Burn.
 
 use burn::tensor::{
     Tensor, TensorData,
@@ -10,7 +11,9 @@ use super::network::Hop;
 use super::twist::{TWIST, steps, twist_times};
 use crate::source::encoding::encode;
 use crate::source::network::InputFrame;
-use crate::source::reference::{ReferenceInput, columns, cross, deform_with_codes, encoded_positions, linear};
+use crate::source::reference::{
+    ReferenceInput, columns, cross, deform_with_codes, encoded_positions, linear,
+};
 
 /// Inputs of [`carry`].
 pub struct CarryInput<'a> {
@@ -43,7 +46,14 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
     }
     let codes = linear(&params, &layout.code.head, hidden);
     let weights = chain(&params, &layout.segment, codes.clone(), relu);
-    let deformation = ReferenceInput { config: &config.deformation, frame, params: params.clone(), means, rotations, time: hop.from };
+    let deformation = ReferenceInput {
+        config: &config.deformation,
+        frame,
+        params: params.clone(),
+        means,
+        rotations,
+        time: hop.from,
+    };
     let poses = deform_with_codes(deformation, Some(codes));
     let h = steps(hop.from, hop.to, hop.longest_step);
     let times = twist_times(hop.from, &h);
@@ -53,7 +63,8 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
         let time = Tensor::<2>::from_data(TensorData::new(encoding, [1, width]), &params.device());
         weights.clone().matmul(chain(&params, &layout.velocity, time, silu).reshape([config.bases(), TWIST]))
     };
-    // The velocity field sees where it starts as a constant, and the deformation what the velocity field adds.
+    // The velocity field sees where it starts as a constant, and the deformation what the velocity field
+    // adds.
     let start = columns(&poses, 0, 3).detach();
     let mut p = start.clone();
     for (i, h) in h.iter().enumerate() {
@@ -63,7 +74,12 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
     Tensor::cat(vec![columns(&poses, 0, 3) + (p - start), columns(&poses, 3, 7)], 1)
 }
 
-fn chain(params: &Tensor<1>, layout: &ChainLayout, x: Tensor<2>, activation: fn(Tensor<2>) -> Tensor<2>) -> Tensor<2> {
+fn chain(
+    params: &Tensor<1>,
+    layout: &ChainLayout,
+    x: Tensor<2>,
+    activation: fn(Tensor<2>) -> Tensor<2>,
+) -> Tensor<2> {
     let hidden = layout.hidden.iter().fold(x, |x, l| activation(linear(params, l, x)));
     linear(params, &layout.head, hidden)
 }
@@ -83,9 +99,16 @@ mod tests {
     use std::sync::Arc;
 
     fn config(head: MotionHead) -> FreeGaveConfig {
-        let deformation =
-            DeformationConfig { head_init: HeadInit::Uniform, motion_head: head, code: 5, ..DeformationConfig::freegave_quick() };
-        FreeGaveConfig { deformation, velocity: VelocityConfig { code_depth: 3, code_skip_layer: 1, ..VelocityConfig::quick() } }
+        let deformation = DeformationConfig {
+            head_init: HeadInit::Uniform,
+            motion_head: head,
+            code: 5,
+            ..DeformationConfig::freegave_quick()
+        };
+        FreeGaveConfig {
+            deformation,
+            velocity: VelocityConfig { code_depth: 3, code_skip_layer: 1, ..VelocityConfig::quick() },
+        }
     }
 
     fn compare(config: &FreeGaveConfig, n: usize, hop: Hop) {
@@ -95,7 +118,9 @@ mod tests {
             &params,
             n,
             |params, means, rotations| tensor::carry(params, means, rotations, spec),
-            |params, means, rotations| carry(CarryInput { config, frame: FRAME, params, means, rotations, hop }),
+            |params, means, rotations| {
+                carry(CarryInput { config, frame: FRAME, params, means, rotations, hop })
+            },
         );
     }
 
@@ -104,9 +129,16 @@ mod tests {
         let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns: Learns::All };
         compare(&config(MotionHead::Rigid), 1, hop);
         compare(&config(MotionHead::Turn), 700, hop);
-        compare(&config(MotionHead::Turn), 300, Hop { from: 0.4, to: 0.3, longest_step: f32::INFINITY, turns: false, learns: Learns::All });
+        compare(
+            &config(MotionHead::Turn),
+            300,
+            Hop { from: 0.4, to: 0.3, longest_step: f32::INFINITY, turns: false, learns: Learns::All },
+        );
         compare(&config(MotionHead::Rigid), 300, Hop::none(0.2));
-        let paper = FreeGaveConfig { deformation: DeformationConfig::freegave_paper(), velocity: VelocityConfig::paper() };
+        let paper = FreeGaveConfig {
+            deformation: DeformationConfig::freegave_paper(),
+            velocity: VelocityConfig::paper(),
+        };
         compare(&paper, 100, hop);
     }
 
@@ -118,14 +150,27 @@ mod tests {
         let (means, rotations) = gaussians(300);
         let gradients = |learns| {
             let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns };
-            let input =
-                HopInput { config: &config, frame: networks.frame, params: &networks.params, means: &means, rotations: &rotations, hop };
+            let input = HopInput {
+                config: &config,
+                frame: networks.frame,
+                params: &networks.params,
+                means: &means,
+                rotations: &rotations,
+                hop,
+            };
             carry_vjp(input, &carry_kept(input).1, weights(300).as_chunks().0)
         };
         let (all, alone) = (gradients(Learns::All), gradients(Learns::Velocity));
         let (code, segment) = (layout.deformation.len, layout.segment.hidden[0].weight);
-        assert!(alone.params[..code].iter().all(|v| *v == 0.0) && alone.means.as_flattened().iter().all(|v| *v == 0.0));
-        assert_ne!(alone.params[code..segment], all.params[code..segment], "codes also steer the deformation");
+        assert!(
+            alone.params[..code].iter().all(|v| *v == 0.0)
+                && alone.means.as_flattened().iter().all(|v| *v == 0.0)
+        );
+        assert_ne!(
+            alone.params[code..segment],
+            all.params[code..segment],
+            "codes also steer the deformation"
+        );
         assert!(alone.params[code..segment].iter().any(|v| *v != 0.0));
         assert_eq!(alone.params[segment..], all.params[segment..]);
     }
@@ -139,8 +184,14 @@ mod tests {
         let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: true, learns: Learns::All };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            let input =
-                HopInput { config: &config, frame: networks.frame, params: &networks.params, means: &means, rotations: &rotations, hop };
+            let input = HopInput {
+                config: &config,
+                frame: networks.frame,
+                params: &networks.params,
+                means: &means,
+                rotations: &rotations,
+                hop,
+            };
             pool.install(|| carry_vjp(input, &carry_kept(input).1, weights.as_chunks().0))
         };
         let one = run(1);

@@ -1,4 +1,5 @@
-//! FreeGave's networks as a Burn operation, differentiable by their parameters and by the Gaussians that they move.
+//! FreeGave's networks as a Burn operation, differentiable by their parameters and by the Gaussians that they
+//! move.
 
 use std::sync::Arc;
 
@@ -30,16 +31,27 @@ pub struct HopSpec {
 #[backend_extension(Autodiff, Flex)]
 pub trait FreeGaveOps: Backend {
     /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
-    fn carry(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: HopSpec) -> FloatTensor<Self>;
+    fn carry(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: HopSpec,
+    ) -> FloatTensor<Self>;
 }
 
-/// Backends that can run them backwards; apart from [`FreeGaveOps`], as only the inner backend of an autodiff one is asked.
+/// Backends that can run them backwards; apart from [`FreeGaveOps`], as only the inner backend of an autodiff
+/// one is asked.
 pub trait FreeGaveKernels: FreeGaveOps {
     /// Pose rows, and what their way back needs.
     fn carry_kept(inputs: [FloatTensor<Self>; 3], spec: &HopSpec) -> (FloatTensor<Self>, Arc<Kept>);
 
     /// Cotangents of parameters, centres and quaternions, given that of the rows.
-    fn carry_vjp(inputs: [FloatTensor<Self>; 3], spec: &HopSpec, kept: &Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3];
+    fn carry_vjp(
+        inputs: [FloatTensor<Self>; 3],
+        spec: &HopSpec,
+        kept: &Kept,
+        v_poses: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3];
 }
 
 fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a HopSpec) -> HopInput<'a> {
@@ -59,7 +71,12 @@ fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Fl
 }
 
 impl FreeGaveOps for Flex {
-    fn carry(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: HopSpec) -> FloatTensor<Self> {
+    fn carry(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: HopSpec,
+    ) -> FloatTensor<Self> {
         let _span = tracing::trace_span!("deformation network").entered();
         let inputs = [params, means, rotations].map(|t| t.to_contiguous());
         let poses = carry_rows(input(&inputs, &spec));
@@ -77,12 +94,21 @@ impl FreeGaveKernels for Flex {
         (tensor(poses.into_flattened(), [n, DELTAS]), Arc::new(kept))
     }
 
-    fn carry_vjp(inputs: [FloatTensor<Self>; 3], spec: &HopSpec, kept: &Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+    fn carry_vjp(
+        inputs: [FloatTensor<Self>; 3],
+        spec: &HopSpec,
+        kept: &Kept,
+        v_poses: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3] {
         let _span = tracing::trace_span!("deformation network, backward").entered();
         let (inputs, v_poses) = (inputs.map(|t| t.to_contiguous()), v_poses.to_contiguous());
         let v = carry_vjp(input(&inputs, spec), kept, v_poses.storage::<f32>().as_chunks().0);
         let (len, n) = (v.params.len(), v.means.len());
-        [tensor(v.params, [len]), tensor(v.means.into_flattened(), [n, 3]), tensor(v.rotations.into_flattened(), [n, 4])]
+        [
+            tensor(v.params, [len]),
+            tensor(v.means.into_flattened(), [n, 3]),
+            tensor(v.rotations.into_flattened(), [n, 4]),
+        ]
     }
 }
 
@@ -105,7 +131,12 @@ impl<B: FreeGaveKernels> Backward<B, 3> for Carry {
 }
 
 impl<B: FreeGaveKernels, C: CheckpointStrategy> FreeGaveOps for Autodiff<B, C> {
-    fn carry(params: FloatTensor<Self>, means: FloatTensor<Self>, rotations: FloatTensor<Self>, spec: HopSpec) -> FloatTensor<Self> {
+    fn carry(
+        params: FloatTensor<Self>,
+        means: FloatTensor<Self>,
+        rotations: FloatTensor<Self>,
+        spec: HopSpec,
+    ) -> FloatTensor<Self> {
         let nodes = [params.node(), means.node(), rotations.node()];
         let inputs = [params, means, rotations].map(|t| t.into_primitive());
         match Carry.prepare::<C>(nodes).compute_bound().stateful() {
@@ -121,10 +152,15 @@ impl<B: FreeGaveKernels, C: CheckpointStrategy> FreeGaveOps for Autodiff<B, C> {
     }
 }
 
-/// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters `[P]`; differentiable by all three
-/// in the way of [`super::network`].
+/// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters
+/// `[P]`; differentiable by all three in the way of [`super::network`].
 #[must_use]
 pub fn carry(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: HopSpec) -> Tensor<2> {
-    let out = <Dispatch as FreeGaveOps>::carry(params.into_dispatch(), means.into_dispatch(), rotations.into_dispatch(), spec);
+    let out = <Dispatch as FreeGaveOps>::carry(
+        params.into_dispatch(),
+        means.into_dispatch(),
+        rotations.into_dispatch(),
+        spec,
+    );
     Tensor::from_dispatch(out)
 }

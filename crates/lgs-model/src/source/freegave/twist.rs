@@ -1,7 +1,7 @@
 //! The divergence-free velocity field of six bases and its integration (§4.1, §4.2).
 //!
-//! Mixed, the bases are a rigid twist: `v(p) = u + ω × p` about the world's origin, with `ω = −(a₄, a₅, a₆)`. Integrated by the explicit
-//! midpoint rule, along which a Gaussian's twist changes with time only.
+//! Mixed, the bases are a rigid twist: `v(p) = u + ω × p` about the world's origin, with `ω = −(a₄, a₅, a₆)`.
+//! Integrated by the explicit midpoint rule, along which a Gaussian's twist changes with time only.
 
 use lgs_core::linear::{Mat3, add, cross, mat_mul, norm, quat_mul, quat_normalize, scale, sub};
 
@@ -32,7 +32,8 @@ pub fn velocity_vjp(a: &Twist, p: [f32; 3], v: [f32; 3]) -> (Twist, [f32; 3]) {
     ([v[0], v[1], v[2], turned[0], turned[1], turned[2]], cross(b, v))
 }
 
-/// Steps from one time to another: equal ones of at most `longest`, but for the last, which is what remains (§4.2). The signed lengths.
+/// Steps from one time to another: equal ones of at most `longest`, but for the last, which is what remains
+/// (§4.2). The signed lengths.
 #[must_use]
 pub fn steps(from: f32, to: f32, longest: f32) -> Vec<f32> {
     let span = (to - from).abs();
@@ -87,14 +88,20 @@ pub fn integrate_vjp(steps: &[f32], twists: &[Twist], p: [f32; 3], v: [f32; 3]) 
     (v_twists, v_p)
 }
 
-/// The rotation along the steps as a quaternion, from the angular velocities at their middles. Not of unit length in
-/// [`RotationForm::Reference`], and not a number there where the trace of the accumulated matrix has fallen to −1.
+/// The rotation along the steps as a quaternion, from the angular velocities at their middles. Not of unit
+/// length in [`RotationForm::Reference`], and not a number there where the trace of the accumulated matrix
+/// has fallen to −1.
 #[must_use]
 pub fn rotation(form: RotationForm, steps: &[f32], twists: &[Twist]) -> [f32; 4] {
-    let turns = steps.iter().zip(twists.as_chunks::<2>().0).map(|(&h, [_, middle])| scale(parts(middle).1, -h));
+    let turns =
+        steps.iter().zip(twists.as_chunks::<2>().0).map(|(&h, [_, middle])| scale(parts(middle).1, -h));
     match form {
-        RotationForm::Reference => published_quaternion(&turns.fold(IDENTITY, |m, w| mat_mul(&identity_plus_cross(w), &m))),
-        RotationForm::Fixed => turns.fold([1.0, 0.0, 0.0, 0.0], |q, w| quat_normalize(quat_mul(exponential(w), q))),
+        RotationForm::Reference => {
+            published_quaternion(&turns.fold(IDENTITY, |m, w| mat_mul(&identity_plus_cross(w), &m)))
+        }
+        RotationForm::Fixed => {
+            turns.fold([1.0, 0.0, 0.0, 0.0], |q, w| quat_normalize(quat_mul(exponential(w), q)))
+        }
     }
 }
 
@@ -136,7 +143,8 @@ mod tests {
     #[test]
     fn the_field_is_the_published_sum_of_six_bases_and_a_rigid_twist() {
         let (a, [x, y, z]) = ([0.3, -0.7, 0.2, 0.5, -0.4, 0.9], [0.6, -1.1, 0.8]);
-        let bases = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
+        let bases =
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
         let sum: [f32; 3] = std::array::from_fn(|axis| (0..TWIST).map(|i| a[i] * bases[i][axis]).sum());
         let found = velocity(&a, [x, y, z]);
         assert!(sum.iter().zip(found).all(|(s, f)| (s - f).abs() < 1e-6), "{sum:?} {found:?}");
@@ -166,13 +174,19 @@ mod tests {
             norm(sub(p, [1.2_f32.cos(), 1.2_f32.sin(), 0.3]))
         };
         assert!(error(12) < 4e-3);
-        assert!((3.0..5.0).contains(&(error(6) / error(12))), "second order over a fixed time: {} {}", error(6), error(12));
+        assert!(
+            (3.0..5.0).contains(&(error(6) / error(12))),
+            "second order over a fixed time: {} {}",
+            error(6),
+            error(12)
+        );
     }
 
     #[test]
     fn gradients_are_those_of_finite_differences() {
         let h = [0.1, 0.1, 0.04];
-        let twists: Vec<Twist> = (0..6).map(|j| std::array::from_fn(|i| ((j * 6 + i) as f32 * 1.7).sin() * 1.5)).collect();
+        let twists: Vec<Twist> =
+            (0..6).map(|j| std::array::from_fn(|i| ((j * 6 + i) as f32 * 1.7).sin() * 1.5)).collect();
         let (p, weights) = ([0.4, -0.9, 1.3], [0.7, -1.2, 0.5]);
         let loss = |twists: &[Twist], p| lgs_core::linear::dot(integrate(&h, twists, p), weights);
         let (v_twists, v_p) = integrate_vjp(&h, &twists, p, weights);
@@ -185,11 +199,16 @@ mod tests {
                     loss(&twists, p)
                 };
                 let numeric = (shifted(D) - shifted(-D)) / (2.0 * D);
-                assert!((numeric - v_twists[j][i]).abs() < 1e-4, "twist {j} {i}: {numeric} {}", v_twists[j][i]);
+                assert!(
+                    (numeric - v_twists[j][i]).abs() < 1e-4,
+                    "twist {j} {i}: {numeric} {}",
+                    v_twists[j][i]
+                );
             }
         }
         for (i, exact) in v_p.into_iter().enumerate() {
-            let shifted = |d: f32| loss(&twists, std::array::from_fn(|k| if k == i { p[k] + d } else { p[k] }));
+            let shifted =
+                |d: f32| loss(&twists, std::array::from_fn(|k| if k == i { p[k] + d } else { p[k] }));
             let numeric = (shifted(D) - shifted(-D)) / (2.0 * D);
             assert!((numeric - exact).abs() < 1e-4, "point {i}: {numeric} {exact}");
         }
@@ -211,10 +230,16 @@ mod tests {
         }
         // By what the drawn radius in the plane of rotation grows (§4.2).
         let swelling = |time| {
-            let (_, log_scales) = drawn_shape(after(RotationForm::Reference, pi, time), [0.0; 3]).expect("a number");
+            let (_, log_scales) =
+                drawn_shape(after(RotationForm::Reference, pi, time), [0.0; 3]).expect("a number");
             log_scales.into_iter().fold(0.0, f32::max).exp()
         };
-        assert!((swelling(0.5) - 1.05).abs() < 5e-3 && (swelling(0.75) - 1.48).abs() < 5e-3, "{} {}", swelling(0.5), swelling(0.75));
+        assert!(
+            (swelling(0.5) - 1.05).abs() < 5e-3 && (swelling(0.75) - 1.48).abs() < 5e-3,
+            "{} {}",
+            swelling(0.5),
+            swelling(0.75)
+        );
         assert!(after(RotationForm::Reference, pi, 1.0).iter().any(|v| v.is_nan()));
     }
 }
