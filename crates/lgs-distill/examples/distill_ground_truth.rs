@@ -54,7 +54,7 @@ fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
 fn relative_error(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
     let supports = found.supports(20);
     let mut spec = RolloutSpec::new(DT as f32, STEPS);
-    if found.report.whole_object {
+    if found.report.rigid_constraint {
         spec = spec.aligned(&supports, VelocityPolicy::Rigid);
     }
     let states = rollout(&found.system, &State::at_start(found.q0.clone(), found.v0.clone()), &spec);
@@ -74,7 +74,7 @@ fn describe(found: &Distilled) -> String {
     words.push(format!("stiffness {:?}", terms.stiffness));
     words.extend(terms.damping.then(|| "damping".into()));
     words.extend(terms.gyration.then(|| "gyration".into()));
-    words.extend(report.whole_object.then(|| "whole object".into()));
+    words.extend(report.rigid_constraint.then(|| "whole object".into()));
     words.extend(report.networks.then(|| "networks".into()));
     words.join(", ")
 }

@@ -197,7 +197,7 @@ pub struct DistillConfig {
     pub anchors: usize,
     /// Whether bodies may be held rigid by one support, for laws that need it and for those that they follow
     /// as well so; without it every particle moves by itself.
-    pub whole_object: bool,
+    pub rigid_constraint: bool,
     /// Networks are fitted to what the linear law leaves only if its forecast error is above this part of the
     /// displacement.
     pub remainder_threshold: f32,
@@ -224,7 +224,7 @@ impl Default for DistillConfig {
             forecast_floor: 1e-3,
             forecast_tolerance: 0.0,
             anchors: 20,
-            whole_object: true,
+            rigid_constraint: true,
             remainder_threshold: 0.04,
             matching: MatchingConfig::default(),
             rollout: RolloutConfig::default(),

@@ -42,7 +42,7 @@ pub(crate) struct Candidate {
     /// Its terms.
     pub(crate) terms: Terms,
     /// Whether the object is held rigid by one support (Eq. 6), or its particles move independently.
-    pub(crate) whole_object: bool,
+    pub(crate) rigid_constraint: bool,
 }
 
 /// A law with its initial state.

@@ -96,7 +96,7 @@ impl<'a> LawFit<'a> {
     /// finite comes of it or the damping is negative.
     pub(crate) fn fit(&self, candidate: &Candidate) -> Option<FittedLaw> {
         let by_particles = self.particles.solve(&candidate.terms, self.center);
-        let starts = if candidate.whole_object {
+        let starts = if candidate.rigid_constraint {
             vec![self.centroid.solve(&candidate.terms, self.center), by_particles, Law::free(self.center)]
         } else {
             vec![by_particles]
@@ -113,7 +113,7 @@ impl<'a> LawFit<'a> {
     /// The best start of a body that is held rigid and follows a law fitted to independent particles. `None`
     /// if nothing finite comes of it.
     pub(crate) fn held(&self, law: &Law, candidate: &Candidate) -> Option<FittedLaw> {
-        let candidate = Candidate { whole_object: true, ..*candidate };
+        let candidate = Candidate { rigid_constraint: true, ..*candidate };
         let mut unknowns = law.unknowns(&candidate.terms);
         let fixed = unknowns.len();
         unknowns.resize(fixed + self.start_unknowns(), 0.0);
@@ -126,7 +126,7 @@ impl<'a> LawFit<'a> {
         let (law, start) = self.decode(candidate, unknowns);
         let error = (cost / (self.points.len() * self.motion.poses.len()) as f64).sqrt();
         (error.is_finite() && law.damping >= 0.0).then_some(FittedLaw {
-            anchoring: candidate.whole_object.then_some(self.anchoring),
+            anchoring: candidate.rigid_constraint.then_some(self.anchoring),
             law,
             start,
             error,
@@ -202,7 +202,7 @@ impl<'a> LawFit<'a> {
     fn residual(&self, candidate: &Candidate, unknowns: &[f64]) -> Vec<f64> {
         let (law, start) = self.decode(candidate, unknowns);
         let mut out = Vec::with_capacity(self.points.len() * self.motion.poses.len() * 3);
-        if candidate.whole_object {
+        if candidate.rigid_constraint {
             let mut body = start.body(&law, &self.anchoring, self.dt);
             for (i, pose) in self.motion.poses.iter().enumerate() {
                 if i > 0 {

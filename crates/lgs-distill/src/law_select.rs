@@ -45,7 +45,7 @@ pub(crate) struct ChosenLaw {
 /// Laws to choose from, in order of preference: for independent particles (the paper's form) before those
 /// that need the object held rigid, and in each group fewer terms first, potentials before forces except for
 /// plain damping.
-pub(crate) fn candidates(force: bool, whole_object: bool) -> Vec<Candidate> {
+pub(crate) fn candidates(force: bool, rigid_constraint: bool) -> Vec<Candidate> {
     use Stiffness::{Axial, Full, Isotropic, None};
     let terms = |gravity, stiffness, damping, gyration| Terms { gravity, stiffness, damping, gyration };
     let mut tiers = vec![
@@ -70,10 +70,12 @@ pub(crate) fn candidates(force: bool, whole_object: bool) -> Vec<Candidate> {
             terms(true, Full, true, true),
         ]);
     }
-    let modes = if whole_object { &[false, true][..] } else { &[false][..] };
+    let modes = if rigid_constraint { &[false, true][..] } else { &[false][..] };
     modes
         .iter()
-        .flat_map(|&whole_object| tiers.iter().flatten().map(move |&terms| Candidate { terms, whole_object }))
+        .flat_map(|&rigid_constraint| {
+            tiers.iter().flatten().map(move |&terms| Candidate { terms, rigid_constraint })
+        })
         .collect()
 }
 
@@ -94,7 +96,7 @@ pub(crate) fn choose_law(
 ) -> Option<ChosenLaw> {
     let samples = motion.times.len();
     let anchoring = Anchoring::of(&anchors.iter().map(|&i| motion.shape[i]).collect::<Vec<_>>());
-    let whole_object = config.whole_object && motion.kind == PoseKind::Rigid && anchors.len() >= 4;
+    let rigid_constraint = config.rigid_constraint && motion.kind == PoseKind::Rigid && anchors.len() >= 4;
     let held = ((samples as f32 * config.held_out) as usize).clamp(1, samples / 2);
     let early = motion.window(0..samples - held);
     let late = motion.window(held..samples);
@@ -112,7 +114,7 @@ pub(crate) fn choose_law(
     let whole = LawFit::new(motion, &motion.smooth(degrees).0, center, anchoring);
     let points = motion.sigma_points();
     let dt = (motion.times[samples - 1] - motion.times[0]) / (samples - 1) as f64;
-    let scored: Vec<(Candidate, f64)> = candidates(force, whole_object)
+    let scored: Vec<(Candidate, f64)> = candidates(force, rigid_constraint)
         .into_par_iter()
         .map(|candidate| {
             let squares: f64 =
@@ -147,8 +149,11 @@ pub(crate) fn choose_law(
     };
     let (candidate, forecast, fitted) =
         kept.into_iter().find(|(candidate, score, _)| *score <= admitted(candidate))?;
-    let held =
-        if whole_object && !candidate.whole_object { whole.held(&fitted.law, &candidate) } else { None };
+    let held = if rigid_constraint && !candidate.rigid_constraint {
+        whole.held(&fitted.law, &candidate)
+    } else {
+        None
+    };
     tracing::debug!(
         ?candidate,
         error = fitted.error,

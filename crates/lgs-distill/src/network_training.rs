@@ -31,13 +31,15 @@ impl<'a> Training<'a> {
         distilled: &Distilled,
         config: &'a DistillConfig,
     ) -> Self {
-        let whole_object = distilled.report.whole_object;
-        let particles = if whole_object { anchors.to_vec() } else { all.spread(config.matching.particles) };
+        let rigid_constraint = distilled.report.rigid_constraint;
+        let particles =
+            if rigid_constraint { anchors.to_vec() } else { all.spread(config.matching.particles) };
         let paths = all.part(&particles, all.samples());
         let local: Vec<u32> = (0..paths.len() as u32).collect();
-        let supports = whole_object.then(|| anchored_supports(&local, paths.len()));
-        let judges = if whole_object { (0..paths.len()).collect() } else { paths.spread(JUDGES) };
-        let force_is_fixed = whole_object && !distilled.report.terms.is_some_and(|terms| terms.has_force());
+        let supports = rigid_constraint.then(|| anchored_supports(&local, paths.len()));
+        let judges = if rigid_constraint { (0..paths.len()).collect() } else { paths.spread(JUDGES) };
+        let force_is_fixed =
+            rigid_constraint && !distilled.report.terms.is_some_and(|terms| terms.has_force());
         Self { config, paths, judges, supports, force_is_fixed }
     }
 

@@ -36,7 +36,7 @@ pub struct DistillReport {
     /// Its constants.
     pub law: Option<Law>,
     /// Whether the object is held rigid as a whole (see [`crate::Distilled::supports`]).
-    pub whole_object: bool,
+    pub rigid_constraint: bool,
     /// Position error at held-out samples of a fit without them, if it was measured.
     pub forecast_error: Option<f64>,
     /// Position error inside of the window.

@@ -84,7 +84,7 @@ impl Seen {
 
     /// The law as a system.
     pub(crate) fn of_law(&self, chosen: &ChosenLaw, config: &DistillConfig, seed: u64) -> Distilled {
-        let whole_object = chosen.candidate.whole_object;
+        let rigid_constraint = chosen.candidate.rigid_constraint;
         let (q0, v0) = match &self.motion {
             Some(motion) => chosen.fitted.initial_states(motion, f64::from(self.paths.dt())),
             None => (Vec::new(), Vec::new()),
@@ -92,12 +92,12 @@ impl Seen {
         let report = DistillReport {
             terms: Some(chosen.candidate.terms),
             law: Some(chosen.fitted.law),
-            whole_object,
+            rigid_constraint,
             forecast_error: Some(chosen.forecast),
             window_error: chosen.fitted.error,
             ..self.report()
         };
-        let anchors = whole_object.then(|| self.anchors.iter().map(|&i| i as u32).collect());
+        let anchors = rigid_constraint.then(|| self.anchors.iter().map(|&i| i as u32).collect());
         Distilled {
             system: system_of_law(self.system_config(config), &chosen.fitted.law, seed),
             q0,
@@ -113,7 +113,7 @@ impl Seen {
         let Some(motion) = &self.motion else { return };
         (distilled.q0, distilled.v0) = held.initial_states(motion, f64::from(self.paths.dt()));
         distilled.anchors = Some(self.anchors.iter().map(|&i| i as u32).collect());
-        distilled.report.whole_object = true;
+        distilled.report.rigid_constraint = true;
         distilled.report.window_error = held.error;
     }
 
@@ -185,7 +185,7 @@ impl Seen {
             degree: self.degree,
             terms: None,
             law: None,
-            whole_object: false,
+            rigid_constraint: false,
             forecast_error: None,
             window_error: 0.0,
             networks: false,

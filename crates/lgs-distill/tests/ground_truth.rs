@@ -43,7 +43,7 @@ fn run(seen: &Trajectories) -> Distilled {
 fn error_at_end(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
     let supports = found.supports(20);
     let mut spec = RolloutSpec::new(0.01, STEPS);
-    if found.report.whole_object {
+    if found.report.rigid_constraint {
         spec = spec.aligned(&supports, VelocityPolicy::Rigid);
     }
     let states = rollout(&found.system, &State::at_start(found.q0.clone(), found.v0.clone()), &spec);

@@ -70,7 +70,7 @@ fn the_room_has_three_movers() {
     for object in 0..found.objects {
         let mut names: Vec<i32> = found.members(object).iter().map(|&i| truth.object[i]).collect();
         names.dedup();
-        assert_eq!(names.len(), 1, "object {object} mixes movers");
+        assert_eq!(names.len(), 1, "object {object} mixes dynamic_gaussians");
     }
 }
 

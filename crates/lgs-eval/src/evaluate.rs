@@ -85,8 +85,8 @@ pub fn evaluate(
             lpips_weights: options.perceptual.map(|p| p.origins.clone()).unwrap_or_default(),
         },
         footprint: Footprint {
-            static_gaussians: scene.statics.len(),
-            moving_gaussians: scene.movers.len(),
+            static_gaussians: scene.static_gaussians.len(),
+            moving_gaussians: scene.dynamic_gaussians.len(),
             objects: scene.objects.len(),
         },
         frames: rows

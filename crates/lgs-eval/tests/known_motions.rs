@@ -30,9 +30,9 @@ fn scene(
     let n = means.len();
     let supports = (neighbors > 0).then(|| Supports::nearest(&means, neighbors + 1));
     LagrangianScene {
-        statics: GaussianCloud::default(),
+        static_gaussians: GaussianCloud::default(),
         velocities: means.iter().map(|&q| velocity(q)).collect(),
-        movers: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
+        dynamic_gaussians: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
         objects: vec![ObjectModel { system, members: 0..n, supports, velocity_policy: VelocityPolicy::Keep }],
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
@@ -132,7 +132,7 @@ fn a_fall_from_rest_has_the_exponent_of_theory() {
     assert!((fall.slope.expect("slope") + 0.5).abs() < 1e-3 && fall.r.expect("r") > 0.999_99, "{fall:?}");
     let mut quartered =
         Motion::new(&scene, Edit { potential_scale: 0.25, ..Edit::default() }, Reversal::Exact);
-    let drop = scene.movers.means[0][2] - quartered.state_at(1.0).q[0][2];
+    let drop = scene.dynamic_gaussians.means[0][2] - quartered.state_at(1.0).q[0][2];
     assert!((drop - 0.125 * GRAVITY).abs() < 1e-4, "{drop}");
 }
 
@@ -150,7 +150,8 @@ fn a_rotation_has_the_cycle_error_of_theory_and_does_not_fall() {
 fn the_trajectory_error_is_that_of_the_integrator() {
     let scene = falling(12);
     // Points beside the Gaussians: the offset is carried along and does not count as an error.
-    let start: Vec<[f32; 3]> = scene.movers.means.iter().map(|q| [q[0] + 0.03, q[1], q[2] - 0.01]).collect();
+    let start: Vec<[f32; 3]> =
+        scene.dynamic_gaussians.means.iter().map(|q| [q[0] + 0.03, q[1], q[2] - 0.01]).collect();
     let truth = truth(&start, fallen);
     let physics = physics_of(&scene, Some(&truth)).physics;
     // Semi-implicit Euler is ahead by ½ g h t: relative to ½ g t², h/t.
@@ -167,7 +168,7 @@ fn the_trajectory_error_is_that_of_the_integrator() {
 #[test]
 fn a_truth_that_ends_early_leaves_later_times_open() {
     let scene = falling(0);
-    let mut truth = truth(&scene.movers.means, fallen);
+    let mut truth = truth(&scene.dynamic_gaussians.means, fallen);
     truth.times.truncate(200);
     truth.points.truncate(200);
     let errors = physics_of(&scene, Some(&truth)).physics.trajectory_error;
@@ -197,7 +198,7 @@ fn its_own_images_score_full_marks_in_every_split() {
 fn a_diverging_scene_has_no_figures_instead_of_wrong_ones() {
     let scene =
         scene(block([1.0, 0.0, 0.0]), |_| [0.0; 3], quadratic([0.0; 3], [-1e9, -1e9, 0.0, 0.0, 0.0, 0.0]), 0);
-    let truth = truth(&scene.movers.means, fallen);
+    let truth = truth(&scene.dynamic_gaussians.means, fallen);
     let physics = physics_of(&scene, Some(&truth)).physics;
     assert_eq!(physics.cycle_error.negated_step, None);
     assert_eq!(physics.trajectory_error["2.25"], None);
@@ -208,7 +209,7 @@ fn a_diverging_scene_has_no_figures_instead_of_wrong_ones() {
 #[test]
 fn a_scene_without_movers_has_images_but_no_motion() {
     let mut scene = falling(0);
-    scene.statics = std::mem::take(&mut scene.movers);
+    scene.static_gaussians = std::mem::take(&mut scene.dynamic_gaussians);
     scene.velocities.clear();
     scene.objects.clear();
     let dataset = own_images(&scene, &[("val", &[0.0, 0.5])]);
@@ -223,7 +224,7 @@ fn a_scene_without_movers_has_images_but_no_motion() {
 fn the_number_of_threads_changes_nothing() {
     let scene = falling(8);
     let dataset = own_images(&scene, &[("test", &[0.8, 0.9, 1.0, 1.5, 2.0])]);
-    let truth = truth(&scene.movers.means, fallen);
+    let truth = truth(&scene.dynamic_gaussians.means, fallen);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
         let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: Some(&truth) };

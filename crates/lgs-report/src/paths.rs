@@ -46,7 +46,7 @@ pub(crate) struct Paths {
 }
 
 impl Paths {
-    /// Follows particles from −τ_max to 3 τ_max; empty for a scene without movers.
+    /// Follows particles from −τ_max to 3 τ_max; empty for a scene without dynamic Gaussians.
     pub(crate) fn of(
         scene: &LagrangianScene,
         motion: &mut Motion<'_>,
@@ -58,7 +58,7 @@ impl Paths {
         if particles.is_empty() {
             return Self { window, ..Self::default() };
         }
-        let starts: Vec<[f32; 3]> = particles.iter().map(|p| scene.movers.means[p.row]).collect();
+        let starts: Vec<[f32; 3]> = particles.iter().map(|p| scene.dynamic_gaussians.means[p.row]).collect();
         Self {
             lagrangian: lagrangian(scene, motion, &particles),
             source: source.filter(|s| !s.is_empty()).map(|s| followed_by_source(s, &starts, window)),
@@ -94,7 +94,7 @@ fn chosen(scene: &LagrangianScene) -> Vec<Particle> {
         .flat_map(|object| {
             let members = scene.objects[object].members.clone();
             let first = members.start;
-            spread(&scene.movers.means[members], each)
+            spread(&scene.dynamic_gaussians.means[members], each)
                 .into_iter()
                 .map(move |i| Particle { object, row: first + i })
         })

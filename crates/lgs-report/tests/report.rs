@@ -33,10 +33,10 @@ fn scene(blocks: usize) -> LagrangianScene {
         velocity_policy: VelocityPolicy::Keep,
     };
     LagrangianScene {
-        statics: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
+        static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
         objects: (0..blocks).map(object).collect(),
         velocities: vec![[0.0; 3]; means.len()],
-        movers: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
+        dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         motion: MotionConfig { dt: 0.05, time_window: 0.75 },
         background: [1.0; 3],
     }
@@ -55,8 +55,9 @@ fn still(gaussians: &GaussianCloud) -> ImportedFrames {
 fn truth(scene: &LagrangianScene) -> GroundTruth {
     let times: Vec<f32> = (-15..=45).map(|i| i as f32 * 0.05).collect();
     let fallen = |&[x, y, z]: &[f32; 3], t: f32| [x, y, z - 0.5 * GRAVITY * t * t];
-    let points = times.iter().map(|&t| scene.movers.means.iter().map(|p| fallen(p, t)).collect()).collect();
-    let object = (0..scene.movers.len()).map(|row| (row / 27) as i32).collect();
+    let points =
+        times.iter().map(|&t| scene.dynamic_gaussians.means.iter().map(|p| fallen(p, t)).collect()).collect();
+    let object = (0..scene.dynamic_gaussians.len()).map(|row| (row / 27) as i32).collect();
     let law = serde_json::json!({"law": "uniform gravity", "g": GRAVITY, "spin": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
     GroundTruth { times, points, object, law: serde_json::json!({"objects": vec![law; scene.objects.len()]}) }
 }
@@ -133,7 +134,7 @@ fn all_bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_run_with_everything_has_every_figure_in_both_formats_and_on_the_page() {
     let dir = tempfile::tempdir().expect("folder");
     let (scene, dataset) = (scene(2), dataset());
-    let (truth, source) = (truth(&scene), still(&scene.movers));
+    let (truth, source) = (truth(&scene), still(&scene.dynamic_gaussians));
     let names = report(
         dir.path(),
         &scene,

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_model::source::load_source;
-use lgs_train::stages::{BakeRequest, bake};
+use lgs_train::stages::{InitialSceneRequest, initialise_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = TrainConfig::resolve(own.preset, None, &settings)?;
     let source = load_source(&run.source_path(own.source.kind))?;
     let dataset = Dataset::load(Path::new(data), &LoadOptions::default(), &|_, _| {})?;
-    let request = BakeRequest {
+    let request = InitialSceneRequest {
         partition: &config.partition,
         distill: &config.distill,
         motion: &config.motion,
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         frames: dataset.split("train"),
         seed: config.seed,
     };
-    let baked = bake(&*source, &request, &mut |_, _, _| {})?;
-    println!("{}", serde_json::to_string_pretty(&baked.reports)?);
+    let initial = initialise_scene(&*source, &request, &mut |_, _, _| {})?;
+    println!("{}", serde_json::to_string_pretty(&initial.reports)?);
     Ok(())
 }

@@ -25,7 +25,7 @@ pub enum Stage {
     /// Stage 1: distillation of U, Q and v0.
     Distill,
     /// Between stages 1 and 2: the Gaussians settle into the distilled motion.
-    SettleGaussians,
+    RefineGaussians,
     /// Stage 2, first part: least squares on the images for starts and laws.
     FitDynamics,
     /// Stage 2: photometric tuning of the dynamics.
@@ -39,7 +39,7 @@ impl Stage {
     pub const ALL: [Self; 6] = [
         Self::Source,
         Self::Distill,
-        Self::SettleGaussians,
+        Self::RefineGaussians,
         Self::FitDynamics,
         Self::TuneDynamics,
         Self::TuneGaussians,
@@ -51,7 +51,7 @@ impl Stage {
         match self {
             Self::Source => "source",
             Self::Distill => "distill",
-            Self::SettleGaussians => "settle-gaussians",
+            Self::RefineGaussians => "refine-gaussians",
             Self::FitDynamics => "fit-dynamics",
             Self::TuneDynamics => "tune-dynamics",
             Self::TuneGaussians => "tune-gaussians",

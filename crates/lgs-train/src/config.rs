@@ -91,7 +91,7 @@ pub struct TrainConfig {
     /// Stage 1.
     pub distill: DistillConfig,
     /// Refinement of the Gaussians before stage 2 as well (paper: none); left out with stage 3.
-    pub settle_gaussians: TuneGaussiansConfig,
+    pub refine_gaussians: TuneGaussiansConfig,
     /// Stage 2, first part.
     pub fit_dynamics: FitDynamicsConfig,
     /// Stage 2.
@@ -120,7 +120,7 @@ impl TrainConfig {
             motion: MotionOptions::default(),
             partition: PartitionConfig::default(),
             distill: DistillConfig::default(),
-            settle_gaussians: TuneGaussiansConfig::default(),
+            refine_gaussians: TuneGaussiansConfig::default(),
             fit_dynamics: FitDynamicsConfig::default(),
             tune_dynamics: TuneDynamicsConfig::default(),
             tune_gaussians: TuneGaussiansConfig::default(),
@@ -130,7 +130,7 @@ impl TrainConfig {
             Preset::Paper => Self {
                 motion: MotionOptions::paper(),
                 distill: DistillConfig::paper(),
-                settle_gaussians: TuneGaussiansConfig { iterations: 0, ..TuneGaussiansConfig::paper() },
+                refine_gaussians: TuneGaussiansConfig { iterations: 0, ..TuneGaussiansConfig::paper() },
                 fit_dynamics: FitDynamicsConfig::paper(),
                 tune_dynamics: TuneDynamicsConfig::paper(),
                 tune_gaussians: TuneGaussiansConfig::paper(),
@@ -205,7 +205,7 @@ impl TrainConfig {
             .validate()
             .map_err(|(key, reason)| ConfigError::Invalid { key: format!("motion.{key}"), reason })?;
         let stages = [
-            ("settle_gaussians", config.settle_gaussians.validate()),
+            ("refine_gaussians", config.refine_gaussians.validate()),
             ("tune_dynamics", config.tune_dynamics.validate()),
             ("tune_gaussians", config.tune_gaussians.validate()),
         ];
@@ -335,8 +335,8 @@ mod tests {
             "source.deformation.code=0",
             "source.velocity.fps=0",
             "source.velocity.max_time=-1",
-            "source.hop.length=0",
-            "source.hop.share=2",
+            "source.advection.length=0",
+            "source.advection.share=2",
         ] {
             let (key, _) = given.split_once('=').expect("a setting");
             let error = quick(&["source.kind=freegave", given]).expect_err(given).to_string();

@@ -15,7 +15,9 @@ use crate::config::TrainConfig;
 use crate::events::{Event, EventLog};
 use crate::import::imported_source;
 use crate::run::{CheckpointTimer, Control, Progress, RunFolder, train_source};
-use crate::stages::{BakeRequest, FitDynamics, TuneDynamics, TuneGaussians, Tuning, bake};
+use crate::stages::{
+    FitDynamics, InitialSceneRequest, TuneDynamics, TuneGaussians, Tuning, initialise_scene,
+};
 
 /// Iterations between lines of `events.jsonl`.
 const EVENT_INTERVAL: usize = 10;
@@ -63,7 +65,7 @@ pub fn train(
         Some(checkpoint) => pipeline.scene_of(checkpoint)?,
         None => pipeline.distill(&*source, control)?,
     };
-    for stage in [Stage::SettleGaussians, Stage::FitDynamics, Stage::TuneDynamics, Stage::TuneGaussians] {
+    for stage in [Stage::RefineGaussians, Stage::FitDynamics, Stage::TuneDynamics, Stage::TuneGaussians] {
         if reached <= stage {
             scene = pipeline.tune(
                 stage,
@@ -118,7 +120,7 @@ impl Pipeline<'_> {
         control: &mut Control<'_>,
     ) -> Result<LagrangianScene, TrainError> {
         let _span = tracing::trace_span!("distill").entered();
-        let request = BakeRequest {
+        let request = InitialSceneRequest {
             partition: &self.config.partition,
             distill: &self.config.distill,
             motion: &self.config.motion,
@@ -129,7 +131,7 @@ impl Pipeline<'_> {
             seed: self.config.seed,
         };
         let gaussians = source.len();
-        let baked = bake(source, &request, &mut |object, objects, p| {
+        let initial = initialise_scene(source, &request, &mut |object, objects, p| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
             (control.progress)(Progress {
                 stage: Stage::Distill,
@@ -141,10 +143,10 @@ impl Pipeline<'_> {
             });
         })?;
         let path = self.run.root().join("distillation.json");
-        let json = serde_json::to_vec_pretty(&baked.reports)
+        let json = serde_json::to_vec_pretty(&initial.reports)
             .map_err(|e| FileError::new("write file", &path, e.into()))?;
         write_atomically(&path, |w| w.write_all(&json))?;
-        Ok(baked.scene)
+        Ok(initial.scene)
     }
 
     /// End of the captured window: the last training time, or the end of what the source knows if that is
@@ -179,9 +181,9 @@ impl Pipeline<'_> {
             config.iterations *= usize::from(last_stage >= 2 && !is_fitted);
             return self.drive(TuneDynamics::new(scene, frames, &config, seed), from, control);
         }
-        let settling = stage == Stage::SettleGaussians;
+        let settling = stage == Stage::RefineGaussians;
         let mut config =
-            if settling { &self.config.settle_gaussians } else { &self.config.tune_gaussians }.clone();
+            if settling { &self.config.refine_gaussians } else { &self.config.tune_gaussians }.clone();
         config.iterations *= usize::from(last_stage >= 3);
         self.drive(TuneGaussians::new(stage, scene, frames, &config, seed), from, control)
     }
@@ -200,7 +202,7 @@ impl Pipeline<'_> {
         let (steps, gaussians) = (stage.steps(), stage.scene().len());
         let name = stage.stage();
         let _span = match name {
-            Stage::SettleGaussians => tracing::trace_span!("settle-gaussians"),
+            Stage::RefineGaussians => tracing::trace_span!("refine-gaussians"),
             Stage::FitDynamics => tracing::trace_span!("fit-dynamics"),
             Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
             _ => tracing::trace_span!("tune-gaussians"),

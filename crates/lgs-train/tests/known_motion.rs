@@ -26,16 +26,16 @@ fn turning_bar() -> LagrangianScene {
 fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
     let means: Vec<[f32; 3]> =
         (0..24).map(|i| [0.15 * (i % 8) as f32 - 0.5, 0.12 * (i / 8) as f32, 0.1 * (i % 3) as f32]).collect();
-    let mut movers = GaussianCloud::isotropic(means.clone(), 0.07, [0.5; 3], 0.9);
-    for (i, color) in movers.sh.iter_mut().enumerate() {
+    let mut dynamic_gaussians = GaussianCloud::isotropic(means.clone(), 0.07, [0.5; 3], 0.9);
+    for (i, color) in dynamic_gaussians.sh.iter_mut().enumerate() {
         *color = ((i * 37) % 11) as f32 / 5.0 - 1.0;
     }
     let system = quadratic(gravity.map(|g| -g), [0.0; 6]);
     let supports = Supports::from_rows((0..24 * 24).map(|i| i % 24).collect(), 24).expect("supports of all");
     LagrangianScene {
-        statics: GaussianCloud::default(),
+        static_gaussians: GaussianCloud::default(),
         velocities: means.iter().map(|&q| cross(SPIN, q)).collect(),
-        movers,
+        dynamic_gaussians,
         objects: vec![ObjectModel {
             system,
             members: 0..24,
@@ -69,7 +69,7 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
 
 /// Largest distance of a mean from where it belongs.
 fn distance(scene: &LagrangianScene, truth: &LagrangianScene) -> f32 {
-    let pairs = scene.movers.means.iter().zip(&truth.movers.means);
+    let pairs = scene.dynamic_gaussians.means.iter().zip(&truth.dynamic_gaussians.means);
     pairs.map(|(&a, &b)| norm(sub(a, b))).fold(0.0, f32::max)
 }
 
@@ -78,9 +78,9 @@ fn displaced(truth: &LagrangianScene) -> LagrangianScene {
     let mut wrong = truth.clone();
     let turn = [0.04_f32.cos(), 0.0, 0.0, 0.04_f32.sin()];
     let moved = |q: [f32; 3]| add(mat_vec(&matrix_from_quat(turn), q), [0.01, -0.02, 0.02]);
-    wrong.movers.means.iter_mut().for_each(|q| *q = moved(*q));
-    wrong.velocities = wrong.movers.means.iter().map(|&q| cross(SPIN, q)).collect();
-    wrong.movers.rotations.iter_mut().for_each(|r| *r = quat_mul(turn, *r));
+    wrong.dynamic_gaussians.means.iter_mut().for_each(|q| *q = moved(*q));
+    wrong.velocities = wrong.dynamic_gaussians.means.iter().map(|&q| cross(SPIN, q)).collect();
+    wrong.dynamic_gaussians.rotations.iter_mut().for_each(|r| *r = quat_mul(turn, *r));
     wrong
 }
 
@@ -143,8 +143,8 @@ fn refined_gaussians_leave_the_motion_of_a_body_held_rigid_as_it_is() {
     let frames = images(&truth);
     let mut begun = truth.clone();
     begun.objects[0].supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok();
-    begun.movers.means.iter_mut().enumerate().for_each(|(i, q)| q[2] += 0.02 * (i as f32).sin());
-    begun.velocities = begun.movers.means.iter().map(|&q| cross(SPIN, q)).collect();
+    begun.dynamic_gaussians.means.iter_mut().enumerate().for_each(|(i, q)| q[2] += 0.02 * (i as f32).sin());
+    begun.velocities = begun.dynamic_gaussians.means.iter().map(|&q| cross(SPIN, q)).collect();
     let config = TuneGaussiansConfig {
         iterations: 30,
         means_learning_rate: 2e-3,
@@ -162,6 +162,6 @@ fn refined_gaussians_leave_the_motion_of_a_body_held_rigid_as_it_is() {
     let turned =
         before.rotation.iter().flatten().zip(after.rotation.iter().flatten()).map(|(a, b)| (a - b).abs());
     assert!(turned.fold(0.0, f32::max) < 1e-5, "the others turn with it");
-    let moved = |i: usize| norm(sub(begun.movers.means[i], refined.movers.means[i]));
+    let moved = |i: usize| norm(sub(begun.dynamic_gaussians.means[i], refined.dynamic_gaussians.means[i]));
     assert!((1..5).all(|i| moved(i) > 1e-3), "the others are refined");
 }

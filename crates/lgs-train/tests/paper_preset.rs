@@ -56,7 +56,7 @@ fn photometric_stages_are_the_references() {
     );
     assert_eq!((dynamics.initial_velocity, dynamics.pose_learning_rate), (InitialVelocity::Free, 0.0), "G29");
     assert_eq!(
-        (config.settle_gaussians.iterations, config.fit_dynamics.steps),
+        (config.refine_gaussians.iterations, config.fit_dynamics.steps),
         (0, 0),
         "stage 2 follows stage 1"
     );

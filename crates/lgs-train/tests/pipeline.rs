@@ -43,7 +43,7 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
         "tune_dynamics.frames_per_step=2",
         "tune_dynamics.subset=64",
         "tune_dynamics.refresh_every=3",
-        "settle_gaussians.iterations=5",
+        "refine_gaussians.iterations=5",
         "tune_gaussians.iterations=12",
         "tune_gaussians.refresh_every=5",
     ];
@@ -107,7 +107,7 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool");
     let trained = one_thread.install(|| run(&whole, &dataset, kind, None)).expect("train");
     assert_eq!(trained.source.kind(), kind);
-    assert!(!trained.scene.movers.is_empty(), "the ball was found to move");
+    assert!(!trained.scene.dynamic_gaussians.is_empty(), "the ball was found to move");
     assert!(trained.scene.velocities.as_flattened().iter().all(|v| v.is_finite()));
 
     let three_threads = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("pool");
@@ -115,7 +115,7 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
         (Stage::Source, 30),
         (Stage::Source, 55),
         (Stage::Source, 101),
-        (Stage::SettleGaussians, 2),
+        (Stage::RefineGaussians, 2),
         if kind == SourceKind::Freegave { (Stage::TuneDynamics, 2) } else { (Stage::FitDynamics, 1) },
         (Stage::TuneGaussians, 7),
     ] {

@@ -179,8 +179,8 @@ fn scene(scene: &LagrangianScene) -> Facts {
         scene.objects.iter().map(|o| format!("{:?}/{:?}", o.system.config.potential, o.system.config.force)),
     );
     vec![
-        ("static Gaussians", json!(scene.statics.len())),
-        ("moving Gaussians", json!(scene.movers.len())),
+        ("static Gaussians", json!(scene.static_gaussians.len())),
+        ("moving Gaussians", json!(scene.dynamic_gaussians.len())),
         (
             "objects",
             json!(if members.is_empty() {
@@ -192,7 +192,7 @@ fn scene(scene: &LagrangianScene) -> Facts {
         ("potential/force", json!(kinds.join(", "))),
         ("times", json!(format!("{low} to {high}, step {}", scene.motion.dt))),
         ("alignment", json!(distinct(scene.objects.iter().map(alignment)).join(", "))),
-        ("harmonics degree", json!(scene.movers.sh_degree.max(scene.statics.sh_degree))),
+        ("harmonics degree", json!(scene.dynamic_gaussians.sh_degree.max(scene.static_gaussians.sh_degree))),
     ]
 }
 

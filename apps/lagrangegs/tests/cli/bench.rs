@@ -8,7 +8,7 @@ use crate::program::{call, files, folder};
 
 const TINY: &str = "name = \"tiny\"\ntitle = \"Tiny\"\nscenes = [\"falling-ball\"]\nmethods = [\"defgs\"]\nvariants = [\"without-stage-3\"]\n\
     seeds = [0]\nsettings = [\"source.iterations=80\", \"source.warmup_iterations=20\", \"source.initial_gaussians=400\",\n\
-    \"distill.matching.steps=10\", \"distill.rollout.steps=2\", \"settle_gaussians.iterations=2\", \"tune_dynamics.iterations=4\", \"tune_gaussians.iterations=4\"]\n\
+    \"distill.matching.steps=10\", \"distill.rollout.steps=2\", \"refine_gaussians.iterations=2\", \"tune_dynamics.iterations=4\", \"tune_gaussians.iterations=4\"]\n\
     [synthetic]\nsize = 24\nviews = 3\ntrain_fps = 6\n";
 
 fn suite_file(folder: &Path, text: &str) -> PathBuf {

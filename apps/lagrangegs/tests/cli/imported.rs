@@ -44,7 +44,10 @@ fn frames_alone_give_the_scene_that_they_came_from() {
         }
     }
     let scene = load_scene(&run.join("lagrangian.safetensors")).expect("scene");
-    assert!(spatial_order(&scene.movers.means).into_iter().eq(0..64), "the body is in spatial order");
+    assert!(
+        spatial_order(&scene.dynamic_gaussians.means).into_iter().eq(0..64),
+        "the body is in spatial order"
+    );
     let metrics: Value =
         serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
     assert!(metrics["splits"].as_object().is_some_and(serde_json::Map::is_empty), "there are no images");
@@ -72,7 +75,7 @@ fn with_a_dataset_all_stages_run_and_only_times_with_frames_are_scored() {
     let (frames, _) = frames(dir.path());
     let run = dir.path().join("imported");
     let paths: [(&str, &Path); 3] = [("frames", &frames), ("run", &run), ("data", &data)];
-    let few = "--set settle_gaussians.iterations=2 --set tune_dynamics.iterations=2 --set tune_gaussians.iterations=2";
+    let few = "--set refine_gaussians.iterations=2 --set tune_dynamics.iterations=2 --set tune_gaussians.iterations=2";
     call(&format!("train {{data}} --source frames --import {{frames}} --out {{run}} {few}"), &paths).ok();
     let metrics: Value = serde_json::from_str(&call("eval {run} --split val,test --json", &paths).ok())
         .expect("one JSON document");

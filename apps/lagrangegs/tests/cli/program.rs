@@ -119,9 +119,9 @@ fn falling_scene() -> LagrangianScene {
     let means: Vec<[f32; 3]> = (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| 0.1 * c as f32)).collect();
     let supports = Some(Supports::nearest(&means, 8));
     LagrangianScene {
-        statics: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
+        static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
         velocities: vec![[0.0; 3]; means.len()],
-        movers: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
+        dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         objects: vec![ObjectModel {
             system,
             members: 0..64,

@@ -91,28 +91,28 @@ impl Body {
     }
 }
 
-/// The movers of a stage at one time, ready for rays.
+/// The moving bodies of a stage at one time, ready for rays.
 pub(super) struct Snapshot<'a> {
-    movers: Vec<(&'a Body, Pose, f64)>,
+    moving: Vec<(&'a Body, Pose, f64)>,
 }
 
 impl<'a> Snapshot<'a> {
     pub(super) fn new(stage: &'a Stage, t: f64) -> Self {
-        Self { movers: stage.bodies.iter().map(|body| (body, body.motion.pose(t), body.bound())).collect() }
+        Self { moving: stage.bodies.iter().map(|body| (body, body.motion.pose(t), body.bound())).collect() }
     }
 
-    /// Whether a ray within the angle `spread` (radians, small) of the given one may meet a mover.
+    /// Whether a ray within the angle `spread` (radians, small) of the given one may meet a moving body.
     pub(super) fn is_near(&self, ray: &Ray, spread: f64) -> bool {
-        self.movers.iter().any(|(_, pose, bound)| {
+        self.moving.iter().any(|(_, pose, bound)| {
             let reach = bound + spread * (pose.position.distance(ray.origin) + bound);
             !passes_by(ray, pose.position, reach)
         })
     }
 
-    /// The first mover that a ray meets.
+    /// The first moving body that a ray meets.
     pub(super) fn meet(&self, ray: &Ray) -> Option<Meeting<'a>> {
         let mut best = None;
-        for (number, (body, pose, bound)) in self.movers.iter().enumerate() {
+        for (number, (body, pose, bound)) in self.moving.iter().enumerate() {
             if passes_by(ray, pose.position, *bound) {
                 continue;
             }

@@ -97,7 +97,7 @@ pub fn generate(
 }
 
 /// The trajectories of surface points at the given times, without any image: `points_per_object` of every
-/// mover, and as many that stand still where the scene has fixed parts.
+/// moving body, and as many that stand still where the scene has fixed parts.
 ///
 /// # Errors
 /// If there is no such scene.

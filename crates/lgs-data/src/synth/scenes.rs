@@ -1,5 +1,5 @@
-//! The seven scenes: bodies, laws and cameras. Constants keep the movers in view of most cameras over [−0.75,
-//! 2.25], which a test checks.
+//! The seven scenes: bodies, laws and cameras. Constants keep the moving bodies in view of most cameras over
+//! [−0.75, 2.25], which a test checks.
 
 use super::body::{Body, Part, Stage};
 use super::motion::Motion;
@@ -63,7 +63,7 @@ const SCENES: [(SceneInfo, Build); 7] = [
     (
         SceneInfo {
             name: "room",
-            description: "a static furnished room with three independent movers: crate, turntable, circling ball",
+            description: "a static furnished room with three independent moving bodies: crate, turntable, circling ball",
         },
         room,
     ),

@@ -19,7 +19,7 @@ const SMOOTH: f64 = 0.10;
 pub(super) struct Backdrop {
     /// The four rays of every pixel.
     coarse: Vec<[Option<Hit>; COARSE * COARSE]>,
-    /// Every pixel without movers.
+    /// Every pixel without moving bodies.
     pixels: Vec<[u8; 4]>,
 }
 
@@ -48,13 +48,13 @@ pub(super) fn image(stage: &Stage, view: &View, backdrop: &Backdrop, t: f64) -> 
             continue;
         }
         let rays = grid::<{ COARSE * COARSE }>(view, pixel, COARSE);
-        let movers = rays.map(|ray| snapshot.meet(&ray));
-        if movers.iter().all(Option::is_none) {
+        let moving = rays.map(|ray| snapshot.meet(&ray));
+        if moving.iter().all(Option::is_none) {
             bytes.extend(backdrop.pixels[index]);
             continue;
         }
         let coarse: [Option<Hit>; COARSE * COARSE] =
-            std::array::from_fn(|i| over(movers[i], backdrop.coarse[index][i]));
+            std::array::from_fn(|i| over(moving[i], backdrop.coarse[index][i]));
         let refined = || grid::<{ FINE * FINE }>(view, pixel, FINE).map(|ray| trace(&ray));
         bytes.extend(if is_edge(&coarse) { average(&refined()) } else { average(&coarse) });
     }
@@ -80,11 +80,11 @@ fn nearer<'a>(a: Option<Meeting<'a>>, b: Option<Meeting<'a>>) -> Option<Meeting<
     }
 }
 
-/// A mover, unless what stands still is in front of it.
-fn over(mover: Option<Meeting<'_>>, still: Option<Hit>) -> Option<Hit> {
-    match (mover, still) {
-        (Some(mover), Some(still)) if still.distance < mover.distance => Some(still),
-        (Some(mover), _) => Some(mover.hit()),
+/// A moving body, unless what stands still is in front of it.
+fn over(moving: Option<Meeting<'_>>, still: Option<Hit>) -> Option<Hit> {
+    match (moving, still) {
+        (Some(moving), Some(still)) if still.distance < moving.distance => Some(still),
+        (Some(moving), _) => Some(moving.hit()),
         (None, still) => still,
     }
 }

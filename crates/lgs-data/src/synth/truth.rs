@@ -89,7 +89,8 @@ impl GroundTruth {
     }
 }
 
-/// Follows `count` surface points of every mover, and of all fixed parts together, through the given times.
+/// Follows `count` surface points of every moving body, and of all fixed parts together, through the given
+/// times.
 pub(super) fn follow(stage: &Stage, times: &[f64], count: usize, seed: u64, law: Value) -> GroundTruth {
     let mut object = Vec::new();
     let mut points = vec![Vec::new(); times.len()];

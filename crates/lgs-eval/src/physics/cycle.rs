@@ -51,7 +51,10 @@ fn object_cycle(
     alignment: Alignment,
 ) -> (f64, f64) {
     let rows = object.members.clone();
-    let start = State::at_start(scene.movers.means[rows.clone()].to_vec(), scene.velocities[rows].to_vec());
+    let start = State::at_start(
+        scene.dynamic_gaussians.means[rows.clone()].to_vec(),
+        scene.velocities[rows].to_vec(),
+    );
     let spec = RolloutSpec {
         dt: scene.motion.dt,
         steps: window_steps(&scene.motion),

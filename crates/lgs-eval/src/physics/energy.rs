@@ -14,7 +14,7 @@ use crate::finite;
 /// moves.
 #[must_use]
 pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
-    if scene.movers.is_empty() {
+    if scene.dynamic_gaussians.is_empty() {
         return None;
     }
     let edit = Edit { force_scale, ..Edit::default() };
@@ -34,7 +34,7 @@ pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
 
 /// Mean potential and kinetic energy.
 fn mean_energies(scene: &LagrangianScene, state: &SceneState) -> (f64, f64) {
-    let n = scene.movers.len() as f64;
+    let n = scene.dynamic_gaussians.len() as f64;
     let (mut potential, mut kinetic) = (0.0, 0.0);
     for object in &scene.objects {
         let rows = object.members.clone();

@@ -64,10 +64,13 @@ pub fn pixel_extent(
     let lens = Lens::new(cameras, background);
     let covered = lens.is_covered(&scene.cloud_at(&motion.state_at(0.0)));
     let bare = LagrangianScene {
-        statics: GaussianCloud { sh_degree: scene.movers.sh_degree, ..Default::default() },
+        static_gaussians: GaussianCloud {
+            sh_degree: scene.dynamic_gaussians.sh_degree,
+            ..Default::default()
+        },
         ..scene.clone()
     };
-    let shown = if covered && !scene.movers.is_empty() { &bare } else { scene };
+    let shown = if covered && !scene.dynamic_gaussians.is_empty() { &bare } else { scene };
     lens.extent(3.0 * scene.motion.time_window, |t| shown.cloud_at(&motion.state_at(t)))
 }
 
@@ -95,8 +98,8 @@ pub fn source_pixel_extent(
             .zip(start.iter().zip(&now))
             .for_each(|(moves, (&a, &b))| *moves |= linear::norm(linear::sub(b, a)) >= STATIC);
     }
-    let movers: Vec<usize> = (0..moves.len()).filter(|&i| moves[i]).collect();
-    lens.extent(3.0 * window, |t| source.cloud_at(t).select(&movers))
+    let dynamic_gaussians: Vec<usize> = (0..moves.len()).filter(|&i| moves[i]).collect();
+    lens.extent(3.0 * window, |t| source.cloud_at(t).select(&dynamic_gaussians))
 }
 
 /// What foreground is counted through.
@@ -178,7 +181,7 @@ pub fn spread_against_truth(
     motion: &mut Motion<'_>,
     truth: &Truth<'_>,
 ) -> Option<Range> {
-    let matches = truth.matches(&scene.movers.means);
+    let matches = truth.matches(&scene.dynamic_gaussians.means);
     let dt = scene.motion.dt;
     let states: Vec<(f32, &SceneState)> = motion
         .states(long_steps(&scene.motion), false)
@@ -198,8 +201,10 @@ pub fn spread_against_truth(
                 .map(|(_, &q)| q)
                 .collect()
         };
-        let start =
-            (spread(&scene.movers.means[object.members.clone()]), spread(&true_points(truth.start())));
+        let start = (
+            spread(&scene.dynamic_gaussians.means[object.members.clone()]),
+            spread(&true_points(truth.start())),
+        );
         for (t, state) in &states {
             let Some(at) = truth.at(*t) else { continue };
             let now = (spread(&state.q[object.members.clone()]), spread(&true_points(&at.points)));
@@ -243,7 +248,7 @@ pub fn reach_against_truth(
     });
     let center: [f32; 3] = std::array::from_fn(|c| 0.5 * (low[c] + high[c]));
     let true_reach = visited.iter().map(|&p| distance(p, center)).fold(0.0, f64::max);
-    let mut farthest = vec![0.0_f64; scene.movers.len()];
+    let mut farthest = vec![0.0_f64; scene.dynamic_gaussians.len()];
     for (steps, backwards) in [(long_steps(&scene.motion), false), (window_steps(&scene.motion), true)] {
         for state in motion.states(steps, backwards).iter().step_by(STRIDE) {
             for (far, &q) in farthest.iter_mut().zip(&state.q) {

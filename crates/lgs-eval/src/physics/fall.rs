@@ -56,7 +56,7 @@ pub fn fall_time_exponent(scene: &LagrangianScene, force_scale: f32) -> FallTime
 
 /// Drop of the mean height over the captured window, if the scene falls from rest.
 fn observed_drop(scene: &LagrangianScene) -> Option<f64> {
-    if scene.movers.is_empty() {
+    if scene.dynamic_gaussians.is_empty() {
         return None;
     }
     let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);

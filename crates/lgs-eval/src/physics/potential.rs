@@ -113,7 +113,7 @@ fn falling(g: [f64; 3], spin: [f64; 3], velocity: [f64; 3]) -> Option<[f64; 3]> 
 /// nothing for what stands still.
 #[must_use]
 pub fn true_labels(scene: &LagrangianScene, truth: &Truth<'_>) -> Vec<Option<i32>> {
-    let nearest = truth.matches(&scene.movers.means);
+    let nearest = truth.matches(&scene.dynamic_gaussians.means);
     let label_of = |object: &ObjectModel| {
         let mut votes: BTreeMap<i32, usize> = BTreeMap::new();
         nearest[object.members.clone()].iter().for_each(|&p| *votes.entry(truth.object(p)).or_default() += 1);

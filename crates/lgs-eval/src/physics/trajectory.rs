@@ -52,9 +52,9 @@ pub fn trajectory_error(
 ) -> Option<(f64, TrajectoryDetail)> {
     let at = truth.at(t)?;
     let paths = truth.path_lengths(t)?;
-    let matches = truth.matches(&scene.movers.means);
+    let matches = truth.matches(&scene.dynamic_gaussians.means);
     let positions = motion.state_at(t).q;
-    let starts = scene.movers.means.iter().zip(&matches);
+    let starts = scene.dynamic_gaussians.means.iter().zip(&matches);
     let errors: Vec<f64> =
         starts.zip(&positions).map(|((&start, &p), &q)| distance(truth.carried(&at, p, start), q)).collect();
     let to_points: Vec<f64> =

@@ -88,9 +88,9 @@ pub fn load_scene(path: &Path) -> Result<LagrangianScene, SceneError> {
 #[must_use]
 pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     let mut file = TensorFile::new(format);
-    insert_cloud(&mut file, "static", &scene.statics);
-    insert_cloud(&mut file, "mover", &scene.movers);
-    file.insert("mover.velocities", &[scene.movers.len(), 3], scene.velocities.as_flattened());
+    insert_cloud(&mut file, "static", &scene.static_gaussians);
+    insert_cloud(&mut file, "dynamic", &scene.dynamic_gaussians);
+    file.insert("dynamic.velocities", &[scene.dynamic_gaussians.len(), 3], scene.velocities.as_flattened());
     file.insert("background", &[1, 3], &scene.background);
     file.set_metadata("motion", json(&scene.motion));
     file.set_metadata("objects", scene.objects.len().to_string());
@@ -126,15 +126,19 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
 /// # Errors
 /// If a part is absent or does not fit.
 pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianScene, SceneError> {
-    let statics = read_cloud(file, "static")?;
-    let movers = read_cloud(file, "mover")?;
-    for (part, cloud) in [("static", &statics), ("moving", &movers)] {
+    let static_gaussians = read_cloud(file, "static")?;
+    let dynamic_gaussians = read_cloud(file, "dynamic")?;
+    for (part, cloud) in [("static", &static_gaussians), ("moving", &dynamic_gaussians)] {
         cloud.validate().map_err(|source| SceneError::Cloud { path: path.to_owned(), part, source })?;
     }
-    let velocities = file.rows("mover.velocities")?;
-    if velocities.len() != movers.len() {
+    let velocities = file.rows("dynamic.velocities")?;
+    if velocities.len() != dynamic_gaussians.len() {
         return Err(file
-            .field("mover.velocities", &format!("{} rows", movers.len()), velocities.len().to_string())
+            .field(
+                "dynamic.velocities",
+                &format!("{} rows", dynamic_gaussians.len()),
+                velocities.len().to_string(),
+            )
             .into());
     }
     let background = file.rows::<3>("background")?.first().copied().unwrap_or([1.0; 3]);
@@ -143,16 +147,16 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     let mut objects = Vec::new();
     let mut next_row = 0;
     for index in 0..count {
-        let object = read_object(file, index, next_row, movers.len())?;
+        let object = read_object(file, index, next_row, dynamic_gaussians.len())?;
         next_row = object.members.end;
         objects.push(object);
     }
-    if next_row != movers.len() {
+    if next_row != dynamic_gaussians.len() {
         return Err(file
-            .field("objects", &format!("rows up to {}", movers.len()), next_row.to_string())
+            .field("objects", &format!("rows up to {}", dynamic_gaussians.len()), next_row.to_string())
             .into());
     }
-    Ok(LagrangianScene { statics, movers, velocities, objects, motion, background })
+    Ok(LagrangianScene { static_gaussians, dynamic_gaussians, velocities, objects, motion, background })
 }
 
 fn read_motion(file: &TensorFile) -> Result<MotionConfig, TensorFileError> {
@@ -172,19 +176,19 @@ fn read_object(
     file: &TensorFile,
     index: usize,
     first_row: usize,
-    movers: usize,
+    dynamic_gaussians: usize,
 ) -> Result<ObjectModel, TensorFileError> {
     let prefix = format!("object.{index}");
     let rows_name = format!("{prefix}.rows");
     let (_, rows) = file.indices(&rows_name)?;
     let members = match rows {
-        &[start, end] if start as usize == first_row && start <= end && end as usize <= movers => {
+        &[start, end] if start as usize == first_row && start <= end && end as usize <= dynamic_gaussians => {
             start as usize..end as usize
         }
         _ => {
             return Err(file.field(
                 &rows_name,
-                &format!("a range from {first_row} within {movers}"),
+                &format!("a range from {first_row} within {dynamic_gaussians}"),
                 format!("{rows:?}"),
             ));
         }

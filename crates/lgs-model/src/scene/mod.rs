@@ -53,9 +53,9 @@ pub struct ObjectModel {
 #[derive(Clone, Debug)]
 pub struct LagrangianScene {
     /// Gaussians that never move.
-    pub statics: GaussianCloud,
+    pub static_gaussians: GaussianCloud,
     /// Moving Gaussians as they are at t = 0, object by object.
-    pub movers: GaussianCloud,
+    pub dynamic_gaussians: GaussianCloud,
     /// Initial velocity of each moving Gaussian, world units per unit of time.
     pub velocities: Vec<[f32; 3]>,
     /// Objects in the order of their rows.
@@ -70,7 +70,7 @@ impl LagrangianScene {
     /// Number of Gaussians, static and moving.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.statics.len() + self.movers.len()
+        self.static_gaussians.len() + self.dynamic_gaussians.len()
     }
 
     /// Whether the scene has no Gaussian at all.
@@ -82,21 +82,21 @@ impl LagrangianScene {
     /// All Gaussians, the moving ones in `state`: static first, then moving, object by object.
     #[must_use]
     pub fn cloud_at(&self, state: &SceneState) -> GaussianCloud {
-        let mut cloud = self.statics.clone();
+        let mut cloud = self.static_gaussians.clone();
         if cloud.is_empty() {
-            cloud.sh_degree = self.movers.sh_degree;
+            cloud.sh_degree = self.dynamic_gaussians.sh_degree;
         }
         cloud.means.extend_from_slice(&state.q);
         cloud.rotations.extend(
             state
                 .rotation
                 .iter()
-                .zip(&self.movers.rotations)
+                .zip(&self.dynamic_gaussians.rotations)
                 .map(|(&r, &r0)| lgs_core::linear::quat_mul(r, lgs_core::linear::quat_normalize(r0))),
         );
-        cloud.log_scales.extend_from_slice(&self.movers.log_scales);
-        cloud.raw_opacities.extend_from_slice(&self.movers.raw_opacities);
-        cloud.sh.extend_from_slice(&self.movers.sh);
+        cloud.log_scales.extend_from_slice(&self.dynamic_gaussians.log_scales);
+        cloud.raw_opacities.extend_from_slice(&self.dynamic_gaussians.raw_opacities);
+        cloud.sh.extend_from_slice(&self.dynamic_gaussians.sh);
         cloud
     }
 }

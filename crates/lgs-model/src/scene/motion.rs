@@ -26,9 +26,9 @@ impl<'a> Motion<'a> {
     #[must_use]
     pub fn new(scene: &'a LagrangianScene, edit: Edit, reversal: Reversal) -> Self {
         let start = SceneState {
-            q: scene.movers.means.clone(),
+            q: scene.dynamic_gaussians.means.clone(),
             v: scene.start_velocities(edit),
-            rotation: vec![[1.0, 0.0, 0.0, 0.0]; scene.movers.len()],
+            rotation: vec![[1.0, 0.0, 0.0, 0.0]; scene.dynamic_gaussians.len()],
         };
         Self { scene, edit, reversal, forward: vec![start.clone()], backward: vec![start] }
     }
@@ -73,7 +73,7 @@ impl<'a> Motion<'a> {
 }
 
 impl LagrangianScene {
-    /// What an edited motion starts with, `[movers]`, world units per unit of time.
+    /// What an edited motion starts with, `[n_dynamic]`, world units per unit of time.
     ///
     /// The stored velocities lag half a kick behind those at t = 0, with which Eq. 5 tracks positions to
     /// second order (gap G28): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the
@@ -87,8 +87,10 @@ impl LagrangianScene {
         let half = 0.5 * self.motion.dt;
         let mut start = Vec::with_capacity(self.velocities.len());
         for object in &self.objects {
-            let (q, stored) =
-                (&self.movers.means[object.members.clone()], &self.velocities[object.members.clone()]);
+            let (q, stored) = (
+                &self.dynamic_gaussians.means[object.members.clone()],
+                &self.velocities[object.members.clone()],
+            );
             let kick = object.system.accelerations(q, stored, &Edit::default());
             let at_zero = stored.iter().zip(kick).map(|(v, a)| add(*v, scale(a, half)));
             let scaled: Vec<[f32; 3]> = at_zero.map(|v| scale(v, edit.velocity_scale)).collect();

@@ -34,7 +34,7 @@ struct Partition {
 #[must_use]
 pub fn coloured_partition(scene: &LagrangianScene, motion: &mut Motion<'_>) -> GaussianCloud {
     let cloud = scene.cloud_at(&motion.state_at(0.0));
-    let mut colours = vec![STILL; scene.statics.len()];
+    let mut colours = vec![STILL; scene.static_gaussians.len()];
     for (index, object) in scene.objects.iter().enumerate() {
         colours.extend(std::iter::repeat_n(object_colour(index), object.members.len()));
     }
@@ -64,8 +64,8 @@ pub(crate) fn figure(
         .enumerate()
         .map(|(i, o)| (Mark::Square, object_colour(i), format!("object {i}: {}", o.members.len())))
         .collect();
-    if !scene.statics.is_empty() {
-        entries.push((Mark::Square, STILL, format!("still: {}", scene.statics.len())));
+    if !scene.static_gaussians.is_empty() {
+        entries.push((Mark::Square, STILL, format!("still: {}", scene.static_gaussians.len())));
     }
     let caption = "The Lagrangian scene at t = 0 and the objects that it consists of, with their numbers of Gaussians; the same colours are in partition.ply.";
     let drawing = Partition { pictures: vec![picture(&cloud, 0), picture(coloured, 1)], height, entries };

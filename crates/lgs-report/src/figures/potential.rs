@@ -44,7 +44,7 @@ struct Potential {
     size: [f64; 2],
 }
 
-/// The figure; nothing without movers. `forces` are the true ones, by object.
+/// The figure; nothing without dynamic Gaussians. `forces` are the true ones, by object.
 pub(crate) fn figure(
     scene: &LagrangianScene,
     paths: &Paths,

@@ -26,7 +26,7 @@ const MOST: f64 = 0.8;
 /// Stepping back.
 const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
 
-/// The figure; nothing without movers or without a camera.
+/// The figure; nothing without dynamic Gaussians or without a camera.
 pub(crate) fn figure(
     (scene, motion): (&LagrangianScene, &mut Motion<'_>),
     dataset: Option<&Dataset>,
@@ -34,7 +34,7 @@ pub(crate) fn figure(
 ) -> Result<Option<Figure>, ReportError> {
     let seen = dataset.map(longest_view).unwrap_or_default();
     let Some(camera) = seen.first().map(|f| f.camera).or(cameras.first().copied()) else { return Ok(None) };
-    if scene.movers.is_empty() {
+    if scene.dynamic_gaussians.is_empty() {
         return Ok(None);
     }
     let window = scene.motion.time_window;
@@ -92,7 +92,7 @@ fn followed(scene: &LagrangianScene) -> Vec<usize> {
     let each = (ARROWS / scene.objects.len().max(1)).max(2);
     let of = |object: &lgs_model::ObjectModel| {
         let first = object.members.start;
-        spread(&scene.movers.means[object.members.clone()], each)
+        spread(&scene.dynamic_gaussians.means[object.members.clone()], each)
             .into_iter()
             .map(move |i| first + i)
             .collect::<Vec<_>>()

@@ -34,7 +34,7 @@ struct Trajectories<'a> {
     panel: [f64; 2],
 }
 
-/// The figure; nothing without movers.
+/// The figure; nothing without dynamic Gaussians.
 pub(crate) fn figure(paths: &Paths) -> Result<Option<Figure>, ReportError> {
     let plane = Plane::of_motion(&paths.truth.as_ref().unwrap_or(&paths.lagrangian).positions);
     let panel = |title, colour, tracks| Panel { title, colour, tracks };

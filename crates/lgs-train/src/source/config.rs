@@ -3,7 +3,7 @@
 use lgs_model::source::{DeformationConfig, FreeGaveConfig, SourceKind, VelocityConfig};
 use serde::{Deserialize, Serialize};
 
-use super::hop::HopConfig;
+use super::advection::AdvectionConfig;
 
 /// Which frames the static warm-up sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -113,7 +113,7 @@ pub struct RigidityConfig {
     /// Neighbours per Gaussian.
     pub neighbors: usize,
     /// Relative stretch beyond which an edge is taken to join two bodies and pulls less and less.
-    pub let_go: f32,
+    pub robust_scale: f32,
 }
 
 impl Default for RigidityConfig {
@@ -211,7 +211,7 @@ pub struct SourceConfig {
     pub velocity: Option<VelocityConfig>,
     /// How it is trained.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub hop: Option<HopConfig>,
+    pub advection: Option<AdvectionConfig>,
     /// Learning rates.
     pub learning_rates: LearningRates,
     /// Densification.
@@ -222,9 +222,9 @@ pub struct SourceConfig {
     pub guide: GuideConfig,
     /// Weight of the mean displacement of what hardly moves (paper: 0, none): keeps static surroundings
     /// static.
-    pub stillness: f32,
+    pub static_regulariser: f32,
     /// Iteration from which on it acts: what moves must have been found by then, or it is held back.
-    pub stillness_after: usize,
+    pub static_regulariser_after: usize,
 }
 
 impl Default for SourceConfig {
@@ -246,7 +246,7 @@ impl SourceConfig {
             &mut stretched.window_interval,
             &mut stretched.sh_interval,
             &mut stretched.reduced_before,
-            &mut stretched.stillness_after,
+            &mut stretched.static_regulariser_after,
             &mut rates.position_steps,
             &mut rates.deformation_ramp,
             &mut rates.deformation_steps,
@@ -271,7 +271,7 @@ impl SourceConfig {
             ("learning_rates.position_end", rates.position_end),
             ("learning_rates.deformation_start", rates.deformation_start),
             ("learning_rates.deformation_end", rates.deformation_end),
-            ("rigidity.let_go", f64::from(self.rigidity.let_go)),
+            ("rigidity.robust_scale", f64::from(self.rigidity.robust_scale)),
         ];
         let not_negative = [
             ("learning_rates.sh", rates.sh),
@@ -286,7 +286,7 @@ impl SourceConfig {
             ("guide.weight", f64::from(self.guide.weight)),
             ("guide.below_images_per_time", f64::from(self.guide.below_images_per_time)),
             ("stretch", f64::from(self.stretch)),
-            ("stillness", f64::from(self.stillness)),
+            ("static_regulariser", f64::from(self.static_regulariser)),
             ("densify.prune_outside", f64::from(self.densify.prune_outside)),
         ];
         for (key, value) in positive {
@@ -335,7 +335,7 @@ impl SourceConfig {
     fn validate_motion(&self) -> Result<(), (String, String)> {
         let deformation = self.deformation.clone();
         let imported = !self.import.is_empty();
-        match (self.kind, &self.velocity, &self.hop) {
+        match (self.kind, &self.velocity, &self.advection) {
             (SourceKind::Defgs, None, None) => {
                 deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
                 require(
@@ -347,14 +347,14 @@ impl SourceConfig {
             (SourceKind::Frames, None, None) => {
                 require(imported, "import", format_args!("the source `frames` needs a file or folder"))
             }
-            (SourceKind::Freegave, Some(velocity), Some(hop)) => {
+            (SourceKind::Freegave, Some(velocity), Some(advection)) => {
                 require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
                 FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
-                hop.validate().map_err(|(field, reason)| (format!("hop.{field}"), reason))
+                advection.validate().map_err(|(field, reason)| (format!("advection.{field}"), reason))
             }
             _ => Err((
                 "kind".to_owned(),
-                "`velocity` and `hop` belong to the source `freegave`, and to no other".to_owned(),
+                "`velocity` and `advection` belong to the source `freegave`, and to no other".to_owned(),
             )),
         }
     }

@@ -4,10 +4,10 @@
 //! [`SourceTrainer::step`] is one iteration: pick a frame, draw the deformed Gaussians, go back through loss,
 //! rasterizer and network, densify, and take one step of Adam per parameter group.
 
+mod advection;
 mod config;
 mod densify;
 mod guide;
-mod hop;
 mod initial;
 mod motion;
 mod order;
@@ -15,15 +15,15 @@ mod params;
 mod presets;
 mod rigidity;
 mod schedule;
-mod stillness;
+mod static_regulariser;
 mod trainer;
 
+pub use advection::AdvectionConfig;
 pub(crate) use config::stretch_factor;
 pub use config::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames,
 };
 pub use densify::{Attributes, DensifyPlan, DensifyStatistics};
-pub use hop::HopConfig;
 pub use initial::initial_cloud;
 pub use schedule::log_linear;
 pub use trainer::{SourceTrainer, StepReport};

@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use burn::tensor::{Tensor, TensorData};
 use lgs_core::{GaussianCloud, stream};
-use lgs_model::source::freegave::tensor::{HopSpec, carry};
-use lgs_model::source::freegave::{FreeGaveNetworks, Hop, Learns};
+use lgs_model::source::freegave::tensor::{AdvectionSpec, carry};
+use lgs_model::source::freegave::{Advection, FreeGaveNetworks, Learns};
 use lgs_model::source::tensor::{DeformSpec, deform};
 use lgs_model::source::{
     DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel,
 };
 use rand::RngExt;
 
+use super::advection::{AdvectionConfig, training_advection};
 use super::config::SourceConfig;
-use super::hop::{HopConfig, training_hop};
 use super::params::HostShapes;
 
 /// A frame's time, and when in training it is seen.
@@ -62,10 +62,10 @@ pub(super) struct Captured {
 /// The motion that a configuration asks for.
 pub(super) fn source_motion(config: &SourceConfig, captured: Captured) -> Box<dyn SourceMotion> {
     let deformation = config.deformation.clone();
-    match (&config.velocity, &config.hop) {
-        (Some(velocity), Some(hop)) => {
+    match (&config.velocity, &config.advection) {
+        (Some(velocity), Some(advection)) => {
             let config = Arc::new(FreeGaveConfig { deformation, velocity: velocity.clone() });
-            Box::new(Flow { config, hop: hop.clone(), captured })
+            Box::new(Flow { config, advection: advection.clone(), captured })
         }
         _ => Box::new(Displacement { config: deformation, frame: captured.frame }),
     }
@@ -117,13 +117,13 @@ const EVERY: usize = 4;
 /// FreeGave.
 struct Flow {
     config: Arc<FreeGaveConfig>,
-    hop: HopConfig,
+    advection: AdvectionConfig,
     captured: Captured,
 }
 
 impl Flow {
-    fn spec(&self, hop: Hop) -> HopSpec {
-        HopSpec { config: Arc::clone(&self.config), frame: self.captured.frame, hop }
+    fn spec(&self, advection: Advection) -> AdvectionSpec {
+        AdvectionSpec { config: Arc::clone(&self.config), frame: self.captured.frame, advection }
     }
 }
 
@@ -137,13 +137,14 @@ impl SourceMotion for Flow {
     }
 
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
-        let hop = training_hop(&self.config.velocity, &self.hop, at, self.captured.seed);
-        carry(network, means, rotations, self.spec(hop))
+        let advection = training_advection(&self.config.velocity, &self.advection, at, self.captured.seed);
+        carry(network, means, rotations, self.spec(advection))
     }
 
-    /// Disagreement of velocity field and deformation over a hop at a random time, for every few Gaussians.
+    /// Disagreement of velocity field and deformation over an advection step at a random time, for every few
+    /// Gaussians.
     fn prior(&self, network: &Tensor<1>, canonical: &HostShapes, at: Moment) -> Option<Tensor<1>> {
-        let HopConfig { length, longest_step, agreement, .. } = self.hop;
+        let AdvectionConfig { length, longest_step, agreement, .. } = self.advection;
         let last = at.window_end.min(self.config.velocity.max_time) - length;
         if agreement <= 0.0 || last <= 0.0 {
             return None;
@@ -159,14 +160,18 @@ impl SourceMotion for Flow {
             Tensor::<2>::from_data(TensorData::new(values.to_vec(), [chosen.len(), width]), &device)
         };
         let (means, rotations) = (rows(means.as_flattened(), 3), rows(rotations.as_flattened(), 4));
-        let position = |network: Tensor<1>, hop| {
-            carry(network, means.clone(), rotations.clone(), self.spec(hop)).narrow(1, 0, 3)
+        let position = |network: Tensor<1>, advection| {
+            carry(network, means.clone(), rotations.clone(), self.spec(advection)).narrow(1, 0, 3)
         };
         let step = if longest_step > 0.0 { longest_step } else { f32::INFINITY };
-        let hop = Hop { from, to: from + length, longest_step: step, turns: false, learns: Learns::Velocity };
-        let carried = position(network.clone(), hop);
-        let target =
-            position(network.clone(), Hop { learns: Learns::Velocity, ..Hop::none(from + length) }).detach();
+        let advection =
+            Advection { from, to: from + length, longest_step: step, turns: false, learns: Learns::Velocity };
+        let carried = position(network.clone(), advection);
+        let target = position(
+            network.clone(),
+            Advection { learns: Learns::Velocity, ..Advection::none(from + length) },
+        )
+        .detach();
         let velocity = (carried - target) / length;
         Some(velocity.square().sum_dim(1).mean() * agreement)
     }
@@ -195,7 +200,7 @@ mod tests {
             DeformationConfig { head_init: HeadInit::Uniform, ..DeformationConfig::freegave_quick() };
         let config = Arc::new(FreeGaveConfig { deformation, velocity: VelocityConfig::quick() });
         let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.75, seed: 1 };
-        let flow = Flow { config: Arc::clone(&config), hop: HopConfig::quick(), captured };
+        let flow = Flow { config: Arc::clone(&config), advection: AdvectionConfig::quick(), captured };
         let wave = |i: usize, f: f32| (i as f32 * f).sin();
         let means: Vec<[f32; 3]> =
             (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
@@ -206,7 +211,7 @@ mod tests {
         let at = |iteration| Moment { time: 0.3, iteration, window_end: 0.75 };
         assert!(
             flow.prior(&network.leaf(), &canonical, Moment { window_end: 0.05, ..at(0) }).is_none(),
-            "no room for a hop"
+            "no room for an advection step"
         );
         let (mut first, mut last) = (0.0, 0.0);
         for iteration in 0..200 {

@@ -5,10 +5,10 @@
 use lgs_core::DEFAULT_NEAR;
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
+use super::advection::AdvectionConfig;
 use super::config::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames,
 };
-use super::hop::HopConfig;
 use crate::config::Preset;
 
 /// Near plane of FreeGave, world units (§2.8).
@@ -54,13 +54,13 @@ impl SourceConfig {
             reduced_before: 0,
             deformation: DeformationConfig::paper(),
             velocity: None,
-            hop: None,
+            advection: None,
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
-            rigidity: RigidityConfig { weight: 0.0, neighbors: 4, let_go: 0.1 },
+            rigidity: RigidityConfig { weight: 0.0, neighbors: 4, robust_scale: 0.1 },
             guide: GuideConfig { weight: 0.0, below_images_per_time: 3.0 },
-            stillness: 0.0,
-            stillness_after: 0,
+            static_regulariser: 0.0,
+            static_regulariser_after: 0,
         }
     }
 
@@ -91,7 +91,7 @@ impl SourceConfig {
             reduced_before: 0,
             deformation: DeformationConfig::quick(),
             velocity: None,
-            hop: None,
+            advection: None,
             learning_rates: LearningRates {
                 position_start: 4e-4,
                 position_end: 1e-5,
@@ -120,10 +120,10 @@ impl SourceConfig {
                 white_reset_at: 0,
                 max_gaussians: 4000,
             },
-            rigidity: RigidityConfig { weight: 1.0, neighbors: 6, let_go: 0.1 },
+            rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },
             guide: GuideConfig { weight: 3.0, below_images_per_time: 3.0 },
-            stillness: 0.05,
-            stillness_after: iterations * 2 / 3,
+            static_regulariser: 0.05,
+            static_regulariser_after: iterations * 2 / 3,
         }
     }
 }
@@ -145,7 +145,7 @@ impl SourceConfig {
             near: FREEGAVE_NEAR,
             deformation: DeformationConfig::freegave_paper(),
             velocity: Some(VelocityConfig::paper()),
-            hop: Some(HopConfig::paper()),
+            advection: Some(AdvectionConfig::paper()),
             densify: DensifyConfig { min_opacity: 0.05, ..defgs.densify.clone() },
             ..defgs
         }
@@ -160,7 +160,7 @@ impl SourceConfig {
             near: FREEGAVE_NEAR,
             deformation: DeformationConfig::freegave_quick(),
             velocity: Some(VelocityConfig::quick()),
-            hop: Some(HopConfig::quick()),
+            advection: Some(AdvectionConfig::quick()),
             ..Self::quick()
         }
     }

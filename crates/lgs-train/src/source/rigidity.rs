@@ -39,7 +39,7 @@ impl NeighborGraph {
                 let d = sub(deformed[i], deformed[j]);
                 let length = norm(d).max(1e-9);
                 let e = length / rest - 1.0;
-                let spread = 1.0 + (e / config.let_go).powi(2);
+                let spread = 1.0 + (e / config.robust_scale).powi(2);
                 let slope = factor * 2.0 * e / (spread * spread) / (rest * length);
                 for axis in 0..3 {
                     gradient[i][axis] += slope * d[axis];
@@ -55,7 +55,7 @@ impl NeighborGraph {
 mod tests {
     use super::*;
 
-    const CONFIG: RigidityConfig = RigidityConfig { weight: 1.0, neighbors: 4, let_go: 0.5 };
+    const CONFIG: RigidityConfig = RigidityConfig { weight: 1.0, neighbors: 4, robust_scale: 0.5 };
 
     fn points() -> Vec<[f32; 3]> {
         (0..30).map(|i| [(i as f32 * 1.7).sin(), (i as f32 * 0.9).cos(), (i as f32 * 2.3).sin()]).collect()

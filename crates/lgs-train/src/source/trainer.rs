@@ -16,7 +16,7 @@ use super::motion::{Captured, Moment, SourceMotion, source_motion};
 use super::order::{FrameOrder, Round};
 use super::params::{Leaves, Rates, Skip, SourceParams, image_tensor};
 use super::rigidity::NeighborGraph;
-use super::stillness;
+use super::static_regulariser;
 use crate::TrainError;
 use crate::adam::values;
 
@@ -184,15 +184,18 @@ impl<'a> SourceTrainer<'a> {
             None => loss,
         };
         let rigidity = &self.config.rigidity;
-        let stillness =
-            if self.iteration >= self.config.stillness_after { self.config.stillness } else { 0.0 };
-        if rigidity.weight <= 0.0 && stillness <= 0.0 && self.guide.is_empty() {
+        let static_regulariser = if self.iteration >= self.config.static_regulariser_after {
+            self.config.static_regulariser
+        } else {
+            0.0
+        };
+        if rigidity.weight <= 0.0 && static_regulariser <= 0.0 && self.guide.is_empty() {
             return loss;
         }
         let canonical = shapes.means;
         let deformed = values(means);
         let deformed = deformed.as_chunks::<3>().0;
-        let mut pull = stillness::gradient(&canonical, deformed, stillness, self.extent);
+        let mut pull = static_regulariser::gradient(&canonical, deformed, static_regulariser, self.extent);
         if rigidity.weight > 0.0 {
             let graph = self.graph.get_or_insert_with(|| NeighborGraph::new(&canonical, rigidity.neighbors));
             let rigid = graph.gradient(&canonical, deformed, rigidity);

@@ -40,7 +40,8 @@ pub(super) struct Response {
 impl Body {
     pub(super) fn new(scene: &LagrangianScene, object: usize) -> Self {
         let ObjectModel { members, system, .. } = &scene.objects[object];
-        let (points, velocities) = (&scene.movers.means[members.clone()], &scene.velocities[members.clone()]);
+        let (points, velocities) =
+            (&scene.dynamic_gaussians.means[members.clone()], &scene.velocities[members.clone()]);
         let center = mean(points);
         let offsets: Vec<[f32; 3]> = points.iter().map(|&p| sub(p, center)).collect();
         let rms = |list: &[[f32; 3]]| {
@@ -72,13 +73,13 @@ impl Body {
         let matrix = matrix_from_quat(turn);
         let members = scene.objects[object].members.clone();
         for i in members {
-            let (point, velocity) = (scene.movers.means[i], scene.velocities[i]);
+            let (point, velocity) = (scene.dynamic_gaussians.means[i], scene.velocities[i]);
             let offset = sub(point, self.center);
             let moved = add(add(self.center, translation), mat_vec(&matrix, offset));
             let carried = cross(add(self.spin, angular), sub(moved, point));
             scene.velocities[i] = add(add(velocity, carried), add(linear, cross(angular, offset)));
-            scene.movers.means[i] = moved;
-            scene.movers.rotations[i] = quat_mul(turn, scene.movers.rotations[i]);
+            scene.dynamic_gaussians.means[i] = moved;
+            scene.dynamic_gaussians.rotations[i] = quat_mul(turn, scene.dynamic_gaussians.rotations[i]);
         }
         self.law.write_changed(&by[OF_START..], &mut scene.objects[object].system);
     }
@@ -111,7 +112,7 @@ impl Body {
             .into_iter()
             .map(|of_unknown| of_unknown.concat().into_flattened())
             .collect();
-        let particles = alone.movers.len().max(1) as f64;
+        let particles = alone.dynamic_gaussians.len().max(1) as f64;
         let product = |a: &[f32], b: &[f32]| {
             a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles
         };
@@ -154,12 +155,16 @@ pub(super) fn part_of(
     let ObjectModel { members, supports, system, velocity_policy } = &scene.objects[object];
     let chosen = choose(members.len(), supports.as_ref().and_then(Supports::common), subset, rng);
     let rows: Vec<usize> = chosen.iter().map(|&i| members.start + i as usize).collect();
-    let movers = scene.movers.select(&rows);
+    let dynamic_gaussians = scene.dynamic_gaussians.select(&rows);
     let supports = supports.as_ref().map(|all| {
-        if rows.len() == members.len() { all.clone() } else { supports_of(&chosen, all, &movers.means) }
+        if rows.len() == members.len() {
+            all.clone()
+        } else {
+            supports_of(&chosen, all, &dynamic_gaussians.means)
+        }
     });
     LagrangianScene {
-        statics: GaussianCloud::default(),
+        static_gaussians: GaussianCloud::default(),
         velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
         objects: vec![ObjectModel {
             system: system.clone(),
@@ -167,7 +172,7 @@ pub(super) fn part_of(
             supports,
             velocity_policy: *velocity_policy,
         }],
-        movers,
+        dynamic_gaussians,
         ..*scene
     }
 }

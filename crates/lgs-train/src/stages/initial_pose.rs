@@ -7,7 +7,7 @@ use burn::tensor::{Device, Tensor};
 use lgs_core::linear::{add, cross, scale, solve_positive, sub};
 use lgs_model::{TensorFile, TensorFileError};
 
-use super::mover_tensors::{quat_mul, rows, vector};
+use super::cloud_tensors::{quat_mul, rows, vector};
 use crate::adam::AdamGroup;
 
 /// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its

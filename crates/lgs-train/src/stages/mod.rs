@@ -3,13 +3,13 @@
 //!
 //! Stages 2 and 3 are [`Tuning`] values; the loop that drives them is in `pipeline`.
 
-mod bake;
 mod body;
+mod cloud_tensors;
 mod config;
 mod fit_dynamics;
 mod initial_pose;
+mod initialise_scene;
 mod look;
-mod mover_tensors;
 mod newton;
 mod object_tensors;
 mod seen_motion;
@@ -19,11 +19,11 @@ mod tune_dynamics;
 mod tune_gaussians;
 mod tuning;
 
-pub use bake::{BakeRequest, Baked, bake};
 pub use config::{
     FitDynamicsConfig, InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig,
 };
 pub use fit_dynamics::FitDynamics;
+pub use initialise_scene::{InitialScene, InitialSceneRequest, initialise_scene};
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
 pub use tuning::Tuning;
@@ -32,7 +32,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_data::dataset::Frame;
 use lgs_render::tensor::{SplatTensors, photometric_loss, rasterize};
 
-use mover_tensors::CloudTensors;
+use cloud_tensors::CloudTensors;
 
 /// What a training step reports.
 #[derive(Clone, Copy, Debug, PartialEq)]

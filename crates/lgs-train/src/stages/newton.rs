@@ -144,7 +144,8 @@ impl Newton {
             let at = times.index(frame);
             let pose = |object: usize| {
                 let members = &scene.objects[object].members;
-                let rows = scene.statics.len() + members.start..scene.statics.len() + members.end;
+                let rows =
+                    scene.static_gaussians.len() + members.start..scene.static_gaussians.len() + members.end;
                 Pose { rows, center: responses[object][at].center, radius: self.bodies[object].radius() }
             };
             let poses: Vec<Pose> = (0..self.bodies.len()).map(pose).collect();

@@ -8,9 +8,9 @@ use lgs_dynamics::tensor::{RolloutCall, rollout};
 use lgs_dynamics::{Edit, RolloutSpec, Supports, SystemConfig, VelocityPolicy};
 use lgs_model::{LagrangianScene, ObjectModel, SceneState, TensorFile, TensorFileError};
 
+use super::cloud_tensors::{quat_mul, rows};
 use super::config::InitialVelocity;
 use super::initial_pose::{Displacement, InitialPose};
-use super::mover_tensors::{quat_mul, rows};
 use super::subset::{choose, supports_of};
 use crate::adam::{AdamGroup, values};
 
@@ -53,7 +53,7 @@ pub(super) struct ObjectPath {
     pub(super) pose: Option<Tensor<1>>,
     /// The rotation in its displacement, `[1, 4]`.
     turn: Option<Tensor<2>>,
-    /// Rows of the scene's movers that were rolled.
+    /// Rows of the scene’s dynamic Gaussians that were rolled.
     pub(super) rows: Vec<usize>,
     /// States `[steps + 1, n, 10]`: position, velocity, rotation since the window's start.
     states: Tensor<3>,
@@ -70,7 +70,7 @@ impl TrainableObject {
         device: &Device,
     ) -> Self {
         let velocities = &scene.velocities[object.members.clone()];
-        let points = &scene.movers.means[object.members.clone()];
+        let points = &scene.dynamic_gaussians.means[object.members.clone()];
         let mean_square =
             velocities.iter().flatten().map(|v| v * v).sum::<f32>() / points.len().max(1) as f32;
         let twist_basis = (kind == InitialVelocity::Twist).then(|| twist_basis(points, device));
@@ -118,9 +118,9 @@ impl TrainableObject {
         let velocities = self.velocity_from(self.velocity.leaf(), &displacement);
         scene.velocities[members.clone()].copy_from_slice(values(&velocities.inner()).as_chunks().0);
         let points = values(&self.points(&displacement).inner());
-        scene.movers.means[members.clone()].copy_from_slice(points.as_chunks().0);
+        scene.dynamic_gaussians.means[members.clone()].copy_from_slice(points.as_chunks().0);
         let turn = values(&displacement.turn.inner());
-        for rotation in &mut scene.movers.rotations[members] {
+        for rotation in &mut scene.dynamic_gaussians.rotations[members] {
             *rotation = linear::quat_mul([turn[0], turn[1], turn[2], turn[3]], *rotation);
         }
     }

@@ -10,7 +10,7 @@ use lgs_model::source::SourceModel;
 use lgs_render::{Splats, mse, rasterize};
 use rayon::prelude::*;
 
-use super::bake::BakeRequest;
+use super::initialise_scene::InitialSceneRequest;
 
 /// Training frames that are looked at, spread evenly over the window.
 const LOOKS: usize = 24;
@@ -22,7 +22,7 @@ const HIDDEN: f64 = 0.1;
 pub(super) fn seen_to_move(
     source: &dyn SourceModel,
     partition: &Partition,
-    request: &BakeRequest<'_>,
+    request: &InitialSceneRequest<'_>,
 ) -> Vec<bool> {
     let tolerance = f64::from(request.partition.unseen_motion);
     let frames = spread(request.frames);
@@ -134,7 +134,7 @@ mod tests {
         let partition = Partition { object: vec![0, 1], objects: 2 };
         let (config, distill, motion) =
             (PartitionConfig::default(), DistillConfig::default(), MotionOptions::default());
-        let request = BakeRequest {
+        let request = InitialSceneRequest {
             partition: &config,
             distill: &distill,
             motion: &motion,
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(seen_to_move(&source, &alone, &request), [true], "nothing shows more");
         let off = PartitionConfig { unseen_motion: 0.0, ..config.clone() };
         assert_eq!(
-            seen_to_move(&source, &partition, &BakeRequest { partition: &off, ..request }),
+            seen_to_move(&source, &partition, &InitialSceneRequest { partition: &off, ..request }),
             [true, true]
         );
     }

@@ -4,8 +4,8 @@ use burn::tensor::{Device, Gradients, Tensor};
 use lgs_core::GaussianCloud;
 use lgs_model::{TensorFile, TensorFileError};
 
+use super::cloud_tensors::CloudTensors;
 use super::config::TuneGaussiansConfig;
-use super::mover_tensors::CloudTensors;
 use crate::adam::{AdamGroup, values};
 
 /// Colours' direction-dependent part learns slower by this (reference section 2.6).

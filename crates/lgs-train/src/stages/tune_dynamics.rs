@@ -15,8 +15,8 @@ use lgs_dynamics::{Edit, RolloutSpec};
 use lgs_model::{LagrangianScene, SceneState, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
+use super::cloud_tensors::CloudTensors;
 use super::config::TuneDynamicsConfig;
-use super::mover_tensors::CloudTensors;
 use super::object_tensors::{ObjectPath, TrainableObject, Window};
 use super::{StepReport, Tuning, View, cosine, frame_loss, psnr_of};
 use crate::adam::values;
@@ -44,7 +44,7 @@ impl KeptMotion {
     fn roll(scene: LagrangianScene) -> Self {
         let _span = tracing::trace_span!("roll the motion").entered();
         let steps = RolloutSpec::until(scene.motion.time_window, scene.motion.dt).steps;
-        let start = SceneState::at_start(scene.movers.means.clone(), scene.velocities.clone());
+        let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), scene.velocities.clone());
         let mut states = vec![start];
         states.extend(scene.advance(&states[0], scene.motion.dt, steps, Edit::default(), None));
         Self { scene, states }
@@ -99,16 +99,16 @@ impl<'a> TuneDynamics<'a> {
     ) -> (Tensor<1>, f64) {
         let state = kept.state_at(frame.time.max(0.0));
         let cloud = kept.scene.cloud_at(&state);
-        let statics = self.scene.statics.len();
+        let static_gaussians = self.scene.static_gaussians.len();
         let mut is_free = vec![false; cloud.len()];
         for row in paths.iter().flat_map(|path| &path.rows) {
-            is_free[statics + row] = true;
+            is_free[static_gaussians + row] = true;
         }
         let fixed: Vec<usize> = (0..cloud.len()).filter(|&i| !is_free[i]).collect();
         let mut drawn = CloudTensors::new(&cloud.select(&fixed), device);
         for (object, path) in self.objects.iter().zip(paths) {
             let at_start = if path.is_displaced() { &self.scene } else { &kept.scene };
-            let own = CloudTensors::new(&at_start.movers.select(&path.rows), device);
+            let own = CloudTensors::new(&at_start.dynamic_gaussians.select(&path.rows), device);
             let (means, rotations) = path.poses_at(object, window, frame.time.max(0.0), &own.rotations);
             drawn = drawn.followed_by(&CloudTensors { means, rotations, ..own });
         }
@@ -120,10 +120,10 @@ impl<'a> TuneDynamics<'a> {
     /// The scene that the kept motion of a checkpoint was rolled from.
     fn kept_scene(&self, file: &TensorFile) -> Result<LagrangianScene, TensorFileError> {
         let mut scene = self.scene.clone();
-        let movers = scene.movers.len();
-        scene.velocities = kept_rows(file, "tune.kept.velocities", movers)?;
-        scene.movers.means = kept_rows(file, "tune.kept.means", movers)?;
-        scene.movers.rotations = kept_rows(file, "tune.kept.rotations", movers)?;
+        let dynamic_gaussians = scene.dynamic_gaussians.len();
+        scene.velocities = kept_rows(file, "tune.kept.velocities", dynamic_gaussians)?;
+        scene.dynamic_gaussians.means = kept_rows(file, "tune.kept.means", dynamic_gaussians)?;
+        scene.dynamic_gaussians.rotations = kept_rows(file, "tune.kept.rotations", dynamic_gaussians)?;
         for (index, object) in scene.objects.iter_mut().enumerate() {
             let name = format!("tune.kept.{index}");
             let (_, params) = file.values(&name)?;
@@ -210,10 +210,14 @@ impl Tuning for TuneDynamics<'_> {
             object.insert_into(&mut file, &format!("tune.{index}"));
         }
         let Some(kept) = &self.kept else { return file };
-        let LagrangianScene { movers, velocities, .. } = &kept.scene;
+        let LagrangianScene { dynamic_gaussians, velocities, .. } = &kept.scene;
         file.insert("tune.kept.velocities", &[velocities.len(), 3], velocities.as_flattened());
-        file.insert("tune.kept.means", &[movers.len(), 3], movers.means.as_flattened());
-        file.insert("tune.kept.rotations", &[movers.len(), 4], movers.rotations.as_flattened());
+        file.insert("tune.kept.means", &[dynamic_gaussians.len(), 3], dynamic_gaussians.means.as_flattened());
+        file.insert(
+            "tune.kept.rotations",
+            &[dynamic_gaussians.len(), 4],
+            dynamic_gaussians.rotations.as_flattened(),
+        );
         for (index, object) in kept.scene.objects.iter().enumerate() {
             file.insert(format!("tune.kept.{index}"), &[object.system.params.len()], &object.system.params);
         }
@@ -236,12 +240,12 @@ impl Tuning for TuneDynamics<'_> {
 fn kept_rows<const D: usize>(
     file: &TensorFile,
     name: &str,
-    movers: usize,
+    dynamic_gaussians: usize,
 ) -> Result<Vec<[f32; D]>, TensorFileError> {
     let rows: Vec<[f32; D]> = file.rows(name)?;
-    if rows.len() == movers {
+    if rows.len() == dynamic_gaussians {
         Ok(rows)
     } else {
-        Err(file.field(name, &format!("{movers} rows"), rows.len().to_string()))
+        Err(file.field(name, &format!("{dynamic_gaussians} rows"), rows.len().to_string()))
     }
 }

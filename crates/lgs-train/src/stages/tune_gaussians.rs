@@ -17,8 +17,8 @@ use lgs_dynamics::{Edit, Reversal, Supports};
 use lgs_model::{LagrangianScene, Motion, SceneState, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
+use super::cloud_tensors::{CloudTensors, quat_mul, rows};
 use super::config::TuneGaussiansConfig;
-use super::mover_tensors::{CloudTensors, quat_mul, rows};
 use super::trainable_cloud::TrainableCloud;
 use super::{StepReport, Tuning, View, cosine, frame_loss, psnr_of};
 use crate::adam::values;
@@ -32,8 +32,8 @@ pub struct TuneGaussians<'a> {
     config: TuneGaussiansConfig,
     seed: u64,
     step: usize,
-    statics: TrainableCloud,
-    movers: TrainableCloud,
+    static_gaussians: TrainableCloud,
+    dynamic_gaussians: TrainableCloud,
     /// `[n, 1]`: one for moving Gaussians whose means may change.
     is_loose: Tensor<2>,
     /// Means that the cached states were rolled from.
@@ -55,20 +55,22 @@ impl<'a> TuneGaussians<'a> {
     ) -> Self {
         let device = Device::flex();
         let config = config.stretched(frames.first().map_or(0, |f| f.camera.width));
-        let (statics, movers) =
-            (TrainableCloud::new(&scene.statics, &device), TrainableCloud::new(&scene.movers, &device));
+        let (static_gaussians, dynamic_gaussians) = (
+            TrainableCloud::new(&scene.static_gaussians, &device),
+            TrainableCloud::new(&scene.dynamic_gaussians, &device),
+        );
         Self {
             stage,
             rolled_means: Vec::new(),
             states: FrameStates::default(),
-            is_loose: loose_movers(&scene, &device),
+            is_loose: freely_tuned(&scene, &device),
             scene,
             frames,
             config,
             seed,
             step: 0,
-            statics,
-            movers,
+            static_gaussians,
+            dynamic_gaussians,
             device,
         }
     }
@@ -77,20 +79,20 @@ impl<'a> TuneGaussians<'a> {
         let _span = tracing::trace_span!("roll the motion").entered();
         let scene = self.scene();
         self.states = FrameStates::roll(&scene, self.frames);
-        self.rolled_means = scene.movers.means;
+        self.rolled_means = scene.dynamic_gaussians.means;
     }
 
     /// Moving Gaussians in a state of the motion, with gradients to what they were at t = 0.
-    fn moved(&self, movers: CloudTensors, state: &SceneState, device: &Device) -> CloudTensors {
+    fn moved(&self, dynamic_gaussians: CloudTensors, state: &SceneState, device: &Device) -> CloudTensors {
         let matrices: Vec<f32> =
             state.rotation.iter().flat_map(|&q| linear::matrix_from_quat(q)).flatten().collect();
         let matrices = Tensor::<3>::from_data(TensorData::new(matrices, [state.len(), 3, 3]), device);
-        let change = movers.means.clone() - rows(&self.rolled_means, device);
+        let change = dynamic_gaussians.means.clone() - rows(&self.rolled_means, device);
         let turned = (matrices * change.reshape([state.len(), 1, 3])).sum_dim(2).reshape([state.len(), 3]);
         CloudTensors {
             means: rows(&state.q, device) + turned,
-            rotations: quat_mul(&rows(&state.rotation, device), &movers.rotations),
-            ..movers
+            rotations: quat_mul(&rows(&state.rotation, device), &dynamic_gaussians.rotations),
+            ..dynamic_gaussians
         }
     }
 }
@@ -114,8 +116,8 @@ impl Tuning for TuneGaussians<'_> {
 
     fn scene(&self) -> LagrangianScene {
         let mut scene = self.scene.clone();
-        scene.statics = self.statics.cloud(self.scene.statics.sh_degree);
-        scene.movers = self.movers.cloud(self.scene.movers.sh_degree);
+        scene.static_gaussians = self.static_gaussians.cloud(self.scene.static_gaussians.sh_degree);
+        scene.dynamic_gaussians = self.dynamic_gaussians.cloud(self.scene.dynamic_gaussians.sh_degree);
         scene
     }
 
@@ -126,40 +128,50 @@ impl Tuning for TuneGaussians<'_> {
         let mut rng = stream(self.seed, self.stage.name(), self.step as u64);
         let chosen = rng.random_range(0..self.frames.len());
         let device = self.device.clone().autodiff();
-        let (statics, movers) = (self.statics.leaves(), self.movers.leaves());
-        let moved = self.moved(movers.tensors(), self.states.of(chosen), &device);
-        let cloud = statics.tensors().followed_by(&moved);
+        let (static_gaussians, dynamic_gaussians) =
+            (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
+        let moved = self.moved(dynamic_gaussians.tensors(), self.states.of(chosen), &device);
+        let cloud = static_gaussians.tensors().followed_by(&moved);
         let view = View {
             frame: &self.frames[chosen],
             background: self.scene.background,
             ssim_weight: self.config.ssim_weight,
             device: &device,
         };
-        let (loss, error) = frame_loss(cloud, self.scene.movers.sh_degree, &view);
+        let (loss, error) = frame_loss(cloud, self.scene.dynamic_gaussians.sh_degree, &view);
         let gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
         let rate = cosine(self.step, self.config.iterations);
-        self.statics.descend(&statics, statics.means.grad(&gradients), &gradients, &self.config, rate);
-        let of_means = movers.means.grad(&gradients).map(|gradient| gradient * self.is_loose.clone());
-        self.movers.descend(&movers, of_means, &gradients, &self.config, rate);
+        self.static_gaussians.descend(
+            &static_gaussians,
+            static_gaussians.means.grad(&gradients),
+            &gradients,
+            &self.config,
+            rate,
+        );
+        let of_means =
+            dynamic_gaussians.means.grad(&gradients).map(|gradient| gradient * self.is_loose.clone());
+        self.dynamic_gaussians.descend(&dynamic_gaussians, of_means, &gradients, &self.config, rate);
         self.step += 1;
         StepReport { loss: values(&loss.inner())[0], psnr: psnr_of(error) }
     }
 
     fn checkpoint(&self) -> TensorFile {
         let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
-        self.statics.save(&mut file, "tune.static");
-        self.movers.save(&mut file, "tune.mover");
+        self.static_gaussians.save(&mut file, "tune.static");
+        self.dynamic_gaussians.save(&mut file, "tune.dynamic");
         file.insert("tune.rolled_means", &[self.rolled_means.len(), 3], self.rolled_means.as_flattened());
         file
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
-        self.statics = TrainableCloud::restore(file, "tune.static", &self.scene.statics, &self.device)?;
-        self.movers = TrainableCloud::restore(file, "tune.mover", &self.scene.movers, &self.device)?;
+        self.static_gaussians =
+            TrainableCloud::restore(file, "tune.static", &self.scene.static_gaussians, &self.device)?;
+        self.dynamic_gaussians =
+            TrainableCloud::restore(file, "tune.dynamic", &self.scene.dynamic_gaussians, &self.device)?;
         let means: Vec<[f32; 3]> = file.rows("tune.rolled_means")?;
-        if means.len() == self.scene.movers.len() && !means.is_empty() {
+        if means.len() == self.scene.dynamic_gaussians.len() && !means.is_empty() {
             let mut rolled = self.scene();
-            rolled.movers.means.copy_from_slice(&means);
+            rolled.dynamic_gaussians.means.copy_from_slice(&means);
             self.states = FrameStates::roll(&rolled, self.frames);
             self.rolled_means = means;
         }
@@ -170,14 +182,14 @@ impl Tuning for TuneGaussians<'_> {
 
 /// `[n, 1]`: zero for the moving Gaussians that hold an object rigid as the common support of all its
 /// particles, one for the others.
-fn loose_movers(scene: &LagrangianScene, device: &Device) -> Tensor<2> {
-    let mut loose = vec![1.0_f32; scene.movers.len()];
+fn freely_tuned(scene: &LagrangianScene, device: &Device) -> Tensor<2> {
+    let mut loose = vec![1.0_f32; scene.dynamic_gaussians.len()];
     for object in &scene.objects {
         for &anchor in object.supports.as_ref().and_then(Supports::common).into_iter().flatten() {
             loose[object.members.start + anchor as usize] = 0.0;
         }
     }
-    Tensor::from_data(TensorData::new(loose, [scene.movers.len(), 1]), device)
+    Tensor::from_data(TensorData::new(loose, [scene.dynamic_gaussians.len(), 1]), device)
 }
 
 /// States of a motion by training frame.

@@ -5,7 +5,7 @@ use lgs_core::linear::quat_mul;
 use rayon::prelude::*;
 
 use super::config::{ChainLayout, FreeGaveLayout};
-use super::network::{HopInput, Learns};
+use super::network::{AdvectionInput, Learns};
 use super::twist::{TWIST, Twist, integrate, integrate_vjp, rotation, steps, twist_times};
 use crate::source::blocks::{Activations, Block, Pass, encoded};
 use crate::source::chain::{Activation, Chain, Input, Kept as Layers};
@@ -46,7 +46,7 @@ struct FlowKept {
 
 /// A call's constants.
 pub(super) struct Call<'a> {
-    input: HopInput<'a>,
+    input: AdvectionInput<'a>,
     layout: FreeGaveLayout,
     pass: Pass<'a>,
     steps: Vec<f32>,
@@ -66,8 +66,8 @@ impl Partial {
 }
 
 impl<'a> Call<'a> {
-    pub(super) fn new(input: HopInput<'a>) -> Self {
-        let HopInput { config, frame, params, means, rotations, hop } = input;
+    pub(super) fn new(input: AdvectionInput<'a>) -> Self {
+        let AdvectionInput { config, frame, params, means, rotations, advection } = input;
         let layout = config.layout();
         assert_eq!(params.len(), layout.len, "parameters of FreeGave's networks");
         assert_eq!(means.len(), rotations.len(), "centres and quaternions");
@@ -77,9 +77,9 @@ impl<'a> Call<'a> {
             params,
             means,
             rotations,
-            time: hop.from,
+            time: advection.from,
         });
-        Self { input, layout, pass, steps: steps(hop.from, hop.to, hop.longest_step) }
+        Self { input, layout, pass, steps: steps(advection.from, advection.to, advection.longest_step) }
     }
 
     fn chain<'b>(&'b self, layout: &'b ChainLayout, activation: Activation) -> Chain<'b> {
@@ -115,7 +115,7 @@ impl<'a> Call<'a> {
 
     /// The motion bases at the times of the integration.
     pub(super) fn bases(&self) -> Bases {
-        let times = twist_times(self.input.hop.from, &self.steps);
+        let times = twist_times(self.input.advection.from, &self.steps);
         if times.is_empty() {
             return Bases::default();
         }
@@ -137,7 +137,7 @@ impl<'a> Call<'a> {
         bases: &Bases,
         keep: impl Fn(BlockKept) -> T + Sync,
     ) -> (Vec<[f32; DELTAS]>, Vec<T>) {
-        let HopInput { means, rotations, .. } = self.input;
+        let AdvectionInput { means, rotations, .. } = self.input;
         let mut poses = vec![[0.0; DELTAS]; means.len()];
         let blocks =
             poses.par_chunks_mut(BLOCK).zip(means.par_chunks(BLOCK)).zip(rotations.par_chunks(BLOCK));
@@ -172,7 +172,7 @@ impl<'a> Call<'a> {
         for (b, pose) in poses.iter_mut().enumerate() {
             let twists = self.mixed(&weights, bases, (b, block));
             pose[..3].copy_from_slice(&integrate(&self.steps, &twists, starts[b]));
-            if self.input.hop.turns {
+            if self.input.advection.turns {
                 let turn = rotation(self.input.config.velocity.rotation, &self.steps, &twists);
                 let turned = quat_mul(turn, [pose[3], pose[4], pose[5], pose[6]]);
                 pose[3..7].copy_from_slice(&turned);
@@ -207,7 +207,7 @@ impl<'a> Call<'a> {
         let v_from_flow =
             kept.flow.as_ref().map(|flow| self.backward_flow(flow, (&kept.codes, bases), rows, partial));
         let mut v_codes = vec![0.0; kept.codes.len()];
-        if self.input.hop.learns == Learns::All {
+        if self.input.advection.learns == Learns::All {
             let (means, rotations) = (&self.input.means[gaussians.clone()], &self.input.rotations[gaussians]);
             let block = Block { means, rotations, codes: &kept.codes };
             v_codes = self.pass.backward(&kept.deformation, block, rows, &mut partial.params);

@@ -18,4 +18,4 @@ pub mod twist;
 
 pub use config::{FreeGaveConfig, FreeGaveLayout, RotationForm, VelocityConfig};
 pub use model::FreeGave;
-pub use network::{FreeGaveNetworks, Hop, Learns};
+pub use network::{Advection, FreeGaveNetworks, Learns};

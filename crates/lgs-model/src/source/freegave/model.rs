@@ -8,7 +8,7 @@ use lgs_core::linear::{norm, sub};
 use super::config::RotationForm;
 use super::file::to_tensors;
 use super::inflated::drawn_shape;
-use super::network::{FreeGaveNetworks, Hop, HopInput, carry};
+use super::network::{Advection, AdvectionInput, FreeGaveNetworks, carry};
 use crate::source::SourceModel;
 use crate::source::defgs::compose;
 use crate::source::file::SourceKind;
@@ -45,7 +45,14 @@ impl FreeGave {
     fn carried(&self, time: f32) -> Vec<[f32; DELTAS]> {
         let FreeGaveNetworks { config, frame, params } = &self.networks;
         let GaussianCloud { means, rotations, .. } = &self.canonical;
-        carry(HopInput { config, frame: *frame, params, means, rotations, hop: Hop::to_draw(config, time) })
+        carry(AdvectionInput {
+            config,
+            frame: *frame,
+            params,
+            means,
+            rotations,
+            advection: Advection::to_draw(config, time),
+        })
     }
 
     /// Pose rows at a time, with those that never move where they are at t = 0.

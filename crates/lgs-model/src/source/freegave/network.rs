@@ -66,7 +66,7 @@ pub enum Learns {
 
 /// From when to when a call carries Gaussians.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hop {
+pub struct Advection {
     /// Time that the deformation network is asked for.
     pub from: f32,
     /// Time that the velocity field carries to; `from`: it is not asked.
@@ -79,7 +79,7 @@ pub struct Hop {
     pub learns: Learns,
 }
 
-impl Hop {
+impl Advection {
     /// The deformation alone.
     #[must_use]
     pub fn none(time: f32) -> Self {
@@ -102,7 +102,7 @@ impl Hop {
 
 /// What a call works on.
 #[derive(Clone, Copy)]
-pub struct HopInput<'a> {
+pub struct AdvectionInput<'a> {
     /// Sizes.
     pub config: &'a FreeGaveConfig,
     /// The map of positions before encoding.
@@ -114,7 +114,7 @@ pub struct HopInput<'a> {
     /// Canonical quaternions `[n]`, of any length but zero.
     pub rotations: &'a [[f32; 4]],
     /// The times.
-    pub hop: Hop,
+    pub advection: Advection,
 }
 
 /// What going forward leaves for going back.
@@ -129,7 +129,7 @@ pub struct Kept {
 /// # Panics
 /// If lengths do not fit.
 #[must_use]
-pub fn carry(input: HopInput<'_>) -> Vec<[f32; DELTAS]> {
+pub fn carry(input: AdvectionInput<'_>) -> Vec<[f32; DELTAS]> {
     let call = Call::new(input);
     call.forward(&call.bases(), |_| ()).0
 }
@@ -139,7 +139,7 @@ pub fn carry(input: HopInput<'_>) -> Vec<[f32; DELTAS]> {
 /// # Panics
 /// If lengths do not fit.
 #[must_use]
-pub fn carry_kept(input: HopInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
+pub fn carry_kept(input: AdvectionInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
     let call = Call::new(input);
     let bases = call.bases();
     let (poses, blocks) = call.forward(&bases, |kept| kept);
@@ -151,7 +151,7 @@ pub fn carry_kept(input: HopInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
 /// # Panics
 /// If lengths do not fit.
 #[must_use]
-pub fn carry_vjp(input: HopInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]) -> DeformGradients {
+pub fn carry_vjp(input: AdvectionInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]) -> DeformGradients {
     let n = input.means.len();
     assert_eq!(
         (input.rotations.len(), v_poses.len(), kept.blocks.len()),

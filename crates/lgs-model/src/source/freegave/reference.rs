@@ -7,7 +7,7 @@ use burn::tensor::{
 };
 
 use super::config::{ChainLayout, FreeGaveConfig};
-use super::network::Hop;
+use super::network::Advection;
 use super::twist::{TWIST, steps, twist_times};
 use crate::source::encoding::encode;
 use crate::source::network::InputFrame;
@@ -28,13 +28,13 @@ pub struct CarryInput<'a> {
     /// Canonical quaternions `[n, 4]`.
     pub rotations: Tensor<2>,
     /// The times; rotations along the integration are left out.
-    pub hop: Hop,
+    pub advection: Advection,
 }
 
 /// Pose rows `[n, DELTAS]`, as [`super::network::carry`] without turning.
 #[must_use]
 pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
-    let CarryInput { config, frame, params, means, rotations, hop } = input;
+    let CarryInput { config, frame, params, means, rotations, advection } = input;
     let layout = config.layout();
     let x = encoded_positions(&config.deformation, frame, &means);
     let mut hidden = x.clone();
@@ -52,11 +52,11 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
         params: params.clone(),
         means,
         rotations,
-        time: hop.from,
+        time: advection.from,
     };
     let poses = deform_with_codes(deformation, Some(codes));
-    let h = steps(hop.from, hop.to, hop.longest_step);
-    let times = twist_times(hop.from, &h);
+    let h = steps(advection.from, advection.to, advection.longest_step);
+    let times = twist_times(advection.from, &h);
     let twist = |t: f32| {
         let encoding = encode(&[t], config.velocity.time_frequencies);
         let width = encoding.len();
@@ -91,8 +91,8 @@ fn velocity(twist: &Tensor<2>, p: &Tensor<2>) -> Tensor<2> {
 #[cfg(test)]
 mod tests {
     use super::super::config::VelocityConfig;
-    use super::super::network::{FreeGaveNetworks, HopInput, Learns, carry_kept, carry_vjp};
-    use super::super::tensor::{self, HopSpec};
+    use super::super::network::{AdvectionInput, FreeGaveNetworks, Learns, carry_kept, carry_vjp};
+    use super::super::tensor::{self, AdvectionSpec};
     use super::*;
     use crate::source::testing::{FRAME, compare_twins, gaussians, weights};
     use crate::source::{DeformationConfig, HeadInit, MotionHead};
@@ -111,35 +111,36 @@ mod tests {
         }
     }
 
-    fn compare(config: &FreeGaveConfig, n: usize, hop: Hop) {
+    fn compare(config: &FreeGaveConfig, n: usize, advection: Advection) {
         let params = FreeGaveNetworks::init(config.clone(), FRAME, 5).params;
-        let spec = HopSpec { config: Arc::new(config.clone()), frame: FRAME, hop };
+        let spec = AdvectionSpec { config: Arc::new(config.clone()), frame: FRAME, advection };
         compare_twins(
             &params,
             n,
             |params, means, rotations| tensor::carry(params, means, rotations, spec),
             |params, means, rotations| {
-                carry(CarryInput { config, frame: FRAME, params, means, rotations, hop })
+                carry(CarryInput { config, frame: FRAME, params, means, rotations, advection })
             },
         );
     }
 
     #[test]
     fn the_fused_networks_agree_with_their_twin() {
-        let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns: Learns::All };
-        compare(&config(MotionHead::Rigid), 1, hop);
-        compare(&config(MotionHead::Turn), 700, hop);
+        let advection =
+            Advection { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns: Learns::All };
+        compare(&config(MotionHead::Rigid), 1, advection);
+        compare(&config(MotionHead::Turn), 700, advection);
         compare(
             &config(MotionHead::Turn),
             300,
-            Hop { from: 0.4, to: 0.3, longest_step: f32::INFINITY, turns: false, learns: Learns::All },
+            Advection { from: 0.4, to: 0.3, longest_step: f32::INFINITY, turns: false, learns: Learns::All },
         );
-        compare(&config(MotionHead::Rigid), 300, Hop::none(0.2));
+        compare(&config(MotionHead::Rigid), 300, Advection::none(0.2));
         let paper = FreeGaveConfig {
             deformation: DeformationConfig::freegave_paper(),
             velocity: VelocityConfig::paper(),
         };
-        compare(&paper, 100, hop);
+        compare(&paper, 100, advection);
     }
 
     #[test]
@@ -149,14 +150,14 @@ mod tests {
         let networks = FreeGaveNetworks::init(config.clone(), InputFrame::IDENTITY, 5);
         let (means, rotations) = gaussians(300);
         let gradients = |learns| {
-            let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns };
-            let input = HopInput {
+            let advection = Advection { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns };
+            let input = AdvectionInput {
                 config: &config,
                 frame: networks.frame,
                 params: &networks.params,
                 means: &means,
                 rotations: &rotations,
-                hop,
+                advection,
             };
             carry_vjp(input, &carry_kept(input).1, weights(300).as_chunks().0)
         };
@@ -181,16 +182,17 @@ mod tests {
         let networks = FreeGaveNetworks::init(config.clone(), InputFrame::IDENTITY, 5);
         let (means, rotations) = gaussians(3000);
         let weights = weights(3000);
-        let hop = Hop { from: 0.4, to: 0.55, longest_step: 0.06, turns: true, learns: Learns::All };
+        let advection =
+            Advection { from: 0.4, to: 0.55, longest_step: 0.06, turns: true, learns: Learns::All };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            let input = HopInput {
+            let input = AdvectionInput {
                 config: &config,
                 frame: networks.frame,
                 params: &networks.params,
                 means: &means,
                 rotations: &rotations,
-                hop,
+                advection,
             };
             pool.install(|| carry_vjp(input, &carry_kept(input).1, weights.as_chunks().0))
         };

@@ -12,19 +12,19 @@ use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::{Tensor, TensorData};
 
 use super::config::FreeGaveConfig;
-use super::network::{Hop, HopInput, Kept, carry as carry_rows, carry_kept, carry_vjp};
+use super::network::{Advection, AdvectionInput, Kept, carry as carry_rows, carry_kept, carry_vjp};
 use crate::source::network::InputFrame;
 use crate::source::pose::DELTAS;
 
 /// What a call needs beside tensors.
 #[derive(Clone, Debug)]
-pub struct HopSpec {
+pub struct AdvectionSpec {
     /// Sizes.
     pub config: Arc<FreeGaveConfig>,
     /// The map of positions before encoding.
     pub frame: InputFrame,
     /// The times.
-    pub hop: Hop,
+    pub advection: Advection,
 }
 
 /// Backends that can run the networks forwards.
@@ -35,7 +35,7 @@ pub trait FreeGaveOps: Backend {
         params: FloatTensor<Self>,
         means: FloatTensor<Self>,
         rotations: FloatTensor<Self>,
-        spec: HopSpec,
+        spec: AdvectionSpec,
     ) -> FloatTensor<Self>;
 }
 
@@ -43,26 +43,26 @@ pub trait FreeGaveOps: Backend {
 /// one is asked.
 pub trait FreeGaveKernels: FreeGaveOps {
     /// Pose rows, and what their way back needs.
-    fn carry_kept(inputs: [FloatTensor<Self>; 3], spec: &HopSpec) -> (FloatTensor<Self>, Arc<Kept>);
+    fn carry_kept(inputs: [FloatTensor<Self>; 3], spec: &AdvectionSpec) -> (FloatTensor<Self>, Arc<Kept>);
 
     /// Cotangents of parameters, centres and quaternions, given that of the rows.
     fn carry_vjp(
         inputs: [FloatTensor<Self>; 3],
-        spec: &HopSpec,
+        spec: &AdvectionSpec,
         kept: &Kept,
         v_poses: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3];
 }
 
-fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a HopSpec) -> HopInput<'a> {
+fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a AdvectionSpec) -> AdvectionInput<'a> {
     let [params, means, rotations] = inputs;
-    HopInput {
+    AdvectionInput {
         config: &spec.config,
         frame: spec.frame,
         params: params.storage(),
         means: means.storage::<f32>().as_chunks::<3>().0,
         rotations: rotations.storage::<f32>().as_chunks::<4>().0,
-        hop: spec.hop,
+        advection: spec.advection,
     }
 }
 
@@ -75,7 +75,7 @@ impl FreeGaveOps for Flex {
         params: FloatTensor<Self>,
         means: FloatTensor<Self>,
         rotations: FloatTensor<Self>,
-        spec: HopSpec,
+        spec: AdvectionSpec,
     ) -> FloatTensor<Self> {
         let _span = tracing::trace_span!("deformation network").entered();
         let inputs = [params, means, rotations].map(|t| t.to_contiguous());
@@ -86,7 +86,7 @@ impl FreeGaveOps for Flex {
 }
 
 impl FreeGaveKernels for Flex {
-    fn carry_kept(inputs: [FloatTensor<Self>; 3], spec: &HopSpec) -> (FloatTensor<Self>, Arc<Kept>) {
+    fn carry_kept(inputs: [FloatTensor<Self>; 3], spec: &AdvectionSpec) -> (FloatTensor<Self>, Arc<Kept>) {
         let _span = tracing::trace_span!("deformation network").entered();
         let inputs = inputs.map(|t| t.to_contiguous());
         let (poses, kept) = carry_kept(input(&inputs, spec));
@@ -96,7 +96,7 @@ impl FreeGaveKernels for Flex {
 
     fn carry_vjp(
         inputs: [FloatTensor<Self>; 3],
-        spec: &HopSpec,
+        spec: &AdvectionSpec,
         kept: &Kept,
         v_poses: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
@@ -116,7 +116,7 @@ impl FreeGaveKernels for Flex {
 struct Carry;
 
 impl<B: FreeGaveKernels> Backward<B, 3> for Carry {
-    type State = ([FloatTensor<B>; 3], HopSpec, Arc<Kept>);
+    type State = ([FloatTensor<B>; 3], AdvectionSpec, Arc<Kept>);
 
     fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
         let (inputs, spec, kept) = ops.state;
@@ -135,7 +135,7 @@ impl<B: FreeGaveKernels, C: CheckpointStrategy> FreeGaveOps for Autodiff<B, C> {
         params: FloatTensor<Self>,
         means: FloatTensor<Self>,
         rotations: FloatTensor<Self>,
-        spec: HopSpec,
+        spec: AdvectionSpec,
     ) -> FloatTensor<Self> {
         let nodes = [params.node(), means.node(), rotations.node()];
         let inputs = [params, means, rotations].map(|t| t.into_primitive());
@@ -155,7 +155,7 @@ impl<B: FreeGaveKernels, C: CheckpointStrategy> FreeGaveOps for Autodiff<B, C> {
 /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters
 /// `[P]`; differentiable by all three in the way of [`super::network`].
 #[must_use]
-pub fn carry(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: HopSpec) -> Tensor<2> {
+pub fn carry(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: AdvectionSpec) -> Tensor<2> {
     let out = <Dispatch as FreeGaveOps>::carry(
         params.into_dispatch(),
         means.into_dispatch(),

@@ -52,13 +52,16 @@ impl CloudTensors {
     }
 
     /// Static Gaussians first, then the moving ones, as everywhere.
-    pub(super) fn followed_by(&self, movers: &Self) -> Self {
+    pub(super) fn followed_by(&self, dynamic_gaussians: &Self) -> Self {
         Self {
-            means: Tensor::cat(vec![self.means.clone(), movers.means.clone()], 0),
-            rotations: Tensor::cat(vec![self.rotations.clone(), movers.rotations.clone()], 0),
-            log_scales: Tensor::cat(vec![self.log_scales.clone(), movers.log_scales.clone()], 0),
-            raw_opacities: Tensor::cat(vec![self.raw_opacities.clone(), movers.raw_opacities.clone()], 0),
-            sh: Tensor::cat(vec![self.sh.clone(), movers.sh.clone()], 0),
+            means: Tensor::cat(vec![self.means.clone(), dynamic_gaussians.means.clone()], 0),
+            rotations: Tensor::cat(vec![self.rotations.clone(), dynamic_gaussians.rotations.clone()], 0),
+            log_scales: Tensor::cat(vec![self.log_scales.clone(), dynamic_gaussians.log_scales.clone()], 0),
+            raw_opacities: Tensor::cat(
+                vec![self.raw_opacities.clone(), dynamic_gaussians.raw_opacities.clone()],
+                0,
+            ),
+            sh: Tensor::cat(vec![self.sh.clone(), dynamic_gaussians.sh.clone()], 0),
         }
     }
 }

@@ -19,7 +19,7 @@ use super::seen_motion::seen_to_move;
 use crate::TrainError;
 
 /// A distilled scene with the report of every object.
-pub struct Baked {
+pub struct InitialScene {
     /// The scene before photometric tuning.
     pub scene: LagrangianScene,
     /// What distillation found, object by object.
@@ -31,7 +31,7 @@ const RESOLVED: f32 = 0.1;
 
 /// What baking needs beside the source.
 #[derive(Clone, Copy)]
-pub struct BakeRequest<'a> {
+pub struct InitialSceneRequest<'a> {
     /// Split into static Gaussians and objects.
     pub partition: &'a PartitionConfig,
     /// Distillation settings.
@@ -55,11 +55,11 @@ pub struct BakeRequest<'a> {
 ///
 /// # Errors
 /// If the source's trajectories are not finite, or the distillation fails.
-pub fn bake(
+pub fn initialise_scene(
     source: &dyn SourceModel,
-    request: &BakeRequest<'_>,
+    request: &InitialSceneRequest<'_>,
     progress: &mut dyn FnMut(usize, usize, DistillProgress),
-) -> Result<Baked, TrainError> {
+) -> Result<InitialScene, TrainError> {
     let steps = (request.time_window / request.motion.dt).round().max(1.0) as usize;
     let times: Vec<f32> = (0..=steps).map(|i| i as f32 * request.motion.dt).collect();
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();
@@ -67,8 +67,8 @@ pub fn bake(
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions };
     let forecast_tolerance = request.distill.forecast_tolerance + RESOLVED * request.pixel_size;
-    let whole_object = request.distill.whole_object && request.motion.alignment;
-    let object = DistillConfig { forecast_tolerance, whole_object, ..request.distill.clone() };
+    let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
+    let object = DistillConfig { forecast_tolerance, rigid_constraint, ..request.distill.clone() };
     let found = find_objects(&trajectories, Some(&weights), request.partition)?;
     let partition = found.with_only(&seen_to_move(source, &found, request));
     let distilled =
@@ -76,22 +76,26 @@ pub fn bake(
     Ok(assemble(&cloud, distilled, request))
 }
 
-fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeRequest<'_>) -> Baked {
+fn assemble(
+    cloud: &GaussianCloud,
+    distilled: SceneDistillation,
+    request: &InitialSceneRequest<'_>,
+) -> InitialScene {
     let static_rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
-    let mut movers = cloud.select(&[]);
+    let mut dynamic_gaussians = cloud.select(&[]);
     let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
     for (rows, object) in distilled.objects {
-        let start = movers.len();
+        let start = dynamic_gaussians.len();
         let order = spatial_order(&object.q0);
         let object = object.in_order(&order);
         let rows: Vec<usize> = order.iter().map(|&i| rows[i as usize]).collect();
-        append(&mut movers, &cloud.select(&rows));
-        movers.means[start..].copy_from_slice(&object.q0);
+        append(&mut dynamic_gaussians, &cloud.select(&rows));
+        dynamic_gaussians.means[start..].copy_from_slice(&object.q0);
         let (supports, velocity_policy) = alignment(&object, request.motion);
         velocities.extend(object.v0);
         objects.push(ObjectModel {
             system: object.system,
-            members: start..movers.len(),
+            members: start..dynamic_gaussians.len(),
             supports,
             velocity_policy,
         });
@@ -99,12 +103,12 @@ fn assemble(cloud: &GaussianCloud, distilled: SceneDistillation, request: &BakeR
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
     let still: Vec<[f32; 3]> = static_rows.iter().map(|&i| cloud.means[i]).collect();
-    let statics =
+    let static_gaussians =
         cloud.select(&spatial_order(&still).iter().map(|&i| static_rows[i as usize]).collect::<Vec<_>>());
-    Baked {
+    InitialScene {
         scene: LagrangianScene {
-            statics,
-            movers,
+            static_gaussians,
+            dynamic_gaussians,
             velocities,
             objects,
             motion,

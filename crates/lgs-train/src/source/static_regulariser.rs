@@ -8,7 +8,7 @@
 use lgs_core::linear::{norm, sub};
 
 /// Displacement, as a part of the scene's extent, beyond which a Gaussian is taken to move.
-const LET_GO: f32 = 0.01;
+const ROBUST_SCALE: f32 = 0.01;
 /// Displacement, as a part of the scene's extent, below which the pull fades, so that it does not flip signs
 /// around rest.
 const AT_REST: f32 = 1e-5;
@@ -21,11 +21,11 @@ pub(super) fn gradient(
     extent: f32,
 ) -> Vec<[f32; 3]> {
     let factor = weight / canonical.len().max(1) as f32;
-    let (let_go, at_rest) = (LET_GO * extent, AT_REST * extent);
+    let (robust_scale, at_rest) = (ROBUST_SCALE * extent, AT_REST * extent);
     let pull = |(p, q): (&[f32; 3], &[f32; 3])| {
         let d = sub(*q, *p);
         let length = norm(d);
-        let slope = factor / ((1.0 + length / let_go).powi(2) * (length + at_rest));
+        let slope = factor / ((1.0 + length / robust_scale).powi(2) * (length + at_rest));
         d.map(|v| slope * v)
     };
     canonical.iter().zip(deformed).map(pull).collect()
@@ -38,7 +38,7 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_energy_and_fades_for_what_moves() {
         let extent = 3.0;
-        let energy = |d: f32| 2.0 * d / (1.0 + d / (LET_GO * extent));
+        let energy = |d: f32| 2.0 * d / (1.0 + d / (ROBUST_SCALE * extent));
         for d in [0.003_f32, 0.02, 0.3] {
             let found = gradient(&[[0.0; 3]], &[[0.0, d, 0.0]], 2.0, extent)[0];
             let step = 1e-3 * d;

@@ -3,7 +3,7 @@
 
 use lgs_core::stream;
 use lgs_model::source::VelocityConfig;
-use lgs_model::source::freegave::{Hop, Learns};
+use lgs_model::source::freegave::{Advection, Learns};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -13,24 +13,24 @@ use super::motion::Moment;
 /// (§4.3).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct HopConfig {
-    /// Time between the two, to either side, up to T* (paper: 1/60). Longer hops see more of a velocity's
-    /// error.
+pub struct AdvectionConfig {
+    /// Time between the two, to either side, up to T* (paper: 1/60). Longer advections see more of a
+    /// velocity's error.
     pub length: f32,
-    /// Share of the iterations up to T* with a hop; the others train the deformation at the image's own time
-    /// (paper: 1).
+    /// Share of the iterations up to T* with an advection step; the others train the deformation at the
+    /// image's own time (paper: 1).
     pub share: f32,
     /// Longest step of the integration (paper: 0, a single step of any length).
     pub longest_step: f32,
     /// Whether Gaussians also turn on the way (paper: false).
     pub turns: bool,
-    /// Weight of the mean squared difference between the mean velocity over a hop and that of the
+    /// Weight of the mean squared difference between the mean velocity over an advection step and that of the
     /// deformation, in which the deformation is a constant (paper: 0, none). It shows the velocity field all
     /// of the window at once, where images show a frame.
     pub agreement: f32,
 }
 
-impl HopConfig {
+impl AdvectionConfig {
     /// Images alone show velocities where the deformation has ended; before, its agreement with the velocity
     /// field does.
     #[must_use]
@@ -64,59 +64,73 @@ impl HopConfig {
     }
 }
 
-impl Default for HopConfig {
+impl Default for AdvectionConfig {
     fn default() -> Self {
         Self::quick()
     }
 }
 
-/// The training step (§4.3): from a hop before or after the frame's time, or from T* for what lies beyond it.
-pub(super) fn training_hop(velocity: &VelocityConfig, config: &HopConfig, at: Moment, seed: u64) -> Hop {
+/// The training step (§4.3): from an advection step before or after the frame's time, or from T* for what
+/// lies beyond it.
+pub(super) fn training_advection(
+    velocity: &VelocityConfig,
+    config: &AdvectionConfig,
+    at: Moment,
+    seed: u64,
+) -> Advection {
     let longest_step = if config.longest_step > 0.0 { config.longest_step } else { f32::INFINITY };
-    let hop = |from| Hop { from, to: at.time, longest_step, turns: config.turns, learns: Learns::All };
+    let advection =
+        |from| Advection { from, to: at.time, longest_step, turns: config.turns, learns: Learns::All };
     if at.time > velocity.max_time {
-        return hop(velocity.max_time);
+        return advection(velocity.max_time);
     }
-    let mut random = stream(seed, "hop", at.iteration as u64);
+    let mut random = stream(seed, "advection", at.iteration as u64);
     let (back, made) = (random.random::<bool>(), random.random::<f32>() < config.share);
     if at.time < config.length || !made {
-        return Hop::none(at.time);
+        return Advection::none(at.time);
     }
     let length = if back { -config.length } else { config.length };
-    hop((at.time - length).clamp(0.0, velocity.max_time))
+    advection((at.time - length).clamp(0.0, velocity.max_time))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn hops(config: &HopConfig, time: f32) -> Vec<Hop> {
+    fn advections(config: &AdvectionConfig, time: f32) -> Vec<Advection> {
         let velocity = VelocityConfig { max_time: 0.7, ..VelocityConfig::paper() };
         (0..50)
-            .map(|iteration| training_hop(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3))
+            .map(|iteration| {
+                training_advection(&velocity, config, Moment { time, iteration, window_end: 0.75 }, 3)
+            })
             .collect()
     }
 
     #[test]
     fn hops_go_both_ways_inside_the_deformations_time_and_one_way_beyond() {
-        let paper = HopConfig::paper();
+        let paper = AdvectionConfig::paper();
         let h = paper.length;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-6;
-        let inside = hops(&paper, 0.3);
-        assert!(inside.iter().all(|hop| near(hop.from, 0.3 - h) || near(hop.from, 0.3 + h)));
-        assert!(inside.iter().any(|hop| hop.from < 0.3) && inside.iter().any(|hop| hop.from > 0.3));
+        let inside = advections(&paper, 0.3);
         assert!(
-            hops(&paper, 0.7).iter().all(|hop| near(hop.from, 0.7) || near(hop.from, 0.7 - h)),
+            inside.iter().all(|advection| near(advection.from, 0.3 - h) || near(advection.from, 0.3 + h))
+        );
+        assert!(
+            inside.iter().any(|advection| advection.from < 0.3)
+                && inside.iter().any(|advection| advection.from > 0.3)
+        );
+        assert!(
+            advections(&paper, 0.7)
+                .iter()
+                .all(|advection| near(advection.from, 0.7) || near(advection.from, 0.7 - h)),
             "clipped at T*"
         );
-        assert!(
-            hops(&paper, 0.74)
-                .iter()
-                .all(|hop| hop.from == 0.7 && hop.to == 0.74 && hop.longest_step.is_infinite())
-        );
-        assert!(hops(&paper, 0.5 * h).iter().all(|hop| *hop == Hop::none(0.5 * h)));
-        let some = HopConfig { share: 0.5, ..paper };
-        let still = hops(&some, 0.3).iter().filter(|hop| hop.from == hop.to).count();
+        assert!(advections(&paper, 0.74).iter().all(|advection| advection.from == 0.7
+            && advection.to == 0.74
+            && advection.longest_step.is_infinite()));
+        assert!(advections(&paper, 0.5 * h).iter().all(|advection| *advection == Advection::none(0.5 * h)));
+        let some = AdvectionConfig { share: 0.5, ..paper };
+        let still = advections(&some, 0.3).iter().filter(|advection| advection.from == advection.to).count();
         assert!((10..40).contains(&still), "{still}");
     }
 }
