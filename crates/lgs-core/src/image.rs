@@ -1,5 +1,14 @@
 //! A float RGB image, row by row.
 
+/// Mean squared error below which images count as equal: their PSNR is 100 dB.
+const LEAST_MSE: f64 = 1e-10;
+
+/// Peak signal-to-noise ratio, dB, of a mean squared error of values in [0, 1]; 100 dB for equal images.
+#[must_use]
+pub fn psnr_of_mse(mse: f64) -> f64 {
+    -10.0 * mse.max(LEAST_MSE).log10()
+}
+
 /// An RGB image in [0, 1], display-referred, row-major from the top left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {

@@ -18,6 +18,7 @@ mod cloud;
 mod image;
 pub mod linear;
 mod neighbors;
+pub mod optim;
 pub mod prefetch;
 mod spatial;
 mod streams;
@@ -25,7 +26,7 @@ pub mod testing;
 
 pub use camera::{Camera, DEFAULT_NEAR};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
-pub use image::Image;
+pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
 pub use spatial::spatial_order;
 pub use streams::{Stream, stream};
