@@ -1,0 +1,177 @@
+//! Sizes of coordinates, the ports that they offer, their own parameters, and changes of a configuration.
+
+use super::{Coordinates, Inertia, Port, Site, State};
+use crate::error::MechanicsError;
+use crate::rotation::{rotate_by, rotation_vector};
+use crate::terms::{Parameter, Quantity, Space};
+use glam::{DQuat, DVec3};
+
+impl Coordinates {
+    /// Name in files and tables.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Rigid(_) => "rigid",
+            Self::Hinge(_) => "hinge",
+            Self::Slider(_) => "slider",
+            Self::Rolling(_) => "rolling",
+            Self::Ball(_) => "ball",
+            Self::Modal(_) => "modal",
+            Self::Tree(_) => "tree",
+            Self::Pair => "pair",
+        }
+    }
+
+    /// Degrees of freedom: length of `v` and of changes of `x`.
+    #[must_use]
+    pub fn freedoms(&self) -> usize {
+        match self {
+            Self::Point | Self::Ball(_) => 3,
+            Self::Rigid(_) | Self::Pair => 6,
+            Self::Hinge(_) | Self::Slider(_) | Self::Rolling(_) => 1,
+            Self::Modal(modal) => modal.amplitudes(),
+            Self::Tree(_) => 2,
+        }
+    }
+
+    /// Length of `x`.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.freedoms() + usize::from(self.has_rotation())
+    }
+
+    /// Whether there is no coordinate at all (modes without any amplitude).
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether `x` begins with a quaternion.
+    #[must_use]
+    pub fn has_rotation(&self) -> bool {
+        self.inertia().is_some()
+    }
+
+    /// The inertia of rotations, where there are any.
+    #[must_use]
+    pub fn inertia(&self) -> Option<&Inertia> {
+        match self {
+            Self::Rigid(inertia) => Some(inertia),
+            Self::Ball(ball) => Some(&ball.inertia),
+            _ => None,
+        }
+    }
+
+    /// Parameters of the kinetic energy, which come before those of the terms.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        match self {
+            Self::Pair => vec![Parameter::nonlinear("mass-ratio", 0, 0).within(0.02, 50.0)],
+            Self::Tree(tree) => tree.parameters(),
+            _ => self.inertia().map_or_else(Vec::new, Inertia::parameters),
+        }
+    }
+
+    /// Values of [`Self::parameters`] to start a fit from.
+    #[must_use]
+    pub fn start(&self) -> Vec<f64> {
+        match self {
+            Self::Pair => vec![1.0],
+            Self::Tree(tree) => tree.start(),
+            _ => self.inertia().map_or_else(Vec::new, Inertia::start),
+        }
+    }
+
+    /// The space behind a port; `None` if these coordinates do not have it.
+    #[must_use]
+    pub fn space(&self, port: Port) -> Option<Space> {
+        let space = |dimension, quantity| Some(Space { dimension, quantity });
+        match (self, port) {
+            (Self::Point, Port::Whole) | (Self::Rigid(_), Port::Center) => Some(Space::PLACE),
+            (Self::Hinge(_), Port::Whole) => space(1, Quantity::Angle),
+            (Self::Slider(_) | Self::Rolling(_), Port::Whole) => space(1, Quantity::Separation),
+            (Self::Modal(modal), Port::Whole) => space(modal.amplitudes(), Quantity::Amplitude),
+            (Self::Tree(_), Port::First | Port::Second | Port::Between) => space(1, Quantity::Angle),
+            (Self::Pair, Port::First | Port::Second | Port::Both) => Some(Space::PLACE),
+            (Self::Pair, Port::Between) => space(3, Quantity::Separation),
+            (Self::Rigid(_), Port::BodyAxes | Port::Spin | Port::Turn) => space(3, Quantity::Rate),
+            (Self::Ball(_), Port::Spin | Port::Turn) => space(3, Quantity::Rate),
+            (Self::Ball(_), Port::Arm) => space(3, Quantity::Separation),
+            _ => None,
+        }
+    }
+
+    /// All ports that the coordinates offer.
+    #[must_use]
+    pub fn ports(&self) -> Vec<Port> {
+        use Port::{Arm, Between, BodyAxes, Both, Center, First, Second, Spin, Turn, Whole};
+        let all = [Whole, First, Second, Both, Between, Center, BodyAxes, Spin, Turn, Arm];
+        all.into_iter().filter(|&port| self.space(port).is_some()).collect()
+    }
+
+    /// Where a term at a port acts in vector coordinates.
+    pub(crate) fn sites(&self, port: Port) -> Vec<Site> {
+        let half = self.freedoms() / 2;
+        let mass = matches!(self, Self::Pair).then_some(0);
+        match port {
+            Port::Second => vec![Site::at(half)],
+            Port::Both => vec![Site::at(0), Site::at(half)],
+            Port::Between => vec![Site { plus: 0, minus: Some(half), mass }],
+            _ => vec![Site::at(0)],
+        }
+    }
+
+    /// Applies a change `[freedoms]` to a configuration.
+    #[must_use]
+    pub fn retract(&self, x: &[f64], change: &[f64]) -> Vec<f64> {
+        let add = |x: &[f64], change: &[f64]| x.iter().zip(change).map(|(x, d)| x + d).collect::<Vec<_>>();
+        if !self.has_rotation() {
+            return add(x, change);
+        }
+        let turned = rotate_by(quaternion(x), DVec3::from_slice(change));
+        let mut moved = vec![turned.w, turned.x, turned.y, turned.z];
+        moved.extend(add(&x[4..], &change[3..]));
+        moved
+    }
+
+    /// The change `[freedoms]` that [`Self::retract`] takes from one configuration to another.
+    #[must_use]
+    pub fn difference(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+        let subtract = |to: &[f64], from: &[f64]| to.iter().zip(from).map(|(a, b)| a - b).collect::<Vec<_>>();
+        if !self.has_rotation() {
+            return subtract(to, from);
+        }
+        let mut change = rotation_vector(quaternion(from).inverse() * quaternion(to)).to_array().to_vec();
+        change.extend(subtract(&to[4..], &from[4..]));
+        change
+    }
+
+    /// Checks that a state has the sizes of these coordinates, is finite, and has a quaternion of unit length.
+    pub fn check_state(&self, state: &State) -> Result<(), MechanicsError> {
+        for (what, list, expected) in [("x", &state.x, self.len()), ("v", &state.v, self.freedoms())] {
+            if list.len() != expected {
+                let what = format!("{what} of a state in {} coordinates", self.name());
+                return Err(MechanicsError::Size { what, expected, found: list.len() });
+            }
+            if let Some(&value) = list.iter().find(|value| !value.is_finite()) {
+                let (what, allowed) = (format!("{what} of a state"), "a finite number".to_owned());
+                return Err(MechanicsError::OutOfBounds { what, value, allowed });
+            }
+        }
+        let length = if self.has_rotation() { quaternion(&state.x).length() } else { 1.0 };
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            let (what, allowed) = ("length of a quaternion".to_owned(), "1".to_owned());
+            return Err(MechanicsError::OutOfBounds { what, value: length, allowed });
+        }
+        Ok(())
+    }
+}
+
+/// Tolerance on the length of a quaternion in a state: that of numbers kept in single precision.
+const UNIT_TOLERANCE: f64 = 1e-5;
+
+/// The quaternion at the beginning of a configuration.
+pub(crate) fn quaternion(x: &[f64]) -> DQuat {
+    DQuat::from_xyzw(x[1], x[2], x[3], x[0])
+}

@@ -1,0 +1,67 @@
+//! Ports: the vectors of a system of coordinates that terms act on.
+
+use serde::{Deserialize, Serialize};
+
+/// A vector `y` with velocity `w` that coordinates offer to terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Port {
+    /// All of vector coordinates: the centre of a point, the angle of a hinge, the offset on a rail, the
+    /// amplitudes of modes.
+    Whole,
+    /// The first of two points, or the first angle of a double pendulum.
+    First,
+    /// The second of two points, or the second angle.
+    Second,
+    /// Each of two points by itself, with the same parameters.
+    Both,
+    /// The separation `x₁ − x₂` of two points, with an equal and opposite force on the second; or the
+    /// difference of two angles.
+    Between,
+    /// Centre of a rigid body.
+    Center,
+    /// Velocity of a rigid body's centre in body axes: a force that turns with the body.
+    BodyAxes,
+    /// Angular velocity in body axes, with a torque in body axes.
+    Spin,
+    /// Angular velocity in world axes, with a torque in world axes.
+    Turn,
+    /// Vector from the pivot of a ball joint to the centre, world axes.
+    Arm,
+}
+
+impl Port {
+    /// Name in files and messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Whole => "whole",
+            Self::First => "first",
+            Self::Second => "second",
+            Self::Both => "both",
+            Self::Between => "between",
+            Self::Center => "center",
+            Self::BodyAxes => "body-axes",
+            Self::Spin => "spin",
+            Self::Turn => "turn",
+            Self::Arm => "arm",
+        }
+    }
+}
+
+/// Application of a term in vector coordinates: on the components from `plus`, or on their difference to
+/// those from `minus`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Site {
+    pub(crate) plus: usize,
+    pub(crate) minus: Option<usize>,
+    /// Parameter by which the opposite reaction is divided (a mass ratio).
+    pub(crate) mass: Option<usize>,
+}
+
+impl Site {
+    /// On the components from `plus`.
+    pub(crate) fn at(plus: usize) -> Self {
+        Self { plus, minus: None, mass: None }
+    }
+}

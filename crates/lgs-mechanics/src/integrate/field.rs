@@ -1,0 +1,223 @@
+//! The acceleration of vector coordinates and its derivatives.
+
+use super::Tangent;
+use super::kick_drift::{KickField, add_scaled};
+use crate::coordinates::{Coordinates, Site, State, Tree};
+use crate::law::{Law, ranges, space_of};
+use crate::system::Edit;
+use crate::terms::{At, Block, Derivatives, TermKind};
+use std::ops::Range;
+
+/// A term, ready to be applied.
+#[derive(Debug)]
+pub(crate) struct Applied {
+    pub(crate) kind: &'static dyn TermKind,
+    pub(crate) parameters: Range<usize>,
+    /// β or γ.
+    pub(crate) factor: f64,
+    pub(crate) dimension: usize,
+    pub(crate) sites: Vec<Site>,
+}
+
+/// All terms of a law under an edit.
+pub(crate) fn applied_terms(law: &Law, edit: &Edit) -> Vec<Applied> {
+    let ranges = ranges(&law.coordinates, &law.terms);
+    let apply = |(term, parameters): (&crate::terms::Term, Range<usize>)| Applied {
+        kind: term.kind,
+        parameters,
+        factor: edit.factor(term.kind.role()),
+        dimension: space_of(&law.coordinates, term).dimension,
+        sites: law.coordinates.sites(term.port),
+    };
+    law.terms.iter().zip(ranges).map(apply).collect()
+}
+
+/// Acceleration and derivatives at one state.
+#[derive(Debug, Default)]
+pub(crate) struct Linearised {
+    pub(crate) a: Vec<f64>,
+    pub(crate) x: Block,
+    pub(crate) v: Block,
+    pub(crate) p: Block,
+}
+
+/// The acceleration field of a law in vector coordinates.
+#[derive(Debug)]
+pub(crate) struct VectorField<'a> {
+    parameters: &'a [f64],
+    terms: Vec<Applied>,
+    freedoms: usize,
+    tree: bool,
+    depends_on_velocity: bool,
+    derivatives: Derivatives,
+    force: Vec<f64>,
+    y: Vec<f64>,
+    w: Vec<f64>,
+}
+
+impl<'a> VectorField<'a> {
+    pub(crate) fn new(law: &'a Law, edit: &Edit) -> Self {
+        let terms = applied_terms(law, edit);
+        Self {
+            parameters: &law.parameters,
+            freedoms: law.coordinates.freedoms(),
+            tree: matches!(law.coordinates, Coordinates::Tree(_)),
+            depends_on_velocity: terms.iter().any(|term| term.kind.depends_on_velocity()),
+            terms,
+            derivatives: Derivatives::default(),
+            force: Vec::new(),
+            y: Vec::new(),
+            w: Vec::new(),
+        }
+    }
+}
+
+impl KickField for VectorField<'_> {
+    fn freedoms(&self) -> usize {
+        self.freedoms
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        self.depends_on_velocity
+    }
+
+    fn acceleration(&mut self, x: &[f64], v: &[f64], a: &mut [f64]) {
+        a.fill(0.0);
+        for term in &self.terms {
+            let p = &self.parameters[term.parameters.clone()];
+            self.force.resize(term.dimension, 0.0);
+            for site in &term.sites {
+                let y = read(site, x, term.dimension, &mut self.y);
+                let w = read(site, v, term.dimension, &mut self.w);
+                term.kind.force(p, At { y, w }, &mut self.force);
+                let reaction = site.mass.map_or(1.0, |mass| 1.0 / self.parameters[mass]);
+                for (axis, force) in self.force.iter().enumerate() {
+                    a[site.plus + axis] += term.factor * force;
+                    if let Some(minus) = site.minus {
+                        a[minus + axis] -= term.factor * reaction * force;
+                    }
+                }
+            }
+        }
+        if self.tree {
+            tree_acceleration(self.parameters, x, v, a);
+        }
+    }
+
+    fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised) {
+        let n = self.freedoms;
+        out.a.resize(n, 0.0);
+        out.x.reset(n, n);
+        out.v.reset(n, n);
+        out.p.reset(n, self.parameters.len());
+        for term in &self.terms {
+            for site in &term.sites {
+                let y = read(site, x, term.dimension, &mut self.y);
+                let w = read(site, v, term.dimension, &mut self.w);
+                let p = &self.parameters[term.parameters.clone()];
+                self.derivatives.reset(term.dimension, p.len());
+                term.kind.derivatives(p, At { y, w }, &mut self.derivatives);
+                self.force.resize(term.dimension, 0.0);
+                term.kind.force(p, At { y, w }, &mut self.force);
+                let inverse_mass = site.mass.map(|mass| (mass, 1.0 / self.parameters[mass]));
+                scatter(term, site, inverse_mass, (&self.derivatives, &self.force), out);
+            }
+        }
+        self.acceleration(x, v, &mut out.a);
+        if self.tree {
+            tree_derivatives(self.parameters, x, v, out);
+        }
+    }
+
+    fn drift(&self, state: &mut State, h: f64) {
+        add_scaled(&mut state.x, &state.v, h);
+    }
+
+    fn drift_tangent(&self, _state: &State, tangent: &mut Tangent, h: f64) {
+        add_scaled(&mut tangent.x, &tangent.v, h);
+    }
+}
+
+/// The vector of a site, in place if it is a part of the state.
+fn read<'b>(site: &Site, from: &'b [f64], dimension: usize, buffer: &'b mut Vec<f64>) -> &'b [f64] {
+    let plus = &from[site.plus..site.plus + dimension];
+    let Some(minus) = site.minus else { return plus };
+    buffer.clear();
+    buffer.extend(plus.iter().zip(&from[minus..minus + dimension]).map(|(a, b)| a - b));
+    buffer
+}
+
+/// Adds the derivatives of one application of a term.
+fn scatter(
+    term: &Applied,
+    site: &Site,
+    inverse_mass: Option<(usize, f64)>,
+    (from, force): (&Derivatives, &[f64]),
+    out: &mut Linearised,
+) {
+    let d = term.dimension;
+    let reaction = inverse_mass.map_or(1.0, |(_, inverse)| inverse);
+    let rows = [Some((site.plus, term.factor)), site.minus.map(|minus| (minus, -term.factor * reaction))];
+    for (first, weight) in rows.into_iter().flatten() {
+        for i in 0..d {
+            for j in 0..d {
+                out.x[(first + i, site.plus + j)] += weight * from.y[(i, j)];
+                out.v[(first + i, site.plus + j)] += weight * from.w[(i, j)];
+                if let Some(minus) = site.minus {
+                    out.x[(first + i, minus + j)] -= weight * from.y[(i, j)];
+                    out.v[(first + i, minus + j)] -= weight * from.w[(i, j)];
+                }
+            }
+            for (j, column) in term.parameters.clone().enumerate() {
+                out.p[(first + i, column)] += weight * from.p[(i, j)];
+            }
+        }
+    }
+    if let (Some((mass, inverse)), Some(minus)) = (inverse_mass, site.minus) {
+        for (i, f) in force.iter().enumerate() {
+            out.p[(minus + i, mass)] += term.factor * inverse * inverse * f;
+        }
+    }
+}
+
+/// Turns generalised forces into accelerations: `a = M⁻¹ (G − s (v₂², −v₁²)ᵀ)`, with `s = −∂(c cos)/∂θ₁`.
+fn tree_acceleration(p: &[f64], x: &[f64], v: &[f64], a: &mut [f64]) {
+    let [ratio, mixed, slope] = Tree::mass(p, x);
+    // d/dt(M v) − ½ ∂(v·Mv)/∂x: only c cos(θ₁ − θ₂ + φ) depends on the angles.
+    let first = a[0] + slope * v[1] * v[1];
+    let second = a[1] - slope * v[0] * v[0];
+    let determinant = ratio - mixed * mixed;
+    a[0] = (ratio * first - mixed * second) / determinant;
+    a[1] = (second - mixed * first) / determinant;
+}
+
+/// Turns derivatives of generalised forces into those of the accelerations `a`, which are known: `M δa = δG −
+/// δc − δM a`.
+fn tree_derivatives(p: &[f64], x: &[f64], v: &[f64], out: &mut Linearised) {
+    let [ratio, mixed, slope] = Tree::mass(p, x);
+    let (a1, a2) = (out.a[0], out.a[1]);
+    // By the angle θ₁ − θ₂ + φ: mixed' = slope, slope' = −mixed.
+    let by_angle = [-mixed * v[1] * v[1] - slope * a2, mixed * v[0] * v[0] - slope * a1];
+    for (row, value) in by_angle.into_iter().enumerate() {
+        out.x[(row, 0)] += value;
+        out.x[(row, 1)] -= value;
+        out.p[(row, 2)] += value;
+    }
+    out.v[(0, 1)] += 2.0 * slope * v[1];
+    out.v[(1, 0)] -= 2.0 * slope * v[0];
+    // Both are proportional to the coupling and to the root of the ratio.
+    let by_mixed = [slope * v[1] * v[1] - mixed * a2, -slope * v[0] * v[0] - mixed * a1];
+    let [_, unit_mixed, unit_slope] = Tree::mass(&[ratio, 1.0, p[2]], x);
+    out.p[(0, 1)] += unit_slope * v[1] * v[1] - unit_mixed * a2;
+    out.p[(1, 1)] -= unit_slope * v[0] * v[0] + unit_mixed * a1;
+    (0..2).for_each(|row| out.p[(row, 0)] += 0.5 * by_mixed[row] / ratio);
+    out.p[(1, 0)] -= a2;
+    let determinant = ratio - mixed * mixed;
+    for block in [&mut out.x, &mut out.v, &mut out.p] {
+        for column in 0..block.columns() {
+            let (first, second) = (block[(0, column)], block[(1, column)]);
+            block[(0, column)] = (ratio * first - mixed * second) / determinant;
+            block[(1, column)] = (second - mixed * first) / determinant;
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Half a kick, a drift, half a kick: semi-implicit Euler (Eq. 5) with velocities read half a kick later.
+//!
+//! ```text
+//! u  = v + h/2 a(x, v),      x⁺ = x + h u,      v⁺ = u + h/2 a(x⁺, v⁺)
+//! ```
+//!
+//! Two steps after each other kick by `h/2 a + h/2 a = h a`, as Eq. 5 does, from a start half a kick back.
+//! Where forces depend on the velocity the second half is implicit, solved by Newton's method to rounding, so
+//! that the step by `−h` is the exact inverse.
+
+use super::field::Linearised;
+use super::{NoSolution, Stepper, Tangent, solve};
+use crate::coordinates::State;
+
+/// Newton steps of the implicit kick; linear forces need one, smooth ones four.
+const NEWTON_STEPS: usize = 50;
+/// Relative change at which the velocity counts as solved: a few units of rounding.
+const SOLVED: f64 = 4.0 * f64::EPSILON;
+
+/// Forces as accelerations, and the motion without any force.
+pub(crate) trait KickField {
+    /// Degrees of freedom.
+    fn freedoms(&self) -> usize;
+
+    /// Whether any force depends on the velocity.
+    fn depends_on_velocity(&self) -> bool;
+
+    /// Writes the acceleration by forces, `[freedoms]`.
+    fn acceleration(&mut self, x: &[f64], v: &[f64], a: &mut [f64]);
+
+    /// Writes the acceleration by forces and its derivatives.
+    fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised);
+
+    /// The exact or a symmetric motion without forces.
+    fn drift(&self, state: &mut State, h: f64);
+
+    /// Carries the tangent along, from the state before the drift.
+    fn drift_tangent(&self, state: &State, tangent: &mut Tangent, h: f64);
+}
+
+/// The scheme for constant kinetic energy, and for rotations with a drift of their own.
+#[derive(Debug)]
+pub(crate) struct KickDrift<F> {
+    field: F,
+    at: Linearised,
+    a: Vec<f64>,
+}
+
+impl<F: KickField> KickDrift<F> {
+    pub(crate) fn new(field: F) -> Self {
+        let a = vec![0.0; field.freedoms()];
+        Self { field, at: Linearised::default(), a }
+    }
+
+    /// Solves `(I − s ∂a/∂v) u = r` for all columns of `r`, in place.
+    fn solve_velocity(&self, s: f64, r: &mut [f64]) -> Result<(), NoSolution> {
+        match self.field.depends_on_velocity() {
+            true => solve::shifted(&self.at.v, s, self.field.freedoms(), r),
+            false => Ok(()),
+        }
+    }
+
+    /// `v⁺ = u + s a(x, v⁺)`, where `v` holds `u` at first.
+    fn implicit_kick(&mut self, state: &mut State, s: f64) -> Result<(), NoSolution> {
+        self.field.acceleration(&state.x, &state.v, &mut self.a);
+        let kicked = state.v.clone();
+        state.v.iter_mut().zip(&self.a).for_each(|(v, a)| *v += s * a);
+        if !self.field.depends_on_velocity() {
+            return finite(&state.v);
+        }
+        let mut last = f64::INFINITY;
+        for _ in 0..NEWTON_STEPS {
+            self.field.linearise(&state.x, &state.v, &mut self.at);
+            let mut change: Vec<f64> =
+                (0..kicked.len()).map(|i| kicked[i] + s * self.at.a[i] - state.v[i]).collect();
+            self.solve_velocity(s, &mut change)?;
+            let size = norm(&change);
+            // Overshooting around a kink of dry friction is halved until it settles.
+            let part = if size < last { 1.0 } else { 0.5 };
+            state.v.iter_mut().zip(&change).for_each(|(v, d)| *v += part * d);
+            if size <= SOLVED * norm(&state.v) + f64::MIN_POSITIVE {
+                return finite(&state.v);
+            }
+            last = size;
+        }
+        if last <= 1e6 * SOLVED * norm(&state.v) { finite(&state.v) } else { Err(NoSolution) }
+    }
+
+    /// `V += s (A_x X + A_v V + A_p)` at the linearised state; without `A_v V` for an implicit kick.
+    fn kick_tangent(&self, tangent: &mut Tangent, s: f64, with_velocity: bool) {
+        let (n, columns) = (self.field.freedoms(), tangent.columns);
+        let parameters = self.at.p.columns();
+        let mut kicks = vec![0.0; n * columns];
+        for i in 0..n {
+            let row = &mut kicks[i * columns..(i + 1) * columns];
+            for j in 0..n {
+                add_scaled(row, &tangent.x[j * columns..(j + 1) * columns], s * self.at.x[(i, j)]);
+                if with_velocity {
+                    add_scaled(row, &tangent.v[j * columns..(j + 1) * columns], s * self.at.v[(i, j)]);
+                }
+            }
+            add_scaled(&mut row[columns - parameters..], self.at.p.row(i), s);
+        }
+        add_scaled(&mut tangent.v, &kicks, 1.0);
+    }
+}
+
+impl<F: KickField> Stepper for KickDrift<F> {
+    fn step(&mut self, state: &mut State, h: f64) -> Result<(), NoSolution> {
+        self.field.acceleration(&state.x, &state.v, &mut self.a);
+        state.v.iter_mut().zip(&self.a).for_each(|(v, a)| *v += 0.5 * h * a);
+        self.field.drift(state, h);
+        self.implicit_kick(state, 0.5 * h)
+    }
+
+    fn step_with_tangent(
+        &mut self,
+        state: &mut State,
+        tangent: &mut Tangent,
+        h: f64,
+    ) -> Result<(), NoSolution> {
+        self.field.linearise(&state.x, &state.v, &mut self.at);
+        self.kick_tangent(tangent, 0.5 * h, true);
+        state.v.iter_mut().zip(&self.at.a).for_each(|(v, a)| *v += 0.5 * h * a);
+        self.field.drift_tangent(state, tangent, h);
+        self.field.drift(state, h);
+        self.implicit_kick(state, 0.5 * h)?;
+        self.field.linearise(&state.x, &state.v, &mut self.at);
+        self.kick_tangent(tangent, 0.5 * h, false);
+        self.solve_velocity(0.5 * h, &mut tangent.v)
+    }
+}
+
+/// `to += s from`.
+pub(super) fn add_scaled(to: &mut [f64], from: &[f64], s: f64) {
+    if s != 0.0 {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to += s * from);
+    }
+}
+
+/// Largest absolute entry.
+pub(super) fn norm(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+/// Refuses numbers that are not finite.
+pub(super) fn finite(values: &[f64]) -> Result<(), NoSolution> {
+    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(NoSolution) }
+}

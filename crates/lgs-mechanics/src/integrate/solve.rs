@@ -1,0 +1,50 @@
+//! Small linear systems inside of a step.
+
+use super::NoSolution;
+use crate::terms::Block;
+
+/// Solves `(I − s A) u = r` for all columns of `r` (`[n, columns]`, row by row), in place.
+pub(crate) fn shifted(a: &Block, s: f64, n: usize, r: &mut [f64]) -> Result<(), NoSolution> {
+    let mut matrix = Block::zeros(n, n);
+    for i in 0..n {
+        for j in 0..n {
+            matrix[(i, j)] = f64::from(u8::from(i == j)) - s * a[(i, j)];
+        }
+    }
+    in_place(&mut matrix, n, r)
+}
+
+/// Solves `A u = r` for all columns of `r` by elimination with row exchange, in place; `A` is overwritten.
+pub(crate) fn in_place(a: &mut Block, n: usize, r: &mut [f64]) -> Result<(), NoSolution> {
+    let columns = r.len() / n.max(1);
+    for pivot in 0..n {
+        let best = (pivot..n)
+            .fold(pivot, |best, i| if a[(i, pivot)].abs() > a[(best, pivot)].abs() { i } else { best });
+        let size = a[(best, pivot)].abs();
+        if size.is_nan() || size < f64::MIN_POSITIVE {
+            return Err(NoSolution);
+        }
+        if best != pivot {
+            (0..n).for_each(|j| {
+                let kept = a[(pivot, j)];
+                a[(pivot, j)] = a[(best, j)];
+                a[(best, j)] = kept;
+            });
+            (0..columns).for_each(|j| r.swap(pivot * columns + j, best * columns + j));
+        }
+        for i in pivot + 1..n {
+            let factor = a[(i, pivot)] / a[(pivot, pivot)];
+            if factor != 0.0 {
+                (pivot..n).for_each(|j| a[(i, j)] -= factor * a[(pivot, j)]);
+                (0..columns).for_each(|j| r[i * columns + j] -= factor * r[pivot * columns + j]);
+            }
+        }
+    }
+    for i in (0..n).rev() {
+        for j in 0..columns {
+            let known: f64 = (i + 1..n).map(|k| a[(i, k)] * r[k * columns + j]).sum();
+            r[i * columns + j] = (r[i * columns + j] - known) / a[(i, i)];
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! A law of motion: coordinates, terms and the values of all parameters.
+
+use crate::coordinates::{Coordinates, State};
+use crate::error::MechanicsError;
+use crate::terms::{self, Parameter, Role, Space, Term};
+use std::ops::Range;
+
+/// A law of motion. Its parameters are those of the coordinates' kinetic energy, then those of each term.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Law {
+    /// Coordinates of the object.
+    pub coordinates: Coordinates,
+    /// Terms, in the order of their parameters.
+    pub terms: Vec<Term>,
+    /// Values of all parameters, world units.
+    pub parameters: Vec<f64>,
+    /// Standard deviation of each parameter; empty where none are known.
+    pub deviations: Vec<f64>,
+    /// Longest step of the integrator, in units of time.
+    pub step: f64,
+}
+
+impl Law {
+    /// A law without deviations; an error if a term cannot act where it is placed, or the number of parameters
+    /// or the step is wrong.
+    pub fn new(
+        coordinates: Coordinates,
+        terms: Vec<Term>,
+        parameters: Vec<f64>,
+        step: f64,
+    ) -> Result<Self, MechanicsError> {
+        let law = Self { coordinates, terms, parameters, deviations: Vec::new(), step };
+        law.check()?;
+        Ok(law)
+    }
+
+    /// Checks sizes, ports and that all numbers are finite.
+    pub fn check(&self) -> Result<(), MechanicsError> {
+        for term in &self.terms {
+            check_term(&self.coordinates, term)?;
+        }
+        let expected = parameter_count(&self.coordinates, &self.terms);
+        let size = |what: &str, found| MechanicsError::Size { what: what.to_owned(), expected, found };
+        if self.parameters.len() != expected {
+            return Err(size("parameters of a law", self.parameters.len()));
+        }
+        if !self.deviations.is_empty() && self.deviations.len() != expected {
+            return Err(size("deviations of a law's parameters", self.deviations.len()));
+        }
+        if let Some(&value) = self.parameters.iter().chain(&self.deviations).find(|v| !v.is_finite()) {
+            return Err(out_of_bounds("a parameter", value, "a finite number"));
+        }
+        if !(self.step > 0.0 && self.step.is_finite()) {
+            return Err(out_of_bounds("the step", self.step, "a positive number"));
+        }
+        Ok(())
+    }
+
+    /// Description of all parameters with the space that each belongs to.
+    #[must_use]
+    pub fn table(&self) -> Vec<(Parameter, Space)> {
+        parameter_table(&self.coordinates, &self.terms)
+    }
+
+    /// Where the parameters of a term lie.
+    #[must_use]
+    pub fn range(&self, term: usize) -> Range<usize> {
+        ranges(&self.coordinates, &self.terms).swap_remove(term)
+    }
+
+    /// Whether a term may add energy.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        self.terms.iter().any(|term| term.kind.role() == Role::Drives)
+    }
+
+    /// Whether every term has an energy.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        self.terms.iter().all(|term| term.kind.role() == Role::Conserves)
+    }
+
+    /// Kinetic energy per mass.
+    #[must_use]
+    pub fn kinetic_energy(&self, state: &State) -> f64 {
+        self.coordinates.kinetic_energy(&self.parameters, state)
+    }
+
+    /// Potential energy per mass, the sum over the terms that conserve.
+    #[must_use]
+    pub fn potential_energy(&self, state: &State) -> f64 {
+        let ranges = ranges(&self.coordinates, &self.terms);
+        let mut sum = 0.0;
+        for (term, range) in self.terms.iter().zip(ranges) {
+            if term.kind.role() == Role::Conserves {
+                for (weight, y) in self.coordinates.positions(&self.parameters, term.port, state) {
+                    sum += weight * term.kind.energy(&self.parameters[range.clone()], &y);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Kinetic and potential energy per mass.
+    #[must_use]
+    pub fn energy(&self, state: &State) -> f64 {
+        self.kinetic_energy(state) + self.potential_energy(state)
+    }
+}
+
+/// Checks that a term can act where it is placed.
+pub(crate) fn check_term(coordinates: &Coordinates, term: &Term) -> Result<(), MechanicsError> {
+    match coordinates.space(term.port) {
+        Some(space) if term.kind.suits(space) => Ok(()),
+        _ => Err(MechanicsError::NoSuchPort {
+            term: term.kind.name().to_owned(),
+            port: term.port.name(),
+            coordinates: coordinates.name(),
+        }),
+    }
+}
+
+/// The space of a term that was checked; an empty one otherwise.
+pub(crate) fn space_of(coordinates: &Coordinates, term: &Term) -> Space {
+    coordinates.space(term.port).unwrap_or(Space { dimension: 0, quantity: terms::Quantity::Rate })
+}
+
+/// Where the parameters of each term lie.
+pub(crate) fn ranges(coordinates: &Coordinates, terms: &[Term]) -> Vec<Range<usize>> {
+    let mut end = coordinates.parameters().len();
+    let next = |term: &Term| {
+        let start = end;
+        end += term.kind.parameters(space_of(coordinates, term)).len();
+        start..end
+    };
+    terms.iter().map(next).collect()
+}
+
+/// Number of parameters of coordinates and terms.
+pub(crate) fn parameter_count(coordinates: &Coordinates, terms: &[Term]) -> usize {
+    ranges(coordinates, terms).last().map_or(coordinates.parameters().len(), |range| range.end)
+}
+
+/// Description of the parameters of coordinates and terms.
+pub(crate) fn parameter_table(coordinates: &Coordinates, terms: &[Term]) -> Vec<(Parameter, Space)> {
+    let own = Space { dimension: 0, quantity: terms::Quantity::Rate };
+    let mut table: Vec<(Parameter, Space)> =
+        coordinates.parameters().into_iter().map(|parameter| (parameter, own)).collect();
+    for term in terms {
+        let space = space_of(coordinates, term);
+        table.extend(term.kind.parameters(space).into_iter().map(|parameter| (parameter, space)));
+    }
+    table
+}
+
+fn out_of_bounds(what: &str, value: f64, allowed: &str) -> MechanicsError {
+    MechanicsError::OutOfBounds { what: what.to_owned(), value, allowed: allowed.to_owned() }
+}

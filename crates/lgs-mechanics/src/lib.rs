@@ -1,0 +1,44 @@
+//! Lagrangian mechanics in generalised coordinates.
+//!
+//! A [`Law`] is a system of [`coordinates`], a list of [`terms`] (energies and generalised forces) and the
+//! values of their parameters:
+//!
+//! ```text
+//! L(x, ẋ) = ½ ẋ·M(x) ẋ − U(x),      d/dt ∂L/∂ẋ − ∂L/∂x = Q(x, ẋ)
+//! ```
+//!
+//! A [`System`] follows it from a start, forward and backward in time and under an [`Edit`], with exact
+//! derivatives of every state by the start and by all parameters. It is one mechanism for fitting laws to
+//! tracks, for rendering a scene at any time, and for fitting laws to images.
+//!
+//! ```
+//! use lgs_mechanics::coordinates::{Coordinates, Port, State};
+//! use lgs_mechanics::terms::Term;
+//! use lgs_mechanics::{Edit, Law, System};
+//!
+//! // A stone thrown under gravity.
+//! let gravity = Term::named("uniform-field", Port::Whole)?;
+//! let law = Law::new(Coordinates::Point, vec![gravity], vec![0.0, 0.0, -9.81], 0.01)?;
+//! let start = State { x: vec![0.0, 0.0, 1.0], v: vec![2.0, 0.0, 3.0] };
+//! let states = System::new(&law, Edit::NONE).states(&start, &[0.5, -0.1])?;
+//! assert!((states[0].x[2] - (1.0 + 1.5 - 0.5 * 9.81 * 0.25)).abs() < 1e-12);
+//! # Ok::<(), lgs_mechanics::MechanicsError>(())
+//! ```
+//!
+//! Time reaches no energy and no force. The crate reads no files, draws no random numbers and starts no
+//! threads; all numbers are `f64`.
+#![forbid(unsafe_code)]
+
+mod candidate;
+pub mod coordinates;
+mod error;
+mod integrate;
+mod law;
+pub mod rotation;
+mod system;
+pub mod terms;
+
+pub use candidate::{Candidate, FreeParameter};
+pub use error::MechanicsError;
+pub use law::Law;
+pub use system::{Edit, Sensitivity, System};

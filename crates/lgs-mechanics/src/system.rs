@@ -1,0 +1,202 @@
+//! The motion of a law: states at any time, forward and backward, under an edit, and their derivatives.
+
+use crate::coordinates::State;
+use crate::error::MechanicsError;
+use crate::integrate::{self, NoSolution, Stepper, Tangent};
+use crate::law::Law;
+use crate::terms::Role;
+use nalgebra::DMatrix;
+
+/// Scales of an edited motion (Eq. 9): α of the velocity at t = 0, β of the forces that have an energy, γ of
+/// all others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edit {
+    /// α.
+    pub velocity: f64,
+    /// β.
+    pub potential: f64,
+    /// γ.
+    pub force: f64,
+}
+
+impl Edit {
+    /// The motion as it is.
+    pub const NONE: Self = Self { velocity: 1.0, potential: 1.0, force: 1.0 };
+
+    /// The factor of a term.
+    pub(crate) fn factor(&self, role: Role) -> f64 {
+        if role == Role::Conserves { self.potential } else { self.force }
+    }
+}
+
+impl Default for Edit {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// A state and its derivatives by all unknowns, columns: changes of the start's configuration `[n]`, of its
+/// velocity `[n]`, and of the law's parameters `[m]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensitivity {
+    /// The state.
+    pub state: State,
+    /// Change of the configuration (as by `Coordinates::retract`), `[n, 2 n + m]`.
+    pub position: DMatrix<f64>,
+    /// Change of the velocity, `[n, 2 n + m]`.
+    pub velocity: DMatrix<f64>,
+}
+
+/// A law under an edit, started at t = 0.
+///
+/// States lie on a grid of full steps from t = 0, and a time between two of its points is reached by one
+/// shortened step from the point nearer to 0: a state does not depend on which other times are asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct System<'a> {
+    law: &'a Law,
+    edit: Edit,
+}
+
+/// Part of a step below which a time counts as on the grid.
+const ON_GRID: f64 = 1e-6;
+
+impl<'a> System<'a> {
+    /// The motion of a law under an edit.
+    #[must_use]
+    pub fn new(law: &'a Law, edit: Edit) -> Self {
+        Self { law, edit }
+    }
+
+    /// States at times of any order and sign.
+    pub fn states(&self, start: &State, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
+        let mut moving =
+            Plain { state: self.edited(start)?, stepper: integrate::stepper(self.law, &self.edit) };
+        self.visit(&mut moving, times)
+    }
+
+    /// States at times of any order and sign, with their derivatives by start and parameters.
+    pub fn sensitivities(&self, start: &State, times: &[f64]) -> Result<Vec<Sensitivity>, MechanicsError> {
+        let stepper = integrate::stepper(self.law, &self.edit);
+        let (n, m) = (self.law.coordinates.freedoms(), self.law.parameters.len());
+        let columns = 2 * n + m;
+        let mut tangent = Tangent { columns, x: vec![0.0; n * columns], v: vec![0.0; n * columns] };
+        for i in 0..n {
+            tangent.x[i * columns + i] = 1.0;
+            tangent.v[i * columns + n + i] = self.edit.velocity;
+        }
+        let mut moving = Tangential { state: self.edited(start)?, tangent, stepper };
+        self.visit(&mut moving, times)
+    }
+
+    /// The start with its velocity scaled by α.
+    fn edited(&self, start: &State) -> Result<State, MechanicsError> {
+        self.law.coordinates.check_state(start)?;
+        let v = start.v.iter().map(|v| v * self.edit.velocity).collect();
+        Ok(State { x: start.x.clone(), v })
+    }
+
+    /// Moves along the grid in both directions and reads off all times.
+    fn visit<M: Moving>(&self, start: &mut M, times: &[f64]) -> Result<Vec<M::Read>, MechanicsError> {
+        let mut found: Vec<Option<M::Read>> = times.iter().map(|_| None).collect();
+        let origin = start.keep();
+        for sign in [1.0, -1.0] {
+            start.restore(&origin);
+            let mut order: Vec<usize> =
+                (0..times.len()).filter(|&i| (times[i] < 0.0) == (sign < 0.0)).collect();
+            order.sort_by(|&a, &b| times[a].abs().total_cmp(&times[b].abs()));
+            let mut done = 0;
+            for index in order {
+                let steps = times[index].abs() / self.law.step;
+                let whole = (steps + ON_GRID).floor();
+                let undetermined =
+                    |steps: usize| MechanicsError::Undetermined { time: sign * steps as f64 * self.law.step };
+                while (done as f64) < whole {
+                    start.advance(sign * self.law.step).map_err(|NoSolution| undetermined(done))?;
+                    done += 1;
+                }
+                let rest = steps - whole;
+                if rest > ON_GRID {
+                    let grid = start.keep();
+                    start.advance(sign * rest * self.law.step).map_err(|NoSolution| undetermined(done))?;
+                    found[index] = Some(start.read());
+                    start.restore(&grid);
+                } else {
+                    found[index] = Some(start.read());
+                }
+            }
+        }
+        Ok(found.into_iter().flatten().collect())
+    }
+}
+
+/// Something that moves along the grid and can be read.
+trait Moving {
+    type Kept;
+    type Read;
+    fn advance(&mut self, h: f64) -> Result<(), NoSolution>;
+    fn keep(&self) -> Self::Kept;
+    fn restore(&mut self, kept: &Self::Kept);
+    fn read(&self) -> Self::Read;
+}
+
+/// A state alone.
+struct Plain<'a> {
+    state: State,
+    stepper: Box<dyn Stepper + 'a>,
+}
+
+impl Moving for Plain<'_> {
+    type Kept = State;
+    type Read = State;
+
+    fn advance(&mut self, h: f64) -> Result<(), NoSolution> {
+        integrate::advance(self.stepper.as_mut(), &mut self.state, h)
+    }
+
+    fn keep(&self) -> State {
+        self.state.clone()
+    }
+
+    fn restore(&mut self, kept: &State) {
+        self.state.clone_from(kept);
+    }
+
+    fn read(&self) -> State {
+        self.state.clone()
+    }
+}
+
+/// A state with its tangent.
+struct Tangential<'a> {
+    state: State,
+    tangent: Tangent,
+    stepper: Box<dyn Stepper + 'a>,
+}
+
+impl Moving for Tangential<'_> {
+    type Kept = (State, Tangent);
+    type Read = Sensitivity;
+
+    fn advance(&mut self, h: f64) -> Result<(), NoSolution> {
+        integrate::advance_with_tangent(self.stepper.as_mut(), &mut self.state, &mut self.tangent, h)
+    }
+
+    fn keep(&self) -> (State, Tangent) {
+        (self.state.clone(), self.tangent.clone())
+    }
+
+    fn restore(&mut self, (state, tangent): &(State, Tangent)) {
+        self.state.clone_from(state);
+        self.tangent.clone_from(tangent);
+    }
+
+    fn read(&self) -> Sensitivity {
+        let rows = self.state.v.len();
+        let block = |values: &[f64]| DMatrix::from_row_slice(rows, self.tangent.columns, values);
+        Sensitivity {
+            state: self.state.clone(),
+            position: block(&self.tangent.x),
+            velocity: block(&self.tangent.v),
+        }
+    }
+}

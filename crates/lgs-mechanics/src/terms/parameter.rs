@@ -1,0 +1,176 @@
+//! Parameters of terms: names, units, scales and bounds, and the spaces that terms act on.
+
+use serde::{Deserialize, Serialize};
+
+/// Physical dimension of a parameter: `lengthᵃ · timeᵇ`, where `length` is the unit of the space that the
+/// term acts on (1 for angles).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit {
+    /// Exponent of length.
+    pub length: i32,
+    /// Exponent of time.
+    pub time: i32,
+}
+
+/// How a parameter enters a term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entry {
+    /// The force is proportional to it, together with the other linear ones.
+    Linear,
+    /// Any other way.
+    Nonlinear,
+    /// A coordinate of a point in the space, measured from the origin of the scales.
+    Place,
+    /// Kept in files and never fitted.
+    Constant,
+}
+
+/// Description of one parameter of a term or of coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name in files and tables.
+    pub name: String,
+    /// Physical dimension.
+    pub unit: Unit,
+    /// Smallest and largest value in units of the scale; places are relative to the origin of the scales.
+    pub bounds: [f64; 2],
+    /// How it enters.
+    pub entry: Entry,
+}
+
+/// Half width of the region in which a fitted centre is sought, in extents of the path: a centre further away
+/// acts like a uniform field.
+const PLACE_REACH: f64 = 8.0;
+
+impl Parameter {
+    /// A parameter to which the force is proportional, without bounds.
+    #[must_use]
+    pub fn linear(name: impl Into<String>, length: i32, time: i32) -> Self {
+        let bounds = [f64::NEG_INFINITY, f64::INFINITY];
+        Self { name: name.into(), unit: Unit { length, time }, bounds, entry: Entry::Linear }
+    }
+
+    /// A parameter that enters in any other way, without bounds.
+    #[must_use]
+    pub fn nonlinear(name: impl Into<String>, length: i32, time: i32) -> Self {
+        Self { entry: Entry::Nonlinear, ..Self::linear(name, length, time) }
+    }
+
+    /// Coordinate `axis` of a fitted point; angles lie within a turn of the origin.
+    #[must_use]
+    pub fn place(name: &str, axis: usize, space: Space) -> Self {
+        let reach = if space.quantity == Quantity::Angle { std::f64::consts::TAU } else { PLACE_REACH };
+        let name = format!("{name}-{}", axis_name(space.dimension, axis));
+        Self { entry: Entry::Place, ..Self::linear(name, 1, 0) }.within(-reach, reach)
+    }
+
+    /// The same with bounds in units of its scale.
+    #[must_use]
+    pub fn within(self, lower: f64, upper: f64) -> Self {
+        Self { bounds: [lower, upper], ..self }
+    }
+}
+
+/// Name of an axis of a space: x, y, z in space, numbers elsewhere.
+pub(crate) fn axis_name(dimension: usize, axis: usize) -> String {
+    match dimension {
+        3 => ["x", "y", "z"][axis].to_owned(),
+        _ => (axis + 1).to_string(),
+    }
+}
+
+/// The kind of quantity that a space consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Positions in the world.
+    Place,
+    /// Differences of positions, or offsets along a rail: lengths whose zero has a meaning.
+    Separation,
+    /// An angle, radians.
+    Angle,
+    /// Amplitudes of deformation modes, lengths.
+    Amplitude,
+    /// A velocity without a position: the angular velocity of a body, or its velocity in body axes.
+    Rate,
+}
+
+/// The vector space that a term acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Space {
+    /// Number of components.
+    pub dimension: usize,
+    /// Kind of quantity.
+    pub quantity: Quantity,
+}
+
+impl Space {
+    /// Positions of a point in the world.
+    pub const PLACE: Self = Self { dimension: 3, quantity: Quantity::Place };
+
+    /// Whether terms can depend on the position in it.
+    #[must_use]
+    pub fn has_position(&self) -> bool {
+        self.quantity != Quantity::Rate
+    }
+
+    /// Whether the space is one of lengths, in which a field can be uniform.
+    #[must_use]
+    pub fn is_straight(&self) -> bool {
+        !matches!(self.quantity, Quantity::Rate | Quantity::Angle)
+    }
+}
+
+/// Scales of a motion, from which parameters get theirs, so that laws do not depend on world units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scales {
+    /// Extent of the path, world units.
+    pub length: f64,
+    /// Length of the window, normalised time.
+    pub time: f64,
+    /// Centre of the path, world units.
+    pub origin: [f64; 3],
+    /// Principal directions of the path, rows of unit length.
+    pub axes: [[f64; 3]; 3],
+}
+
+impl Scales {
+    /// Unit scales about the world's origin.
+    pub const UNIT: Self = Self {
+        length: 1.0,
+        time: 1.0,
+        origin: [0.0; 3],
+        axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    };
+
+    /// Unit of length of a space: 1 for angles and rates.
+    #[must_use]
+    pub fn length_of(&self, space: Space) -> f64 {
+        if matches!(space.quantity, Quantity::Angle | Quantity::Rate) { 1.0 } else { self.length }
+    }
+
+    /// The scale of a parameter in a space.
+    #[must_use]
+    pub fn of(&self, parameter: &Parameter, space: Space) -> f64 {
+        let Unit { length, time } = parameter.unit;
+        self.length_of(space).powi(length) * self.time.powi(time)
+    }
+
+    /// The point of a space from which places are measured.
+    #[must_use]
+    pub fn origin_of(&self, space: Space) -> Vec<f64> {
+        match space.quantity {
+            Quantity::Place => self.origin[..space.dimension].to_vec(),
+            _ => vec![0.0; space.dimension],
+        }
+    }
+
+    /// Unit directions along which a term of the space may have its axis.
+    #[must_use]
+    pub fn directions_of(&self, space: Space) -> Vec<Vec<f64>> {
+        match space.dimension {
+            3 => self.axes.iter().map(|axis| axis.to_vec()).collect(),
+            d => (0..d).map(|axis| (0..d).map(|i| f64::from(u8::from(i == axis))).collect()).collect(),
+        }
+    }
+}
