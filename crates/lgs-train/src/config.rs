@@ -7,6 +7,7 @@
 
 use std::path::Path;
 
+use lgs_data::dataset::DatasetFormat;
 use lgs_distill::{DistillConfig, PartitionConfig};
 use lgs_model::source::SourceKind;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,9 @@ pub enum Preset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DataConfig {
+    /// Format of the dataset; `auto`: detected from the folder's contents.
+    #[serde(with = "lgs_data::dataset::format_or_auto")]
+    pub format: Option<DatasetFormat>,
     /// White rather than black behind transparent pixels.
     pub white_background: bool,
     /// Width that images are resized to, pixels; 0: as they are.
@@ -63,7 +67,7 @@ pub struct DataConfig {
 
 impl Default for DataConfig {
     fn default() -> Self {
-        Self { white_background: true, resolution: 0, train_before: 0.0 }
+        Self { format: None, white_background: true, resolution: 0, train_before: 0.0 }
     }
 }
 

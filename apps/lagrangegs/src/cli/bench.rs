@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use lgs_data::dataset::DatasetFormat;
 use lgs_data::files::write_with_parents;
 use lgs_eval::EvalOptions;
 use lgs_eval::table::aligned;
@@ -13,7 +14,7 @@ use serde_json::json;
 
 use super::eval::measure;
 use super::failure::{At, chain};
-use super::output::{self, holds_transforms, refuse_inside_dataset};
+use super::output::{self, refuse_inside_dataset};
 use super::progress::say;
 use super::run::Run;
 use super::weights::perceptual;
@@ -133,12 +134,12 @@ fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
 /// Makes a synthetic dataset that is not there.
 fn make_dataset(plan: &Plan, cell: &Cell, data: &Path) -> Result<()> {
     let Scenes::Synthetic(options) = &plan.suite.data else { return Ok(()) };
-    if holds_transforms(data) {
+    if DatasetFormat::detect(data).is_some() {
         return Ok(());
     }
     let made = synth::make(&cell.scene, options, data);
     // Datasets appear whole: if another process was faster, its is as good.
-    if holds_transforms(data) { Ok(()) } else { made }
+    if DatasetFormat::detect(data).is_some() { Ok(()) } else { made }
 }
 
 /// Writes the tables of what is there and a page of all runs, and prints the tables.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use lgs_core::{Camera, Image};
-use lgs_data::dataset::Dataset;
+use lgs_data::dataset::{Dataset, DatasetFormat};
 use lgs_data::synth::SynthOptions;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::EvalOptions;
@@ -20,7 +20,7 @@ use lgs_train::config::Preset;
 
 use super::eval::measure;
 use super::failure::At;
-use super::output::{self, holds_transforms, prepare_folder, refuse_inside_dataset, write_png};
+use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
 use super::render::{Job, orbit, time_label};
 use super::run::{Run, load_dataset, load_options};
@@ -61,7 +61,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
     prepare_folder(&args.out)?;
     let (data, root) = (args.out.join("data"), args.out.join("run"));
-    if holds_transforms(&data) {
+    if DatasetFormat::detect(&data).is_some() {
         say(&format!("using the dataset that is there: {}", data.display()));
     } else {
         let default = SynthOptions::default();

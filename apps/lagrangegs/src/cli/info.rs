@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use lgs_core::GaussianCloud;
-use lgs_data::dataset::{Dataset, Frame, LoadOptions};
+use lgs_data::dataset::{Dataset, DatasetFormat, Frame, LoadOptions};
 use lgs_data::ply::read_ply;
 use lgs_data::synth::GroundTruth;
 use lgs_eval::table::aligned;
@@ -16,12 +16,15 @@ use serde_json::{Map, Value, json};
 
 use super::failure::At;
 use super::output;
-use super::run::{Run, load_dataset};
+use super::run::{Run, dataset_format, load_dataset};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Dataset, run, checkpoint, model or splat file
     path: PathBuf,
+    /// Format of the dataset [default: detected]
+    #[arg(long, value_name = "NAME", value_parser = dataset_format)]
+    format: Option<DatasetFormat>,
     /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
@@ -31,7 +34,7 @@ pub(super) struct Args {
 type Facts = Vec<(&'static str, Value)>;
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    let facts = describe(&args.path)?;
+    let facts = describe(args)?;
     if args.json {
         let object: Map<String, Value> =
             facts.into_iter().map(|(name, value)| (name.replace(' ', "_"), value)).collect();
@@ -46,20 +49,19 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::print(&aligned(&rows, &[false, false]))
 }
 
-fn describe(path: &Path) -> Result<Facts> {
+fn describe(args: &Args) -> Result<Facts> {
+    let path = args.path.as_path();
     if !path.exists() {
         bail!("there is no such file or folder: {}", path.display());
     }
     if path.is_dir() {
-        return if output::holds_transforms(path) {
-            dataset(path)
+        let format = args.format.or_else(|| DatasetFormat::detect(path));
+        return if let Some(format) = format {
+            dataset(path, format)
         } else if path.join("config.toml").exists() {
             run_folder(path)
         } else {
-            bail!(
-                "the folder is neither a dataset (transforms_*.json) nor a run (config.toml): {}",
-                path.display()
-            )
+            bail!("the folder is neither a dataset nor a run (config.toml): {}", path.display())
         };
     }
     match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
@@ -69,13 +71,14 @@ fn describe(path: &Path) -> Result<Facts> {
     }
 }
 
-fn dataset(path: &Path) -> Result<Facts> {
-    let set = load_dataset(path, &LoadOptions::default())?;
+fn dataset(path: &Path, format: DatasetFormat) -> Result<Facts> {
+    let set = load_dataset(path, &LoadOptions { format: Some(format), ..LoadOptions::default() })?;
     let frames = || set.splits.values().flatten();
     let sizes = distinct(frames().map(|f| format!("{}x{}", f.camera.width, f.camera.height)));
     let cameras = frames().map(|f| f.camera_id).max().map_or(0, |id| id + 1);
     let mut facts = vec![
         ("kind", json!("dataset")),
+        ("format", json!(format.name())),
         ("fingerprint", json!(set.fingerprint)),
         ("splits", splits(&set)),
         ("image sizes", json!(sizes.join(", "))),

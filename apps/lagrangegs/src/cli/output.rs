@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use lgs_core::Image;
+use lgs_data::dataset::DatasetFormat;
 use lgs_data::files::{FileError, write_atomically};
 
 use super::failure::At;
@@ -40,21 +41,11 @@ pub(crate) fn prepare_folder(folder: &Path) -> Result<()> {
 pub(crate) fn refuse_inside_dataset(out: &Path) -> Result<()> {
     let absolute = std::path::absolute(out).at(out)?;
     for folder in absolute.ancestors().filter(|f| !f.as_os_str().is_empty()) {
-        if holds_transforms(folder) {
+        if DatasetFormat::detect(folder).is_some() {
             bail!("the output would be inside a dataset; choose another folder: {}", out.display());
         }
     }
     Ok(())
-}
-
-/// Whether a folder is a dataset.
-pub(crate) fn holds_transforms(folder: &Path) -> bool {
-    let Ok(entries) = std::fs::read_dir(folder) else { return false };
-    entries.flatten().any(|entry| {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        name.starts_with("transforms_") && name.ends_with(".json")
-    })
 }
 
 /// Writes an 8-bit PNG, whole or not at all.

@@ -6,6 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use lgs_core::{Camera, GaussianCloud, Image};
+use lgs_data::dataset::DatasetFormat;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion};
 use lgs_report::sheet::{Row, contact_sheet, evenly};
@@ -120,7 +121,9 @@ fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>)
         return camera::unknown(name, known);
     };
     // Reading the split of the name's first part alone saves decoding all the others.
-    let split = name.split('/').next().filter(|split| root.join(format!("transforms_{split}.json")).exists());
+    let format = run.config.data.format.or_else(|| DatasetFormat::detect(&root));
+    let holds = |split: &&str| format.is_some_and(|format| format.has_split(&root, split));
+    let split = name.split('/').next().filter(holds);
     let dataset = load_dataset(&root, &load_options(&run.config, split.map(|s| vec![s.to_owned()])))?;
     let all: Vec<(String, Camera)> =
         dataset.splits.values().flatten().map(|f| (f.name.clone(), f.camera)).collect();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
-use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_data::dataset::{Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_eval::Cost;
 use lgs_model::source::{SourceModel, load_source};
@@ -93,11 +93,18 @@ fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
     })
 }
 
+/// Parses the name of a dataset's format.
+pub(crate) fn dataset_format(name: &str) -> Result<DatasetFormat, String> {
+    let names = || DatasetFormat::ALL.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ");
+    DatasetFormat::named(name).ok_or_else(|| format!("expected one of: {}", names()))
+}
+
 /// How a configuration wants images to be loaded.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
     let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);
     LoadOptions {
+        format: config.data.format,
         white_background: config.data.white_background,
         resolution,
         splits,

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use lgs_data::dataset::Dataset;
+use lgs_data::dataset::{Dataset, DatasetFormat};
 use lgs_eval::Cost;
 use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
 use lgs_model::source::imported_kind;
@@ -19,16 +19,19 @@ use super::ablation::Ablations;
 use super::failure::At;
 use super::output::{self, refuse_inside_dataset};
 use super::progress::{Task, say};
-use super::run::{load_dataset, load_options, read_cost, write_cost};
+use super::run::{dataset_format, load_dataset, load_options, read_cost, write_cost};
 
 /// Exit code of a program that a second Ctrl-C ended.
 const ABORTED: i32 = 130;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Dataset in the D-NeRF layout; with `--source frames` and no `--import`, the frames themselves
+    /// Dataset; with `--source frames` and no `--import`, the frames themselves
     #[arg(required_unless_present = "import")]
     data: Option<PathBuf>,
+    /// Format of the dataset [default: detected]
+    #[arg(long, value_name = "NAME", value_parser = dataset_format)]
+    format: Option<DatasetFormat>,
     /// Folder of the run, new or (with --resume) one that was begun
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
@@ -153,6 +156,7 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
         _ => Preset::Quick,
     };
     let mut sets = args.source_settings()?;
+    sets.extend(args.format.map(|format| format!("data.format={}", format.name())));
     sets.extend(args.ablations.settings());
     sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));

@@ -37,6 +37,9 @@ pub enum Problem {
     /// There is no folder.
     #[error("expected a dataset folder, found no folder")]
     NoFolder,
+    /// The folder holds no set in a known format.
+    #[error("expected a dataset, found none of {0}")]
+    NoFormat(String),
     /// The folder lacks a split.
     #[error("the dataset has no split `{0}`: found no file")]
     NoSplit(String),
@@ -78,6 +81,12 @@ pub enum Problem {
         expected: String,
         /// Width × height of the image.
         found: String,
+    },
+    /// A frame has a mask, which training and evaluation would not heed.
+    #[error("frame {frame}: `mask_path` should be absent, because masked pixels cannot be left out yet")]
+    Mask {
+        /// Which frame.
+        frame: usize,
     },
     /// No frame is early enough.
     #[error("the split has no frame with a time below {limit}: its first is at {first}")]

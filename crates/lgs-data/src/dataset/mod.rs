@@ -1,32 +1,34 @@
-//! Image sets in the D-NeRF ("Blender") layout: `transforms_<split>.json` beside the images they name
-//! (reference §1).
+//! Image sets: cameras, times and images of a scene, in one of the formats of [`DatasetFormat`].
 //!
-//! Every `transforms_*.json` of the folder is a split. A frame needs `file_path`, `time` and
-//! `transform_matrix` (camera-to-world, OpenGL axes). Intrinsics of a frame (`fl_x fl_y cx cy w h`) win over
-//! those of its file, which win over `camera_angle_x`; published sets do carry a wrong file-level angle.
-//! Images are decoded in parallel and kept as 8-bit RGBA; colours are composited over the background on
-//! demand in floats, `c = rgb·α + background·(1 − α)`, without the reference's truncation to 8 bits (§1.3,
-//! step 3), which only adds noise.
+//! Poses are camera-to-world with OpenGL axes where a format follows D-NeRF. Intrinsics of a frame (`fl_x fl_y
+//! cx cy w h`) win over those of its file, which win over `camera_angle_x`; published sets do carry a wrong
+//! file-level angle. Images are decoded in parallel and kept as 8-bit RGBA; colours are composited over the
+//! background on demand in floats, `c = rgb·α + background·(1 − α)`. The published programs truncate that to
+//! 8 bits, which only adds noise.
 //!
-//! `transforms.rs` reads and checks the JSON, `pixels.rs` the images, `points.rs` makes the first Gaussians'
-//! positions, `fingerprint.rs` tells one set from another.
+//! `formats/` holds one reader per format, `transforms.rs` the JSON that several of them share,
+//! `frame_spec.rs` what a reader says of a frame, `pixels.rs` decodes images, `points.rs` makes the positions
+//! of the first Gaussians, `fingerprint.rs` tells one set from another.
 
 mod error;
 mod fingerprint;
+mod formats;
+mod frame_spec;
 mod pixels;
 mod points;
 mod transforms;
 
 pub use crate::ply::Points;
 pub use error::{DatasetError, Problem};
+pub use formats::{DatasetFormat, format_or_auto};
 pub use points::SceneBox;
 
+use frame_spec::FrameSpec;
 use lgs_core::{Camera, DEFAULT_NEAR, Image};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use transforms::FrameSpec;
 
 /// Called with the number of images done and of all images; from several threads at once.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -41,7 +43,7 @@ pub struct Dataset {
     pub splits: BTreeMap<String, Vec<Frame>>,
     /// What lies behind transparent pixels.
     pub background: [f32; 3],
-    /// The contents of `points3d.ply`, if the set ships one.
+    /// The points that the set ships, such as `points3d.ply`.
     pub init_points: Option<Points>,
     /// A hash of the whole set, independent of the options it is loaded with: 16 hexadecimal digits.
     pub fingerprint: String,
@@ -65,6 +67,8 @@ pub struct Frame {
 /// How to load a set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
+    /// Layout of the folder. Default: the first of [`DatasetFormat::ALL`] that its contents fit.
+    pub format: Option<DatasetFormat>,
     /// White instead of black behind transparent pixels. Default: white.
     pub white_background: bool,
     /// Width to resize every image to, keeping the aspect. Default: native.
@@ -80,6 +84,7 @@ pub struct LoadOptions {
 impl Default for LoadOptions {
     fn default() -> Self {
         Self {
+            format: None,
             white_background: true,
             resolution: None,
             splits: None,
@@ -93,48 +98,31 @@ impl Dataset {
     /// Loads a set.
     ///
     /// # Errors
-    /// If a file is missing or malformed, a frame lacks its time or camera, an image does not decode or has
-    /// another size than its intrinsics, a pose is not finite and rigid, or a split is empty. The error names
+    /// If the folder holds no set in a known format, a file is missing or malformed, a frame lacks its time
+    /// or camera, an image does not decode or has another size than its intrinsics, a pose is not finite and rigid, or a split is empty. The error names
     /// file, frame and field.
     pub fn load(root: &Path, options: &LoadOptions, progress: Progress<'_>) -> Result<Self, DatasetError> {
         if options.resolution == Some(0) {
             return Err(DatasetError::new(root, Problem::Resolution));
         }
-        let files = transforms::split_files(root, options.splits.as_deref())?;
-        let read = |(name, path): (String, PathBuf)| {
-            let specs = transforms::read(root, &path)?;
+        let format = DatasetFormat::of(root, options.format)?;
+        let read = |name: String| {
             let limit = options.train_before.filter(|_| name == "train").unwrap_or(f32::INFINITY);
-            Ok((name, before(specs, limit, &path)?))
+            let specs = before(format.frames(root, &name)?, limit, &format.split_file(root, &name))?;
+            Ok((name, specs))
         };
-        let splits = files.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
-        let total = splits.iter().map(|(_, specs)| specs.len()).sum();
-        let done = AtomicUsize::new(0);
-        let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        let mut cameras = CameraNumbers::default();
-        let mut loaded = BTreeMap::new();
-        for (name, specs) in splits {
-            let frames: Result<Vec<Frame>, DatasetError> = specs
-                .par_iter()
-                .map(|spec| {
-                    let frame = load_frame(spec, options)?;
-                    tick();
-                    Ok(frame)
-                })
-                .collect();
-            let mut frames = frames?;
-            frames.iter_mut().for_each(|frame| frame.camera_id = cameras.number(&frame.camera));
-            loaded.insert(name, frames);
-        }
+        let names = format.splits(root, options.splits.as_deref())?;
+        let splits = names.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
         Ok(Self {
             root: root.to_path_buf(),
-            splits: loaded,
+            splits: load_splits(splits, options, progress)?,
             background: if options.white_background { [1.0; 3] } else { [0.0; 3] },
-            init_points: points::shipped(root)?,
-            fingerprint: fingerprint::of(root)?,
+            init_points: format.points(root)?,
+            fingerprint: fingerprint::of(root, format)?,
         })
     }
 
-    /// No images at all, for what needs none: only a colour behind the Gaussians.
+    /// A dataset without images, for work that needs none: it holds only the colour behind the Gaussians.
     #[must_use]
     pub fn none(background: [f32; 3]) -> Self {
         Self {
@@ -164,13 +152,14 @@ impl Dataset {
         found
     }
 
-    /// What a pixel of the median training camera spans at the centre of [`Self::scene_box`], world units.
+    /// The width, world units, that a pixel of the median training camera covers at the centre of
+    /// [`Self::scene_box`].
     #[must_use]
     pub fn pixel_size(&self) -> f32 {
         points::pixel_size_at(&self.cameras("train"), self.scene_box().center)
     }
 
-    /// Radius of the training cameras around their mean, times 1.1 (reference §1.7); thresholds of
+    /// Radius of the training cameras around their mean, times 1.1; thresholds of
     /// densification are in this unit.
     #[must_use]
     pub fn extent(&self) -> f32 {
@@ -219,7 +208,33 @@ fn before(mut specs: Vec<FrameSpec>, limit: f32, path: &Path) -> Result<Vec<Fram
     }
 }
 
+/// Decodes the images of all splits and numbers their cameras.
+fn load_splits(
+    splits: Vec<(String, Vec<FrameSpec>)>,
+    options: &LoadOptions,
+    progress: Progress<'_>,
+) -> Result<BTreeMap<String, Vec<Frame>>, DatasetError> {
+    let total = splits.iter().map(|(_, specs)| specs.len()).sum();
+    let done = AtomicUsize::new(0);
+    let load = |spec: &FrameSpec| {
+        let frame = load_frame(spec, options)?;
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        Ok(frame)
+    };
+    let mut cameras = CameraNumbers::default();
+    let mut loaded = BTreeMap::new();
+    for (name, specs) in splits {
+        let mut frames = specs.par_iter().map(load).collect::<Result<Vec<Frame>, DatasetError>>()?;
+        frames.iter_mut().for_each(|frame| frame.camera_id = cameras.number(&frame.camera));
+        loaded.insert(name, frames);
+    }
+    Ok(loaded)
+}
+
 fn load_frame(spec: &FrameSpec, options: &LoadOptions) -> Result<Frame, DatasetError> {
+    if spec.mask_path.is_some() {
+        return Err(DatasetError::new(&spec.described_in, Problem::Mask { frame: spec.index }));
+    }
     let image = pixels::decode(&spec.image_path)?;
     let camera = Camera { near: options.near, ..spec.camera(image.width(), image.height())? };
     let (camera, image) = match options.resolution {

@@ -11,12 +11,11 @@
 //! something there, which is an opaque pixel, or, in an image without transparency, one that differs from the
 //! background. Their colour is the mean of what those images show.
 
-use super::{Dataset, DatasetError, Frame};
-use crate::ply::{self, Points};
+use super::{Dataset, Frame};
+use crate::ply::Points;
 use glam::{Mat3, Vec3};
 use lgs_core::stream;
 use rand::RngExt;
-use std::path::Path;
 
 /// Candidates tried per point asked for before carving gives up.
 const MAX_TRIES: usize = 200;
@@ -112,12 +111,6 @@ pub(super) fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
         .collect();
     sizes.sort_by(f32::total_cmp);
     sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// Reads `points3d.ply` if there is one.
-pub(super) fn shipped(root: &Path) -> Result<Option<Points>, DatasetError> {
-    let path = root.join("points3d.ply");
-    if path.exists() { Ok(Some(ply::read_points(&path)?)) } else { Ok(None) }
 }
 
 /// 1.1 times the largest distance of a camera from the mean of all.

@@ -177,7 +177,11 @@ fn missing_folders_and_files_are_named() {
         Dataset::load(Path::new("no/such/set"), &LoadOptions::default(), &|_, _| {}).unwrap_err().to_string();
     assert!(missing.ends_with("no/such/set"), "{missing}");
     let empty = tempfile::tempdir().unwrap();
-    assert!(message(&empty, "transforms_train.json").contains("`train`"));
+    let error = load(&empty).unwrap_err().to_string();
+    assert!(error.contains("`transforms_train.json` (blender)"), "{error}");
+    let dir = folder(|_, _| {});
+    fs::remove_file(dir.path().join("transforms_train.json")).unwrap();
+    assert!(message(&dir, "transforms_train.json").contains("`train`"));
     let dir = folder(|_, path| fs::remove_file(path.join("b.png")).unwrap());
     message(&dir, "b.png");
 }

@@ -1,0 +1,47 @@
+//! The D-NeRF ("Blender") layout: every `transforms_<split>.json` of the folder is a split, and its frames
+//! name images beside it. A frame needs `file_path`, `time` and `transform_matrix`.
+
+use super::FormatReader;
+use crate::dataset::DatasetError;
+use crate::dataset::frame_spec::FrameSpec;
+use crate::dataset::transforms::{self, TransformsFile};
+use crate::files::FileError;
+use std::path::{Path, PathBuf};
+
+pub(super) struct Blender;
+
+impl FormatReader for Blender {
+    fn name(&self) -> &'static str {
+        "blender"
+    }
+
+    fn marker(&self) -> &'static str {
+        "`transforms_train.json`"
+    }
+
+    fn is_at(&self, root: &Path) -> bool {
+        self.splits(root).is_ok_and(|splits| !splits.is_empty())
+    }
+
+    fn splits(&self, root: &Path) -> Result<Vec<String>, DatasetError> {
+        let unreadable = |reason| FileError::new("list folder", root, reason);
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(root).map_err(unreadable)? {
+            let entry = entry.map_err(unreadable)?;
+            let name = entry.file_name();
+            let split = name.to_str().and_then(|n| n.strip_prefix("transforms_")?.strip_suffix(".json"));
+            names.extend(split.filter(|_| entry.path().is_file()).map(str::to_owned));
+        }
+        names.sort();
+        Ok(names)
+    }
+
+    fn split_file(&self, root: &Path, split: &str) -> PathBuf {
+        root.join(format!("transforms_{split}.json"))
+    }
+
+    fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {
+        let path = self.split_file(root, split);
+        transforms::read::<TransformsFile>(&path)?.specs(root, &path)
+    }
+}

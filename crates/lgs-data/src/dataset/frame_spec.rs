@@ -1,0 +1,96 @@
+//! A frame as a format's reader describes it: everything about an image except its pixels.
+
+use super::{DatasetError, Problem};
+use glam::Mat4;
+use lgs_core::{Camera, DEFAULT_NEAR};
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// Intrinsics, each of which a frame or a file may leave out. Lengths are in pixels of the native image.
+#[derive(Clone, Copy, Default, Deserialize)]
+pub(super) struct Intrinsics {
+    /// Horizontal field of view, radians.
+    pub(super) camera_angle_x: Option<f64>,
+    pub(super) fl_x: Option<f64>,
+    pub(super) fl_y: Option<f64>,
+    pub(super) cx: Option<f64>,
+    pub(super) cy: Option<f64>,
+    pub(super) w: Option<f64>,
+    pub(super) h: Option<f64>,
+}
+
+/// A frame, checked except for what needs the image.
+pub(super) struct FrameSpec {
+    /// The file that describes the frame, for errors.
+    pub(super) described_in: PathBuf,
+    /// The frame's place in that file, from 0.
+    pub(super) index: usize,
+    /// The image's name in the set.
+    pub(super) name: String,
+    pub(super) image_path: PathBuf,
+    /// An image whose black pixels are to be left out, if the set has one for this frame.
+    pub(super) mask_path: Option<PathBuf>,
+    /// The captured sequence spans [0, 1).
+    pub(super) time: f32,
+    /// OpenCV axes.
+    pub(super) camera_from_world: Mat4,
+    /// Of the frame itself; they win over `shared`.
+    pub(super) own: Intrinsics,
+    /// Of the file or the camera that the frame belongs to.
+    pub(super) shared: Intrinsics,
+}
+
+impl FrameSpec {
+    /// The camera, given the size of the decoded image in pixels.
+    pub(super) fn camera(&self, width: u32, height: u32) -> Result<Camera, DatasetError> {
+        self.checked_camera(width, height).map_err(|problem| DatasetError::new(&self.described_in, problem))
+    }
+
+    fn checked_camera(&self, width: u32, height: u32) -> Result<Camera, Problem> {
+        self.check_size(width, height)?;
+        let [fx, fy, cx, cy] = self.pinhole(width, height)?;
+        for (field, value, least) in [
+            ("fl_x", fx, 0.0),
+            ("fl_y", fy, 0.0),
+            ("cx", cx, f32::NEG_INFINITY),
+            ("cy", cy, f32::NEG_INFINITY),
+        ] {
+            if !(value.is_finite() && value > least) {
+                let expected = if least == 0.0 { "finite and above 0" } else { "finite" };
+                return Err(Problem::Value { frame: self.index, field, expected, found: value.to_string() });
+            }
+        }
+        let (camera_from_world, near) = (self.camera_from_world, DEFAULT_NEAR);
+        Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world, near })
+    }
+
+    /// The image must have the size that the intrinsics state.
+    fn check_size(&self, width: u32, height: u32) -> Result<(), Problem> {
+        let size = [(self.own.w.or(self.shared.w), width), (self.own.h.or(self.shared.h), height)];
+        if size.iter().any(|&(stated, is)| stated.is_some_and(|stated| stated != f64::from(is))) {
+            let stated = size.map(|(stated, is)| stated.unwrap_or(f64::from(is)));
+            return Err(Problem::Size {
+                frame: self.index,
+                expected: format!("{} x {}", stated[0], stated[1]),
+                found: format!("{width} x {height}"),
+            });
+        }
+        Ok(())
+    }
+
+    /// Focal lengths and principal point `[fx, fy, cx, cy]`, pixels.
+    ///
+    /// Pixels are square unless the same level says otherwise: a frame's own `fl_x` is not paired with the
+    /// file's `fl_y`. The principal point is the image's centre unless given.
+    fn pinhole(&self, width: u32, height: u32) -> Result<[f32; 4], Problem> {
+        let from_angle = |angle: f64| 0.5 * f64::from(width) / (0.5 * angle).tan();
+        let focal_x = |i: &Intrinsics| i.fl_x.or(i.camera_angle_x.map(from_angle));
+        let fx = focal_x(&self.own)
+            .or(focal_x(&self.shared))
+            .ok_or(Problem::Missing { frame: self.index, field: "fl_x` or `camera_angle_x" })?;
+        let fy = self.own.fl_y.or(focal_x(&self.own)).or(self.shared.fl_y).unwrap_or(fx);
+        let cx = self.own.cx.or(self.shared.cx).unwrap_or(0.5 * f64::from(width));
+        let cy = self.own.cy.or(self.shared.cy).unwrap_or(0.5 * f64::from(height));
+        Ok([fx, fy, cx, cy].map(|v| v as f32))
+    }
+}
