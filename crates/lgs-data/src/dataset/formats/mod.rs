@@ -2,11 +2,12 @@
 //!
 //! A format is a [`FormatReader`]: it lists the splits of a folder, reads the frames of one split without
 //! decoding any image, and reads the points that a set ships. Everything that is the same for all formats is
-//! done by [`Dataset::load`](super::Dataset::load): decoding, resizing, numbering of cameras, the fingerprint.
+//! done by [`Dataset::load`](super::Dataset::load): decoding, resizing, numbers of cameras, fingerprint.
 //! To add a format, write its file here and give it a variant in [`DatasetFormat`] and an arm in
 //! `DatasetFormat::reader`.
 
 mod blender;
+mod nerfstudio;
 
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::{DatasetError, Problem};
@@ -19,6 +20,8 @@ use std::path::{Path, PathBuf};
 pub enum DatasetFormat {
     /// D-NeRF and Blender sets: `transforms_<split>.json` beside the images.
     Blender,
+    /// nerfstudio sets: one `transforms.json`; pinhole cameras without distortion.
+    Nerfstudio,
 }
 
 /// The reader of one format. All paths are those of files in the folder `root`.
@@ -60,11 +63,12 @@ pub(super) trait FormatReader: Sync {
 
 impl DatasetFormat {
     /// All formats, in the order in which they are looked for.
-    pub const ALL: &[Self] = &[Self::Blender];
+    pub const ALL: &[Self] = &[Self::Blender, Self::Nerfstudio];
 
     fn reader(self) -> &'static dyn FormatReader {
         match self {
             Self::Blender => &blender::Blender,
+            Self::Nerfstudio => &nerfstudio::Nerfstudio,
         }
     }
 
