@@ -80,7 +80,8 @@ pub fn read_cameras_json(path: &Path) -> Result<Vec<(String, Camera)>, CamerasEr
 }
 
 fn entry(id: usize, name: &str, camera: &Camera) -> Entry {
-    let rows = Mat3::from_mat4(camera.camera_from_world).to_cols_array_2d(); // columns of camera-from-world = rows of its transpose
+    // The columns of camera-from-world are the rows of its transpose.
+    let rows = Mat3::from_mat4(camera.camera_from_world).to_cols_array_2d();
     Entry {
         id,
         img_name: name.to_owned(),

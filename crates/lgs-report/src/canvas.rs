@@ -95,7 +95,8 @@ fn svg(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result
     let (_, body) = text.split_once(">\n").ok_or("the drawing is empty")?;
     let shown = drawing.size();
     let mut whole = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" viewBox=\"0 0 {} {}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" viewBox=\"0 0 {} \
+            {}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
         shown[0], shown[1], size[0], size[1]
     );
     for picture in pictures {
@@ -103,7 +104,8 @@ fn svg(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result
         let data =
             BASE64.encode(encoded(&picture.image.to_rgb8(), picture.image.width, picture.image.height)?);
         whole.push_str(&format!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" href=\"data:image/png;base64,{data}\"/>\n"
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" \
+                href=\"data:image/png;base64,{data}\"/>\n"
         ));
     }
     Ok(whole + body)

@@ -101,7 +101,13 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     let figure = |name: &str| figures.iter().find(|f| f.name == name).map_or_else(String::new, html::figure);
     let mut body = summary(&metrics.footprint);
     body.push_str("<h2>Images</h2>\n");
-    body.push_str(&html::table("PSNR in dB (mean over images; of the mean squared error; over the foreground; over what differs from the background), SSIM and LPIPS without unit.", &split_rows(metrics), true));
+    body.push_str(&html::table(
+        "PSNR in dB (mean over images; of the mean squared error; over the \
+        foreground; over what differs from the background), SSIM and LPIPS without \
+        unit.",
+        &split_rows(metrics),
+        true,
+    ));
     ["extrapolation", "psnr"].iter().for_each(|name| body.push_str(&figure(name)));
     body.push_str("<h2>Motion</h2>\n");
     body.push_str(&html::table(
@@ -135,7 +141,8 @@ fn summary(footprint: &Footprint) -> String {
     let Footprint { static_gaussians, moving_gaussians, objects } = footprint;
     let plural = if *objects == 1 { "object" } else { "objects" };
     format!(
-        "<p class=\"soft\">{objects} moving {plural}; {moving_gaussians} moving and {static_gaussians} still Gaussians.</p>\n"
+        "<p class=\"soft\">{objects} moving {plural}; {moving_gaussians} moving and {static_gaussians} \
+            still Gaussians.</p>\n"
     )
 }
 

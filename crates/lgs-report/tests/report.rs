@@ -58,7 +58,8 @@ fn truth(scene: &LagrangianScene) -> GroundTruth {
     let points =
         times.iter().map(|&t| scene.dynamic_gaussians.means.iter().map(|p| fallen(p, t)).collect()).collect();
     let object = (0..scene.dynamic_gaussians.len()).map(|row| (row / 27) as i32).collect();
-    let law = serde_json::json!({"law": "uniform gravity", "g": GRAVITY, "spin": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
+    let rest = [0.0; 3];
+    let law = serde_json::json!({"law": "uniform gravity", "g": GRAVITY, "spin": rest, "velocity": rest});
     GroundTruth { times, points, object, law: serde_json::json!({"objects": vec![law; scene.objects.len()]}) }
 }
 

@@ -11,7 +11,8 @@ use lgs_train::config::ConfigError;
 #[non_exhaustive]
 pub enum SuiteError {
     /// The file cannot be read.
-    #[error("there is no suite file, and no bundled suite of that name ({known}): {reason}: {}", path.display())]
+    #[error("there is no suite file, and no bundled suite of that name ({known}): {reason}: \
+        {}", path.display())]
     Read {
         /// What was asked for.
         path: PathBuf,
@@ -71,11 +72,13 @@ pub enum SuiteError {
         origin: String,
     },
     /// The folder of a cell holds a run of other settings.
-    #[error("the folder holds a run with other settings than the suite's; remove it or choose another output folder: {}", .0.display())]
+    #[error("the folder holds a run with other settings than the suite's; remove it or choose another \
+        output folder: {}", .0.display())]
     OtherSettings(PathBuf),
     /// A cell whose source comes from another one that has not been run.
     #[error(
-        "cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that one first"
+        "cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that \
+            one first"
     )]
     NoSource {
         /// The cell.

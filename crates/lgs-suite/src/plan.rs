@@ -155,7 +155,8 @@ impl Plan {
         let wanted = || {
             let names = self.suite.scenes.join(", ");
             format!(
-                "the suite `{}` needs {}: one folder per scene ({names}), each with transforms_train.json, transforms_val.json and \
+                "the suite `{}` needs {}: one folder per scene ({names}), each with transforms_train.json, \
+                    transforms_val.json and \
                  transforms_test.json; absent: {}; name the folder that holds them with --data: {}",
                 self.suite.name,
                 folders.about,

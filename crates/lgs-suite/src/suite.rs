@@ -18,7 +18,7 @@
 //! title = "half the neighbours"
 //! settings = ["motion.alignment_neighbors=9"]
 //!
-//! [[override]]                           # in order, before the variant's settings, or after if it names variants
+//! [[override]]                           # in order, before the variant's; after it if it names one
 //! scenes = ["fan"]                       # left out: all; likewise methods, variants
 //! settings = ["partition.clusters=2"]
 //! ```
@@ -255,8 +255,10 @@ impl Suite {
 mod tests {
     use super::*;
 
-    const GOOD: &str = "name = \"s\"\ntitle = \"S\"\nscenes = [\"fan\", \"spring\"]\nmethods = [\"defgs\"]\nvariants = [\"before-0.5\", \"mine\"]\n\
-        seeds = [0, 1]\n[synthetic]\nsize = 40\n[variant.mine]\ntitle = \"mine\"\nsettings = [\"last_stage=1\"]\n[[override]]\n\
+    const GOOD: &str = "name = \"s\"\ntitle = \"S\"\nscenes = [\"fan\", \"spring\"]\nmethods = \
+        [\"defgs\"]\nvariants = [\"before-0.5\", \"mine\"]\n\
+        seeds = [0, 1]\n[synthetic]\nsize = 40\n[variant.mine]\ntitle = \"mine\"\nsettings = \
+        [\"last_stage=1\"]\n[[override]]\n\
         scenes = [\"fan\"]\nsettings = [\"partition.clusters=2\"]\n";
 
     #[test]

@@ -335,7 +335,10 @@ fn common_notes(results: &Results<'_>) -> Vec<String> {
     }];
     let scored_otherwise = results.scored_otherwise();
     if scored_otherwise > 0 {
-        notes.push(format!("{scored_otherwise} runs were measured at another resolution than the suite's: remove their metrics.json."));
+        notes.push(format!(
+            "{scored_otherwise} runs were measured at another resolution than the suite's: \
+            remove their metrics.json."
+        ));
     }
     if done < all {
         notes.push(format!("{done} of {all} runs are done; n/a where a scene or a seed is missing."));

@@ -62,7 +62,8 @@ pub fn known_variants() -> Vec<Variant> {
             "without stage 3",
             Ablations,
             &["last_stage=2"],
-            "the source's Gaussians already fit the images; left out are both refinements, before and after the dynamics are tuned",
+            "the source's Gaussians already fit the images; left out are both refinements, before and \
+                after the dynamics are tuned",
         ),
         variant(
             "without-stages-2-3",
@@ -76,14 +77,16 @@ pub fn known_variants() -> Vec<Variant> {
             "without alignment",
             Ablations,
             &["motion.alignment=false"],
-            "particles that follow one exact law stay together by themselves; without alignment Gaussians keep their orientation (G60)",
+            "particles that follow one exact law stay together by themselves; without alignment Gaussians \
+                keep their orientation (G60)",
         ),
         variant(
             "without-force",
             "without force Q",
             Ablations,
             &["distill.force=none"],
-            "the motion is conservative: distillation gives what a potential explains to the potential anyway",
+            "the motion is conservative: distillation gives what a potential explains to the potential \
+                anyway",
         ),
         variant(
             "without-matching",
@@ -123,4 +126,5 @@ pub fn known_variants() -> Vec<Variant> {
     ]
 }
 
-const POLICY: &str = "objects held rigid as a whole have a policy of their own; the choice concerns aligned neighbourhoods only";
+const POLICY: &str = "objects held rigid as a whole have a policy of their own; the choice concerns \
+    aligned neighbourhoods only";

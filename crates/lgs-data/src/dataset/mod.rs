@@ -1,10 +1,10 @@
 //! Image sets: cameras, times and images of a scene, in one of the formats of [`DatasetFormat`].
 //!
-//! Poses are camera-to-world with OpenGL axes where a format follows D-NeRF. Intrinsics of a frame (`fl_x fl_y
-//! cx cy w h`) win over those of its file, which win over `camera_angle_x`; published sets do carry a wrong
-//! file-level angle. Images are decoded in parallel and kept as 8-bit RGBA; colours are composited over the
-//! background on demand in floats, `c = rgb·α + background·(1 − α)`. The published programs truncate that to
-//! 8 bits, which only adds noise.
+//! Poses are camera-to-world with OpenGL axes where a format follows D-NeRF. Intrinsics of a frame (`fl_x`,
+//! `fl_y`, `cx`, `cy`, `w`, `h`) win over those of its file, which win over `camera_angle_x`; published sets
+//! do carry a wrong file-level angle. Images are decoded in parallel and kept as 8-bit RGBA; colours are
+//! composited over the background on demand in floats, `c = rgb·α + background·(1 − α)`. The published
+//! programs truncate that to 8 bits, which only adds noise.
 //!
 //! `formats/` holds one reader per format, `transforms.rs` the JSON that several of them share,
 //! `frame_spec.rs` what a reader says of a frame, `pixels.rs` decodes images, `points.rs` makes the positions
@@ -99,8 +99,8 @@ impl Dataset {
     ///
     /// # Errors
     /// If the folder holds no set in a known format, a file is missing or malformed, a frame lacks its time
-    /// or camera, an image does not decode or has another size than its intrinsics, a pose is not finite and rigid, or a split is empty. The error names
-    /// file, frame and field.
+    /// or camera, an image does not decode or has another size than its intrinsics, a pose is not finite and
+    /// rigid, or a split is empty. The error names file, frame and field.
     pub fn load(root: &Path, options: &LoadOptions, progress: Progress<'_>) -> Result<Self, DatasetError> {
         if options.resolution == Some(0) {
             return Err(DatasetError::new(root, Problem::Resolution));

@@ -43,7 +43,8 @@ pub enum FramesProblem {
     TooFew(usize),
     /// Nothing says when a frame is.
     #[error(
-        "the frame `{0}` has no time; expected it in `frames.json`, `times.json` or `times.txt`, or at the end of the name, as in \
+        "the frame `{0}` has no time; expected it in `frames.json`, `times.json` or `times.txt`, or at the \
+            end of the name, as in \
          `0003_t+0.0300.ply`"
     )]
     NoTime(String),

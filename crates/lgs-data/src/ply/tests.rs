@@ -58,7 +58,8 @@ fn clouds_of_every_degree_round_trip_bit_for_bit() {
 fn the_layout_is_the_inria_one_byte_for_byte() {
     let cloud = cloud(2, 1);
     let mut expected = b"ply\nformat binary_little_endian 1.0\nelement vertex 2\n".to_vec();
-    let names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 f_rest_0 f_rest_1 f_rest_2 f_rest_3 f_rest_4 f_rest_5 f_rest_6 f_rest_7 f_rest_8 \
+    let names = "x y z nx ny nz f_dc_0 f_dc_1 f_dc_2 f_rest_0 f_rest_1 f_rest_2 f_rest_3 f_rest_4 f_rest_5 \
+        f_rest_6 f_rest_7 f_rest_8 \
                  opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
     for name in names.split_whitespace() {
         expected.extend(format!("property float {name}\n").bytes());
@@ -94,10 +95,14 @@ fn the_layout_is_the_inria_one_byte_for_byte() {
 fn ascii_other_orders_doubles_and_extra_properties_are_read() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.ply");
-    let text = "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement thing 1\r\nproperty int a\r\nelement vertex 1\r\nproperty float rot_3\r\nproperty float rot_0\r\nproperty float rot_1\r\n\
-        property float rot_2\r\nproperty uchar red\r\nproperty double z\r\nproperty float x\r\nproperty float y\r\nproperty float opacity\r\nproperty float f_dc_0\r\n\
-        property float f_dc_2\r\nproperty float f_dc_1\r\nproperty float scale_0\r\nproperty float scale_1\r\nproperty float scale_2\r\n\
-        element face 1\r\nproperty list uchar int vertex_indices\r\nend_header\r\n7\r\n4 1 2 3 255 3.5 1.5 2.5 0.25 10 12 11 -1 -2 -3\r\n3 0 0 0\r\n";
+    let text = "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement thing 1\r\nproperty int a\r\n\
+        element vertex 1\r\nproperty float rot_3\r\nproperty float rot_0\r\nproperty float rot_1\r\n\
+        property float rot_2\r\nproperty uchar red\r\nproperty double z\r\nproperty float x\r\n\
+        property float y\r\nproperty float opacity\r\nproperty float f_dc_0\r\n\
+        property float f_dc_2\r\nproperty float f_dc_1\r\nproperty float scale_0\r\n\
+        property float scale_1\r\nproperty float scale_2\r\n\
+        element face 1\r\nproperty list uchar int vertex_indices\r\nend_header\r\n7\r\n4 1 2 3 255 3.5 1.5 \
+        2.5 0.25 10 12 11 -1 -2 -3\r\n3 0 0 0\r\n";
     fs::write(&path, text).unwrap();
     let cloud = read_ply(&path).unwrap();
     assert_eq!((cloud.means[0], cloud.rotations[0]), ([1.5, 2.5, 3.5], [1.0, 2.0, 3.0, 4.0]));
@@ -109,7 +114,8 @@ fn ascii_other_orders_doubles_and_extra_properties_are_read() {
 
 #[test]
 fn big_endian_is_read() {
-    let header = "ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty float x\nproperty double y\nproperty float z\n\
+    let header = "ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty float x\n\
+        property double y\nproperty float z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
     let mut bytes = header.as_bytes().to_vec();
     bytes.extend(1.5f32.to_be_bytes());
@@ -192,7 +198,8 @@ fn nan_is_named_with_its_property_and_vertex() {
 
 #[test]
 fn text_that_is_no_number_is_named() {
-    let text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+    let text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+        property float z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n1 two 3 0 0 0\n";
     assert_eq!(
         parse_points(text.as_bytes()),

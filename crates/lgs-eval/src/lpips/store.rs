@@ -34,7 +34,8 @@ pub enum WeightsError {
     File(#[from] FileError),
     /// None of the networks.
     #[error(
-        "expected torchvision's VGG-16 or AlexNet (`features.0.weight`) or LPIPS linear weights (`lin0.model.1.weight`), \
+        "expected torchvision's VGG-16 or AlexNet (`features.0.weight`) or LPIPS linear weights \
+            (`lin0.model.1.weight`), \
          found {found}: {}",
         path.display()
     )]
@@ -45,7 +46,8 @@ pub enum WeightsError {
         found: String,
     },
     /// Contents that do not match the hash in the file's own name.
-    #[error("the name says that the SHA-256 hash starts with {expected}, found {found}: the download is damaged: {}", path.display())]
+    #[error("the name says that the SHA-256 hash starts with {expected}, found {found}: the download is \
+        damaged: {}", path.display())]
     Hash {
         /// The file.
         path: PathBuf,
@@ -55,7 +57,8 @@ pub enum WeightsError {
         found: String,
     },
     /// Weights of LPIPS 0.0.
-    #[error("expected the linear weights of LPIPS 0.1, found those of 0.0, which give other figures: {}", path.display())]
+    #[error("expected the linear weights of LPIPS 0.1, found those of 0.0, which give other figures: \
+        {}", path.display())]
     Superseded {
         /// The file.
         path: PathBuf,

@@ -293,10 +293,14 @@ mod tests {
         let tumble =
             json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
         assert_eq!(TrueForce::of_law(&tumble), None, "no potential of the position alone");
-        let fan = json!({"law": "uniform rotation", "center": [0.0, 0.0, 1.0], "axis": [0.0, 0.0, 1.0], "omega": 2.0});
+        let up = [0.0, 0.0, 1.0];
+        let fan = json!({"law": "uniform rotation", "center": up, "axis": up, "omega": 2.0});
         let force = TrueForce::of_law(&fan).expect("rotation").at([0.5, -0.25, 7.0]);
         assert!(norm(std::array::from_fn(|c| force[c] - [-2.0, 1.0, 0.0][c])) < 1e-12, "{force:?}");
-        let slide = json!({"law": "isotropic harmonic", "center": [0.0, 0.0, 0.0], "displacement": [2.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0], "k": 9.0});
+        let (zero, right) = ([0.0; 3], [2.0, 0.0, 0.0]);
+        let slide = json!({
+            "law": "isotropic harmonic", "center": zero, "displacement": right, "velocity": zero, "k": 9.0
+        });
         let Some(TrueForce::Harmonic { directions, .. }) = TrueForce::of_law(&slide) else {
             panic!("harmonic")
         };

@@ -56,7 +56,8 @@ pub(crate) fn figure(physics: &Physics) -> Result<Option<Figure>, ReportError> {
         .slope
         .map_or_else(String::new, |s| format!(" Without the force Q: {}.", number(s, 4)));
     let caption = format!(
-        "Time to fall by 70 % of the observed drop against the scale β of the potential: exponent {} (r = {r:.5}), −0.5 in theory.{without}",
+        "Time to fall by 70 % of the observed drop against the scale β of the potential: exponent {} (r = \
+            {r:.5}), −0.5 in theory.{without}",
         number(slope, 4)
     );
     let drawing = BetaSweep { fit: power(slope), theory: power(-0.5), points, axes, slope };

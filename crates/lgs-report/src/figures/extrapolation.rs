@@ -67,7 +67,8 @@ pub(crate) fn figure(
         rows,
         aspect: f64::from(camera.height) / f64::from(camera.width),
     };
-    let caption = "One view over time; under every image its PSNR. The models were trained on times of the observed window alone.";
+    let caption = "One view over time; under every image its PSNR. The models were trained on times of the \
+        observed window alone.";
     Figure::of("extrapolation", caption, &strip).map(Some)
 }
 

@@ -62,7 +62,8 @@ pub(crate) fn psnr(metrics: &Metrics, window: f64) -> Result<Option<Figure>, Rep
             dotted: true,
         });
     }
-    let caption = "PSNR over all images of a time, by split; shaded: the captured window. Outside of it the source model guesses, and the Lagrangian scene goes on.";
+    let caption = "PSNR over all images of a time, by split; shaded: the captured window. Outside of it \
+        the source model guesses, and the Lagrangian scene goes on.";
     chart("psnr", caption, lines, (stretches, window), |values| {
         padded(values, 0.08).map(|v| Axis::linear(v, 6, "PSNR (dB)"))
     })
@@ -74,7 +75,8 @@ pub(crate) fn position_error(paths: &Paths) -> Result<Option<Figure>, ReportErro
     let of = |tracks: &Tracks, colour| Line { colour, points: distances(tracks, truth), dotted: false };
     let mut lines: Vec<Line> = paths.source.iter().map(|tracks| of(tracks, SOURCE)).collect();
     lines.push(of(&paths.lagrangian, LAGRANGIAN));
-    let caption = "Mean distance of the followed particles to where the truth has them, matched at t = 0; shaded: the captured window.";
+    let caption = "Mean distance of the followed particles to where the truth has them, matched at t = 0; \
+        shaded: the captured window.";
     let axis = |values: &mut dyn Iterator<Item = f64>| {
         padded(values, 0.0).map(|v| Axis::decades(v.start / 1.5..v.end * 1.5, "distance (world units)"))
     };

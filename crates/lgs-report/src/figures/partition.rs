@@ -67,7 +67,8 @@ pub(crate) fn figure(
     if !scene.static_gaussians.is_empty() {
         entries.push((Mark::Square, STILL, format!("still: {}", scene.static_gaussians.len())));
     }
-    let caption = "The Lagrangian scene at t = 0 and the objects that it consists of, with their numbers of Gaussians; the same colours are in partition.ply.";
+    let caption = "The Lagrangian scene at t = 0 and the objects that it consists of, with their numbers \
+        of Gaussians; the same colours are in partition.ply.";
     let drawing = Partition { pictures: vec![picture(&cloud, 0), picture(coloured, 1)], height, entries };
     Figure::of("partition", caption, &drawing).map(Some)
 }

@@ -74,7 +74,9 @@ pub(crate) fn figure(
     let size = [columns as f64 * (LEFT + last.frame.size[0] + BAR) + 8.0, y - 26.0];
     let known = panels.iter().any(|p| p.field.arrows.iter().any(|a| a.truth.is_some()));
     let caption = format!(
-        "The learned potential U of each object, from its minimum, on the plane of the object's motion through its centre; arrows: the force −∇U{}. White: paths of particles, thick where observed. Axes in world units, U in squared world units per squared time.",
+        "The learned potential U of each object, from its minimum, on the plane of the object's motion \
+            through its centre; arrows: the force −∇U{}. White: paths of particles, thick where observed. \
+            Axes in world units, U in squared world units per squared time.",
         if known { " (blue) over the true one (black)" } else { "" }
     );
     Figure::of("potential", &caption, &Potential { panels, size }).map(Some)

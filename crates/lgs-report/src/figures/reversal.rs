@@ -83,7 +83,9 @@ pub(crate) fn figure(
         rows,
         aspect: f64::from(camera.height) / f64::from(camera.width),
     };
-    let caption = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, backward to times before the first image. Arrows: velocity v forward, −v backward, the direction of the next step.";
+    let caption = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, \
+        backward to times before the first image. Arrows: velocity v forward, −v backward, the direction \
+        of the next step.";
     Figure::of("time-reversal", caption, &strip).map(Some)
 }
 

@@ -57,8 +57,13 @@ pub(crate) fn suite_figure(cells: &[Cell]) -> Result<Option<Figure>, ReportError
         y: Axis::linear(0.0..cells.len() as f64, 1, ""),
         splits,
     };
-    Figure::of("suite", "PSNR of every run, by split; a line joins the source model with the Lagrangian scene distilled from it.", &drawing)
-        .map(Some)
+    Figure::of(
+        "suite",
+        "PSNR of every run, by split; a line joins the source model with the Lagrangian \
+        scene distilled from it.",
+        &drawing,
+    )
+    .map(Some)
 }
 
 impl Suite {

@@ -74,7 +74,8 @@ pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
         Axis::linear(0.0..from, 0, "training, stage after stage").unnumbered(),
         Axis::linear(y, 6, "PSNR (dB)"),
     ];
-    let caption = "PSNR of the training images drawn at each step, stage after stage; bold: mean over neighbouring steps.";
+    let caption = "PSNR of the training images drawn at each step, stage after stage; bold: mean over \
+        neighbouring steps.";
     Figure::of("training", caption, &Training { stages, axes }).map(Some)
 }
 

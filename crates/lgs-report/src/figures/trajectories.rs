@@ -59,7 +59,8 @@ pub(crate) fn figure(paths: &Paths) -> Result<Option<Figure>, ReportError> {
         Axis::linear(y, (height / 45.0) as usize, &labels[1]),
     ];
     let caption = format!(
-        "Paths of {} particles over t = {} … {}, seen in the plane of the motion; dots: t = 0. Thick: the captured window. Axes in world units. The source model knows nothing outside of it.",
+        "Paths of {} particles over t = {} … {}, seen in the plane of the motion; dots: t = 0. Thick: the \
+            captured window. Axes in world units. The source model knows nothing outside of it.",
         paths.particles.len(),
         number(-paths.window, 2),
         number(3.0 * paths.window, 2)
