@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for noise in [0.0, 0.004] {
             let clock = std::time::Instant::now();
             let seen = window(&truth.points, noise);
-            let found = distill(&seen, None, &DistillConfig::default(), 1, &mut |_| {})?;
+            let found = distill(&seen, &DistillConfig::default(), 1, &mut |_| {})?;
             let seconds = clock.elapsed().as_secs_f64();
             let error = 100.0 * relative_error(&found, &truth.points);
             let forecast = found.report.forecast_error.unwrap_or(f64::NAN);
@@ -47,7 +47,7 @@ fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
         .iter()
         .map(|row| row.iter().map(|p| p.map(|x| x + noise * normal())).collect())
         .collect();
-    Trajectories { times, positions }
+    Trajectories::unweighted(times, positions)
 }
 
 /// Mean position error at the end of the rollout over the mean path.
@@ -74,7 +74,7 @@ fn describe(found: &Distilled) -> String {
     words.push(format!("stiffness {:?}", terms.stiffness));
     words.extend(terms.damping.then(|| "damping".into()));
     words.extend(terms.gyration.then(|| "gyration".into()));
-    words.extend(report.rigid_constraint.then(|| "whole object".into()));
+    words.extend(report.rigid_constraint.then(|| "rigid constraint".into()));
     words.extend(report.networks.then(|| "networks".into()));
     words.join(", ")
 }

@@ -45,7 +45,7 @@ pub enum DistillError {
         /// The field.
         field: &'static str,
         /// The range.
-        expected: &'static str,
+        expected: String,
         /// The value.
         found: String,
     },

@@ -1,19 +1,9 @@
 //! What stage 1 found out about an object.
 
-use crate::law::{Law, Terms};
+use crate::laws::linear::law::Law;
+use crate::laws::linear::terms::Terms;
+use crate::motion::object_motion::PathKind;
 use serde::{Deserialize, Serialize};
-
-/// Where the paths that were fitted come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PathKind {
-    /// One rotation and shift for all particles.
-    Rigid,
-    /// One linear map and shift for all particles.
-    Affine,
-    /// Every particle by itself.
-    Independent,
-}
 
 /// Figures of one object's stage 1. Lengths are world units, root mean squares over particles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,7 +11,7 @@ pub enum PathKind {
 pub struct DistillReport {
     /// Particles.
     pub particles: usize,
-    /// Where the paths come from.
+    /// Origin of the paths.
     pub paths: PathKind,
     /// Standard deviation per coordinate of the noise that is independent from sample to sample.
     pub independent_noise: f64,
@@ -33,9 +23,9 @@ pub struct DistillReport {
     pub degree: usize,
     /// Terms of the linear law, if there is one.
     pub terms: Option<Terms>,
-    /// Its constants.
+    /// Constants of the linear law, if there is one.
     pub law: Option<Law>,
-    /// Whether the object is held rigid as a whole (see [`crate::Distilled::supports`]).
+    /// Whether the object is under the rigid constraint (see [`crate::Distilled::supports`]).
     pub rigid_constraint: bool,
     /// Position error at held-out samples of a fit without them, if it was measured.
     pub forecast_error: Option<f64>,

@@ -1,15 +1,19 @@
 //! Positions of many particles at equally spaced times, checked once where they enter.
 
-use crate::DistillError;
-use crate::dense::{V3, median, wide};
+use crate::error::DistillError;
+use crate::math::{median, wide};
+use glam::DVec3;
 
 /// Positions of `n` particles at `T` times, as a source model gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectories {
-    /// Sample times, ascending with one spacing `dt`.
+    /// `[T]` sample times, ascending with one spacing `dt`, units of the capture's time.
     pub times: Vec<f32>,
     /// `[T][n]` positions, world units.
     pub positions: Vec<Vec<[f32; 3]>>,
+    /// `[n]` weight of each particle in every fit (its opacity, for example); without weights all count
+    /// alike.
+    pub weights: Option<Vec<f32>>,
 }
 
 /// Fewest samples a law of motion can be read from.
@@ -18,6 +22,12 @@ const FEWEST_SAMPLES: usize = 8;
 const SPACING_TOLERANCE: f64 = 0.02;
 
 impl Trajectories {
+    /// Trajectories whose particles count alike.
+    #[must_use]
+    pub fn unweighted(times: Vec<f32>, positions: Vec<Vec<[f32; 3]>>) -> Self {
+        Self { times, positions, weights: None }
+    }
+
     /// Number of particles.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -44,8 +54,11 @@ impl Trajectories {
     /// The particles at `indices`, in that order.
     #[must_use]
     pub fn select(&self, indices: &[usize]) -> Self {
-        let positions = self.positions.iter().map(|row| indices.iter().map(|&i| row[i]).collect()).collect();
-        Self { times: self.times.clone(), positions }
+        Self {
+            times: self.times.clone(),
+            positions: self.positions.iter().map(|row| indices.iter().map(|&i| row[i]).collect()).collect(),
+            weights: self.weights.as_ref().map(|weights| indices.iter().map(|&i| weights[i]).collect()),
+        }
     }
 
     /// Checks lengths, spacing and finiteness.
@@ -53,43 +66,53 @@ impl Trajectories {
     /// # Errors
     /// The first defect found.
     pub fn validate(&self) -> Result<(), DistillError> {
-        let (samples, n, dt) = (self.times.len(), self.len(), f64::from(self.dt()));
+        let samples = self.times.len();
         if samples < FEWEST_SAMPLES {
             return Err(DistillError::TooFewSamples { expected: FEWEST_SAMPLES, found: samples });
         }
-        if self.positions.len() != samples {
-            return Err(DistillError::Length {
-                field: "positions",
-                expected: samples,
-                found: self.positions.len(),
-            });
-        }
-        for (index, pair) in self.times.windows(2).enumerate() {
-            let gap = f64::from(pair[1]) - f64::from(pair[0]);
-            let even = dt > 0.0 && (gap - dt).abs() <= SPACING_TOLERANCE * dt;
-            if !even {
-                return Err(DistillError::UnevenTimes { index: index + 1 });
-            }
+        same_length("positions", samples, self.positions.len())?;
+        if let Some(index) = self.first_uneven_time() {
+            return Err(DistillError::UnevenTimes { index });
         }
         for (sample, row) in self.positions.iter().enumerate() {
-            if row.len() != n {
-                return Err(DistillError::Length {
-                    field: "positions of a sample",
-                    expected: n,
-                    found: row.len(),
-                });
-            }
+            same_length("positions of a sample", self.len(), row.len())?;
             if let Some(particle) = row.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
                 return Err(DistillError::NonFinite { sample, particle });
             }
         }
-        Ok(())
+        match &self.weights {
+            Some(weights) => same_length("weights", self.len(), weights.len()),
+            None => Ok(()),
+        }
+    }
+
+    /// Index of the first sample time that is off the even spacing.
+    fn first_uneven_time(&self) -> Option<usize> {
+        let dt = f64::from(self.dt());
+        let is_even = |pair: &[f32]| {
+            let gap = f64::from(pair[1]) - f64::from(pair[0]);
+            dt > 0.0 && (gap - dt).abs() <= SPACING_TOLERANCE * dt
+        };
+        self.times.windows(2).position(|pair| !is_even(pair)).map(|index| index + 1)
+    }
+
+    /// `[n]` weights in double precision, none negative; all 1 where there are none.
+    pub(crate) fn particle_weights(&self) -> Vec<f64> {
+        match &self.weights {
+            Some(weights) => weights.iter().map(|&w| f64::from(w).max(0.0)).collect(),
+            None => vec![1.0; self.len()],
+        }
     }
 
     /// A position in double precision.
     #[inline]
-    pub(crate) fn at(&self, sample: usize, particle: usize) -> V3 {
+    pub(crate) fn at(&self, sample: usize, particle: usize) -> DVec3 {
         wide(self.positions[sample][particle])
+    }
+
+    /// The path of a particle in double precision, `[T]`.
+    pub(crate) fn path(&self, particle: usize) -> Vec<DVec3> {
+        (0..self.times.len()).map(|sample| self.at(sample, particle)).collect()
     }
 
     /// Sample times in double precision on the exact grid.
@@ -121,11 +144,16 @@ impl Trajectories {
         let mut sum = 0.0;
         for row in &self.positions {
             for (now, start) in row.iter().zip(&self.positions[0]) {
-                sum += crate::dense::norm2(crate::dense::sub(wide(*now), wide(*start)));
+                sum += wide(*now).distance_squared(wide(*start));
             }
         }
         (sum / (self.len().max(1) * self.times.len()) as f64).sqrt()
     }
+}
+
+/// Checks the length of an array.
+pub(crate) fn same_length(field: &'static str, expected: usize, found: usize) -> Result<(), DistillError> {
+    if found == expected { Ok(()) } else { Err(DistillError::Length { field, expected, found }) }
 }
 
 #[cfg(test)]
@@ -135,7 +163,7 @@ mod tests {
     fn line(samples: usize) -> Trajectories {
         let times: Vec<f32> = (0..samples).map(|i| 0.01 * i as f32).collect();
         let positions = times.iter().map(|&t| vec![[t, 0.0, 0.0], [0.0, t, 1.0]]).collect();
-        Trajectories { times, positions }
+        Trajectories::unweighted(times, positions)
     }
 
     #[test]

@@ -5,7 +5,7 @@
 use lgs_data::synth;
 use lgs_distill::{DistillConfig, Distilled, Trajectories, distill};
 use lgs_dynamics::{RolloutSpec, State, VelocityPolicy, rollout};
-use rand::RngExt;
+use rand_distr::{Distribution, Normal};
 
 const WINDOW: usize = 76;
 const STEPS: usize = 225;
@@ -25,19 +25,17 @@ fn window(points: &[Vec<[f32; 3]>], error: impl FnMut(usize, usize, usize) -> f3
             }
         }
     }
-    Trajectories { times: (0..WINDOW).map(|i| 0.01 * i as f32).collect(), positions }
+    Trajectories::unweighted((0..WINDOW).map(|i| 0.01 * i as f32).collect(), positions)
 }
 
 fn normal(deviation: f32) -> impl FnMut(usize, usize, usize) -> f32 {
     let mut rng = lgs_core::stream(11, "noise", 0);
-    move |_, _, _| {
-        let (u, v): (f32, f32) = (rng.random_range(1e-7..1.0), rng.random_range(0.0..1.0));
-        deviation * (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
-    }
+    let normal = Normal::new(0.0, deviation).unwrap();
+    move |_, _, _| normal.sample(&mut rng)
 }
 
 fn run(seen: &Trajectories) -> Distilled {
-    distill(seen, None, &DistillConfig::default(), 3, &mut |_| {}).unwrap()
+    distill(seen, &DistillConfig::default(), 3, &mut |_| {}).unwrap()
 }
 
 fn error_at_end(found: &Distilled, truth: &[Vec<[f32; 3]>]) -> f64 {
@@ -87,9 +85,9 @@ fn what_was_seen_to_be_rigid_keeps_its_shape_and_its_law() {
         let (first, last) = (apart(&states[0], i), apart(&states[STEPS], i));
         assert!((last - first).abs() < 1e-3 * first + 1e-4, "{first} {last}");
     }
-    // The law is that of its particles, of which a body held rigid would need none to turn.
+    // The law is that of its particles; a body under the rigid constraint would need none to turn.
     let law = found.report.law.unwrap();
-    let trace: f64 = (0..3).map(|i| law.stiffness[i][i]).sum();
+    let trace = law.stiffness.x_axis.x + law.stiffness.y_axis.y + law.stiffness.z_axis.z;
     let spin = (-0.5 * trace).sqrt();
     assert!((spin - 2.4).abs() < 0.01 * 2.4, "{spin}");
 }
@@ -125,7 +123,7 @@ fn the_result_depends_on_the_input_alone() {
 fn particles_in_another_order_move_as_before() {
     let truth = truth("fan");
     let found = run(&window(&truth, |_, _, _| 0.0));
-    assert!(found.anchors.is_some(), "a body held by anchors");
+    assert!(found.shared_support.is_some(), "a body under the rigid constraint");
     let order = lgs_core::spatial_order(&found.q0);
     let in_order: Vec<Vec<[f32; 3]>> =
         truth.iter().map(|points| order.iter().map(|&i| points[i as usize]).collect()).collect();
@@ -141,7 +139,7 @@ fn networks_alone_learn_a_fall() {
     let mut config = DistillConfig { hidden: 32, ..DistillConfig::paper() };
     config.matching.steps = 300;
     config.rollout.steps = 20;
-    let found = distill(&window(&truth, |_, _, _| 0.0), None, &config, 3, &mut |_| {}).unwrap();
+    let found = distill(&window(&truth, |_, _, _| 0.0), &config, 3, &mut |_| {}).unwrap();
     assert!(found.report.networks && found.report.window_error < 0.01, "{:?}", found.report);
 }
 

@@ -2,14 +2,14 @@
 
 use lgs_data::synth;
 use lgs_distill::{
-    DistillConfig, Partition, PartitionConfig, PartitionMethod, SceneConfig, Trajectories, distill_objects,
-    distill_scene, partition,
+    DistillConfig, Partition, PartitionConfig, PartitionMethod, SceneDistillation, Trajectories,
+    distill_objects, find_objects, partition,
 };
-use rand::RngExt;
+use rand_distr::{Distribution, Normal};
 
 fn sampled(points: impl Fn(f32) -> Vec<[f32; 3]>) -> Trajectories {
     let times: Vec<f32> = (0..76).map(|i| 0.01 * i as f32).collect();
-    Trajectories { positions: times.iter().map(|&t| points(t)).collect(), times }
+    Trajectories::unweighted(times.clone(), times.iter().map(|&t| points(t)).collect())
 }
 
 fn lattice(center: [f32; 3], n: usize, spacing: f32) -> Vec<[f32; 3]> {
@@ -21,14 +21,13 @@ fn lattice(center: [f32; 3], n: usize, spacing: f32) -> Vec<[f32; 3]> {
 
 fn noisy(mut trajectories: Trajectories, deviation: f32) -> Trajectories {
     let mut rng = lgs_core::stream(5, "noise", 0);
-    for x in trajectories.positions.iter_mut().flatten().flatten() {
-        *x += deviation * (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f32>();
-    }
+    let normal = Normal::new(0.0, deviation).expect("a standard deviation");
+    trajectories.positions.iter_mut().flatten().flatten().for_each(|x| *x += normal.sample(&mut rng));
     trajectories
 }
 
 /// A wall, a block that slides along it, a block that touches the first one and moves the other way, and a
-/// few strays.
+/// few outliers.
 fn touching() -> Trajectories {
     sampled(|t| {
         let mut all = lattice([0.0, 0.0, -1.0], 6, 0.1);
@@ -41,8 +40,15 @@ fn touching() -> Trajectories {
     })
 }
 
+/// Objects and their systems, with default settings.
+fn distilled_scene(trajectories: &Trajectories) -> SceneDistillation {
+    let partition = find_objects(trajectories, &PartitionConfig::default()).expect("objects");
+    let config = DistillConfig::default();
+    distill_objects(trajectories, partition, &config, 1, &mut |_, _, _| {}).expect("systems")
+}
+
 #[test]
-fn touching_bodies_part_and_strays_join_the_nearest() {
+fn touching_bodies_part_and_outliers_join_the_nearest() {
     for deviation in [0.0, 0.001] {
         let found = partition(&noisy(touching(), deviation), &PartitionConfig::default()).unwrap();
         assert_eq!(found.objects, 2, "noise {deviation}");
@@ -55,10 +61,10 @@ fn touching_bodies_part_and_strays_join_the_nearest() {
 }
 
 #[test]
-fn the_room_has_three_movers() {
+fn the_room_has_moving_objects() {
     let times: Vec<f64> = (0..76).map(|i| 0.01 * f64::from(i)).collect();
     let truth = synth::ground_truth("room", &times, 600, 0).unwrap();
-    let trajectories = Trajectories { times: truth.times.clone(), positions: truth.points.clone() };
+    let trajectories = Trajectories::unweighted(truth.times.clone(), truth.points.clone());
     let found = partition(&noisy(trajectories, 0.001), &PartitionConfig::default()).unwrap();
     // The hub of the turntable hardly moves, so that some of its points count as static.
     let moving =
@@ -70,21 +76,20 @@ fn the_room_has_three_movers() {
     for object in 0..found.objects {
         let mut names: Vec<i32> = found.members(object).iter().map(|&i| truth.object[i]).collect();
         names.dedup();
-        assert_eq!(names.len(), 1, "object {object} mixes dynamic_gaussians");
+        assert_eq!(names.len(), 1, "object {object} mixes bodies");
     }
 }
 
 #[test]
 fn a_scene_without_motion_has_no_objects() {
     let still = sampled(|_| lattice([0.0; 3], 5, 0.1));
-    let found =
-        distill_scene(&noisy(still, 0.001), None, &SceneConfig::default(), 1, &mut |_, _, _| {}).unwrap();
+    let found = distilled_scene(&noisy(still, 0.001));
     assert_eq!((found.partition.objects, found.objects.len()), (0, 0));
 }
 
 #[test]
 fn every_object_of_a_scene_gets_its_own_system() {
-    let found = distill_scene(&touching(), None, &SceneConfig::default(), 1, &mut |_, _, _| {}).unwrap();
+    let found = distilled_scene(&touching());
     assert_eq!(found.objects.len(), 2);
     for (members, distilled) in &found.objects {
         assert_eq!(members.len(), distilled.q0.len());
@@ -94,10 +99,12 @@ fn every_object_of_a_scene_gets_its_own_system() {
 
 #[test]
 fn configurations_read_back_and_reject_unknown_fields() {
-    let text = serde_json::to_string(&SceneConfig::default()).unwrap();
-    assert_eq!(serde_json::from_str::<SceneConfig>(&text).unwrap(), SceneConfig::default());
-    assert!(serde_json::from_str::<SceneConfig>(r#"{"object": {"hiden": 3}}"#).is_err());
-    assert!(serde_json::from_str::<SceneConfig>(r#"{"object": {"hidden": 48}}"#).is_ok());
+    let text = serde_json::to_string(&DistillConfig::default()).unwrap();
+    assert_eq!(serde_json::from_str::<DistillConfig>(&text).unwrap(), DistillConfig::default());
+    let text = serde_json::to_string(&PartitionConfig::default()).unwrap();
+    assert_eq!(serde_json::from_str::<PartitionConfig>(&text).unwrap(), PartitionConfig::default());
+    assert!(serde_json::from_str::<DistillConfig>(r#"{"hiden": 3}"#).is_err());
+    assert!(serde_json::from_str::<DistillConfig>(r#"{"hidden": 48}"#).is_ok());
 }
 
 #[test]
@@ -129,8 +136,8 @@ fn what_no_system_follows_is_no_object() {
     let object = (0..343 + 125).map(|i| i32::from(i >= 300)).collect();
     let mut config = DistillConfig::default();
     (config.matching.steps, config.rollout.steps) = (60, 6);
-    let found = distill_objects(&seen, None, Partition { object, objects: 2 }, &config, 1, &mut |_, _, _| {})
-        .unwrap();
+    let found =
+        distill_objects(&seen, Partition { object, objects: 2 }, &config, 1, &mut |_, _, _| {}).unwrap();
     assert_eq!((found.partition.objects, found.objects.len()), (1, 1));
     assert!(found.partition.object[..343].iter().all(|&o| o == 0), "what slides joins the block");
     assert!(found.partition.object[343..].iter().all(|&o| o == -1), "what trembles rests");
@@ -154,7 +161,7 @@ fn a_part_that_a_source_follows_badly_belongs_to_its_body() {
         let mut config = DistillConfig { remainder_threshold: 10.0, ..DistillConfig::default() };
         (config.matching.steps, config.rollout.steps) = (60, 6);
         let partition = Partition { object, objects: 2 };
-        distill_objects(&seen, None, partition, &config, 1, &mut |_, _, _| {}).unwrap().partition.objects
+        distill_objects(&seen, partition, &config, 1, &mut |_, _, _| {}).unwrap().partition.objects
     };
     assert_eq!(found(0.4), 1);
     assert_eq!(found(0.05), 2);

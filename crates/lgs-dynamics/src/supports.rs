@@ -84,6 +84,17 @@ impl Supports {
         Ok(Self::with_owners(indices, k))
     }
 
+    /// The same support of `members` for all `particles`, which makes Eq. 6 a rigid motion of the whole object.
+    ///
+    /// # Panics
+    /// If there is no member, or one is no particle (a bug).
+    #[must_use]
+    pub fn shared(members: &[u32], particles: usize) -> Self {
+        let are_particles = members.iter().all(|&member| (member as usize) < particles);
+        assert!(!members.is_empty() && are_particles, "a shared support of {particles}: {members:?}");
+        Self::with_owners(members.repeat(particles), members.len())
+    }
+
     fn with_owners(indices: Vec<u32>, k: usize) -> Self {
         let (owners, owners_start) = transpose(&indices, k);
         let particles = owners_start.len() - 1;

@@ -65,14 +65,13 @@ pub fn initialise_scene(
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();
     let cloud = source.cloud_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
-    let trajectories = Trajectories { times, positions };
+    let trajectories = Trajectories { times, positions, weights: Some(weights) };
     let forecast_tolerance = request.distill.forecast_tolerance + RESOLVED * request.pixel_size;
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
     let object = DistillConfig { forecast_tolerance, rigid_constraint, ..request.distill.clone() };
-    let found = find_objects(&trajectories, Some(&weights), request.partition)?;
+    let found = find_objects(&trajectories, request.partition)?;
     let partition = found.with_only(&seen_to_move(source, &found, request));
-    let distilled =
-        distill_objects(&trajectories, Some(&weights), partition, &object, request.seed, progress)?;
+    let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
 }
 
@@ -121,7 +120,7 @@ fn assemble(
 /// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a
 /// whole, else what the options say.
 fn alignment(object: &Distilled, options: &MotionOptions) -> (Option<Supports>, VelocityPolicy) {
-    if object.anchors.is_some() {
+    if object.shared_support.is_some() {
         return (Some(object.supports(0)), VelocityPolicy::Rigid);
     }
     let aligned = options.alignment && options.alignment_neighbors > 0 && object.q0.len() > 1;

@@ -1,7 +1,6 @@
 //! Subsets of an object's particles that move as the object does.
 
 use lgs_core::Stream;
-use lgs_distill::anchored_supports;
 use lgs_dynamics::Supports;
 use rand::seq::index::sample;
 
@@ -23,7 +22,7 @@ pub(super) fn choose(particles: usize, common: Option<&[u32]>, subset: usize, rn
 pub(super) fn supports_of(chosen: &[u32], supports: &Supports, q: &[[f32; 3]]) -> Supports {
     let place = |member: &u32| chosen.binary_search(member).ok().map(|at| at as u32);
     match supports.common() {
-        Some(common) => anchored_supports(&common.iter().filter_map(place).collect::<Vec<_>>(), chosen.len()),
+        Some(common) => Supports::shared(&common.iter().filter_map(place).collect::<Vec<_>>(), chosen.len()),
         None => Supports::nearest(q, supports.k()),
     }
 }

@@ -1,0 +1,194 @@
+//! Settings of stage 1.
+
+mod networks;
+mod partition;
+
+pub use networks::{MatchingConfig, RolloutConfig};
+pub use partition::{PartitionConfig, PartitionMethod};
+
+use crate::error::DistillError;
+use lgs_dynamics::{ForceKind, PotentialKind};
+use serde::{Deserialize, Serialize};
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+/// Highest degree of a smoothing polynomial: beyond it the normal equations of the Chebyshev basis on a few
+/// dozen samples are no longer well conditioned.
+const HIGHEST_DEGREE: usize = 14;
+
+/// Which motion the particles of an object are taken to share when noise is removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SharedMotionKind {
+    /// By measurement: rigid, else affine, else none.
+    #[default]
+    Auto,
+    /// One rotation and shift per sample.
+    Rigid,
+    /// One linear map and shift per sample.
+    Affine,
+    /// Every particle is smoothed by itself.
+    None,
+}
+
+/// Stage 1 for one object. The default is the `quick` preset; [`Self::paper`] is the paper's system.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DistillConfig {
+    /// Form of U.
+    pub potential: PotentialKind,
+    /// Form of Q.
+    pub force: ForceKind,
+    /// Hidden units.
+    pub hidden: usize,
+    /// Hidden layers.
+    pub hidden_layers: usize,
+    /// Motion that particles share.
+    pub shared_motion: SharedMotionKind,
+    /// A shared motion is taken if its residual is below 1.5 times the independent noise plus this part of
+    /// the displacement.
+    pub shared_residual: f32,
+    /// Lowest degree of the polynomials that smooth a motion over time.
+    pub lowest_degree: usize,
+    /// Highest degree.
+    pub highest_degree: usize,
+    /// Part of the window that forecasts are judged on.
+    pub held_out: f32,
+    /// A simpler law is taken if its forecast error is at most this many times the best one's …
+    pub forecast_slack: f32,
+    /// The same for laws without a force: what a potential explains belongs to the potential, so only a
+    /// clearly better forecast brings in a force.
+    pub conservative_slack: f32,
+    /// … plus this part of the root mean square displacement.
+    pub forecast_floor: f32,
+    /// … plus, for laws without a force, this, world units: what the source of the trajectories cannot
+    /// resolve. Training from images adds a tenth of a pixel.
+    pub forecast_tolerance: f32,
+    /// Particles of the shared support by which Eq. 6 keeps a whole object rigid, at least 4; a support of
+    /// that many costs no more than one of nearest neighbours.
+    pub shared_support_size: usize,
+    /// Whether objects may be under the rigid constraint (Eq. 6 with one support that all particles share):
+    /// those whose law needs it, and those that follow their law as well with it. Without it every particle
+    /// moves by itself.
+    pub rigid_constraint: bool,
+    /// Networks are fitted to what the linear law leaves only if its forecast error is above this part of the
+    /// displacement.
+    pub remainder_threshold: f32,
+    /// Networks' acceleration matching.
+    pub matching: MatchingConfig,
+    /// Rollout distillation.
+    pub rollout: RolloutConfig,
+}
+
+impl Default for DistillConfig {
+    fn default() -> Self {
+        Self {
+            potential: PotentialKind::QuadraticMlp,
+            force: ForceKind::Structured,
+            hidden: 32,
+            hidden_layers: 3,
+            shared_motion: SharedMotionKind::Auto,
+            shared_residual: 0.08,
+            lowest_degree: 2,
+            highest_degree: 10,
+            held_out: 0.2,
+            forecast_slack: 1.25,
+            conservative_slack: 2.0,
+            forecast_floor: 1e-3,
+            forecast_tolerance: 0.0,
+            shared_support_size: 20,
+            rigid_constraint: true,
+            remainder_threshold: 0.04,
+            matching: MatchingConfig::default(),
+            rollout: RolloutConfig::default(),
+        }
+    }
+}
+
+impl DistillConfig {
+    /// The paper's networks (three hidden layers of 128, free-form U and Q), trained long.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            potential: PotentialKind::Mlp,
+            force: ForceKind::Mlp,
+            hidden: 128,
+            matching: MatchingConfig {
+                steps: 3000,
+                batch: 512,
+                learning_rate: 2e-3,
+                force_penalty: 1e-3,
+                particles: 4096,
+            },
+            rollout: RolloutConfig {
+                steps: 400,
+                particles: 512,
+                learning_rate: 1e-4,
+                first_horizon: 10,
+                ..RolloutConfig::default()
+            },
+            ..Self::default()
+        }
+    }
+
+    /// Range of smoothing degrees.
+    pub(crate) fn degrees(&self) -> RangeInclusive<usize> {
+        self.lowest_degree..=self.highest_degree
+    }
+
+    /// Number of a window's samples that forecasts are judged on, at least one and at most half of them.
+    pub(crate) fn held_out_samples(&self, samples: usize) -> usize {
+        ((samples as f32 * self.held_out) as usize).clamp(1, samples / 2)
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first value out of range, by name.
+    pub fn validate(&self) -> Result<(), DistillError> {
+        let counts = [
+            ("hidden", self.hidden, 1),
+            ("hidden_layers", self.hidden_layers, 1),
+            ("lowest_degree", self.lowest_degree, 2),
+            ("highest_degree", self.highest_degree, self.lowest_degree),
+            ("shared_support_size", self.shared_support_size, 4),
+            ("matching.batch", self.matching.batch, 1),
+            ("matching.particles", self.matching.particles, 1),
+            ("rollout.particles", self.rollout.particles, 1),
+        ];
+        for (field, count, least) in counts {
+            at_least(field, count, least)?;
+        }
+        within("highest_degree", self.highest_degree, 0..=HIGHEST_DEGREE)?;
+        within("held_out", self.held_out, f32::MIN_POSITIVE..=0.5)?;
+        at_least("forecast_slack", self.forecast_slack, 1.0)?;
+        at_least("conservative_slack", self.conservative_slack, 1.0)?;
+        at_least("forecast_floor", self.forecast_floor, 0.0)?;
+        at_least("forecast_tolerance", self.forecast_tolerance, 0.0)?;
+        at_least("shared_residual", self.shared_residual, 0.0)
+    }
+}
+
+/// Checks a value against its lower bound.
+fn at_least<T: PartialOrd + Display + Copy>(
+    field: &'static str,
+    found: T,
+    least: T,
+) -> Result<(), DistillError> {
+    let expected = format!("at least {least}");
+    if found >= least { Ok(()) } else { Err(out_of_range(field, expected, &found)) }
+}
+
+/// Checks a value against both of its bounds.
+fn within<T: PartialOrd + Display + Copy>(
+    field: &'static str,
+    found: T,
+    range: RangeInclusive<T>,
+) -> Result<(), DistillError> {
+    let expected = format!("between {} and {}", range.start(), range.end());
+    if range.contains(&found) { Ok(()) } else { Err(out_of_range(field, expected, &found)) }
+}
+
+fn out_of_range(field: &'static str, expected: String, found: &dyn Display) -> DistillError {
+    DistillError::Config { field, expected, found: found.to_string() }
+}

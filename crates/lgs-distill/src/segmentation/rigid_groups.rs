@@ -1,0 +1,137 @@
+//! Groups of particles that share a rigid motion.
+
+use super::partition::largest_first;
+use crate::math::median;
+use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::procrustes::fit_shared_motion;
+use crate::trajectories::Trajectories;
+use glam::DVec3;
+
+/// Members that a group's motion is fitted to.
+const SAMPLED: usize = 400;
+/// Groups are merged if a motion of both leaves of each at most this many times its own residual …
+const MERGED_RESIDUAL: f64 = 2.0;
+/// … plus this part of its displacement.
+const MERGED_DISPLACEMENT: f64 = 0.02;
+/// A group is no object if its own motion leaves more than this part of its displacement …
+const UNEXPLAINED_FRACTION: f64 = 0.12;
+/// … and it is less than one in this many of all that move: outliers, not a soft body.
+const OUTLIER_SHARE: usize = 20;
+
+/// The motion, of several, that explains a particle's path best, and its residual as a part of the residual
+/// at rest; none if rest is better.
+pub(crate) fn nearest_motion(
+    trajectories: &Trajectories,
+    particle: usize,
+    motions: &[Vec<Pose>],
+) -> Option<(usize, f64)> {
+    let rest = residual(trajectories, particle, None);
+    let residuals = motions.iter().map(|poses| residual(trajectories, particle, Some(poses)));
+    let (object, best) = residuals.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (best < rest).then(|| (object, best / rest))
+}
+
+/// Median over the members of the residual that the nearest motion leaves, as a part of the residual at rest;
+/// 1 where rest is nearer than any motion.
+pub(crate) fn median_fraction_left(
+    trajectories: &Trajectories,
+    members: &[usize],
+    motions: &[Vec<Pose>],
+) -> f64 {
+    median_over(members, |i| nearest_motion(trajectories, i, motions).map_or(1.0, |(_, part)| part))
+        .unwrap_or(1.0)
+}
+
+/// The rigid motion of most of a group's members, one pose per sample.
+pub(crate) fn motion_of(trajectories: &Trajectories, members: &[usize]) -> Vec<Pose> {
+    let sampled: Vec<usize> = sampled(members, SAMPLED).collect();
+    fit_shared_motion(&trajectories.select(&sampled), PoseKind::Rigid).poses
+}
+
+/// Motions of the groups, without outliers, and one for groups that move as one body.
+///
+/// Groups are one body if a motion fitted to both explains each about as well as its own. The motion of one
+/// alone would not do: it is only as good as the group is wide, and says little about parts farther away.
+pub(crate) fn distinct_motions(trajectories: &Trajectories, mut groups: Vec<Vec<usize>>) -> Vec<Vec<Pose>> {
+    largest_first(&mut groups);
+    let all: usize = groups.iter().map(Vec::len).sum();
+    let mut kept: Vec<RigidGroup> = Vec::new();
+    for members in groups {
+        let group = RigidGroup { poses: motion_of(trajectories, &members), members };
+        let (own, rest) = group.residuals(trajectories);
+        if own > UNEXPLAINED_FRACTION * rest && group.members.len() * OUTLIER_SHARE < all {
+            continue;
+        }
+        let merged = kept
+            .iter()
+            .enumerate()
+            .find_map(|(i, other)| other.merged(&group, trajectories).map(|both| (i, both)));
+        match merged {
+            Some((i, both)) => kept[i] = both,
+            None => kept.push(group),
+        }
+    }
+    kept.into_iter().map(|group| group.poses).collect()
+}
+
+/// A group of particles and the rigid motion fitted to it.
+struct RigidGroup {
+    members: Vec<usize>,
+    poses: Vec<Pose>,
+}
+
+impl RigidGroup {
+    /// Median residuals of the members, with the group's motion and at rest.
+    fn residuals(&self, trajectories: &Trajectories) -> (f64, f64) {
+        (
+            median_residual(trajectories, &self.members, Some(&self.poses)),
+            median_residual(trajectories, &self.members, None),
+        )
+    }
+
+    /// Two groups as one, if one motion explains both.
+    fn merged(&self, other: &Self, trajectories: &Trajectories) -> Option<Self> {
+        // Equally many of each decide, so that the larger group does not outvote the smaller one.
+        let both = sampled(&self.members, SAMPLED / 2).chain(sampled(&other.members, SAMPLED / 2));
+        let poses = motion_of(trajectories, &both.collect::<Vec<_>>());
+        let is_explained = |group: &Self| {
+            let (own, rest) = group.residuals(trajectories);
+            let joint = median_residual(trajectories, &group.members, Some(&poses));
+            joint <= MERGED_RESIDUAL * own + MERGED_DISPLACEMENT * rest
+        };
+        if !is_explained(self) || !is_explained(other) {
+            return None;
+        }
+        let members = [self.members.as_slice(), &other.members].concat();
+        Some(Self { members, poses })
+    }
+}
+
+/// Up to about `count` members, evenly spread over the list.
+fn sampled(members: &[usize], count: usize) -> impl Iterator<Item = usize> {
+    members.iter().copied().step_by(members.len().div_ceil(count).max(1))
+}
+
+/// Median residual over a group's members.
+fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
+    median_over(members, |i| residual(trajectories, i, poses)).unwrap_or(0.0)
+}
+
+/// Median of a figure over a sample of a group's members; none for an empty group.
+fn median_over(members: &[usize], figure: impl Fn(usize) -> f64) -> Option<f64> {
+    (!members.is_empty()).then(|| median(sampled(members, SAMPLED).map(figure).collect()))
+}
+
+/// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its
+/// mean.
+fn residual(trajectories: &Trajectories, particle: usize, poses: Option<&[Pose]>) -> f64 {
+    let samples = trajectories.times.len();
+    let part = 1.0 / samples as f64;
+    // Rotations keep distances, so residuals can be taken in the body's axes.
+    let place = |s: usize| {
+        let x = trajectories.at(s, particle);
+        poses.map_or(x, |poses| poses[s].linear.transpose() * (x - poses[s].shift))
+    };
+    let mean: DVec3 = part * (0..samples).map(place).sum::<DVec3>();
+    ((0..samples).map(|s| place(s).distance_squared(mean)).sum::<f64>() * part).sqrt()
+}
