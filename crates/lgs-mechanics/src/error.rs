@@ -43,16 +43,6 @@ pub enum MechanicsError {
         /// Description of the allowed range.
         allowed: String,
     },
-    /// Events are not sorted by time.
-    #[error("event {index} at time {time} comes after one at time {before}")]
-    EventOrder {
-        /// Place in the list, from 0.
-        index: usize,
-        /// Its time.
-        time: f64,
-        /// Time of the event before it in the list.
-        before: f64,
-    },
     /// The equations of a step have no solution near the state before it, or the state left the numbers.
     #[error("the motion is not determined beyond time {time}")]
     Undetermined {

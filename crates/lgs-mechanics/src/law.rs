@@ -2,11 +2,14 @@
 
 use crate::coordinates::{Coordinates, State};
 use crate::error::MechanicsError;
+use crate::law_file::LawFile;
 use crate::terms::{self, Parameter, Role, Space, Term};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A law of motion. Its parameters are those of the coordinates' kinetic energy, then those of each term.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "LawFile", into = "LawFile")]
 pub struct Law {
     /// Coordinates of the object.
     pub coordinates: Coordinates,
@@ -21,8 +24,8 @@ pub struct Law {
 }
 
 impl Law {
-    /// A law without deviations; an error if a term cannot act where it is placed, or the number of parameters
-    /// or the step is wrong.
+    /// A law without deviations; an error if a term cannot act where it is placed, or the number of
+    /// parameters or the step is wrong.
     pub fn new(
         coordinates: Coordinates,
         terms: Vec<Term>,

@@ -34,7 +34,9 @@ pub mod coordinates;
 mod error;
 mod integrate;
 mod law;
+mod law_file;
 pub mod rotation;
+mod step;
 mod system;
 pub mod terms;
 

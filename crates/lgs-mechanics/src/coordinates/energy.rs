@@ -23,7 +23,7 @@ impl Coordinates {
         }
     }
 
-    /// Positions at which the energy of a term at a port counts, each with its weight (the mass of the point).
+    /// Positions at which the energy of a term at a port counts, each with its weight (the point's mass).
     pub(crate) fn positions(&self, p: &[f64], port: Port, state: &State) -> Vec<(f64, Vec<f64>)> {
         if let (Self::Ball(ball), Port::Arm) = (self, port) {
             let arm = quaternion(&state.x) * DVec3::from_array(ball.arm);

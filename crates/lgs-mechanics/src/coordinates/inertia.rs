@@ -24,8 +24,7 @@ pub struct Inertia {
     pub form: InertiaForm,
     /// Quaternion (w, x, y, z) that takes principal axes to the axes of the shape.
     pub frame: [f64; 4],
-    /// Moments about the principal axes per mass, length², in descending or ascending order: the second one is
-    /// the middle one.
+    /// Moments about the principal axes per mass, length², sorted either way: the second is the middle one.
     pub moments: [f64; 3],
 }
 

@@ -21,8 +21,8 @@ pub struct Slider {
     pub direction: [f64; 3],
 }
 
-/// A round body that rolls by `s` along a line: its centre moves by `s direction`, and it turns by `s / radius`
-/// about the axis.
+/// A round body that rolls by `s` along a line: its centre moves by `s direction`, and it turns by
+/// `s / radius` about the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {

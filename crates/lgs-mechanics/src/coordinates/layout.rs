@@ -147,7 +147,7 @@ impl Coordinates {
         change
     }
 
-    /// Checks that a state has the sizes of these coordinates, is finite, and has a quaternion of unit length.
+    /// Checks that a state has the sizes of these coordinates, is finite, and its quaternion has length 1.
     pub fn check_state(&self, state: &State) -> Result<(), MechanicsError> {
         for (what, list, expected) in [("x", &state.x, self.len()), ("v", &state.v, self.freedoms())] {
             if list.len() != expected {
@@ -174,4 +174,43 @@ const UNIT_TOLERANCE: f64 = 1e-5;
 /// The quaternion at the beginning of a configuration.
 pub(crate) fn quaternion(x: &[f64]) -> DQuat {
     DQuat::from_xyzw(x[1], x[2], x[3], x[0])
+}
+
+impl Coordinates {
+    /// Checks that axes and quaternions have unit length, moments and radii are positive, and all is finite.
+    pub fn check(&self) -> Result<(), MechanicsError> {
+        let unit = |what: &str, vector: &[f64]| {
+            let length = vector.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let inside = (length - 1.0).abs() <= UNIT_TOLERANCE;
+            if inside { Ok(()) } else { Err(bounds(format!("length of the {what}"), length, "1")) }
+        };
+        let positive = |what: &str, value: f64| {
+            let inside = value > 0.0 && value.is_finite();
+            if inside { Ok(()) } else { Err(bounds(what.to_owned(), value, "a positive number")) }
+        };
+        match self {
+            Self::Hinge(hinge) => unit("axis", &hinge.axis)?,
+            Self::Tree(tree) => unit("axis", &tree.axis)?,
+            Self::Slider(slider) => unit("direction", &slider.direction)?,
+            Self::Rolling(rolling) => {
+                unit("axis", &rolling.axis)?;
+                unit("direction", &rolling.direction)?;
+                positive("radius", rolling.radius)?;
+            }
+            Self::Modal(modal) if modal.amplitudes() == 0 => {
+                let what = "modes".to_owned();
+                return Err(MechanicsError::Size { what, expected: 1, found: 0 });
+            }
+            Self::Point | Self::Pair | Self::Rigid(_) | Self::Ball(_) | Self::Modal(_) => {}
+        }
+        if let Some(inertia) = self.inertia() {
+            unit("frame", &inertia.frame)?;
+            inertia.moments.iter().try_for_each(|&moment| positive("moment of inertia", moment))?;
+        }
+        Ok(())
+    }
+}
+
+fn bounds(what: String, value: f64, allowed: &str) -> MechanicsError {
+    MechanicsError::OutOfBounds { what, value, allowed: allowed.to_owned() }
 }

@@ -2,18 +2,22 @@
 //!
 //! | coordinates | `x` | `v` | kinetic energy per mass |
 //! |---|---|---|---|
-//! | [`Coordinates::Point`] | centre, 3 | its velocity | `½ |v|²` |
-//! | [`Coordinates::Rigid`] | quaternion (w, x, y, z) of the principal axes, centre: 7 | angular velocity in body axes, velocity of the centre: 6 | `½ |ċ|² + ½ ω · I ω` |
-//! | [`Coordinates::Hinge`], [`Coordinates::Slider`], [`Coordinates::Rolling`] | angle or offset, 1 | its rate | `½ v²` |
-//! | [`Coordinates::Ball`] | quaternion, 4 | angular velocity in body axes, 3 | `½ ω · I ω`, about the pivot |
-//! | [`Coordinates::Modal`] | amplitudes | their rates | `½ |v|²` |
-//! | [`Coordinates::Tree`] | two absolute angles | their rates | `½ v · M(x) v` |
-//! | [`Coordinates::Pair`] | two centres, 6 | their velocities | `½ |v₁|² + ½ μ |v₂|²` |
+//! | `Point` | centre, 3 | its velocity | `½ |v|²` |
+//! | `Rigid` | quaternion and centre, 7 | angular and linear velocity, 6 | `½ |ċ|² + ½ ω · I ω` |
+//! | `Hinge`, `Slider`, `Rolling` | angle or offset, 1 | its rate | `½ v²` |
+//! | `Ball` | quaternion, 4 | angular velocity, 3 | `½ ω · I ω`, about the pivot |
+//! | `Modal` | amplitudes | their rates | `½ |v|²` |
+//! | `Tree` | two absolute angles | their rates | `½ v · M(x) v` |
+//! | `Pair` | two centres, 6 | their velocities | `½ |v₁|² + ½ μ |v₂|²` |
+//!
+//! Quaternions (w, x, y, z) turn the principal axes of the inertia to the world's; angular velocities are in
+//! principal axes, everything else in the world's.
 //!
 //! Changes of `x` are tangent vectors of as many components as `v`: [`Coordinates::retract`] applies one,
 //! [`Coordinates::difference`] finds it. For a rotation `R` it is the rotation vector `δ` in body axes,
 //! `R exp(δ)`.
 
+mod embedding;
 mod energy;
 mod inertia;
 mod joint;
@@ -22,6 +26,7 @@ mod modal;
 mod port;
 mod tree;
 
+pub use embedding::{Embedding, Placement, PlacementRate};
 pub use inertia::{Inertia, InertiaForm};
 pub use joint::{Ball, Hinge, Rolling, Slider};
 pub(crate) use layout::quaternion;

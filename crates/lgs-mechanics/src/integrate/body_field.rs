@@ -1,10 +1,10 @@
 //! Torques and forces on a rigid body, and its motion without any.
 //!
-//! Torques are in body axes. A drift splits the kinetic energy `½ π · I⁻¹ π` of the angular momentum `π = I ω`
-//! into `½ |π|²/I₂`, whose motion `R exp(h π/I₂)` is exact, and two rotations about principal axes, by
-//! `h π₁ (1/I₁ − 1/I₂)` and `h π₃ (1/I₃ − 1/I₂)`, in the order half, whole, half. The angular momentum in
-//! world axes is kept to rounding, a body with two or three equal moments moves exactly, and the drift by `−h`
-//! is the inverse.
+//! Torques are in body axes. A drift splits the kinetic energy `½ π · I⁻¹ π` of the angular momentum
+//! `π = I ω` into `½ |π|²/I₂`, whose motion `R exp(h π/I₂)` is exact, and two rotations about principal
+//! axes, by `h π₁ (1/I₁ − 1/I₂)` and `h π₃ (1/I₃ − 1/I₂)`, in the order half, whole, half. The angular
+//! momentum in world axes is kept to rounding, a body with two or three equal moments moves exactly, and the
+//! drift by `−h` is the inverse.
 
 use super::Tangent;
 use super::field::{Applied, Linearised, applied_terms};

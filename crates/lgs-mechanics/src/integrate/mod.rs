@@ -3,8 +3,8 @@
 //! Every scheme is a symmetric step `Φ_h` of second order whose exact inverse is `Φ₋ₕ`: half a kick, a drift,
 //! half a kick for vector coordinates (which is semi-implicit Euler, Eq. 5, with velocities read half a kick
 //! later), a splitting of rotations for bodies, and the implicit midpoint rule where the kinetic energy
-//! depends on the position. Five of them make a step of fourth order, which stays symmetric, so it has an exact
-//! inverse as well. Tangents are carried through each step, so they are exact derivatives of the
+//! depends on the position. Five of them make a step of fourth order, which stays symmetric, so it has an
+//! exact inverse as well. Tangents are carried through each step, so they are exact derivatives of the
 //! discrete motion.
 
 mod body_field;

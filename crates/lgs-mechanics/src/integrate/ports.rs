@@ -1,7 +1,7 @@
 //! Ports of a rigid body: the vectors that terms read, and the torques and forces that come of them.
 //!
-//! A change of rotation is a rotation vector `δ` in body axes, so that `d(Rᵀu) = [Rᵀu]× δ` for a fixed `u` and
-//! `d(R b) = −R [b]× δ` for a fixed `b`.
+//! A change of rotation is a rotation vector `δ` in body axes, so that `d(Rᵀu) = [Rᵀu]× δ` for a fixed `u`
+//! and `d(R b) = −R [b]× δ` for a fixed `b`.
 
 use super::body_field::matrix;
 use super::field::{Applied, Linearised};

@@ -1,7 +1,7 @@
 //! Constant drive: a force or torque that is the same at all times, `Q = τ`.
 //!
-//! On an angle or a body's angular velocity it is a torque, in body axes it turns with the body. It adds energy
-//! for ever, so a law with it is *driven*.
+//! On an angle or a body's angular velocity it is a torque, in body axes it turns with the body. It adds
+//! energy for ever, so a law with it is *driven*.
 
 use super::kind::{At, Derivatives, Role, TermKind};
 use super::parameter::{Parameter, Quantity, Space, axis_name};

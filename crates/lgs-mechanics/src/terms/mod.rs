@@ -15,6 +15,7 @@ mod quadratic;
 mod tests;
 
 pub use kind::{At, Block, Derivatives, Role, TermKind};
+use parameter::axis_name;
 pub use parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
 pub use placed::Term;
 
@@ -30,7 +31,14 @@ macro_rules! kinds {
 kinds! {
     uniform_field: UNIFORM_FIELD;
     spring: ISOTROPIC, AXIAL, FULL, POSITIVE;
+    rest_length: REST_LENGTH;
+    quartic: RADIAL, AXIS;
+    polynomial: CUBIC, QUARTIC;
+    central: INVERSE_SQUARE, LOGARITHM, POWER;
+    fourier: FIRST, SECOND;
     linear_drag: LINEAR_DRAG;
+    damping: DAMPING;
+    dry_friction: DRY_FRICTION;
     gyroscopic: GYROSCOPIC;
     constant_drive: CONSTANT_DRIVE;
 }

@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 
 /// Physical dimension of a parameter: `lengthᵃ · timeᵇ`, where `length` is the unit of the space that the
 /// term acts on (1 for angles).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// Exponent of length.
-    pub length: i32,
-    /// Exponent of time.
-    pub time: i32,
+    /// Exponent of length; roots have halves.
+    pub length: f64,
+    /// Exponent of time; roots have halves.
+    pub time: f64,
 }
 
 /// How a parameter enters a term.
@@ -47,7 +47,12 @@ impl Parameter {
     #[must_use]
     pub fn linear(name: impl Into<String>, length: i32, time: i32) -> Self {
         let bounds = [f64::NEG_INFINITY, f64::INFINITY];
-        Self { name: name.into(), unit: Unit { length, time }, bounds, entry: Entry::Linear }
+        Self {
+            name: name.into(),
+            unit: Unit { length: f64::from(length), time: f64::from(time) },
+            bounds,
+            entry: Entry::Linear,
+        }
     }
 
     /// A parameter that enters in any other way, without bounds.
@@ -62,6 +67,13 @@ impl Parameter {
         let reach = if space.quantity == Quantity::Angle { std::f64::consts::TAU } else { PLACE_REACH };
         let name = format!("{name}-{}", axis_name(space.dimension, axis));
         Self { entry: Entry::Place, ..Self::linear(name, 1, 0) }.within(-reach, reach)
+    }
+
+    /// The parameter whose power `degree` this one describes.
+    #[must_use]
+    pub fn root(self, degree: f64) -> Self {
+        let unit = Unit { length: self.unit.length / degree, time: self.unit.time / degree };
+        Self { unit, entry: Entry::Nonlinear, ..self }
     }
 
     /// The same with bounds in units of its scale.
@@ -153,7 +165,7 @@ impl Scales {
     #[must_use]
     pub fn of(&self, parameter: &Parameter, space: Space) -> f64 {
         let Unit { length, time } = parameter.unit;
-        self.length_of(space).powi(length) * self.time.powi(time)
+        self.length_of(space).powf(length) * self.time.powf(time)
     }
 
     /// The point of a space from which places are measured.

@@ -1,7 +1,7 @@
 //! Symmetric matrices with few parameters: the forms that stiffness and damping share.
 
 use super::kind::Block;
-use super::parameter::{Entry, Parameter, Space, axis_name};
+use super::parameter::{Parameter, Space, axis_name};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Form of a symmetric matrix `K`.
@@ -137,7 +137,7 @@ impl Form {
 
 /// A parameter whose square has the unit `timeᵗ`.
 fn root(name: String, time: i32) -> Parameter {
-    Parameter { entry: Entry::Nonlinear, ..Parameter::linear(name, 0, time / 2) }
+    Parameter::linear(name, 0, time).root(2.0)
 }
 
 /// The axis along the eigenvector of the smallest eigenvalue, as long as the others say.

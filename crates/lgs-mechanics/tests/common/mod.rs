@@ -1,5 +1,10 @@
 //! Laws in all coordinates, and starts of theirs, for the tests.
-#![allow(dead_code, unreachable_pub, reason = "each test file compiles this module for itself")]
+#![allow(
+    clippy::unwrap_used,
+    dead_code,
+    unreachable_pub,
+    reason = "each test file compiles this module for itself"
+)]
 
 use lgs_mechanics::coordinates::{
     AffineMode, Ball, Coordinates, Hinge, Inertia, InertiaForm, Modal, Port, State, Tree,
@@ -51,95 +56,77 @@ pub fn tilted() -> [f64; 4] {
 
 /// One law and start in each kind of coordinates, with conservative and other terms.
 pub fn examples() -> Vec<(Law, State)> {
-    let quaternion = tilted();
-    let rigid = [&quaternion[..], &[0.1, 0.2, 0.3]].concat();
-    vec![
-        (
-            law(
-                Coordinates::Point,
-                &[],
-                &[
-                    ("uniform-field", Port::Whole, &[0.1, -0.4, -2.0]),
-                    ("spring-full", Port::Whole, &[9.0, 0.5, -0.3, 7.0, 0.2, 11.0, 0.1, 0.2, -0.1]),
-                    ("linear-drag", Port::Whole, &[0.6]),
-                    ("gyroscopic", Port::Whole, &[0.5, -1.0, 2.0]),
-                ],
-            ),
-            state(&[0.5, -0.2, 0.3], &[1.0, 0.4, -0.7]),
-        ),
-        (
-            law(
-                Coordinates::Pair,
-                &[1.7],
-                &[
-                    ("uniform-field", Port::Both, &[0.0, 0.0, -9.0]),
-                    ("spring", Port::Between, &[20.0, 0.1, 0.2, 0.3]),
-                    ("linear-drag", Port::Second, &[0.3]),
-                ],
-            ),
-            state(&[0.5, -0.2, 0.3, -0.4, 0.1, 0.2], &[1.0, 0.4, 2.7, -1.0, 0.3, 1.5]),
-        ),
-        (
-            law(
-                modes(),
-                &[],
-                &[
-                    ("spring-positive", Port::Whole, &[5.0, 1.0, 6.0, 0.1, -0.2]),
-                    ("gyroscopic", Port::Whole, &[0.7]),
-                ],
-            ),
-            state(&[0.3, -0.2], &[0.5, 1.0]),
-        ),
-        (
-            law(
-                hinge(),
-                &[],
-                &[
-                    ("spring", Port::Whole, &[30.0, 0.2]),
-                    ("constant-drive", Port::Whole, &[2.0]),
-                    ("linear-drag", Port::Whole, &[0.4]),
-                ],
-            ),
-            state(&[1.0], &[2.0]),
-        ),
-        (
-            law(
-                tree(),
-                &[0.4, 0.6, 0.2],
-                &[
-                    ("spring", Port::First, &[30.0, 0.2]),
-                    ("spring", Port::Between, &[12.0, 0.1]),
-                    ("linear-drag", Port::Second, &[0.1]),
-                ],
-            ),
-            state(&[1.0, -0.7], &[2.0, -3.0]),
-        ),
-        (
-            law(
-                Coordinates::Rigid(asymmetric()),
-                &[0.2, -0.1],
-                &[
-                    ("uniform-field", Port::Center, &[0.0, 0.3, -9.0]),
-                    ("linear-drag", Port::Center, &[0.2]),
-                    ("constant-drive", Port::BodyAxes, &[0.5, -0.3, 0.8]),
-                    ("linear-drag", Port::Spin, &[0.3]),
-                    ("constant-drive", Port::Turn, &[0.9, 0.2, -1.0]),
-                ],
-            ),
-            state(&rigid, &[3.0, -1.0, 2.0, 1.0, 0.5, 2.0]),
-        ),
-        (
-            law(
-                top(),
-                &[0.1, -0.2],
-                &[
-                    ("uniform-field", Port::Arm, &[0.0, 0.3, -9.0]),
-                    ("spring", Port::Arm, &[2.0, 0.1, 0.2, -0.2]),
-                    ("linear-drag", Port::Arm, &[0.4]),
-                    ("linear-drag", Port::Turn, &[0.2]),
-                ],
-            ),
-            state(&quaternion, &[1.0, -2.0, 20.0]),
-        ),
-    ]
+    vec![point(), pair(), vibrating(), hinged(), chained(), flying(), spinning()]
+}
+
+fn point() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 5] = [
+        ("uniform-field", Port::Whole, &[0.1, -0.4, -2.0]),
+        ("spring-full", Port::Whole, &[9.0, 0.5, -0.3, 7.0, 0.2, 11.0, 0.1, 0.2, -0.1]),
+        ("linear-drag", Port::Whole, &[0.6]),
+        ("gyroscopic", Port::Whole, &[0.5, -1.0, 2.0]),
+        ("dry-friction", Port::Whole, &[0.3, 0.01]),
+    ];
+    (law(Coordinates::Point, &[], &terms), state(&[0.5, -0.2, 0.3], &[1.0, 0.4, -0.7]))
+}
+
+fn pair() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 4] = [
+        ("uniform-field", Port::Both, &[0.0, 0.0, -9.0]),
+        ("spring-length", Port::Between, &[20.0, 0.7]),
+        ("central-inverse-square", Port::Between, &[0.1]),
+        ("linear-drag", Port::Second, &[0.3]),
+    ];
+    let start = state(&[0.5, -0.2, 0.3, -0.4, 0.1, 0.2], &[1.0, 0.4, 2.7, -1.0, 0.3, 1.5]);
+    (law(Coordinates::Pair, &[1.7], &terms), start)
+}
+
+fn vibrating() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 3] = [
+        ("spring-positive", Port::Whole, &[5.0, 1.0, 6.0, 0.1, -0.2]),
+        ("damping-positive", Port::Whole, &[0.5, 0.1, 0.6]),
+        ("gyroscopic", Port::Whole, &[0.7]),
+    ];
+    (law(modes(), &[], &terms), state(&[0.3, -0.2], &[0.5, 1.0]))
+}
+
+fn hinged() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 4] = [
+        ("spring", Port::Whole, &[30.0, 0.2]),
+        ("fourier-two", Port::Whole, &[20.0, 1.0, 2.0, -1.0]),
+        ("constant-drive", Port::Whole, &[2.0]),
+        ("linear-drag", Port::Whole, &[0.4]),
+    ];
+    (law(hinge(), &[], &terms), state(&[1.0], &[2.0]))
+}
+
+fn chained() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 3] = [
+        ("fourier", Port::First, &[30.0, 0.2]),
+        ("spring", Port::Between, &[12.0, 0.1]),
+        ("linear-drag", Port::Second, &[0.1]),
+    ];
+    (law(tree(), &[0.4, 0.6, 0.2], &terms), state(&[1.0, -0.7], &[2.0, -3.0]))
+}
+
+fn flying() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 5] = [
+        ("uniform-field", Port::Center, &[0.0, 0.3, -9.0]),
+        ("linear-drag", Port::Center, &[0.2]),
+        ("constant-drive", Port::BodyAxes, &[0.5, -0.3, 0.8]),
+        ("linear-drag", Port::Spin, &[0.3]),
+        ("constant-drive", Port::Turn, &[0.9, 0.2, -1.0]),
+    ];
+    let start = state(&[&tilted()[..], &[0.1, 0.2, 0.3]].concat(), &[3.0, -1.0, 2.0, 1.0, 0.5, 2.0]);
+    (law(Coordinates::Rigid(asymmetric()), &[0.2, -0.1], &terms), start)
+}
+
+fn spinning() -> (Law, State) {
+    let terms: [(&str, Port, &[f64]); 4] = [
+        ("uniform-field", Port::Arm, &[0.0, 0.3, -9.0]),
+        ("spring", Port::Arm, &[2.0, 0.1, 0.2, -0.2]),
+        ("linear-drag", Port::Arm, &[0.4]),
+        ("linear-drag", Port::Turn, &[0.2]),
+    ];
+    (law(top(), &[0.1, -0.2], &terms), state(&tilted(), &[1.0, -2.0, 20.0]))
 }

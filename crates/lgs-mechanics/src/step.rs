@@ -1,0 +1,45 @@
+//! The step that resolves a motion.
+
+use crate::coordinates::State;
+use crate::error::MechanicsError;
+use crate::law::Law;
+use crate::system::{Edit, System};
+
+/// Times at which two steps are compared.
+const COMPARED: usize = 8;
+/// Halvings after which a motion counts as not resolved: a step of a four-thousandth.
+const MOST_HALVINGS: usize = 12;
+/// Error of a step of fourth order over its difference to two half steps.
+const ERROR_OF_DIFFERENCE: f64 = 16.0 / 15.0;
+
+impl Law {
+    /// The same law with the longest step, among its own and its halves, whose error over `duration` from
+    /// `start` stays below `tolerance` times the farthest that the configuration gets from it.
+    pub fn resolved(mut self, start: &State, duration: f64, tolerance: f64) -> Result<Self, MechanicsError> {
+        let times: Vec<f64> = (1..=COMPARED).map(|i| duration * i as f64 / COMPARED as f64).collect();
+        let mut coarse = System::new(&self, Edit::NONE).states(start, &times);
+        for _ in 0..MOST_HALVINGS {
+            let mut half = self.clone();
+            half.step *= 0.5;
+            let fine = System::new(&half, Edit::NONE).states(start, &times);
+            if let (Ok(coarse), Ok(fine)) = (&coarse, &fine) {
+                let farthest = |pairs: &mut dyn Iterator<Item = (&[f64], &[f64])>| {
+                    pairs.map(|(a, b)| length(&self.coordinates.difference(a, b))).fold(0.0, f64::max)
+                };
+                let path = farthest(&mut fine.iter().map(|state| (start.x.as_slice(), state.x.as_slice())));
+                let apart =
+                    farthest(&mut coarse.iter().zip(fine).map(|(a, b)| (a.x.as_slice(), b.x.as_slice())));
+                if ERROR_OF_DIFFERENCE * apart <= tolerance * path {
+                    return Ok(self);
+                }
+            }
+            self = half;
+            coarse = fine;
+        }
+        coarse.map(|_| self)
+    }
+}
+
+fn length(vector: &[f64]) -> f64 {
+    vector.iter().map(|v| v * v).sum::<f64>().sqrt()
+}

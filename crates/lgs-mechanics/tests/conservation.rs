@@ -1,0 +1,97 @@
+//! Conserved quantities over a hundred windows, and edits.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{asymmetric, hinge, law, state, tilted, top, tree};
+use glam::{DQuat, DVec3};
+use lgs_mechanics::coordinates::{Coordinates, Inertia, Port, State};
+use lgs_mechanics::{Edit, Law, System};
+
+/// A window, and a hundred of them.
+const WINDOW: f64 = 0.75;
+const MANY: [f64; 3] = [30.0 * WINDOW, 60.3 * WINDOW, 100.0 * WINDOW];
+
+/// A step as laws have them: its error within three windows is a ten-thousandth of the path.
+fn resolved(law: Law, start: &State) -> Law {
+    law.resolved(start, 3.0 * WINDOW, 1e-4).unwrap()
+}
+
+fn assert_energy_kept(law: Law, start: &State) {
+    let law = resolved(law, start);
+    let before = law.energy(start);
+    let scale = law.kinetic_energy(start).max(before.abs());
+    for state in System::new(&law, Edit::NONE).states(start, &MANY).unwrap() {
+        let drift = (law.energy(&state) - before).abs() / scale;
+        assert!(drift < 1e-3, "{}: {drift} with a step of {}", law.coordinates.name(), law.step);
+    }
+}
+
+#[test]
+fn conservative_motions_keep_their_energy() {
+    let spring: [(&str, Port, &[f64]); 2] = [
+        ("spring-full", Port::Whole, &[90.0, 5.0, -3.0, 70.0, 2.0, 110.0, 0.1, 0.2, -0.1]),
+        ("uniform-field", Port::Whole, &[0.0, 0.0, -9.81]),
+    ];
+    assert_energy_kept(law(Coordinates::Point, &[], &spring), &state(&[0.5, -0.2, 0.3], &[1.0, 0.4, -0.7]));
+    let orbit =
+        law(Coordinates::Point, &[], &[("central-inverse-square", Port::Whole, &[1.3, 0.0, 0.0, 0.0])]);
+    assert_energy_kept(orbit, &state(&[0.9, 0.1, 0.0], &[0.2, 1.0, 0.3]));
+    let pendulum = law(hinge(), &[], &[("fourier", Port::Whole, &[40.0, 0.0])]);
+    assert_energy_kept(pendulum, &state(&[2.4], &[0.5]));
+    let double: [(&str, Port, &[f64]); 2] =
+        [("fourier", Port::First, &[19.6, 0.0]), ("fourier", Port::Second, &[4.0, 0.0])];
+    assert_energy_kept(law(tree(), &[0.25, 0.6, 0.0], &double), &state(&[1.4, -0.6], &[0.3, 1.0]));
+    let spinning = law(top(), &[0.0, 0.0], &[("uniform-field", Port::Arm, &[0.0, 0.0, -9.81])]);
+    assert_energy_kept(spinning, &state(&tilted(), &[0.5, 0.0, 40.0]));
+    let tied = law(Coordinates::Pair, &[2.5], &[("spring-length", Port::Between, &[60.0, 0.6])]);
+    assert_energy_kept(tied, &state(&[0.0, 0.0, 0.0, 0.8, 0.1, 0.0], &[1.0, 0.5, 4.0, 0.0, -0.5, 4.0]));
+}
+
+#[test]
+fn tumbling_keeps_energy_and_angular_momentum() {
+    let start = state(&[tilted().as_slice(), &[0.0; 3]].concat(), &[0.1, 6.0, 0.1, 1.0, 0.0, 0.0]);
+    let law = resolved(law(Coordinates::Rigid(asymmetric()), &[0.0, 0.0], &[]), &start);
+    let momentum = |state: &State| {
+        let moments = DVec3::new(0.05, 0.08, 0.11);
+        let rotation = DQuat::from_xyzw(state.x[1], state.x[2], state.x[3], state.x[0]);
+        rotation * (moments * DVec3::from_slice(&state.v))
+    };
+    for end in System::new(&law, Edit::NONE).states(&start, &MANY).unwrap() {
+        assert!((law.energy(&end) / law.energy(&start) - 1.0).abs() < 1e-3);
+        assert!((momentum(&end) - momentum(&start)).length() < 1e-9);
+    }
+}
+
+#[test]
+fn free_motion_and_uniform_spin_are_exact() {
+    let start = state(&[1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3], &[1.0, 2.0, -0.5, 1.0, -2.0, 0.5]);
+    let law = law(Coordinates::Rigid(Inertia::ball(0.1)), &[], &[]);
+    for (end, time) in System::new(&law, Edit::NONE).states(&start, &MANY).unwrap().iter().zip(MANY) {
+        assert!((0..3).all(|i| (end.v[i] - start.v[i]).abs() < 1e-11));
+        assert!((4..7).all(|i| (end.x[i] - start.x[i] - time * start.v[i - 1]).abs() < 1e-9));
+        let turned = lgs_mechanics::rotation::exp(DVec3::new(1.0, 2.0, -0.5) * time);
+        let found = DQuat::from_xyzw(end.x[1], end.x[2], end.x[3], end.x[0]);
+        assert!(found.dot(turned).abs() > 1.0 - 1e-12);
+    }
+}
+
+#[test]
+fn edits_scale_what_they_say() {
+    let drag: [(&str, Port, &[f64]); 2] =
+        [("uniform-field", Port::Whole, &[0.0, 0.0, -2.0]), ("linear-drag", Port::Whole, &[0.5])];
+    let start = state(&[0.0; 3], &[1.0, 0.0, 3.0]);
+    let edited = |field: f64, rate: f64, velocity: f64| {
+        let law = law(
+            Coordinates::Point,
+            &[],
+            &[(drag[0].0, Port::Whole, &[0.0, 0.0, -2.0 * field]), (drag[1].0, Port::Whole, &[0.5 * rate])],
+        );
+        let start = State { v: start.v.iter().map(|v| v * velocity).collect(), ..start.clone() };
+        System::new(&law, Edit::NONE).states(&start, &[0.6, -0.2]).unwrap()
+    };
+    let law = law(Coordinates::Point, &[], &drag);
+    let edit = Edit { velocity: 0.5, potential: 2.0, force: 0.0 };
+    let states = System::new(&law, edit).states(&start, &[0.6, -0.2]).unwrap();
+    assert_eq!(states, edited(2.0, 0.0, 0.5));
+}
