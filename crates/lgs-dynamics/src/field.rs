@@ -3,11 +3,10 @@
 //! All functions take and give world units; normalisation is undone here and nowhere else.
 
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS};
-use crate::gradients::{LayerGradients, add_network};
-use crate::network::{Keep, Mlp, Tape};
 use crate::state::Edit;
 use crate::structured::{structured, structured_vjp};
 use crate::system::{ForceKind, Layout, System, SystemConfig};
+use lgs_nn::{Activation, Keep, Mlp, MlpGradients, MlpLayout, MlpShape, OutputCotangents, Scratch, Tape};
 
 /// A system ready to be evaluated on blocks.
 #[derive(Debug)]
@@ -26,8 +25,8 @@ pub(crate) struct Field {
 pub(crate) struct Workspace {
     /// Normalised position and velocity, `[6, WIDTH]`.
     inputs: [f32; 6 * WIDTH],
-    potential: Tape,
-    force: Option<Tape>,
+    potential: (Tape, Scratch),
+    force: Option<(Tape, Scratch)>,
     /// Output of the force network, at most `[4, WIDTH]`, and its cotangent.
     outputs: [f32; 4 * WIDTH],
     v_outputs: [f32; 4 * WIDTH],
@@ -37,9 +36,9 @@ pub(crate) struct Workspace {
 /// Sums of parameter gradients.
 #[derive(Debug)]
 pub(crate) struct Gradients {
-    potential: Vec<LayerGradients>,
+    potential: MlpGradients,
     quadratic: [f32; 9],
-    force: Vec<LayerGradients>,
+    force: Option<MlpGradients>,
 }
 
 impl Field {
@@ -50,17 +49,18 @@ impl Field {
     pub(crate) fn from_parts(config: &SystemConfig, params: &[f32], edit: &Edit) -> Self {
         let layout = Layout::of(config);
         assert_eq!(params.len(), layout.len, "parameters of the system");
-        let potential = Mlp::new(layout.potential, params);
+        let mlp = |network: &MlpLayout| Mlp::new(MlpShape::new(network.clone(), Activation::Silu), params);
+        let potential = mlp(&layout.potential);
         let quadratic = layout.quadratic.map(|start| std::array::from_fn(|i| params[start + i]));
-        let force = layout.force.map(|shape| Mlp::new(shape, params));
+        let force = layout.force.as_ref().map(mlp);
         Self { config: *config, layout, edit: *edit, potential, quadratic, force }
     }
 
     pub(crate) fn workspace(&self) -> Workspace {
         Workspace {
             inputs: [0.0; 6 * WIDTH],
-            potential: Tape::new(&self.layout.potential, true),
-            force: self.layout.force.as_ref().map(|shape| Tape::new(shape, false)),
+            potential: (Tape::with_curvature(&self.potential, WIDTH), Scratch::new(&self.potential, WIDTH)),
+            force: self.force.as_ref().map(|mlp| (Tape::new(mlp, WIDTH), Scratch::new(mlp, WIDTH))),
             outputs: [0.0; 4 * WIDTH],
             v_outputs: [0.0; 4 * WIDTH],
             v_inputs: [0.0; 6 * WIDTH],
@@ -69,11 +69,10 @@ impl Field {
 
     /// Gradients of zero.
     pub(crate) fn gradients(&self) -> Gradients {
-        let force = self.layout.force.as_ref().map_or_else(Vec::new, LayerGradients::of_network);
         Gradients {
-            potential: LayerGradients::of_network(&self.layout.potential),
+            potential: MlpGradients::zeros(self.potential.shape()),
             quadratic: [0.0; 9],
-            force,
+            force: self.force.as_ref().map(|mlp| MlpGradients::zeros(mlp.shape())),
         }
     }
 
@@ -81,12 +80,12 @@ impl Field {
     pub(crate) fn sum_in_order(&self, partials: &[Gradients]) -> Vec<f32> {
         let mut flat = vec![0.0; self.layout.len];
         for partial in partials {
-            add_network(&partial.potential, &self.layout.potential, &mut flat);
+            partial.potential.add_to(&mut flat);
             if let Some(start) = self.layout.quadratic {
                 flat[start..].iter_mut().zip(partial.quadratic).for_each(|(sum, value)| *sum += value);
             }
-            if let Some(shape) = &self.layout.force {
-                add_network(&partial.force, shape, &mut flat);
+            if let Some(force) = &partial.force {
+                force.add_to(&mut flat);
             }
         }
         flat
@@ -118,7 +117,8 @@ impl Field {
     fn potential_gradient_of_inputs(&self, w: &mut Workspace, keep: Keep) -> Vec3Rows {
         let mut gradient = ZERO_ROWS;
         let x = &w.inputs[..3 * WIDTH];
-        self.potential.input_gradient(x, &mut w.potential, gradient.as_flattened_mut(), keep);
+        let (tape, scratch) = &mut w.potential;
+        self.potential.input_gradient(x, tape, scratch, keep, gradient.as_flattened_mut());
         if let Some((matrix, linear)) = self.quadratic() {
             for axis in 0..3 {
                 for lane in 0..WIDTH {
@@ -139,13 +139,8 @@ impl Field {
         let scale = self.config.normalisation.acceleration;
         let v_gradient = v_gradient.map(|row| row.map(|value| value * scale));
         let (x, v_x) = (&w.inputs[..3 * WIDTH], &mut w.v_inputs[..3 * WIDTH]);
-        self.potential.input_gradient_vjp(
-            x,
-            &mut w.potential,
-            v_gradient.as_flattened(),
-            &mut gradients.potential,
-            v_x,
-        );
+        let ((tape, scratch), own) = (&mut w.potential, &mut gradients.potential);
+        self.potential.input_gradient_vjp([x, v_gradient.as_flattened()], tape, scratch, own, v_x);
         let Some((matrix, _)) = self.quadratic() else { return };
         let v_quadratic = &mut gradients.quadratic;
         for axis in 0..3 {
@@ -168,7 +163,8 @@ impl Field {
         self.set_inputs(w, q, &ZERO_ROWS);
         let x = &w.inputs[..3 * WIDTH];
         let mut values = [0.0; WIDTH];
-        self.potential.output(x, &mut w.potential, &mut values, Keep::Result);
+        let (tape, scratch) = &mut w.potential;
+        self.potential.output(&[x], tape, scratch, Keep::Result, &mut values);
         if let Some((matrix, linear)) = self.quadratic() {
             for (lane, value) in values.iter_mut().enumerate() {
                 let at: [f32; 3] = std::array::from_fn(|axis| x[axis * WIDTH + lane]);
@@ -188,10 +184,12 @@ impl Field {
     }
 
     fn force_of_inputs(&self, w: &mut Workspace, v: &Vec3Rows, keep: Keep) -> Vec3Rows {
-        let (Some(network), Some(tape)) = (&self.force, w.force.as_mut()) else { return ZERO_ROWS };
-        let shape = network.shape;
-        let outputs = &mut w.outputs[..shape.outputs * WIDTH];
-        network.output(&w.inputs[..shape.inputs * WIDTH], tape, outputs, keep);
+        let (Some(network), Some((tape, scratch))) = (&self.force, w.force.as_mut()) else {
+            return ZERO_ROWS;
+        };
+        let [inputs, outputs] = force_features(network);
+        let outputs = &mut w.outputs[..outputs * WIDTH];
+        network.output(&[&w.inputs[..inputs * WIDTH]], tape, scratch, keep, outputs);
         let n = &self.config.normalisation;
         if self.config.force == ForceKind::Mlp {
             return std::array::from_fn(|axis| {
@@ -220,10 +218,14 @@ impl Field {
         v_force: &Vec3Rows,
         gradients: &mut Gradients,
     ) -> Vec3Rows {
-        let (Some(network), Some(tape)) = (&self.force, w.force.as_mut()) else { return ZERO_ROWS };
-        let shape = network.shape;
+        let (Some(network), Some((tape, scratch)), Some(own)) =
+            (&self.force, w.force.as_mut(), gradients.force.as_mut())
+        else {
+            return ZERO_ROWS;
+        };
+        let [inputs, outputs] = force_features(network);
         let n = &self.config.normalisation;
-        let v_outputs = &mut w.v_outputs[..shape.outputs * WIDTH];
+        let v_outputs = &mut w.v_outputs[..outputs * WIDTH];
         let mut v_velocity = ZERO_ROWS;
         if self.config.force == ForceKind::Mlp {
             for (out, &value) in v_outputs.iter_mut().zip(v_force.as_flattened()) {
@@ -232,8 +234,10 @@ impl Field {
         } else {
             structured_vjp(&w.outputs, v, v_force, n.acceleration / n.speed, v_outputs, &mut v_velocity);
         }
-        let v_x = &mut [0.0; 6 * WIDTH][..shape.inputs * WIDTH];
-        network.output_vjp(&w.inputs[..shape.inputs * WIDTH], tape, v_outputs, &mut gradients.force, v_x);
+        let v_x = &mut [0.0; 6 * WIDTH][..inputs * WIDTH];
+        let x = [&w.inputs[..inputs * WIDTH]];
+        let block = OutputCotangents { inputs: &x, tape, v_y: v_outputs };
+        network.output_vjp(block, scratch, own, &mut [&mut *v_x]);
         for (sum, &value) in w.v_inputs[..3 * WIDTH].iter_mut().zip(v_x.iter()) {
             *sum += value;
         }
@@ -309,4 +313,10 @@ impl Field {
     pub(crate) fn edit(&self) -> &Edit {
         &self.edit
     }
+}
+
+/// Inputs and outputs of the force's network.
+fn force_features(network: &Mlp) -> [usize; 2] {
+    let layout = &network.shape().layout;
+    [layout.hidden[0].inputs, layout.head.outputs]
 }

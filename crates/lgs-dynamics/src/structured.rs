@@ -1,7 +1,6 @@
 //! The structured force of a lane, `−softplus(d − 6) v + w × v`, from the outputs `[1 + 3, WIDTH]` of its
 //! network: d and w.
 
-use crate::block::activation::softplus;
 use crate::block::{Vec3Rows, WIDTH};
 use crate::system::DAMPING_SHIFT;
 
@@ -33,5 +32,24 @@ pub(crate) fn structured_vjp(
             v_outputs[(1 + axis) * WIDTH + lane] = velocity[j] * v_f[k] - velocity[k] * v_f[j];
             v_velocity[axis][lane] = v_f[j] * spin[k] - v_f[k] * spin[j] - damping * v_f[axis];
         }
+    }
+}
+
+/// `softplus(x) = ln(1 + eˣ)`, and its slope, the sigmoid.
+#[inline(always)]
+fn softplus(x: f32) -> (f32, f32) {
+    let e = (-x.abs()).exp();
+    (x.max(0.0) + e.ln_1p(), if x >= 0.0 { 1.0 / (1.0 + e) } else { e / (1.0 + e) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn softplus_is_stable_at_both_ends() {
+        assert_eq!(softplus(200.0), (200.0, 1.0));
+        assert!(softplus(-200.0).0 >= 0.0 && softplus(-200.0).0 < 1e-30);
+        assert!((softplus(0.3).0 - 0.3_f32.exp().ln_1p()).abs() < 1e-6);
     }
 }

@@ -1,22 +1,19 @@
-//! What a system is made of: the two networks' kinds and sizes, the normalisation (reference G5) and one flat
-//! vector of parameters.
+//! A system: the kinds and sizes of its two networks, the normalisation and one flat vector of parameters.
 //!
-//! `U = σ_a σ_o û(x̂)` and `Q` follow reference §8.2 C with `x̂ = (q − μ)/σ_o`, so that `∇U = σ_a ∇û`
+//! `U = σ_a σ_o û(x̂)` and `Q` are those of method §4.1 with `x̂ = (q − μ)/σ_o`, so that `∇U = σ_a ∇û`
 //! exactly. The `Mlp` force is `σ_a q̂(x̂, v/σ_v)`; the `Structured` one is `(σ_a/σ_v)(−softplus(d̂ − 6) v +
 //! ŵ × v)` with `[d̂, ŵ]` a network of position alone: Rayleigh damping and a gyroscopic term, whose power is
 //! never positive. Neither takes a time: the flow is autonomous.
 
-use crate::mlp_shape::MlpShape;
 use lgs_core::stream;
-use rand::RngExt;
+use lgs_nn::{MlpLayout, MlpSizes, ParamRange, init_uniform};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Shift of the raw damping, so that a zero output means (almost) no damping: `softplus(−6) = 0.0025`.
 pub(crate) const DAMPING_SHIFT: f32 = 6.0;
 
 /// Last layer of U at the start, relative to the usual initialisation: motion begins close to straight lines
-/// (reference G7).
+/// (method §4.1).
 const POTENTIAL_OUTPUT_SCALE: f32 = 0.01;
 
 /// The function class of the potential.
@@ -41,7 +38,7 @@ pub enum ForceKind {
     Structured,
 }
 
-/// The fixed affine map between world units and the O(1) numbers that the networks see (reference G5).
+/// The fixed affine map between world units and the O(1) numbers that the networks see.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Normalisation {
@@ -106,16 +103,16 @@ impl SystemConfig {
 
     /// The named arrays of the parameter vector, in order, without gaps.
     #[must_use]
-    pub fn layout(&self) -> Vec<ParamEntry> {
+    pub fn layout(&self) -> Vec<ParamRange> {
         let layout = Layout::of(self);
         let mut entries = network_entries("potential", &layout.potential);
         if let Some(start) = layout.quadratic {
-            entries.push(ParamEntry {
+            entries.push(ParamRange {
                 name: "potential.linear".into(),
                 range: start..start + 3,
                 shape: vec![3],
             });
-            entries.push(ParamEntry {
+            entries.push(ParamRange {
                 name: "potential.quadratic".into(),
                 range: start + 3..start + 9,
                 shape: vec![6],
@@ -128,46 +125,31 @@ impl SystemConfig {
     }
 }
 
-/// One named array inside the flat parameter vector.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ParamEntry {
-    /// For instance `potential.0.weight`.
-    pub name: String,
-    /// Where it lies.
-    pub range: Range<usize>,
-    /// `[out, in]` of a weight, `[out]` of a bias.
-    pub shape: Vec<usize>,
-}
-
 /// Where the networks lie in the parameter vector.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
-    pub(crate) potential: MlpShape,
+    pub(crate) potential: MlpLayout,
     /// Start of the linear (3) and quadratic (xx, yy, zz, xy, xz, yz) coefficients.
     pub(crate) quadratic: Option<usize>,
-    pub(crate) force: Option<MlpShape>,
+    pub(crate) force: Option<MlpLayout>,
     pub(crate) len: usize,
 }
 
 impl Layout {
     pub(crate) fn of(config: &SystemConfig) -> Self {
-        let mlp = |start, inputs, outputs| MlpShape {
-            start,
-            inputs,
-            hidden: config.hidden,
-            hidden_layers: config.hidden_layers,
-            outputs,
+        let mlp = |inputs, outputs, len: &mut usize| {
+            let SystemConfig { hidden: width, hidden_layers: depth, .. } = *config;
+            MlpLayout::new(MlpSizes { inputs, depth, width, outputs, skip_layer: MlpSizes::NO_SKIP }, len)
         };
-        let potential = mlp(0, 3, 1);
-        let mut len = potential.len();
+        let mut len = 0;
+        let potential = mlp(3, 1, &mut len);
         let quadratic = (config.potential == PotentialKind::QuadraticMlp).then_some(len);
         len += if quadratic.is_some() { 9 } else { 0 };
         let force = match config.force {
             ForceKind::None => None,
-            ForceKind::Mlp => Some(mlp(len, 6, 3)),
-            ForceKind::Structured => Some(mlp(len, 3, 4)),
+            ForceKind::Mlp => Some(mlp(6, 3, &mut len)),
+            ForceKind::Structured => Some(mlp(3, 4, &mut len)),
         };
-        len += force.map_or(0, |f| f.len());
         Self { potential, quadratic, force, len }
     }
 }
@@ -188,54 +170,28 @@ impl System {
     pub fn init(config: SystemConfig, seed: u64) -> Self {
         let layout = Layout::of(&config);
         let mut params = vec![0.0; layout.len];
-        init_network(
-            &layout.potential,
-            POTENTIAL_OUTPUT_SCALE,
-            &mut params,
-            &mut stream(seed, "potential", 0),
-        );
-        if let Some(force) = &layout.force {
-            init_network(force, 0.0, &mut params, &mut stream(seed, "force", 0));
+        let networks = [
+            ("potential", Some(&layout.potential), POTENTIAL_OUTPUT_SCALE),
+            ("force", layout.force.as_ref(), 0.0),
+        ];
+        for (name, network, head_scale) in networks {
+            let Some(network) = network else { continue };
+            init_uniform(network.linears(), &mut params, &mut stream(seed, name, 0));
+            params[network.head.range()].iter_mut().for_each(|value| *value *= head_scale);
         }
         Self { config, params }
     }
 
     /// The named arrays of the parameter vector, in order, without gaps.
     #[must_use]
-    pub fn layout(&self) -> Vec<ParamEntry> {
+    pub fn layout(&self) -> Vec<ParamRange> {
         self.config.layout()
     }
 }
 
-fn init_network(shape: &MlpShape, output_scale: f32, params: &mut [f32], rng: &mut lgs_core::Stream) {
-    for layer in 0..=shape.hidden_layers {
-        let scale = if layer == shape.hidden_layers { output_scale } else { 1.0 };
-        let bound = scale / (shape.layer_inputs(layer) as f32).sqrt();
-        for range in [shape.weight(layer), shape.bias(layer)] {
-            for value in &mut params[range] {
-                *value = bound * (2.0 * rng.random::<f32>() - 1.0);
-            }
-        }
-    }
-}
-
-fn network_entries(network: &str, shape: &MlpShape) -> Vec<ParamEntry> {
-    (0..=shape.hidden_layers)
-        .flat_map(|layer| {
-            let (outputs, inputs) = (shape.layer_outputs(layer), shape.layer_inputs(layer));
-            let weight = ParamEntry {
-                name: format!("{network}.{layer}.weight"),
-                range: shape.weight(layer),
-                shape: vec![outputs, inputs],
-            };
-            let bias = ParamEntry {
-                name: format!("{network}.{layer}.bias"),
-                range: shape.bias(layer),
-                shape: vec![outputs],
-            };
-            [weight, bias]
-        })
-        .collect()
+fn network_entries(network: &str, layout: &MlpLayout) -> Vec<ParamRange> {
+    let layers = layout.linears().enumerate();
+    layers.flat_map(|(index, layer)| layer.params(&format!("{network}.{index}"))).collect()
 }
 
 #[cfg(test)]

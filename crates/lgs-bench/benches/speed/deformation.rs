@@ -89,9 +89,9 @@ impl<'a> Case<'a> {
 /// The columns of the time, which are the same for all Gaussians, are not counted, and the encoded position,
 /// which is a constant, has no gradient.
 fn operations(config: &DeformationConfig) -> [f64; 2] {
-    let layout = config.layout();
-    let readers = (0..layout.layers.len()).filter(|&i| config.reads_input(i)).count();
-    let all: usize = layout.layers.iter().chain([&layout.head]).map(|l| l.inputs * l.outputs).sum();
+    let layout = config.layout().mlp;
+    let readers = (0..layout.hidden.len()).filter(|&i| layout.reads_inputs(i)).count();
+    let all: usize = layout.linears().map(|l| l.inputs * l.outputs).sum();
     let forward = 2.0 * (all - readers * config.time_width() * config.width) as f64;
     let constant = 2.0 * (readers * config.position_width() * config.width) as f64;
     [forward, 3.0 * forward - constant]

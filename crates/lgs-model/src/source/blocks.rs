@@ -1,20 +1,21 @@
 //! One block of Gaussians through the deformation network and back; activations are feature-major,
 //! `[features, block]`.
 
-use super::chain::{Activation, Chain, Input, Kept};
+use lgs_nn::encoding::encode_into;
+use lgs_nn::{Mlp, MlpGradients, OutputCotangents, Scratch, Tape};
+
 use super::config::{DeformationConfig, NetworkLayout};
-use super::encoding::encode_into;
 use super::network::{DeformInput, InputFrame};
 use super::pose::{DELTAS, pose, pose_vjp};
 use super::time_part::TimePart;
 
-/// What a block's way back needs.
-#[derive(Clone, Debug)]
+/// The values of a block that its backward pass needs.
+#[derive(Debug)]
 pub(super) struct Activations {
     /// Encoded positions.
     pub(super) encoded: Vec<f32>,
-    /// Of the layers.
-    layers: Kept,
+    /// Activations of the layers.
+    tape: Tape,
     /// Outputs of the network, times the gain.
     raw: Vec<[f32; DELTAS]>,
 }
@@ -36,6 +37,7 @@ pub(super) struct Pass<'a> {
     params: &'a [f32],
     time: TimePart,
     gain: f32,
+    mlp: Mlp,
 }
 
 impl<'a> Pass<'a> {
@@ -46,26 +48,13 @@ impl<'a> Pass<'a> {
         assert!(params.len() >= layout.len, "parameters of the deformation network");
         let gain = config.gain(time);
         let time = TimePart::new(config, &layout, params, time);
-        Self { config, layout, frame, params, time, gain }
+        let mlp = Mlp::new(layout.shape(), params).with_biases(&time.biases);
+        Self { config, layout, frame, params, time, gain, mlp }
     }
 
-    fn chain(&self) -> Chain<'_> {
-        let NetworkLayout { layers, head, .. } = &self.layout;
-        Chain {
-            params: self.params,
-            hidden: layers,
-            head,
-            skip_layer: self.config.skip_layer,
-            activation: Activation::Relu,
-        }
-    }
-
-    fn inputs<'b>(&self, encoded: &'b [f32], codes: &'b [f32]) -> [Input<'b>; 2] {
-        let (position, code) = (self.config.position_width(), self.config.code);
-        [
-            Input { values: encoded, first: 0, count: position },
-            Input { values: codes, first: position + self.config.time_width(), count: code },
-        ]
+    /// Zeros, one for each parameter of the network proper.
+    pub(super) fn gradients(&self) -> MlpGradients {
+        MlpGradients::zeros(self.mlp.shape())
     }
 
     /// Pose rows of a block, whose positions are given encoded as well, into `poses`.
@@ -77,16 +66,16 @@ impl<'a> Pass<'a> {
     ) -> Activations {
         let Block { means, rotations, codes } = gaussians;
         let block = means.len();
-        let (z, layers) = self.chain().forward(&self.inputs(&encoded, codes), Some(&self.time.biases), block);
+        let (z, tape) = self.mlp.evaluate(&inputs(&encoded, codes), block);
         let raw: Vec<[f32; DELTAS]> =
             (0..block).map(|b| std::array::from_fn(|d| self.gain * z[d * block + b])).collect();
         for (i, row) in poses.iter_mut().enumerate() {
             *row = pose(self.config.motion_head, self.frame, &raw[i], means[i], rotations[i]);
         }
-        Activations { encoded, layers, raw }
+        Activations { encoded, tape, raw }
     }
 
-    /// Adds a block's gradients to `v_params` (those of time columns stay in the biases until
+    /// Adds a block's gradients to `gradients` (those of time columns stay in the biases until
     /// [`Self::finish`]), and turns its rows of `v_poses` into those by centres and quaternions, `[v_x, v_q,
     /// unused]`. Returns the cotangents of the codes, `[code, block]`.
     pub(super) fn backward(
@@ -94,7 +83,7 @@ impl<'a> Pass<'a> {
         kept: &Activations,
         gaussians: Block<'_>,
         v_poses: &mut [[f32; DELTAS]],
-        v_params: &mut [f32],
+        gradients: &mut MlpGradients,
     ) -> Vec<f32> {
         let Block { means, rotations, codes } = gaussians;
         let block = means.len();
@@ -106,15 +95,11 @@ impl<'a> Pass<'a> {
             row[..3].copy_from_slice(&v_x);
             row[3..7].copy_from_slice(&v_q);
         }
-        let mut v_inputs = [Vec::new(), vec![0.0; codes.len()]];
-        self.chain().backward(
-            &kept.layers,
-            &self.inputs(&kept.encoded, codes),
-            &v_z,
-            v_params,
-            &mut v_inputs,
-        );
-        let [_, v_codes] = v_inputs;
+        let mut v_codes = vec![0.0; codes.len()];
+        let inputs = inputs(&kept.encoded, codes);
+        let cotangents = OutputCotangents { inputs: &inputs, tape: &kept.tape, v_y: &v_z };
+        let mut scratch = Scratch::new(&self.mlp, block);
+        self.mlp.output_vjp(cotangents, &mut scratch, gradients, &mut [&mut [], &mut v_codes]);
         v_codes
     }
 
@@ -123,6 +108,11 @@ impl<'a> Pass<'a> {
     pub(super) fn finish(&self, v_params: &mut [f32]) {
         self.time.backward(self.config, &self.layout, self.params, v_params);
     }
+}
+
+/// The inputs of the network proper.
+fn inputs<'a>(encoded: &'a [f32], codes: &'a [f32]) -> Vec<&'a [f32]> {
+    if codes.is_empty() { vec![encoded] } else { vec![encoded, codes] }
 }
 
 /// Encodings of positions in the frame, `[features, block]`.

@@ -1,11 +1,12 @@
-//! Sizes and choices of the deformation network (`reference-systems.md` §3.1–3.4), and where each parameter
-//! lies in the flat vector.
+//! Sizes and choices of the deformation network (method §3.1, §3.2), and where each parameter lies in the flat
+//! vector.
 
-use std::ops::Range;
+use std::fmt::Display;
 
+use lgs_nn::encoding::encoded_width;
+use lgs_nn::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, ParamRange};
 use serde::{Deserialize, Serialize};
 
-use super::encoding::encoded_width;
 use super::pose::DELTAS;
 
 /// How the network's third output changes a Gaussian's scale.
@@ -30,7 +31,7 @@ pub enum MotionHead {
     /// A displacement, and a quaternion of any length that turns the Gaussian: FreeGave.
     Turn,
     /// A rotation about the scene's centre and a translation, which also turn the Gaussian: all of a rigid
-    /// body share one output (in the spirit of the six-DoF option, §3.3, without its singularity at rest).
+    /// body share one output (in the spirit of DefGS's six-DoF option, without its singularity at rest).
     Rigid,
 }
 
@@ -92,7 +93,7 @@ impl Default for DeformationConfig {
 }
 
 impl DeformationConfig {
-    /// DefGS for synthetic scenes, exactly (§3.1–3.2).
+    /// DefGS for synthetic scenes, exactly (method §3.1).
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -134,7 +135,7 @@ impl DeformationConfig {
         }
     }
 
-    /// FreeGave's, `light`, for synthetic objects, exactly (§4.1).
+    /// FreeGave's, `light`, for synthetic objects, exactly (method §3.2).
     #[must_use]
     pub fn freegave_paper() -> Self {
         Self {
@@ -161,7 +162,11 @@ impl DeformationConfig {
     /// # Errors
     /// The first field out of range.
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
-        let ranges = [
+        within(&[
+            ("gain_start", self.gain_start, 0.0, f32::MAX),
+            ("gain_slope", self.gain_slope, 0.0, f32::MAX),
+        ])?;
+        within(&[
             ("depth", self.depth, 1, 32),
             ("width", self.width, 1, 4096),
             ("position_frequencies", self.position_frequencies, 0, 16),
@@ -169,18 +174,7 @@ impl DeformationConfig {
             ("time_hidden", self.time_hidden, 1, 4096),
             ("time_features", self.time_features, 0, 4096),
             ("code", self.code, 0, 1024),
-        ];
-        for (field, value) in [("gain_start", self.gain_start), ("gain_slope", self.gain_slope)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err((field, format!("{value} is negative or not finite")));
-            }
-        }
-        match ranges.into_iter().find(|&(_, value, low, high)| value < low || value > high) {
-            Some((field, value, low, high)) => {
-                Err((field, format!("{value} is not between {low} and {high}")))
-            }
-            None => Ok(()),
-        }
+        ])
     }
 
     /// Numbers per encoded position.
@@ -201,12 +195,6 @@ impl DeformationConfig {
         self.gain_start + self.gain_slope * time
     }
 
-    /// Whether layer `index` reads the input beside the layer before it.
-    #[must_use]
-    pub fn reads_input(&self, index: usize) -> bool {
-        index == 0 || index == self.skip_layer + 1
-    }
-
     /// Where the parameters lie.
     #[must_use]
     pub fn layout(&self) -> NetworkLayout {
@@ -214,56 +202,17 @@ impl DeformationConfig {
     }
 }
 
-/// One named parameter in the flat vector.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParamRange {
-    /// Its name in files.
-    pub name: String,
-    /// `[out, in]` for a weight, `[out]` for a bias.
-    pub shape: Vec<usize>,
-    /// Where it lies.
-    pub range: Range<usize>,
-}
-
-/// A linear layer's place: weight `[out, in]`, row by row, then bias `[out]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LinearRange {
-    /// Inputs.
-    pub inputs: usize,
-    /// Outputs.
-    pub outputs: usize,
-    /// First float of the weight.
-    pub weight: usize,
-    /// First float of the bias.
-    pub bias: usize,
-}
-
-impl LinearRange {
-    /// A layer from float `len` on, which is moved to its end.
-    pub(super) fn take(inputs: usize, outputs: usize, len: &mut usize) -> Self {
-        let range = Self { inputs, outputs, weight: *len, bias: *len + inputs * outputs };
-        *len += inputs * outputs + outputs;
-        range
+/// Whether values lie between their bounds, each given as (field, value, least, most).
+///
+/// # Errors
+/// The first field out of range, and the reason.
+pub(super) fn within<T: PartialOrd + Display>(
+    ranges: &[(&'static str, T, T, T)],
+) -> Result<(), (&'static str, String)> {
+    match ranges.iter().find(|(_, value, low, high)| !(low <= value && value <= high)) {
+        Some((field, value, low, high)) => Err((field, format!("{value} is not between {low} and {high}"))),
+        None => Ok(()),
     }
-}
-
-/// Names, shapes and ranges of the parameters of named layers.
-pub(super) fn params_of(linears: Vec<(String, &LinearRange)>) -> Vec<ParamRange> {
-    let entries = linears.into_iter().flat_map(|(name, l)| {
-        [
-            ParamRange {
-                name: format!("{name}.weight"),
-                shape: vec![l.outputs, l.inputs],
-                range: l.weight..l.bias,
-            },
-            ParamRange {
-                name: format!("{name}.bias"),
-                shape: vec![l.outputs],
-                range: l.bias..l.bias + l.outputs,
-            },
-        ]
-    });
-    entries.collect()
 }
 
 /// Places of all layers.
@@ -271,11 +220,11 @@ pub(super) fn params_of(linears: Vec<(String, &LinearRange)>) -> Vec<ParamRange>
 pub struct NetworkLayout {
     /// The time network's two layers, if there is one.
     pub time: Option<[LinearRange; 2]>,
-    /// Hidden layers. Where a layer reads the input its columns are position, time, code, then the layer
-    /// before.
-    pub layers: Vec<LinearRange>,
-    /// The output layer: Δx (3), Δrotation (4), Δscale (3).
-    pub head: LinearRange,
+    /// The network proper. Where a layer reads the input its columns are position, time, code, then the layer
+    /// before; its outputs are Δx (3), Δrotation (4), Δscale (3).
+    pub mlp: MlpLayout,
+    /// Columns of position, time and code at the input.
+    columns: [usize; 3],
     /// Floats in all.
     pub len: usize,
 }
@@ -288,29 +237,40 @@ impl NetworkLayout {
         let time = (config.time_features > 0).then(|| {
             [linear(time_encoding, config.time_hidden), linear(config.time_hidden, config.time_features)]
         });
-        let input = config.position_width() + config.time_width() + config.code;
-        let layers = (0..config.depth)
-            .map(|i| {
-                let own = if i == 0 { 0 } else { config.width };
-                linear(own + if config.reads_input(i) { input } else { 0 }, config.width)
-            })
-            .collect();
-        let head = linear(config.width, DELTAS);
-        Self { time, layers, head, len }
+        let columns = [config.position_width(), config.time_width(), config.code];
+        let sizes = MlpSizes {
+            inputs: columns.iter().sum(),
+            depth: config.depth,
+            width: config.width,
+            outputs: DELTAS,
+            skip_layer: config.skip_layer,
+        };
+        let mlp = MlpLayout::new(sizes, &mut len);
+        Self { time, mlp, columns, len }
+    }
+
+    /// The network proper, with positions and, where there are any, codes as its inputs: the time acts through
+    /// the biases.
+    pub(super) fn shape(&self) -> MlpShape {
+        let [position, time, code] = self.columns;
+        let mut inputs = vec![0..position];
+        if code > 0 {
+            inputs.push(position + time..position + time + code);
+        }
+        MlpShape { layout: self.mlp.clone(), inputs, activation: Activation::Relu }
     }
 
     /// Every layer with its name.
     #[must_use]
     pub fn linears(&self) -> Vec<(String, &LinearRange)> {
         let time = self.time.iter().flatten().enumerate().map(|(i, l)| (format!("time.{i}"), l));
-        let layers = self.layers.iter().enumerate().map(|(i, l)| (format!("layer.{i}"), l));
-        time.chain(layers).chain([("head".to_owned(), &self.head)]).collect()
+        time.chain(self.mlp.named_linears()).collect()
     }
 
     /// Names, shapes and ranges of all parameters.
     #[must_use]
     pub fn params(&self) -> Vec<ParamRange> {
-        params_of(self.linears())
+        self.linears().into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
     }
 }
 
@@ -320,7 +280,7 @@ mod tests {
 
     #[test]
     fn the_paper_network_has_the_published_number_of_parameters() {
-        // reference-systems.md §4.8
+        // Counted in the authors' program.
         assert_eq!(DeformationConfig::paper().layout().len, 522_280);
     }
 

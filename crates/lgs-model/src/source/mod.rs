@@ -8,14 +8,11 @@
 //! makes it differentiable inside Burn, and [`mod@reference`] is its twin in plain tensor operations.
 
 mod blocks;
-mod chain;
 mod config;
 mod defgs;
-pub mod encoding;
 mod file;
 pub mod freegave;
 mod imported;
-mod matrix;
 pub mod network;
 mod official;
 pub mod pose;
@@ -25,9 +22,7 @@ pub mod tensor;
 mod testing;
 mod time_part;
 
-pub use config::{
-    DeformationConfig, HeadInit, LinearRange, MotionHead, NetworkLayout, ParamRange, ScaleMode,
-};
+pub use config::{DeformationConfig, HeadInit, MotionHead, NetworkLayout, ScaleMode};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
 pub use file::{SourceError, SourceKind, import_source, imported_kind, load_source};
 pub use freegave::{FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};

@@ -2,12 +2,16 @@
 //! out.
 //!
 //! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in
-//! order, so the result does not depend on the number of threads. Going back uses the activations that going
-//! forward kept. What enters the encoding is a constant (DefGS detaches it, §3.2); gradients reach positions
+//! order, so the result does not depend on the number of threads. The backward pass uses the activations that
+//! the forward pass kept. The encoding sees positions as constants (DefGS detaches them, method §3.1); gradients reach positions
 //! and quaternions where the pose is applied to them.
 
-use rand::RngExt;
+use std::ops::Range;
+
+use lgs_core::Stream;
+use lgs_nn::{LinearRange, MlpGradients, init_uniform};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::blocks::{Activations, Block, Pass, encoded};
 use super::config::{DeformationConfig, HeadInit};
@@ -19,13 +23,8 @@ pub(super) const BLOCK: usize = 256;
 /// Blocks whose weight gradients are accumulated together; bounds the memory of the partial sums.
 const BLOCKS_PER_PARTIAL: usize = 4;
 
-/// How many blocks of `n` Gaussians are accumulated together.
-pub(super) fn blocks_together(n: usize) -> usize {
-    BLOCKS_PER_PARTIAL.min(n.div_ceil(16 * BLOCK).max(1))
-}
-
 /// The affine map applied to positions before encoding: `(x − center) / scale`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputFrame {
     /// World units.
     pub center: [f32; 3],
@@ -67,21 +66,8 @@ impl Deformation {
     #[must_use]
     pub fn init(config: DeformationConfig, frame: InputFrame, seed: u64) -> Self {
         let layout = config.layout();
-        let mut random = lgs_core::stream(seed, "deformation network", 0);
-        let mut params = Vec::with_capacity(layout.len);
-        for (_, linear) in layout.linears() {
-            let bound = 1.0 / (linear.inputs as f32).sqrt();
-            params.extend(
-                (0..linear.inputs * linear.outputs + linear.outputs)
-                    .map(|_| random.random_range(-bound..bound)),
-            );
-        }
-        let factor = match config.head_init {
-            HeadInit::Uniform => 1.0,
-            HeadInit::Small => 0.01,
-            HeadInit::Zero => 0.0,
-        };
-        params[layout.head.weight..].iter_mut().for_each(|p| *p *= factor);
+        let random = lgs_core::stream(seed, "deformation network", 0);
+        let params = initial_params(&layout.linears(), &[&layout.mlp.head], config.head_init, random);
         Self { config, frame, params }
     }
 
@@ -99,7 +85,28 @@ impl Deformation {
     }
 }
 
-/// What a call works on.
+/// Parameters before training: uniform in ±1/√inputs, the heads as asked.
+pub(super) fn initial_params(
+    layers: &[(String, &LinearRange)],
+    heads: &[&LinearRange],
+    head_init: HeadInit,
+    mut random: Stream,
+) -> Vec<f32> {
+    let len = layers.iter().map(|(_, layer)| layer.end()).max().unwrap_or(0);
+    let mut params = vec![0.0; len];
+    init_uniform(layers.iter().map(|&(_, layer)| layer), &mut params, &mut random);
+    let factor = match head_init {
+        HeadInit::Uniform => 1.0,
+        HeadInit::Small => 0.01,
+        HeadInit::Zero => 0.0,
+    };
+    for head in heads {
+        params[head.range()].iter_mut().for_each(|p| *p *= factor);
+    }
+    params
+}
+
+/// The network, the Gaussians and the time of a call.
 #[derive(Clone, Copy)]
 pub struct DeformInput<'a> {
     /// Sizes.
@@ -116,7 +123,7 @@ pub struct DeformInput<'a> {
     pub time: f32,
 }
 
-/// Cotangents of what a gradient reaches.
+/// Gradients by parameters and canonical Gaussians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeformGradients {
     /// By the parameters `[P]`.
@@ -127,8 +134,16 @@ pub struct DeformGradients {
     pub rotations: Vec<[f32; 4]>,
 }
 
-/// What going forward leaves for going back.
-#[derive(Clone, Debug, Default)]
+impl DeformGradients {
+    /// Of rows `[v_x, v_q, unused]` per Gaussian.
+    pub(super) fn new(params: Vec<f32>, rows: &PoseRows) -> Self {
+        let (means, rotations) = rows.iter().map(|r| ([r[0], r[1], r[2]], [r[3], r[4], r[5], r[6]])).unzip();
+        Self { params, means, rotations }
+    }
+}
+
+/// The values of a forward pass that the backward pass needs.
+#[derive(Debug, Default)]
 pub struct Kept {
     /// One per block of Gaussians.
     blocks: Vec<Activations>,
@@ -187,29 +202,39 @@ pub fn deform_vjp(input: DeformInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]
     );
     let pass = Pass::new(&input);
     let mut rows = v_poses.to_vec();
-    let together = blocks_together(n);
-    let groups = rows.par_chunks_mut(together * BLOCK).zip(kept.blocks.par_chunks(together)).enumerate();
-    let partials: Vec<Vec<f32>> = groups
-        .map(|(group, (rows, kept))| {
-            let mut v_params = vec![0.0; input.params.len()];
-            for (block, (rows, activations)) in rows.chunks_mut(BLOCK).zip(kept).enumerate() {
-                let first = (group * together + block) * BLOCK;
-                let gaussians = first..first + rows.len();
-                let block = Block {
-                    means: &input.means[gaussians.clone()],
-                    rotations: &input.rotations[gaussians],
-                    codes: &[],
-                };
-                pass.backward(activations, block, rows, &mut v_params);
-            }
-            v_params
-        })
-        .collect();
+    let add =
+        |partial: &mut MlpGradients, gaussians: Range<usize>, activations: &Activations, rows: &mut _| {
+            let means = &input.means[gaussians.clone()];
+            let block = Block { means, rotations: &input.rotations[gaussians], codes: &[] };
+            pass.backward(activations, block, rows, partial);
+        };
+    let partials = partial_sums(&mut rows, &kept.blocks, || pass.gradients(), add);
     let mut params = vec![0.0; input.params.len()];
-    for partial in &partials {
-        params.iter_mut().zip(partial).for_each(|(v, p)| *v += p);
-    }
+    partials.iter().for_each(|partial| partial.add_to(&mut params));
     pass.finish(&mut params);
-    let (means, rotations) = rows.iter().map(|r| ([r[0], r[1], r[2]], [r[3], r[4], r[5], r[6]])).unzip();
-    DeformGradients { params, means, rotations }
+    DeformGradients::new(params, &rows)
+}
+
+/// A row of cotangents per Gaussian of a block.
+pub(super) type PoseRows = [[f32; DELTAS]];
+
+/// Runs the blocks of Gaussians backwards, given the rows of cotangents of all Gaussians and the values kept
+/// of each block: a few blocks after each other add to one partial sum, and the partial sums come in order.
+pub(super) fn partial_sums<K: Sync, P: Send>(
+    rows: &mut PoseRows,
+    kept: &[K],
+    zero: impl Fn() -> P + Sync,
+    add: impl Fn(&mut P, Range<usize>, &K, &mut PoseRows) + Sync,
+) -> Vec<P> {
+    let together = BLOCKS_PER_PARTIAL.min(rows.len().div_ceil(16 * BLOCK).max(1));
+    let groups = rows.par_chunks_mut(together * BLOCK).zip(kept.par_chunks(together)).enumerate();
+    let sum = |(group, (rows, kept)): (usize, (&mut PoseRows, &[K]))| {
+        let mut partial = zero();
+        for (block, (rows, kept)) in rows.chunks_mut(BLOCK).zip(kept).enumerate() {
+            let first = (group * together + block) * BLOCK;
+            add(&mut partial, first..first + rows.len(), kept, rows);
+        }
+        partial
+    };
+    groups.map(sum).collect()
 }

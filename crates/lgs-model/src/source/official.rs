@@ -10,10 +10,11 @@ use std::path::{Path, PathBuf};
 use lgs_data::files::FileError;
 use lgs_data::ply::read_ply;
 use lgs_data::pth::{PthError, StateDict};
+use lgs_nn::ParamRange;
+use lgs_nn::encoding::encoded_width;
 
-use super::config::{DeformationConfig, HeadInit, MotionHead, ParamRange, ScaleMode};
+use super::config::{DeformationConfig, HeadInit, MotionHead, ScaleMode};
 use super::defgs::DefGs;
-use super::encoding::encoded_width;
 use super::file::SourceError;
 use super::network::{Deformation, InputFrame};
 use super::pose::DELTAS;

@@ -3,11 +3,13 @@
 
 use burn::tensor::{Tensor, TensorData, activation::relu};
 
-use super::config::{DeformationConfig, LinearRange, MotionHead};
-use super::encoding::encode;
+use lgs_nn::encoding::encode;
+use lgs_nn::{LinearRange, MlpLayout};
+
+use super::config::{DeformationConfig, MotionHead};
 use super::network::InputFrame;
 
-pub(super) fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
+fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
     let weight: Tensor<2> =
         params.clone().narrow(0, l.weight, l.inputs * l.outputs).reshape([l.outputs, l.inputs]);
     let bias: Tensor<2> = params.clone().narrow(0, l.bias, l.outputs).reshape([1, l.outputs]);
@@ -63,7 +65,7 @@ pub(super) fn deform_with_codes(input: ReferenceInput<'_>, codes: Option<Tensor<
     let mut input =
         vec![encoded_positions(config, frame, &means), time_features(config, &params, time, means.dims()[0])];
     input.extend(codes);
-    let raw = raw_rows(config, &params, &Tensor::cat(input, 1)).mul_scalar(config.gain(time));
+    let raw = mlp(&params, &config.layout().mlp, &Tensor::cat(input, 1), relu).mul_scalar(config.gain(time));
     let length = rotations.clone().square().sum_dim(1).sqrt();
     let unit = rotations / length;
     let (a, s) = (columns(&raw, 0, 3), columns(&raw, 7, 3));
@@ -115,15 +117,19 @@ fn time_features(config: &DeformationConfig, params: &Tensor<1>, time: f32, n: u
     t.expand([n, config.time_width()])
 }
 
-/// Outputs `[n, DELTAS]` of the network before the gain.
-fn raw_rows(config: &DeformationConfig, params: &Tensor<1>, input: &Tensor<2>) -> Tensor<2> {
-    let layout = config.layout();
+/// A chain of linear layers with activations between them, of which one may read the input again.
+pub(super) fn mlp(
+    params: &Tensor<1>,
+    layout: &MlpLayout,
+    input: &Tensor<2>,
+    activation: fn(Tensor<2>) -> Tensor<2>,
+) -> Tensor<2> {
     let mut hidden = input.clone();
-    for (i, l) in layout.layers.iter().enumerate() {
-        if i > 0 && config.reads_input(i) {
+    for (i, l) in layout.hidden.iter().enumerate() {
+        if i > 0 && layout.reads_inputs(i) {
             hidden = Tensor::cat(vec![input.clone(), hidden], 1);
         }
-        hidden = relu(linear(params, l, hidden));
+        hidden = activation(linear(params, l, hidden));
     }
     linear(params, &layout.head, hidden)
 }

@@ -3,15 +3,17 @@
 //! All Gaussians of a frame share its time, so the time's columns of a weight act as a bias that is worked
 //! out once per call.
 
-use super::config::{DeformationConfig, LinearRange, NetworkLayout};
-use super::encoding::encode;
+use lgs_nn::LinearRange;
+use lgs_nn::encoding::encode;
 
-/// Per layer that reads the input, what the time adds to its bias; and what is needed to go back.
+use super::config::{DeformationConfig, NetworkLayout};
+
+/// The hidden layers' biases at a time, and the values that the backward pass needs.
 pub(super) struct TimePart {
     encoding: Vec<f32>,
     hidden: Vec<f32>,
     features: Vec<f32>,
-    /// Bias plus time columns, per hidden layer.
+    /// Bias plus time columns times features, per hidden layer.
     pub(super) biases: Vec<Vec<f32>>,
 }
 
@@ -28,9 +30,9 @@ impl TimePart {
             None => (Vec::new(), encoding.clone()),
         };
         let first_column = config.position_width();
-        let biases = layout.layers.iter().enumerate().map(|(i, l)| {
+        let biases = layout.mlp.hidden.iter().enumerate().map(|(i, l)| {
             let mut bias = params[l.bias..l.bias + l.outputs].to_vec();
-            if config.reads_input(i) {
+            if layout.mlp.reads_inputs(i) {
                 for (o, b) in bias.iter_mut().enumerate() {
                     let row = &params[l.weight + o * l.inputs + first_column..][..features.len()];
                     *b += dot(row, &features);
@@ -53,7 +55,7 @@ impl TimePart {
     ) {
         let first_column = config.position_width();
         let mut v_features = vec![0.0; self.features.len()];
-        for (_, l) in layout.layers.iter().enumerate().filter(|&(i, _)| config.reads_input(i)) {
+        for (_, l) in layout.mlp.hidden.iter().enumerate().filter(|&(i, _)| layout.mlp.reads_inputs(i)) {
             for o in 0..l.outputs {
                 let v_bias = v_params[l.bias + o];
                 let row = l.weight + o * l.inputs + first_column;

@@ -1,43 +1,43 @@
-//! One call of FreeGave's networks: what all blocks of Gaussians share, one block forwards, and one block
-//! back.
+//! One call of FreeGave's networks: the motion bases, which all Gaussians share, and blocks of Gaussians
+//! forwards and backwards.
 
 use lgs_core::linear::quat_mul;
+use lgs_nn::encoding::encode_into;
+use lgs_nn::{Activation, Mlp, MlpGradients, MlpLayout, MlpShape, OutputCotangents, Scratch, Tape};
 use rayon::prelude::*;
 
-use super::config::{ChainLayout, FreeGaveLayout};
 use super::network::{AdvectionInput, Learns};
 use super::twist::{TWIST, Twist, integrate, integrate_vjp, rotation, steps, twist_times};
 use crate::source::blocks::{Activations, Block, Pass, encoded};
-use crate::source::chain::{Activation, Chain, Input, Kept as Layers};
-use crate::source::encoding::encode_into;
 use crate::source::network::{BLOCK, DeformInput};
 use crate::source::pose::DELTAS;
 
 /// Motion bases at all times of the integration.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Bases {
     /// `[times, k]`; none if the velocity field is not asked.
     pub(super) twists: Vec<Twist>,
     /// Encoded times, `[features, times]`.
     encoding: Vec<f32>,
-    layers: Layers,
+    tape: Option<Tape>,
 }
 
-#[derive(Clone, Debug)]
+/// The values of a block that its backward pass needs.
+#[derive(Debug)]
 pub(super) struct BlockKept {
     deformation: Activations,
     /// Codes, `[k, block]`.
     codes: Vec<f32>,
-    code_layers: Layers,
+    code_tape: Tape,
     /// Present if the velocity field was asked.
     flow: Option<FlowKept>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct FlowKept {
     /// Mixing weights, `[k, block]`.
     weights: Vec<f32>,
-    layers: Layers,
+    tape: Tape,
     /// Centres where the integration starts.
     starts: Vec<[f32; 3]>,
     /// Rotations along it.
@@ -47,22 +47,20 @@ struct FlowKept {
 /// A call's constants.
 pub(super) struct Call<'a> {
     input: AdvectionInput<'a>,
-    layout: FreeGaveLayout,
     pass: Pass<'a>,
+    code: Mlp,
+    segment: Mlp,
+    velocity: Mlp,
     steps: Vec<f32>,
 }
 
 /// Gradients of a few blocks.
 pub(super) struct Partial {
-    pub(super) params: Vec<f32>,
+    deformation: MlpGradients,
+    code: MlpGradients,
+    segment: MlpGradients,
     /// By the motion bases, `[times, k]`.
-    pub(super) bases: Vec<Twist>,
-}
-
-impl Partial {
-    pub(super) fn zero(params: usize, bases: usize) -> Self {
-        Self { params: vec![0.0; params], bases: vec![[0.0; TWIST]; bases] }
-    }
+    bases: Vec<Twist>,
 }
 
 impl<'a> Call<'a> {
@@ -79,38 +77,19 @@ impl<'a> Call<'a> {
             rotations,
             time: advection.from,
         });
-        Self { input, layout, pass, steps: steps(advection.from, advection.to, advection.longest_step) }
-    }
-
-    fn chain<'b>(&'b self, layout: &'b ChainLayout, activation: Activation) -> Chain<'b> {
-        let skip_layer = if std::ptr::eq(layout, &self.layout.code) {
-            self.input.config.velocity.code_skip_layer
-        } else {
-            usize::MAX - 1
-        };
-        Chain {
-            params: self.input.params,
-            hidden: &layout.hidden,
-            head: &layout.head,
-            skip_layer,
-            activation,
+        let mlp = |layout: MlpLayout, activation| Mlp::new(MlpShape::new(layout, activation), params);
+        Self {
+            input,
+            pass,
+            code: mlp(layout.code, Activation::Relu),
+            segment: mlp(layout.segment, Activation::Relu),
+            velocity: mlp(layout.velocity, Activation::Silu),
+            steps: steps(advection.from, advection.to, advection.longest_step),
         }
     }
 
     fn k(&self) -> usize {
         self.input.config.bases()
-    }
-
-    fn position<'b>(&self, encoded: &'b [f32]) -> Input<'b> {
-        Input { values: encoded, first: 0, count: self.input.config.deformation.position_width() }
-    }
-
-    fn code<'b>(&self, codes: &'b [f32]) -> Input<'b> {
-        Input { values: codes, first: 0, count: self.k() }
-    }
-
-    fn time<'b>(&self, encoding: &'b [f32]) -> Input<'b> {
-        Input { values: encoding, first: 0, count: self.layout.velocity.hidden[0].inputs }
     }
 
     /// The motion bases at the times of the integration.
@@ -120,15 +99,14 @@ impl<'a> Call<'a> {
             return Bases::default();
         }
         let (k, count) = (self.k(), times.len());
-        let mut encoding = vec![0.0; self.layout.velocity.hidden[0].inputs * count];
+        let mut encoding = vec![0.0; self.velocity.shape().layout.hidden[0].inputs * count];
         for (j, t) in times.iter().enumerate() {
             encode_into(&[*t], self.input.config.velocity.time_frequencies, &mut encoding[j..], count);
         }
-        let (out, layers) =
-            self.chain(&self.layout.velocity, Activation::Silu).forward(&[self.time(&encoding)], None, count);
+        let (out, tape) = self.velocity.evaluate(&[&encoding], count);
         let twist = |j: usize, i: usize| std::array::from_fn(|c| out[(TWIST * i + c) * count + j]);
         let twists = (0..count).flat_map(|j| (0..k).map(move |i| (j, i))).map(|(j, i)| twist(j, i)).collect();
-        Bases { twists, encoding, layers }
+        Bases { twists, encoding, tape: Some(tape) }
     }
 
     /// Pose rows, and what `keep` makes of what every block leaves.
@@ -156,17 +134,15 @@ impl<'a> Call<'a> {
     ) -> BlockKept {
         let block = means.len();
         let encoded = encoded(means, self.input.frame, &self.input.config.deformation);
-        let (codes, code_layers) =
-            self.chain(&self.layout.code, Activation::Relu).forward(&[self.position(&encoded)], None, block);
+        let (codes, code_tape) = self.code.evaluate(&[&encoded], block);
         let deformation = self.pass.forward(Block { means, rotations, codes: &codes }, encoded, poses);
         let flow = (!self.steps.is_empty()).then(|| self.forward_flow(&codes, bases, poses));
-        BlockKept { deformation, codes, code_layers, flow }
+        BlockKept { deformation, codes, code_tape, flow }
     }
 
     fn forward_flow(&self, codes: &[f32], bases: &Bases, poses: &mut [[f32; DELTAS]]) -> FlowKept {
         let block = poses.len();
-        let (weights, layers) =
-            self.chain(&self.layout.segment, Activation::Relu).forward(&[self.code(codes)], None, block);
+        let (weights, tape) = self.segment.evaluate(&[codes], block);
         let starts: Vec<[f32; 3]> = poses.iter().map(|&[x, y, z, ..]| [x, y, z]).collect();
         let mut turns = Vec::new();
         for (b, pose) in poses.iter_mut().enumerate() {
@@ -179,7 +155,7 @@ impl<'a> Call<'a> {
                 turns.push(turn);
             }
         }
-        FlowKept { weights, layers, starts, turns }
+        FlowKept { weights, tape, starts, turns }
     }
 
     /// A Gaussian's twists at the times of the integration.
@@ -210,21 +186,17 @@ impl<'a> Call<'a> {
         if self.input.advection.learns == Learns::All {
             let (means, rotations) = (&self.input.means[gaussians.clone()], &self.input.rotations[gaussians]);
             let block = Block { means, rotations, codes: &kept.codes };
-            v_codes = self.pass.backward(&kept.deformation, block, rows, &mut partial.params);
+            v_codes = self.pass.backward(&kept.deformation, block, rows, &mut partial.deformation);
         } else {
             rows.fill([0.0; DELTAS]);
         }
         if let Some(v) = v_from_flow {
             v_codes.iter_mut().zip(v).for_each(|(sum, v)| *sum += v);
         }
-        let inputs = [self.position(&kept.deformation.encoded)];
-        self.chain(&self.layout.code, Activation::Relu).backward(
-            &kept.code_layers,
-            &inputs,
-            &v_codes,
-            &mut partial.params,
-            &mut [],
-        );
+        let inputs = [&kept.deformation.encoded[..]];
+        let cotangents = OutputCotangents { inputs: &inputs, tape: &kept.code_tape, v_y: &v_codes };
+        let mut scratch = Scratch::new(&self.code, rows.len());
+        self.code.output_vjp(cotangents, &mut scratch, &mut partial.code, &mut []);
     }
 
     /// Adds the gradients of segment head and bases, takes the turns out of the rows' quaternions, and
@@ -254,26 +226,51 @@ impl<'a> Call<'a> {
                 row[3..7].copy_from_slice(&before);
             }
         }
-        let mut v_codes = [vec![0.0; k * block]];
-        let chain = self.chain(&self.layout.segment, Activation::Relu);
-        chain.backward(&flow.layers, &[self.code(codes)], &v_weights, &mut partial.params, &mut v_codes);
-        let [v_codes] = v_codes;
+        let mut v_codes = vec![0.0; k * block];
+        let cotangents = OutputCotangents { inputs: &[codes], tape: &flow.tape, v_y: &v_weights };
+        let mut scratch = Scratch::new(&self.segment, block);
+        self.segment.output_vjp(cotangents, &mut scratch, &mut partial.segment, &mut [&mut v_codes]);
         v_codes
     }
 
-    /// Gradients of what does not depend on the Gaussian, once all blocks have been added.
-    pub(super) fn finish(&self, bases: &Bases, sum: &mut Partial) {
-        self.pass.finish(&mut sum.params);
-        if bases.twists.is_empty() {
-            return;
+    /// Zeros.
+    pub(super) fn partial(&self, bases: &Bases) -> Partial {
+        Partial {
+            deformation: self.pass.gradients(),
+            code: MlpGradients::zeros(self.code.shape()),
+            segment: MlpGradients::zeros(self.segment.shape()),
+            bases: vec![[0.0; TWIST]; bases.twists.len()],
         }
+    }
+
+    /// The gradient by all parameters: the partial sums in order, and then what reaches the time network and
+    /// the velocity network through them.
+    pub(super) fn sum(&self, bases: &Bases, partials: &[Partial]) -> Vec<f32> {
+        let mut params = vec![0.0; self.input.params.len()];
+        let mut v_bases = vec![[0.0; TWIST]; bases.twists.len()];
+        for partial in partials {
+            let Partial { deformation, code, segment, bases } = partial;
+            [deformation, code, segment].into_iter().for_each(|mlp| mlp.add_to(&mut params));
+            let sums = v_bases.as_flattened_mut().iter_mut();
+            sums.zip(bases.as_flattened()).for_each(|(sum, v)| *sum += v);
+        }
+        self.pass.finish(&mut params);
+        self.backward_bases(bases, &v_bases, &mut params);
+        params
+    }
+
+    fn backward_bases(&self, bases: &Bases, v_bases: &[Twist], v_params: &mut [f32]) {
+        let Some(tape) = &bases.tape else { return };
         let (k, count) = (self.k(), bases.twists.len() / self.k());
         let mut v_out = vec![0.0; TWIST * k * count];
-        for (at, v_twist) in sum.bases.iter().enumerate() {
+        for (at, v_twist) in v_bases.iter().enumerate() {
             let (j, i) = (at / k, at % k);
             v_twist.iter().enumerate().for_each(|(c, v)| v_out[(TWIST * i + c) * count + j] = *v);
         }
-        let chain = self.chain(&self.layout.velocity, Activation::Silu);
-        chain.backward(&bases.layers, &[self.time(&bases.encoding)], &v_out, &mut sum.params, &mut []);
+        let cotangents = OutputCotangents { inputs: &[&bases.encoding], tape, v_y: &v_out };
+        let mut scratch = Scratch::new(&self.velocity, count);
+        let mut gradients = MlpGradients::zeros(self.velocity.shape());
+        self.velocity.output_vjp(cotangents, &mut scratch, &mut gradients, &mut []);
+        gradients.add_to(v_params);
     }
 }

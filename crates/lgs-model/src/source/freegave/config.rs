@@ -1,16 +1,16 @@
-//! Sizes and choices of FreeGave's networks (§4.1, §4.2), and where each parameter lies in the flat vector.
+//! Sizes and choices of FreeGave's networks (method §3.2), and where each parameter lies in the flat vector.
 
+use lgs_nn::encoding::encoded_width;
+use lgs_nn::{LinearRange, MlpLayout, MlpSizes, ParamRange};
 use serde::{Deserialize, Serialize};
 
-use crate::source::config::{DeformationConfig, LinearRange, NetworkLayout, ParamRange, params_of};
-use crate::source::encoding::encoded_width;
-
 use super::twist::TWIST;
+use crate::source::config::{DeformationConfig, NetworkLayout, within};
 
-/// Hidden units of the segment head, as a multiple of the code's length (§4.1).
+/// Hidden units of the segment head, as a multiple of the code's length (method §3.2).
 const SEGMENT_FACTOR: usize = 4;
 
-/// How the rotation of a Gaussian that the velocity field carries is accumulated (§4.2).
+/// How the rotation of a Gaussian that the velocity field carries is accumulated (method §3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RotationForm {
@@ -57,7 +57,7 @@ impl Default for VelocityConfig {
 }
 
 impl VelocityConfig {
-    /// As published, for the scenes that end at 0.75 (§4.1, §4.5).
+    /// As published, for the scenes that end at 0.75 (method §3.2).
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -91,7 +91,24 @@ impl VelocityConfig {
     }
 }
 
-/// All that decides what FreeGave's networks compute.
+impl VelocityConfig {
+    fn validate(&self) -> Result<(), (&'static str, String)> {
+        within(&[
+            ("code_depth", self.code_depth, 1, 32),
+            ("code_width", self.code_width, 1, 4096),
+            ("depth", self.depth, 1, 32),
+            ("width", self.width, 1, 4096),
+            ("time_frequencies", self.time_frequencies, 0, 16),
+        ])?;
+        within(&[
+            ("max_time", self.max_time, 0.0, 1e3),
+            ("fps", self.fps, 1.0, 1e4),
+            ("still_within", self.still_within, 0.0, 1e6),
+        ])
+    }
+}
+
+/// Sizes and choices of all of FreeGave's networks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeGaveConfig {
     /// The deformation network; its code is the Gaussians' code.
@@ -113,30 +130,7 @@ impl FreeGaveConfig {
                 "0 leaves the velocity field without bases".to_owned(),
             ));
         }
-        let velocity = &self.velocity;
-        let sizes = [
-            ("code_depth", velocity.code_depth, 1, 32),
-            ("code_width", velocity.code_width, 1, 4096),
-            ("depth", velocity.depth, 1, 32),
-            ("width", velocity.width, 1, 4096),
-            ("time_frequencies", velocity.time_frequencies, 0, 16),
-        ];
-        if let Some((field, value, low, high)) =
-            sizes.into_iter().find(|&(_, value, low, high)| value < low || value > high)
-        {
-            return Err((format!("velocity.{field}"), format!("{value} is not between {low} and {high}")));
-        }
-        let numbers = [
-            ("max_time", velocity.max_time, 0.0, 1e3),
-            ("fps", velocity.fps, 1.0, 1e4),
-            ("still_within", velocity.still_within, 0.0, 1e6),
-        ];
-        match numbers.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
-            Some((field, value, low, high)) => {
-                Err((format!("velocity.{field}"), format!("{value} is not between {low} and {high}")))
-            }
-            None => Ok(()),
-        }
+        self.velocity.validate().map_err(|(field, reason)| (format!("velocity.{field}"), reason))
     }
 
     /// Motion bases K, which is the length of a code.
@@ -152,44 +146,17 @@ impl FreeGaveConfig {
     }
 }
 
-/// Places of the layers of a network without side inputs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChainLayout {
-    /// Hidden layers.
-    pub hidden: Vec<LinearRange>,
-    /// The output layer.
-    pub head: LinearRange,
-}
-
-impl ChainLayout {
-    /// A chain from `inputs` through `depth` layers of `width` to `outputs`, from float `len` on, which is
-    /// moved to its end.
-    fn new([inputs, depth, width, outputs]: [usize; 4], skip_layer: usize, len: &mut usize) -> Self {
-        let hidden = (0..depth).map(|i| {
-            let own = if i == 0 { 0 } else { width };
-            let read = if i == 0 || i == skip_layer + 1 { inputs } else { 0 };
-            LinearRange::take(own + read, width, len)
-        });
-        Self { hidden: hidden.collect(), head: LinearRange::take(width, outputs, len) }
-    }
-
-    fn linears<'a>(&'a self, name: &'a str) -> impl Iterator<Item = (String, &'a LinearRange)> {
-        let hidden = self.hidden.iter().enumerate().map(move |(i, l)| (format!("{name}.layer.{i}"), l));
-        hidden.chain([(format!("{name}.head"), &self.head)])
-    }
-}
-
 /// Places of all layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeGaveLayout {
     /// The deformation network, from the first float on.
     pub deformation: NetworkLayout,
     /// The code field.
-    pub code: ChainLayout,
+    pub code: MlpLayout,
     /// The segment head.
-    pub segment: ChainLayout,
+    pub segment: MlpLayout,
     /// The velocity network.
-    pub velocity: ChainLayout,
+    pub velocity: MlpLayout,
     /// Floats in all.
     pub len: usize,
 }
@@ -197,38 +164,35 @@ pub struct FreeGaveLayout {
 impl FreeGaveLayout {
     fn new(config: &FreeGaveConfig) -> Self {
         let FreeGaveConfig { deformation, velocity } = config;
-        let (k, never) = (config.bases(), usize::MAX - 1);
+        let k = config.bases();
         let own = deformation.layout();
         let mut len = own.len;
+        let mut mlp = |inputs, [depth, width]: [usize; 2], outputs, skip_layer| {
+            MlpLayout::new(MlpSizes { inputs, depth, width, outputs, skip_layer }, &mut len)
+        };
         let position = deformation.position_width();
-        let code = ChainLayout::new(
-            [position, velocity.code_depth, velocity.code_width, k],
-            velocity.code_skip_layer,
-            &mut len,
-        );
-        let segment = ChainLayout::new([k, 2, SEGMENT_FACTOR * k, k], never, &mut len);
+        let code = mlp(position, [velocity.code_depth, velocity.code_width], k, velocity.code_skip_layer);
+        let segment = mlp(k, [2, SEGMENT_FACTOR * k], k, MlpSizes::NO_SKIP);
         let time = encoded_width(1, velocity.time_frequencies);
-        let velocity = ChainLayout::new([time, velocity.depth, velocity.width, TWIST * k], never, &mut len);
+        let velocity = mlp(time, [velocity.depth, velocity.width], TWIST * k, MlpSizes::NO_SKIP);
         Self { deformation: own, code, segment, velocity, len }
     }
 
     /// Every layer with its name.
     #[must_use]
     pub fn linears(&self) -> Vec<(String, &LinearRange)> {
-        let deformation =
-            self.deformation.linears().into_iter().map(|(name, l)| (format!("deformation.{name}"), l));
-        let rest = self
-            .code
-            .linears("code")
-            .chain(self.segment.linears("segment"))
-            .chain(self.velocity.linears("velocity"));
-        deformation.chain(rest).collect()
+        let own = self.deformation.linears().into_iter().map(|(name, l)| (format!("deformation.{name}"), l));
+        let rest = [("code", &self.code), ("segment", &self.segment), ("velocity", &self.velocity)];
+        let rest = rest.into_iter().flat_map(|(network, layout)| {
+            layout.named_linears().map(move |(name, l)| (format!("{network}.{name}"), l))
+        });
+        own.chain(rest).collect()
     }
 
     /// Names, shapes and ranges of all parameters.
     #[must_use]
     pub fn params(&self) -> Vec<ParamRange> {
-        params_of(self.linears())
+        self.linears().into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
     }
 }
 
@@ -238,16 +202,15 @@ mod tests {
 
     #[test]
     fn the_paper_networks_have_the_published_numbers_of_parameters() {
-        // reference-systems.md §4.8
+        // Counted in the authors' program.
         let deformation = DeformationConfig::freegave_paper();
         let layout = FreeGaveConfig { deformation, velocity: VelocityConfig::paper() }.layout();
-        let end = |l: &ChainLayout| l.head.bias + l.head.outputs;
-        let (code, segment) = (end(&layout.code), end(&layout.segment));
+        let (code, segment) = (layout.code.end(), layout.segment.end());
         assert_eq!(
             (layout.deformation.len, segment - layout.deformation.len, layout.len - segment),
             (114_472, 71_072, 79_456)
         );
-        assert!(code < segment && end(&layout.velocity) == layout.len);
+        assert!(code < segment && layout.velocity.end() == layout.len);
     }
 
     #[test]

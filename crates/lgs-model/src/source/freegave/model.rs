@@ -141,8 +141,8 @@ mod tests {
         let mut model = model(rotation);
         let layout = model.networks.config.layout();
         let params = &mut model.networks.params;
-        for head in [&layout.deformation.head, &layout.segment.head, &layout.velocity.head] {
-            params[head.weight..head.bias + head.outputs].fill(0.0);
+        for head in [&layout.deformation.mlp.head, &layout.segment.head, &layout.velocity.head] {
+            params[head.range()].fill(0.0);
         }
         // The first basis alone, of weight one: −ω about z.
         params[layout.segment.head.bias] = 1.0;

@@ -2,18 +2,16 @@
 //! in, pose rows out.
 //!
 //! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in
-//! order, so the result does not depend on the number of threads. Gradients (§4.3): positions pass theirs
+//! order, so the result does not depend on the number of threads. Gradients (method §3.2): positions pass theirs
 //! straight to the deformation, as if what the velocity field adds were constant, and the velocity field gets
 //! its own through that addition, as if the start of it were constant. What enters the encoding is a
 //! constant.
 
-use rand::RngExt;
-use rayon::prelude::*;
+use std::ops::Range;
 
 use super::call::{Bases, BlockKept, Call, Partial};
 use super::config::FreeGaveConfig;
-use crate::source::config::HeadInit;
-use crate::source::network::{BLOCK, DeformGradients, InputFrame, blocks_together};
+use crate::source::network::{BLOCK, DeformGradients, InputFrame, PoseRows, initial_params, partial_sums};
 use crate::source::pose::DELTAS;
 
 /// The networks with their parameters.
@@ -33,34 +31,20 @@ impl FreeGaveNetworks {
     #[must_use]
     pub fn init(config: FreeGaveConfig, frame: InputFrame, seed: u64) -> Self {
         let layout = config.layout();
-        let mut random = lgs_core::stream(seed, "FreeGave's networks", 0);
-        let mut params = Vec::with_capacity(layout.len);
-        for (_, linear) in layout.linears() {
-            let bound = 1.0 / (linear.inputs as f32).sqrt();
-            params.extend(
-                (0..linear.inputs * linear.outputs + linear.outputs)
-                    .map(|_| random.random_range(-bound..bound)),
-            );
-        }
-        let factor = match config.deformation.head_init {
-            HeadInit::Uniform => 1.0,
-            HeadInit::Small => 0.01,
-            HeadInit::Zero => 0.0,
-        };
-        for head in [&layout.deformation.head, &layout.velocity.head] {
-            params[head.weight..head.bias + head.outputs].iter_mut().for_each(|p| *p *= factor);
-        }
+        let random = lgs_core::stream(seed, "FreeGave's networks", 0);
+        let heads = [&layout.deformation.mlp.head, &layout.velocity.head];
+        let params = initial_params(&layout.linears(), &heads, config.deformation.head_init, random);
         Self { config, frame, params }
     }
 }
 
-/// What a call's gradients reach.
+/// The parameters that receive gradients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Learns {
     /// All networks and the Gaussians.
     #[default]
     All,
-    /// What makes the velocity field; the deformation and the Gaussians are constants.
+    /// Those of the velocity field; the deformation and the Gaussians are constants.
     Velocity,
 }
 
@@ -86,7 +70,7 @@ impl Advection {
         Self { from: time, to: time, longest_step: f32::INFINITY, turns: false, learns: Learns::All }
     }
 
-    /// The render step (§4.3): the deformation up to T*, then the velocity field with rotations.
+    /// The render step (method §3.2): the deformation up to T*, then the velocity field with rotations.
     #[must_use]
     pub fn to_draw(config: &FreeGaveConfig, time: f32) -> Self {
         let velocity = &config.velocity;
@@ -100,7 +84,7 @@ impl Advection {
     }
 }
 
-/// What a call works on.
+/// The networks, the Gaussians and the times of a call.
 #[derive(Clone, Copy)]
 pub struct AdvectionInput<'a> {
     /// Sizes.
@@ -117,8 +101,8 @@ pub struct AdvectionInput<'a> {
     pub advection: Advection,
 }
 
-/// What going forward leaves for going back.
-#[derive(Clone, Debug, Default)]
+/// The values of a forward pass that the backward pass needs.
+#[derive(Debug, Default)]
 pub struct Kept {
     blocks: Vec<BlockKept>,
     bases: Bases,
@@ -160,24 +144,10 @@ pub fn carry_vjp(input: AdvectionInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS
     );
     let call = Call::new(input);
     let mut rows = v_poses.to_vec();
-    let together = blocks_together(n);
-    let groups = rows.par_chunks_mut(together * BLOCK).zip(kept.blocks.par_chunks(together)).enumerate();
-    let partials: Vec<Partial> = groups
-        .map(|(group, (rows, blocks))| {
-            let mut partial = Partial::zero(input.params.len(), kept.bases.twists.len());
-            for (block, (rows, kept_block)) in rows.chunks_mut(BLOCK).zip(blocks).enumerate() {
-                let first = (group * together + block) * BLOCK;
-                call.backward((kept_block, &kept.bases), first..first + rows.len(), rows, &mut partial);
-            }
-            partial
-        })
-        .collect();
-    let mut sum = Partial::zero(input.params.len(), kept.bases.twists.len());
-    for partial in &partials {
-        sum.params.iter_mut().zip(&partial.params).for_each(|(v, p)| *v += p);
-        sum.bases.as_flattened_mut().iter_mut().zip(partial.bases.as_flattened()).for_each(|(v, p)| *v += p);
-    }
-    call.finish(&kept.bases, &mut sum);
-    let (means, rotations) = rows.iter().map(|r| ([r[0], r[1], r[2]], [r[3], r[4], r[5], r[6]])).unzip();
-    DeformGradients { params: sum.params, means, rotations }
+    let zero = || call.partial(&kept.bases);
+    let add = |partial: &mut Partial, gaussians: Range<usize>, block: &BlockKept, rows: &mut PoseRows| {
+        call.backward((block, &kept.bases), gaussians, rows, partial);
+    };
+    let partials = partial_sums(&mut rows, &kept.blocks, zero, add);
+    DeformGradients::new(call.sum(&kept.bases, &partials), &rows)
 }

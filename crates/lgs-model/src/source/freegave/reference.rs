@@ -1,19 +1,15 @@
 //! FreeGave's networks in plain tensor operations: the twin that tests compare [`super::network`] with,
 //! differentiated by Burn.
 
-use burn::tensor::{
-    Tensor, TensorData,
-    activation::{relu, silu},
-};
+use burn::tensor::activation::{relu, silu};
+use burn::tensor::{Tensor, TensorData};
+use lgs_nn::encoding::encode;
 
-use super::config::{ChainLayout, FreeGaveConfig};
+use super::config::FreeGaveConfig;
 use super::network::Advection;
 use super::twist::{TWIST, steps, twist_times};
-use crate::source::encoding::encode;
 use crate::source::network::InputFrame;
-use crate::source::reference::{
-    ReferenceInput, columns, cross, deform_with_codes, encoded_positions, linear,
-};
+use crate::source::reference::{ReferenceInput, columns, cross, deform_with_codes, encoded_positions, mlp};
 
 /// Inputs of [`carry`].
 pub struct CarryInput<'a> {
@@ -37,15 +33,8 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
     let CarryInput { config, frame, params, means, rotations, advection } = input;
     let layout = config.layout();
     let x = encoded_positions(&config.deformation, frame, &means);
-    let mut hidden = x.clone();
-    for (i, l) in layout.code.hidden.iter().enumerate() {
-        if i > 0 && i == config.velocity.code_skip_layer + 1 {
-            hidden = Tensor::cat(vec![x.clone(), hidden], 1);
-        }
-        hidden = relu(linear(&params, l, hidden));
-    }
-    let codes = linear(&params, &layout.code.head, hidden);
-    let weights = chain(&params, &layout.segment, codes.clone(), relu);
+    let codes = mlp(&params, &layout.code, &x, relu);
+    let weights = mlp(&params, &layout.segment, &codes, relu);
     let deformation = ReferenceInput {
         config: &config.deformation,
         frame,
@@ -61,7 +50,7 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
         let encoding = encode(&[t], config.velocity.time_frequencies);
         let width = encoding.len();
         let time = Tensor::<2>::from_data(TensorData::new(encoding, [1, width]), &params.device());
-        weights.clone().matmul(chain(&params, &layout.velocity, time, silu).reshape([config.bases(), TWIST]))
+        weights.clone().matmul(mlp(&params, &layout.velocity, &time, silu).reshape([config.bases(), TWIST]))
     };
     // The velocity field sees where it starts as a constant, and the deformation what the velocity field
     // adds.
@@ -72,16 +61,6 @@ pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
         p = p + velocity(&twist(times[2 * i + 1]), &halfway) * *h;
     }
     Tensor::cat(vec![columns(&poses, 0, 3) + (p - start), columns(&poses, 3, 7)], 1)
-}
-
-fn chain(
-    params: &Tensor<1>,
-    layout: &ChainLayout,
-    x: Tensor<2>,
-    activation: fn(Tensor<2>) -> Tensor<2>,
-) -> Tensor<2> {
-    let hidden = layout.hidden.iter().fold(x, |x, l| activation(linear(params, l, x)));
-    linear(params, &layout.head, hidden)
 }
 
 fn velocity(twist: &Tensor<2>, p: &Tensor<2>) -> Tensor<2> {

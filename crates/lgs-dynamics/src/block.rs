@@ -1,16 +1,8 @@
-//! Arithmetic on blocks of particles.
+//! Blocks of particles.
 //!
-//! A block holds [`WIDTH`] particles. What has a few features (positions, forces) lies feature-major,
-//! `[features, WIDTH]`; hidden layers lie particle-major, `[WIDTH, units]`, so that every matrix product
-//! reads both of its operands as they lie. The last block of a set is padded with copies of its first
-//! particle; the padding's cotangents are zero. Matrix products ([`product`]) and what happens at their ends
-//! ([`activation`], [`chain`]) are compiled once per processor feature level and chosen at run time.
-
-pub(crate) mod activation;
-pub(crate) mod buffer;
-pub(crate) mod chain;
-pub(crate) mod packed;
-pub(crate) mod product;
+//! A block holds [`WIDTH`] particles; positions, velocities and forces lie feature-major, `[features, WIDTH]`,
+//! as the networks read them. The last block of a set is padded with copies of its first particle; the
+//! padding's cotangents are zero.
 
 /// Particles in a block. Results do not depend on how blocks are spread over threads.
 pub(crate) const WIDTH: usize = 64;

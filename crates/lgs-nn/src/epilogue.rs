@@ -1,21 +1,38 @@
-//! Ends of matrix products in the chain of the spatial gradient and in the backward passes; all matrices are
-//! `[WIDTH, units]`.
+//! Ends of matrix products in backward passes and in the gradient by the inputs; all matrices are
+//! `[rows, units]`.
 
-use crate::block::WIDTH;
-use crate::block::product::{Epilogue, vector, vector_at};
+use crate::product::{Epilogue, vector, vector_at};
 use pulp::{Simd, WithSimd};
 
-/// `by = by ⊙ sums`, all `[WIDTH, units]`.
+/// `out = slope ⊙ sums`.
 pub(crate) struct Scale<'a> {
-    pub(crate) by: &'a mut [f32],
+    pub(crate) slope: &'a [f32],
+    pub(crate) out: &'a mut [f32],
     pub(crate) units: usize,
 }
 
 impl Epilogue for Scale<'_> {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let by = vector::<S>(self.by, row * self.units + column);
-        *by = simd.mul_f32s(*by, sums);
+        let at = row * self.units + column;
+        *vector::<S>(self.out, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
+    }
+}
+
+/// `out = sums` where `h > 0`, and 0 elsewhere.
+pub(crate) struct Mask<'a> {
+    pub(crate) h: &'a [f32],
+    pub(crate) out: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for Mask<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let at = row * self.units + column;
+        let zero = simd.splat_f32s(0.0);
+        let active = simd.greater_than_f32s(vector_at::<S>(self.h, at), zero);
+        *vector::<S>(self.out, at) = simd.select_f32s(active, sums, zero);
     }
 }
 
@@ -74,9 +91,10 @@ impl Epilogue for SlopeVjp<'_> {
     }
 }
 
-/// Hands one row to an epilogue as every particle's.
+/// Hands one row to an epilogue as each of `rows` rows.
 pub(crate) struct EveryRow<'a, E> {
     pub(crate) row: &'a [f32],
+    pub(crate) rows: usize,
     pub(crate) epilogue: E,
 }
 
@@ -85,7 +103,7 @@ impl<E: Epilogue> WithSimd for EveryRow<'_, E> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        for row in 0..WIDTH {
+        for row in 0..self.rows {
             for (at, &values) in S::as_simd_f32s(self.row).0.iter().enumerate() {
                 self.epilogue.take(simd, row, at * S::F32_LANES, values);
             }

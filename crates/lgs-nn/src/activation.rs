@@ -1,10 +1,10 @@
-//! SiLU with its first two derivatives as ends of matrix products, and softplus.
+//! ReLU, and SiLU with its first two derivatives, as ends of matrix products.
 //!
-//! `φ(z) = z s`, `φ' = s (1 + z (1 − s))`, `φ'' = s (1 − s) (2 + z (1 − 2 s))` with `s = sigmoid(z)`
-//! (reference §8.3). The exponential is a polynomial of degree 5 after reduction to powers of two (relative
+//! SiLU: `φ(z) = z s`, `φ' = s (1 + z (1 − s))`, `φ'' = s (1 − s) (2 + z (1 − 2 s))` with `s = sigmoid(z)`
+//! (method §4.1). The exponential is a polynomial of degree 5 after reduction to powers of two (relative
 //! error below 3e-7).
 
-use crate::block::product::{Epilogue, vector, vector_at};
+use crate::product::{Epilogue, vector, vector_at};
 use pulp::Simd;
 
 /// Minimax polynomial of 2^x on ±½: relative error below 7.5e-8 before rounding.
@@ -32,23 +32,82 @@ fn sigmoid<S: Simd>(simd: S, z: S::f32s) -> S::f32s {
     simd.div_f32s(one, simd.add_f32s(one, exp))
 }
 
-/// `h = φ(z)` of `z = sums + bias`; all matrices are `[rows, bias.len()]`.
+/// The numbers that are added to the sums of a product: one row for all rows (a bias), or a matrix (the sums
+/// over the inputs read before).
+#[derive(Clone, Copy)]
+pub(crate) struct Offset<'a> {
+    values: &'a [f32],
+    stride: usize,
+}
+
+impl<'a> Offset<'a> {
+    /// One row for all rows.
+    pub(crate) fn row(values: &'a [f32]) -> Self {
+        Self { values, stride: 0 }
+    }
+
+    /// A matrix `[rows, units]`.
+    pub(crate) fn matrix(values: &'a [f32], units: usize) -> Self {
+        Self { values, stride: units }
+    }
+
+    #[inline(always)]
+    fn plus<S: Simd>(self, simd: S, row: usize, column: usize, sums: S::f32s) -> S::f32s {
+        simd.add_f32s(sums, vector_at::<S>(self.values, row * self.stride + column))
+    }
+}
+
+/// `z = sums + offset`, `[rows, units]`.
+pub(crate) struct Linear<'a> {
+    pub(crate) offset: Offset<'a>,
+    pub(crate) z: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for Linear<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let z = self.offset.plus(simd, row, column, sums);
+        *vector::<S>(self.z, row * self.units + column) = z;
+    }
+}
+
+/// `h = max(z, 0)` of `z = sums + offset`, `[rows, units]`.
+pub(crate) struct Relu<'a> {
+    pub(crate) offset: Offset<'a>,
+    pub(crate) h: &'a mut [f32],
+    pub(crate) units: usize,
+}
+
+impl Epilogue for Relu<'_> {
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
+        let z = self.offset.plus(simd, row, column, sums);
+        let zero = simd.splat_f32s(0.0);
+        let h = simd.select_f32s(simd.greater_than_f32s(z, zero), z, zero);
+        *vector::<S>(self.h, row * self.units + column) = h;
+    }
+}
+
+/// `h = φ(z)` of `z = sums + offset`, `[rows, units]`.
 pub(crate) struct Silu<'a> {
-    pub(crate) bias: &'a [f32],
+    pub(crate) offset: Offset<'a>,
+    pub(crate) units: usize,
     pub(crate) h: &'a mut [f32],
 }
 
 impl Epilogue for Silu<'_> {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let z = simd.add_f32s(sums, vector_at::<S>(self.bias, column));
-        *vector::<S>(self.h, row * self.bias.len() + column) = simd.mul_f32s(z, sigmoid(simd, z));
+        let z = self.offset.plus(simd, row, column, sums);
+        *vector::<S>(self.h, row * self.units + column) = simd.mul_f32s(z, sigmoid(simd, z));
     }
 }
 
-/// `h = φ(z)` and `slope = φ'(z)` of `z = sums + bias`.
+/// `h = φ(z)` and `slope = φ'(z)` of `z = sums + offset`, `[rows, units]` each.
 pub(crate) struct SiluSlope<'a> {
-    pub(crate) bias: &'a [f32],
+    pub(crate) offset: Offset<'a>,
+    pub(crate) units: usize,
     pub(crate) h: &'a mut [f32],
     pub(crate) slope: &'a mut [f32],
 }
@@ -56,17 +115,18 @@ pub(crate) struct SiluSlope<'a> {
 impl Epilogue for SiluSlope<'_> {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let z = simd.add_f32s(sums, vector_at::<S>(self.bias, column));
-        let at = row * self.bias.len() + column;
+        let z = self.offset.plus(simd, row, column, sums);
+        let at = row * self.units + column;
         let s = sigmoid(simd, z);
         *vector::<S>(self.h, at) = simd.mul_f32s(z, s);
         *vector::<S>(self.slope, at) = slope(simd, z, s);
     }
 }
 
-/// `h = φ(z)`, `slope = φ'(z)` and `curvature = φ''(z)` of `z = sums + bias`.
+/// `h = φ(z)`, `slope = φ'(z)` and `curvature = φ''(z)` of `z = sums + offset`, `[rows, units]` each.
 pub(crate) struct SiluCurvature<'a> {
-    pub(crate) bias: &'a [f32],
+    pub(crate) offset: Offset<'a>,
+    pub(crate) units: usize,
     pub(crate) h: &'a mut [f32],
     pub(crate) slope: &'a mut [f32],
     pub(crate) curvature: &'a mut [f32],
@@ -75,8 +135,8 @@ pub(crate) struct SiluCurvature<'a> {
 impl Epilogue for SiluCurvature<'_> {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let z = simd.add_f32s(sums, vector_at::<S>(self.bias, column));
-        let at = row * self.bias.len() + column;
+        let z = self.offset.plus(simd, row, column, sums);
+        let at = row * self.units + column;
         let s = sigmoid(simd, z);
         let two = simd.splat_f32s(2.0);
         let bend = simd.mul_add_f32s(z, simd.negate_mul_add_f32s(two, s, simd.splat_f32s(1.0)), two);
@@ -92,23 +152,22 @@ fn slope<S: Simd>(simd: S, z: S::f32s, s: S::f32s) -> S::f32s {
     simd.mul_f32s(s, simd.mul_add_f32s(z, simd.sub_f32s(one, s), one))
 }
 
-/// `softplus(x) = ln(1 + eˣ)`, and its slope, the sigmoid.
-#[inline(always)]
-pub(crate) fn softplus(x: f32) -> (f32, f32) {
-    let e = (-x.abs()).exp();
-    (x.max(0.0) + e.ln_1p(), if x >= 0.0 { 1.0 / (1.0 + e) } else { e / (1.0 + e) })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::packed::Right;
-    use crate::block::product::{Columns, Product};
+    use crate::packed::Right;
+    use crate::product::{Columns, Product};
 
     /// φ, φ' and φ'' of 16 values.
     fn activated(z: [f32; 16]) -> [[f32; 16]; 3] {
         let [mut h, mut slope, mut curvature] = [[0.0; 16]; 3];
-        let epilogue = SiluCurvature { bias: &z, h: &mut h, slope: &mut slope, curvature: &mut curvature };
+        let epilogue = SiluCurvature {
+            offset: Offset::row(&z),
+            units: 16,
+            h: &mut h,
+            slope: &mut slope,
+            curvature: &mut curvature,
+        };
         Product { left: Columns(&[0.0], 1), rows: 1, right: Right::plain(&[0.0; 16], 16), epilogue }.run();
         [h, slope, curvature]
     }
@@ -139,12 +198,5 @@ mod tests {
         assert!(h[0] == 1e30 && h[1].abs() < 1e-30);
         assert!(slope[1].abs() < 1e-30 && curvature[1].abs() < 1e-24);
         assert!(activated([f32::NAN; 16]).iter().all(|values| values[3].is_nan()));
-    }
-
-    #[test]
-    fn softplus_is_stable_at_both_ends() {
-        assert_eq!(softplus(200.0), (200.0, 1.0));
-        assert!(softplus(-200.0).0 >= 0.0 && softplus(-200.0).0 < 1e-30);
-        assert!((softplus(0.3).0 - 0.3_f32.exp().ln_1p()).abs() < 1e-6);
     }
 }

@@ -1,6 +1,6 @@
 //! Right operands of matrix products: as they lie, or packed in panels of columns.
 
-use crate::block::buffer::Buffer;
+use crate::buffer::Buffer;
 
 /// Columns come in multiples of this: the lanes of the widest vector.
 pub(crate) const COLUMNS: usize = 16;
@@ -8,7 +8,7 @@ pub(crate) const COLUMNS: usize = 16;
 /// Columns of a packed panel: four of the widest vectors.
 const PANEL: usize = 4 * COLUMNS;
 
-/// `columns` rounded up to what products work on.
+/// `columns` rounded up to whole vectors.
 pub(crate) fn padded(columns: usize) -> usize {
     columns.next_multiple_of(COLUMNS)
 }

@@ -1,15 +1,14 @@
-//! Matrix products on slices whose results never leave the registers before they have been used: a tile of
-//! sums goes through an [`Epilogue`] (a bias and an activation, a product with slopes, an addition) and is
-//! stored once.
+//! Matrix products on slices whose results are used before they leave the registers: a tile of sums goes
+//! through an [`Epilogue`] (a bias and an activation, a product with slopes, an addition) and is stored once.
 //!
 //! The right operand is read in vectors along its columns, the left one value by value. Every sum runs over
 //! the depth in ascending order, so a result depends on the shapes alone, not on the width of vectors or
 //! tiles. Columns are multiples of [`COLUMNS`]; callers pad with zeros.
 
-use crate::block::packed::{COLUMNS, Right};
+use crate::packed::{COLUMNS, Right};
 use pulp::{Arch, Simd, WithSimd};
 
-/// What becomes of a vector of sums at a row and a vector-wide column of the product.
+/// Consumes a product, one vector of sums at a time.
 pub(crate) trait Epilogue {
     /// Takes the sums whose first lane is at `(row, column)`.
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s);
@@ -35,7 +34,7 @@ pub(crate) struct Panel<'a, S: Simd> {
     column: usize,
 }
 
-/// A left operand `[rows, stride]`, of which the first columns are used, a multiple of [`COLUMNS`].
+/// A left operand `[rows, stride]`, of which the first columns are used.
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<'a>(pub(crate) &'a [f32], pub(crate) usize);
 
@@ -52,13 +51,14 @@ impl Left for Rows<'_> {
         panel: Panel<'_, S>,
     ) -> [[S::f32s; V]; R] {
         let depth = panel.vectors.len() / panel.width;
-        assert!(depth.is_multiple_of(COLUMNS), "depth {depth} of rows");
+        let lines: [&[f32]; R] = std::array::from_fn(|r| &self.0[(row + r) * self.1..][..depth]);
         // Pieces of fixed length need no bounds checks inside.
-        let lines: [&[[f32; COLUMNS]]; R] =
-            std::array::from_fn(|r| self.0[(row + r) * self.1..][..depth].as_chunks().0);
+        let pieces: [&[[f32; COLUMNS]]; R] = std::array::from_fn(|r| lines[r].as_chunks().0);
+        let whole = depth - depth % COLUMNS;
+        let (in_pieces, rest) = panel.vectors.split_at(whole * panel.width);
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
-        for (piece, vectors) in panel.vectors.chunks_exact(panel.width * COLUMNS).enumerate() {
-            let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &lines[r][piece]);
+        for (piece, vectors) in in_pieces.chunks_exact(panel.width * COLUMNS).enumerate() {
+            let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &pieces[r][piece]);
             for (at, b) in (0..COLUMNS).zip(vectors.chunks_exact(panel.width)) {
                 let b = &b[panel.column..panel.column + V];
                 for r in 0..R {
@@ -66,6 +66,15 @@ impl Left for Rows<'_> {
                     for v in 0..V {
                         sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
                     }
+                }
+            }
+        }
+        for (at, b) in (whole..depth).zip(rest.chunks_exact(panel.width)) {
+            let b = &b[panel.column..panel.column + V];
+            for r in 0..R {
+                let a = simd.splat_f32s(lines[r][at]);
+                for v in 0..V {
+                    sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
                 }
             }
         }
@@ -211,72 +220,61 @@ pub(crate) fn vector_at<S: Simd>(values: &[f32], at: usize) -> S::f32s {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::packed::{Packed, padded};
+    use crate::packed::{Packed, padded};
     use pulp::Scalar;
 
     fn numbers(count: usize, seed: f32) -> Vec<f32> {
         (0..count).map(|i| ((i as f32 * 0.37 + seed).sin() * 3.0).fract()).collect()
     }
 
+    /// `a b` in double precision, `[m, width]`, of `a: [m, k]` and `b: [k, n]`.
+    fn expected(a: &[f32], b: &[f32], [m, k, n]: [usize; 3]) -> Vec<f64> {
+        let entry = |row: usize, column: usize| -> f64 {
+            let term = |d: usize| f64::from(a[row * k + d]) * f64::from(b[d * n + column]);
+            if column < n { (0..k).map(term).sum() } else { 0.0 }
+        };
+        let width = padded(n);
+        (0..m * width).map(|at| entry(at / width, at % width)).collect()
+    }
+
+    fn check([m, k, n]: [usize; 3]) {
+        let (a, b) = (numbers(m * k, 0.1), numbers(k * n, 0.7));
+        let transposed: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
+        let packed = Packed::new(k, n, |depth, column| b[depth * n + column]);
+        let (right, width) = (packed.right(), padded(n));
+        let [mut by_rows, mut narrow] = [vec![0.0; m * width], vec![0.0; m * width]];
+        let mut added = vec![1.0; m * width];
+        let columns = Columns(&transposed, m);
+        Product { left: Rows(&a, k), rows: m, right, epilogue: Set(&mut by_rows, width) }.run();
+        Product { left: columns, rows: m, right, epilogue: Add(&mut added, width) }.run();
+        let one_lane = Product { left: columns, rows: m, right, epilogue: Set(&mut narrow, width) };
+        Scalar.vectorize(one_lane);
+        for (at, expected) in expected(&a, &b, [m, k, n]).into_iter().enumerate() {
+            let close = |found: f32, offset: f64| (f64::from(found) - offset - expected).abs() < 1e-5;
+            assert!(close(by_rows[at], 0.0), "{m} {k} {n}, by rows");
+            assert!(close(added[at], 1.0), "{m} {k} {n}, by columns");
+            assert!(close(narrow[at], 0.0), "{m} {k} {n}, one lane");
+        }
+    }
+
     #[test]
     fn products_of_any_shape_and_vector_width_are_right() {
-        for [m, k, n] in
-            [[1, 1, 1], [4, 3, 64], [7, 5, 64], [9, 64, 37], [64, 16, 128], [3, 64, 96], [64, 128, 6]]
-        {
-            let (a, b) = (numbers(m * k, 0.1), numbers(k * n, 0.7));
-            let a_columns: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
-            let packed = Packed::new(k, n, |depth, column| b[depth * n + column]);
-            let width = padded(n);
-            let (mut by_rows, mut by_columns, mut narrow) =
-                (vec![0.0; m * width], vec![1.0; m * width], vec![0.0; m * width]);
-            let columns = Columns(&a_columns, m);
-            Product { left: columns, rows: m, right: packed.right(), epilogue: Add(&mut by_columns, width) }
-                .run();
-            Scalar.vectorize(Product {
-                left: columns,
-                rows: m,
-                right: packed.right(),
-                epilogue: Set(&mut narrow, width),
-            });
-            if k % COLUMNS == 0 {
-                Product {
-                    left: Rows(&a, k),
-                    rows: m,
-                    right: packed.right(),
-                    epilogue: Set(&mut by_rows, width),
-                }
-                .run();
-            } else {
-                by_rows.copy_from_slice(&narrow);
-            }
-            for row in 0..m {
-                for column in 0..width {
-                    let term = |d: usize| {
-                        if column < n {
-                            f64::from(a[row * k + d]) * f64::from(b[d * n + column])
-                        } else {
-                            0.0
-                        }
-                    };
-                    let expected: f64 = (0..k).map(term).sum();
-                    let at = row * width + column;
-                    assert!((f64::from(by_rows[at]) - expected).abs() < 1e-5, "{m} {k} {n}");
-                    assert!(
-                        (f64::from(by_columns[at]) - 1.0 - expected).abs() < 1e-5,
-                        "{m} {k} {n}, transposed"
-                    );
-                    assert!((f64::from(narrow[at]) - expected).abs() < 1e-5, "{m} {k} {n}, one lane");
-                }
-            }
-        }
+        check([1, 1, 1]);
+        check([4, 3, 64]);
+        check([7, 5, 64]);
+        check([9, 64, 37]);
+        check([64, 16, 128]);
+        check([3, 64, 96]);
+        check([64, 128, 6]);
+        check([10, 37, 64]);
     }
 
     #[test]
     fn a_plain_matrix_is_read_as_it_lies() {
         let (a, b) = (numbers(3 * 32, 0.2), numbers(32 * 96, 0.4));
         let mut out = vec![0.0; 3 * 96];
-        Product { left: Rows(&a, 32), rows: 3, right: Right::plain(&b, 96), epilogue: Set(&mut out, 96) }
-            .run();
+        let right = Right::plain(&b, 96);
+        Product { left: Rows(&a, 32), rows: 3, right, epilogue: Set(&mut out, 96) }.run();
         let expected: f32 = (0..32).map(|d| a[32 + d] * b[d * 96 + 70]).sum();
         assert!((out[96 + 70] - expected).abs() < 1e-5);
     }

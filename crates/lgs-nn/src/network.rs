@@ -1,0 +1,376 @@
+//! Networks with packed weights: values, and their backward pass.
+//!
+//! Every elementwise operation is the end of a matrix product, so an activation is written once and read once
+//! per use. Weights are packed once per network, in both directions, with the units of hidden layers padded
+//! to whole vectors.
+
+use crate::activation::{Linear, Offset, Relu, Silu, SiluSlope};
+use crate::buffer::Buffer;
+use crate::epilogue::{Mask, Scale};
+use crate::gradients::MlpGradients;
+use crate::layout::{Activation, LinearRange, MlpShape};
+use crate::packed::{Packed, padded};
+use crate::product::{Add, Columns, Epilogue, Left, Product, Rows, Set};
+use std::ops::Range;
+
+/// A range of a weight's columns in the forms that products read.
+#[derive(Debug)]
+pub(crate) struct Part {
+    /// `Wᵀ`, `[inputs, outputs]`.
+    pub(crate) forward: Packed,
+    /// `W`, `[outputs, inputs]`.
+    pub(crate) backward: Packed,
+}
+
+impl Part {
+    /// Columns of a layer's weight; depths that are units of hidden layers are padded as those are in memory.
+    fn new(params: &[f32], layer: &LinearRange, columns: Range<usize>, [below, above]: [Units; 2]) -> Self {
+        let weight = &params[layer.weight_range()];
+        let (first, count, outputs) = (columns.start, columns.len(), layer.outputs);
+        let entry = |output: usize, input: usize| {
+            if output < outputs && input < count {
+                weight[output * layer.inputs + first + input]
+            } else {
+                0.0
+            }
+        };
+        Self {
+            forward: Packed::new(below.depth(count), outputs, |input, output| entry(output, input)),
+            backward: Packed::new(above.depth(outputs), count, entry),
+        }
+    }
+}
+
+/// Whether the units on one side of a weight are padded in memory.
+#[derive(Clone, Copy)]
+enum Units {
+    Hidden,
+    Outer,
+}
+
+impl Units {
+    fn depth(self, units: usize) -> usize {
+        match self {
+            Self::Hidden => padded(units),
+            Self::Outer => units,
+        }
+    }
+}
+
+/// A layer with packed weights.
+#[derive(Debug)]
+pub(crate) struct Layer {
+    /// One part per input that it reads.
+    pub(crate) inputs: Vec<Part>,
+    /// The columns of the layer below, where there is one.
+    pub(crate) below: Option<Part>,
+    pub(crate) bias: Buffer,
+}
+
+impl Layer {
+    fn new(shape: &MlpShape, index: usize, params: &[f32]) -> Self {
+        let layout = &shape.layout;
+        let (place, above) = match layout.hidden.get(index) {
+            Some(hidden) => (hidden, Units::Hidden),
+            None => (&layout.head, Units::Outer),
+        };
+        let reads = index < layout.hidden.len() && layout.reads_inputs(index);
+        let inputs = if reads { &shape.inputs[..] } else { &[] };
+        let below = (index > 0).then(|| place.inputs - layout.width()..place.inputs);
+        let mut bias = Buffer::zeros(padded(place.outputs));
+        bias[..place.outputs].copy_from_slice(&params[place.bias_range()]);
+        Self {
+            inputs: inputs
+                .iter()
+                .map(|c| Part::new(params, place, c.clone(), [Units::Outer, above]))
+                .collect(),
+            below: below.map(|columns| Part::new(params, place, columns, [Units::Hidden, above])),
+            bias,
+        }
+    }
+}
+
+/// How much a forward pass keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// The result.
+    Result,
+    /// The activations that the backward pass needs as well.
+    Tape,
+}
+
+/// The activations of one hidden layer, `[rows, units]` each; empty where the backward pass needs none.
+#[derive(Debug)]
+pub(crate) struct LayerTape {
+    /// `φ(z)`.
+    pub(crate) h: Buffer,
+    /// `φ'(z)`.
+    pub(crate) slope: Buffer,
+    /// First `φ''(z)`, then `φ''(z) ⊙ g`, then the cotangent of `z`.
+    pub(crate) curvature: Buffer,
+    /// `φ'(z) ⊙ g`.
+    pub(crate) e: Buffer,
+}
+
+/// Activations of one block, kept from a forward pass to the backward pass behind it.
+#[derive(Debug)]
+pub struct Tape {
+    pub(crate) rows: usize,
+    pub(crate) layers: Vec<LayerTape>,
+}
+
+impl Tape {
+    /// For the value of a network at a number of rows.
+    #[must_use]
+    pub fn new(mlp: &Mlp, rows: usize) -> Self {
+        let slope = if mlp.shape.activation == Activation::Relu { 0 } else { rows };
+        Self::sized(mlp, [rows, slope, 0])
+    }
+
+    /// As [`Tape::new`], also for the gradient of the only output by the inputs.
+    #[must_use]
+    pub fn with_curvature(mlp: &Mlp, rows: usize) -> Self {
+        Self::sized(mlp, [rows; 3])
+    }
+
+    fn sized(mlp: &Mlp, [rows, slope, curvature]: [usize; 3]) -> Self {
+        let buffer = |rows: usize| Buffer::zeros(rows * mlp.units);
+        let layer = || LayerTape {
+            h: buffer(rows),
+            slope: buffer(slope),
+            curvature: buffer(curvature),
+            e: buffer(curvature),
+        };
+        Self { rows, layers: mlp.shape.layout.hidden.iter().map(|_| layer()).collect() }
+    }
+}
+
+/// Arrays that calls share and that carry nothing from one to the next.
+#[derive(Debug)]
+pub struct Scratch {
+    /// `[rows, units]` each.
+    pub(crate) hidden: [Buffer; 2],
+    /// A few values per row, `[rows, few]`.
+    pub(crate) narrow: Buffer,
+}
+
+impl Scratch {
+    /// For calls of a network with at most so many rows.
+    #[must_use]
+    pub fn new(mlp: &Mlp, rows: usize) -> Self {
+        let layout = &mlp.shape.layout;
+        let inputs = mlp.shape.inputs.iter().map(Range::len).max().unwrap_or(0);
+        let narrow = Buffer::zeros(rows * padded(inputs.max(layout.head.outputs)));
+        Self { hidden: [(); 2].map(|()| Buffer::zeros(rows * mlp.units)), narrow }
+    }
+}
+
+/// A network with packed weights.
+#[derive(Debug)]
+pub struct Mlp {
+    pub(crate) shape: MlpShape,
+    /// Hidden layers, then the head.
+    pub(crate) layers: Vec<Layer>,
+    /// Units of a hidden layer in memory.
+    pub(crate) units: usize,
+}
+
+/// A block whose activations are kept, and the cotangent of its outputs.
+#[derive(Clone, Copy, Debug)]
+pub struct OutputCotangents<'a> {
+    /// The inputs, `[features, rows]` each.
+    pub inputs: &'a [&'a [f32]],
+    /// Of [`Mlp::output`] with [`Keep::Tape`] for these inputs.
+    pub tape: &'a Tape,
+    /// `[outputs, rows]`.
+    pub v_y: &'a [f32],
+}
+
+impl Mlp {
+    /// Packs the weights and biases that a shape finds in the parameter vector.
+    ///
+    /// # Panics
+    /// If a layer lies outside of `params`.
+    #[must_use]
+    pub fn new(shape: MlpShape, params: &[f32]) -> Self {
+        let (depth, units) = (shape.layout.hidden.len(), padded(shape.layout.width()));
+        let layers = (0..=depth).map(|index| Layer::new(&shape, index, params)).collect();
+        Self { shape, layers, units }
+    }
+
+    /// With other biases of the hidden layers, `[layers][outputs]`.
+    #[must_use]
+    pub fn with_biases(mut self, biases: &[Vec<f32>]) -> Self {
+        for (layer, bias) in self.layers.iter_mut().zip(biases) {
+            layer.bias[..bias.len()].copy_from_slice(bias);
+        }
+        self
+    }
+
+    /// Its sizes.
+    #[must_use]
+    pub fn shape(&self) -> &MlpShape {
+        &self.shape
+    }
+
+    pub(crate) fn head(&self) -> (&Layer, &Part) {
+        let head = &self.layers[self.layers.len() - 1];
+        (head, head.below.as_ref().expect("a network has at least one hidden layer"))
+    }
+
+    /// The outputs `[outputs, rows]` for inputs `[features, rows]` each.
+    ///
+    /// # Panics
+    /// If lengths do not fit.
+    pub fn output(
+        &self,
+        inputs: &[&[f32]],
+        tape: &mut Tape,
+        scratch: &mut Scratch,
+        keep: Keep,
+        y: &mut [f32],
+    ) {
+        let (rows, units) = (tape.rows, self.units);
+        for index in 0..self.shape.layout.hidden.len() {
+            let (below, rest) = tape.layers.split_at_mut(index);
+            let LayerTape { h, slope, .. } = &mut rest[0];
+            let call = LayerCall { mlp: self, index, inputs, rows, below: below.last() };
+            let partial = &mut scratch.hidden[0];
+            match (self.shape.activation, keep) {
+                (Activation::Relu, _) => call.run(partial, |offset| Relu { offset, units, h }),
+                (Activation::Silu, Keep::Result) => call.run(partial, |offset| Silu { offset, units, h }),
+                (Activation::Silu, Keep::Tape) => {
+                    call.run(partial, |offset| SiluSlope { offset, units, h, slope })
+                }
+            }
+        }
+        let (head, part) = self.head();
+        let stride = padded(self.shape.layout.head.outputs);
+        let last = &tape.layers[tape.layers.len() - 1].h;
+        let (right, epilogue) = (part.forward.right(), Set(&mut scratch.narrow, stride));
+        Product { left: Rows(last, units), rows, right, epilogue }.run();
+        for (feature, (row, bias)) in y.chunks_exact_mut(rows).zip(head.bias.iter()).enumerate() {
+            for (value, line) in row.iter_mut().zip(scratch.narrow.chunks_exact(stride)) {
+                *value = line[feature] + bias;
+            }
+        }
+    }
+
+    /// Backwards through [`Mlp::output`]: adds to `gradients`, and writes the cotangents `[features, rows]` of
+    /// those inputs whose entry in `v_inputs` is not empty.
+    ///
+    /// # Panics
+    /// If lengths do not fit.
+    pub fn output_vjp(
+        &self,
+        block: OutputCotangents<'_>,
+        scratch: &mut Scratch,
+        gradients: &mut MlpGradients,
+        v_inputs: &mut [&mut [f32]],
+    ) {
+        let OutputCotangents { inputs, tape, v_y } = block;
+        let (rows, units, depth) = (tape.rows, self.units, tape.layers.len());
+        let Scratch { hidden: [v_z, v_below], narrow } = scratch;
+        let used = rows * units;
+        v_inputs.iter_mut().for_each(|v| v.fill(0.0));
+        gradients.layers[depth].add_output(v_y, &tape.layers[depth - 1].h);
+        self.through_activation(self.head().1, Columns(v_y, rows), &tape.layers[depth - 1], v_z);
+        for index in (0..depth).rev() {
+            let (own, layer) = (&mut gradients.layers[index], &self.layers[index]);
+            own.add_bias(&v_z[..used]);
+            for (k, part) in layer.inputs.iter().enumerate() {
+                own.add_input(k, inputs[k], &v_z[..used]);
+                if let Some(v_input) = v_inputs.get_mut(k).filter(|v| !v.is_empty()) {
+                    self.add_pulled_back(part, &v_z[..used], narrow, v_input);
+                }
+            }
+            if let Some(part) = &layer.below {
+                let below = &tape.layers[index - 1];
+                own.add_below(&v_z[..used], units, &below.h);
+                self.through_activation(part, Rows(&v_z[..used], units), below, v_below);
+                std::mem::swap(v_z, v_below);
+            }
+        }
+    }
+
+    /// [`Mlp::output`] in arrays of its own: the outputs `[outputs, rows]` and the tape.
+    ///
+    /// # Panics
+    /// If lengths do not fit.
+    #[must_use]
+    pub fn evaluate(&self, inputs: &[&[f32]], rows: usize) -> (Vec<f32>, Tape) {
+        let (mut tape, mut scratch) = (Tape::new(self, rows), Scratch::new(self, rows));
+        let mut y = vec![0.0; self.shape.layout.head.outputs * rows];
+        self.output(inputs, &mut tape, &mut scratch, Keep::Tape, &mut y);
+        (y, tape)
+    }
+
+    /// The cotangent of `z` below a part from that of its outputs.
+    fn through_activation<L: Left>(&self, part: &Part, v: L, below: &LayerTape, v_z: &mut Buffer) {
+        let (units, right) = (self.units, part.backward.right());
+        let rows = below.h.len() / units;
+        match self.shape.activation {
+            Activation::Relu => {
+                Product { left: v, rows, right, epilogue: Mask { h: &below.h, out: v_z, units } }.run();
+            }
+            Activation::Silu => {
+                Product { left: v, rows, right, epilogue: Scale { slope: &below.slope, out: v_z, units } }
+                    .run();
+            }
+        }
+    }
+
+    /// Adds `Wᵀ v`, of `v: [rows, units]`, to the cotangent `[features, rows]` of an input.
+    pub(crate) fn add_pulled_back(&self, part: &Part, v: &[f32], narrow: &mut [f32], v_input: &mut [f32]) {
+        let rows = v.len() / self.units;
+        let stride = padded(v_input.len() / rows);
+        let epilogue = Set(narrow, stride);
+        Product { left: Rows(v, self.units), rows, right: part.backward.right(), epilogue }.run();
+        for (feature, row) in v_input.chunks_exact_mut(rows).enumerate() {
+            for (value, line) in row.iter_mut().zip(narrow.chunks_exact(stride)) {
+                *value += line[feature];
+            }
+        }
+    }
+}
+
+/// One hidden layer on a block.
+#[derive(Clone, Copy)]
+pub(crate) struct LayerCall<'a> {
+    pub(crate) mlp: &'a Mlp,
+    pub(crate) index: usize,
+    pub(crate) inputs: &'a [&'a [f32]],
+    pub(crate) rows: usize,
+    pub(crate) below: Option<&'a LayerTape>,
+}
+
+impl<'a> LayerCall<'a> {
+    /// Adds up the parts that the layer reads, in `partial` where there are several; the last one goes into
+    /// the epilogue, whose offset is the bias plus the others.
+    pub(crate) fn run<'p, E: Epilogue>(self, partial: &'p mut [f32], epilogue: impl FnOnce(Offset<'p>) -> E)
+    where
+        'a: 'p,
+    {
+        let (layer, units) = (&self.mlp.layers[self.index], self.mlp.units);
+        let bias = Offset::row(&layer.bias);
+        let last = layer.inputs.len() + usize::from(layer.below.is_some()) - 1;
+        if last == 0 {
+            return self.product(0, epilogue(bias));
+        }
+        self.product(0, Linear { offset: bias, z: partial, units });
+        (1..last).for_each(|part| self.product(part, Add(partial, units)));
+        self.product(last, epilogue(Offset::matrix(partial, units)));
+    }
+
+    /// The product of one part: an input, or behind those the layer below.
+    fn product<E: Epilogue>(self, part: usize, epilogue: E) {
+        let (layer, rows) = (&self.mlp.layers[self.index], self.rows);
+        if let Some(input) = layer.inputs.get(part) {
+            let (left, right) = (Columns(self.inputs[part], rows), input.forward.right());
+            Product { left, rows, right, epilogue }.run();
+        } else if let (Some(own), Some(below)) = (&layer.below, self.below) {
+            let (left, right) = (Rows(&below.h, self.mlp.units), own.forward.right());
+            Product { left, rows, right, epilogue }.run();
+        }
+    }
+}
