@@ -253,10 +253,8 @@ impl NetworkLayout {
     /// the biases.
     pub(super) fn shape(&self) -> MlpShape {
         let [position, time, code] = self.columns;
-        let mut inputs = vec![0..position];
-        if code > 0 {
-            inputs.push(position + time..position + time + code);
-        }
+        let codes = position + time..position + time + code;
+        let inputs = [0..position, codes].into_iter().filter(|columns| !columns.is_empty()).collect();
         MlpShape { layout: self.mlp.clone(), inputs, activation: Activation::Relu }
     }
 
