@@ -33,6 +33,7 @@ mod segmentation;
 mod shared_support;
 #[cfg(test)]
 mod testing;
+mod thresholds;
 mod trajectories;
 
 pub use config::{

@@ -228,10 +228,8 @@ impl<'a> Object<'a> {
 
     /// `‖Q‖/‖∇U‖` over the states of the validation particles; `‖Q‖` without a potential.
     fn force_ratio(&self, system: &System) -> f64 {
-        /// Every fifth sample tells enough.
-        const STRIDE: usize = 5;
         let paths = &self.motion.paths;
-        let samples = || (0..paths.samples()).step_by(STRIDE);
+        let samples = || 0..paths.samples();
         let states = || self.motion.validation.iter().flat_map(|&j| samples().map(move |s| (j, s)));
         let q: Vec<_> = states().map(|(j, s)| narrow(paths.position(j, s))).collect();
         let v: Vec<_> = states().map(|(j, s)| narrow(paths.velocity(j, s))).collect();

@@ -6,16 +6,8 @@ use crate::object::{Distilled, distill};
 use crate::progress::DistillProgress;
 use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
+use crate::thresholds::{LEFT_BY_OTHERS_FRACTION, POOR_FORECAST_FRACTION, UNDESCRIBED_FRACTION};
 use crate::trajectories::{Trajectories, same_length};
-
-/// An object whose system leaves more than this fraction of its displacement is not described by it.
-const UNDESCRIBED_FRACTION: f64 = 0.5;
-/// An object whose system misses the end of the window, forecast from its beginning, by more than this
-/// fraction of its displacement …
-const POOR_FORECAST_FRACTION: f64 = 0.07;
-/// … is a part of others that the source follows badly, if their motions leave less than this fraction of the
-/// residual at rest.
-const LEFT_BY_OTHERS_FRACTION: f64 = 0.6;
 
 /// Stage 1 of a scene.
 #[derive(Clone, Debug)]

@@ -2,6 +2,7 @@
 
 use crate::error::DistillError;
 use crate::math::{median, wide};
+use crate::thresholds::{FEWEST_SAMPLES, SPACING_TOLERANCE};
 use glam::DVec3;
 
 /// Positions of `n` particles at `T` times, as a source model gives them.
@@ -15,11 +16,6 @@ pub struct Trajectories {
     /// alike.
     pub weights: Option<Vec<f32>>,
 }
-
-/// Fewest samples a law of motion can be read from.
-const FEWEST_SAMPLES: usize = 8;
-/// How far sample times may be from an even spacing, as a part of it.
-const SPACING_TOLERANCE: f64 = 0.02;
 
 impl Trajectories {
     /// Trajectories whose particles count alike.

@@ -7,14 +7,11 @@ pub use networks::{MatchingConfig, RolloutConfig};
 pub use partition::{PartitionConfig, PartitionMethod};
 
 use crate::error::DistillError;
+use crate::thresholds::HIGHEST_DEGREE;
 use lgs_dynamics::{ForceKind, PotentialKind};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
-
-/// Highest degree of a smoothing polynomial: beyond it the normal equations of the Chebyshev basis on a few
-/// dozen samples are no longer well conditioned.
-const HIGHEST_DEGREE: usize = 14;
 
 /// Which motion the particles of an object are taken to share when noise is removed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

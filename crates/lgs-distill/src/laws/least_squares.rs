@@ -1,20 +1,8 @@
 //! Levenberg–Marquardt for a dozen or two unknowns, with derivatives by forward differences.
 
 use crate::math::solve_positive;
+use crate::thresholds::{CONVERGED, DIFFERENCE, FIRST_DAMPING, ITERATIONS, SMALLEST_UNKNOWN, TRIALS};
 use nalgebra::{DMatrix, DVector};
-
-/// Iterations; it stops by itself long before.
-const ITERATIONS: usize = 40;
-/// Relative improvement at which it stops.
-const CONVERGED: f64 = 1e-9;
-/// First damping, as a part of the diagonal; a failed step raises it tenfold, a good one lowers it as much.
-const FIRST_DAMPING: f64 = 1e-4;
-/// Steps that may fail in a row: the last is ten million times as damped as the first.
-const TRIALS: usize = 8;
-/// Step of the differences, as a part of an unknown: near the root of the machine precision times ten …
-const DIFFERENCE: f64 = 1e-6;
-/// … and of an unknown that is smaller than this, as a part of this.
-const SMALLEST_UNKNOWN: f64 = 1e-2;
 
 /// Unknowns where a descent stops, and the sum of squares there.
 pub(crate) struct Minimum {

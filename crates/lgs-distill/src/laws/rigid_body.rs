@@ -13,11 +13,6 @@ use crate::math::{axial, inverse, nearest_rotation, rotation_by, scalar, skew, t
 use crate::shared_support::moments::SupportMoments;
 use glam::{DMat3, DVec3};
 
-/// Newton steps towards the aligned rotation; it is at rounding after three.
-const NEWTON_STEPS: usize = 6;
-/// Fixed-point iterations of a step back; each gains a factor of (spin · dt).
-const INVERSE_ITERATIONS: usize = 12;
-
 /// State of a rigid body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
@@ -56,10 +51,18 @@ impl Body {
     pub(crate) fn step_back(&mut self, law: &Law, support: &SupportMoments, dt: f64) {
         law.step_back(&mut self.center, &mut self.velocity, dt);
         let after = *self;
-        for _ in 0..INVERSE_ITERATIONS {
+        // Each iteration gains a factor of (spin · dt), until the error is that of rounding.
+        let mut error = f64::INFINITY;
+        loop {
             let (turn, spin) = turned(law, &self.world_covariance(support), self.spin, dt);
             self.rotation = turn.transpose() * after.rotation;
-            self.spin += after.spin - spin;
+            let correction = after.spin - spin;
+            let is_closer = correction.length() < error;
+            if !is_closer {
+                return;
+            }
+            self.spin += correction;
+            error = correction.length();
         }
     }
 
@@ -82,23 +85,24 @@ fn turned(law: &Law, covariance: &DMat3, spin: DVec3, dt: f64) -> (DMat3, DVec3)
 /// The rotation that maximises `tr(Rᵀ a)` near the identity: Newton's method for `RᵀA = AᵀR` (method §4.6,
 /// solved for the rotation itself).
 fn aligned(a: &DMat3) -> DMat3 {
-    let mut rotation = DMat3::IDENTITY;
-    for _ in 0..NEWTON_STEPS {
+    let (mut rotation, mut angle) = (DMat3::IDENTITY, 1.0);
+    loop {
         let k = rotation.transpose() * *a;
         let trace = trace(&k);
         let system = scalar(trace * (1.0 + 1e-12)) - 0.5 * (k + k.transpose());
         let Some(inverse) = inverse(&system) else { return nearest_rotation(a) };
         let turn = inverse * axial(&k);
-        let is_near = turn.length_squared() < 1.0;
-        if !is_near {
+        let converges = turn.length() < angle;
+        if !converges {
             return nearest_rotation(a);
         }
         rotation *= rotation_by(turn);
-        if turn.abs().max_element() < 1e-13 {
-            break;
+        angle = turn.length();
+        // Newton's error is the square of the one before.
+        if angle < f64::EPSILON.sqrt() {
+            return rotation;
         }
     }
-    rotation
 }
 
 #[cfg(test)]

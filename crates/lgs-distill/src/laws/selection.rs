@@ -19,20 +19,11 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::motion::smooth_motion::SmoothMotion;
 use crate::shared_support::SharedSupport;
 use crate::shared_support::moments::SupportMoments;
+use crate::thresholds::{MOST_GROWTH, MOST_RATE, MOST_REACH, UNDESCRIBED_FORECAST, UNEXPLAINED_FORECAST};
 use glam::DVec3;
 use lgs_dynamics::{ForceKind, PotentialKind};
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// A potential that pushes apart may do so by this exponent over the window, and no more: over three windows
-/// it would tear apart.
-const MOST_GROWTH: f64 = 0.35;
-/// Forecast error, as a fraction of the displacement, above which a motion counts as unexplained.
-const UNEXPLAINED_FORECAST: f64 = 0.01;
-/// Forecast error, as a fraction of the displacement, above which a motion is not even described.
-const UNDESCRIBED_FORECAST: f64 = 0.1;
-/// How much farther than in the window a law may carry an unexplained motion in three windows.
-const MOST_REACH: f64 = 1.5;
 
 /// A chosen law, fitted to the whole window, with the forecast that chose it.
 #[derive(Clone, Copy, Debug)]
@@ -170,8 +161,8 @@ impl Selection<'_> {
     /// Root mean square error of a candidate's forecasts of the held-out samples; infinite if it is none.
     fn forecast(&self, candidate: &Candidate) -> f64 {
         let (dt, window) = (self.motion.dt(), self.motion.dt() * self.motion.times.len() as f64);
-        // A step has to resolve what the law does by itself.
-        let is_sound = |law: &Law| law.fastest_rate() * dt < 0.5 && law.growth_rate() * window < MOST_GROWTH;
+        let is_sound =
+            |law: &Law| law.fastest_rate() * dt < MOST_RATE && law.growth_rate() * window < MOST_GROWTH;
         let squared = self.forecasters.iter().map(|Forecaster { fit, held_out }| {
             let fitted = fit.fit(candidate).filter(|fitted| is_sound(&fitted.law));
             fitted.map_or(f64::INFINITY, |f| f.error_at(self.motion, &self.points, held_out).powi(2))

@@ -6,16 +6,8 @@
 //! since derivatives amplify what the extra degrees fit.
 
 use crate::math::solve_positive;
+use crate::thresholds::SCORE_SLACK;
 use nalgebra::DMatrix;
-
-/// Ridge of the normal equations, as a part of the samples: far below anything that samples in single
-/// precision say, far above the rounding of sums in double precision.
-const RIDGE: f64 = 1e-13;
-/// A score that exceeds the best one by this factor is as good: the score of `T` samples itself scatters by
-/// about `1/√T`.
-const EQUALLY_GOOD: f64 = 1.03;
-/// Square of the relative rounding of values in single precision (2⁻²⁴ and a little).
-const ROUNDING_SQUARED: f64 = 1e-14;
 
 /// A curve `[0, 1]·span → R^channels` as Chebyshev coefficients.
 #[derive(Clone, Debug)]
@@ -46,7 +38,8 @@ impl Curve {
         let basis: Vec<Vec<f64>> = times.iter().map(|&t| basis_at(unit(start, end, t), n)).collect();
         let design = DMatrix::from_fn(times.len(), n, |sample, i| basis[sample][i]);
         let values = DMatrix::from_row_slice(times.len(), channels, values);
-        let ridge = DMatrix::identity(n, n) * (RIDGE * times.len() as f64);
+        // The rounding of the sums.
+        let ridge = DMatrix::identity(n, n) * (f64::EPSILON * (n * times.len()) as f64);
         let solution = solve_positive(design.tr_mul(&design) + ridge, &design.tr_mul(&values));
         // Row by row: the transpose of a matrix that lies column by column.
         let coefficients =
@@ -81,9 +74,9 @@ impl Curve {
             .chunks_exact(channels)
             .flat_map(|r| r.iter().zip(emphasis).map(|(v, e)| (v * e).powi(2)))
             .sum();
-        let floor = ROUNDING_SQUARED * magnitude;
+        let floor = f64::from(f32::EPSILON).powi(2) * magnitude;
         for (offset, (fit, score)) in fits.into_iter().enumerate() {
-            if score <= EQUALLY_GOOD * best + floor {
+            if score <= SCORE_SLACK * best + floor {
                 return (fit, lowest + offset);
             }
         }

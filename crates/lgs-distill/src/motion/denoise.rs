@@ -8,17 +8,8 @@ use super::scales::scales;
 use super::shared_motion::SharedMotion;
 use super::smooth_motion::SmoothMotion;
 use crate::config::{DistillConfig, SharedMotionKind};
+use crate::thresholds::{RESIDUAL_SLACK, RESIDUAL_TOLERANCE, SAMPLE_SIZE};
 use crate::trajectories::Trajectories;
-
-/// Particles that errors and scales are measured on.
-pub(crate) const VALIDATION_PARTICLES: usize = 200;
-/// An affine motion is preferred to a rigid one only if the rigid residual is this many times larger …
-const RIGID_SLACK: f64 = 1.5;
-/// … and exceeds it by this part of the displacement.
-const RIGID_TOLERANCE: f64 = 0.02;
-/// A motion is shared if its residual is below this many times the independent noise and what
-/// [`DistillConfig::shared_residual`] grants.
-const NOISE_SLACK: f64 = 1.5;
 
 /// Denoises an object's trajectories: by the motion that its particles share if they do, else particle by
 /// particle.
@@ -29,9 +20,9 @@ pub(crate) fn denoise(trajectories: &Trajectories, config: &DistillConfig) -> Ob
     let dt = f64::from(trajectories.dt());
     let (paths, degree) = match &shared {
         Some(motion) => (Paths::shared(motion, dt), motion.degree),
-        None => Paths::independent(trajectories, config.degrees(), VALIDATION_PARTICLES),
+        None => Paths::independent(trajectories, config.degrees(), SAMPLE_SIZE),
     };
-    let validation = paths.spread(VALIDATION_PARTICLES);
+    let validation = paths.spread(SAMPLE_SIZE);
     let scales = scales(&paths, &validation, dt * trajectories.times.len() as f64);
     ObjectMotion { shared, paths, degree, validation, scales, noise, displacement }
 }
@@ -50,10 +41,10 @@ fn shared_motion(
         SharedMotionKind::Affine => Some(fit(PoseKind::Affine)),
         SharedMotionKind::Auto => {
             let (rigid, affine) = (fit(PoseKind::Rigid), fit(PoseKind::Affine));
-            let is_rigid = rigid.residual <= RIGID_SLACK * affine.residual
-                || rigid.residual <= affine.residual + RIGID_TOLERANCE * displacement;
+            let is_rigid = rigid.residual <= RESIDUAL_SLACK * affine.residual
+                || rigid.residual <= affine.residual + RESIDUAL_TOLERANCE * displacement;
             let better = if is_rigid { rigid } else { affine };
-            let most = NOISE_SLACK * noise + f64::from(config.shared_residual) * displacement;
+            let most = RESIDUAL_SLACK * noise + f64::from(config.shared_residual) * displacement;
             (better.residual <= most).then_some(better)
         }
     }

@@ -9,19 +9,9 @@
 use super::pose::{Pose, PoseKind};
 use super::shared_motion::SharedMotion;
 use crate::math::{inverse, median, nearest_rotation, outer, scalar, trace};
+use crate::thresholds::{AFFINE_RIDGE, MOMENTARY_OUTLIER_MEDIANS, OUTLIER_MEDIANS, TURNS};
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
-
-/// Turns of poses, shape and weights; the shape no longer changes after two or three.
-const TURNS: usize = 6;
-/// Residual of a particle over the window, in medians over the particles, at which its weight is a quarter;
-/// beyond, it falls with the fourth power.
-const OUTLIER_MEDIANS: f64 = 3.0;
-/// The same for the residual of a particle at one sample.
-const MOMENTARY_OUTLIER_MEDIANS: f64 = 1.0;
-/// Ridge of an affine pose towards the rigid one, as a part of the shape's variance: thin directions say
-/// nothing.
-const AFFINE_RIDGE: f64 = 1e-6;
 
 /// Fits poses, shape and weights to trajectories.
 pub(crate) fn fit_shared_motion(trajectories: &Trajectories, kind: PoseKind) -> SharedMotion {

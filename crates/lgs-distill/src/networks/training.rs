@@ -6,22 +6,13 @@ use super::rollouts::{Lesson, Pupil};
 use super::velocity_field::VelocityField;
 use crate::config::DistillConfig;
 use crate::math::wide;
-use crate::motion::denoise::VALIDATION_PARTICLES;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::paths::Paths;
 use crate::progress::{DistillProgress, DistillStage};
 use crate::shared_support::SharedSupport;
+use crate::thresholds::{CONSTRAINED_STEPS, MOST_REACH, NETWORK_GAIN, SAMPLE_SIZE};
 use glam::DVec3;
 use lgs_dynamics::{Supports, System};
-
-/// Networks have to forecast better than the law alone by this factor, or to describe the window better by it
-/// and stay near for three windows: a motion whose turning point lies in the held-out part cannot be
-/// forecast, and is still described.
-const NETWORK_GAIN: f64 = 0.5;
-/// How much farther than in the window networks may carry an object in three windows.
-const MOST_REACH: f64 = 1.5;
-/// How many times more rollout steps networks under the rigid constraint get.
-const CONSTRAINED_STEPS: usize = 8;
 
 /// The system that networks start from.
 pub(crate) struct Baseline<'a> {
@@ -101,7 +92,7 @@ impl<'a> Training<'a> {
                 let all: Vec<u32> = (0..paths.len() as u32).collect();
                 ((0..paths.len()).collect(), Some(Supports::shared(&all, paths.len())))
             }
-            None => (paths.spread(VALIDATION_PARTICLES), None),
+            None => (paths.spread(SAMPLE_SIZE), None),
         };
         Self { config, paths, validation, supports, force_is_fixed: baseline.force_is_fixed }
     }

@@ -13,18 +13,13 @@ use super::partition::Partition;
 use crate::config::{PartitionConfig, PartitionMethod};
 use crate::error::DistillError;
 use crate::motion::curve::{Curve, Order};
+use crate::thresholds::{DISPLACEMENTS, NOISE_DEVIATIONS, POSITION_WEIGHT};
 use crate::trajectories::Trajectories;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Displacements in a feature of k-means, at times spread evenly over the window.
-const DISPLACEMENTS: usize = 8;
 /// Length of a feature: the displacements and the first position.
 const FEATURES: usize = 3 * DISPLACEMENTS + 3;
-/// Weight of the first position in a feature.
-const POSITION_WEIGHT: f64 = 0.1;
-/// Standard deviations of the smoothed noise that an edge of the graph may change its length by.
-const NOISE_DEVIATIONS: f64 = 3.0;
 
 /// Splits particles into static ones and objects.
 ///

@@ -5,21 +5,20 @@
 
 use rand::RngExt;
 
-/// Rounds of Lloyd's algorithm, at most.
-const ROUNDS: usize = 100;
-
 /// The cluster of each point, as the smallest index of its members. Fewer than `k` clusters come back where
 /// points coincide.
 pub(crate) fn k_means<const D: usize>(points: &[[f64; D]], k: usize) -> Vec<usize> {
     let mut centers = seeds(points, k);
     let mut own = assigned(points, &centers);
-    for _ in 0..ROUNDS {
+    let mut spread = f64::INFINITY;
+    loop {
         centers = means(points, &own, &centers);
         let next = assigned(points, &centers);
-        if next == own {
+        let next_spread = points.iter().zip(&next).map(|(p, &c)| distance2(p, &centers[c])).sum();
+        if next_spread >= spread {
             break;
         }
-        own = next;
+        (own, spread) = (next, next_spread);
     }
     let mut first = vec![usize::MAX; centers.len()];
     own.iter().enumerate().for_each(|(i, &c)| first[c] = first[c].min(i));

@@ -4,19 +4,11 @@ use super::partition::largest_first;
 use crate::math::median;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::procrustes::fit_shared_motion;
+use crate::thresholds::{
+    MERGED_RESIDUAL, OUTLIER_SHARE, RESIDUAL_TOLERANCE, SAMPLE_SIZE, UNEXPLAINED_FRACTION,
+};
 use crate::trajectories::Trajectories;
 use glam::DVec3;
-
-/// Members that a group's motion is fitted to.
-const SAMPLED: usize = 400;
-/// Groups are merged if a motion of both leaves of each at most this many times its own residual …
-const MERGED_RESIDUAL: f64 = 2.0;
-/// … plus this part of its displacement.
-const MERGED_DISPLACEMENT: f64 = 0.02;
-/// A group is no object if its own motion leaves more than this part of its displacement …
-const UNEXPLAINED_FRACTION: f64 = 0.12;
-/// … and it is less than one in this many of all that move: outliers, not a soft body.
-const OUTLIER_SHARE: usize = 20;
 
 /// The motion, of several, that explains a particle's path best, and its residual as a part of the residual
 /// at rest; none if rest is better.
@@ -44,7 +36,7 @@ pub(crate) fn median_fraction_left(
 
 /// The rigid motion of most of a group's members, one pose per sample.
 pub(crate) fn motion_of(trajectories: &Trajectories, members: &[usize]) -> Vec<Pose> {
-    let sampled: Vec<usize> = sampled(members, SAMPLED).collect();
+    let sampled: Vec<usize> = sampled(members, SAMPLE_SIZE).collect();
     fit_shared_motion(&trajectories.select(&sampled), PoseKind::Rigid).poses
 }
 
@@ -92,12 +84,12 @@ impl RigidGroup {
     /// Two groups as one, if one motion explains both.
     fn merged(&self, other: &Self, trajectories: &Trajectories) -> Option<Self> {
         // Equally many of each decide, so that the larger group does not outvote the smaller one.
-        let both = sampled(&self.members, SAMPLED / 2).chain(sampled(&other.members, SAMPLED / 2));
+        let both = sampled(&self.members, SAMPLE_SIZE / 2).chain(sampled(&other.members, SAMPLE_SIZE / 2));
         let poses = motion_of(trajectories, &both.collect::<Vec<_>>());
         let is_explained = |group: &Self| {
             let (own, rest) = group.residuals(trajectories);
             let joint = median_residual(trajectories, &group.members, Some(&poses));
-            joint <= MERGED_RESIDUAL * own + MERGED_DISPLACEMENT * rest
+            joint <= MERGED_RESIDUAL * own + RESIDUAL_TOLERANCE * rest
         };
         if !is_explained(self) || !is_explained(other) {
             return None;
@@ -119,7 +111,7 @@ fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option
 
 /// Median of a figure over a sample of a group's members; none for an empty group.
 fn median_over(members: &[usize], figure: impl Fn(usize) -> f64) -> Option<f64> {
-    (!members.is_empty()).then(|| median(sampled(members, SAMPLED).map(figure).collect()))
+    (!members.is_empty()).then(|| median(sampled(members, SAMPLE_SIZE).map(figure).collect()))
 }
 
 /// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its

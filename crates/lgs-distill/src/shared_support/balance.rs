@@ -9,17 +9,8 @@ use crate::motion::curve::Order;
 use crate::motion::pose::angular_velocity;
 use crate::motion::shared_motion::SharedMotion;
 use crate::motion::smooth_motion::SmoothMotion;
+use crate::thresholds::{BALANCED, CONSIDERED, LEAST_TURN};
 use glam::{DMat3, DVec3};
-
-/// Angle per window below which a turn says nothing about its centre, rad.
-pub(crate) const LEAST_TURN: f64 = 0.3;
-
-/// Most rounds of exchanges.
-const EXCHANGES: usize = 60;
-/// Moments are balanced if they are below this part of the members' mean square distance from the centre.
-const BALANCED: f64 = 1e-3;
-/// Number of particles considered in exchanges, and of the finest exchanges that pairs are made of.
-const CONSIDERED: usize = 1000;
 
 /// The axis that the motion turns about for the most part, shape axes; none where it hardly turns.
 pub(crate) fn turning_axis(motion: &SmoothMotion) -> Option<DVec3> {
@@ -52,11 +43,14 @@ pub(crate) fn balance(
     let imbalance = |i: usize| Imbalance::of(offset(i), axis, square.sqrt());
     let considered: Vec<usize> =
         eligible.iter().copied().step_by(eligible.len().div_ceil(CONSIDERED).max(1)).collect();
-    for _ in 0..EXCHANGES {
+    let mut size = f64::INFINITY;
+    loop {
         let total = members.iter().fold(Imbalance::default(), |sum, &i| sum.plus(imbalance(i)));
-        if total.size().sqrt() <= BALANCED * square * members.len() as f64 {
+        let is_balanced = total.size().sqrt() <= BALANCED * square * members.len() as f64;
+        if is_balanced || total.size() >= size {
             return;
         }
+        size = total.size();
         let mut exchanges: Vec<Exchange> = Vec::new();
         for (slot, &member) in members.iter().enumerate() {
             exchanges.extend(considered.iter().filter(|i| !members.contains(i)).map(|&particle| {

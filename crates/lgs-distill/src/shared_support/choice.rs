@@ -3,17 +3,14 @@
 //! With these as the support of every particle, Eq. 6 keeps the whole object rigid at the cost of a local
 //! support. Nearest neighbours do not: each small neighbourhood stays rigid, and the object still stretches.
 
-use super::balance::{LEAST_TURN, balance, turning_axis};
+use super::balance::{balance, turning_axis};
 use crate::math::{inverse, scalar};
 use crate::motion::curve::Order;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::motion::smooth_motion::SmoothMotion;
+use crate::thresholds::{LEAST_TURN, LIGHTEST};
 use glam::{DMat3, DVec3};
-
-/// Particles lighter than this part of the mean weight (outliers, faint ones) are no members, unless too few
-/// are left.
-const LIGHTEST: f64 = 0.3;
 
 /// Up to `count` particles: farthest-point sampling of the shape, each with the particle nearest to its
 /// mirror image through the steadiest point, balanced afterwards about the axis that the object turns about.

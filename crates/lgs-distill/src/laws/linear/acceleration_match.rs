@@ -3,13 +3,9 @@
 use super::law::Law;
 use super::terms::{ALL_UNKNOWNS, Terms, design};
 use crate::math::solve_positive;
+use crate::thresholds::ACCELERATION_RIDGE;
 use glam::DVec3;
 use nalgebra::{DMatrix, SMatrix, SVector};
-
-/// Ridge, as a part of a column's square.
-const RIDGE: f64 = 1e-4;
-/// Least ridge, for columns that no state shows; far below any square in world units.
-const LEAST_RIDGE: f64 = 1e-12;
 
 /// Normal equations of the linear law with every term.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +34,7 @@ impl NormalEquations {
         });
         for (i, places) in columns.iter().enumerate() {
             let shared = Terms::ridge_group(places[0]).map(|place| self.gram[(place, place)]);
-            gram[(i, i)] += RIDGE * shared.fold(0.0, f64::max) + LEAST_RIDGE;
+            gram[(i, i)] += ACCELERATION_RIDGE * shared.fold(f64::MIN_POSITIVE, f64::max);
         }
         let rhs = DMatrix::from_fn(n, 1, |i, _| columns[i].iter().map(|&place| self.rhs[place]).sum::<f64>());
         let mut all = [0.0; ALL_UNKNOWNS];

@@ -4,10 +4,8 @@
 use super::law::Law;
 use super::system::{are_silent, law_of_system, set_law};
 use super::terms::Terms;
+use crate::thresholds::PARAMETER_ROUNDING;
 use lgs_dynamics::{ForceKind, PotentialKind, System};
-
-/// Rounding of 32-bit parameters of a law, as a part of its scales: what is smaller is no term.
-const ROUNDING: f64 = 1e-4;
 
 /// The constants of a law that a system has beside its networks, as a list of unknowns of order one.
 #[derive(Clone, Debug)]
@@ -25,7 +23,7 @@ impl LinearPart {
         let scales = &system.config.normalisation;
         // A kind of system that has no place for a term reads as a law without it.
         let law = law_of_system(system);
-        let terms = Terms::of_law(&law, scales, ROUNDING);
+        let terms = Terms::of_law(&law, scales, PARAMETER_ROUNDING);
         Self { law, terms, units: terms.units(scales) }
     }
 

@@ -1,0 +1,121 @@
+//! Every constant that decides something in stage 1 and is no configuration key, with its reason.
+//!
+//! Fractions of a displacement are of the object's root mean square displacement over the window.
+
+/// Fewest samples of a window. Second differences, folds without a fifth of the samples, and polynomials of
+/// degree 2 with something left to validate them need eight.
+pub(crate) const FEWEST_SAMPLES: usize = 8;
+/// Distance of a sample time from the even grid, as a fraction of its spacing: an error of a fiftieth of a
+/// step in time is one of a fiftieth of a step's motion.
+pub(crate) const SPACING_TOLERANCE: f64 = 0.02;
+/// Particles of a sample that stands for an object: a median of 400 scatters by 6 % of the spread.
+pub(crate) const SAMPLE_SIZE: usize = 400;
+
+// Denoising
+
+/// Turns of a robust fit; poses and shape no longer change after two or three.
+pub(crate) const TURNS: usize = 6;
+/// Residual of a particle over the window, in medians over the particles, at which its weight is a quarter;
+/// beyond, it falls with the fourth power. Normal noise exceeds three medians in one of ten thousand.
+pub(crate) const OUTLIER_MEDIANS: f64 = 3.0;
+/// The same for the residual of a particle at one sample. A part that slips for a while is many particles,
+/// not one in ten thousand: already the farther half of the particles counts less.
+pub(crate) const MOMENTARY_OUTLIER_MEDIANS: f64 = 1.0;
+/// Ridge of an affine pose towards the rigid one, as a fraction of the shape's variance: a direction thinner
+/// than a thousandth of the shape says nothing.
+pub(crate) const AFFINE_RIDGE: f64 = 1e-6;
+/// A residual is as good as another one, or as noise, up to this factor: fits of a few dozen samples with a
+/// different number of unknowns scatter by that much.
+pub(crate) const RESIDUAL_SLACK: f64 = 1.5;
+/// A residual is as good as another one, too, if it exceeds it by this fraction of the displacement: a source
+/// model follows a motion no better.
+pub(crate) const RESIDUAL_TOLERANCE: f64 = 0.02;
+/// A smoothing degree whose validation score exceeds the best one by this factor is as good: lower degrees
+/// have quieter derivatives.
+pub(crate) const SCORE_SLACK: f64 = 1.03;
+/// Highest degree of a smoothing polynomial: least squares on T even samples is well conditioned up to a
+/// degree of about 2√T; this is that of 49 samples.
+pub(crate) const HIGHEST_DEGREE: usize = 14;
+
+// Segmentation
+
+/// Standard deviations of the smoothed noise that an edge of the graph may change its length by.
+pub(crate) const NOISE_DEVIATIONS: f64 = 3.0;
+/// A group of which its own motion leaves more than this fraction of the displacement is no rigid body …
+pub(crate) const UNEXPLAINED_FRACTION: f64 = 0.12;
+/// … and, if this many of it would not make up all moving particles, no soft body either, but outliers.
+pub(crate) const OUTLIER_SHARE: usize = 20;
+/// Groups are merged if a motion of both leaves of each at most this many times its own residual, and
+/// [`RESIDUAL_TOLERANCE`]: one motion for two groups has half as many unknowns per particle.
+pub(crate) const MERGED_RESIDUAL: f64 = 2.0;
+/// Displacements in a feature of k-means, at times spread evenly over the window (method §5.1).
+pub(crate) const DISPLACEMENTS: usize = 8;
+/// Weight of the first position in a feature (method §5.1).
+pub(crate) const POSITION_WEIGHT: f64 = 0.1;
+
+// Shared support
+
+/// Particles lighter than this fraction of the mean weight (outliers, faint ones) are no members.
+pub(crate) const LIGHTEST: f64 = 0.3;
+/// Angle per window below which a turn says nothing about its centre, rad: the centre follows from the shift
+/// by division with the angle, and is three times as noisy as the points.
+pub(crate) const LEAST_TURN: f64 = 0.3;
+/// Products of inertia of a balanced support, as a fraction of its mean square extent.
+pub(crate) const BALANCED: f64 = 1e-3;
+/// Particles considered in exchanges, and the finest exchanges that pairs are made of: a million pairs take a
+/// few milliseconds.
+pub(crate) const CONSIDERED: usize = 1000;
+
+// Laws
+
+/// Ridge of accelerations' least squares, as a fraction of a column's square.
+pub(crate) const ACCELERATION_RIDGE: f64 = 1e-4;
+/// Exponent over the window by which a potential may push apart: over three windows it is a factor of three.
+pub(crate) const MOST_GROWTH: f64 = 0.35;
+/// Rate of a law times the spacing of the samples: Eq. 5 is stable up to 2, and a quarter of that still
+/// resolves the motion.
+pub(crate) const MOST_RATE: f64 = 0.5;
+/// Forecast error, as a fraction of the displacement, above which a law does not explain a motion …
+pub(crate) const UNEXPLAINED_FORECAST: f64 = 0.01;
+/// … and above which it does not even describe it.
+pub(crate) const UNDESCRIBED_FORECAST: f64 = 0.1;
+/// Reach of a rollout to three windows that stays where the object was, in units of the reach in one.
+pub(crate) const MOST_REACH: f64 = 1.5;
+/// Rounding of 32-bit parameters of a law, as a fraction of its scales: anything smaller is no term.
+pub(crate) const PARAMETER_ROUNDING: f64 = 1e-4;
+
+// Descents of laws (Levenberg–Marquardt)
+
+/// Iterations; a descent stops by itself long before.
+pub(crate) const ITERATIONS: usize = 40;
+/// Relative improvement at which a descent stops: a part of the cost that no forecast shows.
+pub(crate) const CONVERGED: f64 = 1e-9;
+/// First damping, as a fraction of the diagonal; a failed step raises it tenfold, a good one lowers it as
+/// much.
+pub(crate) const FIRST_DAMPING: f64 = 1e-4;
+/// Steps that may fail in a row: the last is ten million times as damped as the first.
+pub(crate) const TRIALS: usize = 8;
+/// Step of a forward difference, as a fraction of the unknown: some times the root of the machine precision …
+pub(crate) const DIFFERENCE: f64 = 1e-6;
+/// … and of an unknown that is smaller than this, as a fraction of this.
+pub(crate) const SMALLEST_UNKNOWN: f64 = 1e-2;
+
+// Networks
+
+/// Networks have to forecast better than the law alone by this factor, or to describe the window better by it
+/// and stay near for three windows: a motion whose turning point lies in the held-out part cannot be
+/// forecast, and is still described.
+pub(crate) const NETWORK_GAIN: f64 = 0.5;
+/// Factor of the rollout steps that networks under the rigid constraint get, as they have no matching before.
+pub(crate) const CONSTRAINED_STEPS: usize = 8;
+
+// Scene
+
+/// An object whose system leaves more than this fraction of its displacement is not described by it.
+pub(crate) const UNDESCRIBED_FRACTION: f64 = 0.5;
+/// An object whose system misses the end of the window, forecast from its beginning, by more than this
+/// fraction of its displacement …
+pub(crate) const POOR_FORECAST_FRACTION: f64 = 0.07;
+/// … is a part of others that the source follows badly, if their motions leave less than this fraction of the
+/// residual at rest.
+pub(crate) const LEFT_BY_OTHERS_FRACTION: f64 = 0.6;
