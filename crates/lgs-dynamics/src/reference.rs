@@ -1,6 +1,6 @@
 //! Plain twins of the fast functions in Burn tensor operations, whose gradients come from autodiff.
 //!
-//! They are for tests and for reading. `∇U` is written as the chain of reference §8.3, so that one backward
+//! They are for tests and for reading. `∇U` is written as the chain of method §4.1, so that one backward
 //! pass gives its derivative. The rotation of a support comes from repeated squaring of Horn's 4×4 matrix,
 //! which leaves the projector `p pᵀ` on the best quaternion; rotation matrices are linear in it. Degenerate
 //! supports, where two eigenvalues meet, are not handled.

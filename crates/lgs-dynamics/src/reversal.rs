@@ -1,9 +1,9 @@
-//! Rollouts into the past (reference §8.6).
+//! Rollouts into the past (method §4.4).
 //!
 //! `NegatedStep` is the forward scheme with −h (Eq. 8). `Exact` inverts the forward step: drift back with the
 //! velocity that is known, `q₀ = q₁ − h v₁`, then solve `v₀ + h a(q₀, v₀) = v₁`. Where the force is linear in
 //! velocity that is a 3×3 system per particle, without force it is explicit, otherwise a fixed point. With
-//! supports the drifted positions are candidates (reference G39), aligned with the shapes at q₁, and
+//! supports the drifted positions are candidates, aligned with the shapes at q₁, and
 //! velocities then follow their policy over the same interval as in the forward step. Where a body moves as
 //! one (policy `Rigid`, one support), that misses the state before the step by the second order of h, and the
 //! forward step from there tells by how much.

@@ -21,7 +21,7 @@ impl Default for Edit {
     }
 }
 
-/// What becomes of velocities when positions are aligned (reference §8.7). Without supports all policies are
+/// What becomes of velocities when positions are aligned (method §4.6). Without supports all policies are
 /// `Keep`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -37,7 +37,7 @@ pub enum VelocityPolicy {
     Rigid,
 }
 
-/// How time runs backwards (reference §8.6).
+/// How time runs backwards (method §4.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reversal {
@@ -89,7 +89,7 @@ pub struct RolloutSpec<'a> {
     pub dt: f32,
     /// Number of full steps.
     pub steps: usize,
-    /// One more, shorter step, for times off the grid (reference G9).
+    /// One more, shorter step, for times off the grid (method §4.3).
     pub last_dt: Option<f32>,
     /// Manipulations; `velocity_scale` acts once, on the starting velocities.
     pub edit: Edit,

@@ -72,7 +72,7 @@ impl Motion<'_> {
 /// Velocities `[n, 3]` of the least-squares twists of the supports at positions `[n, 3]`, each taken at its
 /// particle.
 ///
-/// This removes independent noise from fitted starting velocities (reference G29).
+/// This removes independent noise from fitted starting velocities.
 #[must_use]
 pub fn rigid_velocities(positions: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports) -> Vec<[f32; 3]> {
     let mut carried = Vec::new();

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use lgs_nn::ParamRange;
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
 /// Why a tensor file could not be written or read.
@@ -103,6 +104,34 @@ impl TensorFile {
     pub fn insert(&mut self, name: impl Into<String>, shape: &[usize], values: &[f32]) {
         assert_eq!(shape.iter().product::<usize>(), values.len(), "shape of the tensor");
         self.tensors.insert(name.into(), (shape.to_vec(), TensorValues::F32(values.to_vec())));
+    }
+
+    /// Adds the named arrays of a flat parameter vector, each as `PREFIX.NAME`.
+    ///
+    /// # Panics
+    /// If an array lies outside of the vector.
+    pub fn insert_params(&mut self, prefix: &str, arrays: &[ParamRange], params: &[f32]) {
+        for array in arrays {
+            self.insert(format!("{prefix}.{}", array.name), &array.shape, &params[array.range.clone()]);
+        }
+    }
+
+    /// The flat parameter vector that [`Self::insert_params`] wrote.
+    ///
+    /// # Errors
+    /// If an array is absent, not finite or of another shape.
+    pub fn params(&self, prefix: &str, arrays: &[ParamRange]) -> Result<Vec<f32>, TensorFileError> {
+        let len = arrays.iter().map(|array| array.range.end).max().unwrap_or(0);
+        let mut params = vec![0.0; len];
+        for array in arrays {
+            let name = format!("{prefix}.{}", array.name);
+            let (shape, values) = self.values(&name)?;
+            if shape != array.shape {
+                return Err(self.field(&name, &format!("shape {:?}", array.shape), format!("{shape:?}")));
+            }
+            params[array.range.clone()].copy_from_slice(values);
+        }
+        Ok(params)
     }
 
     /// Adds an index tensor.

@@ -1,4 +1,4 @@
-//! Positional encoding (`reference-systems.md` §3.1): `[v, sin(2⁰v), cos(2⁰v), …, sin(2^{L−1}v),
+//! Positional encoding (method §3.1): `[v, sin(2⁰v), cos(2⁰v), …, sin(2^{L−1}v),
 //! cos(2^{L−1}v)]`, no factor π.
 
 /// Numbers per encoded vector of `dimensions` with `frequencies`.

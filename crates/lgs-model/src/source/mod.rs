@@ -79,9 +79,4 @@ pub trait SourceModel: Send + Sync {
     fn save(&self, path: &Path) -> Result<(), SourceError> {
         Ok(self.to_tensors().save(path)?)
     }
-
-    /// Their centres at several times, `[times][n]`, world units.
-    fn trajectories(&self, times: &[f32]) -> Vec<Vec<[f32; 3]>> {
-        times.iter().map(|&t| self.positions_at(t)).collect()
-    }
 }

@@ -36,6 +36,13 @@ impl InputFrame {
     /// Positions as they are.
     pub const IDENTITY: Self = Self { center: [0.0; 3], scale: 1.0 };
 
+    /// The values of a frame that is not a map, for messages.
+    pub(super) fn defect(&self) -> Option<String> {
+        let Self { center, scale } = *self;
+        let sound = scale > 0.0 && scale.is_finite() && center.iter().all(|v| v.is_finite());
+        (!sound).then(|| format!("{scale} and {center:?}"))
+    }
+
     /// Centre and half extent of a box around points (the identity if there are none or they coincide).
     #[must_use]
     pub fn around(points: &[[f32; 3]]) -> Self {

@@ -1,4 +1,4 @@
-//! Models that the authors' DefGS program wrote (`reference-systems.md` §3), read into [`DefGs`].
+//! Models that the authors' DefGS program wrote (method §3.1), read into [`DefGs`].
 //!
 //! Its output folder holds `point_cloud/iteration_N/point_cloud.ply`, the canonical Gaussians, and
 //! `deform/iteration_N/deform.pth`, the deformation network's state dictionary: `timenet.{0,2}` (absent for
@@ -22,7 +22,7 @@ use super::pose::DELTAS;
 /// Heads in the order of a pose row, with their outputs.
 const HEADS: [(&str, usize); 3] = [("gaussian_warp", 3), ("gaussian_rotation", 4), ("gaussian_scaling", 3)];
 
-/// Frequencies of the time's encoding where there is no time network (§3.1).
+/// Frequencies of the time's encoding where there is no time network (method §3.1).
 const REAL_TIME_FREQUENCIES: usize = 10;
 
 /// Whether a folder looks like the output of the DefGS program.

@@ -1,8 +1,8 @@
 //! From the network's raw outputs to a Gaussian's pose at a time, and back.
 //!
 //! Raw rows are `[a (3), r (4), Δs (3)]`, pose rows `[x', q', Δs]`. With `q̂ = q/‖q‖`:
-//! - displacement (DefGS, §3.4): `x' = x + a`, `q' = q̂ + r`;
-//! - turn (FreeGave, §4.3): `x' = x + a`, `q' = r/‖r‖ ⊗ q̂`;
+//! - displacement (DefGS, method §3.1): `x' = x + a`, `q' = q̂ + r`;
+//! - turn (FreeGave, method §3.2): `x' = x + a`, `q' = r/‖r‖ ⊗ q̂`;
 //! - rigid: `R = exp(r₁..₃)`, `x' = c + R (x − c) + σ a`, `q' = R ⊗ q̂`, about the centre c and in the scale
 //!   σ of the input frame (the fourth number of r is unused). A rigid body's Gaussians then all need the same
 //!   six numbers.

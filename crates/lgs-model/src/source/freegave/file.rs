@@ -19,8 +19,8 @@ const NETWORKS: &str = "networks";
 #[derive(Serialize, Deserialize)]
 struct Header {
     config: FreeGaveConfig,
-    center: [f32; 3],
-    scale: f32,
+    #[serde(flatten)]
+    frame: InputFrame,
     time_window: f32,
 }
 
@@ -29,17 +29,10 @@ pub(super) fn to_tensors(model: &FreeGave) -> TensorFile {
     let FreeGaveNetworks { config, frame, params } = &model.networks;
     let mut file = TensorFile::new(model.kind().format());
     insert_cloud(&mut file, "canonical", &model.canonical);
-    let header = Header {
-        config: config.clone(),
-        center: frame.center,
-        scale: frame.scale,
-        time_window: model.time_window,
-    };
+    let header = Header { config: config.clone(), frame: *frame, time_window: model.time_window };
     // A plain structure of numbers and names always serialises.
     file.set_metadata(NETWORKS, serde_json::to_string(&header).unwrap_or_default());
-    for param in config.layout().params() {
-        file.insert(format!("{NETWORKS}.{}", param.name), &param.shape, &params[param.range]);
-    }
+    file.insert_params(NETWORKS, &config.layout().params(), params);
     file
 }
 
@@ -51,33 +44,17 @@ impl FreeGave {
     pub fn from_tensors(file: &TensorFile, path: &Path) -> Result<Self, SourceError> {
         let canonical = read_cloud(file, "canonical")?;
         canonical.validate().map_err(|source| SourceError::Cloud { path: path.to_owned(), source })?;
-        let Header { config, center, scale, time_window } = file.metadata_json(NETWORKS)?;
+        let Header { config, frame, time_window } = file.metadata_json(NETWORKS)?;
         config.validate().map_err(|(field, reason)| {
             file.field(&format!("{NETWORKS}.{field}"), "a value in range", reason)
         })?;
-        let numbers = [scale, time_window].into_iter().chain(center);
-        if !(scale > 0.0 && (0.0..1e3).contains(&time_window) && numbers.into_iter().all(f32::is_finite)) {
-            let found = format!("{scale}, {center:?} and {time_window}");
-            return Err(file
-                .field(NETWORKS, "a positive scale, a finite centre and a time window", found)
-                .into());
+        let sound = (0.0..1e3).contains(&time_window);
+        if let Some(found) = frame.defect().or_else(|| (!sound).then(|| format!("a window of {time_window}")))
+        {
+            let expected = "a positive scale, a finite centre and a time window";
+            return Err(file.field(NETWORKS, expected, found).into());
         }
-        let layout = config.layout();
-        let mut params = vec![0.0; layout.len];
-        for param in layout.params() {
-            let name = format!("{NETWORKS}.{}", param.name);
-            let (shape, values) = file.values(&name)?;
-            if shape != param.shape {
-                return Err(file
-                    .field(&name, &format!("shape {:?}", param.shape), format!("{shape:?}"))
-                    .into());
-            }
-            params[param.range].copy_from_slice(values);
-        }
-        Ok(Self::new(
-            canonical,
-            FreeGaveNetworks { config, frame: InputFrame { center, scale }, params },
-            time_window,
-        ))
+        let params = file.params(NETWORKS, &config.layout().params())?;
+        Ok(Self::new(canonical, FreeGaveNetworks { config, frame, params }, time_window))
     }
 }

@@ -1,4 +1,4 @@
-//! What the published renderer draws for a quaternion that is not of unit length (§2.3): the covariance of
+//! What the published renderer draws for a quaternion that is not of unit length: the covariance of
 //! another ellipsoid.
 
 use lgs_core::linear::{Mat3, mat_mul, matrix_from_quat, quat_from_matrix, quat_normalize, transpose};
@@ -74,7 +74,7 @@ fn eigen(mut m: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
 mod tests {
     use super::*;
 
-    /// The published covariance, entry by entry from the quaternion's own components (§2.3).
+    /// The published covariance, entry by entry from the quaternion's own components.
     fn published_covariance([w, x, y, z]: [f32; 4], log_scales: [f32; 3]) -> Mat3 {
         let m = [
             [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],

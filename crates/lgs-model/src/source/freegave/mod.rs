@@ -1,4 +1,4 @@
-//! FreeGave (`reference-systems.md` §4): a deformation network up to a time T*, and beyond it a velocity
+//! FreeGave (method §3.2): a deformation network up to a time T*, and beyond it a velocity
 //! field that carries every Gaussian on.
 //!
 //! A Gaussian's code is a function of its canonical position; it mixes K motion bases, each a rigid twist

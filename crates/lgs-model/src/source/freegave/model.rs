@@ -1,4 +1,4 @@
-//! A trained FreeGave model: where its Gaussians are at any time (§4.3 render step, §4.6).
+//! A trained FreeGave model: where its Gaussians are at any time (method §3.2).
 
 use std::sync::OnceLock;
 
@@ -15,7 +15,7 @@ use crate::source::file::SourceKind;
 use crate::source::pose::DELTAS;
 use crate::tensor_file::TensorFile;
 
-/// Interval of the times at which a Gaussian is asked whether it stays where it is (§4.6).
+/// Interval of the times at which a Gaussian is asked whether it stays where it is (method §3.2).
 const STILL_INTERVAL: f32 = 0.01;
 
 /// Opacity logit of what is not drawn.

@@ -1,4 +1,4 @@
-//! The divergence-free velocity field of six bases and its integration (§4.1, §4.2).
+//! The divergence-free velocity field of six bases and its integration (method §3.2).
 //!
 //! Mixed, the bases are a rigid twist: `v(p) = u + ω × p` about the world's origin, with `ω = −(a₄, a₅, a₆)`.
 //! Integrated by the explicit midpoint rule, along which a Gaussian's twist changes with time only.
@@ -32,8 +32,8 @@ pub fn velocity_vjp(a: &Twist, p: [f32; 3], v: [f32; 3]) -> (Twist, [f32; 3]) {
     ([v[0], v[1], v[2], turned[0], turned[1], turned[2]], cross(b, v))
 }
 
-/// Steps from one time to another: equal ones of at most `longest`, but for the last, which is what remains
-/// (§4.2). The signed lengths.
+/// Steps from one time to another: equal ones of at most `longest`, but for the last, which is the remainder
+/// (method §3.2). The signed lengths.
 #[must_use]
 pub fn steps(from: f32, to: f32, longest: f32) -> Vec<f32> {
     let span = (to - from).abs();
@@ -228,7 +228,7 @@ mod tests {
             let same = q.iter().zip(expected).map(|(a, b)| a * b).sum::<f32>().abs();
             assert!((same - 1.0).abs() < 1e-4, "{angle}: {q:?}");
         }
-        // By what the drawn radius in the plane of rotation grows (§4.2).
+        // By what the drawn radius in the plane of rotation grows.
         let swelling = |time| {
             let (_, log_scales) =
                 drawn_shape(after(RotationForm::Reference, pi, time), [0.0; 3]).expect("a number");
