@@ -16,6 +16,7 @@
 
 pub mod cameras;
 pub mod dataset;
+pub mod edit;
 pub mod files;
 pub mod frames;
 pub mod ply;

@@ -3,6 +3,7 @@
 use super::motion::{Motion, Pose};
 use super::shape::{Ray, Shape};
 use super::texture::Texture;
+use crate::edit::MotionEdit;
 use glam::{DMat3, DVec3};
 
 /// A textured solid in the axes of its body.
@@ -17,7 +18,7 @@ pub(super) struct Part {
     bound: f64,
 }
 
-/// A rigid body.
+/// A body: rigid, or deformed linearly.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) name: &'static str,
@@ -84,9 +85,18 @@ impl Part {
     }
 }
 
+impl Stage {
+    /// The same start under an edit; nothing if any of the bodies has no law.
+    pub(super) fn edited(&self, edit: MotionEdit) -> Option<Self> {
+        let edited = |body: &Body| Some(Body { motion: body.motion.edited(edit)?, ..body.clone() });
+        let bodies = self.bodies.iter().map(edited).collect::<Option<_>>()?;
+        Some(Self { bodies, fixed: self.fixed.clone() })
+    }
+}
+
 impl Body {
     /// Radius of a sphere around the body's origin that holds it.
-    fn bound(&self) -> f64 {
+    pub(super) fn bound(&self) -> f64 {
         self.parts.iter().map(|part| part.center.length() + part.bound).fold(0.0, f64::max)
     }
 }
@@ -98,7 +108,11 @@ pub(super) struct Snapshot<'a> {
 
 impl<'a> Snapshot<'a> {
     pub(super) fn new(stage: &'a Stage, t: f64) -> Self {
-        Self { moving: stage.bodies.iter().map(|body| (body, body.motion.pose(t), body.bound())).collect() }
+        let at = |body: &'a Body| {
+            let pose = body.motion.pose(t);
+            (body, pose, body.bound() * pose.stretch)
+        };
+        Self { moving: stage.bodies.iter().map(at).collect() }
     }
 
     /// Whether a ray within the angle `spread` (radians, small) of the given one may meet a moving body.
@@ -116,9 +130,10 @@ impl<'a> Snapshot<'a> {
             if passes_by(ray, pose.position, *bound) {
                 continue;
             }
-            let inverse = pose.rotation.transpose();
-            let local =
-                Ray { origin: inverse * (ray.origin - pose.position), direction: inverse * ray.direction };
+            let local = Ray {
+                origin: pose.inverse * (ray.origin - pose.position),
+                direction: pose.inverse * ray.direction,
+            };
             best = nearest(&local, &body.parts, number as u16, best);
         }
         best

@@ -1,21 +1,47 @@
-//! Laws of motion, each in closed form or integrated to rounding error: the pose of a body at any time, also
-//! before zero.
+//! How bodies move: laws in closed form, simulated laws, impacts and motions given by time. Each gives the
+//! pose of a body at any time, also before zero, and what the same start would do under an edit.
 
+use super::bounce::Bounce;
+use super::guided::Guided;
+use super::simulation::Simulation;
+use crate::edit::MotionEdit;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
+use std::sync::Arc;
 
 /// Step of the pendulum's integration; the fourth-order error at time 2.25 is below 1e-9 rad.
 const PENDULUM_STEP: f64 = 1e-3;
 
-/// Where a body is: a point `p` of the body lies at `rotation · p + position`.
+/// Where a body is: a point `p` of the body lies at `linear · p + position`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
-    pub(super) rotation: DMat3,
+    /// A rotation, and for a body that deforms a stretch on top.
+    pub(super) linear: DMat3,
+    /// The inverse of `linear`.
+    pub(super) inverse: DMat3,
     pub(super) position: DVec3,
+    /// Bound of how much `linear` lengthens any vector.
+    pub(super) stretch: f64,
+}
+
+impl Pose {
+    /// A rotation and a displacement.
+    pub(super) fn rigid(rotation: DMat3, position: DVec3) -> Self {
+        Self { linear: rotation, inverse: rotation.transpose(), position, stretch: 1.0 }
+    }
+
+    /// An invertible linear map and a displacement.
+    pub(super) fn affine(linear: DMat3, position: DVec3) -> Self {
+        let squares: f64 = linear.to_cols_array().iter().map(|v| v * v).sum();
+        Self { linear, inverse: linear.inverse(), position, stretch: squares.sqrt() }
+    }
 }
 
 /// How a body moves.
-#[derive(Clone, Copy, Debug)]
+///
+/// In closed form, α scales every velocity at t = 0, rotation included; β scales gravity, `ω²` of the pendulum
+/// and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never scaled.
+#[derive(Clone, Debug)]
 pub(super) enum Motion {
     /// Under gravity along −z, with a constant spin about an axis through the body's origin.
     Ballistic { start: DVec3, velocity: DVec3, gravity: f64, spin: DVec3 },
@@ -28,33 +54,90 @@ pub(super) enum Motion {
     Harmonic { center: DVec3, displacement: DVec3, velocity: DVec3, frequency: f64 },
     /// Sliding straight against a drag proportional to the velocity.
     Drag { start: DVec3, velocity: DVec3, drag: f64 },
+    /// One of the bodies of a simulated law.
+    Simulated { simulation: Arc<Simulation>, body: usize },
+    /// Bouncing on a floor.
+    Bounce(Bounce),
+    /// Given by time: no law.
+    Guided(Guided),
 }
 
 impl Motion {
     /// The pose at a time.
     pub(super) fn pose(&self, t: f64) -> Pose {
-        let still = |position| Pose { rotation: DMat3::IDENTITY, position };
+        let still = |position| Pose::rigid(DMat3::IDENTITY, position);
         match *self {
-            Self::Ballistic { start, velocity, gravity, spin } => Pose {
-                rotation: turned(spin, t),
-                position: start + velocity * t - DVec3::Z * (0.5 * gravity * t * t),
-            },
-            Self::Rotor { center, spin, phase } => {
-                Pose { rotation: turned(spin, t + phase / spin.length()), position: center }
+            Self::Ballistic { start, velocity, gravity, spin } => {
+                Pose::rigid(turned(spin, t), start + velocity * t - DVec3::Z * (0.5 * gravity * t * t))
             }
-            Self::Pendulum { pivot, axis, amplitude, small_angle_frequency } => Pose {
-                rotation: turned(axis, pendulum_angle(amplitude, small_angle_frequency, t)),
-                position: pivot,
-            },
+            Self::Rotor { center, spin, phase } => {
+                Pose::rigid(turned(spin, t + phase / spin.length()), center)
+            }
+            Self::Pendulum { pivot, axis, amplitude, small_angle_frequency } => {
+                Pose::rigid(turned(axis, pendulum_angle(amplitude, small_angle_frequency, t)), pivot)
+            }
             Self::Harmonic { center, displacement, velocity, frequency: w } => {
                 still(center + displacement * (w * t).cos() + velocity * ((w * t).sin() / w))
             }
+            Self::Drag { start, velocity, drag: 0.0 } => still(start + velocity * t),
             Self::Drag { start, velocity, drag } => still(start - velocity * ((-drag * t).exp_m1() / drag)),
+            Self::Simulated { ref simulation, body } => simulation.pose(body, t),
+            Self::Bounce(ref bounce) => bounce.pose(t),
+            Self::Guided(ref guided) => guided.pose(t),
         }
     }
 
+    /// The same start under an edit; nothing for a motion without a law.
+    pub(super) fn edited(&self, edit: MotionEdit) -> Option<Self> {
+        let (alpha, beta) = (edit.velocity_scale, edit.potential_scale);
+        let mut edited = self.clone();
+        match &mut edited {
+            Self::Ballistic { velocity, gravity, spin, .. } => {
+                (*velocity, *gravity, *spin) = (*velocity * alpha, *gravity * beta, *spin * alpha);
+            }
+            Self::Rotor { spin, .. } => *spin *= alpha,
+            Self::Pendulum { small_angle_frequency, .. } => *small_angle_frequency *= beta.sqrt(),
+            Self::Harmonic { velocity, frequency, .. } => {
+                (*velocity, *frequency) = (*velocity * alpha, *frequency * beta.sqrt());
+            }
+            Self::Drag { velocity, drag, .. } => {
+                (*velocity, *drag) = (*velocity * alpha, *drag * edit.force_scale);
+            }
+            Self::Simulated { simulation, .. } => {
+                *simulation = Arc::new(Simulation::new(simulation.law.edited(edit)));
+            }
+            Self::Bounce(bounce) => *bounce = bounce.edited(edit),
+            Self::Guided(_) => return None,
+        }
+        Some(edited)
+    }
+
     /// Name and constants, for `scene.json`.
+    ///
+    /// `constants` holds the numbers that a recovered law is compared with; `kind` says whether the law
+    /// conserves, dissipates or drives.
     pub(super) fn describe(&self) -> Value {
+        let mut description = self.law();
+        if let (Some(all), Some((kind, constants))) = (description.as_object_mut(), self.known_constants()) {
+            all.insert("kind".to_owned(), json!(kind));
+            all.insert("constants".to_owned(), constants);
+        }
+        description
+    }
+
+    /// Kind and constants of a closed form.
+    fn known_constants(&self) -> Option<(&'static str, Value)> {
+        Some(match *self {
+            Self::Ballistic { gravity, .. } => ("conservative", json!({"g": gravity})),
+            Self::Rotor { spin, .. } => ("conservative", json!({"omega": spin.length()})),
+            Self::Pendulum { small_angle_frequency: w, .. } => ("conservative", json!({"k_gravity": w * w})),
+            Self::Harmonic { frequency: w, .. } => ("conservative", json!({"k": w * w})),
+            Self::Drag { drag, .. } => ("dissipative", json!({"drag": drag})),
+            _ => return None,
+        })
+    }
+
+    fn law(&self) -> Value {
         let v = |v: DVec3| json!(v.to_array());
         match *self {
             Self::Ballistic { start, velocity, gravity, spin } => {
@@ -74,6 +157,9 @@ impl Motion {
             Self::Drag { start, velocity, drag } => {
                 json!({"law": "linear drag", "start": v(start), "velocity": v(velocity), "drag": drag})
             }
+            Self::Simulated { ref simulation, body } => simulation.law.describe(body),
+            Self::Bounce(ref bounce) => bounce.describe(),
+            Self::Guided(ref guided) => guided.describe(),
         }
     }
 }
@@ -154,7 +240,7 @@ mod tests {
     fn a_rotor_turns_right_handedly_at_its_rate() {
         let rotor = Motion::Rotor { center: DVec3::X, spin: DVec3::Z * 4.0, phase: 0.0 };
         let pose = rotor.pose(0.1);
-        assert!((pose.rotation * DVec3::X).abs_diff_eq(DVec3::new(0.4f64.cos(), 0.4f64.sin(), 0.0), 1e-12));
+        assert!((pose.linear * DVec3::X).abs_diff_eq(DVec3::new(0.4f64.cos(), 0.4f64.sin(), 0.0), 1e-12));
         assert_eq!(pose.position, DVec3::X);
     }
 }

@@ -25,7 +25,7 @@ fn every_mover_stays_in_view_of_most_cameras() {
             let (mut seen, mut all) = (0, 0);
             for &t in &samples {
                 let pose = body.motion.pose(t);
-                let center = pose.rotation * body.center + pose.position;
+                let center = pose.linear * body.center + pose.position;
                 let now = views.iter().filter(|view| view.sees(center)).count();
                 assert!(
                     10 * now >= 8 * views.len(),
@@ -69,7 +69,7 @@ fn movers_never_touch_one_another_or_the_furniture() {
         for (number, body) in scene.stage.bodies.iter().enumerate() {
             let pose = body.motion.pose(t);
             for (p, &object) in row.iter().zip(&truth.object) {
-                let local = pose.rotation.transpose() * (DVec3::from_array(p.map(f64::from)) - pose.position);
+                let local = pose.inverse * (DVec3::from_array(p.map(f64::from)) - pose.position);
                 let inside = object != number as i32 && body.parts.iter().any(|part| part.contains(local));
                 assert!(!inside, "{p:?} of object {object} is inside {} at {t}", body.name);
             }

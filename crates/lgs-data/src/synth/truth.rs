@@ -1,7 +1,8 @@
 //! What really happened: points of the surfaces carried along by the motion, and the law with its constants.
 //!
 //! On disk: `ground_truth.safetensors` with `times` [T] f32, `points` [T, P, 3] f32 and `object` [P] i64 (−1
-//! for what stands still), and `scene.json` with the law.
+//! for what stands still), and `scene.json` with the law. Edited splits have files of their own,
+//! `ground_truth_edit-….safetensors`, with the same points.
 
 use super::SynthError;
 use super::body::{Part, Stage};
@@ -12,7 +13,6 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::Value;
 use std::path::Path;
 
-const FILE: &str = "ground_truth.safetensors";
 const LAW_FILE: &str = "scene.json";
 
 /// Points carried along by a scene's motion.
@@ -24,7 +24,7 @@ pub struct GroundTruth {
     pub points: Vec<Vec<[f32; 3]>>,
     /// The object of every point, −1 for what stands still `[P]`.
     pub object: Vec<i32>,
-    /// The contents of `scene.json`: scene, seed, and for every object its law and constants.
+    /// The contents of `scene.json`: scene, seed, and for every object its law and constants; null without it.
     pub law: Value,
 }
 
@@ -34,39 +34,45 @@ impl GroundTruth {
     /// # Errors
     /// If there is one and it can't be read.
     pub fn load(folder: &Path) -> Result<Option<Self>, SynthError> {
-        let path = folder.join(FILE);
+        Self::load_split(folder, None)
+    }
+
+    /// Reads the ground truth of a split that shows an edited motion; nothing if it has none.
+    ///
+    /// # Errors
+    /// If there is one and it can't be read.
+    pub fn load_edited(folder: &Path, split: &str) -> Result<Option<Self>, SynthError> {
+        Self::load_split(folder, Some(split))
+    }
+
+    fn load_split(folder: &Path, split: Option<&str>) -> Result<Option<Self>, SynthError> {
+        let path = folder.join(file_name(split));
         if !path.exists() {
             return Ok(None);
         }
-        let law_path = folder.join(LAW_FILE);
-        let law = serde_json::from_slice(&files::read_bytes(&law_path)?)
-            .map_err(|e| SynthError::Truth { path: law_path, reason: format!("malformed JSON: {e}") })?;
+        let law = load_law(&folder.join(LAW_FILE))?;
         let bytes = files::read_bytes(&path)?;
         parse(&bytes, law).map(Some).map_err(|reason| SynthError::Truth { path, reason })
     }
 
-    /// Writes both files into a folder.
-    pub(super) fn save(&self, folder: &Path) -> Result<(), SynthError> {
+    /// Writes times, points and objects.
+    pub(super) fn save_points(&self, path: &Path) -> Result<(), SynthError> {
         let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
         let flat: Vec<f32> = self.points.iter().flatten().flatten().copied().collect();
         let object: Vec<u8> = self.object.iter().flat_map(|&o| i64::from(o).to_le_bytes()).collect();
         let (times, points) = (bytes(&self.times), bytes(&flat));
-        let path = folder.join(FILE);
-        let wrong =
-            |e: safetensors::SafeTensorError| SynthError::Truth { path: path.clone(), reason: e.to_string() };
+        let wrong = |e: safetensors::SafeTensorError| SynthError::Truth {
+            path: path.to_path_buf(),
+            reason: e.to_string(),
+        };
+        let shape = vec![self.times.len(), self.object.len(), 3];
         let tensors = [
             ("times", TensorView::new(Dtype::F32, vec![self.times.len()], &times).map_err(wrong)?),
-            (
-                "points",
-                TensorView::new(Dtype::F32, vec![self.times.len(), self.object.len(), 3], &points)
-                    .map_err(wrong)?,
-            ),
+            ("points", TensorView::new(Dtype::F32, shape, &points).map_err(wrong)?),
             ("object", TensorView::new(Dtype::I64, vec![self.object.len()], &object).map_err(wrong)?),
         ];
         let file = safetensors::serialize(tensors, None).map_err(wrong)?;
-        files::write_atomically(&path, |w| w.write_all(&file))?;
-        let law = format!("{:#}\n", self.law);
-        files::write_atomically(&folder.join(LAW_FILE), |w| w.write_all(law.as_bytes()))?;
+        files::write_atomically(path, |w| w.write_all(&file))?;
         Ok(())
     }
 
@@ -89,6 +95,27 @@ impl GroundTruth {
     }
 }
 
+/// The contents of `scene.json`; null where there is none: the points alone are a truth too.
+fn load_law(path: &Path) -> Result<Value, SynthError> {
+    if !path.exists() {
+        return Ok(Value::Null);
+    }
+    serde_json::from_slice(&files::read_bytes(path)?)
+        .map_err(|e| SynthError::Truth { path: path.to_path_buf(), reason: format!("malformed JSON: {e}") })
+}
+
+/// Name of the ground truth of a scene, or of one of its edited splits.
+pub(super) fn file_name(split: Option<&str>) -> String {
+    split.map_or_else(|| "ground_truth.safetensors".to_owned(), |split| format!("ground_truth_{split}.safetensors"))
+}
+
+/// Writes `scene.json`.
+pub(super) fn save_law(folder: &Path, law: &Value) -> Result<(), SynthError> {
+    let text = format!("{law:#}\n");
+    files::write_atomically(&folder.join(LAW_FILE), |w| w.write_all(text.as_bytes()))?;
+    Ok(())
+}
+
 /// Follows `count` surface points of every moving body, and of all fixed parts together, through the given
 /// times.
 pub(super) fn follow(stage: &Stage, times: &[f64], count: usize, seed: u64, law: Value) -> GroundTruth {
@@ -99,7 +126,7 @@ pub(super) fn follow(stage: &Stage, times: &[f64], count: usize, seed: u64, law:
         object.extend(vec![number as i32; on_body.len()]);
         for (row, &t) in points.iter_mut().zip(times) {
             let pose = body.motion.pose(t);
-            row.extend(on_body.iter().map(|&p| (pose.rotation * p + pose.position).as_vec3().to_array()));
+            row.extend(on_body.iter().map(|&p| (pose.linear * p + pose.position).as_vec3().to_array()));
         }
     }
     if !stage.fixed.is_empty() {

@@ -11,13 +11,20 @@
 //! | test | 46/60 … 59/60 | held-out, and up to 5 training views spread evenly |
 //! | long | 16 times, 1 … 2.25 | two held-out, two training |
 //! | past | 16 times, −0.75 … −0.75/16 | the same |
+//! | edit-… | 1/4, 1/2, 3/4, 1 | one held-out, one training |
+//!
+//! The splits `edit-…` ([`EDITS`]) show the same start under other scales α, β, γ, which stand under `edit` in
+//! their `transforms_edit-*.json`; their ground truth, from 0 to 2.25, is in `ground_truth_edit-*.safetensors`.
+//! Scenes that no law explains have none.
 
+use super::body::Stage;
 use super::scenes::Scene;
 use super::trace::{self, Backdrop};
 use super::truth;
 use super::view::{HELD_OUT, View};
 use super::{SynthError, SynthOptions, law};
 use crate::dataset::Progress;
+use crate::edit::MotionEdit;
 use crate::files::{self, FileError};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -41,6 +48,29 @@ const FAR_TIMES: u32 = 16;
 const TRUTH_RATE: f64 = 100.0;
 /// Ground-truth points of every object.
 const TRUTH_POINTS: usize = 500;
+
+/// Times of an edited split.
+const EDIT_TIMES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// The splits of every scene with a law that show edits.
+pub(super) const EDITS: [(&str, MotionEdit); 5] = [
+    ("edit-velocity-half", scaled(0.5, 1.0, 1.0)),
+    ("edit-potential-half", scaled(1.0, 0.5, 1.0)),
+    ("edit-potential-double", scaled(1.0, 2.0, 1.0)),
+    ("edit-force-none", scaled(1.0, 1.0, 0.0)),
+    ("edit-force-double", scaled(1.0, 1.0, 2.0)),
+];
+
+const fn scaled(velocity_scale: f64, potential_scale: f64, force_scale: f64) -> MotionEdit {
+    MotionEdit { velocity_scale, potential_scale, force_scale }
+}
+
+/// Images of one motion: the scene's own, or an edited one.
+struct Take {
+    stage: Stage,
+    /// Splits with the edit under which they are made.
+    splits: Vec<(&'static str, Option<MotionEdit>)>,
+    shots: Vec<Shot>,
+}
 
 /// One image to be made.
 struct Shot {
@@ -86,27 +116,73 @@ fn fill(
     progress: Progress<'_>,
 ) -> Result<(), SynthError> {
     let views = scene.rig.views(options.views, options.size as usize, options.seed);
-    let shots = shots(options);
-    for split in ["train", "val", "test", "long", "past"] {
+    let takes = takes(scene, options);
+    for (split, _) in takes.iter().flat_map(|take| &take.splits) {
         let path = folder.join(split);
         fs::create_dir(&path).map_err(|reason| FileError::new("create folder", &path, reason))?;
     }
+    let total = takes.iter().map(|take| take.shots.len()).sum();
     let done = AtomicUsize::new(0);
+    let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+    for take in &takes {
+        photograph(folder, take, &views, &count)?;
+        for (split, edit) in &take.splits {
+            write_transforms(folder, (split, *edit), &take.shots, &views)?;
+        }
+    }
+    let law = law(scene, options);
+    for take in &takes {
+        let (split, edit) = take.splits[0];
+        let first = if edit.is_some() { 0 } else { -75 };
+        let times: Vec<f64> = (first..=225).map(|i| f64::from(i) / TRUTH_RATE).collect();
+        let truth = truth::follow(&take.stage, &times, TRUTH_POINTS, options.seed, law.clone());
+        truth.save_points(&folder.join(truth::file_name(edit.map(|_| split))))?;
+    }
+    truth::save_law(folder, &law)
+}
+
+/// The scene's own motion, and every edited one.
+fn takes(scene: &Scene, options: &SynthOptions) -> Vec<Take> {
+    let own = ["train", "val", "test", "long", "past"].map(|split| (split, None)).to_vec();
+    let mut takes = vec![Take { stage: scene.stage.clone(), splits: own, shots: shots(options) }];
+    let edited = |&(split, edit): &(&'static str, MotionEdit)| {
+        let stage = scene.stage.edited(edit)?;
+        Some(Take { stage, splits: vec![(split, Some(edit))], shots: edit_shots(split, options) })
+    };
+    takes.extend(EDITS.iter().filter_map(edited));
+    takes
+}
+
+fn photograph(
+    folder: &Path,
+    take: &Take,
+    views: &[View],
+    count: &(impl Fn() + Sync),
+) -> Result<(), SynthError> {
     for (number, view) in views.iter().enumerate() {
-        let backdrop = Backdrop::new(&scene.stage, view);
-        let own: Vec<&Shot> = shots.iter().filter(|shot| shot.view == number).collect();
+        let own: Vec<&Shot> = take.shots.iter().filter(|shot| shot.view == number).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let backdrop = Backdrop::new(&take.stage, view);
         own.par_iter().try_for_each(|shot| {
-            let pixels = trace::image(&scene.stage, view, &backdrop, shot.time);
-            write_png(&folder.join(format!("{}.png", shot.name)), &pixels, options.size)?;
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, shots.len());
+            let pixels = trace::image(&take.stage, view, &backdrop, shot.time);
+            write_png(&folder.join(format!("{}.png", shot.name)), &pixels, view.size as u32)?;
+            count();
             Ok::<(), SynthError>(())
         })?;
     }
-    for split in ["train", "val", "test", "long", "past"] {
-        write_transforms(folder, split, &shots, &views)?;
-    }
-    let times: Vec<f64> = (-75..=225).map(|i| f64::from(i) / TRUTH_RATE).collect();
-    truth::follow(&scene.stage, &times, TRUTH_POINTS, options.seed, law(scene, options)).save(folder)
+    Ok(())
+}
+
+fn edit_shots(split: &'static str, options: &SynthOptions) -> Vec<Shot> {
+    let views = [0, options.views];
+    let each = EDIT_TIMES.iter().flat_map(|&time| views.map(|view| (time, view)));
+    each.enumerate().map(|(i, (time, view))| shot(split, i, view, time)).collect()
+}
+
+fn shot(split: &'static str, number: usize, view: usize, time: f64) -> Shot {
+    Shot { split, name: format!("{split}/r_{number:04}"), view, time }
 }
 
 /// All images in file order: by split, time, view.
@@ -133,12 +209,7 @@ fn shots(options: &SynthOptions) -> Vec<Shot> {
     let mut shots = Vec::new();
     for (split, times, views) in plan {
         let each = times.iter().flat_map(|&time| views.iter().map(move |&view| (time, view)));
-        shots.extend(each.enumerate().map(|(i, (time, view))| Shot {
-            split,
-            name: format!("{split}/r_{i:04}"),
-            view,
-            time,
-        }));
+        shots.extend(each.enumerate().map(|(i, (time, view))| shot(split, i, view, time)));
     }
     shots
 }
@@ -152,10 +223,18 @@ fn write_png(path: &Path, rgba: &[u8], size: u32) -> Result<(), SynthError> {
     fs::write(path, bytes).map_err(|reason| FileError::new("write image", path, reason).into())
 }
 
-fn write_transforms(folder: &Path, split: &str, shots: &[Shot], views: &[View]) -> Result<(), SynthError> {
+fn write_transforms(
+    folder: &Path,
+    (split, edit): (&str, Option<MotionEdit>),
+    shots: &[Shot],
+    views: &[View],
+) -> Result<(), SynthError> {
     let own: Vec<&Shot> = shots.iter().filter(|shot| shot.split == split).collect();
     let frames: Vec<Value> = own.iter().map(|shot| frame_entry(shot, &views[shot.view])).collect();
-    let file = json!({ "camera_angle_x": views[0].fov, "frames": frames });
+    let mut file = json!({ "camera_angle_x": views[0].fov, "frames": frames });
+    if let (Some(edit), Some(entries)) = (edit, file.as_object_mut()) {
+        entries.insert("edit".to_owned(), json!(edit));
+    }
     files::write_atomically(&folder.join(format!("transforms_{split}.json")), |w| {
         serde_json::to_writer(w, &file).map_err(Into::into)
     })?;

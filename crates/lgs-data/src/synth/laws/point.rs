@@ -1,0 +1,142 @@
+//! A body that keeps its orientation and moves as a point in fields.
+
+use super::super::motion::Pose;
+use super::{Law, joined, vector};
+use crate::edit::MotionEdit;
+use glam::{DMat3, DVec3};
+use serde_json::{Value, json};
+
+/// A force per unit mass.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) enum Field {
+    /// Uniform gravity along −z: conservative.
+    Gravity(f64),
+    /// Towards a centre, `k rⁿ`: conservative.
+    Power { center: DVec3, k: f64, n: f64 },
+    /// Energy `c (x² − w²)² / 4` along a unit vector and `k r² / 2` across it, about a centre: conservative.
+    DoubleWell { center: DVec3, along: DVec3, c: f64, w: f64, k: f64 },
+    /// `−k |v| v`: not conservative.
+    QuadraticDrag(f64),
+    /// `ω × v`, as a charge in a uniform magnetic field has it. It does no work, and depends on the velocity:
+    /// it belongs to the force and not to the potential.
+    Magnetic(DVec3),
+}
+
+impl Field {
+    fn acceleration(&self, q: DVec3, v: DVec3) -> DVec3 {
+        match *self {
+            Self::Gravity(g) => -g * DVec3::Z,
+            Self::Power { center, k, n } => {
+                let arm = q - center;
+                -k * arm.length().powf(n - 1.0) * arm
+            }
+            Self::DoubleWell { center, along, c, w, k } => {
+                let arm = q - center;
+                let x = arm.dot(along);
+                -c * x * (x * x - w * w) * along - k * (arm - x * along)
+            }
+            Self::QuadraticDrag(k) => -k * v.length() * v,
+            Self::Magnetic(omega) => omega.cross(v),
+        }
+    }
+
+    fn energy(&self, q: DVec3) -> f64 {
+        match *self {
+            Self::Gravity(g) => g * q.z,
+            Self::Power { center, k, n } => k * (q - center).length().powf(n + 1.0) / (n + 1.0),
+            Self::DoubleWell { center, along, c, w, k } => {
+                let arm = q - center;
+                let x = arm.dot(along);
+                0.25 * c * (x * x - w * w).powi(2) + 0.5 * k * (arm - x * along).length_squared()
+            }
+            Self::QuadraticDrag(_) | Self::Magnetic(_) => 0.0,
+        }
+    }
+
+    fn edited(self, edit: MotionEdit) -> Self {
+        let (beta, gamma) = (edit.potential_scale, edit.force_scale);
+        match self {
+            Self::Gravity(g) => Self::Gravity(beta * g),
+            Self::Power { center, k, n } => Self::Power { center, k: beta * k, n },
+            Self::DoubleWell { center, along, c, w, k } => {
+                Self::DoubleWell { center, along, c: beta * c, w, k: beta * k }
+            }
+            Self::QuadraticDrag(k) => Self::QuadraticDrag(gamma * k),
+            Self::Magnetic(omega) => Self::Magnetic(gamma * omega),
+        }
+    }
+
+    /// Constants with their names; vectors as three numbers.
+    fn constants(&self) -> Value {
+        match *self {
+            Self::Gravity(g) => json!({"g": g}),
+            Self::Power { center, k, n } => json!({"k": k, "n": n, "center": center.to_array()}),
+            Self::DoubleWell { center, along, c, w, k } => json!({
+                "quartic": c, "half_distance": w, "k_across": k, "center": center.to_array(),
+                "along": along.to_array()
+            }),
+            Self::QuadraticDrag(k) => json!({"quadratic_drag": k}),
+            Self::Magnetic(omega) => {
+                json!({"gyration": omega.length(), "axis": omega.normalize().to_array()})
+            }
+        }
+    }
+
+    fn is_conservative(&self) -> bool {
+        !matches!(self, Self::QuadraticDrag(_) | Self::Magnetic(_))
+    }
+}
+
+/// A body without rotation in fields.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Point {
+    pub(in super::super) law: &'static str,
+    pub(in super::super) kind: &'static str,
+    pub(in super::super) start: DVec3,
+    pub(in super::super) velocity: DVec3,
+    pub(in super::super) fields: Vec<Field>,
+}
+
+impl Law for Point {
+    fn start(&self) -> Vec<f64> {
+        joined(&[self.start, self.velocity])
+    }
+
+    fn rate(&self, state: &[f64]) -> Vec<f64> {
+        let (q, v) = (vector(state, 0), vector(state, 3));
+        joined(&[v, self.fields.iter().map(|field| field.acceleration(q, v)).sum()])
+    }
+
+    fn poses(&self, state: &[f64]) -> Vec<Pose> {
+        vec![Pose::rigid(DMat3::IDENTITY, vector(state, 0))]
+    }
+
+    fn energy(&self, state: &[f64]) -> f64 {
+        let (q, v) = (vector(state, 0), vector(state, 3));
+        0.5 * v.length_squared() + self.fields.iter().map(|field| field.energy(q)).sum::<f64>()
+    }
+
+    fn edited(&self, edit: MotionEdit) -> Box<dyn Law> {
+        Box::new(Self {
+            velocity: edit.velocity_scale * self.velocity,
+            fields: self.fields.iter().map(|field| field.edited(edit)).collect(),
+            ..self.clone()
+        })
+    }
+
+    fn describe(&self, _: usize) -> Value {
+        let mut constants = serde_json::Map::new();
+        let (mut conservative, mut others) = (Vec::new(), Vec::new());
+        for field in &self.fields {
+            let Value::Object(own) = field.constants() else { continue };
+            let names = if field.is_conservative() { &mut conservative } else { &mut others };
+            names.extend(own.keys().cloned());
+            constants.extend(own);
+        }
+        json!({
+            "law": self.law, "kind": self.kind, "coordinates": "rigid", "constants": constants,
+            "start": self.start.to_array(), "velocity": self.velocity.to_array(),
+            "conservative": conservative, "nonconservative": others,
+        })
+    }
+}
