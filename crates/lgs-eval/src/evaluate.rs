@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lgs_core::Camera;
 use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::edit::MotionEdit;
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::source::SourceModel;
@@ -74,11 +75,14 @@ pub fn evaluate(
         half_resolution: options.half_resolution,
         perceptual: options.perceptual,
     };
-    let rows = score_splits(subject, &mut motion, &scoring, progress);
+    let rows = score_splits(subject, &mut motion, options.reversal, &scoring, progress);
     Metrics {
         schema: SCHEMA,
         splits: rows.iter().map(|(name, (_, rows))| (name.clone(), split_metrics(rows))).collect(),
-        physics: physics(subject, &mut motion, &rows, rule),
+        physics: Physics {
+            edited_trajectory_error: edited_trajectory_errors(subject, options.reversal),
+            ..physics(subject, &mut motion, &rows, rule)
+        },
         foreground: rule,
         protocol: Protocol {
             half_resolution: options.half_resolution,
@@ -102,6 +106,7 @@ type ScoredSplits<'a> = BTreeMap<String, (&'a [Frame], Vec<FrameRow>)>;
 fn score_splits<'a>(
     subject: &Subject<'a>,
     motion: &mut Motion<'_>,
+    reversal: Reversal,
     scoring: &Scoring<'_>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> ScoredSplits<'a> {
@@ -110,10 +115,41 @@ fn score_splits<'a>(
     let done = AtomicUsize::new(0);
     let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
     let score = |(name, frames): (&String, &'a Vec<Frame>)| {
-        let rows = score_frames(subject.source, (subject.scene, &mut *motion), frames, scoring, &tick);
+        let rows = match dataset.edits.get(name) {
+            None => score_frames(subject.source, (subject.scene, &mut *motion), frames, scoring, &tick),
+            // A source model knows nothing of edits.
+            Some(&edit) => {
+                let mut edited = Motion::new(subject.scene, scales(edit), reversal);
+                score_frames(None, (subject.scene, &mut edited), frames, scoring, &tick)
+            }
+        };
         (name.clone(), (frames.as_slice(), rows))
     };
     dataset.splits.iter().map(score).collect()
+}
+
+/// An edit of a dataset as one of the dynamics.
+fn scales(edit: MotionEdit) -> Edit {
+    Edit {
+        velocity_scale: edit.velocity_scale as f32,
+        potential_scale: edit.potential_scale as f32,
+        force_scale: edit.force_scale as f32,
+    }
+}
+
+/// Position errors of every split that shows an edit, under that edit, by time.
+fn edited_trajectory_errors(
+    subject: &Subject<'_>,
+    reversal: Reversal,
+) -> BTreeMap<String, BTreeMap<String, Option<f64>>> {
+    let edits = subject.dataset.into_iter().flat_map(|dataset| &dataset.edits);
+    let errors = |(split, &edit): (&String, &MotionEdit)| {
+        let truth = Truth::new(subject.truth?.edited.get(split)?)?;
+        let mut motion = Motion::new(subject.scene, scales(edit), reversal);
+        let (errors, _) = trajectory_errors(subject.scene, &mut motion, Some(&truth));
+        Some((split.clone(), errors.into_iter().filter(|(_, error)| error.is_some()).collect()))
+    };
+    edits.filter_map(errors).collect()
 }
 
 fn split_metrics(rows: &[FrameRow]) -> SplitMetrics {
@@ -160,6 +196,7 @@ fn physics(
         extent_against_truth: extent_against_truth(subject, motion, rows, (rule, truth.as_ref())),
         trajectory_error,
         trajectory_detail,
+        edited_trajectory_error: BTreeMap::new(),
         energy_drift: energy_drift(scene, 0.0),
         energy_change_with_force: energy_drift(scene, 1.0),
         fall_time_exponent: fall_time_exponent(scene, 1.0),
@@ -177,8 +214,9 @@ fn extent_against_truth(
     (rule, truth): (Option<ForegroundRule>, Option<&Truth<'_>>),
 ) -> ExtentAgainstTruth {
     let window = subject.scene.motion.time_window;
-    let beyond = rows
-        .values()
+    let own = rows.iter().filter(|(name, _)| !subject.dataset.is_some_and(|d| d.edits.contains_key(*name)));
+    let beyond = own
+        .map(|(_, split)| split)
         .flat_map(|(frames, rows)| rows.iter().map(|row| (frames[row.index].time, &row.lagrangian)));
     let pixels = pixel_extent_against_images(
         beyond.filter(|&(t, _)| rule == Some(ForegroundRule::Opacity) && t > window),

@@ -139,6 +139,9 @@ pub struct Physics {
     pub trajectory_error: BTreeMap<String, Option<f64>>,
     /// More about the same, by time.
     pub trajectory_detail: BTreeMap<String, TrajectoryDetail>,
+    /// The same for every split that shows an edited motion, under its edit, by split and time.
+    #[serde(default)]
+    pub edited_trajectory_error: BTreeMap<String, BTreeMap<String, Option<f64>>>,
     /// Largest change of the mean U + T over [0, 3 τ_max] without Q, over the largest mean T.
     pub energy_drift: Option<f64>,
     /// The same with Q: what the force dissipates counts here.

@@ -99,6 +99,11 @@ pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
         physics.trajectory_error.iter().map(|(t, e)| (t, *e)).collect();
     times.sort_by(|a, b| a.0.parse::<f64>().unwrap_or(0.0).total_cmp(&b.0.parse::<f64>().unwrap_or(0.0)));
     rows.extend(times.into_iter().map(|(t, error)| (format!("trajectory error at t = {t}"), percent(error))));
+    for (split, errors) in &physics.edited_trajectory_error {
+        let named =
+            |(t, e): (&String, &Option<f64>)| (format!("{split}: trajectory error at t = {t}"), percent(*e));
+        rows.extend(errors.iter().map(named));
+    }
     if let Some(potential) = &physics.potential {
         let angle = potential.direction_error_degrees.map(|d| format!("{d:.2}°"));
         rows.extend([

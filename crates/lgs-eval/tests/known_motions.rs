@@ -56,7 +56,7 @@ fn turning() -> LagrangianScene {
 fn truth(start: &[[f32; 3]], position: impl Fn([f32; 3], f32) -> [f32; 3]) -> GroundTruth {
     let times: Vec<f32> = (-75..=225).map(|i| i as f32 * 0.01).collect();
     let points = times.iter().map(|&t| start.iter().map(|&q| position(q, t)).collect()).collect();
-    GroundTruth { times, points, object: vec![0; start.len()], law: serde_json::Value::Null }
+    GroundTruth { times, points, object: vec![0; start.len()], ..GroundTruth::default() }
 }
 
 fn fallen(q: [f32; 3], t: f32) -> [f32; 3] {
@@ -100,6 +100,7 @@ fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
     Dataset {
         root: "memory".into(),
         splits,
+        edits: BTreeMap::new(),
         background: [1.0; 3],
         init_points: None,
         fingerprint: String::new(),

@@ -60,7 +60,13 @@ fn truth(scene: &LagrangianScene) -> GroundTruth {
     let object = (0..scene.dynamic_gaussians.len()).map(|row| (row / 27) as i32).collect();
     let rest = [0.0; 3];
     let law = serde_json::json!({"law": "uniform gravity", "g": GRAVITY, "spin": rest, "velocity": rest});
-    GroundTruth { times, points, object, law: serde_json::json!({"objects": vec![law; scene.objects.len()]}) }
+    GroundTruth {
+        times,
+        points,
+        object,
+        law: serde_json::json!({"objects": vec![law; scene.objects.len()]}),
+        ..GroundTruth::default()
+    }
 }
 
 fn dataset() -> Dataset {
@@ -84,6 +90,7 @@ fn dataset() -> Dataset {
     Dataset {
         root: "data".into(),
         splits: BTreeMap::from(splits),
+        edits: BTreeMap::new(),
         background: [1.0; 3],
         init_points: None,
         fingerprint: String::new(),

@@ -28,7 +28,7 @@ pub(super) struct Args {
     /// Training views; held-out ones are added [default: 12]
     #[arg(long)]
     views: Option<usize>,
-    /// Turns the cameras and shifts the textures; the laws stay [default: 0]
+    /// Draws the scene's constants, turns the cameras and shifts the textures [default: 0]
     #[arg(long)]
     seed: Option<u64>,
     /// Training images per unit of time and view, a divisor of 60 [default: 60]
@@ -59,7 +59,11 @@ pub(super) fn make(scene: &str, options: &SynthOptions, out: &Path) -> Result<()
 }
 
 fn list() -> Result<()> {
-    let rows: Vec<Vec<String>> =
-        scenes().iter().map(|info| vec![info.name.to_owned(), info.description.to_owned()]).collect();
+    let mut rows = Vec::new();
+    for info in scenes() {
+        let verdict = if info.explained { "" } else { " (no law explains it)" };
+        rows.push(vec![info.name.to_owned(), format!("{}{verdict}", info.description)]);
+        rows.push(vec![String::new(), format!("drawn: {}", info.drawn)]);
+    }
     output::print(&aligned(&rows, &[false, false]))
 }

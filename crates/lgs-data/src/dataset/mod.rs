@@ -23,6 +23,7 @@ pub use error::{DatasetError, Problem};
 pub use formats::{DatasetFormat, format_or_auto};
 pub use points::SceneBox;
 
+use crate::edit::MotionEdit;
 use frame_spec::FrameSpec;
 use lgs_core::{Camera, DEFAULT_NEAR, Image};
 use rayon::prelude::*;
@@ -41,6 +42,9 @@ pub struct Dataset {
     /// Frames by split, in file order; `train` is always among them unless [`LoadOptions::splits`] says
     /// otherwise.
     pub splits: BTreeMap<String, Vec<Frame>>,
+    /// The edits that some splits show: the same start under other physics. Such splits are not of the motion
+    /// that the others show.
+    pub edits: BTreeMap<String, MotionEdit>,
     /// What lies behind transparent pixels.
     pub background: [f32; 3],
     /// The points that the set ships, such as `points3d.ply`.
@@ -112,10 +116,14 @@ impl Dataset {
             Ok((name, specs))
         };
         let names = format.splits(root, options.splits.as_deref())?;
+        let edit = |name: &String| Ok(format.edit(root, name)?.map(|edit| (name.clone(), edit)));
+        let edits = names.iter().filter_map(|name| edit(name).transpose());
+        let edits = edits.collect::<Result<BTreeMap<_, _>, DatasetError>>()?;
         let splits = names.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
         Ok(Self {
             root: root.to_path_buf(),
             splits: load_splits(splits, options, progress)?,
+            edits,
             background: if options.white_background { [1.0; 3] } else { [0.0; 3] },
             init_points: format.points(root)?,
             fingerprint: fingerprint::of(root, format)?,
@@ -128,6 +136,7 @@ impl Dataset {
         Self {
             root: PathBuf::new(),
             splits: BTreeMap::new(),
+            edits: BTreeMap::new(),
             background,
             init_points: None,
             fingerprint: "none".to_owned(),

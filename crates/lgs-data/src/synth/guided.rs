@@ -47,7 +47,7 @@ pub(super) enum Guided {
     Led { start: DVec3, path: [Wander; 3], axis: DVec3, angle: Wander },
     /// In free fall until it is grabbed; from then on along a random smooth path.
     Grabbed { start: DVec3, velocity: DVec3, gravity: f64, grabbed: f64, path: [Wander; 3] },
-    /// A part of a walker: it walks on, bobs and swings about `joint` (walker axes), at a cadence that changes.
+    /// A part of a walker: it walks on, bobs and swings about `joint` (walker axes) at a changing cadence.
     Gait { walk: Walk, joint: DVec3, swing: f64, lag: f64 },
 }
 

@@ -149,7 +149,8 @@ fn law(scene: &Scene, options: &SynthOptions) -> Value {
     };
     let objects: Vec<Value> = scene.stage.bodies.iter().enumerate().map(object).collect();
     json!({
-        "schema": 1, "scene": scene.info.name, "description": scene.info.description, "seed": options.seed, "tau_max": 0.75,
+        "schema": 1, "scene": scene.info.name, "description": scene.info.description,
+        "seed": options.seed, "tau_max": 0.75,
         "expected": if scene.info.explained { "explained" } else { "outside" }, "drawn": scene.info.drawn,
         "objects": objects,
     })
@@ -159,5 +160,9 @@ fn scene_names() -> String {
     scenes().iter().map(|info| info.name).collect::<Vec<_>>().join(", ")
 }
 
+#[cfg(test)]
+mod file_tests;
+#[cfg(test)]
+mod law_tests;
 #[cfg(test)]
 mod tests;

@@ -39,8 +39,8 @@ impl Pose {
 
 /// How a body moves.
 ///
-/// In closed form, α scales every velocity at t = 0, rotation included; β scales gravity, `ω²` of the pendulum
-/// and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never scaled.
+/// In closed form, α scales every velocity at t = 0, rotation included; β scales gravity, `ω²` of the
+/// pendulum and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never scaled.
 #[derive(Clone, Debug)]
 pub(super) enum Motion {
     /// Under gravity along −z, with a constant spin about an axis through the body's origin.
@@ -141,17 +141,24 @@ impl Motion {
         let v = |v: DVec3| json!(v.to_array());
         match *self {
             Self::Ballistic { start, velocity, gravity, spin } => {
-                json!({"law": "uniform gravity", "start": v(start), "velocity": v(velocity), "g": gravity, "spin": v(spin)})
+                json!({
+                    "law": "uniform gravity", "start": v(start), "velocity": v(velocity), "g": gravity,
+                    "spin": v(spin)
+                })
             }
             Self::Rotor { center, spin, phase } => {
-                json!({"law": "uniform rotation", "center": v(center), "axis": v(spin.normalize()), "omega": spin.length(), "phase": phase})
+                json!({
+                    "law": "uniform rotation", "center": v(center), "axis": v(spin.normalize()),
+                    "omega": spin.length(), "phase": phase
+                })
             }
             Self::Pendulum { pivot, axis, amplitude, small_angle_frequency } => json!({
                 "law": "rigid pendulum", "pivot": v(pivot), "axis": v(axis), "amplitude": amplitude,
                 "small_angle_omega": small_angle_frequency
             }),
             Self::Harmonic { center, displacement, velocity, frequency } => json!({
-                "law": "isotropic harmonic", "center": v(center), "displacement": v(displacement), "velocity": v(velocity),
+                "law": "isotropic harmonic", "center": v(center), "displacement": v(displacement),
+                "velocity": v(velocity),
                 "omega": frequency, "k": frequency * frequency
             }),
             Self::Drag { start, velocity, drag } => {

@@ -6,17 +6,18 @@
 
 use super::SynthError;
 use super::body::{Part, Stage};
-use crate::files;
+use crate::files::{self, FileError};
 use glam::DVec3;
 use lgs_core::stream;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::Value;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 const LAW_FILE: &str = "scene.json";
 
 /// Points carried along by a scene's motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct GroundTruth {
     /// Times, increasing `[T]`.
     pub times: Vec<f32>,
@@ -24,8 +25,11 @@ pub struct GroundTruth {
     pub points: Vec<Vec<[f32; 3]>>,
     /// The object of every point, −1 for what stands still `[P]`.
     pub object: Vec<i32>,
-    /// The contents of `scene.json`: scene, seed, and for every object its law and constants; null without it.
+    /// The contents of `scene.json`: scene, seed, and for every object its law and constants; null where
+    /// there is no such file.
     pub law: Value,
+    /// The truth of every split that shows an edit, by the split's name; these have no edits of their own.
+    pub edited: BTreeMap<String, GroundTruth>,
 }
 
 impl GroundTruth {
@@ -34,25 +38,21 @@ impl GroundTruth {
     /// # Errors
     /// If there is one and it can't be read.
     pub fn load(folder: &Path) -> Result<Option<Self>, SynthError> {
-        Self::load_split(folder, None)
-    }
-
-    /// Reads the ground truth of a split that shows an edited motion; nothing if it has none.
-    ///
-    /// # Errors
-    /// If there is one and it can't be read.
-    pub fn load_edited(folder: &Path, split: &str) -> Result<Option<Self>, SynthError> {
-        Self::load_split(folder, Some(split))
-    }
-
-    fn load_split(folder: &Path, split: Option<&str>) -> Result<Option<Self>, SynthError> {
-        let path = folder.join(file_name(split));
+        let path = folder.join(file_name(None));
         if !path.exists() {
             return Ok(None);
         }
         let law = load_law(&folder.join(LAW_FILE))?;
-        let bytes = files::read_bytes(&path)?;
-        parse(&bytes, law).map(Some).map_err(|reason| SynthError::Truth { path, reason })
+        let read = |path: PathBuf| {
+            let bytes = files::read_bytes(&path)?;
+            parse(&bytes).map_err(|reason| SynthError::Truth { path, reason })
+        };
+        let mut edited = BTreeMap::new();
+        for split in edited_splits(folder)? {
+            let truth = Self { law: law.clone(), ..read(folder.join(file_name(Some(&split))))? };
+            edited.insert(split, truth);
+        }
+        Ok(Some(Self { law, edited, ..read(path)? }))
     }
 
     /// Writes times, points and objects.
@@ -106,7 +106,22 @@ fn load_law(path: &Path) -> Result<Value, SynthError> {
 
 /// Name of the ground truth of a scene, or of one of its edited splits.
 pub(super) fn file_name(split: Option<&str>) -> String {
-    split.map_or_else(|| "ground_truth.safetensors".to_owned(), |split| format!("ground_truth_{split}.safetensors"))
+    split.map_or_else(
+        || "ground_truth.safetensors".to_owned(),
+        |split| format!("ground_truth_{split}.safetensors"),
+    )
+}
+
+/// Names of the edited splits that a folder has a ground truth of.
+fn edited_splits(folder: &Path) -> Result<Vec<String>, SynthError> {
+    let unreadable = |reason| FileError::new("list folder", folder, reason);
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let name = entry.map_err(unreadable)?.file_name();
+        let split = name.to_str().and_then(|n| n.strip_prefix("ground_truth_")?.strip_suffix(".safetensors"));
+        names.extend(split.map(str::to_owned));
+    }
+    Ok(names)
 }
 
 /// Writes `scene.json`.
@@ -134,7 +149,13 @@ pub(super) fn follow(stage: &Stage, times: &[f64], count: usize, seed: u64, law:
         object.extend(vec![-1; still.len()]);
         points.iter_mut().for_each(|row| row.extend(still.iter().map(|p| p.as_vec3().to_array())));
     }
-    GroundTruth { times: times.iter().map(|&t| t as f32).collect(), points, object, law }
+    GroundTruth {
+        times: times.iter().map(|&t| t as f32).collect(),
+        points,
+        object,
+        law,
+        edited: BTreeMap::new(),
+    }
 }
 
 /// Points of the surface of a union of parts, uniform by area, in body axes.
@@ -159,7 +180,7 @@ fn surface_points(parts: &[Part], count: usize, seed: u64, body: u64) -> Vec<DVe
     points
 }
 
-fn parse(bytes: &[u8], law: Value) -> Result<GroundTruth, String> {
+fn parse(bytes: &[u8]) -> Result<GroundTruth, String> {
     let file = SafeTensors::deserialize(bytes).map_err(|e| e.to_string())?;
     let tensor = |name: &str, dtype: Dtype| {
         let tensor = file.tensor(name).map_err(|e| format!("tensor `{name}`: {e}"))?;
@@ -187,7 +208,7 @@ fn parse(bytes: &[u8], law: Value) -> Result<GroundTruth, String> {
             positions.chunks_exact(count).map(<[_]>::to_vec).collect()
         },
         object: object.data().as_chunks().0.iter().map(|&b| i64::from_le_bytes(b) as i32).collect(),
-        law,
+        ..GroundTruth::default()
     })
 }
 

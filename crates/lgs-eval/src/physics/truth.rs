@@ -162,7 +162,7 @@ mod tests {
             [c * signs[0] - s * signs[1], s * signs[0] + c * signs[1], signs[2] - t * t]
         };
         let points = times.iter().map(|&t| (0..8).map(|i| corner(i, t)).collect()).collect();
-        GroundTruth { times, points, object: vec![0; 8], law: serde_json::Value::Null }
+        GroundTruth { times, points, object: vec![0; 8], ..GroundTruth::default() }
     }
 
     #[test]

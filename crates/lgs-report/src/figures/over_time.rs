@@ -107,7 +107,8 @@ fn chart(
 /// Splits in the order of time, one of those inside the window.
 fn drawn_splits(metrics: &Metrics) -> Vec<(&str, &[FrameMetrics])> {
     let inside = INSIDE.iter().find(|name| metrics.frames.get(**name).is_some_and(|f| !f.is_empty()));
-    let drawn = |name: &&str| !INSIDE.contains(name) || Some(name) == inside;
+    // Edited splits show another motion at the same times.
+    let drawn = |name: &&str| (!INSIDE.contains(name) || Some(name) == inside) && !name.starts_with("edit-");
     let mut splits: Vec<(&str, &[FrameMetrics])> = metrics
         .frames
         .iter()

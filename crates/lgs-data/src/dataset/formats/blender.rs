@@ -5,10 +5,18 @@ use super::FormatReader;
 use crate::dataset::DatasetError;
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile};
+use crate::edit::MotionEdit;
 use crate::files::FileError;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 pub(super) struct Blender;
+
+/// What the file of a split that shows an edit has beside its frames.
+#[derive(Deserialize)]
+struct EditedSplit {
+    edit: MotionEdit,
+}
 
 impl FormatReader for Blender {
     fn name(&self) -> &'static str {
@@ -43,5 +51,14 @@ impl FormatReader for Blender {
     fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {
         let path = self.split_file(root, split);
         transforms::read::<TransformsFile>(&path)?.specs(root, &path)
+    }
+
+    /// Splits whose names begin with `edit-` have to say which edit they show.
+    fn edit(&self, root: &Path, split: &str) -> Result<Option<MotionEdit>, DatasetError> {
+        if !split.starts_with("edit-") {
+            return Ok(None);
+        }
+        let file: EditedSplit = transforms::read(&self.split_file(root, split))?;
+        Ok(Some(file.edit))
     }
 }

@@ -11,6 +11,7 @@ mod nerfstudio;
 
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::{DatasetError, Problem};
+use crate::edit::MotionEdit;
 use crate::ply::{self, Points};
 use std::path::{Path, PathBuf};
 
@@ -51,6 +52,16 @@ pub(super) trait FormatReader: Sync {
     /// If a file is unreadable or malformed, or a frame lacks a value or has one that cannot be; an empty
     /// split is an error too.
     fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError>;
+
+    /// The edit that a split shows, where its images are of the same start under other physics. Default:
+    /// no split shows one.
+    ///
+    /// # Errors
+    /// If what says so is unreadable or malformed.
+    fn edit(&self, root: &Path, split: &str) -> Result<Option<MotionEdit>, DatasetError> {
+        let _ = (root, split);
+        Ok(None)
+    }
 
     /// The file of points that the set ships, if it ships one. Default: `points3d.ply`.
     ///
@@ -138,6 +149,11 @@ impl DatasetFormat {
 
     pub(super) fn frames(self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {
         self.reader().frames(root, split)
+    }
+
+    /// The edit that a split shows.
+    pub(super) fn edit(self, root: &Path, split: &str) -> Result<Option<MotionEdit>, DatasetError> {
+        self.reader().edit(root, split)
     }
 
     /// The points that the set ships.

@@ -53,6 +53,7 @@ impl Law for DoublePendulum {
         vec![Pose::rigid(upper, self.pivot), Pose::rigid(lower, joint)]
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         let (a, b, u, v) = (state[0], state[1], state[2], state[3]);
         let ([p, q], m) = (self.lengths, self.mass_ratio);

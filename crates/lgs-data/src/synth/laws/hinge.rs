@@ -42,6 +42,7 @@ impl Law for Hinge {
         vec![Pose::rigid(DMat3::from_axis_angle(self.axis, state[0]) * self.base, self.pivot)]
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         let (angle, rate) = (state[0], state[1]);
         0.5 * rate * rate + self.gravity * (1.0 - angle.cos()) + 0.5 * self.stiffness * angle * angle

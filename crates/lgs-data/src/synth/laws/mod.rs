@@ -2,7 +2,7 @@
 //!
 //! Every law is a first-order system over a state of positions and velocities, in doubles and without time as
 //! an argument, so that it can be followed in both directions. Each says which of its constants are
-//! conservative (scaled by β under an edit) and which are not (scaled by γ); α scales the velocities at t = 0.
+//! conservative (scaled by β under an edit) and which are not (scaled by γ); α scales velocities at t = 0.
 //! Constraints (a hinge, rolling without slipping, a fixed point) do no work and are never scaled.
 
 mod double_pendulum;
@@ -39,6 +39,7 @@ pub(super) trait Law: Debug + Send + Sync {
     fn poses(&self, state: &[f64]) -> Vec<Pose>;
 
     /// Kinetic and potential energy of a state, in units of the law's own.
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64;
 
     /// The same law and start under other scales.

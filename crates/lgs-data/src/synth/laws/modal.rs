@@ -36,6 +36,7 @@ impl Law for Modal {
         vec![Pose::affine(stretch, self.center)]
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         let of = |i: usize| 0.5 * (state[2 + i].powi(2) + self.stiffness[i] * state[i].powi(2));
         of(0) + of(1)

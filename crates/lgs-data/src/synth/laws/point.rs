@@ -40,6 +40,7 @@ impl Field {
         }
     }
 
+    #[cfg(test)]
     fn energy(&self, q: DVec3) -> f64 {
         match *self {
             Self::Gravity(g) => g * q.z,
@@ -111,6 +112,7 @@ impl Law for Point {
         vec![Pose::rigid(DMat3::IDENTITY, vector(state, 0))]
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         let (q, v) = (vector(state, 0), vector(state, 3));
         0.5 * v.length_squared() + self.fields.iter().map(|field| field.energy(q)).sum::<f64>()

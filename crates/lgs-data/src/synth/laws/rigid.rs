@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 /// Rotation with principal moments of inertia along the body's axes, about a point that moves evenly.
 ///
-/// Conservative: `weight`, the torque of gravity on a centre of mass on the body's z axis (mass × g × distance
-/// from the fixed point, in the units of the inertia). There is no force that is not. The state is the
+/// Conservative: `weight`, the torque of gravity on a centre of mass on the body's z axis (mass × g ×
+/// distance from the fixed point, in the units of the inertia). There is no force that is not. The state is the
 /// rotation (w x y z), the angular velocity in body axes and the place of the body's origin.
 #[derive(Clone, Debug)]
 pub(in super::super) struct RigidBody {
@@ -29,12 +29,6 @@ impl RigidBody {
     /// The rotation in a state, of unit length.
     fn rotation(state: &[f64]) -> DQuat {
         DQuat::from_xyzw(state[1], state[2], state[3], state[0]).normalize()
-    }
-
-    /// Angular momentum in world axes.
-    #[cfg(test)]
-    pub(in super::super) fn angular_momentum(&self, state: &[f64]) -> DVec3 {
-        Self::rotation(state) * (self.inertia * vector(state, 4))
     }
 }
 
@@ -58,6 +52,7 @@ impl Law for RigidBody {
         vec![Pose::rigid(DMat3::from_quat(Self::rotation(state)), vector(state, 7))]
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         let spin = vector(state, 4);
         0.5 * spin.dot(self.inertia * spin) + self.weight * (Self::rotation(state) * DVec3::Z).z
@@ -78,9 +73,11 @@ impl Law for RigidBody {
         json!({
             "law": self.law, "kind": "conservative", "coordinates": self.coordinates,
             "constants": {
-                "inertia_ratio_xz": i.x / i.z, "inertia_ratio_yz": i.y / i.z, "weight_over_inertia": self.weight / i.x,
+                "inertia_ratio_xz": i.x / i.z, "inertia_ratio_yz": i.y / i.z,
+                "weight_over_inertia": self.weight / i.x,
             },
-            "origin": self.origin.to_array(), "drift": self.drift.to_array(), "spin_body": self.spin.to_array(),
+            "origin": self.origin.to_array(), "drift": self.drift.to_array(),
+            "spin_body": self.spin.to_array(),
             "rotation": [q.w, q.x, q.y, q.z],
             "conservative": ["weight_over_inertia"], "nonconservative": [],
         })

@@ -34,6 +34,7 @@ impl Law for Rolling {
         vec![Pose::rigid(rotation, self.start + state[0] * self.direction)]
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         0.5 * state[1] * state[1]
     }

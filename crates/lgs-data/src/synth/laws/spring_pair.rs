@@ -21,14 +21,6 @@ pub(in super::super) struct SpringPair {
     pub(in super::super) gravity: f64,
 }
 
-impl SpringPair {
-    /// Total momentum.
-    #[cfg(test)]
-    pub(in super::super) fn momentum(&self, state: &[f64]) -> DVec3 {
-        vector(state, 6) + self.mass_ratio * vector(state, 9)
-    }
-}
-
 impl Law for SpringPair {
     fn start(&self) -> Vec<f64> {
         joined(&[self.starts[0], self.starts[1], self.velocities[0], self.velocities[1]])
@@ -45,6 +37,7 @@ impl Law for SpringPair {
         [0, 3].map(|at| Pose::rigid(DMat3::IDENTITY, vector(state, at))).to_vec()
     }
 
+    #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
         let (p, q, u, v) = (vector(state, 0), vector(state, 3), vector(state, 6), vector(state, 9));
         let m = self.mass_ratio;

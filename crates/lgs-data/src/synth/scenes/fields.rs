@@ -13,7 +13,7 @@ pub(super) const ENTRIES: [Entry; 5] = [
     Entry::new(
         "kepler",
         "a body on an elliptic orbit about a centre that attracts as 1/r²",
-        "k 6 to 11, nearest distance 0.55 to 0.7, eccentricity 0.15 to 0.45, plane within 0.9 rad of the \
+        "k 8 to 14, nearest distance 0.5 to 0.62, eccentricity 0.15 to 0.4, plane within 0.9 rad of the \
          horizontal",
         kepler,
     ),
@@ -68,7 +68,7 @@ fn body_in_fields(draws: &mut Draws, law: Point) -> (Stage, Rig) {
 
 fn kepler(draws: &mut Draws) -> (Stage, Rig) {
     let (k, nearest, eccentricity) =
-        (draws.within(6.0..11.0), draws.within(0.55..0.7), draws.within(0.15..0.45));
+        (draws.within(8.0..14.0), draws.within(0.5..0.62), draws.within(0.15..0.4));
     let normal = draws.tilted(0.0..0.9) * draws.either_sign(0.999..1.0).signum();
     let out = normal.any_orthonormal_vector();
     let speed = (k * (1.0 + eccentricity) / nearest).sqrt();

@@ -33,7 +33,8 @@ pub(super) const ENTRIES: [Entry; 5] = [
     Entry::new(
         "vibration",
         "a body that vibrates and stretches in two damped modes",
-        "frequencies 4 to 5.5 and 6.5 to 9, damping 0.05 to 0.3, amplitudes 0.25 to 0.38 of its size",
+        "frequencies 4 to 5.5 and 6.5 to 9, damping 0.05 to 0.3, amplitudes 0.32 to 0.45 and \
+         0.25 to 0.45 of its size",
         vibration,
     ),
     Entry::new(
@@ -130,7 +131,7 @@ fn vibration(draws: &mut Draws) -> (Stage, Rig) {
     let law = Modal {
         center: DVec3::ZERO,
         modes: [stretch, shear],
-        amplitudes: [draws.either_sign(0.25..0.38), draws.either_sign(0.15..0.38)],
+        amplitudes: [draws.either_sign(0.32..0.45), draws.either_sign(0.25..0.45)],
         rates: [draws.within(-1.0..1.0), draws.within(-1.0..1.0)],
         stiffness: [squared(draws.within(4.0..5.5)), squared(draws.within(6.5..9.0))],
         damping: [draws.within(0.05..0.3), draws.within(0.05..0.3)],

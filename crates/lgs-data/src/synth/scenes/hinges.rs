@@ -34,7 +34,8 @@ pub(super) const ENTRIES: [Entry; 4] = [
     Entry::new(
         "torsion-spring",
         "a bar that swings on a torsion spring and is damped a little",
-        "k 16 to 36, drag 0.1 to 0.4, angle 0.7 to 1.3 rad, rate up to 2, axis within 0.5 rad of the vertical",
+        "k 16 to 36, drag 0.1 to 0.4, angle 0.7 to 1.3 rad, rate up to 2, axis within 0.5 rad of the \
+         vertical",
         torsion_spring,
     ),
 ];

@@ -26,7 +26,8 @@ pub(super) const ENTRIES: [Entry; 6] = [
     Entry::new(
         "projectile",
         "a thrown box with a constant spin: gravity and rotation",
-        "g 0.9 to 1.3 (seed 0: 1.2), spin 1.8 to 3.2 about the vertical (2.6), velocity scaled by 0.8 to 1.05 and turned",
+        "g 0.9 to 1.3 (seed 0: 1.2), spin 1.8 to 3.2 about the vertical (2.6), velocity scaled by \
+         0.8 to 1.05 and turned",
         projectile,
     ),
     Entry::new(
@@ -38,7 +39,8 @@ pub(super) const ENTRIES: [Entry; 6] = [
     Entry::new(
         "spring",
         "a block on an isotropic spring, pushed off the axis: an ellipse",
-        "frequency 3.4 to 5 (seed 0: 4.2), start and velocity scaled by 0.8 to 1.05 and turned about the vertical",
+        "frequency 3.4 to 5 (seed 0: 4.2), start and velocity scaled by 0.8 to 1.05 and turned \
+         about the vertical",
         spring,
     ),
     Entry::new(

@@ -12,8 +12,8 @@ use glam::{DVec3, dvec3};
 pub(super) const ENTRIES: [Entry; 1] = [Entry::new(
     "room",
     "a static furnished room with three independent moving bodies: crate, turntable, circling ball",
-    "crate: amplitude 0.46 to 0.58 (seed 0: 0.58), frequency 4.2 to 5.4 (5); turntable: rate 1.9 to 3.2 (2.6); \
-     ball: frequency 4.1 to 4.7 (4.4), amplitudes scaled by 0.8 to 1",
+    "crate: amplitude 0.46 to 0.58 (seed 0: 0.58), frequency 4.2 to 5.4 (5); turntable: rate 1.9 to 3.2 \
+     (2.6); ball: frequency 4.1 to 4.7 (4.4), amplitudes scaled by 0.8 to 1",
     room,
 )];
 

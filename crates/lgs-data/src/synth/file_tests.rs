@@ -1,0 +1,105 @@
+//! Files of datasets: what must stay as it is for the default seed, and the splits of edits.
+
+use super::*;
+use crate::dataset::{Dataset, LoadOptions};
+use crate::edit::MotionEdit;
+use std::fs;
+
+fn small() -> SynthOptions {
+    SynthOptions { size: 16, views: 2, train_fps: 4, ..SynthOptions::default() }
+}
+
+fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("set");
+    generate(scene, options, &out, &|_, _| {}).unwrap();
+    (dir, out)
+}
+
+/// FNV-1a of the files that the first seven scenes have always had, in order.
+fn digest(folder: &Path) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut add = |path: PathBuf| {
+        for byte in fs::read(path).unwrap() {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    for split in ["train", "val", "test", "long", "past"] {
+        let images = fs::read_dir(folder.join(split)).unwrap();
+        let mut images: Vec<PathBuf> = images.map(|entry| entry.unwrap().path()).collect();
+        images.sort();
+        images.into_iter().for_each(&mut add);
+        add(folder.join(format!("transforms_{split}.json")));
+    }
+    add(folder.join("ground_truth.safetensors"));
+    hash
+}
+
+#[test]
+fn the_first_seven_scenes_keep_every_byte_for_the_default_seed() {
+    let known = [
+        ("falling-ball", 0x24f3_7133_9a14_085c),
+        ("fan", 0x179b_4bd5_4830_06e3),
+        ("projectile", 0x5b15_a3d0_4ac9_a7ba),
+        ("pendulum", 0x7da0_3f55_96bc_9610),
+        ("spring", 0x2933_e9ec_3ada_be9c),
+        ("sled", 0xc042_836d_53f7_4fe8),
+        ("room", 0x310a_d4af_c7f3_c902_u64),
+    ];
+    for (scene, expected) in known {
+        let (_dir, out) = make(scene, &small());
+        assert_eq!(digest(&out), expected, "{scene}");
+    }
+}
+
+#[test]
+fn edited_splits_have_images_truth_and_their_edit() {
+    let (_dir, out) = make("torsion-spring", &small());
+    let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
+    let truth = GroundTruth::load(&out).unwrap().unwrap();
+    assert_eq!(dataset.edits.len(), 5);
+    for (split, edit) in &dataset.edits {
+        assert_eq!((dataset.split(split).len(), dataset.cameras(split).len()), (8, 2), "{split}");
+        let edited = &truth.edited[split];
+        assert_eq!((edited.times[0], *edited.times.last().unwrap()), (0.0, 2.25));
+        assert_eq!(edited.points[0], truth.points[75], "the same start: {split}");
+        assert_ne!(edited.points[100], truth.points[175], "{split}");
+        assert_ne!(*edit, MotionEdit::default());
+    }
+    let none = MotionEdit { force_scale: 0.0, ..MotionEdit::default() };
+    assert_eq!(dataset.edits["edit-force-none"], none);
+    assert_eq!((truth.law["expected"].as_str(), truth.law["seed"].as_u64()), (Some("explained"), Some(0)));
+}
+
+#[test]
+fn a_scene_without_a_law_has_no_edited_splits() {
+    for scene in ["walker", "led", "grabbed"] {
+        let (_dir, out) = make(scene, &small());
+        let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
+        let truth = GroundTruth::load(&out).unwrap().unwrap();
+        assert!(dataset.edits.is_empty() && truth.edited.is_empty());
+        assert_eq!(truth.law["expected"], "outside");
+    }
+}
+
+#[test]
+fn an_edited_split_without_its_edit_is_an_error_with_its_path() {
+    let (_dir, out) = make("sled", &small());
+    let path = out.join("transforms_edit-force-none.json");
+    for (edit, word) in [("null", "null"), (r#"{"velocity_scale": 1}"#, "potential_scale")] {
+        let text = fs::read_to_string(&path).unwrap();
+        let mut file: Value = serde_json::from_str(&text).unwrap();
+        file["edit"] = serde_json::from_str(edit).unwrap();
+        fs::write(&path, file.to_string()).unwrap();
+        let error = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap_err().to_string();
+        assert!(error.contains(word) && error.ends_with("transforms_edit-force-none.json"), "{error}");
+    }
+}
+
+#[test]
+fn points_without_a_scene_file_are_a_truth_too() {
+    let (_dir, out) = make("fan", &small());
+    fs::remove_file(out.join("scene.json")).unwrap();
+    let truth = GroundTruth::load(&out).unwrap().unwrap();
+    assert!(truth.law.is_null() && truth.points.len() == 301);
+}
