@@ -131,16 +131,18 @@ impl Plan {
         self.out.join("tables")
     }
 
-    /// The dataset of a scene. Synthetic ones carry their options in the name, so that other options are
+    /// The dataset of a cell. Synthetic ones carry their options in the name, so that other options are
     /// another dataset.
     #[must_use]
-    pub fn dataset(&self, scene: &str) -> PathBuf {
-        match &self.suite.data {
-            Scenes::Synthetic(SynthOptions { size, views, seed, train_fps }) => {
+    pub fn dataset(&self, cell: &Cell) -> PathBuf {
+        let scene = &cell.scene;
+        match (&self.suite.data, self.suite.synthetic(cell.seed)) {
+            (Scenes::Folders(folders), _) => self.folders_root(folders).join(scene),
+            (_, made) => {
+                let SynthOptions { size, views, seed, train_fps } = made.unwrap_or_default();
                 let folder = format!("{scene}_{size}px_{views}views_{train_fps}fps_seed{seed}");
                 self.data.as_ref().map_or_else(|| self.out.join("data"), Clone::clone).join(folder)
             }
-            Scenes::Folders(folders) => self.folders_root(folders).join(scene),
         }
     }
 
@@ -149,9 +151,9 @@ impl Plan {
     #[must_use]
     pub fn missing_data(&self) -> Option<String> {
         let Scenes::Folders(folders) = &self.suite.data else { return None };
-        let absent: Vec<&str> =
-            self.suite.scenes.iter().filter(|s| !self.dataset(s).is_dir()).map(String::as_str).collect();
         let root = self.folders_root(folders);
+        let absent: Vec<&str> =
+            self.suite.scenes.iter().filter(|s| !root.join(s).is_dir()).map(String::as_str).collect();
         let wanted = || {
             let names = self.suite.scenes.join(", ");
             format!(

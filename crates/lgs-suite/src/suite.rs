@@ -13,6 +13,7 @@
 //!
 //! [synthetic]                            # the scenes are made by `synth`; or [folders], see there
 //! size = 160
+//! laws_by_seed = false                   # whether a cell's seed is the scene's too, which draws its law
 //!
 //! [variant.mine]
 //! title = "half the neighbours"
@@ -62,6 +63,7 @@ pub struct Suite {
     pub published: Option<Published>,
     /// The file, for messages.
     pub origin: String,
+    laws_by_seed: bool,
     settings: Vec<String>,
     overrides: Vec<Override>,
 }
@@ -128,12 +130,13 @@ struct Synthetic {
     views: usize,
     seed: u64,
     train_fps: u32,
+    laws_by_seed: bool,
 }
 
 impl Default for Synthetic {
     fn default() -> Self {
         let SynthOptions { size, views, seed, train_fps } = SynthOptions::default();
-        Self { size, views, seed, train_fps }
+        Self { size, views, seed, train_fps, laws_by_seed: false }
     }
 }
 
@@ -191,11 +194,12 @@ impl Suite {
                 return Err(check.invalid(key, "the list is empty"));
             }
         }
+        let laws_by_seed = file.synthetic.as_ref().is_some_and(|made| made.laws_by_seed);
         let data = match (file.synthetic, file.folders) {
             (Some(made), None) => {
                 let known: Vec<&str> = synthetic_scenes().iter().map(|scene| scene.name).collect();
                 check.all_known("scene", &file.scenes, &known)?;
-                let Synthetic { size, views, seed, train_fps } = made;
+                let Synthetic { size, views, seed, train_fps, .. } = made;
                 Scenes::Synthetic(SynthOptions { size, views, seed, train_fps })
             }
             (None, Some(folders)) => Scenes::Folders(folders),
@@ -220,9 +224,20 @@ impl Suite {
             half_resolution: file.half_resolution,
             published: file.published,
             origin: origin.to_owned(),
+            laws_by_seed,
             settings: file.settings,
             overrides: file.overrides,
         })
+    }
+
+    /// How the scenes of a seed are made; nothing where they come from folders.
+    #[must_use]
+    pub fn synthetic(&self, seed: u64) -> Option<SynthOptions> {
+        match &self.data {
+            Scenes::Synthetic(options) if self.laws_by_seed => Some(SynthOptions { seed, ..options.clone() }),
+            Scenes::Synthetic(options) => Some(options.clone()),
+            Scenes::Folders(_) => None,
+        }
     }
 
     /// The settings of a cell beside its seed, later ones winning.

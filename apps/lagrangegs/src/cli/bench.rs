@@ -9,7 +9,7 @@ use lgs_data::files::write_with_parents;
 use lgs_eval::EvalOptions;
 use lgs_eval::table::aligned;
 use lgs_report::write_suite_report;
-use lgs_suite::{Cell, CellState, Plan, Results, Scenes, Suite, all_tables, bundled_suites, table_text};
+use lgs_suite::{Cell, CellState, Plan, Results, Suite, all_tables, bundled_suites, table_text};
 use serde_json::json;
 
 use super::eval::measure;
@@ -108,7 +108,7 @@ fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
         return Ok(());
     }
     say(&format!("cell {} of {}: {}", cell.index, plan.cells.len(), cell.name()));
-    let data = plan.dataset(&cell.scene);
+    let data = plan.dataset(cell);
     make_dataset(plan, cell, &data)?;
     if state < CellState::Trained {
         let source_from = plan.source_folder(cell).at(&out)?;
@@ -133,11 +133,11 @@ fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
 
 /// Makes a synthetic dataset that is not there.
 fn make_dataset(plan: &Plan, cell: &Cell, data: &Path) -> Result<()> {
-    let Scenes::Synthetic(options) = &plan.suite.data else { return Ok(()) };
+    let Some(options) = plan.suite.synthetic(cell.seed) else { return Ok(()) };
     if DatasetFormat::detect(data).is_some() {
         return Ok(());
     }
-    let made = synth::make(&cell.scene, options, data);
+    let made = synth::make(&cell.scene, &options, data);
     // Datasets appear whole: if another process was faster, its is as good.
     if DatasetFormat::detect(data).is_some() { Ok(()) } else { made }
 }

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use lgs_data::files::folder_of;
-use lgs_data::synth::{SynthOptions, generate, scenes};
+use lgs_data::synth::{SynthOptions, TrackOptions, generate, scenes, tracks};
 use lgs_eval::table::aligned;
 
 use super::failure::At;
@@ -19,7 +19,14 @@ pub(super) struct Args {
     /// List the scenes
     #[arg(long)]
     list: bool,
-    /// Folder to write, new or empty
+    /// Write the true tracks of surface points over the captured window instead of a dataset: a
+    /// `.safetensors` file for `train --source frames`
+    #[arg(long)]
+    tracks: bool,
+    /// Standard deviation of the tracks' noise, world units, correlated from frame to frame [default: 0]
+    #[arg(long, value_name = "X", requires = "tracks")]
+    noise: Option<f64>,
+    /// Folder to write, new or empty; with --tracks the file
     #[arg(long, required_unless_present = "list")]
     out: Option<PathBuf>,
     /// Width and height of the images, pixels [default: 160]
@@ -40,6 +47,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (Some(scene), Some(out), false) = (&args.scene, &args.out, args.list) else {
         return list();
     };
+    if args.tracks {
+        return write_tracks(scene, args, out);
+    }
     let default = SynthOptions::default();
     let options = SynthOptions {
         size: args.size.unwrap_or(default.size),
@@ -56,6 +66,17 @@ pub(super) fn make(scene: &str, options: &SynthOptions, out: &Path) -> Result<()
     output::refuse_inside_dataset(folder_of(out))?;
     let task = Task::new(scene, 0);
     generate(scene, options, out, &|done, total| task.count(done, total)).at(out)
+}
+
+fn write_tracks(scene: &str, args: &Args, out: &Path) -> Result<()> {
+    output::refuse_inside_dataset(folder_of(out))?;
+    let noise = args.noise.unwrap_or(0.0);
+    if !(noise.is_finite() && noise >= 0.0) {
+        bail!("`noise` should be finite and not negative, found {noise}: {}", out.display());
+    }
+    let options = TrackOptions { noise, seed: args.seed.unwrap_or(0) };
+    tracks(scene, &options).at(out)?.save(out)?;
+    output::print(&format!("{}\n", out.display()))
 }
 
 fn list() -> Result<()> {

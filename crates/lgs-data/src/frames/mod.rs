@@ -23,6 +23,7 @@ pub use error::{FramesError, FramesProblem};
 
 use std::path::Path;
 
+use crate::files::FileError;
 use lgs_core::GaussianCloud;
 
 /// Gaussians at several times.
@@ -51,6 +52,14 @@ pub fn read_frames(path: &Path) -> Result<FrameSequence, FramesError> {
 }
 
 impl FrameSequence {
+    /// Writes a `.safetensors` file that [`read_frames`] reads.
+    ///
+    /// # Errors
+    /// If the file can't be written.
+    pub fn save(&self, path: &Path) -> Result<(), FileError> {
+        tensors::write(self, path)
+    }
+
     /// What both forms must keep to; lengths agree already.
     fn check(&self) -> Result<(), FramesProblem> {
         if self.times.len() < 2 {

@@ -3,15 +3,41 @@
 use std::path::Path;
 
 use lgs_core::{GaussianCloud, sh_coefficients};
-use safetensors::{Dtype, SafeTensors};
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::{FrameSequence, FramesError, FramesProblem, nearest_to_start};
-use crate::files::read_bytes;
+use crate::files::{FileError, read_bytes, write_atomically};
 
 /// Reads frames from a safetensors file.
 pub(super) fn read(path: &Path) -> Result<FrameSequence, FramesError> {
     let bytes = read_bytes(path)?;
     parse(&bytes).map_err(|problem| FramesError::new(path, problem))
+}
+
+/// Writes frames as [`read`] wants them.
+pub(super) fn write(frames: &FrameSequence, path: &Path) -> Result<(), FileError> {
+    let (count, n, cloud) = (frames.times.len(), frames.gaussians.len(), &frames.gaussians);
+    let turns = if frames.rotations.len() == 1 { vec![n, 4] } else { vec![count, n, 4] };
+    let flat = |rows: &[[f32; 3]]| rows.as_flattened().to_vec();
+    let tensors: [(&str, Vec<usize>, Vec<f32>); 6] = [
+        ("times", vec![count], frames.times.clone()),
+        ("positions", vec![count, n, 3], frames.positions.iter().flat_map(|row| flat(row)).collect()),
+        ("rotations", turns, frames.rotations.iter().flatten().flatten().copied().collect()),
+        ("log_scales", vec![n, 3], flat(&cloud.log_scales)),
+        ("raw_opacities", vec![n], cloud.raw_opacities.clone()),
+        ("sh", vec![n, sh_coefficients(cloud.sh_degree), 3], cloud.sh.clone()),
+    ];
+    let bytes = tensors.map(|(name, shape, values)| {
+        (name, shape, values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
+    });
+    let views = bytes
+        .iter()
+        .map(|(name, shape, data)| Ok((*name, TensorView::new(Dtype::F32, shape.clone(), data)?)));
+    let unwritable = |e: SafeTensorError| FileError::new("write", path, std::io::Error::other(e));
+    let views: Vec<_> = views.collect::<Result<_, _>>().map_err(unwritable)?;
+    let file = safetensors::serialize(views, None).map_err(unwritable)?;
+    write_atomically(path, |w| w.write_all(&file))
 }
 
 fn parse(bytes: &[u8]) -> Result<FrameSequence, FramesProblem> {

@@ -103,3 +103,23 @@ fn points_without_a_scene_file_are_a_truth_too() {
     let truth = GroundTruth::load(&out).unwrap().unwrap();
     assert!(truth.law.is_null() && truth.points.len() == 301);
 }
+
+#[test]
+fn tracks_are_the_truth_with_the_noise_that_was_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("tracks.safetensors");
+    let clean = tracks("double-pendulum", &TrackOptions::default()).unwrap();
+    clean.save(&path).unwrap();
+    assert_eq!(crate::frames::read_frames(&path).unwrap(), clean);
+    assert_eq!((clean.times.len(), clean.positions[0].len()), (61, 320));
+    let noisy = tracks("double-pendulum", &TrackOptions { noise: 0.002, seed: 0 }).unwrap();
+    let off = |t: usize, i: usize, c: usize| f64::from(noisy.positions[t][i][c] - clean.positions[t][i][c]);
+    let (mut variance, mut lagged, mut count) = (0.0, 0.0, 0.0);
+    for (t, i, c) in (0..60).flat_map(|t| (0..320).flat_map(move |i| (0..3).map(move |c| (t, i, c)))) {
+        variance += off(t, i, c).powi(2);
+        lagged += off(t, i, c) * off(t + 1, i, c);
+        count += 1.0;
+    }
+    let deviation = f64::sqrt(variance / count);
+    assert!((deviation / 0.002 - 1.0).abs() < 0.05 && (lagged / variance - 0.75).abs() < 0.03);
+}

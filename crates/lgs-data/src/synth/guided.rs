@@ -110,7 +110,9 @@ impl Guided {
 
     pub(super) fn describe(&self) -> Value {
         let (law, constants) = match self {
-            Self::Led { .. } => ("led along a path", json!({})),
+            Self::Led { axis, path, .. } => {
+                ("led along a path", json!({"axis": axis.to_array(), "waves": path.map(|p| p.waves)}))
+            }
             Self::Grabbed { gravity, grabbed, .. } => {
                 ("grabbed in flight", json!({"g": gravity, "grabbed_at": grabbed}))
             }

@@ -19,6 +19,7 @@ mod shape;
 mod simulation;
 mod texture;
 mod trace;
+mod tracks;
 mod truth;
 mod view;
 mod write;
@@ -28,6 +29,7 @@ pub use truth::GroundTruth;
 
 use crate::dataset::Progress;
 use crate::files::FileError;
+use crate::frames::FrameSequence;
 use scenes::Scene;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -118,6 +120,31 @@ pub fn ground_truth(
     let scene = find(scene, seed)?;
     let law = law(&scene, &SynthOptions { seed, ..SynthOptions::default() });
     Ok(truth::follow(&scene.stage, times, points_per_object, seed, law))
+}
+
+/// How tracks are taken from the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackOptions {
+    /// Standard deviation of the noise of every coordinate, world units, finite and not negative. It is
+    /// independent between points and correlated from frame to frame (0.75). Default 0.
+    pub noise: f64,
+    /// Draws the scene's constants, the points and the noise. Default 0.
+    pub seed: u64,
+}
+
+impl Default for TrackOptions {
+    fn default() -> Self {
+        Self { noise: 0.0, seed: 0 }
+    }
+}
+
+/// The true tracks of 160 surface points of every object over the captured window, at 61 times, as frames of
+/// Gaussians that a source can be read from.
+///
+/// # Errors
+/// If there is no such scene.
+pub fn tracks(scene: &str, options: &TrackOptions) -> Result<FrameSequence, SynthError> {
+    Ok(tracks::tracks(&find(scene, options.seed)?, options))
 }
 
 fn find(name: &str, seed: u64) -> Result<Scene, SynthError> {

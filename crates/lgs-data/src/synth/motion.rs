@@ -40,7 +40,8 @@ impl Pose {
 /// How a body moves.
 ///
 /// In closed form, α scales every velocity at t = 0, rotation included; β scales gravity, `ω²` of the
-/// pendulum and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never scaled.
+/// pendulum and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never
+/// scaled.
 #[derive(Clone, Debug)]
 pub(super) enum Motion {
     /// Under gravity along −z, with a constant spin about an axis through the body's origin.

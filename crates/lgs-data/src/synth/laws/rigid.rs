@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 /// Rotation with principal moments of inertia along the body's axes, about a point that moves evenly.
 ///
 /// Conservative: `weight`, the torque of gravity on a centre of mass on the body's z axis (mass × g ×
-/// distance from the fixed point, in the units of the inertia). There is no force that is not. The state is the
-/// rotation (w x y z), the angular velocity in body axes and the place of the body's origin.
+/// distance from the fixed point, in the units of the inertia). There is no force that is not. The state is
+/// the rotation (w x y z), the angular velocity in body axes and the place of the body's origin.
 #[derive(Clone, Debug)]
 pub(in super::super) struct RigidBody {
     pub(in super::super) law: &'static str,
