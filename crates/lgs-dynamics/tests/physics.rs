@@ -1,4 +1,4 @@
-//! Physical invariants (reference §8.5) and cycle errors (§8.6) on motions with closed forms, realised
+//! Physical invariants (method §4.3) and cycle errors (method §4.4) on motions with closed forms, realised
 //! exactly by quadratic potentials.
 
 mod support;
@@ -88,7 +88,7 @@ fn path_length(states: &[State]) -> f64 {
     states.windows(2).map(step).sum()
 }
 
-/// Forward to τ_max and back: distance from the start over the path travelled (reference G45).
+/// Forward to τ_max and back: distance from the start over the path travelled (method §7).
 fn cycle_error(motion: &Motion, spec: &RolloutSpec, reversal: Reversal) -> f64 {
     let forward = rollout(&motion.system, &motion.start, spec);
     let back = rollout_reversed(&motion.system, &forward[forward.len() - 1], spec, reversal);
@@ -140,8 +140,8 @@ fn the_exact_reversal_returns_to_the_start() {
     }
 }
 
-/// The start that stays on a rigid motion of the discrete flow: velocities half a kick behind (reference
-/// G28).
+/// The start that stays on a rigid motion of the discrete flow: velocities half a kick behind
+/// (method §4.3).
 fn half_a_kick_behind(motion: &Motion, dt: f32) -> Motion {
     let a = motion.system.accelerations(&motion.start.q, &motion.start.v, &Edit::default());
     let v = motion.start.v.iter().zip(a).map(|(&v, a)| sub(v, scale(a, 0.5 * dt))).collect();

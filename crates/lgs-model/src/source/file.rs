@@ -78,7 +78,7 @@ pub enum SourceError {
     #[error(transparent)]
     Folder(#[from] FileError),
     /// The output of another program without a whole model.
-    #[error("expected `point_cloud/iteration_N` and `deform/iteration_N` of the same N, found none: {}", path.display())]
+    #[error("expected `point_cloud/iteration_N` and `deform/iteration_N` of the same N, found none: {path}")]
     NoIteration {
         /// The folder.
         path: PathBuf,
