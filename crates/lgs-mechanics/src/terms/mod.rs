@@ -37,6 +37,7 @@ kinds! {
     central: INVERSE_SQUARE, LOGARITHM, POWER;
     fourier: FIRST, SECOND;
     linear_drag: LINEAR_DRAG;
+    quadratic_drag: QUADRATIC_DRAG;
     damping: DAMPING;
     dry_friction: DRY_FRICTION;
     gyroscopic: GYROSCOPIC;
