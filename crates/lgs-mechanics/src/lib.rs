@@ -25,20 +25,24 @@
 //! # Ok::<(), lgs_mechanics::MechanicsError>(())
 //! ```
 //!
-//! Time reaches no energy and no force. The crate reads no files, draws no random numbers and starts no
+//! Time reaches no energy and no force. The crate reads no files, starts no
 //! threads; all numbers are `f64`.
 #![forbid(unsafe_code)]
 
 mod candidate;
 pub mod coordinates;
 mod error;
+pub mod fit;
 mod integrate;
 mod law;
 mod law_file;
+pub mod noise;
 pub mod rotation;
 mod step;
 mod system;
 pub mod terms;
+#[cfg(test)]
+mod testing;
 
 pub use candidate::{Candidate, FreeParameter};
 pub use error::MechanicsError;

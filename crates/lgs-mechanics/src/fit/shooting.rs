@@ -1,0 +1,158 @@
+//! Shooting: start and parameters such that the motion of a law passes through a track.
+
+use super::Track;
+use super::levenberg::{Minimum, Problem, Settings, Unknown, minimise};
+use crate::coordinates::State;
+use crate::terms::{Entry, Scales};
+use crate::{Candidate, Edit, Law, System};
+use nalgebra::{DMatrix, DVector};
+
+/// A candidate fitted to a track.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The law.
+    pub law: Law,
+    /// State at time 0.
+    pub start: State,
+    /// χ² of the track, robust and whitened, with the prior of centres.
+    pub loss: f64,
+    /// Covariance of changes of the start's configuration, of its velocity and of the parameters.
+    pub covariance: DMatrix<f64>,
+}
+
+/// Standard deviation of the prior of a fitted centre, in extents of the path.
+const CENTRE_PRIOR: f64 = 3.0;
+
+/// Start and parameters as unknowns: changes of the first configuration, then velocities and parameters.
+struct Shooting<'a> {
+    candidate: &'a Candidate,
+    track: &'a Track,
+    first: State,
+    step: f64,
+    unknowns: Vec<Unknown>,
+    /// Index of the unknown, centre and deviation of each normal prior.
+    priors: Vec<(usize, f64, f64)>,
+    weights: Vec<f64>,
+}
+
+impl Shooting<'_> {
+    fn start(&self, values: &[f64]) -> State {
+        let n = self.first.v.len();
+        let x = self.candidate.coordinates.retract(&self.first.x, &values[..n]);
+        State { x, v: values[n..2 * n].to_vec() }
+    }
+
+    fn law(&self, values: &[f64]) -> Option<Law> {
+        self.candidate.law(values[2 * self.first.v.len()..].to_vec(), self.step).ok()
+    }
+
+    /// Writes the weighted differences of states from the track, then the priors.
+    fn compare<'b>(&self, states: impl Iterator<Item = &'b State>, values: &[f64]) -> DVector<f64> {
+        let mut residuals = Vec::with_capacity(self.track.x.len() * self.weights.len() + self.priors.len());
+        for (state, observed) in states.zip(&self.track.x) {
+            let difference = self.candidate.coordinates.difference(observed, &state.x);
+            residuals.extend(difference.iter().zip(&self.weights).map(|(d, w)| d * w));
+        }
+        residuals.extend(self.priors.iter().map(|&(i, centre, deviation)| (values[i] - centre) / deviation));
+        DVector::from_vec(residuals)
+    }
+}
+
+impl Problem for Shooting<'_> {
+    fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+
+    fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
+        let law = self.law(values)?;
+        let states = System::new(&law, Edit::NONE).states(&self.start(values), &self.track.times).ok()?;
+        let residuals = self.compare(states.iter(), values);
+        residuals.iter().all(|r| r.is_finite()).then_some(residuals)
+    }
+
+    fn linearised(&self, values: &[f64]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let law = self.law(values)?;
+        let system = System::new(&law, Edit::NONE);
+        let found = system.sensitivities(&self.start(values), &self.track.times).ok()?;
+        let residuals = self.compare(found.iter().map(|s| &s.state), values);
+        let n = self.weights.len();
+        let mut jacobian = DMatrix::zeros(residuals.len(), self.unknowns.len());
+        for (sample, sensitivity) in found.iter().enumerate() {
+            for (i, weight) in self.weights.iter().enumerate() {
+                jacobian.row_mut(sample * n + i).copy_from(&(sensitivity.position.row(i) * *weight));
+            }
+        }
+        let first = found.len() * n;
+        for (row, &(unknown, _, deviation)) in self.priors.iter().enumerate() {
+            jacobian[(first + row, unknown)] = 1.0 / deviation;
+        }
+        jacobian.iter().all(|j| j.is_finite()).then_some((residuals, jacobian))
+    }
+}
+
+/// Longest step in intervals between samples: fourth-order steps as long as the samples lie apart err by far
+/// less than the noise of tracks that resolve the motion.
+const STEP_IN_SAMPLES: f64 = 1.0;
+
+/// The mean interval between samples.
+fn interval(times: &[f64]) -> f64 {
+    (times[times.len() - 1] - times[0]) / (times.len() - 1).max(1) as f64
+}
+
+/// Unknowns and priors of a candidate.
+fn unknowns(candidate: &Candidate, scales: &Scales) -> (Vec<Unknown>, Vec<(usize, f64, f64)>) {
+    let n = candidate.coordinates.freedoms();
+    let free = |scale| Unknown { scale, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
+    let mut unknowns = vec![free(scales.length); n];
+    unknowns.extend(vec![free(scales.length / scales.time); n]);
+    let mut priors = Vec::new();
+    for parameter in candidate.parameters(scales) {
+        if parameter.entry == Entry::Place {
+            priors.push((unknowns.len(), parameter.origin, CENTRE_PRIOR * parameter.scale));
+        }
+        let (lower, upper) = match parameter.entry {
+            Entry::Constant => (parameter.origin, parameter.origin),
+            _ => (parameter.lower, parameter.upper),
+        };
+        unknowns.push(Unknown { scale: parameter.scale, lower, upper });
+    }
+    (unknowns, priors)
+}
+
+/// Fits a candidate from first values of its parameters and, unless a start is given, from the smooth path.
+///
+/// Times of the track count from 0, where the start lies; `None` if no motion could be followed.
+#[must_use]
+pub fn shoot(
+    candidate: &Candidate,
+    track: &Track,
+    (scales, start): (&Scales, &State),
+    parameters: &[f64],
+    settings: &Settings,
+) -> Option<Fitted> {
+    let (unknowns, priors) = unknowns(candidate, scales);
+    let weights = track.noise.iter().map(|noise| noise.weight()).collect();
+    let step = STEP_IN_SAMPLES * interval(&track.times);
+    let problem = Shooting { candidate, track, first: start.clone(), step, unknowns, priors, weights };
+    let n = start.v.len();
+    let values = [&vec![0.0; n], start.v.as_slice(), parameters].concat();
+    let Minimum { values, loss, information } = minimise(&problem, &values, settings)?;
+    let covariance = inverse(&information)?;
+    let mut law = problem.law(&values)?;
+    let variance = |i: usize| covariance[(2 * n + i, 2 * n + i)].max(0.0).sqrt();
+    law.deviations = (0..law.parameters.len()).map(variance).collect();
+    let start = problem.start(&values);
+    Some(Fitted { law, start, loss, covariance })
+}
+
+/// Inverse of a positive semidefinite matrix; directions without information get none.
+fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let diagonal: Vec<f64> = matrix.diagonal().iter().map(|d| d.max(f64::MIN_POSITIVE).sqrt()).collect();
+    let scaled =
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / (diagonal[i] * diagonal[j]));
+    let inverse = scaled.pseudo_inverse(1e-12).ok()?;
+    let finite = inverse.iter().all(|v| v.is_finite());
+    finite.then(|| {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] / (diagonal[i] * diagonal[j]))
+    })
+}
