@@ -15,7 +15,6 @@ mod quadratic;
 mod tests;
 
 pub use kind::{At, Block, Derivatives, Role, TermKind};
-use parameter::axis_name;
 pub use parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
 pub use placed::Term;
 

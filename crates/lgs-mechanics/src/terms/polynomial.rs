@@ -3,7 +3,7 @@
 //! it; kinds with fewer parameters come before them.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Space};
+use super::parameter::{Parameter, Space, axis_name};
 
 /// The kind `polynomial-three`.
 pub(super) const CUBIC: Polynomial = Polynomial { name: "polynomial-three", degree: 3 };
@@ -17,26 +17,41 @@ pub(super) struct Polynomial {
     degree: usize,
 }
 
+/// Exponents of a monomial.
+type Exponents = [usize; 3];
+
 impl Polynomial {
-    /// Monomials as ascending lists of the axes that they multiply, by degree.
-    fn monomials(&self, d: usize) -> Vec<Vec<usize>> {
-        let mut all: Vec<Vec<usize>> = (0..d).map(|axis| vec![axis]).collect();
-        let mut last = all.clone();
-        for _ in 1..self.degree {
-            let longer = |axes: &Vec<usize>| -> Vec<Vec<usize>> {
-                let first = axes.last().copied().unwrap_or(0);
-                (first..d).map(|axis| [axes.as_slice(), &[axis]].concat()).collect()
-            };
-            last = last.iter().flat_map(longer).collect();
-            all.extend(last.clone());
+    /// Exponents of all monomials of `d` coordinates, by degree.
+    fn monomials(&self, d: usize) -> Vec<Exponents> {
+        let mut all = Vec::new();
+        for degree in 1..=self.degree {
+            for first in (0..=degree).rev() {
+                for second in (0..=degree - first).rev() {
+                    let exponents = [first, second, degree - first - second];
+                    if exponents[d..].iter().all(|&exponent| exponent == 0) {
+                        all.push(exponents);
+                    }
+                }
+            }
         }
         all
     }
 }
 
-/// The product of the coordinates of a monomial without the factors at some places.
-fn product(axes: &[usize], y: &[f64], without: &[usize]) -> f64 {
-    (0..axes.len()).filter(|place| !without.contains(place)).map(|place| y[axes[place]]).product()
+/// The monomial over its degree.
+fn value(exponents: Exponents, y: &[f64]) -> f64 {
+    power(exponents, y) / exponents.iter().sum::<usize>() as f64
+}
+
+fn power(exponents: Exponents, y: &[f64]) -> f64 {
+    y.iter().zip(exponents).map(|(y, exponent)| (0..exponent).fold(1.0, |product, _| product * y)).product()
+}
+
+/// The exponents of the derivative by an axis with its factor; `None` if it vanishes.
+fn lowered(mut exponents: Exponents, axis: usize) -> Option<(f64, Exponents)> {
+    let factor = exponents[axis];
+    exponents[axis] = factor.checked_sub(1)?;
+    Some((factor as f64, exponents))
 }
 
 impl TermKind for Polynomial {
@@ -53,35 +68,42 @@ impl TermKind for Polynomial {
     }
 
     fn parameters(&self, space: Space) -> Vec<Parameter> {
-        let name = |axes: &Vec<usize>| {
-            let axes: Vec<String> = axes.iter().map(|&axis| super::axis_name(space.dimension, axis)).collect();
-            format!("slope-{}", axes.concat())
+        let d = space.dimension;
+        let describe = |exponents: Exponents| {
+            let axes: String = (0..d).map(|axis| axis_name(d, axis).repeat(exponents[axis])).collect();
+            let degree = exponents.iter().sum::<usize>();
+            Parameter::linear(format!("slope-{axes}"), 2 - degree as i32, -2)
         };
-        let monomials = self.monomials(space.dimension);
-        monomials.iter().map(|axes| Parameter::linear(name(axes), 2 - axes.len() as i32, -2)).collect()
+        self.monomials(d).into_iter().map(describe).collect()
     }
 
     fn energy(&self, p: &[f64], y: &[f64]) -> f64 {
-        let part = |(axes, c): (Vec<usize>, &f64)| c * product(&axes, y, &[]) / axes.len() as f64;
-        self.monomials(y.len()).into_iter().zip(p).map(part).sum()
+        self.monomials(y.len()).into_iter().zip(p).map(|(exponents, c)| c * value(exponents, y)).sum()
     }
 
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
         force.fill(0.0);
-        for (axes, c) in self.monomials(at.y.len()).iter().zip(p) {
-            for (place, &axis) in axes.iter().enumerate() {
-                force[axis] -= c / axes.len() as f64 * product(axes, at.y, &[place]);
+        for (exponents, c) in self.monomials(at.y.len()).into_iter().zip(p) {
+            let part = c / exponents.iter().sum::<usize>() as f64;
+            for (axis, force) in force.iter_mut().enumerate() {
+                if let Some((factor, rest)) = lowered(exponents, axis) {
+                    *force -= part * factor * power(rest, at.y);
+                }
             }
         }
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
-        for (column, (axes, c)) in self.monomials(at.y.len()).iter().zip(p).enumerate() {
-            let share = 1.0 / axes.len() as f64;
-            for (place, &axis) in axes.iter().enumerate() {
-                out.p[(axis, column)] -= share * product(axes, at.y, &[place]);
-                for (other, &second) in axes.iter().enumerate().filter(|&(other, _)| other != place) {
-                    out.y[(axis, second)] -= share * c * product(axes, at.y, &[place, other]);
+        let d = at.y.len();
+        for (column, (exponents, c)) in self.monomials(d).into_iter().zip(p).enumerate() {
+            let share = 1.0 / exponents.iter().sum::<usize>() as f64;
+            for axis in 0..d {
+                let Some((factor, rest)) = lowered(exponents, axis) else { continue };
+                out.p[(axis, column)] = -share * factor * power(rest, at.y);
+                for second in 0..d {
+                    if let Some((next, rest)) = lowered(rest, second) {
+                        out.y[(axis, second)] -= share * c * factor * next * power(rest, at.y);
+                    }
                 }
             }
         }

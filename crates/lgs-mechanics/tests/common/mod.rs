@@ -124,7 +124,7 @@ fn flying() -> (Law, State) {
 fn spinning() -> (Law, State) {
     let terms: [(&str, Port, &[f64]); 4] = [
         ("uniform-field", Port::Arm, &[0.0, 0.3, -9.0]),
-        ("spring", Port::Arm, &[2.0, 0.1, 0.2, -0.2]),
+        ("spring-full", Port::Arm, &[20.0, 1.0, -2.0, 9.0, 0.5, 14.0, 0.1, 0.2, -0.2]),
         ("linear-drag", Port::Arm, &[0.4]),
         ("linear-drag", Port::Turn, &[0.2]),
     ];
