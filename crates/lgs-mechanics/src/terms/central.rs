@@ -68,7 +68,8 @@ impl TermKind for Central {
         let n = self.exponent.unwrap_or(-2.0);
         let mut parameters = vec![Parameter::linear("strength", 1 - n as i32, -2)];
         if self.exponent.is_none() {
-            parameters.push(Parameter::nonlinear("exponent", 0, 0).within(-LARGEST_EXPONENT, LARGEST_EXPONENT));
+            parameters
+                .push(Parameter::nonlinear("exponent", 0, 0).within(-LARGEST_EXPONENT, LARGEST_EXPONENT));
         }
         if space.quantity == Quantity::Place {
             parameters.extend((0..space.dimension).map(|axis| Parameter::place("center", axis, space)));
@@ -120,7 +121,9 @@ impl TermKind for Central {
             }
             if space.quantity == Quantity::Place {
                 let shift = STARTING_DISTANCE * scales.length;
-                for (direction, sign) in scales.directions_of(space).iter().flat_map(|d| [(d, 1.0), (d, -1.0)]) {
+                for (direction, sign) in
+                    scales.directions_of(space).iter().flat_map(|d| [(d, 1.0), (d, -1.0)])
+                {
                     let mut start = start.clone();
                     let center = &mut start[self.first_place()..];
                     center.iter_mut().zip(direction).for_each(|(c, d)| *c += sign * shift * d);

@@ -1,7 +1,8 @@
 //! Dry friction: `Q = −μ w / √(w² + ε²)`, of constant size while the body moves.
 //!
-//! Below the creeping speed `ε` the force fades, so that a motion comes to rest instead of turning around. What
-//! comes to rest forgets where it came from: backward in time the motion is determined only while it slides.
+//! Below the creeping speed `ε` the force fades, so that a motion comes to rest instead of turning around.
+//! Having come to rest, a motion forgets where it came from: backward in time it is determined only while it
+//! slides.
 
 use super::kind::{At, Derivatives, Role, TermKind, default_start};
 use super::parameter::{Entry, Parameter, Scales, Space};

@@ -1,47 +1,53 @@
 //! Terms: the summands of a law, each a potential energy or a generalised force.
 //!
-//! A kind of term is a value that implements [`TermKind`] in a file of its own, and one line in the list
-//! below. It acts on a *space*: a vector `y` with velocity `w = ẏ` that coordinates offer, such as the centre
-//! of a body, the angle of a hinge, the amplitudes of modes or the separation of two points. All forces are
-//! per unit of mass (or of whatever inertia the coordinates are measured in), so they are accelerations.
+//! A kind of term is a value that implements [`TermKind`] in a file of its own, which the list below names.
+//! It acts on a *space*: a vector `y` with velocity `w = ẏ` that coordinates offer, such as the centre of a
+//! body, the angle of a hinge, the amplitudes of modes or the separation of two points. All forces are per
+//! unit of mass (or of whatever inertia the coordinates are measured in), so they are accelerations.
 //!
 //! Energies and forces are autonomous: no signature takes a time.
 
+mod central;
+mod constant_drive;
+mod damping;
+mod dry_friction;
+mod fourier;
+mod gyroscopic;
 mod kind;
+mod linear_drag;
 mod parameter;
 mod placed;
+mod polynomial;
 mod quadratic;
+mod quadratic_drag;
+mod quartic;
+mod rest_length;
+mod spring;
 #[cfg(test)]
 mod tests;
+mod uniform_field;
 
 pub use kind::{At, Block, Derivatives, Role, TermKind};
 pub use parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
 pub use placed::Term;
 
-/// Declares the modules of all kinds and lists their values in the order in which files and tables name them.
-macro_rules! kinds {
-    ($($module:ident: $($value:ident),+;)*) => {
-        $(mod $module;)*
-        /// Every kind of term.
-        static KINDS: &[&dyn TermKind] = &[$($(&$module::$value),+),*];
-    };
-}
-
-kinds! {
-    uniform_field: UNIFORM_FIELD;
-    spring: ISOTROPIC, AXIAL, FULL, POSITIVE;
-    rest_length: REST_LENGTH;
-    quartic: RADIAL, AXIS;
-    polynomial: CUBIC, QUARTIC;
-    central: INVERSE_SQUARE, LOGARITHM, POWER;
-    fourier: FIRST, SECOND;
-    linear_drag: LINEAR_DRAG;
-    quadratic_drag: QUADRATIC_DRAG;
-    damping: DAMPING;
-    dry_friction: DRY_FRICTION;
-    gyroscopic: GYROSCOPIC;
-    constant_drive: CONSTANT_DRIVE;
-}
+/// Every kind of term, in the order in which files and tables name them.
+#[rustfmt::skip]
+static KINDS: &[&dyn TermKind] = &[
+    &uniform_field::UNIFORM_FIELD,
+    &spring::ISOTROPIC, &spring::AXIAL, &spring::FULL, &spring::POSITIVE,
+    &rest_length::REST_LENGTH,
+    &quartic::RADIAL, &quartic::AXIS,
+    &polynomial::CUBIC, &polynomial::QUARTIC,
+    &central::INVERSE_SQUARE, &central::LOGARITHM, &central::POWER,
+    &fourier::FIRST, &fourier::SECOND,
+    &linear_drag::LINEAR_DRAG,
+    &quadratic_drag::QUADRATIC_DRAG,
+    &damping::DAMPING,
+    &dry_friction::DRY_FRICTION,
+    &gyroscopic::GYROSCOPIC,
+    &constant_drive::CONSTANT_DRIVE,
+];
 
 /// Every kind of term, in a fixed order.
 #[must_use]

@@ -40,7 +40,8 @@ impl TermKind for Radial {
     }
 
     fn parameters(&self, space: Space) -> Vec<Parameter> {
-        let mut parameters = vec![Parameter::linear("quadratic", 0, -2), Parameter::linear("quartic", -2, -2)];
+        let mut parameters =
+            vec![Parameter::linear("quadratic", 0, -2), Parameter::linear("quartic", -2, -2)];
         parameters.extend(place_parameters(space));
         parameters
     }
