@@ -29,7 +29,9 @@
 //! threads; all numbers are `f64`.
 #![forbid(unsafe_code)]
 
+pub mod bands;
 mod candidate;
+pub mod choose;
 pub mod coordinates;
 mod error;
 pub mod fit;

@@ -66,7 +66,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// At 4 standard deviations Huber's loss leaves all but one in 16 000 samples of normal noise as they are;
+    /// At 4 standard deviations Huber’s loss keeps all but one in 16 000 samples of normal noise as they are;
     /// a change of χ² by 0.001 is far below what a choice between laws can see.
     fn default() -> Self {
         Self { iterations: 40, threshold: 4.0, tolerance: 1e-3 }

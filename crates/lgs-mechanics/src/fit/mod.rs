@@ -1,6 +1,6 @@
 //! Fits of laws to tracks: first values by regression on smoothed tracks, then shooting.
 //!
-//! All residuals are in units of the tracks' own noise, see [`crate::noise`], so that no number here depends
+//! All residuals are in units of the tracks' own noise, see [`crate::noise`], so no number here depends
 //! on units of the world.
 
 mod levenberg;
@@ -52,7 +52,7 @@ impl Track {
         }
     }
 
-    /// Scales of the path: its extent, duration, centre and principal axes; the rotation of a body is left out.
+    /// Scales of the path: extent, duration, centre and principal axes; the rotation of a body is left out.
     #[must_use]
     pub fn scales(&self, coordinates: &Coordinates) -> Scales {
         let first = if coordinates.has_rotation() { 4 } else { 0 };

@@ -38,7 +38,7 @@ impl Noise {
 }
 
 impl SmoothPath {
-    /// Noise of the components of a change of a configuration, see `Coordinates::difference`: rotation vectors
+    /// Noise of the components of a change of a configuration (`Coordinates::difference`): rotation vectors
     /// vary twice as much as the components of a quaternion.
     #[must_use]
     pub fn noise_of_changes(&self, coordinates: &Coordinates) -> Vec<Noise> {
