@@ -71,7 +71,7 @@ impl Bounce {
         let drop = flight.height - self.rest_height;
         let impact = (flight.speed.powi(2) + 2.0 * self.gravity * drop).sqrt();
         let duration = (flight.speed + impact) / self.gravity;
-        (duration > REST).then(|| Flight {
+        (duration > REST).then_some(Flight {
             since: flight.since + duration,
             height: self.rest_height,
             speed: self.restitution * impact,

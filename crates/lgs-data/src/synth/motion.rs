@@ -60,7 +60,7 @@ pub(super) enum Motion {
     /// Bouncing on a floor.
     Bounce(Bounce),
     /// Given by time: no law.
-    Guided(Guided),
+    Guided(Box<Guided>),
 }
 
 impl Motion {

@@ -46,25 +46,25 @@ fn boxy(draws: &mut Draws) -> Vec<Part> {
 }
 
 fn led(draws: &mut Draws) -> (Stage, Rig) {
-    let motion = Motion::Guided(Guided::Led {
+    let motion = Motion::Guided(Box::new(Guided::Led {
         start: DVec3::ZERO,
         path: wanders(draws, 0.5),
         axis: draws.tilted(0.0..1.2),
         angle: Wander::draw(draws, 0.8),
-    });
+    }));
     let parts = boxy(draws);
     framed(alone("led", motion, DVec3::ZERO, parts))
 }
 
 fn grabbed(draws: &mut Draws) -> (Stage, Rig) {
     let gravity = draws.within(1.0..1.6);
-    let motion = Motion::Guided(Guided::Grabbed {
+    let motion = Motion::Guided(Box::new(Guided::Grabbed {
         start: DVec3::ZERO,
         velocity: draws.within(0.4..0.7) * draws.horizontal() + draws.within(0.2..0.5) * DVec3::Z,
         gravity,
         grabbed: draws.within(0.3..0.45),
         path: wanders(draws, 0.5),
-    });
+    }));
     let parts = boxy(draws);
     framed(alone("grabbed", motion, DVec3::ZERO, parts))
 }
@@ -82,7 +82,7 @@ fn walker(draws: &mut Draws) -> (Stage, Rig) {
     let mut limb = |name, joint: DVec3, swing: f64, lag: f64, half: DVec3, hang: f64| {
         let texture = Texture::new(draws.palette(), 0.4);
         let part = Part::new(Shape::Cuboid(half), dvec3(0.0, 0.0, hang), texture);
-        let motion = Motion::Guided(Guided::Gait { walk: walk.clone(), joint, swing, lag });
+        let motion = Motion::Guided(Box::new(Guided::Gait { walk: walk.clone(), joint, swing, lag }));
         Body { name, motion, parts: vec![part], center: dvec3(0.0, 0.0, hang) }
     };
     let (leg, arm) = (dvec3(0.11, 0.10, 0.34), dvec3(0.08, 0.07, 0.28));
