@@ -36,8 +36,8 @@ impl Plain for Panels {
         // borrowed exclusively.
         unsafe {
             #[rustfmt::skip]
-            gemm(m, n, k, self.out.as_mut_ptr(), rows, 1, false, self.a.as_ptr(), rows, 1, self.b.as_ptr(), depth, 1,
-                0.0, 1.0, false, false, false, Parallelism::None);
+            gemm(m, n, k, self.out.as_mut_ptr(), rows, 1, false, self.a.as_ptr(), rows, 1,
+                self.b.as_ptr(), depth, 1, 0.0, 1.0, false, false, false, Parallelism::None);
         }
     }
 }

@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3, Vec4};
 
 /// Depth up to which nothing is drawn unless a camera says otherwise, world units: as in 3D Gaussian
-/// splatting (§2.3).
+/// splatting (method §2.1).
 pub const DEFAULT_NEAR: f32 = 0.2;
 
 /// A pinhole camera. Pixels are continuous coordinates, the centre of pixel (i, j) being (i + 0.5, j + 0.5).

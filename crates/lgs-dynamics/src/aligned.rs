@@ -1,7 +1,7 @@
 //! Rollouts with local rigid alignment: all particles take a step together.
 //!
 //! After the integrator's step the candidates are aligned (Eq. 6), the support's rotation multiplies the
-//! particle's from the left, and velocities follow their policy (reference §8.7). All arrays are there before
+//! particle's from the left, and velocities follow their policy (method §4.6). All arrays are there before
 //! the first step; the backward pass is in [`crate::aligned_vjp`].
 
 use crate::align::Alignment;

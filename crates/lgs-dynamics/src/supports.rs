@@ -1,5 +1,5 @@
 //! Supports of the local rigid alignment: for each particle itself and its nearest neighbours at the start
-//! (Eq. 6, reference G19).
+//! (Eq. 6; method §4.6).
 //!
 //! A support's members are read together, from wherever in memory they lie. Particles in spatial order
 //! ([`lgs_core::spatial_order`]) have most of them in a cache already; for the others, the arrivals, kernels
@@ -84,7 +84,8 @@ impl Supports {
         Ok(Self::with_owners(indices, k))
     }
 
-    /// The same support of `members` for all `particles`, which makes Eq. 6 a rigid motion of the whole object.
+    /// The same support of `members` for all `particles`, which makes Eq. 6 a rigid motion of the whole
+    /// object.
     ///
     /// # Panics
     /// If there is no member, or one is no particle (a bug).

@@ -1,5 +1,5 @@
 //! The photometric loss `(1 - λ) mean|a - b| + λ (1 - SSIM(a, b))` and its gradient by `a`, fused
-//! (`reference-systems` §2.5).
+//! (method §2.4).
 //!
 //! SSIM uses an 11×11 Gaussian window (σ = 1.5), zero padding, and averages over all pixels and channels. It
 //! needs four windowed means: of a, b, a² + b² and ab (the two variances occur only as a sum). Its gradient

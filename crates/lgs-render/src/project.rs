@@ -1,5 +1,4 @@
-//! EWA projection of Gaussians, vector lanes running over Gaussians (`reference-systems` §2.3, contract
-//! "Rasterizer").
+//! EWA projection of Gaussians, vector lanes running over Gaussians (method §2.1).
 //!
 //! With `p` the mean in camera axes, `W` the camera rotation and `J` the Jacobian of the pinhole at `p` (its
 //! `x/z`, `y/z` clamped to 1.3 times the tangent of half the field of view), `M = J W R S` is 2×3 and the
@@ -189,6 +188,27 @@ impl ImageBlock {
             rightmost: self.rightmost.0[lane],
         })
     }
+
+    /// The extent on the image of an ellipse with the covariance `[[a, b], [b, c]]` and the squared
+    /// Mahalanobis radius `reach`.
+    #[inline(always)]
+    fn set_extent<S: Simd>(
+        &mut self,
+        simd: S,
+        index: usize,
+        [a, b, c]: [V<S>; 3],
+        determinant: V<S>,
+        reach: V<S>,
+    ) {
+        // Relative slack for ellipses much larger than the image.
+        self.half[0].set(index, (reach * a).sqrt() * splat(simd, 1.0 + 1e-5));
+        self.half[1].set(index, (reach * c).sqrt() * splat(simd, 1.0 + 1e-5));
+        self.rightmost.set(index, b * (reach / a).sqrt());
+        let half_trace = splat(simd, 0.5) * (a + c);
+        let longest = half_trace + (half_trace * half_trace - determinant).max(splat(simd, 0.1)).sqrt();
+        self.radius.set(index, splat(simd, 3.0) * longest.sqrt());
+        self.determinant.set(index, determinant);
+    }
 }
 
 /// Vector number `index` of a block.
@@ -229,24 +249,9 @@ fn project<S: Simd>(
     out.factor[2].set(index, splat(simd, base2) / c.sqrt());
     out.log2_opacity.set(index, log2_opacity);
     out.depth.set(index, z);
-    // Relative slack for ellipses much larger than the image.
-    out.half[0].set(index, (reach * a).sqrt() * splat(simd, 1.0 + 1e-5));
-    out.half[1].set(index, (reach * c).sqrt() * splat(simd, 1.0 + 1e-5));
-    out.rightmost.set(index, b * (reach / a).sqrt());
-    let half_trace = splat(simd, 0.5) * (a + c);
-    let longest = half_trace + (half_trace * half_trace - determinant).max(splat(simd, 0.1)).sqrt();
-    out.radius.set(index, splat(simd, 3.0) * longest.sqrt());
-    out.determinant.set(index, determinant);
-    out.basis.evaluate(
-        simd,
-        index,
-        [
-            mean[0] - splat(simd, view.center[0]),
-            mean[1] - splat(simd, view.center[1]),
-            mean[2] - splat(simd, view.center[2]),
-        ],
-        degree,
-    );
+    out.set_extent(simd, index, [a, b, c], determinant, reach);
+    let direction = std::array::from_fn(|i| mean[i] - splat(simd, view.center[i]));
+    out.basis.evaluate(simd, index, direction, degree);
 }
 
 #[inline(always)]
@@ -325,42 +330,4 @@ fn cross<S: Simd>(a: [V<S>; 3], b: [V<S>; 3]) -> [V<S>; 3] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use lgs_core::{Camera, GaussianCloud};
-
-    #[test]
-    fn the_factored_exponent_is_the_quadratic_form() {
-        let cloud = GaussianCloud {
-            means: vec![[0.1, 0.2, -0.1]],
-            rotations: vec![[0.3, -0.5, 0.8, 0.1]],
-            log_scales: vec![[-1.0, -2.5, -4.0]],
-            raw_opacities: vec![0.3],
-            sh: vec![0.1; 3],
-            sh_degree: 0,
-        };
-        let camera = Camera::look_at([0.5, -3.0, 1.0], [0.0; 3], 0.8, 64, 48);
-        let (splats, view) = (Splats::from(&cloud), View::from(&camera));
-        let (mut out, mut means2d, mut radii) = ([Projected::default()], [[0.0; 2]], [0]);
-        let chunk = ProjectChunk {
-            splats: &splats,
-            view: &view,
-            first: 0,
-            out: &mut out,
-            means2d: &mut means2d,
-            radii: &mut radii,
-        };
-        pulp::Arch::new().dispatch(chunk);
-        let g = out[0];
-        assert!(g.reach > 0.0 && g.mean == means2d[0]);
-
-        let m = view.chain(&splats, 0).m;
-        let inner = |a: [f32; 3], b: [f32; 3]| lgs_core::linear::dot(a, b);
-        let (a, b, c) = (inner(m[0], m[0]) + BLUR, inner(m[0], m[1]), inner(m[1], m[1]) + BLUR);
-        let d = [3.0, -2.0];
-        let exponent = -0.5 * (c * d[0] * d[0] - 2.0 * b * d[0] * d[1] + a * d[1] * d[1]) / (a * c - b * b);
-        let (u, w) = (g.factor[0] * d[0] + g.factor[1] * d[1], g.factor[2] * d[1]);
-        assert!((-(u * u + w * w) * std::f32::consts::LN_2 - exponent).abs() < 1e-4 * exponent.abs());
-        assert!((g.half[0] - (2.0 * std::f32::consts::LN_2 * g.reach * a).sqrt()).abs() < 1e-3 * g.half[0]);
-    }
-}
+mod tests;

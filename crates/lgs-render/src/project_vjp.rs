@@ -76,15 +76,7 @@ pub(crate) fn project_vjp(
     v_sh: &mut [f32],
 ) -> ParameterCotangent {
     let chain = view.chain(splats, index);
-    let [v_sum, v_x, v_y, v_xx, v_xy, v_yy] = v.moments;
-    let [f0, f1, f2] = projected.factor;
-    // The conic K = 2 ln 2 · FᵀF; the exponent falls with the mean moving away from the pixel.
-    let base = 2.0 * std::f32::consts::LN_2;
-    let k = [[base * f0 * f0, base * f0 * f1], [base * f0 * f1, base * (f1 * f1 + f2 * f2)]];
-    let v_mean2d = [k[0][0] * v_x + k[0][1] * v_y, k[1][1] * v_y + k[0][1] * v_x];
-    // v_Σ = -K (v_K) K with v_K = -½ [[v_xx, v_xy], [v_xy, v_yy]].
-    let half = [[0.5 * v_xx, 0.5 * v_xy], [0.5 * v_xy, 0.5 * v_yy]];
-    let v_covariance = mul2(&mul2(&k, &half), &k);
+    let (v_mean2d, v_covariance) = ellipse_vjp(projected.factor, &v.moments);
     let v_m: [[f32; 3]; 2] = std::array::from_fn(|i| {
         add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1]))
     });
@@ -112,9 +104,23 @@ pub(crate) fn project_vjp(
         rotation: quat_vjp(splats.rotations[index], &v_rotation),
         log_scale,
         // ∂α/∂o · o (1 - o), and the sum of v is already o ∂α/∂o.
-        raw_opacity: v_sum * (1.0 - projected.log2_opacity.exp2()),
+        raw_opacity: v.moments[0] * (1.0 - projected.log2_opacity.exp2()),
         mean2d: v_mean2d,
     }
+}
+
+/// Cotangents of the projected centre and of the covariance on the image, given the factor of the conic and
+/// the moments of the exponents' cotangents.
+#[inline(always)]
+fn ellipse_vjp([f0, f1, f2]: [f32; 3], moments: &[f32; 6]) -> ([f32; 2], [[f32; 2]; 2]) {
+    let &[_, v_x, v_y, v_xx, v_xy, v_yy] = moments;
+    // The conic K = 2 ln 2 · FᵀF; the exponent falls with the mean moving away from the pixel.
+    let base = 2.0 * std::f32::consts::LN_2;
+    let k = [[base * f0 * f0, base * f0 * f1], [base * f0 * f1, base * (f1 * f1 + f2 * f2)]];
+    let v_mean2d = [k[0][0] * v_x + k[0][1] * v_y, k[1][1] * v_y + k[0][1] * v_x];
+    // v_Σ = -K (v_K) K with v_K = -½ [[v_xx, v_xy], [v_xy, v_yy]].
+    let half = [[0.5 * v_xx, 0.5 * v_xy], [0.5 * v_xy, 0.5 * v_yy]];
+    (v_mean2d, mul2(&mul2(&k, &half), &k))
 }
 
 /// Through the projection of the centre and through the Jacobian; a clamped axis passes nothing from the

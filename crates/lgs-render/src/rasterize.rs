@@ -50,21 +50,6 @@ impl Rasterized {
         Image { width: self.width, height: self.height, pixels: self.image.clone() }
     }
 
-    /// Expected depth `Σ α T z` of each pixel, world units, not divided by the accumulated opacity.
-    #[must_use]
-    pub fn expected_depth(&self) -> Vec<f32> {
-        let arch = Arch::new();
-        let mut depth = vec![0.0; self.image.len()];
-        split_by_tile(&mut depth, self.size()).into_par_iter().enumerate().for_each(|(tile, rows)| {
-            let list = self.tile_list(tile);
-            let blended = arch.dispatch(Blend { list, channels: |g: &Projected| [g.depth, 0.0, 0.0] });
-            for (y, row) in rows.into_iter().enumerate() {
-                row.copy_from_slice(&blended.color[0].row(y)[..row.len()]);
-            }
-        });
-        depth
-    }
-
     /// Pairs of pixel and Gaussian of the scene: for each pixel the Gaussians whose ellipse of alpha 1/255
     /// reaches its tile of 16×16 pixels, up to the one that stops the pixel. A rasterizer by tiles without
     /// further tests evaluates all of them.

@@ -1,5 +1,5 @@
 //! Colour from real spherical harmonics up to degree 3, in the order of the INRIA rasterizer
-//! (`reference-systems` §2.2).
+//! (method §2.3).
 //!
 //! `colour = max(0, Σ_k basis_k(direction) · coefficient_k + 1/2)` per channel, the direction running from
 //! the camera to the mean. A channel clamped at zero has zero gradient. The basis polynomials are

@@ -233,16 +233,6 @@ fn what_is_not_beyond_the_near_plane_is_neither_drawn_nor_changed() {
 }
 
 #[test]
-fn the_expected_depth_of_an_opaque_layer_is_its_distance() {
-    let camera = axis_camera(8);
-    let cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, 3.0]], 100.0, [0.5; 3], 0.95);
-    let drawn = draw(&cloud, &camera);
-    for (depth, transmittance) in drawn.expected_depth().iter().zip(&drawn.transmittance) {
-        assert!((depth - 3.0 * (1.0 - transmittance)).abs() < 1e-5);
-    }
-}
-
-#[test]
 fn one_thread_and_many_give_the_same_bits() {
     let (cloud, camera) = (random_cloud(900, 5), camera(150, 90));
     let target = vec![[0.4, 0.3, 0.6]; camera.pixels()];

@@ -26,7 +26,7 @@ pub(crate) fn cotangents(n: usize, states: usize) -> Vec<StateCotangents> {
 }
 
 /// Multiplications and additions of one acceleration of one particle: two passes through U and one through Q
-/// (reference §8.3), their matrix products only.
+/// (method §4.1), their matrix products only.
 pub(crate) fn operations(config: &SystemConfig) -> f64 {
     let h = config.hidden;
     let between = (config.hidden_layers - 1) * h * h;

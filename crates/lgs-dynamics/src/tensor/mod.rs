@@ -4,6 +4,7 @@
 //! slices; nothing of the networks' activations stays on the tape. A node has one output, so states and
 //! alignments leave packed.
 
+mod flex;
 mod ops;
 
 use crate::state::{Edit, VelocityPolicy};
@@ -13,7 +14,7 @@ use burn::backend::Dispatch;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-pub use ops::{DynamicsKernels, DynamicsOps};
+pub use ops::{AccelerationCall, AlignCall, DynamicsKernels, DynamicsOps};
 
 /// What a rollout needs beside tensors; the fields are those of [`crate::RolloutSpec`] and [`crate::System`].
 #[derive(Clone, Debug)]
@@ -51,8 +52,7 @@ pub fn acceleration(
         params.into_dispatch(),
         q.into_dispatch(),
         v.into_dispatch(),
-        config,
-        edit,
+        AccelerationCall { config, edit },
     );
     Tensor::from_dispatch(out)
 }
@@ -80,8 +80,11 @@ pub fn rollout(params: Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: RolloutCal
 #[must_use]
 pub fn align(position: Tensor<2>, candidate: Tensor<2>, supports: Arc<Supports>) -> (Tensor<2>, Tensor<3>) {
     let n = supports.particles();
-    let packed =
-        <Dispatch as DynamicsOps>::align(position.into_dispatch(), candidate.into_dispatch(), supports);
+    let packed = <Dispatch as DynamicsOps>::align(
+        position.into_dispatch(),
+        candidate.into_dispatch(),
+        AlignCall { supports },
+    );
     let packed = Tensor::<2>::from_dispatch(packed);
     (packed.clone().slice([0..n, 0..3]), packed.slice([0..n, 3..12]).reshape([n, 3, 3]))
 }

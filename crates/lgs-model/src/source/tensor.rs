@@ -1,18 +1,16 @@
 //! The deformation network as a Burn operation, differentiable by its parameters and by the Gaussians that it
 //! moves.
 
-use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
-use burn::backend::autodiff::grads::Gradients;
-use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
-use burn::backend::ops::FloatTensorOps;
+use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
+use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
+use lgs_tensor::{Kernel, fused};
 use std::sync::Arc;
 
 use super::config::DeformationConfig;
 use super::network::{DeformInput, InputFrame, Kept, deform as deform_rows, deform_kept, deform_vjp};
-use super::pose::DELTAS;
 
 /// What a call needs beside tensors.
 #[derive(Clone, Debug)]
@@ -25,7 +23,13 @@ pub struct DeformSpec {
     pub time: f32,
 }
 
-/// Backends that can run the network forwards.
+/// Backends that can run the network: kernels from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`
+/// to pose rows `[n, DELTAS]`.
+pub trait DeformationKernels: Kernel<DeformSpec, 3> {}
+
+impl<B: Kernel<DeformSpec, 3>> DeformationKernels for B {}
+
+/// The operation on backends with and without gradients.
 #[backend_extension(Autodiff, Flex)]
 pub trait DeformationOps: Backend {
     /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
@@ -37,35 +41,44 @@ pub trait DeformationOps: Backend {
     ) -> FloatTensor<Self>;
 }
 
-/// Backends that can run it backwards; apart from [`DeformationOps`], as only the inner backend of an
-/// autodiff one is asked.
-pub trait DeformationKernels: DeformationOps {
-    /// Pose rows, and what their way back needs.
-    fn deform_kept(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec) -> (FloatTensor<Self>, Arc<Kept>);
-
-    /// Cotangents of parameters, centres and quaternions, given that of the rows.
-    fn deform_vjp(
-        inputs: [FloatTensor<Self>; 3],
-        spec: &DeformSpec,
-        kept: &Kept,
-        v_poses: FloatTensor<Self>,
-    ) -> [FloatTensor<Self>; 3];
-}
-
 fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a DeformSpec) -> DeformInput<'a> {
     let [params, means, rotations] = inputs;
     DeformInput {
         config: &spec.config,
         frame: spec.frame,
-        params: params.storage(),
-        means: means.storage::<f32>().as_chunks::<3>().0,
-        rotations: rotations.storage::<f32>().as_chunks::<4>().0,
+        params: floats(params),
+        means: rows(means),
+        rotations: rows(rotations),
         time: spec.time,
     }
 }
 
-fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Flex> {
-    Flex::float_from_data(TensorData::new(values, shape), &Default::default())
+impl Kernel<DeformSpec, 3> for Flex {
+    type Kept = ([FloatTensor<Self>; 3], Arc<Kept>);
+
+    fn forward(spec: &DeformSpec, inputs: [FloatTensor<Self>; 3]) -> FloatTensor<Self> {
+        let _span = tracing::trace_span!("deformation network").entered();
+        let inputs = inputs.map(|t| t.to_contiguous());
+        tensor_of_rows(deform_rows(input(&inputs, spec)))
+    }
+
+    fn forward_kept(spec: &DeformSpec, inputs: [FloatTensor<Self>; 3]) -> (FloatTensor<Self>, Self::Kept) {
+        let _span = tracing::trace_span!("deformation network").entered();
+        let inputs = inputs.map(|t| t.to_contiguous());
+        let (poses, kept) = deform_kept(input(&inputs, spec));
+        (tensor_of_rows(poses), (inputs, Arc::new(kept)))
+    }
+
+    fn vjp(
+        spec: &DeformSpec,
+        (inputs, kept): Self::Kept,
+        v_poses: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("deformation network, backward").entered();
+        let v = deform_vjp(input(&inputs, spec), &kept, rows(&v_poses.to_contiguous()));
+        let len = v.params.len();
+        [tensor(v.params, [len]), tensor_of_rows(v.means), tensor_of_rows(v.rotations)]
+    }
 }
 
 impl DeformationOps for Flex {
@@ -75,56 +88,7 @@ impl DeformationOps for Flex {
         rotations: FloatTensor<Self>,
         spec: DeformSpec,
     ) -> FloatTensor<Self> {
-        let _span = tracing::trace_span!("deformation network").entered();
-        let inputs = [params, means, rotations].map(|t| t.to_contiguous());
-        let poses = deform_rows(input(&inputs, &spec));
-        let n = poses.len();
-        tensor(poses.into_flattened(), [n, DELTAS])
-    }
-}
-
-impl DeformationKernels for Flex {
-    fn deform_kept(inputs: [FloatTensor<Self>; 3], spec: &DeformSpec) -> (FloatTensor<Self>, Arc<Kept>) {
-        let _span = tracing::trace_span!("deformation network").entered();
-        let inputs = inputs.map(|t| t.to_contiguous());
-        let (poses, kept) = deform_kept(input(&inputs, spec));
-        let n = poses.len();
-        (tensor(poses.into_flattened(), [n, DELTAS]), Arc::new(kept))
-    }
-
-    fn deform_vjp(
-        inputs: [FloatTensor<Self>; 3],
-        spec: &DeformSpec,
-        kept: &Kept,
-        v_poses: FloatTensor<Self>,
-    ) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("deformation network, backward").entered();
-        let (inputs, v_poses) = (inputs.map(|t| t.to_contiguous()), v_poses.to_contiguous());
-        let v = deform_vjp(input(&inputs, spec), kept, v_poses.storage::<f32>().as_chunks().0);
-        let (len, n) = (v.params.len(), v.means.len());
-        [
-            tensor(v.params, [len]),
-            tensor(v.means.into_flattened(), [n, 3]),
-            tensor(v.rotations.into_flattened(), [n, 4]),
-        ]
-    }
-}
-
-#[derive(Debug)]
-struct Deform;
-
-impl<B: DeformationKernels> Backward<B, 3> for Deform {
-    type State = ([FloatTensor<B>; 3], DeformSpec, Arc<Kept>);
-
-    fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
-        let (inputs, spec, kept) = ops.state;
-        let v_poses = grads.consume::<B>(&ops.node);
-        let by_parent = B::deform_vjp(inputs, &spec, &kept, v_poses);
-        for (parent, v) in ops.parents.into_iter().zip(by_parent) {
-            if let Some(parent) = parent {
-                grads.register::<B>(parent.id, v);
-            }
-        }
+        Self::forward(&spec, [params, means, rotations])
     }
 }
 
@@ -135,18 +99,7 @@ impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B
         rotations: FloatTensor<Self>,
         spec: DeformSpec,
     ) -> FloatTensor<Self> {
-        let nodes = [params.node(), means.node(), rotations.node()];
-        let inputs = [params, means, rotations].map(|t| t.into_primitive());
-        match Deform.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => {
-                let (out, kept) = B::deform_kept(inputs.clone(), &spec);
-                prep.finish((inputs, spec, kept), out)
-            }
-            OpsKind::UnTracked(prep) => {
-                let [params, means, rotations] = inputs;
-                prep.finish(B::deform(params, means, rotations, spec))
-            }
-        }
+        fused::<B, C, _, _>(spec, [params, means, rotations])
     }
 }
 

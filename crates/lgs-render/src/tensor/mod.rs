@@ -8,14 +8,12 @@
 mod loss;
 mod ops;
 
-use crate::rasterize::Rasterized;
 use burn::backend::Dispatch;
-use burn::tensor::Tensor;
+use burn::tensor::{Int, Tensor};
 use lgs_core::Camera;
-use std::sync::Arc;
 
-pub use loss::{PhotometricKernels, PhotometricOps};
-pub use ops::{Drawn, RasterKernels, RasterOps, SplatPrimitives, ViewSpec};
+pub use loss::{PhotometricCall, PhotometricKernels, PhotometricOps};
+pub use ops::{Drawn, RasterKept, RasterKernels, RasterOps, SplatPrimitives, ViewSpec};
 
 /// Gaussians as tensors of raw parameters.
 #[derive(Clone, Debug)]
@@ -35,22 +33,23 @@ pub struct SplatTensors {
     pub means2d_probe: Tensor<2>,
 }
 
-/// What [`rasterize`] gives.
+/// A rendered image, and which Gaussians it shows.
 #[derive(Clone, Debug)]
 pub struct RasterTensors {
     /// Colour over the background `[H, W, 3]`, not clamped.
     pub image: Tensor<3>,
     /// What is left of the background `[H, W]`.
     pub transmittance: Tensor<2>,
-    /// The forward pass on slices: radii, visibility, depth.
-    pub drawn: Arc<Rasterized>,
+    /// Three standard deviations of each Gaussian, rounded up to pixels `[n]`; 0 where it cannot touch the
+    /// image.
+    pub radii: Tensor<1, Int>,
 }
 
 impl RasterTensors {
-    /// Which Gaussians can touch the image.
+    /// Which Gaussians can touch the image, read from the device.
     #[must_use]
     pub fn visible(&self) -> Vec<bool> {
-        self.drawn.radii.iter().map(|&radius| radius > 0).collect()
+        self.radii.to_data().iter::<i32>().map(|radius| radius > 0).collect()
     }
 }
 
@@ -73,7 +72,7 @@ pub fn rasterize(
         sh: splats.sh.clone().into_dispatch(),
         means2d: splats.means2d_probe.clone().into_dispatch(),
     };
-    let Drawn { packed, forward } = <Dispatch as RasterOps>::rasterize(
+    let Drawn { packed, radii } = <Dispatch as RasterOps>::rasterize(
         primitives,
         ViewSpec { camera: *camera, background, active_degree },
     );
@@ -82,7 +81,7 @@ pub fn rasterize(
     RasterTensors {
         image: packed.clone().slice([0..height, 0..width, 0..3]),
         transmittance: packed.slice([0..height, 0..width, 3..4]).reshape([height, width]),
-        drawn: forward,
+        radii: Tensor::from_dispatch(radii),
     }
 }
 

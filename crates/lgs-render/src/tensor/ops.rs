@@ -1,19 +1,17 @@
-//! The rasterizer as a backend extension: the trait, the CPU implementation, the autodiff node.
+//! The rasterizer as a backend extension: the kernel's call, the CPU implementation, the operation.
 
 use crate::backward::rasterize_vjp;
 use crate::rasterize::{Rasterized, rasterize};
 use crate::splats::Splats;
-use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
-use burn::backend::autodiff::grads::Gradients;
-use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
-use burn::backend::ops::FloatTensorOps;
-use burn::backend::tensor::FloatTensor;
+use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
+use burn::backend::tensor::{FloatTensor, IntTensor};
 use burn::backend::{Autodiff, Backend, ExtensionType, Flex, TensorMetadata, backend_extension};
-use burn::tensor::TensorData;
 use lgs_core::Camera;
+use lgs_tensor::flex::{floats, integers, rows, tensor, tensor_of_rows};
+use lgs_tensor::{Kernel, fused_kept};
 use std::sync::Arc;
 
-/// The tensors of [`super::SplatTensors`] as backend primitives; also their cotangents.
+/// The tensors of [`super::SplatTensors`] as backend primitives.
 #[derive(Clone, Debug, ExtensionType)]
 pub struct SplatPrimitives<B: Backend> {
     /// `[n, 3]`
@@ -30,6 +28,13 @@ pub struct SplatPrimitives<B: Backend> {
     pub means2d: FloatTensor<B>,
 }
 
+impl<B: Backend> SplatPrimitives<B> {
+    /// The tensors in the order of the fields.
+    fn into_array(self) -> [FloatTensor<B>; 6] {
+        [self.means, self.rotations, self.log_scales, self.raw_opacities, self.sh, self.means2d]
+    }
+}
+
 /// What a call needs beside tensors.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewSpec {
@@ -41,150 +46,99 @@ pub struct ViewSpec {
     pub active_degree: usize,
 }
 
-/// A rendered image and the state its backward pass needs.
+/// A rendered image, and which Gaussians it shows.
 #[derive(Clone, Debug, ExtensionType)]
 pub struct Drawn<B: Backend> {
     /// Colour and transmittance `[H, W, 4]`.
     pub packed: FloatTensor<B>,
-    /// The forward pass.
-    pub forward: Arc<Rasterized>,
+    /// Three standard deviations of each Gaussian, rounded up to pixels `[n]`; 0 where it cannot touch the
+    /// image.
+    pub radii: IntTensor<B>,
 }
 
-/// Backends that can draw.
+/// Backends that can draw: kernels from the six tensors of [`SplatPrimitives`] to the packed image.
+pub trait RasterKernels: Kernel<ViewSpec, 6> {
+    /// [`Drawn::radii`] of a forward pass.
+    fn radii(kept: &Self::Kept) -> IntTensor<Self>;
+}
+
+/// The operation on backends with and without gradients.
 #[backend_extension(Autodiff, Flex)]
 pub trait RasterOps: Backend {
     /// Draws Gaussians.
     fn rasterize(#[extension_type] splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self>;
 }
 
-/// Backends that can pull a cotangent back through [`RasterOps`]; apart from it, as only the inner backend of
-/// an autodiff one is asked.
-pub trait RasterKernels: RasterOps {
-    /// Cotangents of every input, given that of the packed output.
-    fn rasterize_vjp(
-        splats: SplatPrimitives<Self>,
-        view: ViewSpec,
-        forward: &Rasterized,
-        v_packed: FloatTensor<Self>,
-    ) -> SplatPrimitives<Self>;
+/// What a forward pass on the CPU keeps.
+#[derive(Clone, Debug)]
+pub struct RasterKept {
+    inputs: [FloatTensor<Flex>; 6],
+    forward: Arc<Rasterized>,
 }
 
-/// A contiguous tensor as a slice.
-pub(super) fn floats(tensor: &FloatTensor<Flex>) -> &[f32] {
-    tensor.as_slice::<f32>().expect("a contiguous f32 tensor")
+/// Contiguous tensors as slices.
+fn splats(inputs: &[FloatTensor<Flex>; 6], active_degree: usize) -> Splats<'_> {
+    let [means, rotations, log_scales, raw_opacities, sh, _] = inputs;
+    Splats {
+        means: rows(means),
+        rotations: rows(rotations),
+        log_scales: rows(log_scales),
+        raw_opacities: floats(raw_opacities),
+        sh: floats(sh),
+        sh_coefficients: sh.shape()[1],
+        active_degree,
+    }
 }
 
-/// A tensor that takes over a vector.
-pub(super) fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Flex> {
-    Flex::float_from_data(TensorData::new(values, shape), &Default::default())
-}
+impl Kernel<ViewSpec, 6> for Flex {
+    type Kept = RasterKept;
 
-impl SplatPrimitives<Flex> {
-    fn contiguous(&self) -> Self {
-        Self {
-            means: self.means.to_contiguous(),
-            rotations: self.rotations.to_contiguous(),
-            log_scales: self.log_scales.to_contiguous(),
-            raw_opacities: self.raw_opacities.to_contiguous(),
-            sh: self.sh.to_contiguous(),
-            means2d: self.means2d.clone(),
-        }
+    fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 6]) -> (FloatTensor<Self>, RasterKept) {
+        let _span = tracing::trace_span!("rasterize").entered();
+        let inputs = inputs.map(|input| input.to_contiguous());
+        let forward = rasterize(&splats(&inputs, view.active_degree), &view.camera, view.background);
+        let packed: Vec<[f32; 4]> =
+            forward.image.iter().zip(&forward.transmittance).map(|(&[r, g, b], &t)| [r, g, b, t]).collect();
+        let shape = [view.camera.height as usize, view.camera.width as usize, 4];
+        (tensor(packed.into_flattened(), shape), RasterKept { inputs, forward: Arc::new(forward) })
     }
 
-    /// Of contiguous tensors.
-    fn splats(&self, active_degree: usize) -> Splats<'_> {
-        Splats {
-            means: floats(&self.means).as_chunks().0,
-            rotations: floats(&self.rotations).as_chunks().0,
-            log_scales: floats(&self.log_scales).as_chunks().0,
-            raw_opacities: floats(&self.raw_opacities),
-            sh: floats(&self.sh),
-            sh_coefficients: self.sh.shape()[1],
-            active_degree,
-        }
+    fn vjp(view: &ViewSpec, kept: RasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 6] {
+        let _span = tracing::trace_span!("rasterize, backward").entered();
+        let v_packed = v_packed.to_contiguous();
+        let (v_image, v_transmittance): (Vec<[f32; 3]>, Vec<f32>) =
+            rows(&v_packed).iter().map(|&[r, g, b, t]| ([r, g, b], t)).unzip();
+        let inputs = splats(&kept.inputs, view.active_degree);
+        let (n, coefficients) = (inputs.len(), inputs.sh_coefficients);
+        let forward = &kept.forward;
+        let v = rasterize_vjp(&inputs, &view.camera, view.background, forward, &v_image, &v_transmittance);
+        [
+            tensor_of_rows(v.means),
+            tensor_of_rows(v.rotations),
+            tensor_of_rows(v.log_scales),
+            tensor(v.raw_opacities, [n]),
+            tensor(v.sh, [n, coefficients, 3]),
+            tensor_of_rows(v.means2d),
+        ]
+    }
+}
+
+impl RasterKernels for Flex {
+    fn radii(kept: &RasterKept) -> IntTensor<Self> {
+        integers(kept.forward.radii.iter().map(|&radius| i32::try_from(radius).unwrap_or(i32::MAX)).collect())
     }
 }
 
 impl RasterOps for Flex {
     fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
-        let _span = tracing::trace_span!("rasterize").entered();
-        let splats = splats.contiguous();
-        let forward = rasterize(&splats.splats(view.active_degree), &view.camera, view.background);
-        let packed: Vec<[f32; 4]> =
-            forward.image.iter().zip(&forward.transmittance).map(|(&[r, g, b], &t)| [r, g, b, t]).collect();
-        let shape = [view.camera.height as usize, view.camera.width as usize, 4];
-        Drawn { packed: tensor(packed.into_flattened(), shape), forward: Arc::new(forward) }
-    }
-}
-
-impl RasterKernels for Flex {
-    fn rasterize_vjp(
-        splats: SplatPrimitives<Self>,
-        view: ViewSpec,
-        forward: &Rasterized,
-        v_packed: FloatTensor<Self>,
-    ) -> SplatPrimitives<Self> {
-        let _span = tracing::trace_span!("rasterize, backward").entered();
-        let (splats, v_packed) = (splats.contiguous(), v_packed.to_contiguous());
-        let (v_image, v_transmittance): (Vec<[f32; 3]>, Vec<f32>) =
-            floats(&v_packed).as_chunks::<4>().0.iter().map(|&[r, g, b, t]| ([r, g, b], t)).unzip();
-        let inputs = splats.splats(view.active_degree);
-        let (n, coefficients) = (inputs.len(), inputs.sh_coefficients);
-        let v = rasterize_vjp(&inputs, &view.camera, view.background, forward, &v_image, &v_transmittance);
-        SplatPrimitives {
-            means: tensor(v.means.into_flattened(), [n, 3]),
-            rotations: tensor(v.rotations.into_flattened(), [n, 4]),
-            log_scales: tensor(v.log_scales.into_flattened(), [n, 3]),
-            raw_opacities: tensor(v.raw_opacities, [n]),
-            sh: tensor(v.sh, [n, coefficients, 3]),
-            means2d: tensor(v.means2d.into_flattened(), [n, 2]),
-        }
-    }
-}
-
-#[derive(Debug)]
-struct Rasterize;
-
-impl<B: RasterKernels> Backward<B, 6> for Rasterize {
-    type State = (SplatPrimitives<B>, ViewSpec, Arc<Rasterized>);
-
-    fn backward(self, ops: Ops<Self::State, 6>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
-        let (splats, view, forward) = ops.state;
-        let v_packed = grads.consume::<B>(&ops.node);
-        let v = B::rasterize_vjp(splats, view, &forward, v_packed);
-        let by_parent = [v.means, v.rotations, v.log_scales, v.raw_opacities, v.sh, v.means2d];
-        for (parent, v) in ops.parents.into_iter().zip(by_parent) {
-            if let Some(parent) = parent {
-                grads.register::<B>(parent.id, v);
-            }
-        }
+        let (packed, kept) = Self::forward_kept(&view, splats.into_array());
+        Drawn { packed, radii: Self::radii(&kept) }
     }
 }
 
 impl<B: RasterKernels, C: CheckpointStrategy> RasterOps for Autodiff<B, C> {
     fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
-        let SplatPrimitives { means, rotations, log_scales, raw_opacities, sh, means2d } = splats;
-        let nodes = [
-            means.node(),
-            rotations.node(),
-            log_scales.node(),
-            raw_opacities.node(),
-            sh.node(),
-            means2d.node(),
-        ];
-        let inner = SplatPrimitives::<B> {
-            means: means.into_primitive(),
-            rotations: rotations.into_primitive(),
-            log_scales: log_scales.into_primitive(),
-            raw_opacities: raw_opacities.into_primitive(),
-            sh: sh.into_primitive(),
-            means2d: means2d.into_primitive(),
-        };
-        let drawn = B::rasterize(inner.clone(), view);
-        let packed = match Rasterize.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((inner, view, Arc::clone(&drawn.forward)), drawn.packed),
-            OpsKind::UnTracked(prep) => prep.finish(drawn.packed),
-        };
-        Drawn { packed, forward: drawn.forward }
+        let (packed, kept) = fused_kept::<B, C, _, _>(view, splats.into_array());
+        Drawn { packed, radii: B::radii(&kept) }
     }
 }

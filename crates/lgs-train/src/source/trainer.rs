@@ -134,7 +134,7 @@ impl<'a> SourceTrainer<'a> {
         });
         let splats = self.params.splats(&leaves, poses);
         let drawn = rasterize(&splats, &camera, self.background, self.config.active_degree(iteration));
-        let psnr = psnr_of(&drawn.drawn.image, &target);
+        let psnr = psnr_of(values(&drawn.image).as_chunks().0, &target);
         let visible = drawn.visible();
         let photometric =
             photometric_loss(drawn.image, image_tensor(&target, &self.device), self.config.ssim_weight);

@@ -64,7 +64,7 @@ fn frame_loss(cloud: CloudTensors, degree: usize, view: &View<'_>) -> (Tensor<1>
     };
     let drawn = rasterize(&splats, &frame.camera, background, degree);
     let truth = tracing::trace_span!("frame").in_scope(|| frame.composited(background));
-    let error = mean_squared_error(&drawn.drawn.image, &truth.pixels);
+    let error = mean_squared_error(crate::adam::values(&drawn.image).as_chunks().0, &truth.pixels);
     let shape = [truth.height as usize, truth.width as usize, 3];
     let target = Tensor::from_data(TensorData::new(truth.pixels.as_flattened().to_vec(), shape), device);
     (photometric_loss(drawn.image, target, ssim_weight), error)

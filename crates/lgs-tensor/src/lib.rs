@@ -1,0 +1,98 @@
+//! Fused differentiable operations: a [`Kernel`] says how a backend runs an operation forwards and pulls a
+//! cotangent back through it, and [`fused`] makes of it one node of an autodiff graph.
+//!
+//! A kernel chooses itself what its forward pass keeps for the backward pass, as tensors of its own backend
+//! or as anything else: [`Kernel::Kept`] is an associated type, and nothing above a kernel names it.
+//! [`flex`] holds the way between tensors of the CPU backend and slices.
+//!
+//! Invariant: the crate knows no operation; it holds the glue that all of them share.
+
+pub mod flex;
+
+use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
+use burn::backend::autodiff::grads::Gradients;
+use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
+use burn::backend::tensor::FloatTensor;
+use burn::backend::{Autodiff, Backend};
+use std::fmt::Debug;
+use std::marker::PhantomData;
+
+/// What a kernel needs beside its differentiable tensors: sizes, times, a camera.
+pub trait Call: Clone + Debug + Send + 'static {}
+
+impl<T: Clone + Debug + Send + 'static> Call for T {}
+
+/// A backend that can run an operation of `N` differentiable tensors and one output forwards and backwards.
+pub trait Kernel<C: Call, const N: usize>: Backend {
+    /// Everything that [`Kernel::vjp`] needs of a forward pass, its inputs included.
+    type Kept: Clone + Debug + Send + 'static;
+
+    /// The output, where no gradient will be asked for.
+    fn forward(call: &C, inputs: [FloatTensor<Self>; N]) -> FloatTensor<Self> {
+        Self::forward_kept(call, inputs).0
+    }
+
+    /// The output, and what the backward pass needs.
+    fn forward_kept(call: &C, inputs: [FloatTensor<Self>; N]) -> (FloatTensor<Self>, Self::Kept);
+
+    /// The vector–Jacobian product: the cotangent of every input, of its shape, given that of the output.
+    fn vjp(call: &C, kept: Self::Kept, v_output: FloatTensor<Self>) -> [FloatTensor<Self>; N];
+}
+
+/// The graph node of an operation.
+#[derive(Debug)]
+struct Node<C>(PhantomData<C>);
+
+impl<C: Call, B: Kernel<C, N>, const N: usize> Backward<B, N> for Node<C> {
+    type State = (C, B::Kept);
+
+    fn backward(self, ops: Ops<Self::State, N>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
+        let v_output = grads.consume::<B>(&ops.node);
+        let (call, kept) = ops.state;
+        for (parent, v) in ops.parents.into_iter().zip(B::vjp(&call, kept, v_output)) {
+            if let Some(parent) = parent {
+                grads.register::<B>(parent.id, v);
+            }
+        }
+    }
+}
+
+/// Runs a kernel on an autodiff backend. Where no input carries a gradient, nothing is kept.
+pub fn fused<B, S, C, const N: usize>(
+    call: C,
+    inputs: [FloatTensor<Autodiff<B, S>>; N],
+) -> FloatTensor<Autodiff<B, S>>
+where
+    B: Kernel<C, N>,
+    S: CheckpointStrategy,
+    C: Call,
+{
+    let nodes = inputs.each_ref().map(|input| input.node());
+    let inputs = inputs.map(|input| input.into_primitive());
+    match Node::<C>(PhantomData).prepare::<S>(nodes).compute_bound().stateful() {
+        OpsKind::Tracked(node) => {
+            let (output, kept) = B::forward_kept(&call, inputs);
+            node.finish((call, kept), output)
+        }
+        OpsKind::UnTracked(node) => node.finish(B::forward(&call, inputs)),
+    }
+}
+
+/// Like [`fused`], and hands out what the forward pass kept, for results without a gradient.
+pub fn fused_kept<B, S, C, const N: usize>(
+    call: C,
+    inputs: [FloatTensor<Autodiff<B, S>>; N],
+) -> (FloatTensor<Autodiff<B, S>>, B::Kept)
+where
+    B: Kernel<C, N>,
+    S: CheckpointStrategy,
+    C: Call,
+{
+    let nodes = inputs.each_ref().map(|input| input.node());
+    let (output, kept) = B::forward_kept(&call, inputs.map(|input| input.into_primitive()));
+    let output = match Node::<C>(PhantomData).prepare::<S>(nodes).compute_bound().stateful() {
+        OpsKind::Tracked(node) => node.finish((call, kept.clone()), output),
+        OpsKind::UnTracked(node) => node.finish(output),
+    };
+    (output, kept)
+}
