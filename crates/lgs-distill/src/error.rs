@@ -1,4 +1,4 @@
-//! What can be wrong with trajectories or a configuration.
+//! Defects of trajectories and configurations.
 
 /// A defect of the input of this crate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! What stage 1 found out about an object.
+//! The report of stage 1 on an object.
 
 use crate::laws::linear::law::Law;
 use crate::laws::linear::terms::Terms;

@@ -49,7 +49,7 @@ pub struct DistillConfig {
     pub lowest_degree: usize,
     /// Highest degree.
     pub highest_degree: usize,
-    /// Part of the window that forecasts are judged on.
+    /// Part of the window that forecasts are measured on.
     pub held_out: f32,
     /// A simpler law is taken if its forecast error is at most this many times the best one's …
     pub forecast_slack: f32,
@@ -133,7 +133,7 @@ impl DistillConfig {
         self.lowest_degree..=self.highest_degree
     }
 
-    /// Number of a window's samples that forecasts are judged on, at least one and at most half of them.
+    /// Number of a window's samples that forecasts are measured on, at least one and at most half of them.
     pub(crate) fn held_out_samples(&self, samples: usize) -> usize {
         ((samples as f32 * self.held_out) as usize).clamp(1, samples / 2)
     }

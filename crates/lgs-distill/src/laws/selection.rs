@@ -59,16 +59,16 @@ pub(crate) fn choose_law(
         displacement: shared.shared.rms_displacement(),
         config,
     };
-    selection.choose(&candidates(config.force, support.is_some()))
+    selection.choose(&candidates(config.force, support))
 }
 
 /// Laws to choose from, in order of preference: for independent particles (the paper's form) before those
 /// under the rigid constraint.
-fn candidates(force: ForceKind, can_be_rigid: bool) -> Vec<Candidate> {
+fn candidates(force: ForceKind, support: Option<&SharedSupport>) -> Vec<Candidate> {
     let terms = Terms::candidates(force);
     let of_mode = |rigid_constraint| terms.iter().map(move |&terms| Candidate { terms, rigid_constraint });
     let mut all: Vec<Candidate> = of_mode(false).collect();
-    if can_be_rigid {
+    if support.is_some() {
         all.extend(of_mode(true));
     }
     all

@@ -20,7 +20,7 @@ const NO_DAMPING: f64 = -6.0;
 /// The system that is the law. A law's stiffness is taken about the normalisation's centre, which has to be
 /// the law's.
 ///
-/// What the configuration's kinds cannot hold is left out: the quadratic part without
+/// Terms that the configuration's kinds cannot hold are left out: the quadratic part without
 /// [`PotentialKind::QuadraticMlp`], damping and gyration without [`ForceKind::Structured`].
 pub(crate) fn system_of_law(config: SystemConfig, law: &Law, seed: u64) -> System {
     let mut system = System::init(config, seed);
