@@ -16,9 +16,13 @@
 
 pub mod cameras;
 pub mod dataset;
+mod error;
 pub mod files;
 pub mod frames;
+pub mod hash;
 pub mod ply;
 pub mod pth;
 pub mod synth;
 pub mod testing;
+
+pub use error::ReadError;
