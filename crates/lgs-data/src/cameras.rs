@@ -97,30 +97,14 @@ fn entry(id: usize, name: &str, camera: &Camera) -> Entry {
 }
 
 fn camera(path: &Path, index: usize, entry: Entry) -> Result<(String, Camera), CamerasError> {
-    let wrong = |field, expected, found: String| CamerasError::Value {
+    entry.check().map_err(|(field, expected, found)| CamerasError::Value {
         path: path.to_path_buf(),
         index,
         field,
         expected,
         found,
-    };
-    for (field, size) in [("width", entry.width), ("height", entry.height)] {
-        if size == 0 {
-            return Err(wrong(field, "above 0", size.to_string()));
-        }
-    }
-    for (field, focal) in [("fx", entry.fx), ("fy", entry.fy)] {
-        if !(focal.is_finite() && focal > 0.0) {
-            return Err(wrong(field, "finite and above 0", focal.to_string()));
-        }
-    }
-    if !entry.position.iter().all(|v| v.is_finite()) {
-        return Err(wrong("position", "finite", format!("{:?}", entry.position)));
-    }
+    })?;
     let camera_from_world = Mat3::from_cols_array_2d(&entry.rotation);
-    if !is_rotation(camera_from_world) {
-        return Err(wrong("rotation", "a rotation matrix", format!("{:?}", entry.rotation)));
-    }
     let translation = -(camera_from_world * Vec3::from(entry.position));
     let camera = Camera {
         width: entry.width,
@@ -138,6 +122,29 @@ fn camera(path: &Path, index: usize, entry: Entry) -> Result<(String, Camera), C
         near: DEFAULT_NEAR,
     };
     Ok((entry.img_name, camera))
+}
+
+impl Entry {
+    /// The first field that no camera has: its name, the expectation, the value.
+    fn check(&self) -> Result<(), (&'static str, &'static str, String)> {
+        for (field, size) in [("width", self.width), ("height", self.height)] {
+            if size == 0 {
+                return Err((field, "above 0", size.to_string()));
+            }
+        }
+        for (field, focal) in [("fx", self.fx), ("fy", self.fy)] {
+            if !(focal.is_finite() && focal > 0.0) {
+                return Err((field, "finite and above 0", focal.to_string()));
+            }
+        }
+        if !self.position.iter().all(|v| v.is_finite()) {
+            return Err(("position", "finite", format!("{:?}", self.position)));
+        }
+        if !is_rotation(Mat3::from_cols_array_2d(&self.rotation)) {
+            return Err(("rotation", "a rotation matrix", format!("{:?}", self.rotation)));
+        }
+        Ok(())
+    }
 }
 
 /// Whether a matrix is a proper rotation, up to the rounding of values printed with a few digits.

@@ -21,6 +21,12 @@ pub struct FileError {
 }
 
 impl FileError {
+    /// The file or folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// An error of `action` on `path`.
     #[must_use]
     pub fn new(action: &'static str, path: &Path, reason: io::Error) -> Self {

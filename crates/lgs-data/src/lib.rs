@@ -17,9 +17,13 @@
 pub mod cameras;
 pub mod dataset;
 pub mod edit;
+mod error;
 pub mod files;
 pub mod frames;
+pub mod hash;
 pub mod ply;
 pub mod pth;
 pub mod synth;
 pub mod testing;
+
+pub use error::ReadError;

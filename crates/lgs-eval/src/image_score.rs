@@ -12,14 +12,11 @@
 //! flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as binary
 //! images.
 
-use lgs_core::Image;
+use lgs_core::{Image, psnr_of_mse};
 use serde::{Deserialize, Serialize};
 
 use crate::half_size::{halved, halved_pixels};
 use crate::lpips::{Perceptual, PerceptualScore};
-
-/// Smallest mean squared error that counts: identical images score 100 dB instead of infinity.
-const MSE_FLOOR: f64 = 1e-10;
 
 /// Opacity above which a pixel is foreground (G46, G47).
 const OPACITY_THRESHOLD: f32 = 0.5;
@@ -139,12 +136,6 @@ pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> Imag
 fn silhouette_psnr(a: &[bool], b: &[bool]) -> f64 {
     let wrong = a.iter().zip(b).filter(|(a, b)| a != b).count();
     psnr_of_mse(wrong as f64 / a.len().max(1) as f64)
-}
-
-/// `20 log10(1/√mse)`, with identical images at 100 dB.
-#[must_use]
-pub fn psnr_of_mse(mse: f64) -> f64 {
-    -10.0 * mse.max(MSE_FLOOR).log10()
 }
 
 /// Mean squared difference of every pixel over its channels.

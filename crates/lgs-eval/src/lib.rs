@@ -8,6 +8,7 @@
 //! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and
 //! becomes `null`; no figure is made up.
 
+mod cost;
 mod evaluate;
 pub mod half_size;
 pub mod image_score;
@@ -19,11 +20,12 @@ mod render;
 mod split_score;
 pub mod table;
 
+pub use cost::{Cost, StageCost};
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use metrics::{
-    Cost, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics,
+    CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics,
     ObjectPotential, ObjectSummary, Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore,
-    StageCost, TrajectoryDetail,
+    TrajectoryDetail,
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
 use crate::lpips::store::Origin;
 
@@ -274,41 +275,4 @@ pub struct Footprint {
     pub moving_gaussians: usize,
     /// Objects.
     pub objects: usize,
-}
-
-/// What one stage of training took.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct StageCost {
-    /// Its name.
-    pub stage: String,
-    /// Seconds, over all sessions.
-    pub secs: f64,
-    /// Largest resident set while it ran, bytes, where the operating system tells.
-    pub peak_rss_bytes: Option<u64>,
-}
-
-/// What training took.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Cost {
-    /// Seconds of training, all stages.
-    pub train_secs: Option<f64>,
-    /// Largest resident set, bytes.
-    pub peak_rss_bytes: Option<u64>,
-    /// The same by stage, in the order of training.
-    pub stages: Vec<StageCost>,
-}
-
-impl Cost {
-    /// Adds what a session spent in a stage.
-    pub fn add_stage(&mut self, stage: &str, secs: f64, peak_rss_bytes: Option<u64>) {
-        match self.stages.iter_mut().find(|s| s.stage == stage) {
-            Some(known) => {
-                known.secs += secs;
-                known.peak_rss_bytes = known.peak_rss_bytes.max(peak_rss_bytes);
-            }
-            None => self.stages.push(StageCost { stage: stage.to_owned(), secs, peak_rss_bytes }),
-        }
-        self.peak_rss_bytes = self.peak_rss_bytes.max(peak_rss_bytes);
-    }
 }

@@ -5,13 +5,13 @@
 //! each on all processors, as its layers need much memory. Every frame's score is computed by itself and sums
 //! run in frame order: the number of threads changes nothing.
 
-use lgs_core::{GaussianCloud, Image};
+use lgs_core::{GaussianCloud, Image, psnr_of_mse};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 use rayon::prelude::*;
 
-use crate::image_score::{ForegroundRule, ImageScore, Picture, Scoring, psnr_of_mse, score};
+use crate::image_score::{ForegroundRule, ImageScore, Picture, Scoring, score};
 use crate::lpips::PerceptualScore;
 use crate::metrics::SplitScore;
 use crate::{finite, render};
@@ -58,32 +58,44 @@ pub fn score_frames(
             // What a source does not know is not scored.
             jobs.push((lagrangian, source.filter(|s| s.covers(*time)).map(|s| s.cloud_at(*time)), members));
         }
-        let views: Vec<(&GaussianCloud, Option<&GaussianCloud>, usize)> = jobs
+        let views: Vec<View<'_>> = jobs
             .iter()
             .flat_map(|(l, s, members)| members.iter().map(move |&i| (l, s.as_ref(), i)))
             .collect();
-        for views in views.chunks(FRAMES_AT_ONCE) {
-            let drawn = |&(lagrangian, source, index): &(&GaussianCloud, Option<&GaussianCloud>, usize)| {
-                let pictures = Pictures::new(&frames[index], lagrangian, source, scoring);
-                let row = pictures.row(index, scoring.rule);
-                let Some(_) = scoring.perceptual else {
-                    done();
-                    return (row, None);
-                };
-                (row, Some(pictures))
-            };
-            let scored: Vec<(FrameRow, Option<Pictures>)> = views.par_iter().map(drawn).collect();
-            for (mut row, pictures) in scored {
-                if let (Some(pictures), Some(perceptual)) = (pictures, scoring.perceptual) {
-                    row.set_perceptual(&perceptual.score(&pictures.predictions(), &pictures.truth.image));
-                    done();
-                }
-                rows.push(row);
-            }
-        }
+        views.chunks(FRAMES_AT_ONCE).for_each(|views| rows.extend(score_views(views, frames, scoring, done)));
     }
     rows.sort_by_key(|row| row.index);
     rows
+}
+
+/// The clouds of both models at a frame's time, and the frame's index.
+type View<'a> = (&'a GaussianCloud, Option<&'a GaussianCloud>, usize);
+
+/// Scores views: drawn in parallel, then LPIPS one after another.
+fn score_views(
+    views: &[View<'_>],
+    frames: &[Frame],
+    scoring: &Scoring<'_>,
+    done: &(dyn Fn() + Sync),
+) -> Vec<FrameRow> {
+    let drawn = |&(lagrangian, source, index): &View<'_>| {
+        let pictures = Pictures::new(&frames[index], lagrangian, source, scoring);
+        let row = pictures.row(index, scoring.rule);
+        if scoring.perceptual.is_some() {
+            return (row, Some(pictures));
+        }
+        done();
+        (row, None)
+    };
+    let scored: Vec<(FrameRow, Option<Pictures>)> = views.par_iter().map(drawn).collect();
+    let complete = |(mut row, pictures): (FrameRow, Option<Pictures>)| {
+        if let (Some(pictures), Some(perceptual)) = (pictures, scoring.perceptual) {
+            row.set_perceptual(&perceptual.score(&pictures.predictions(), &pictures.truth.image));
+            done();
+        }
+        row
+    };
+    scored.into_iter().map(complete).collect()
 }
 
 impl FrameRow {

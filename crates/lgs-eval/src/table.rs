@@ -1,6 +1,6 @@
 //! Metrics as aligned text: one line per split and model, then the motion's figures that exist.
 
-use crate::metrics::{Metrics, SplitScore};
+use crate::metrics::{Metrics, Physics, PotentialAgainstTruth, SplitScore};
 
 /// Splits in the order of time, then any others by name.
 const SPLIT_ORDER: [&str; 5] = ["train", "val", "test", "long", "past"];
@@ -73,63 +73,81 @@ fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
 /// Names and values of the figures that exist.
 #[must_use]
 pub fn physics_rows(metrics: &Metrics) -> Vec<Vec<String>> {
-    let physics = &metrics.physics;
-    let cycle = &physics.cycle_error;
-    let against = &physics.extent_against_truth;
-    let percent = |v: Option<f64>| v.map(|v| format!("{:.3} %", 100.0 * v));
-    let plain = |v: Option<f64>| v.map(|v| format!("{v:.3}"));
+    let motion = motion_rows(&metrics.physics).map(named);
+    let rows = motion
+        .into_iter()
+        .chain(trajectory_rows(&metrics.physics))
+        .chain(metrics.physics.potential.iter().flat_map(potential_rows).map(named))
+        .chain(law_and_cost_rows(metrics).map(named));
+    rows.filter_map(|(name, value)| value.map(|v| vec![name, v])).collect()
+}
+
+/// A figure: its name, and its value as text if it exists.
+type Figure<'a> = (&'a str, Option<String>);
+
+fn named((name, value): Figure<'_>) -> (String, Option<String>) {
+    (name.to_owned(), value)
+}
+
+fn percent(fraction: Option<f64>) -> Option<String> {
+    fraction.map(|v| format!("{:.3} %", 100.0 * v))
+}
+
+fn plain(value: Option<f64>) -> Option<String> {
+    value.map(|v| format!("{v:.3}"))
+}
+
+fn motion_rows(physics: &Physics) -> [Figure<'static>; 7] {
+    let (cycle, against) = (&physics.cycle_error, &physics.extent_against_truth);
     let range = |low: Option<f64>, high: Option<f64>| Some(format!("{:.3} .. {:.3}", low?, high?));
-    let fall = &physics.fall_time_exponent;
-    let mut rows = vec![
+    let exact = cycle.exact_without_alignment.map(|v| format!("{:.5} %", 100.0 * v));
+    [
         ("cycle error, negated step", percent(cycle.negated_step)),
         ("cycle error, exact inverse", percent(cycle.exact)),
-        (
-            "cycle error, exact, no alignment",
-            cycle.exact_without_alignment.map(|v| format!("{:.5} %", 100.0 * v)),
-        ),
+        ("cycle error, exact, no alignment", exact),
         ("extent over t = 0, pixels", range(physics.extent_ratio_min, physics.extent_ratio_max)),
         ("extent over the truth's, pixels", range(against.pixels_min, against.pixels_max)),
         ("extent over the truth's, spread", range(against.spread_min, against.spread_max)),
         ("reach over the truth's", plain(against.reach)),
     ]
-    .into_iter()
-    .map(|(name, value)| (name.to_owned(), value))
-    .collect::<Vec<_>>();
+}
+
+/// Trajectory errors in the order of time.
+fn trajectory_rows(physics: &Physics) -> Vec<(String, Option<String>)> {
     let mut times: Vec<(&String, Option<f64>)> =
         physics.trajectory_error.iter().map(|(t, e)| (t, *e)).collect();
     times.sort_by(|a, b| a.0.parse::<f64>().unwrap_or(0.0).total_cmp(&b.0.parse::<f64>().unwrap_or(0.0)));
-    rows.extend(times.into_iter().map(|(t, error)| (format!("trajectory error at t = {t}"), percent(error))));
+    let mut rows: Vec<(String, Option<String>)> = (times.into_iter())
+        .map(|(t, error)| (format!("trajectory error at t = {t}"), percent(error)))
+        .collect();
     for (split, errors) in &physics.edited_trajectory_error {
         let named =
             |(t, e): (&String, &Option<f64>)| (format!("{split}: trajectory error at t = {t}"), percent(*e));
         rows.extend(errors.iter().map(named));
     }
-    if let Some(potential) = &physics.potential {
-        let angle = potential.direction_error_degrees.map(|d| format!("{d:.2}°"));
-        rows.extend([
-            (
-                "size of −∇U against the true".to_owned(),
-                potential.magnitude_error.map(|e| format!("{:+.2} %", 100.0 * e)),
-            ),
-            ("direction of −∇U against the true".to_owned(), angle),
-            (
-                "curvature of U against ω²".to_owned(),
-                potential.curvature_error.map(|e| format!("{:+.2} %", 100.0 * e)),
-            ),
-        ]);
-    }
+    rows
+}
+
+fn potential_rows(potential: &PotentialAgainstTruth) -> [Figure<'static>; 3] {
+    let signed = |error: Option<f64>| error.map(|e| format!("{:+.2} %", 100.0 * e));
+    [
+        ("size of −∇U against the true", signed(potential.magnitude_error)),
+        ("direction of −∇U against the true", potential.direction_error_degrees.map(|d| format!("{d:.2}°"))),
+        ("curvature of U against ω²", signed(potential.curvature_error)),
+    ]
+}
+
+fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 5] {
+    let (physics, fall) = (&metrics.physics, &metrics.physics.fall_time_exponent);
     let fall_text = || Some(format!("{:.4} (r = {:.5})", fall.slope?, fall.r?));
-    rows.extend([
-        ("energy drift, no force".to_owned(), percent(physics.energy_drift)),
-        ("fall time exponent".to_owned(), fall_text()),
-        ("force over potential gradient".to_owned(), plain(physics.force_ratio)),
-        ("training".to_owned(), metrics.cost.train_secs.map(|s| format!("{s:.0} s"))),
-        (
-            "peak memory".to_owned(),
-            metrics.cost.peak_rss_bytes.map(|b| format!("{:.0} MiB", b as f64 / f64::from(1 << 20))),
-        ),
-    ]);
-    rows.into_iter().filter_map(|(name, value)| value.map(|v| vec![name, v])).collect()
+    let memory = metrics.cost.peak_rss_bytes.map(|b| format!("{:.0} MiB", b as f64 / f64::from(1 << 20)));
+    [
+        ("energy drift, no force", percent(physics.energy_drift)),
+        ("fall time exponent", fall_text()),
+        ("force over potential gradient", plain(physics.force_ratio)),
+        ("training", metrics.cost.train_secs.map(|s| format!("{s:.0} s"))),
+        ("peak memory", memory),
+    ]
 }
 
 /// Columns padded to their widest cell, two spaces between; `right` says which are aligned right (default:

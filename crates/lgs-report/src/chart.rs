@@ -1,4 +1,4 @@
-//! Parts of charts: frame and axes, lines that are clipped to it, arrows, shaded spans and legends.
+//! Parts of charts: frame and axes, lines that are clipped to it, arrows and shaded spans.
 
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::cartesian::Cartesian2d;
@@ -9,6 +9,7 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::Axis;
 use crate::canvas::{Area, Fault};
+use crate::clip::clipped;
 use crate::style::{FAINT, GRID, INK, WINDOW, filled, letters, line, px};
 
 /// A chart on two [`Axis`].
@@ -204,124 +205,4 @@ pub(crate) fn shade<B: DrawingBackend>(chart: &Chart<'_, B>, from: f64, to: f64)
     let (x, y) = (chart.x_range(), chart.y_range());
     let corners = [(from.max(x.start), y.start), (to.min(x.end), y.end)];
     chart.plotting_area().draw(&Rectangle::new(corners, filled(WINDOW)))
-}
-
-/// How a series is marked in a legend.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Mark {
-    /// A line of a width.
-    Line(f64),
-    /// A dashed line.
-    Dashed,
-    /// A disc.
-    Dot,
-    /// An arrow.
-    Arrow,
-    /// A square.
-    Square,
-}
-
-/// One line of entries, from a place to the right.
-pub(crate) fn legend<B: DrawingBackend>(
-    area: &Area<B>,
-    at: [f64; 2],
-    entries: &[(Mark, RGBColor, String)],
-) -> Result<(), Fault<B>> {
-    const SWATCH: f64 = 22.0;
-    let mut x = at[0];
-    let y = at[1];
-    for (mark, colour, text) in entries {
-        match mark {
-            Mark::Line(width) => segment(area, [[x, y], [x + SWATCH, y]], line(*colour, *width))?,
-            Mark::Dashed => {
-                for i in 0..3 {
-                    let from = x + 8.0 * f64::from(i);
-                    segment(area, [[from, y], [from + 5.0, y]], line(*colour, 1.75))?;
-                }
-            }
-            Mark::Dot => area.draw(&Circle::new(canvas([x + 0.5 * SWATCH, y]), px(3.5), filled(*colour)))?,
-            Mark::Arrow => arrow(area, [[x, y], [x + SWATCH, y]], 1.5, *colour)?,
-            Mark::Square => area.draw(&Rectangle::new(
-                [canvas([x + 6.0, y - 5.0]), canvas([x + 16.0, y + 5.0])],
-                filled(*colour),
-            ))?,
-        }
-        write(area, text, [x + SWATCH + 5.0, y], TEXT, INK, (HPos::Left, VPos::Center))?;
-        let (width, _) = area.estimate_text_size(text, &letters(TEXT, INK))?;
-        x += SWATCH + 5.0 + f64::from(width) / crate::style::UNIT + 16.0;
-    }
-    Ok(())
-}
-
-/// Pieces of a path inside of a box (Liang–Barsky); what is not finite is left out.
-fn clipped(points: &[(f64, f64)], low: [f64; 2], high: [f64; 2]) -> Vec<Vec<(f64, f64)>> {
-    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
-    let mut open = false;
-    for pair in points.windows(2) {
-        let Some((from, to)) = inside([pair[0].0, pair[0].1], [pair[1].0, pair[1].1], low, high) else {
-            open = false;
-            continue;
-        };
-        match pieces.last_mut().filter(|piece| open && piece.last() == Some(&from)) {
-            Some(piece) => piece.push(to),
-            None => pieces.push(vec![from, to]),
-        }
-        open = true;
-    }
-    pieces
-}
-
-/// The part of a segment inside of a box.
-fn inside(a: [f64; 2], b: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Option<((f64, f64), (f64, f64))> {
-    if !a.iter().chain(&b).all(|v| v.is_finite()) {
-        return None;
-    }
-    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for c in 0..2 {
-        let d = b[c] - a[c];
-        for (distance, towards) in [(low[c] - a[c], d), (a[c] - high[c], -d)] {
-            if towards > 0.0 {
-                enter = enter.max(distance / towards);
-            } else if towards < 0.0 {
-                leave = leave.min(distance / towards);
-            } else if distance > 0.0 {
-                return None;
-            }
-        }
-    }
-    let at = |s: f64| {
-        if s == 0.0 {
-            (a[0], a[1])
-        } else if s == 1.0 {
-            (b[0], b[1])
-        } else {
-            (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]))
-        }
-    };
-    (enter <= leave).then(|| (at(enter), at(leave)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_that_leaves_and_returns_is_two_pieces() {
-        let points = [
-            (0.0, 0.0),
-            (0.5, 0.5),
-            (2.0, 0.5),
-            (2.0, 2.0),
-            (0.5, 0.9),
-            (f64::NAN, 0.0),
-            (0.1, 0.1),
-            (0.2, 0.2),
-        ];
-        let pieces = clipped(&points, [0.0; 2], [1.0; 2]);
-        assert_eq!(pieces.len(), 3, "{pieces:?}");
-        assert_eq!(pieces[0], [(0.0, 0.0), (0.5, 0.5), (1.0, 0.5)]);
-        assert_eq!(pieces[2], [(0.1, 0.1), (0.2, 0.2)]);
-        assert!(pieces[1].iter().all(|p| p.0 <= 1.0 && p.1 <= 1.0));
-        assert!(clipped(&[(0.5, 0.5)], [0.0; 2], [1.0; 2]).is_empty());
-    }
 }

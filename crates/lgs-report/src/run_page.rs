@@ -68,7 +68,7 @@ pub fn write_run_report(root: &Path, subject: &RunSubject<'_>) -> Result<Vec<Fig
 
 /// Removes images of earlier figures; other files stay.
 fn remove_others(folder: &Path, figures: &[Figure]) -> Result<(), ReportError> {
-    for name in NAMES.iter().filter(|name| !figures.iter().any(|f| f.name == **name)) {
+    for name in FIGURE_NAMES.iter().filter(|name| !figures.iter().any(|f| f.name == **name)) {
         for path in ["svg", "png"].map(|extension| folder.join(format!("{name}.{extension}"))) {
             match std::fs::remove_file(&path) {
                 Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -82,7 +82,7 @@ fn remove_others(folder: &Path, figures: &[Figure]) -> Result<(), ReportError> {
 }
 
 /// Every figure that a run can have.
-pub(crate) const NAMES: [&str; 9] = [
+pub const FIGURE_NAMES: [&str; 9] = [
     "extrapolation",
     "psnr",
     "trajectories",

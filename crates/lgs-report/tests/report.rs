@@ -13,7 +13,7 @@ use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
 use lgs_model::source::{ImportedFrames, SourceModel};
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
-use lgs_report::{Curve, RunSubject, suite_html, write_run_report};
+use lgs_report::{Curve, FIGURE_NAMES, RunSubject, suite_html, write_run_report};
 
 const GRAVITY: f32 = 2.0;
 const SIZE: u32 = 24;
@@ -138,6 +138,17 @@ fn all_bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
+/// A figure is there in both formats, shows something, and stands on the page.
+fn is_whole(folder: &Path, name: &str, page: &str) {
+    let file = |extension: &str| folder.join("figures").join(format!("{name}.{extension}"));
+    let png = image::open(file("png")).expect("a PNG").to_rgb8();
+    let first = png.get_pixel(0, 0);
+    assert!(png.pixels().any(|p| p != first), "{name} shows something");
+    let svg = std::fs::read_to_string(file("svg")).expect("an SVG");
+    assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
+    assert!(page.contains(&format!("id=\"{name}\"")) && page.contains(&svg), "{name} is on the page");
+}
+
 #[test]
 fn a_run_with_everything_has_every_figure_in_both_formats_and_on_the_page() {
     let dir = tempfile::tempdir().expect("folder");
@@ -148,29 +159,9 @@ fn a_run_with_everything_has_every_figure_in_both_formats_and_on_the_page() {
         &scene,
         Known { source: Some(&source), dataset: Some(&dataset), truth: Some(&truth) },
     );
-    let expected = [
-        "extrapolation",
-        "psnr",
-        "trajectories",
-        "position-error",
-        "potential",
-        "beta-sweep",
-        "time-reversal",
-        "partition",
-        "training",
-    ];
-    assert_eq!(names, expected);
+    assert_eq!(names, FIGURE_NAMES);
     let page = std::fs::read_to_string(dir.path().join("report.html")).expect("page");
-    for name in expected {
-        let png =
-            image::open(dir.path().join("figures").join(format!("{name}.png"))).expect("a PNG").to_rgb8();
-        let first = png.get_pixel(0, 0);
-        assert!(png.pixels().any(|p| p != first), "{name} shows something");
-        let svg =
-            std::fs::read_to_string(dir.path().join("figures").join(format!("{name}.svg"))).expect("an SVG");
-        assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{name}");
-        assert!(page.contains(&format!("id=\"{name}\"")) && page.contains(&svg), "{name} is on the page");
-    }
+    FIGURE_NAMES.iter().for_each(|name| is_whole(dir.path(), name, &page));
     assert!(
         page.contains("a &lt;run&gt;")
             && page.contains("seed = 1")

@@ -18,6 +18,8 @@ mod results;
 mod state;
 mod suite;
 mod suite_check;
+mod suite_file;
+mod table;
 pub mod table_text;
 pub mod tables;
 mod variants;

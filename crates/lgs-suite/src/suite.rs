@@ -24,10 +24,9 @@
 //! settings = ["partition.clusters=2"]
 //! ```
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use lgs_data::synth::{SynthOptions, scenes as synthetic_scenes};
+use lgs_data::synth::SynthOptions;
 use lgs_train::Preset;
 use serde::Deserialize;
 
@@ -36,7 +35,8 @@ use crate::error::{SuiteError, listed};
 use crate::methods::Method;
 use crate::published::Published;
 use crate::suite_check::Check;
-use crate::variants::{Variant, VariantTable};
+use crate::suite_file::{File, Override};
+use crate::variants::Variant;
 
 /// A checked suite.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,70 +88,6 @@ pub struct Folders {
     pub about: String,
 }
 
-/// Settings of some cells.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub(crate) struct Override {
-    pub(crate) scenes: Vec<String>,
-    pub(crate) methods: Vec<String>,
-    pub(crate) variants: Vec<String>,
-    settings: Vec<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: String,
-    title: String,
-    scenes: Vec<String>,
-    methods: Vec<String>,
-    #[serde(default)]
-    variants: Vec<String>,
-    seeds: Vec<u64>,
-    #[serde(default)]
-    preset: Preset,
-    #[serde(default)]
-    settings: Vec<String>,
-    synthetic: Option<Synthetic>,
-    folders: Option<Folders>,
-    published: Option<Published>,
-    #[serde(default)]
-    half_resolution: bool,
-    #[serde(default)]
-    variant: BTreeMap<String, OwnVariant>,
-    #[serde(default, rename = "override")]
-    overrides: Vec<Override>,
-}
-
-#[derive(Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct Synthetic {
-    size: u32,
-    views: usize,
-    seed: u64,
-    train_fps: u32,
-    laws_by_seed: bool,
-}
-
-impl Default for Synthetic {
-    fn default() -> Self {
-        let SynthOptions { size, views, seed, train_fps } = SynthOptions::default();
-        Self { size, views, seed, train_fps, laws_by_seed: false }
-    }
-}
-
-/// A variant that the file defines.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct OwnVariant {
-    pub(crate) title: String,
-    #[serde(default)]
-    pub(crate) table: VariantTable,
-    pub(crate) settings: Vec<String>,
-    #[serde(default)]
-    pub(crate) remark: String,
-}
-
 impl Suite {
     /// A bundled suite by name, or else a suite file.
     ///
@@ -180,35 +116,9 @@ impl Suite {
         let file: File = toml::from_str(text)
             .map_err(|e| SuiteError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })?;
         let check = Check { origin };
-        check.name(&file.name)?;
-        check.list("scenes", &file.scenes)?;
-        check.list("methods", &file.methods)?;
-        check.list("variants", &file.variants)?;
-        check.list("seeds", &file.seeds.iter().map(u64::to_string).collect::<Vec<_>>())?;
-        for (key, empty) in [
-            ("scenes", file.scenes.is_empty()),
-            ("methods", file.methods.is_empty()),
-            ("seeds", file.seeds.is_empty()),
-        ] {
-            if empty {
-                return Err(check.invalid(key, "the list is empty"));
-            }
-        }
         let laws_by_seed = file.synthetic.as_ref().is_some_and(|made| made.laws_by_seed);
-        let data = match (file.synthetic, file.folders) {
-            (Some(made), None) => {
-                let known: Vec<&str> = synthetic_scenes().iter().map(|scene| scene.name).collect();
-                check.all_known("scene", &file.scenes, &known)?;
-                let Synthetic { size, views, seed, train_fps, .. } = made;
-                Scenes::Synthetic(SynthOptions { size, views, seed, train_fps })
-            }
-            (None, Some(folders)) => Scenes::Folders(folders),
-            _ => {
-                return Err(
-                    check.invalid("scenes", "expected either a table [synthetic] or a table [folders]")
-                );
-            }
-        };
+        check.lists(&file)?;
+        let data = check.data(file.synthetic, file.folders, &file.scenes)?;
         let methods = check.methods(&file.methods)?;
         let variants = check.variants(&file.variants, file.variant)?;
         check.overrides(&file.overrides, &file.scenes, &file.methods, &variants)?;

@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use lgs_data::synth;
+
 use crate::error::{SuiteError, listed};
 use crate::methods::{Method, method, methods};
-use crate::suite::{Override, OwnVariant};
+use crate::suite::{Folders, Scenes};
+use crate::suite_file::{File, Override, OwnVariant, Synthetic};
 use crate::variants::{FULL, Variant, known_variants};
 
 /// Checks of a file.
@@ -29,7 +32,43 @@ impl Check<'_> {
         }
     }
 
-    pub(crate) fn list(&self, key: &'static str, names: &[String]) -> Result<(), SuiteError> {
+    /// The lists of a file repeat nothing, and those that a suite needs are not empty.
+    pub(crate) fn lists(&self, file: &File) -> Result<(), SuiteError> {
+        self.name(&file.name)?;
+        self.list("scenes", &file.scenes)?;
+        self.list("methods", &file.methods)?;
+        self.list("variants", &file.variants)?;
+        self.list("seeds", &file.seeds.iter().map(u64::to_string).collect::<Vec<_>>())?;
+        let needed = [
+            ("scenes", file.scenes.is_empty()),
+            ("methods", file.methods.is_empty()),
+            ("seeds", file.seeds.is_empty()),
+        ];
+        match needed.into_iter().find(|&(_, empty)| empty) {
+            Some((key, _)) => Err(self.invalid(key, "the list is empty")),
+            None => Ok(()),
+        }
+    }
+
+    /// Where the scenes come from: exactly one of the two tables must be there.
+    pub(crate) fn data(
+        &self,
+        made: Option<Synthetic>,
+        folders: Option<Folders>,
+        scenes: &[String],
+    ) -> Result<Scenes, SuiteError> {
+        match (made, folders) {
+            (Some(made), None) => {
+                let known: Vec<&str> = synth::scenes().iter().map(|scene| scene.name).collect();
+                self.all_known("scene", scenes, &known)?;
+                Ok(Scenes::Synthetic(made.into()))
+            }
+            (None, Some(folders)) => Ok(Scenes::Folders(folders)),
+            _ => Err(self.invalid("scenes", "expected either a table [synthetic] or a table [folders]")),
+        }
+    }
+
+    fn list(&self, key: &'static str, names: &[String]) -> Result<(), SuiteError> {
         for (i, name) in names.iter().enumerate() {
             self.name(name)?;
             if names[..i].contains(name) {
@@ -88,7 +127,7 @@ impl Check<'_> {
         methods: &[String],
         variants: &[Variant],
     ) -> Result<(), SuiteError> {
-        pub(crate) fn strs(names: &[String]) -> Vec<&str> {
+        fn strs(names: &[String]) -> Vec<&str> {
             names.iter().map(String::as_str).collect()
         }
         let variants: Vec<&str> = variants.iter().map(|v| v.name.as_str()).collect();

@@ -1,71 +1,14 @@
 //! The tables of a suite: the paper's Tables 1, 2 and 3, the figures of its text, and every split and scene.
 
 use lgs_eval::Metrics;
-use serde::Serialize;
 
 pub use crate::figures::Format;
+pub use crate::table::{Entry, Row, Table};
+
 use crate::figures::{Model, Over, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
 use crate::published::{self, Published};
 use crate::results::{Results, Summary};
 use crate::variants::{FULL, Variant, VariantTable};
-
-/// A table of summaries.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Table {
-    /// Name of its files.
-    pub id: &'static str,
-    /// Title.
-    pub title: String,
-    /// What the labels of a row are.
-    pub labels: Vec<&'static str>,
-    /// Titles of the columns of figures.
-    pub columns: Vec<String>,
-    /// Its rows.
-    pub rows: Vec<Row>,
-    /// Whether any entry has a number of the paper beside it.
-    pub published: bool,
-    /// What has to be said about it.
-    pub notes: Vec<String>,
-}
-
-/// A row.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
-    /// What it is about.
-    pub labels: Vec<String>,
-    /// One per column.
-    pub entries: Vec<Entry>,
-}
-
-/// A figure in a table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Entry {
-    /// Ours.
-    #[serde(flatten)]
-    pub summary: Summary,
-    /// The paper's.
-    pub paper: Option<f64>,
-    /// How both are printed.
-    pub format: Format,
-}
-
-impl Table {
-    fn new(
-        id: &'static str,
-        title: impl Into<String>,
-        labels: &[&'static str],
-        columns: Vec<String>,
-        rows: Vec<Row>,
-    ) -> Self {
-        let published = rows.iter().flat_map(|row| &row.entries).any(|entry| entry.paper.is_some());
-        Self { id, title: title.into(), labels: labels.to_vec(), columns, rows, published, notes: Vec::new() }
-    }
-
-    fn noted(mut self, notes: impl IntoIterator<Item = String>) -> Self {
-        self.notes.extend(notes);
-        self
-    }
-}
 
 /// All tables of a suite that have rows.
 #[must_use]

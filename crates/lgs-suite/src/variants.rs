@@ -23,9 +23,9 @@ pub struct Variant {
     pub title: String,
     /// Where it is shown.
     pub table: VariantTable,
-    /// What it changes.
+    /// Its settings.
     pub settings: Vec<String>,
-    /// What it changes besides with some methods: method, setting.
+    /// Further settings with some methods: method, setting.
     pub of_method: Vec<(&'static str, &'static str)>,
     /// Why the part may be without effect, for the note below the table; empty if there is nothing to say.
     pub remark: String,
@@ -34,97 +34,90 @@ pub struct Variant {
 /// Name of the variant that changes nothing; every suite has it first.
 pub(crate) const FULL: &str = "full";
 
+/// A variant as it is listed here: name, title, settings, remark.
+type Listed = (&'static str, &'static str, &'static [&'static str], &'static str);
+
+/// Truncated training windows, each with the end of the window up to which a velocity field is supervised,
+/// which for FreeGave lies beyond the deformation's end.
+const WINDOWS: [(&str, &str, &str, &str); 2] = [
+    ("before-0.5", "t < 0.5", "data.train_before=0.5", "source.velocity.max_time=0.45"),
+    ("before-0.3", "t < 0.3", "data.train_before=0.3", "source.velocity.max_time=0.25"),
+];
+
+const ABLATIONS: [Listed; 9] = [
+    (
+        "without-stage-3",
+        "without stage 3",
+        &["last_stage=2"],
+        "the source's Gaussians already fit the images; left out are both refinements, before and after the \
+        dynamics are tuned",
+    ),
+    (
+        "without-stages-2-3",
+        "without stages 2, 3",
+        &["last_stage=1"],
+        "a law that distillation has found exactly leaves the images nothing to correct",
+    ),
+    (
+        "without-alignment",
+        "without alignment",
+        &["motion.alignment=false"],
+        "particles that follow one exact law stay together by themselves; without alignment Gaussians keep \
+        their orientation",
+    ),
+    (
+        "without-force",
+        "without force Q",
+        &["distill.force=none"],
+        "the motion is conservative: distillation gives what a potential explains to the potential anyway",
+    ),
+    (
+        "without-matching",
+        "without acceleration matching",
+        &["distill.matching.steps=0"],
+        "matching trains networks, and objects that a linear law explains have none",
+    ),
+    (
+        "velocity-from-positions",
+        "velocities from positions",
+        &["motion.velocity_policy=from-positions"],
+        POLICY,
+    ),
+    ("velocity-rigid", "velocities of the rigid motion", &["motion.velocity_policy=rigid"], POLICY),
+    (
+        "k-means",
+        "objects by k-means",
+        &["partition.method=k-means"],
+        "with the right number of clusters both partitions find the same bodies",
+    ),
+    (
+        "networks",
+        "the paper's networks, no linear law",
+        &["distill.potential=mlp", "distill.force=mlp", "distill.hidden=128"],
+        "free-form networks can express every law that the linear one can",
+    ),
+];
+
+const POLICY: &str = "objects under the rigid constraint have a policy of their own; the choice concerns \
+    aligned neighbourhoods only";
+
 /// The variants that suite files can name without defining them.
 #[must_use]
 pub fn known_variants() -> Vec<Variant> {
-    use VariantTable::{Ablations, Windows};
-    let variant = |name: &str, title: &str, table, settings: &[&str], remark: &str| Variant {
+    let ablation = |(name, title, settings, remark): Listed| Variant {
         name: name.to_owned(),
         title: title.to_owned(),
-        table,
+        table: VariantTable::Ablations,
         settings: settings.iter().map(|s| (*s).to_owned()).collect(),
         of_method: Vec::new(),
         remark: remark.to_owned(),
     };
-    vec![
-        variant(FULL, "full", Ablations, &[], ""),
-        // The velocity field is supervised beyond the deformation's end (G53).
-        Variant {
-            of_method: vec![("freegave", "source.velocity.max_time=0.45")],
-            ..variant("before-0.5", "t < 0.5", Windows, &["data.train_before=0.5"], "")
-        },
-        Variant {
-            of_method: vec![("freegave", "source.velocity.max_time=0.25")],
-            ..variant("before-0.3", "t < 0.3", Windows, &["data.train_before=0.3"], "")
-        },
-        variant(
-            "without-stage-3",
-            "without stage 3",
-            Ablations,
-            &["last_stage=2"],
-            "the source's Gaussians already fit the images; left out are both refinements, before and \
-                after the dynamics are tuned",
-        ),
-        variant(
-            "without-stages-2-3",
-            "without stages 2, 3",
-            Ablations,
-            &["last_stage=1"],
-            "a law that distillation has found exactly leaves the images nothing to correct",
-        ),
-        variant(
-            "without-alignment",
-            "without alignment",
-            Ablations,
-            &["motion.alignment=false"],
-            "particles that follow one exact law stay together by themselves; without alignment Gaussians \
-                keep their orientation (G60)",
-        ),
-        variant(
-            "without-force",
-            "without force Q",
-            Ablations,
-            &["distill.force=none"],
-            "the motion is conservative: distillation gives what a potential explains to the potential \
-                anyway",
-        ),
-        variant(
-            "without-matching",
-            "without acceleration matching",
-            Ablations,
-            &["distill.matching.steps=0"],
-            "matching trains networks, and objects that a linear law explains have none",
-        ),
-        variant(
-            "velocity-from-positions",
-            "velocities from positions",
-            Ablations,
-            &["motion.velocity_policy=from-positions"],
-            POLICY,
-        ),
-        variant(
-            "velocity-rigid",
-            "velocities of the rigid motion",
-            Ablations,
-            &["motion.velocity_policy=rigid"],
-            POLICY,
-        ),
-        variant(
-            "k-means",
-            "objects by k-means",
-            Ablations,
-            &["partition.method=k-means"],
-            "with the right number of clusters both partitions find the same bodies",
-        ),
-        variant(
-            "networks",
-            "the paper's networks, no linear law",
-            Ablations,
-            &["distill.potential=mlp", "distill.force=mlp", "distill.hidden=128"],
-            "free-form networks can express every law that the linear one can",
-        ),
-    ]
+    let window = |(name, title, setting, of_freegave)| Variant {
+        table: VariantTable::Windows,
+        settings: vec![String::from(setting)],
+        of_method: vec![("freegave", of_freegave)],
+        ..ablation((name, title, &[], ""))
+    };
+    let full = ablation((FULL, "full", &[], ""));
+    std::iter::once(full).chain(WINDOWS.map(window)).chain(ABLATIONS.map(ablation)).collect()
 }
-
-const POLICY: &str = "objects held rigid as a whole have a policy of their own; the choice concerns \
-    aligned neighbourhoods only";

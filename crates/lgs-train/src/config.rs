@@ -8,6 +8,7 @@
 use std::path::Path;
 
 use lgs_data::dataset::DatasetFormat;
+use lgs_data::hash::ContentHash;
 use lgs_distill::{DistillConfig, PartitionConfig};
 use lgs_model::source::SourceKind;
 use serde::{Deserialize, Serialize};
@@ -246,10 +247,7 @@ impl TrainConfig {
     pub fn hash(&self) -> String {
         let relevant = Self { checkpoint_secs: 0, ..self.clone() };
         let text = toml::to_string(&relevant).unwrap_or_default();
-        let hash = text
-            .bytes()
-            .fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-        format!("{hash:016x}")
+        ContentHash::of(text.as_bytes()).short()
     }
 }
 

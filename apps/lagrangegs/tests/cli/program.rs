@@ -114,6 +114,14 @@ pub(crate) fn falling_run(folder: &Path, dataset: &Path) -> PathBuf {
     run
 }
 
+/// A folder that holds a small dataset and a run of it, with the paths of both.
+pub(crate) fn falling() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let run = falling_run(dir.path(), &data);
+    (dir, data, run)
+}
+
 fn falling_scene() -> LagrangianScene {
     let system = quadratic([0.0, 0.0, 2.0], [0.0; 6]);
     let means: Vec<[f32; 3]> = (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| 0.1 * c as f32)).collect();

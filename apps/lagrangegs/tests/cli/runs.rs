@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::program::{call, falling_run, files, folder, tiny_dataset};
+use crate::program::{call, falling, falling_run, files, folder, tiny_dataset};
 
 #[test]
 fn metrics_follow_the_schema_and_are_kept_in_the_run() {
@@ -77,9 +77,7 @@ fn a_report_needs_metrics_and_stands_alone_after_them() {
 
 #[test]
 fn the_table_shows_the_splits_asked_for() {
-    let dir = folder();
-    let data = tiny_dataset(dir.path());
-    let run = falling_run(dir.path(), &data);
+    let (_dir, _, run) = falling();
     let table = call("eval {run} --split test,past", &[("run", &run)]).ok();
     let firsts: Vec<&str> = table.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert!(firsts.contains(&"test") && firsts.contains(&"past") && !firsts.contains(&"train"), "{table}");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use lagrangegs::lgs_data::testing::{CheckpointEntry, checkpoint};
 use serde_json::Value;
 
-use crate::program::{Done, call, falling_run, folder, lagrangegs_with_weights, tiny_dataset};
+use crate::program::{Done, call, falling, falling_run, folder, lagrangegs_with_weights};
 
 /// Shapes of AlexNet's convolutions and of its LPIPS weights.
 const TRUNK: [(usize, [usize; 4]); 5] = [
@@ -88,9 +88,7 @@ fn imported_weights_give_lpips_and_are_named_in_the_metrics() {
 
 #[test]
 fn without_weights_the_columns_say_so() {
-    let dir = folder();
-    let data = tiny_dataset(dir.path());
-    let run = falling_run(dir.path(), &data);
+    let (_dir, _, run) = falling();
     let table = call("eval {run} --split val", &[("run", &run)]).ok();
     assert!(table.lines().nth(1).is_some_and(|line| line.matches("n/a").count() == 3), "{table}");
 }

@@ -1,36 +1,11 @@
-//! What can be wrong with an image set.
+//! Defects of an image set.
 
-use crate::files::FileError;
-use crate::ply::PlyError;
-use std::path::{Path, PathBuf};
+use crate::ReadError;
 
-/// An image set that can't be loaded.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum DatasetError {
-    /// A file can't be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// `points3d.ply` is wrong.
-    #[error(transparent)]
-    Points(#[from] PlyError),
-    /// The contents of a file are wrong.
-    #[error("{problem}: {}", path.display())]
-    Content {
-        /// The file or folder.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: Problem,
-    },
-}
+/// An image set that cannot be loaded.
+pub type DatasetError = ReadError<Problem>;
 
-impl DatasetError {
-    pub(super) fn new(path: &Path, problem: Problem) -> Self {
-        Self::Content { path: path.to_path_buf(), problem }
-    }
-}
-
-/// What is wrong with the contents of an image set. Frames are counted from 0.
+/// A defect of an image set. Frames are counted from 0.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
@@ -64,9 +39,9 @@ pub enum Problem {
         frame: usize,
         /// The key.
         field: &'static str,
-        /// What it should be.
+        /// The expectation.
         expected: &'static str,
-        /// What it is.
+        /// The value in the file.
         found: String,
     },
     /// An image does not decode.

@@ -1,37 +1,11 @@
-//! What can be wrong with frames.
+//! Defects of a sequence of frames.
 
-use std::path::{Path, PathBuf};
+use crate::ReadError;
 
-use crate::files::FileError;
-use crate::ply::PlyError;
+/// Frames that cannot be read.
+pub type FramesError = ReadError<FramesProblem>;
 
-/// Frames that can't be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum FramesError {
-    /// A file or folder can't be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A frame is no splat file.
-    #[error(transparent)]
-    Ply(#[from] PlyError),
-    /// The contents do not fit together.
-    #[error("{problem}: {}", path.display())]
-    Content {
-        /// The file or folder.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: FramesProblem,
-    },
-}
-
-impl FramesError {
-    pub(super) fn new(path: &Path, problem: FramesProblem) -> Self {
-        Self::Content { path: path.to_path_buf(), problem }
-    }
-}
-
-/// What is wrong with frames, which are counted from 0.
+/// A defect of a sequence of frames, which are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FramesProblem {
@@ -91,9 +65,9 @@ pub enum FramesProblem {
     Tensor {
         /// Its name.
         field: &'static str,
-        /// What it should be.
+        /// The expectation.
         expected: String,
-        /// What it is.
+        /// The value in the file.
         found: String,
     },
 }

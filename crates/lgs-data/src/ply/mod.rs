@@ -31,7 +31,18 @@ pub enum PlyError {
     },
 }
 
-/// What is wrong with the contents of a polygon file.
+impl PlyError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(error) => error.path(),
+            Self::Content { path, .. } => path,
+        }
+    }
+}
+
+/// A defect of a polygon file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlyProblem {

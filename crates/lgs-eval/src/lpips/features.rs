@@ -77,7 +77,7 @@ impl Lpips {
         let mut features: Vec<Tensor<4>> = images.map(|image| input(image, range)).collect();
         let mut sums = vec![0.0; predictions.len()];
         let (mut convolutions, mut linear) = (self.convolutions.iter(), self.linear.iter());
-        for step in self.trunk.steps() {
+        for step in &self.trunk.steps() {
             match step {
                 Step::Convolve(_) => {
                     let layer = convolutions.next()?;

@@ -10,6 +10,7 @@
 //! to a network that expects [−1, 1] (§7.1), so both conventions are computed and named: see
 //! [`PerceptualScore`].
 
+mod error;
 mod features;
 mod perceptual;
 pub mod store;

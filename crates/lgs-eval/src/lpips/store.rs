@@ -9,61 +9,16 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
-use lgs_data::pth::{PthError, StateDict};
+use lgs_data::hash::ContentHash;
+use lgs_data::pth::StateDict;
 use lgs_model::{TensorFile, TensorFileError};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
+pub use super::error::WeightsError;
 pub use super::weight_kind::WeightKind;
 
 /// Format name and version of a stored file.
 const FORMAT: &str = "lagrangegs-weights/1";
-
-/// Why weights could not be imported or loaded.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum WeightsError {
-    /// The file to import.
-    #[error(transparent)]
-    Checkpoint(#[from] PthError),
-    /// A stored file.
-    #[error(transparent)]
-    Stored(#[from] TensorFileError),
-    /// A file or folder that can't be read or written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// None of the networks.
-    #[error(
-        "expected torchvision's VGG-16 or AlexNet (`features.0.weight`) or LPIPS linear weights \
-            (`lin0.model.1.weight`), \
-         found {found}: {}",
-        path.display()
-    )]
-    Unknown {
-        /// The file.
-        path: PathBuf,
-        /// What it holds.
-        found: String,
-    },
-    /// Contents that do not match the hash in the file's own name.
-    #[error("the name says that the SHA-256 hash starts with {expected}, found {found}: the download is \
-        damaged: {}", path.display())]
-    Hash {
-        /// The file.
-        path: PathBuf,
-        /// From the name.
-        expected: String,
-        /// Of the contents.
-        found: String,
-    },
-    /// Weights of LPIPS 0.0.
-    #[error("expected the linear weights of LPIPS 0.1, found those of 0.0, which give other figures: \
-        {}", path.display())]
-    Superseded {
-        /// The file.
-        path: PathBuf,
-    },
-}
 
 /// Linear weights of LPIPS 0.0, whose inputs were scaled otherwise; the shapes are the same as in 0.1.
 const SUPERSEDED: [&str; 2] = [
@@ -159,7 +114,7 @@ impl WeightStore {
             return Err(WeightsError::Superseded { path: path.to_owned() });
         }
         let mut file = TensorFile::new(FORMAT);
-        let mut tensors_hash = Sha256::new();
+        let mut tensors_hash = ContentHash::default();
         for (name, shape) in kind.tensors() {
             let values = dict.values(&name, &shape)?;
             add_to_hash(&mut tensors_hash, &name, &values);
@@ -172,7 +127,7 @@ impl WeightStore {
             .map(|(_, name)| (*name).to_owned());
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let origin =
-            Origin { kind, file: name, sha256, published, tensors_sha256: hexadecimal(tensors_hash) };
+            Origin { kind, file: name, sha256, published, tensors_sha256: tensors_hash.hexadecimal() };
         // Names and hashes always serialise.
         file.set_metadata("origin", serde_json::to_string(&origin).unwrap_or_default());
         std::fs::create_dir_all(&self.folder)
@@ -192,11 +147,11 @@ impl WeightStore {
         }
         let file = TensorFile::load(&path, FORMAT)?;
         let origin: Origin = file.metadata_json("origin")?;
-        let mut hash = Sha256::new();
+        let mut hash = ContentHash::default();
         for (name, _) in kind.tensors() {
             add_to_hash(&mut hash, &name, file.values(&name)?.1);
         }
-        let found = hexadecimal(hash);
+        let found = hash.hexadecimal();
         if found != origin.tensors_sha256 {
             return Err(file.field("tensors_sha256", &origin.tensors_sha256, found).into());
         }
@@ -228,23 +183,19 @@ fn hash_in_name(path: &Path) -> Option<String> {
 fn file_hash(path: &Path) -> Result<String, FileError> {
     let failed = |reason| FileError::new("read file", path, reason);
     let mut file = std::fs::File::open(path).map_err(failed)?;
-    let mut hash = Sha256::new();
+    let mut hash = ContentHash::default();
     let mut buffer = vec![0; 1 << 16];
     loop {
         match file.read(&mut buffer).map_err(failed)? {
-            0 => return Ok(hexadecimal(hash)),
-            n => hash.update(&buffer[..n]),
+            0 => return Ok(hash.hexadecimal()),
+            n => hash.add(&buffer[..n]),
         }
     }
 }
 
-fn add_to_hash(hash: &mut Sha256, name: &str, values: &[f32]) {
-    hash.update(name.as_bytes());
-    values.iter().for_each(|v| hash.update(v.to_le_bytes()));
-}
-
-fn hexadecimal(hash: Sha256) -> String {
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+fn add_to_hash(hash: &mut ContentHash, name: &str, values: &[f32]) {
+    hash.add(name.as_bytes());
+    values.iter().for_each(|v| hash.add(&v.to_le_bytes()));
 }
 
 #[cfg(test)]

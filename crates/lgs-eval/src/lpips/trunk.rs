@@ -41,30 +41,25 @@ const fn square(index: usize, inputs: usize, outputs: usize) -> Step {
     Step::Convolve(Convolution { index, inputs, outputs, kernel: 3, stride: 1, padding: 1 })
 }
 
-const VGG: [Step; 22] = [
-    square(0, 3, 64),
-    square(2, 64, 64),
-    Step::Compare,
-    Step::Pool { kernel: 2 },
-    square(5, 64, 128),
-    square(7, 128, 128),
-    Step::Compare,
-    Step::Pool { kernel: 2 },
-    square(10, 128, 256),
-    square(12, 256, 256),
-    square(14, 256, 256),
-    Step::Compare,
-    Step::Pool { kernel: 2 },
-    square(17, 256, 512),
-    square(19, 512, 512),
-    square(21, 512, 512),
-    Step::Compare,
-    Step::Pool { kernel: 2 },
-    square(24, 512, 512),
-    square(26, 512, 512),
-    square(28, 512, 512),
-    Step::Compare,
+/// The convolutions of VGG-16 between poolings: index, inputs, outputs.
+const VGG_BLOCKS: [&[(usize, usize, usize)]; 5] = [
+    &[(0, 3, 64), (2, 64, 64)],
+    &[(5, 64, 128), (7, 128, 128)],
+    &[(10, 128, 256), (12, 256, 256), (14, 256, 256)],
+    &[(17, 256, 512), (19, 512, 512), (21, 512, 512)],
+    &[(24, 512, 512), (26, 512, 512), (28, 512, 512)],
 ];
+
+/// The steps of VGG-16: features are compared after every block, and blocks are joined by pooling.
+fn vgg() -> Vec<Step> {
+    let block = |convolutions: &&[(usize, usize, usize)]| {
+        let convolutions =
+            convolutions.iter().map(|&(index, inputs, outputs)| square(index, inputs, outputs));
+        convolutions.chain([Step::Compare]).collect::<Vec<Step>>()
+    };
+    let blocks: Vec<Vec<Step>> = VGG_BLOCKS.iter().map(block).collect();
+    blocks.join(&Step::Pool { kernel: 2 })
+}
 
 const ALEX: [Step; 12] = [
     Step::Convolve(Convolution { index: 0, inputs: 3, outputs: 64, kernel: 11, stride: 4, padding: 2 }),
@@ -85,16 +80,16 @@ impl Trunk {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Vgg, Self::Alex];
 
-    pub(super) fn steps(self) -> &'static [Step] {
+    pub(super) fn steps(self) -> Vec<Step> {
         match self {
-            Self::Vgg => &VGG,
-            Self::Alex => &ALEX,
+            Self::Vgg => vgg(),
+            Self::Alex => ALEX.to_vec(),
         }
     }
 
     pub(super) fn convolutions(self) -> impl Iterator<Item = Convolution> {
-        self.steps().iter().filter_map(|step| match step {
-            Step::Convolve(convolution) => Some(*convolution),
+        self.steps().into_iter().filter_map(|step| match step {
+            Step::Convolve(convolution) => Some(convolution),
             _ => None,
         })
     }

@@ -11,6 +11,7 @@ pub mod fall;
 pub mod force;
 pub mod potential;
 pub mod trajectory;
+mod true_force;
 mod truth;
 
 pub use truth::Truth;

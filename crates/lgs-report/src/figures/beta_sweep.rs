@@ -7,8 +7,9 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, number, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, Mark, border, dashed, dots, legend, open, path};
+use crate::chart::{Frame, border, dashed, dots, open, path};
 use crate::error::ReportError;
+use crate::legend::{Mark, legend};
 use crate::style::{LAGRANGIAN, TRUTH, line};
 
 const SIZE: [f64; 2] = [620.0, 400.0];

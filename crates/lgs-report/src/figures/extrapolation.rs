@@ -5,7 +5,6 @@ use lgs_data::dataset::{Dataset, Frame};
 use lgs_eval::{FrameMetrics, FrameModelScore, Metrics};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
-use plotters::style::RGBColor;
 
 use super::strip::{Cell, Group, Row, Strip, image_width};
 use crate::axis::number;
@@ -16,6 +15,9 @@ use crate::views::{drawn, longest_view, of_width, resized, spread_in_time};
 
 /// Columns at most.
 const COLUMNS: usize = 9;
+
+const CAPTION: &str = "One view over time; under every image its PSNR. The models were trained on times of \
+    the observed window alone.";
 
 /// The figure; nothing without images.
 pub(crate) fn figure(
@@ -31,35 +33,23 @@ pub(crate) fn figure(
     let Some(first) = frames.first() else { return Ok(None) };
     let background = scene.background;
     let camera = of_width(&first.camera, image_width(frames.len()));
-    let score = |frame: &Frame| metrics.frames.values().flatten().find(|f| f.name == frame.name);
-    let row = |title: &str,
-               colour: RGBColor,
-               image: &mut dyn FnMut(&Frame) -> Image,
-               note: &dyn Fn(&FrameMetrics) -> Option<FrameModelScore>| {
-        let mut cell = |frame: &&Frame| {
-            let psnr = score(frame).and_then(note).and_then(|s| s.psnr);
-            let note = psnr.map_or_else(String::new, |p| format!("{} dB", number(p, 1)));
-            Some(Cell { image: image(frame), note, arrows: Vec::new() })
-        };
-        Row { title: title.to_owned(), colour, cells: frames.iter().map(&mut cell).collect() }
-    };
     let view = |cloud: &GaussianCloud, camera: &Camera| drawn(cloud, camera, background);
+    let of = |frames: &[&Frame], image: &mut dyn FnMut(&Frame) -> Image, score: Score| -> Vec<Option<Cell>> {
+        frames
+            .iter()
+            .map(|frame| Some(cell(image(frame), score_of(metrics, frame).and_then(score))))
+            .collect()
+    };
     let mut rows = Vec::new();
     if let Some(source) = source {
-        rows.push(row("source", SOURCE, &mut |f| view(&source.cloud_at(f.time), &camera), &|f| f.source));
+        let cells = of(&frames, &mut |f| view(&source.cloud_at(f.time), &camera), |f| f.source);
+        rows.push(Row { title: "source".to_owned(), colour: SOURCE, cells });
     }
-    rows.push(row(
-        "truth",
-        TRUTH,
-        &mut |f| resized(&f.composited(background), camera.width, camera.height),
-        &|_| None,
-    ));
-    rows.push(row(
-        "Lagrangian",
-        LAGRANGIAN,
-        &mut |f| view(&scene.cloud_at(&motion.state_at(f.time)), &camera),
-        &|f| Some(f.lagrangian),
-    ));
+    let truth = |f: &Frame| resized(&f.composited(background), camera.width, camera.height);
+    rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells: of(&frames, &mut { truth }, |_| None) });
+    let mut lagrangian = |f: &Frame| view(&scene.cloud_at(&motion.state_at(f.time)), &camera);
+    let cells = of(&frames, &mut lagrangian, |f| Some(f.lagrangian));
+    rows.push(Row { title: "Lagrangian".to_owned(), colour: LAGRANGIAN, cells });
     let times: Vec<f64> = frames.iter().map(|f| f64::from(f.time)).collect();
     let strip = Strip {
         labels: times.iter().map(|&t| format!("t = {}", number(t, 2))).collect(),
@@ -67,9 +57,21 @@ pub(crate) fn figure(
         rows,
         aspect: f64::from(camera.height) / f64::from(camera.width),
     };
-    let caption = "One view over time; under every image its PSNR. The models were trained on times of the \
-        observed window alone.";
-    Figure::of("extrapolation", caption, &strip).map(Some)
+    Figure::of("extrapolation", CAPTION, &strip).map(Some)
+}
+
+/// Picks a model's score of an image.
+type Score = fn(&FrameMetrics) -> Option<FrameModelScore>;
+
+fn score_of<'a>(metrics: &'a Metrics, frame: &Frame) -> Option<&'a FrameMetrics> {
+    metrics.frames.values().flatten().find(|f| f.name == frame.name)
+}
+
+/// An image with its PSNR below.
+fn cell(image: Image, score: Option<FrameModelScore>) -> Cell {
+    let psnr = score.and_then(|s| s.psnr);
+    let note = psnr.map_or_else(String::new, |p| format!("{} dB", number(p, 1)));
+    Cell { image, note, arrows: Vec::new() }
 }
 
 /// Columns before, in and after the captured window.

@@ -10,8 +10,9 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, Mark, TEXT, border, dots, legend, open, path, shade, write};
+use crate::chart::{Frame, TEXT, border, dots, open, path, shade, write};
 use crate::error::ReportError;
+use crate::legend::{Mark, legend};
 use crate::paths::{Paths, Tracks};
 use crate::style::{FAINT, LAGRANGIAN, SOURCE, line};
 

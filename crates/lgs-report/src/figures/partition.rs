@@ -8,8 +8,9 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters_backend::DrawingBackend;
 
 use crate::canvas::{Area, Drawing, Fault, Figure, Picture};
-use crate::chart::{Mark, TITLE, legend, write};
+use crate::chart::{TITLE, write};
 use crate::error::ReportError;
+use crate::legend::{Mark, legend};
 use crate::style::{FAINT, INK, object_colour};
 use crate::views::{drawn, of_width};
 

@@ -1,4 +1,4 @@
-//! The potential of every object on the plane of its motion (gap G63): U from its minimum, −∇U as arrows, and
+//! The potential of every object on the plane of its motion: U from its minimum, −∇U as arrows, and
 //! the true force beside it.
 
 use lgs_eval::physics::potential::TrueForce;
@@ -11,10 +11,9 @@ use super::field::{Field, ForceArrow, LEVELS, level_colour};
 use super::trajectories::equal_scales;
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure, Picture};
-use crate::chart::{
-    Frame, Mark, TEXT, TITLE, arrow, border, canvas, dots, legend, open, path, segment, write,
-};
+use crate::chart::{Frame, TEXT, TITLE, arrow, border, canvas, dots, open, path, segment, write};
 use crate::error::ReportError;
+use crate::legend::{Mark, legend};
 use crate::paths::Paths;
 use crate::plane::Plane;
 use crate::style::{FAINT, INK, LAGRANGIAN, PAPER, TRUTH, filled, line, pale};

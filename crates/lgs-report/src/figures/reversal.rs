@@ -26,6 +26,10 @@ const MOST: f64 = 0.8;
 /// Stepping back.
 const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
 
+const CAPTION: &str = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, \
+    backward to times before the first image. Arrows: velocity v forward, −v backward, the direction \
+    of the next step.";
+
 /// The figure; nothing without dynamic Gaussians or without a camera.
 pub(crate) fn figure(
     (scene, motion): (&LagrangianScene, &mut Motion<'_>),
@@ -37,16 +41,9 @@ pub(crate) fn figure(
     if scene.dynamic_gaussians.is_empty() {
         return Ok(None);
     }
-    let window = scene.motion.time_window;
-    let camera = of_width(&camera, image_width(COLUMNS));
-    let past: Vec<&Frame> =
-        seen.iter().copied().filter(|f| f.time < -1e-4 && f.time >= -window - 1e-4).collect();
+    let (window, camera) = (scene.motion.time_window, of_width(&camera, image_width(COLUMNS)));
     let even: Vec<f32> = (1..COLUMNS).map(|i| window * i as f32 / (COLUMNS - 1) as f32).collect();
-    let nearest = |time: f32| {
-        past.iter().copied().min_by(|a, b| (a.time + time).abs().total_cmp(&(b.time + time).abs()))
-    };
-    let mut frames: Vec<&Frame> = even.iter().filter_map(|&time| nearest(time)).collect();
-    frames.dedup_by_key(|f| f.time.to_bits());
+    let frames = past_frames(&seen, window, &even);
     let times: Vec<f32> = std::iter::once(0.0)
         .chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even })
         .collect();
@@ -64,29 +61,38 @@ pub(crate) fn figure(
     };
     let mut rows = vec![row("forward", LAGRANGIAN, 1.0), row("backward", BACKWARD, -1.0)];
     if frames.len() == COLUMNS - 1 {
-        let zero = seen.iter().find(|f| f.time.abs() < 1e-4);
-        let cell = |frame: &&Frame| Cell {
-            image: resized(&frame.composited(scene.background), camera.width, camera.height),
-            note: format!("t = {}", number(f64::from(frame.time), 2)),
-            arrows: Vec::new(),
-        };
-        let cells = std::iter::once(zero.map(cell)).chain(frames.iter().map(|f| Some(cell(f)))).collect();
+        let zero = seen.iter().copied().find(|f| f.time.abs() < 1e-4);
+        let of = |frame: Option<&Frame>| frame.map(|f| true_cell(f, scene, &camera));
+        let cells = std::iter::once(of(zero)).chain(frames.iter().map(|f| of(Some(f)))).collect();
         rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells });
     }
-    let labels = times
-        .iter()
-        .map(|&t| if t == 0.0 { "t = 0".to_owned() } else { format!("±{}", number(f64::from(t), 2)) })
-        .collect();
-    let strip = Strip {
-        labels,
-        groups: Vec::new(),
-        rows,
-        aspect: f64::from(camera.height) / f64::from(camera.width),
-    };
-    let caption = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, \
-        backward to times before the first image. Arrows: velocity v forward, −v backward, the direction \
-        of the next step.";
-    Figure::of("time-reversal", caption, &strip).map(Some)
+    let labels = times.into_iter().map(label).collect();
+    let aspect = f64::from(camera.height) / f64::from(camera.width);
+    let strip = Strip { labels, groups: Vec::new(), rows, aspect };
+    Figure::of("time-reversal", CAPTION, &strip).map(Some)
+}
+
+/// The frames nearest to the mirrored times, from among those before the first image.
+fn past_frames<'a>(seen: &[&'a Frame], window: f32, times: &[f32]) -> Vec<&'a Frame> {
+    let past = || seen.iter().copied().filter(|f| f.time < -1e-4 && f.time >= -window - 1e-4);
+    let nearest = |time: f32| past().min_by(|a, b| (a.time + time).abs().total_cmp(&(b.time + time).abs()));
+    let mut frames: Vec<&Frame> = times.iter().filter_map(|&time| nearest(time)).collect();
+    frames.dedup_by_key(|f| f.time.to_bits());
+    frames
+}
+
+/// The label of a column, which shows both signs of a time.
+fn label(time: f32) -> String {
+    if time == 0.0 { "t = 0".to_owned() } else { format!("±{}", number(f64::from(time), 2)) }
+}
+
+/// A true image with its time below.
+fn true_cell(frame: &Frame, scene: &LagrangianScene, camera: &Camera) -> Cell {
+    Cell {
+        image: resized(&frame.composited(scene.background), camera.width, camera.height),
+        note: format!("t = {}", number(f64::from(frame.time), 2)),
+        arrows: Vec::new(),
+    }
 }
 
 /// Rows of the moving Gaussians that carry an arrow.

@@ -113,48 +113,48 @@ impl Drawing for Strip {
             write(area, label, [x + 0.5 * width, y - 5.0], TEXT - 1.0, INK, (HPos::Center, VPos::Bottom))?;
         }
         for group in &self.groups {
-            let ([from, _], [to, _]) = (self.at(0, group.columns.start), self.at(0, group.columns.end));
-            let (y, colour) = (self.top() - 22.0, if group.strong { INK } else { FAINT });
-            segment(area, [[from, y], [to - GAP, y]], line(colour, if group.strong { 2.5 } else { 1.0 }))?;
-            write(
-                area,
-                &group.name,
-                [0.5 * (from + to - GAP), y - 5.0],
-                TEXT,
-                colour,
-                (HPos::Center, VPos::Bottom),
-            )?;
+            self.draw_group(area, group)?;
         }
         for (row, content) in self.rows.iter().enumerate() {
             let [x, y] = self.at(row, 0);
-            write(
-                area,
-                &content.title,
-                [x - 8.0, y + 0.5 * height],
-                TITLE,
-                content.colour,
-                (HPos::Right, VPos::Center),
-            )?;
+            let at = [x - 8.0, y + 0.5 * height];
+            write(area, &content.title, at, TITLE, content.colour, (HPos::Right, VPos::Center))?;
         }
-        for ([x, y], row, cell) in self.cells() {
-            let corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]];
-            for pair in corners.windows(2) {
-                segment(area, [pair[0], pair[1]], line(FAINT, 0.5))?;
-            }
-            for ends in &cell.arrows {
-                let place = |p: [f64; 2]| [x + p[0] * width, y + p[1] * height];
-                arrow(area, ends.map(place), 3.2, PAPER)?;
-                arrow(area, ends.map(place), 1.7, row.colour)?;
-            }
-            write(
-                area,
-                &cell.note,
-                [x + 0.5 * width, y + height + 2.0],
-                TEXT - 2.0,
-                FAINT,
-                (HPos::Center, VPos::Top),
-            )?;
+        for (at, row, cell) in self.cells() {
+            self.draw_cell(area, at, (row, cell))?;
         }
         Ok(())
+    }
+}
+
+impl Strip {
+    /// The line over neighbouring columns, with their name.
+    fn draw_group<B: DrawingBackend>(&self, area: &Area<B>, group: &Group) -> Result<(), Fault<B>> {
+        let ([from, _], [to, _]) = (self.at(0, group.columns.start), self.at(0, group.columns.end));
+        let (y, colour) = (self.top() - 22.0, if group.strong { INK } else { FAINT });
+        segment(area, [[from, y], [to - GAP, y]], line(colour, if group.strong { 2.5 } else { 1.0 }))?;
+        let at = [0.5 * (from + to - GAP), y - 5.0];
+        write(area, &group.name, at, TEXT, colour, (HPos::Center, VPos::Bottom))
+    }
+
+    /// Border, arrows and note of an image at a place.
+    fn draw_cell<B: DrawingBackend>(
+        &self,
+        area: &Area<B>,
+        [x, y]: [f64; 2],
+        (row, cell): (&Row, &Cell),
+    ) -> Result<(), Fault<B>> {
+        let [width, height] = self.cell();
+        let corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height], [x, y]];
+        for pair in corners.windows(2) {
+            segment(area, [pair[0], pair[1]], line(FAINT, 0.5))?;
+        }
+        for ends in &cell.arrows {
+            let place = |p: [f64; 2]| [x + p[0] * width, y + p[1] * height];
+            arrow(area, ends.map(place), 3.2, PAPER)?;
+            arrow(area, ends.map(place), 1.7, row.colour)?;
+        }
+        let below = [x + 0.5 * width, y + height + 2.0];
+        write(area, &cell.note, below, TEXT - 2.0, FAINT, (HPos::Center, VPos::Top))
     }
 }

@@ -6,14 +6,16 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, Mark, TEXT, TITLE, border, dots, legend, open, path, write};
+use crate::chart::{Frame, TEXT, TITLE, border, dots, open, path, write};
 use crate::error::ReportError;
+use crate::legend::{Mark, legend};
 use crate::style::{FAINT, GRID, INK, LAGRANGIAN, SOURCE, line};
 use crate::suite_page::{Cell, SPLITS};
 
 const WIDTH: f64 = 820.0;
-const LEFT: f64 = 190.0;
-const TOP: f64 = 60.0;
+/// Upper left corner of the first split's plot, shown pixels.
+const CORNER: [f64; 2] = [190.0, 60.0];
+/// Between the plots of two splits, shown pixels.
 const GAP: f64 = 14.0;
 /// Height of a run's line, shown pixels.
 const LINE: f64 = 19.0;
@@ -69,26 +71,28 @@ pub(crate) fn suite_figure(cells: &[Cell]) -> Result<Option<Figure>, ReportError
 impl Suite {
     fn panel(&self) -> [f64; 2] {
         let n = self.splits.len() as f64;
-        [(WIDTH - LEFT - GAP * n) / n, LINE * self.names.len() as f64]
+        [(WIDTH - CORNER[0] - GAP * n) / n, LINE * self.names.len() as f64]
     }
 }
 
 impl Drawing for Suite {
     fn size(&self) -> [f64; 2] {
-        [WIDTH, TOP + self.panel()[1] + 50.0]
+        [WIDTH, CORNER[1] + self.panel()[1] + 50.0]
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let dot = |colour, text: &str| (Mark::Dot, colour, text.to_owned());
-        legend(area, [LEFT, 16.0], &[dot(SOURCE, "source"), dot(LAGRANGIAN, "Lagrangian")])?;
+        legend(area, [CORNER[0], 16.0], &[dot(SOURCE, "source"), dot(LAGRANGIAN, "Lagrangian")])?;
         let height = |run: usize| self.names.len() as f64 - run as f64 - 0.5;
         for (run, name) in self.names.iter().enumerate() {
-            let y = TOP + LINE * (run as f64 + 0.5);
-            write(area, name, [LEFT - 10.0, y], TEXT - 1.0, INK, (HPos::Right, VPos::Center))?;
+            let y = CORNER[1] + LINE * (run as f64 + 0.5);
+            write(area, name, [CORNER[0] - 10.0, y], TEXT - 1.0, INK, (HPos::Right, VPos::Center))?;
         }
         for (column, (split, scores)) in self.splits.iter().enumerate() {
-            let frame =
-                Frame { at: [LEFT + column as f64 * (self.panel()[0] + GAP), TOP], size: self.panel() };
+            let frame = Frame {
+                at: [CORNER[0] + column as f64 * (self.panel()[0] + GAP), CORNER[1]],
+                size: self.panel(),
+            };
             let chart = open(area, frame, [&self.x, &self.y], false)?;
             for &tick in self.x.ticks() {
                 path(&chart, &[(tick, 0.0), (tick, self.names.len() as f64)], line(GRID, 0.75))?;
@@ -98,23 +102,13 @@ impl Drawing for Suite {
                     path(&chart, &[(*a, height(run)), (*b, height(run))], line(FAINT, 1.0))?;
                 }
                 for (score, colour) in [(source, SOURCE), (lagrangian, LAGRANGIAN)] {
-                    dots(
-                        &chart,
-                        &score.map(|p| (p, height(run))).into_iter().collect::<Vec<_>>(),
-                        4.0,
-                        colour,
-                    )?;
+                    let points: Vec<(f64, f64)> = score.map(|p| (p, height(run))).into_iter().collect();
+                    dots(&chart, &points, 4.0, colour)?;
                 }
             }
             border(area, frame, [&self.x, &self.y], [self.x.ticks(), &[]])?;
-            write(
-                area,
-                split,
-                [frame.at[0] + 0.5 * frame.size[0], TOP - 8.0],
-                TITLE,
-                INK,
-                (HPos::Center, VPos::Bottom),
-            )?;
+            let above = [frame.at[0] + 0.5 * frame.size[0], CORNER[1] - 8.0];
+            write(area, split, above, TITLE, INK, (HPos::Center, VPos::Bottom))?;
         }
         Ok(())
     }

@@ -7,8 +7,9 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, number, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, Mark, TITLE, border, dots, legend, open, path, write};
+use crate::chart::{Frame, TITLE, border, dots, open, path, write};
 use crate::error::ReportError;
+use crate::legend::{Mark, legend};
 use crate::paths::{Paths, Tracks};
 use crate::plane::Plane;
 use crate::style::{FAINT, LAGRANGIAN, SOURCE, TRUTH, line, object_colour, pale};

@@ -1,0 +1,41 @@
+//! The shape of every error about what a file holds.
+
+use crate::files::FileError;
+use crate::ply::PlyError;
+use std::path::{Path, PathBuf};
+
+/// A file or folder that cannot be read, with the problem of its contents as `P`.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError<P> {
+    /// A file or folder is out of reach.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A splat file or a file of points is malformed.
+    #[error(transparent)]
+    Ply(#[from] PlyError),
+    /// The contents of a file are wrong, or those of several files do not fit together.
+    #[error("{problem}: {}", path.display())]
+    Content {
+        /// The file or folder.
+        path: PathBuf,
+        /// The defect.
+        problem: P,
+    },
+}
+
+impl<P> ReadError<P> {
+    pub(crate) fn new(path: &Path, problem: P) -> Self {
+        Self::Content { path: path.to_path_buf(), problem }
+    }
+
+    /// The file or folder that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(error) => error.path(),
+            Self::Ply(error) => error.path(),
+            Self::Content { path, .. } => path,
+        }
+    }
+}

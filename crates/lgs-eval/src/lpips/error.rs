@@ -1,0 +1,53 @@
+//! Errors of importing and loading LPIPS weights.
+
+use std::path::PathBuf;
+
+use lgs_data::files::FileError;
+use lgs_data::pth::PthError;
+use lgs_model::TensorFileError;
+
+/// Why weights could not be imported or loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WeightsError {
+    /// The file to import.
+    #[error(transparent)]
+    Checkpoint(#[from] PthError),
+    /// A stored file.
+    #[error(transparent)]
+    Stored(#[from] TensorFileError),
+    /// A file or folder that can't be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// None of the networks.
+    #[error(
+        "expected torchvision's VGG-16 or AlexNet (`features.0.weight`) or LPIPS linear weights \
+            (`lin0.model.1.weight`), \
+         found {found}: {}",
+        path.display()
+    )]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        found: String,
+    },
+    /// Contents that do not match the hash in the file's own name.
+    #[error("the name says that the SHA-256 hash starts with {expected}, found {found}: the download is \
+        damaged: {}", path.display())]
+    Hash {
+        /// The file.
+        path: PathBuf,
+        /// From the name.
+        expected: String,
+        /// Of the contents.
+        found: String,
+    },
+    /// Weights of LPIPS 0.0.
+    #[error("expected the linear weights of LPIPS 0.1, found those of 0.0, which give other figures: \
+        {}", path.display())]
+    Superseded {
+        /// The file.
+        path: PathBuf,
+    },
+}
