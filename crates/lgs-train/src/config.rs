@@ -15,6 +15,7 @@ use toml::{Table, Value};
 
 pub use crate::layers::ConfigError;
 
+use crate::checkpoint::Stage;
 use crate::layers::{merge, parse, set};
 use crate::source::SourceConfig;
 use crate::stages::{FitDynamicsConfig, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig};
@@ -49,6 +50,59 @@ pub enum Preset {
     Paper,
 }
 
+/// The last of the method's three stages that runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LastStage {
+    /// Stage 1 alone.
+    Distill,
+    /// Stage 2 as well.
+    TuneDynamics,
+    /// All, with the refinement before stage 2.
+    #[default]
+    TuneGaussians,
+}
+
+impl LastStage {
+    /// All, in order: stages 1, 2 and 3.
+    pub const ALL: [Self; 3] = [Self::Distill, Self::TuneDynamics, Self::TuneGaussians];
+
+    /// Its name in configurations.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Distill => Stage::Distill.name(),
+            Self::TuneDynamics => Stage::TuneDynamics.name(),
+            Self::TuneGaussians => Stage::TuneGaussians.name(),
+        }
+    }
+
+    /// Whether a part of training runs. The refinement before stage 2 goes with stage 3, since it is the same
+    /// training of the Gaussians.
+    #[must_use]
+    pub fn includes(self, stage: Stage) -> bool {
+        match stage {
+            Stage::Source | Stage::Distill => true,
+            Stage::FitDynamics | Stage::TuneDynamics => self >= Self::TuneDynamics,
+            Stage::RefineGaussians | Stage::TuneGaussians => self == Self::TuneGaussians,
+        }
+    }
+}
+
+impl std::str::FromStr for LastStage {
+    type Err = String;
+
+    /// Reads a stage's name or its number.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbered = (1..).zip(Self::ALL);
+        let mut found = numbered.filter(|(number, stage)| text == number.to_string() || text == stage.name());
+        found.next().map(|(_, stage)| stage).ok_or_else(|| {
+            let names = Self::ALL.map(|stage| format!("`{}`", stage.name())).join(", ");
+            format!("{text} is none of {names}, nor 1, 2 or 3")
+        })
+    }
+}
+
 /// How images are read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -81,9 +135,9 @@ pub struct TrainConfig {
     pub seed: u64,
     /// Seconds between checkpoints.
     pub checkpoint_secs: u64,
-    /// Stages after this one are left out: 1 distils only, 2 also tunes the dynamics, 3 also refines the
-    /// Gaussians (ablation, G62).
-    pub last_stage: usize,
+    /// Stages after this one are left out (ablation): `distill` (or 1), `tune-dynamics` (2), `tune-gaussians`
+    /// (3, all).
+    pub last_stage: LastStage,
     /// Images.
     pub data: DataConfig,
     /// Source model.
@@ -118,7 +172,7 @@ impl TrainConfig {
             preset,
             seed: 0,
             checkpoint_secs: 60,
-            last_stage: 3,
+            last_stage: LastStage::default(),
             data: DataConfig::default(),
             source: SourceConfig::preset(source, preset),
             motion: MotionOptions::default(),
@@ -189,7 +243,15 @@ impl TrainConfig {
         };
         let base = Self::of(preset, kind);
         let mut merged = Table::try_from(&base).map_err(|e| whole(&e))?;
-        merge(&mut merged, given, "")?;
+        let mut given = given.clone();
+        if let Some(stage) = given.get_mut("last_stage") {
+            let named = match &*stage {
+                Value::String(text) => text.parse::<LastStage>(),
+                other => other.to_string().parse(),
+            };
+            *stage = Value::String(named.map_err(|reason| invalid("last_stage", reason))?.name().to_owned());
+        }
+        merge(&mut merged, &given, "")?;
         let config: Self =
             Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;
         config
@@ -216,9 +278,6 @@ impl TrainConfig {
         for (stage, checked) in stages {
             checked
                 .map_err(|(key, reason)| ConfigError::Invalid { key: format!("{stage}.{key}"), reason })?;
-        }
-        if !(1..=3).contains(&config.last_stage) {
-            return Err(invalid("last_stage", format!("{} is not 1, 2 or 3", config.last_stage)));
         }
         if !(config.data.train_before >= 0.0 && config.data.train_before.is_finite()) {
             return Err(invalid(

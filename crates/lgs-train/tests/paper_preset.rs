@@ -4,6 +4,7 @@
 use lgs_distill::PartitionMethod;
 use lgs_dynamics::{ForceKind, PotentialKind, VelocityPolicy};
 use lgs_model::source::SourceKind;
+use lgs_train::config::LastStage;
 use lgs_train::stages::InitialVelocity;
 use lgs_train::{Preset, TrainConfig};
 
@@ -23,7 +24,7 @@ fn networks_and_motion_are_the_references() {
         "G8, G19"
     );
     assert_eq!(config.motion.velocity_policy, VelocityPolicy::Keep, "G20");
-    assert_eq!((config.last_stage, config.data.train_before), (3, 0.0), "G10, G62");
+    assert_eq!((config.last_stage, config.data.train_before), (LastStage::TuneGaussians, 0.0), "G10, G62");
     assert_eq!((distill.rollout.force_penalty, distill.rollout.first_horizon), (1e-4, 10), "G30, G31");
 }
 

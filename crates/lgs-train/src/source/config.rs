@@ -198,12 +198,6 @@ pub struct SourceConfig {
     pub sh_interval: usize,
     /// Weight λ of 1 − SSIM in the loss (paper: 0.2).
     pub ssim_weight: f32,
-    /// Images are reduced this many times in width and height before iteration `reduced_before` (paper: 1,
-    /// never). Texture that repeats within a step of the motion averages out and cannot be mistaken for it,
-    /// and iterations are cheaper.
-    pub reduction: u32,
-    /// End of the reduction.
-    pub reduced_before: usize,
     /// The deformation network.
     pub deformation: DeformationConfig,
     /// The velocity field that goes on where the deformation ends: FreeGave alone has one.
@@ -245,7 +239,6 @@ impl SourceConfig {
             &mut stretched.warmup_iterations,
             &mut stretched.window_interval,
             &mut stretched.sh_interval,
-            &mut stretched.reduced_before,
             &mut stretched.static_regulariser_after,
             &mut rates.position_steps,
             &mut rates.deformation_ramp,
@@ -317,11 +310,6 @@ impl SourceConfig {
             format_args!("{} is not in [0, 1]", self.ssim_weight),
         )?;
         require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
-        require(
-            (1..=64).contains(&self.reduction),
-            "reduction",
-            format_args!("{} is not between 1 and 64", self.reduction),
-        )?;
         require(
             (1..=64).contains(&self.rigidity.neighbors),
             "rigidity.neighbors",

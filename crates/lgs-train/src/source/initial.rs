@@ -24,8 +24,12 @@ const TRACKED: f32 = 0.6;
 
 /// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same
 /// seed.
-#[must_use]
-pub fn initial_cloud(dataset: &Dataset, config: &SourceConfig, tracks: &[Track], seed: u64) -> GaussianCloud {
+pub(super) fn initial_cloud(
+    dataset: &Dataset,
+    config: &SourceConfig,
+    tracks: &[Track],
+    seed: u64,
+) -> GaussianCloud {
     let mut points = initial_points(dataset, config, seed);
     if !tracks.is_empty() {
         points = with_tracked(dataset, &points, tracks, seed);

@@ -1,9 +1,14 @@
 //! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the
 //! Gaussians.
 
-use crate::source::stretch_factor;
 use lgs_dynamics::VelocityPolicy;
 use serde::{Deserialize, Serialize};
+
+use crate::source::stretch_factor;
+use crate::trainable_cloud::CloudRates;
+
+/// The direction-dependent part of colours learns slower than the constant one by this (method §3.4).
+const SH_REST_DIVISOR: f64 = 20.0;
 
 /// Integration and alignment of the learned motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -222,6 +227,18 @@ impl TuneGaussiansConfig {
             rotations_learning_rate: 1e-4,
             opacities_learning_rate: 5e-3,
             ..Self::default()
+        }
+    }
+
+    /// Learning rates of the Gaussians' attributes before their decay.
+    pub(crate) fn cloud_rates(&self) -> CloudRates {
+        CloudRates {
+            means: self.means_learning_rate,
+            rotations: self.rotations_learning_rate,
+            log_scales: self.scales_learning_rate,
+            raw_opacities: self.opacities_learning_rate,
+            sh_constant: self.colors_learning_rate,
+            sh_rest: self.colors_learning_rate / SH_REST_DIVISOR,
         }
     }
 

@@ -15,7 +15,7 @@ use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
 
 use super::config::MotionOptions;
-use super::seen_motion::seen_to_move;
+use super::observed_motion::observed_to_move;
 use crate::TrainError;
 
 /// A distilled scene with the report of every object.
@@ -70,7 +70,7 @@ pub fn initialise_scene(
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
     let object = DistillConfig { forecast_tolerance, rigid_constraint, ..request.distill.clone() };
     let found = find_objects(&trajectories, request.partition)?;
-    let partition = found.with_only(&seen_to_move(source, &found, request));
+    let partition = found.with_only(&observed_to_move(source, &found, request));
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
 }

@@ -1,9 +1,6 @@
-//! A run's folder, and training a source model in it: configuration, checkpoints, events, and what is left at
-//! the end.
+//! The folder of a run: its configuration, checkpoints, training curve and models.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
@@ -11,38 +8,9 @@ use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
 
 use crate::TrainError;
-use crate::checkpoint::{Checkpoint, Checkpoints, RunIdentity, Stage};
+use crate::checkpoint::{Checkpoints, RunIdentity};
 use crate::config::TrainConfig;
-use crate::events::{Event, EventLog};
-use crate::source::SourceTrainer;
-
-/// Iterations between lines of `events.jsonl`.
-const EVENT_INTERVAL: usize = 20;
-
-/// What a progress bar shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Stage that runs.
-    pub stage: Stage,
-    /// Steps done of the stage.
-    pub step: usize,
-    /// Steps in all.
-    pub steps: usize,
-    /// Loss of the last step.
-    pub loss: f32,
-    /// PSNR of the last image, dB, where the stage renders.
-    pub psnr: Option<f32>,
-    /// Gaussians.
-    pub gaussians: usize,
-}
-
-/// What a caller passes to a stage beside its data.
-pub struct Control<'a> {
-    /// Set from a signal handler: the stage writes a checkpoint and returns [`TrainError::Interrupted`].
-    pub stop: &'a AtomicBool,
-    /// Called after every step.
-    pub progress: &'a mut dyn FnMut(Progress),
-}
+use crate::events::EventLog;
 
 /// The folder of a run.
 #[derive(Clone, Debug)]
@@ -199,91 +167,4 @@ fn link_tree(from: &Path, to: &Path) -> Result<(), FileError> {
         }
     }
     Ok(())
-}
-
-/// Calls for a checkpoint every so many seconds.
-pub struct CheckpointTimer {
-    interval: Duration,
-    last: Instant,
-}
-
-impl CheckpointTimer {
-    /// Starts counting.
-    #[must_use]
-    pub fn new(config: &TrainConfig) -> Self {
-        Self { interval: Duration::from_secs(config.checkpoint_secs), last: Instant::now() }
-    }
-
-    /// Whether one is due; starts anew if so.
-    pub fn is_due(&mut self) -> bool {
-        let due = self.last.elapsed() >= self.interval;
-        if due {
-            self.last = Instant::now();
-        }
-        due
-    }
-}
-
-/// Trains the source model of a run, from the start or from a checkpoint of this stage, and writes it into
-/// the folder.
-///
-/// # Errors
-/// If a file cannot be written, the loss is not finite, or a stop was asked for (after a checkpoint).
-pub fn train_source(
-    run: &RunFolder,
-    dataset: &Dataset,
-    config: &TrainConfig,
-    from: Option<&Checkpoint>,
-    control: &mut Control<'_>,
-) -> Result<Box<dyn SourceModel>, TrainError> {
-    let _span = tracing::trace_span!("source").entered();
-    let checkpoints = run.checkpoints(config, dataset);
-    let mut trainer = match from {
-        Some(checkpoint) => SourceTrainer::restore(dataset, &config.source, config.seed, &checkpoint.file)?,
-        None => SourceTrainer::new(dataset, &config.source, config.seed)?,
-    };
-    let mut events = EventLog::resume(&run.events_path(), Stage::Source, trainer.iteration())?;
-    let mut timer = CheckpointTimer::new(config);
-    let save = |trainer: &SourceTrainer<'_>| {
-        let mut file = Checkpoints::start();
-        trainer.snapshot(&mut file);
-        checkpoints.save(Stage::Source, trainer.iteration(), file)
-    };
-    while !trainer.is_done() {
-        if control.stop.load(Ordering::Relaxed) {
-            save(&trainer)?;
-            return Err(TrainError::Interrupted {
-                stage: Stage::Source.name(),
-                iteration: trainer.iteration(),
-            });
-        }
-        let report = trainer.step()?;
-        let psnr = Some(report.psnr);
-        if report.iteration.is_multiple_of(EVENT_INTERVAL) {
-            let stage = Stage::Source.name().to_owned();
-            events.append(&Event {
-                stage,
-                step: report.iteration,
-                loss: report.loss,
-                psnr,
-                gaussians: report.gaussians,
-            })?;
-        }
-        let (step, steps) = (report.iteration, trainer.iterations());
-        (control.progress)(Progress {
-            stage: Stage::Source,
-            step,
-            steps,
-            loss: report.loss,
-            psnr,
-            gaussians: report.gaussians,
-        });
-        if timer.is_due() {
-            save(&trainer)?;
-        }
-    }
-    save(&trainer)?;
-    let model = trainer.model();
-    run.write_source(&*model, trainer.iteration(), dataset)?;
-    Ok(model)
 }
