@@ -7,7 +7,8 @@ use burn::optim::{AdamConfig, AdamState, AdaptiveMomentumState, Optimizer};
 use burn::tensor::{Device, Int, Shape, Tensor, TensorData};
 use lgs_model::{TensorFile, TensorFileError};
 
-/// Added to the root of the second moment (method §3.4): so small that steps do not depend on the loss's scale.
+/// Added to the root of the second moment (method §3.4): so small that steps do not depend on the loss's
+/// scale.
 const EPSILON: f32 = 1e-15;
 
 /// The values of a tensor, row by row.

@@ -6,11 +6,26 @@ use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
+use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
 use crate::checkpoint::{Checkpoints, RunIdentity};
-use crate::config::TrainConfig;
+use crate::config::{ConfigError, Preset, TrainConfig};
 use crate::events::EventLog;
+use crate::layers::parse;
+
+/// Name of the table of `config.toml` that says what a run is trained on.
+const DATASET: &str = "dataset";
+
+/// The dataset of a run, as `config.toml` records it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunDataset {
+    /// Folder that training read.
+    pub path: PathBuf,
+    /// Fingerprint of its contents.
+    pub fingerprint: String,
+}
 
 /// The folder of a run.
 #[derive(Clone, Debug)]
@@ -28,11 +43,7 @@ impl RunFolder {
         if folder.config_path().exists() || folder.checkpoints_path().exists() {
             return Err(TrainError::Occupied(root.to_owned()));
         }
-        let dataset = match dataset.splits.is_empty() {
-            true => "# dataset: none\n".to_owned(),
-            false => format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint),
-        };
-        let text = dataset + &config.to_toml()?;
+        let text = config.to_toml()? + &dataset_table(dataset)?;
         write_with_parents(&folder.config_path(), |w| w.write_all(text.as_bytes()))?;
         write_atomically(&folder.events_path(), |_| Ok(()))?;
         Ok(folder)
@@ -44,10 +55,29 @@ impl RunFolder {
     /// If there is none or it does not parse.
     pub fn open(root: &Path) -> Result<(Self, TrainConfig), TrainError> {
         let folder = Self { root: root.to_owned() };
-        let path = folder.config_path();
+        let mut table = folder.read_config()?;
+        table.remove(DATASET);
+        Ok((folder, TrainConfig::from_table(Preset::Quick, table)?))
+    }
+
+    /// The dataset that the run is trained on; nothing for a run without images.
+    ///
+    /// # Errors
+    /// If `config.toml` cannot be read or its table `[dataset]` is of another form.
+    pub fn dataset(&self) -> Result<Option<RunDataset>, TrainError> {
+        let table = self.read_config()?.remove(DATASET);
+        let read = table.map(toml::Value::try_into).transpose();
+        let invalid = |e: toml::de::Error| {
+            let reason = format!("{}: {}", e.message(), self.config_path().display());
+            ConfigError::Invalid { key: DATASET.to_owned(), reason }
+        };
+        Ok(read.map_err(invalid)?)
+    }
+
+    fn read_config(&self) -> Result<toml::Table, TrainError> {
+        let path = self.config_path();
         let text = std::fs::read_to_string(&path).map_err(|e| FileError::new("read file", &path, e))?;
-        let config = TrainConfig::from_toml(&text, &path.display().to_string())?;
-        Ok((folder, config))
+        Ok(parse(&text, &path.display().to_string())?)
     }
 
     /// The folder itself.
@@ -150,6 +180,17 @@ impl RunFolder {
         std::fs::rename(&partial, &own).map_err(|e| FileError::new("rename folder", &own, e))?;
         Ok(())
     }
+}
+
+/// The table `[dataset]` of a run's `config.toml`; empty without images.
+fn dataset_table(dataset: &Dataset) -> Result<String, TrainError> {
+    if dataset.splits.is_empty() {
+        return Ok(String::new());
+    }
+    let recorded = RunDataset { path: dataset.root.clone(), fingerprint: dataset.fingerprint.clone() };
+    let table = toml::to_string_pretty(&recorded)
+        .map_err(|e| ConfigError::Invalid { key: DATASET.to_owned(), reason: e.to_string() })?;
+    Ok(format!("\n[{DATASET}]\n{table}"))
 }
 
 /// Puts the files of a folder into a new one: links where the file system can, which is safe as files are

@@ -183,7 +183,8 @@ fn list(plan: &Plan, json: bool) -> Result<()> {
         let entry = |(cell, state): (&Cell, &CellState)| {
             let Cell { index, scene, method, variant, seed, source_of, .. } = cell;
             json!({
-                "index": index, "name": cell.name(), "scene": scene, "method": method, "variant": variant, "seed": seed,
+                "index": index, "name": cell.name(), "scene": scene, "method": method,
+                "variant": variant, "seed": seed,
                 "source_of": source_of, "state": state.name(), "folder": plan.run_folder(cell),
             })
         };

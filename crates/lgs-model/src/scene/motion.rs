@@ -7,7 +7,8 @@ use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed
 
 use super::{LagrangianScene, ObjectModel};
 
-/// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the scene.
+/// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
+/// scene.
 pub type SceneState = State;
 
 /// How many steps a cache grows by at a time.

@@ -8,7 +8,7 @@
 use lgs_core::linear::{mat_vec, matrix_from_quat, quat_normalize};
 use rand::RngExt;
 
-use super::config::DensifyConfig;
+use super::config_groups::DensifyConfig;
 
 /// Children have their parent's scale divided by this (0.8 · 2 children).
 const SPLIT_SHRINK: f32 = 1.6;

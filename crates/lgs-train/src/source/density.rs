@@ -6,7 +6,7 @@ use lgs_data::dataset::{Dataset, SceneBox};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::RasterTensors;
 
-use super::config::DensifyConfig;
+use super::config_groups::DensifyConfig;
 use super::densify::{Attributes, DensifyPlan, DensifyStatistics, new_shapes};
 use crate::adam::values;
 use crate::cloud_tensors::{host_rows, row_indices, rows};
@@ -67,14 +67,10 @@ impl DensityControl {
         if iteration >= config.before {
             return Replaced::Nothing;
         }
-        let mut replaced = Replaced::Nothing;
         let is_due = |interval: usize| interval > 0 && iteration.is_multiple_of(interval);
-        if is_due(config.opacity_reset_interval)
-            || (self.has_white_background && iteration == config.white_reset_at)
-        {
-            replaced = Replaced::Opacities;
-        }
-        let resets = replaced == Replaced::Opacities;
+        let is_reset = is_due(config.opacity_reset_interval)
+            || (self.has_white_background && iteration == config.white_reset_at);
+        let mut replaced = if is_reset { Replaced::Opacities } else { Replaced::Nothing };
         if iteration > config.after && is_due(config.interval) {
             let _span = tracing::trace_span!("densify").entered();
             let plan = self.plan(cloud, iteration);
@@ -82,7 +78,7 @@ impl DensityControl {
             self.statistics = DensifyStatistics::new(cloud.len());
             replaced = Replaced::Gaussians;
         }
-        if resets {
+        if is_reset {
             cloud.cap_opacity(RESET_OPACITY);
         }
         replaced

@@ -9,7 +9,7 @@ use burn::tensor::Tensor;
 use lgs_core::linear::sub;
 use lgs_data::dataset::Dataset;
 
-use super::config::GuideConfig;
+use super::config_groups::GuideConfig;
 use crate::cloud_tensors::rows;
 use crate::tracks::{Track, find_tracks};
 

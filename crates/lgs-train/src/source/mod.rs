@@ -6,6 +6,7 @@
 
 mod advection;
 mod config;
+mod config_groups;
 mod densify;
 mod density;
 mod guide;
@@ -18,10 +19,12 @@ mod rigidity;
 mod schedule;
 mod static_regulariser;
 mod trainer;
+mod validate;
 
 pub use advection::AdvectionConfig;
+pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
-pub use config::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames,
+pub use config_groups::{
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 pub use trainer::SourceTrainer;

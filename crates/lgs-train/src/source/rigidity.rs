@@ -9,7 +9,7 @@ use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor};
 use lgs_core::k_nearest;
 use lgs_model::{TensorFile, TensorFileError};
 
-use super::config::RigidityConfig;
+use super::config_groups::RigidityConfig;
 use crate::cloud_tensors::row_indices;
 
 /// Name of the neighbours in a checkpoint.

@@ -1,7 +1,8 @@
 //! Which objects the images show to move.
 //!
-//! Where images say nothing, a source model's motion is arbitrary: a plain wall slides along itself. An object
-//! whose Gaussians could as well rest where they are at t = 0 belongs to the static Gaussians (method §5.1).
+//! Where images say nothing, a source model's motion is arbitrary: a plain wall slides along itself. An
+//! object whose Gaussians could as well rest where they are at t = 0 belongs to the static Gaussians (method
+//! §5.1).
 
 use lgs_core::GaussianCloud;
 use lgs_data::dataset::Frame;
