@@ -133,7 +133,7 @@ fn lagrangian(scene: &LagrangianScene, motion: &mut Motion<'_>, particles: &[Par
     let (back, ahead) = (steps(window), steps(3.0 * window));
     let mut tracks = Tracks { times: Vec::new(), positions: vec![Vec::new(); particles.len()] };
     for (count, backwards) in [(back, true), (ahead, false)] {
-        let states = motion.states(count, backwards);
+        let states = if backwards { motion.past_states(count) } else { motion.states(count) };
         let mut rows: Vec<usize> = (0..=count).step_by(STRIDE).chain([count]).collect();
         rows.dedup();
         if backwards {

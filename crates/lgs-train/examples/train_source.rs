@@ -9,6 +9,7 @@ use lgs_model::source::SourceModel;
 use lgs_render::{Splats, psnr, rasterize};
 use lgs_train::config::{Preset, TrainConfig};
 use lgs_train::source::SourceTrainer;
+use lgs_train::{DeviceName, Trainer};
 
 /// Parts of a split that are printed by themselves.
 const PARTS: usize = 8;
@@ -36,17 +37,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = TrainConfig::resolve(Preset::Quick, None, &overrides)?;
     let options = LoadOptions { white_background: config.data.white_background, ..LoadOptions::default() };
     let dataset = Dataset::load(Path::new(&data), &options, &|_, _| {})?;
-    let mut trainer = SourceTrainer::new(&dataset, &config.source, config.seed)?;
+    let mut trainer = SourceTrainer::new(&dataset, &config.source, config.seed, &DeviceName::Auto.device())?;
     let start = Instant::now();
     let mut recent = 0.0;
-    while !trainer.is_done() {
-        let report = trainer.step()?;
+    while !trainer.is_finished() {
+        let report = trainer.step();
         recent += report.psnr / 100.0;
-        if report.iteration % 100 == 0 {
+        if trainer.step_index() % 100 == 0 {
             eprintln!(
                 "{:5} psnr {recent:.2} gaussians {} {:.1} s",
-                report.iteration,
-                report.gaussians,
+                trainer.step_index(),
+                trainer.gaussians(),
                 start.elapsed().as_secs_f32()
             );
             recent = 0.0;

@@ -4,24 +4,24 @@
 //! Values live outside autodiff: each iteration takes a tracked leaf and gives back its gradient.
 
 use burn::optim::{AdamConfig, AdamState, AdaptiveMomentumState, Optimizer};
-use burn::tensor::{Device, Shape, Tensor, TensorData};
+use burn::tensor::{Device, Int, Shape, Tensor, TensorData};
 use lgs_model::{TensorFile, TensorFileError};
 
-/// Added to the root of the second moment (§2.6): so small that steps do not depend on the loss's scale.
+/// Added to the root of the second moment (method §3.4): so small that steps do not depend on the loss's
+/// scale.
 const EPSILON: f32 = 1e-15;
 
 /// The values of a tensor, row by row.
 ///
 /// # Panics
 /// If the device fails to deliver 32-bit floats (a bug).
-#[must_use]
-pub fn values<const D: usize>(tensor: &Tensor<D>) -> Vec<f32> {
+pub(crate) fn values<const D: usize>(tensor: &Tensor<D>) -> Vec<f32> {
     tensor.to_data().try_to_vec::<f32>().unwrap_or_else(|e| panic!("a tensor of 32-bit floats: {e:?}"))
 }
 
-/// A parameter tensor and what Adam (β 0.9 and 0.999, §2.6) remembers of it.
+/// A parameter tensor and what Adam (β 0.9 and 0.999, method §3.4) remembers of it.
 #[derive(Clone)]
-pub struct AdamGroup<const D: usize> {
+pub(crate) struct AdamGroup<const D: usize> {
     value: Tensor<D>,
     state: Option<AdamState<D>>,
 }
@@ -32,37 +32,32 @@ fn tensor<const D: usize>(values: Vec<f32>, shape: [usize; D], device: &Device) 
 
 impl<const D: usize> AdamGroup<D> {
     /// Fresh values without moments, on a device without autodiff.
-    #[must_use]
-    pub fn new(values: Vec<f32>, shape: [usize; D], device: &Device) -> Self {
+    pub(crate) fn new(values: Vec<f32>, shape: [usize; D], device: &Device) -> Self {
         Self { value: tensor(values, shape, device), state: None }
     }
 
     /// A tracked leaf with the current values.
-    #[must_use]
-    pub fn leaf(&self) -> Tensor<D> {
+    pub(crate) fn leaf(&self) -> Tensor<D> {
         self.value.clone().autodiff().require_grad()
     }
 
     /// The current values, untracked.
-    #[must_use]
-    pub fn value(&self) -> Tensor<D> {
+    pub(crate) fn value(&self) -> Tensor<D> {
         self.value.clone()
     }
 
     /// Where the values lie.
-    #[must_use]
-    pub fn device(&self) -> Device {
+    pub(crate) fn device(&self) -> Device {
         self.value.device()
     }
 
     /// The current values, row by row.
-    #[must_use]
-    pub fn values(&self) -> Vec<f32> {
+    pub(crate) fn values(&self) -> Vec<f32> {
         values(&self.value)
     }
 
     /// One step of Adam; nothing happens without a gradient.
-    pub fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<D>>) {
+    pub(crate) fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<D>>) {
         let Some(gradient) = gradient else { return };
         let _span = tracing::trace_span!("Adam").entered();
         let adam = AdamConfig::new().with_epsilon(EPSILON).build();
@@ -72,18 +67,18 @@ impl<const D: usize> AdamGroup<D> {
     /// Replaces the values and forgets the moments, keeping the count of steps.
     ///
     /// # Panics
-    /// If the number of values changes (a bug).
-    pub fn replace(&mut self, values: Vec<f32>) {
-        self.value = tensor(values, self.value.dims(), &self.value.device());
+    /// If the shape changes (a bug).
+    pub(crate) fn replace(&mut self, value: Tensor<D>) {
+        assert_eq!(value.dims(), self.value.dims(), "shapes of a group's values");
+        self.value = value;
         if let Some(state) = self.state.take() {
             let zeros = self.value.zeros_like();
-            self.state =
-                Some(AdamState::new(AdaptiveMomentumState::new(state.momentum.time, zeros.clone(), zeros)));
+            self.state = Some(with_moments(state.momentum.time, zeros.clone(), zeros));
         }
     }
 
     /// Adds values, moments and count of steps to a file.
-    pub fn insert_into(&self, file: &mut TensorFile, name: &str) {
+    pub(crate) fn insert_into(&self, file: &mut TensorFile, name: &str) {
         let shape = self.value.dims();
         file.insert(name, &shape, &self.values());
         if let Some(state) = &self.state {
@@ -98,7 +93,7 @@ impl<const D: usize> AdamGroup<D> {
     ///
     /// # Errors
     /// If something is absent, not finite or of another shape.
-    pub fn read_from(
+    pub(crate) fn read_from(
         file: &TensorFile,
         name: &str,
         shape: [Option<usize>; D],
@@ -110,9 +105,8 @@ impl<const D: usize> AdamGroup<D> {
         if time > 0 {
             let (_, first) = read(file, &format!("{name}.moment_1"), shape.map(Some))?;
             let (_, second) = read(file, &format!("{name}.moment_2"), shape.map(Some))?;
-            let momentum =
-                AdaptiveMomentumState::new(time, tensor(first, shape, device), tensor(second, shape, device));
-            group.state = Some(AdamState::new(momentum));
+            group.state =
+                Some(with_moments(time, tensor(first, shape, device), tensor(second, shape, device)));
         }
         Ok(group)
     }
@@ -142,71 +136,69 @@ fn read<const D: usize>(
 
 impl AdamGroup<2> {
     /// Number of rows.
-    #[must_use]
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.value.dims()[0]
     }
 
-    /// Values per row.
-    #[must_use]
-    pub fn width(&self) -> usize {
-        self.value.dims()[1]
-    }
-
-    /// Keeps some rows and appends others, which start without moments.
-    pub fn reselect(&mut self, keep: &[usize], appended: &[f32]) {
-        let [_, width] = self.value.dims();
-        let (device, added) = (self.value.device(), appended.len() / width);
-        let choose = |from: &Tensor<2>, appended: &mut dyn Iterator<Item = f32>| {
-            let rows = values(from);
-            let kept = keep.iter().flat_map(|&i| &rows[i * width..(i + 1) * width]).copied();
-            tensor(kept.chain(appended).collect(), [keep.len() + added, width], &device)
-        };
-        self.value = choose(&self.value, &mut appended.iter().copied());
+    /// Selects rows; those from number `kept` on start without moments.
+    pub(crate) fn reselect(&mut self, rows: &Tensor<1, Int>, kept: usize) {
+        let n = rows.dims()[0];
+        let select = |from: Tensor<2>| from.select(0, rows.clone());
+        self.value = select(self.value.clone());
         if let Some(state) = self.state.take() {
-            let momentum = state.momentum;
-            let zeros = || std::iter::repeat_n(0.0, appended.len());
-            let (first, second) =
-                (choose(&momentum.moment_1, &mut zeros()), choose(&momentum.moment_2, &mut zeros()));
-            self.state = Some(AdamState::new(AdaptiveMomentumState::new(momentum.time, first, second)));
+            let has_moments: Vec<f32> = (0..n).map(|row| f32::from(u8::from(row < kept))).collect();
+            let has_moments = tensor(has_moments, [n, 1], &self.value.device());
+            let AdaptiveMomentumState { time, moment_1, moment_2, .. } = state.momentum;
+            self.state = Some(with_moments(
+                time,
+                select(moment_1) * has_moments.clone(),
+                select(moment_2) * has_moments,
+            ));
         }
     }
+
+    /// Overwrites the last rows; their moments stay.
+    pub(crate) fn set_last(&mut self, last: Tensor<2>) {
+        let ([n, width], [count, _]) = (self.value.dims(), last.dims());
+        if count > 0 {
+            self.value = self.value.clone().slice_assign([n - count..n, 0..width], last);
+        }
+    }
+}
+
+fn with_moments<const D: usize>(time: usize, first: Tensor<D>, second: Tensor<D>) -> AdamState<D> {
+    AdamState::new(AdaptiveMomentumState::new(time, first, second))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::DeviceName;
+    use lgs_core::optim::Adam;
 
     #[test]
-    fn a_step_matches_the_formula() {
-        let device = Device::flex();
+    fn steps_are_those_of_adam_on_slices() {
+        let device = DeviceName::Cpu.device();
         let mut group = AdamGroup::new(vec![1.0, -2.0], [2], &device);
-        let (mut m, mut v, mut x) = ([0.0_f64; 2], [0.0_f64; 2], [1.0_f64, -2.0]);
-        for step in 1..=5_i32 {
-            let gradient = [0.1 * f64::from(step), -3e-7];
-            group.step(
-                1e-2,
-                Some(Tensor::from_data(TensorData::from([gradient[0] as f32, gradient[1] as f32]), &device)),
-            );
-            for i in 0..2 {
-                m[i] = 0.9 * m[i] + 0.1 * gradient[i];
-                v[i] = 0.999 * v[i] + 0.001 * gradient[i] * gradient[i];
-                x[i] -= 1e-2 * (m[i] / (1.0 - 0.9_f64.powi(step)))
-                    / ((v[i] / (1.0 - 0.999_f64.powi(step))).sqrt() + 1e-15);
-            }
+        let (mut adam, mut expected) = (Adam::new(2, EPSILON), [1.0, -2.0]);
+        for step in 1..=5 {
+            let gradient = [0.1 * step as f32, -3e-7];
+            group.step(1e-2, Some(Tensor::from_data(TensorData::from(gradient), &device)));
+            adam.step(&mut expected, &gradient, 1e-2);
         }
-        for (found, expected) in group.values().iter().zip(x) {
-            assert!((f64::from(*found) - expected).abs() < 1e-5, "{found} {expected}");
+        for (found, expected) in group.values().iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
         }
     }
 
     #[test]
     fn surgery_moves_moments_with_their_rows_and_files_keep_them() {
-        let device = Device::flex();
+        let device = DeviceName::Cpu.device();
         let mut group = AdamGroup::new(vec![0.0, 0.0, 1.0, 1.0, 2.0, 2.0], [3, 2], &device);
         let gradient = Tensor::from_data(TensorData::from([[1.0_f32, 2.0], [3.0, 4.0], [5.0, 6.0]]), &device);
         group.step(0.0, Some(gradient));
-        group.reselect(&[2, 0], &[9.0, 9.0]);
+        group.reselect(&Tensor::from_ints([2, 0, 1], &device), 2);
+        group.set_last(Tensor::from_data(TensorData::from([[9.0_f32, 9.0]]), &device));
         assert_eq!(group.values(), [2.0, 2.0, 0.0, 0.0, 9.0, 9.0]);
         let momentum = |g: &AdamGroup<2>| values(&g.state.as_ref().expect("state").momentum.moment_1);
         let expected = [0.5, 0.6, 0.1, 0.2, 0.0, 0.0];
@@ -225,7 +217,7 @@ mod tests {
             .expect("width")
             .to_string();
         assert!(width.contains("means") && width.contains("[n, 3]"), "{width}");
-        group.replace(vec![0.5; 6]);
+        group.replace(group.value().mul_scalar(0.5));
         assert_eq!(momentum(&group), [0.0; 6]);
     }
 }

@@ -47,12 +47,12 @@ pub enum TrainError {
     #[error("the split `train` is empty: {0}")]
     NoFrames(PathBuf),
     /// A value became NaN or infinite.
-    #[error("iteration {iteration}: `{name}` is not finite; a smaller learning rate may help")]
+    #[error("step {step} of stage `{stage}`: the loss is not finite; a smaller learning rate may help")]
     NonFinite {
-        /// What.
-        name: &'static str,
-        /// When.
-        iteration: usize,
+        /// Stage, by name.
+        stage: &'static str,
+        /// Steps done.
+        step: usize,
     },
     /// A checkpoint was made under another configuration or from another dataset.
     #[error("{path}: made with another {what} ({found}) than this run's ({expected})")]
@@ -70,11 +70,11 @@ pub enum TrainError {
     #[error("the folder already holds a run; resume it or choose another: {0}")]
     Occupied(PathBuf),
     /// A stop was asked for; a checkpoint has been written.
-    #[error("interrupted at iteration {iteration} of stage `{stage}`; the run can be resumed")]
+    #[error("interrupted at step {step} of stage `{stage}`; the run can be resumed")]
     Interrupted {
-        /// Stage.
+        /// Stage, by name.
         stage: &'static str,
-        /// Iterations done.
-        iteration: usize,
+        /// Steps done.
+        step: usize,
     },
 }

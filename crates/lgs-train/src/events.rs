@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
 use crate::checkpoint::Stage;
+use crate::driver::Progress;
 
 /// One line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,6 +25,15 @@ pub struct Event {
     pub psnr: Option<f32>,
     /// Gaussians.
     pub gaussians: usize,
+}
+
+impl Event {
+    /// The line that tells of a step.
+    #[must_use]
+    pub fn of(progress: &Progress) -> Self {
+        let &Progress { stage, step, loss, psnr, gaussians, .. } = progress;
+        Self { stage: stage.name().to_owned(), step, loss, psnr, gaussians }
+    }
 }
 
 /// The file, open for appending.

@@ -7,22 +7,30 @@
 //!
 //! The crate prints nothing: progress goes to a callback, the training curve to `events.jsonl`.
 
-pub mod adam;
+mod adam;
 pub mod checkpoint;
+mod cloud_tensors;
 pub mod config;
+pub mod device;
+mod driver;
 mod error;
 pub mod events;
 mod import;
 mod layers;
 mod pipeline;
-pub mod run;
+mod resolve;
+mod run_folder;
 pub mod source;
 pub mod stages;
 pub mod tracks;
+mod trainable_cloud;
+mod view;
 
 pub use checkpoint::Stage;
 pub use config::{Preset, TrainConfig};
+pub use device::DeviceName;
+pub use driver::{Control, Progress, SceneTrainer, StepReport, Trainer};
 pub use error::TrainError;
 pub use import::imported_source;
 pub use pipeline::{Trained, train};
-pub use run::{Control, Progress, RunFolder};
+pub use run_folder::{RunDataset, RunFolder};

@@ -1,28 +1,24 @@
-//! The whole of training: source model, distillation, tuning of the dynamics, refinement of the Gaussians,
-//! each from where a checkpoint left it.
+//! The whole of training, stage by stage, each from where a checkpoint left it.
 
-use std::sync::atomic::Ordering;
-
+use burn::tensor::Device;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
 use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
-use lgs_model::{LagrangianScene, save_scene, scene_from_tensors};
+use lgs_model::{LagrangianScene, save_scene, scene_from_tensors, scene_to_tensors};
 
 use crate::TrainError;
-use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
+use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
-use crate::events::{Event, EventLog};
+use crate::driver::{Control, Driver, Progress, SceneTrainer, Trainer};
 use crate::import::imported_source;
-use crate::run::{CheckpointTimer, Control, Progress, RunFolder, train_source};
+use crate::run_folder::RunFolder;
+use crate::source::SourceTrainer;
 use crate::stages::{
-    FitDynamics, InitialSceneRequest, TuneDynamics, TuneGaussians, Tuning, initialise_scene,
+    FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene,
 };
 
-/// Iterations between lines of `events.jsonl`.
-const EVENT_INTERVAL: usize = 10;
-
-/// What a finished run leaves.
+/// The models of a finished run.
 pub struct Trained {
     /// The source model.
     pub source: Box<dyn SourceModel>,
@@ -40,41 +36,13 @@ pub fn train(
     run: &RunFolder,
     dataset: &Dataset,
     config: &TrainConfig,
+    device: &Device,
     control: &mut Control<'_>,
 ) -> Result<Trained, TrainError> {
-    let pipeline = Pipeline { run, dataset, config, checkpoints: run.checkpoints(config, dataset) };
+    let pipeline = Pipeline { run, dataset, config, device, checkpoints: run.checkpoints(config, dataset) };
     let latest = pipeline.checkpoints.latest()?;
-    let source = match &latest {
-        Some(checkpoint) if checkpoint.stage > Stage::Source => {
-            load_source(&run.source_path(config.source.kind))?
-        }
-        // Taken over from another run.
-        None if run.source_path(config.source.kind).exists() => {
-            load_source(&run.source_path(config.source.kind))?
-        }
-        from => pipeline.source(from.as_ref(), control)?,
-    };
-    let latest = latest.filter(|c| c.stage > Stage::Source);
-    if !pipeline.has_images() {
-        let scene = pipeline.distill(&*source, control)?;
-        save_scene(&scene, &run.scene_path())?;
-        return Ok(Trained { source, scene });
-    }
-    let reached = latest.as_ref().map_or(Stage::Distill, |checkpoint| checkpoint.stage);
-    let mut scene = match &latest {
-        Some(checkpoint) => pipeline.scene_of(checkpoint)?,
-        None => pipeline.distill(&*source, control)?,
-    };
-    for stage in [Stage::RefineGaussians, Stage::FitDynamics, Stage::TuneDynamics, Stage::TuneGaussians] {
-        if reached <= stage {
-            scene = pipeline.tune(
-                stage,
-                scene,
-                latest.as_ref().filter(|checkpoint| checkpoint.stage == stage),
-                control,
-            )?;
-        }
-    }
+    let source = pipeline.source(latest.as_ref(), control)?;
+    let scene = pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?;
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
 }
@@ -83,25 +51,61 @@ struct Pipeline<'a> {
     run: &'a RunFolder,
     dataset: &'a Dataset,
     config: &'a TrainConfig,
+    device: &'a Device,
     checkpoints: Checkpoints,
 }
 
 impl Pipeline<'_> {
-    /// The source model of the configured kind, from where a checkpoint left it; it is in the run's folder
-    /// afterwards.
+    /// The source model: from the run's folder once it is finished there or was taken over from another run,
+    /// else imported or trained.
     fn source(
         &self,
-        from: Option<&Checkpoint>,
+        latest: Option<&Checkpoint>,
         control: &mut Control<'_>,
     ) -> Result<Box<dyn SourceModel>, TrainError> {
-        match self.config.source.import.as_str() {
-            "" => train_source(self.run, self.dataset, self.config, from, control),
-            _ => {
-                let source = imported_source(self.config, self.has_images())?;
-                self.run.write_source(&*source, 0, self.dataset)?;
-                Ok(source)
-            }
+        let path = self.run.source_path(self.config.source.kind);
+        let is_training = latest.is_some_and(|checkpoint| checkpoint.stage == Stage::Source);
+        if !is_training && (latest.is_some() || path.exists()) {
+            return Ok(load_source(&path)?);
         }
+        if !self.config.source.import.is_empty() {
+            let source = imported_source(self.config, self.has_images())?;
+            self.run.write_source(&*source, 0, self.dataset)?;
+            return Ok(source);
+        }
+        let mut trainer =
+            SourceTrainer::new(self.dataset, &self.config.source, self.config.seed, self.device)?;
+        self.driver().drive(&mut trainer, latest, control)?;
+        let source = trainer.model();
+        self.run.write_source(&*source, trainer.step_index(), self.dataset)?;
+        Ok(source)
+    }
+
+    /// The scene after stages 1 to 3.
+    fn scene(
+        &self,
+        source: &dyn SourceModel,
+        latest: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<LagrangianScene, TrainError> {
+        let mut scene = match latest {
+            Some(checkpoint) => scene_from_tensors(&checkpoint.file, &checkpoint.path)?,
+            None => self.distill(source, control)?,
+        };
+        let reached = latest.map_or(Stage::Distill, |checkpoint| checkpoint.stage);
+        for stage in Stage::ALL.into_iter().filter(|&stage| stage > Stage::Distill && stage >= reached) {
+            if self.is_left_out(stage, &scene) {
+                continue;
+            }
+            let mut trainer = self.trainer(stage, scene);
+            self.driver().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
+            scene = trainer.scene();
+        }
+        Ok(scene)
+    }
+
+    fn driver(&self) -> Driver<'_> {
+        Driver { run: self.run, config: self.config, checkpoints: &self.checkpoints }
     }
 
     /// Whether there is anything to tune on; without, training ends with stage 1.
@@ -109,11 +113,8 @@ impl Pipeline<'_> {
         !self.dataset.split("train").is_empty()
     }
 
-    fn scene_of(&self, checkpoint: &Checkpoint) -> Result<LagrangianScene, TrainError> {
-        Ok(scene_from_tensors(&checkpoint.file, &checkpoint.path)?)
-    }
-
-    /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`.
+    /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`, and a checkpoint
+    /// marks its end.
     fn distill(
         &self,
         source: &dyn SourceModel,
@@ -133,19 +134,14 @@ impl Pipeline<'_> {
         let gaussians = source.len();
         let initial = initialise_scene(source, &request, &mut |object, objects, p| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
-            (control.progress)(Progress {
-                stage: Stage::Distill,
-                step,
-                steps,
-                loss: p.loss.unwrap_or(0.0),
-                psnr: None,
-                gaussians,
-            });
+            let loss = p.loss.unwrap_or(0.0);
+            (control.progress)(Progress { stage: Stage::Distill, step, steps, loss, psnr: None, gaussians });
         })?;
         let path = self.run.root().join("distillation.json");
         let json = serde_json::to_vec_pretty(&initial.reports)
             .map_err(|e| FileError::new("write file", &path, e.into()))?;
         write_atomically(&path, |w| w.write_all(&json))?;
+        self.checkpoints.save(Stage::Distill, 0, scene_to_tensors(&initial.scene, CHECKPOINT_FORMAT))?;
         Ok(initial.scene)
     }
 
@@ -158,81 +154,36 @@ impl Pipeline<'_> {
         if window.is_finite() { window.max(self.config.motion.dt) } else { self.config.motion.dt }
     }
 
-    /// One of the stages that descend a loss on the images; none of its steps where the configuration leaves
-    /// it out.
-    fn tune(
-        &self,
-        stage: Stage,
-        scene: LagrangianScene,
-        from: Option<&Checkpoint>,
-        control: &mut Control<'_>,
-    ) -> Result<LagrangianScene, TrainError> {
-        let (frames, seed, last_stage) =
-            (self.dataset.split("train"), self.config.seed, self.config.last_stage);
-        let fits = last_stage >= 2 && self.config.fit_dynamics.steps > 0;
-        if stage == Stage::FitDynamics {
-            let mut config = self.config.fit_dynamics.clone();
-            config.steps *= usize::from(fits);
-            return self.drive(FitDynamics::new(scene, frames, &config, seed), from, control);
-        }
-        if stage == Stage::TuneDynamics {
-            let mut config = self.config.tune_dynamics.clone();
-            let is_fitted = fits && scene.objects.iter().all(|object| LinearPart::is_all_of(&object.system));
-            config.iterations *= usize::from(last_stage >= 2 && !is_fitted);
-            return self.drive(TuneDynamics::new(scene, frames, &config, seed), from, control);
-        }
-        let settling = stage == Stage::RefineGaussians;
-        let mut config =
-            if settling { &self.config.refine_gaussians } else { &self.config.tune_gaussians }.clone();
-        config.iterations *= usize::from(last_stage >= 3);
-        self.drive(TuneGaussians::new(stage, scene, frames, &config, seed), from, control)
+    /// Whether a stage does not run: the configuration leaves it out, there is nothing to train or no image
+    /// to train on, or objects that follow linear laws alone have been fitted already.
+    fn is_left_out(&self, stage: Stage, scene: &LagrangianScene) -> bool {
+        let config = self.config;
+        let has_fit = config.fit_dynamics.steps > 0;
+        let nothing_to_do = match stage {
+            Stage::Source | Stage::Distill => false,
+            Stage::RefineGaussians => config.refine_gaussians.iterations == 0 || scene.is_empty(),
+            Stage::TuneGaussians => config.tune_gaussians.iterations == 0 || scene.is_empty(),
+            Stage::FitDynamics => !has_fit || scene.objects.is_empty(),
+            Stage::TuneDynamics => {
+                let is_fitted = has_fit && scene.objects.iter().all(|o| LinearPart::is_all_of(&o.system));
+                config.tune_dynamics.iterations == 0 || is_fitted || scene.objects.is_empty()
+            }
+        };
+        nothing_to_do || !self.has_images() || !config.last_stage.includes(stage)
     }
 
-    /// Runs a stage to its end, from a checkpoint if there is one, with events, progress and checkpoints; a
-    /// checkpoint also marks its start and its end.
-    fn drive(
-        &self,
-        mut stage: impl Tuning,
-        from: Option<&Checkpoint>,
-        control: &mut Control<'_>,
-    ) -> Result<LagrangianScene, TrainError> {
-        if let Some(checkpoint) = from {
-            stage.restore(&checkpoint.file, checkpoint.step)?;
-        }
-        let (steps, gaussians) = (stage.steps(), stage.scene().len());
-        let name = stage.stage();
-        let _span = match name {
-            Stage::RefineGaussians => tracing::trace_span!("refine-gaussians"),
-            Stage::FitDynamics => tracing::trace_span!("fit-dynamics"),
-            Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
-            _ => tracing::trace_span!("tune-gaussians"),
-        }
-        .entered();
-        let mut events = EventLog::resume(&self.run.events_path(), name, stage.step_index())?;
-        let mut timer = CheckpointTimer::new(self.config);
-        if stage.step_index() == 0 {
-            self.checkpoints.save(name, 0, stage.checkpoint())?;
-        }
-        while !stage.is_finished() {
-            if control.stop.load(Ordering::Relaxed) {
-                self.checkpoints.save(name, stage.step_index(), stage.checkpoint())?;
-                return Err(TrainError::Interrupted { stage: name.name(), iteration: stage.step_index() });
+    /// A stage after stage 1, at its first step.
+    fn trainer(&self, stage: Stage, scene: LagrangianScene) -> Box<dyn SceneTrainer + '_> {
+        let config = self.config;
+        let data =
+            TrainingData { frames: self.dataset.split("train"), seed: config.seed, device: self.device };
+        match stage {
+            Stage::FitDynamics => Box::new(FitDynamics::new(scene, data, &config.fit_dynamics)),
+            Stage::TuneDynamics => Box::new(TuneDynamics::new(scene, data, &config.tune_dynamics)),
+            Stage::RefineGaussians => {
+                Box::new(TuneGaussians::refinement(scene, data, &config.refine_gaussians))
             }
-            let report = stage.step();
-            let step = stage.step_index();
-            if !report.loss.is_finite() {
-                return Err(TrainError::NonFinite { name: "loss", iteration: step });
-            }
-            let (loss, psnr) = (report.loss, Some(report.psnr));
-            if step.is_multiple_of(EVENT_INTERVAL) {
-                events.append(&Event { stage: name.name().to_owned(), step, loss, psnr, gaussians })?;
-            }
-            (control.progress)(Progress { stage: name, step, steps, loss, psnr, gaussians });
-            if timer.is_due() {
-                self.checkpoints.save(name, step, stage.checkpoint())?;
-            }
+            _ => Box::new(TuneGaussians::new(scene, data, &config.tune_gaussians)),
         }
-        self.checkpoints.save(name, stage.step_index(), stage.checkpoint())?;
-        Ok(stage.scene())
     }
 }

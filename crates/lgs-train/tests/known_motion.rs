@@ -1,5 +1,5 @@
 //! Stages 2 and 3 against images of a known motion: an object that begins turned and shifted, with a wrong
-//! law, is brought to where the images show it, and one that is held rigid keeps its motion while its
+//! law, is brought to where the images show it, and one under a rigid constraint keeps its motion while its
 //! Gaussians are refined.
 
 use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, norm, quat_mul, sub};
@@ -9,11 +9,12 @@ use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
 use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
 use lgs_render::{Splats, rasterize};
-use lgs_train::Stage;
+use lgs_train::device::Device;
 use lgs_train::stages::{
-    FitDynamics, FitDynamicsConfig, TuneDynamics, TuneDynamicsConfig, TuneGaussians, TuneGaussiansConfig,
-    Tuning,
+    FitDynamics, FitDynamicsConfig, TrainingData, TuneDynamics, TuneDynamicsConfig, TuneGaussians,
+    TuneGaussiansConfig,
 };
+use lgs_train::{DeviceName, SceneTrainer, Trainer};
 
 const SPIN: [f32; 3] = [0.0, 0.0, 1.5];
 
@@ -67,6 +68,10 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
     (0..15).map(|i| frame(i, &mut motion)).collect()
 }
 
+fn data<'a>(frames: &'a [Frame], device: &'a Device) -> TrainingData<'a> {
+    TrainingData { frames, seed: 0, device }
+}
+
 /// Largest distance of a mean from where it belongs.
 fn distance(scene: &LagrangianScene, truth: &LagrangianScene) -> f32 {
     let pairs = scene.dynamic_gaussians.means.iter().zip(&truth.dynamic_gaussians.means);
@@ -92,12 +97,12 @@ fn velocity_error(scene: &LagrangianScene, truth: &LagrangianScene) -> f32 {
 #[test]
 fn a_wrong_start_and_a_wrong_law_are_fitted_to_the_images() {
     let truth = bar_in([0.1, 0.0, -1.0]);
-    let frames = images(&truth);
+    let (frames, device) = (images(&truth), DeviceName::Cpu.device());
     let mut wrong = displaced(&truth);
     wrong.objects = bar_in([0.1, 0.0, -1.2]).objects;
     wrong.velocities.iter_mut().for_each(|v| *v = add(*v, [0.05, 0.0, 0.02]));
     let config = FitDynamicsConfig { steps: 4, frames: 0 };
-    let mut stage = FitDynamics::new(wrong.clone(), &frames, &config, 0);
+    let mut stage = FitDynamics::new(wrong.clone(), data(&frames, &device), &config);
     let mut psnr = Vec::new();
     while !stage.is_finished() {
         psnr.push(stage.step().psnr);
@@ -115,7 +120,7 @@ fn a_wrong_start_and_a_wrong_law_are_fitted_to_the_images() {
 #[test]
 fn a_wrong_pose_at_the_start_is_found_from_the_images() {
     let truth = turning_bar();
-    let frames = images(&truth);
+    let (frames, device) = (images(&truth), DeviceName::Cpu.device());
     let wrong = displaced(&truth);
     let begun = distance(&wrong, &truth);
     let tuned = |pose_learning_rate: f64| {
@@ -125,7 +130,7 @@ fn a_wrong_pose_at_the_start_is_found_from_the_images() {
             pose_learning_rate,
             ..TuneDynamicsConfig::default()
         };
-        let mut stage = TuneDynamics::new(wrong.clone(), &frames, &config, 0);
+        let mut stage = TuneDynamics::new(wrong.clone(), data(&frames, &device), &config);
         while !stage.is_finished() {
             stage.step();
         }
@@ -138,9 +143,9 @@ fn a_wrong_pose_at_the_start_is_found_from_the_images() {
 }
 
 #[test]
-fn refined_gaussians_leave_the_motion_of_a_body_held_rigid_as_it_is() {
+fn refined_gaussians_leave_the_motion_under_a_rigid_constraint_as_it_is() {
     let truth = turning_bar();
-    let frames = images(&truth);
+    let (frames, device) = (images(&truth), DeviceName::Cpu.device());
     let mut begun = truth.clone();
     begun.objects[0].supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok();
     begun.dynamic_gaussians.means.iter_mut().enumerate().for_each(|(i, q)| q[2] += 0.02 * (i as f32).sin());
@@ -151,14 +156,18 @@ fn refined_gaussians_leave_the_motion_of_a_body_held_rigid_as_it_is() {
         refresh_every: 10,
         ..TuneGaussiansConfig::default()
     };
-    let mut stage = TuneGaussians::new(Stage::TuneGaussians, begun.clone(), &frames, &config, 0);
+    let mut stage = TuneGaussians::new(begun.clone(), data(&frames, &device), &config);
     while !stage.is_finished() {
         stage.step();
     }
     let refined = stage.scene();
     let end = |scene: &LagrangianScene| Motion::new(scene, Edit::default(), Reversal::Exact).state_at(0.4);
     let (before, after) = (end(&begun), end(&refined));
-    assert_eq!((before.q[5], before.rotation[5]), (after.q[5], after.rotation[5]), "one that holds the body");
+    assert_eq!(
+        (before.q[5], before.rotation[5]),
+        (after.q[5], after.rotation[5]),
+        "one that supports the constraint"
+    );
     let turned =
         before.rotation.iter().flatten().zip(after.rotation.iter().flatten()).map(|(a, b)| (a - b).abs());
     assert!(turned.fold(0.0, f32::max) < 1e-5, "the others turn with it");

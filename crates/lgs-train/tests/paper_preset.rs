@@ -1,9 +1,9 @@
-//! The preset `paper` holds the reference's values (tables of `reference-systems.md` §2.6, §2.7, §3.5 and
-//! §8.8); what differs is listed at `Preset::Paper`.
+//! The preset `paper` holds the published values; what differs is listed at `Preset::Paper`.
 
 use lgs_distill::PartitionMethod;
 use lgs_dynamics::{ForceKind, PotentialKind, VelocityPolicy};
 use lgs_model::source::SourceKind;
+use lgs_train::config::LastStage;
 use lgs_train::stages::InitialVelocity;
 use lgs_train::{Preset, TrainConfig};
 
@@ -12,49 +12,45 @@ fn paper() -> TrainConfig {
 }
 
 #[test]
-fn networks_and_motion_are_the_references() {
+fn networks_and_motion_are_as_published() {
     let config = paper();
     let distill = &config.distill;
-    assert_eq!((distill.potential, distill.force), (PotentialKind::Mlp, ForceKind::Mlp), "G2, G3");
-    assert_eq!((distill.hidden, distill.hidden_layers), (128, 3), "G4");
+    assert_eq!((distill.potential, distill.force), (PotentialKind::Mlp, ForceKind::Mlp));
+    assert_eq!((distill.hidden, distill.hidden_layers), (128, 3));
     assert_eq!(
         (config.motion.dt, config.motion.alignment, config.motion.alignment_neighbors),
-        (0.01, true, 19),
-        "G8, G19"
+        (0.01, true, 19)
     );
-    assert_eq!(config.motion.velocity_policy, VelocityPolicy::Keep, "G20");
-    assert_eq!((config.last_stage, config.data.train_before), (3, 0.0), "G10, G62");
-    assert_eq!((distill.rollout.force_penalty, distill.rollout.first_horizon), (1e-4, 10), "G30, G31");
+    assert_eq!(config.motion.velocity_policy, VelocityPolicy::Keep);
+    assert_eq!((config.last_stage, config.data.train_before), (LastStage::TuneGaussians, 0.0));
+    assert_eq!((distill.rollout.force_penalty, distill.rollout.first_horizon), (1e-4, 10));
 }
 
 #[test]
-fn the_partition_is_the_references() {
+fn the_partition_is_as_published() {
     let partition = paper().partition;
     assert_eq!(
         (partition.method, partition.neighbors, partition.smallest_object),
-        (PartitionMethod::Graph, 16, 50),
-        "G14"
+        (PartitionMethod::Graph, 16, 50)
     );
     assert_eq!(
         (partition.length_tolerance, partition.length_slack, partition.displacement_tolerance),
-        (0.1, 0.002, 0.25),
-        "G14"
+        (0.1, 0.002, 0.25)
     );
-    assert_eq!((partition.static_displacement, partition.clusters), (0.01, 1), "G15, G18");
+    assert_eq!((partition.static_displacement, partition.clusters), (0.01, 1));
 }
 
 #[test]
-fn photometric_stages_are_the_references() {
+fn photometric_stages_are_as_published() {
     let config = paper();
     let (dynamics, gaussians) = (&config.tune_dynamics, &config.tune_gaussians);
-    assert_eq!((dynamics.iterations, dynamics.frames_per_step, dynamics.ssim_weight), (5_000, 1, 0.2), "G32");
-    assert_eq!((dynamics.learning_rate, dynamics.velocity_learning_rate), (1e-4, 1e-3), "G32");
+    assert_eq!((dynamics.iterations, dynamics.frames_per_step, dynamics.ssim_weight), (5_000, 1, 0.2));
+    assert_eq!((dynamics.learning_rate, dynamics.velocity_learning_rate), (1e-4, 1e-3));
     assert_eq!(
         (dynamics.refresh_every, dynamics.subset, dynamics.window_steps, dynamics.full_window_every),
-        (10, 8_192, 15, 4),
-        "G23–G27"
+        (10, 8_192, 15, 4)
     );
-    assert_eq!((dynamics.initial_velocity, dynamics.pose_learning_rate), (InitialVelocity::Free, 0.0), "G29");
+    assert_eq!((dynamics.initial_velocity, dynamics.pose_learning_rate), (InitialVelocity::Free, 0.0));
     assert_eq!(
         (config.refine_gaussians.iterations, config.fit_dynamics.steps),
         (0, 0),
@@ -62,47 +58,38 @@ fn photometric_stages_are_the_references() {
     );
     assert_eq!(
         (gaussians.iterations, gaussians.stretch, gaussians.refresh_every, gaussians.ssim_weight),
-        (10_000, 1.0, 100, 0.2),
-        "G33, G34"
+        (10_000, 1.0, 100, 0.2)
     );
-    assert_eq!((gaussians.means_learning_rate, gaussians.scales_learning_rate), (8e-6, 5e-4), "G33");
-    assert_eq!((gaussians.rotations_learning_rate, gaussians.opacities_learning_rate), (1e-4, 5e-3), "G33");
-    assert_eq!(gaussians.colors_learning_rate, 2.5e-3, "G33");
+    assert_eq!((gaussians.means_learning_rate, gaussians.scales_learning_rate), (8e-6, 5e-4));
+    assert_eq!((gaussians.rotations_learning_rate, gaussians.opacities_learning_rate), (1e-4, 5e-3));
+    assert_eq!(gaussians.colors_learning_rate, 2.5e-3);
 }
 
 #[test]
-fn the_source_is_the_references() {
+fn the_source_is_as_published() {
     let source = paper().source;
-    assert_eq!((source.iterations, source.warmup_iterations, source.stretch), (40_000, 3_000, 1.0), "§3.5");
-    assert_eq!((source.sh_degree, source.sh_interval, source.ssim_weight), (3, 1_000, 0.2), "§2.1, §2.5");
+    assert_eq!((source.iterations, source.warmup_iterations, source.stretch), (40_000, 3_000, 1.0));
+    assert_eq!((source.sh_degree, source.sh_interval, source.ssim_weight), (3, 1_000, 0.2));
     let rates = &source.learning_rates;
-    assert_eq!(
-        (rates.position_start, rates.position_end, rates.position_steps),
-        (8e-4, 8e-6, 30_000),
-        "§2.6"
-    );
+    assert_eq!((rates.position_start, rates.position_end, rates.position_steps), (8e-4, 8e-6, 30_000));
     assert_eq!(
         (rates.sh, rates.sh_rest, rates.opacity, rates.scale, rates.rotation),
-        (2.5e-3, 1.25e-4, 0.05, 5e-3, 1e-3),
-        "§2.6"
+        (2.5e-3, 1.25e-4, 0.05, 5e-3, 1e-3)
     );
     assert_eq!(
         (rates.deformation_start, rates.deformation_end, rates.deformation_steps),
-        (8e-4, 1.6e-6, 40_000),
-        "§2.6"
+        (8e-4, 1.6e-6, 40_000)
     );
     let densify = &source.densify;
     assert_eq!(
         (densify.after, densify.before, densify.interval, densify.gradient_threshold),
-        (500, 15_000, 100, 2e-4),
-        "§2.7"
+        (500, 15_000, 100, 2e-4)
     );
     assert_eq!(
         (densify.clone_extent, densify.min_opacity, densify.prune_extent, densify.prune_large_after),
-        (0.01, 0.005, 0.1, 3_000),
-        "§2.7"
+        (0.01, 0.005, 0.1, 3_000)
     );
-    assert_eq!((densify.opacity_reset_interval, densify.white_reset_at), (3_000, 500), "§2.7");
-    assert_eq!(source.near, 0.2, "§2.3");
-    assert_eq!(TrainConfig::of(Preset::Paper, SourceKind::Freegave).source.near, 0.8, "§2.8");
+    assert_eq!((densify.opacity_reset_interval, densify.white_reset_at), (3_000, 500));
+    assert_eq!(source.near, 0.2);
+    assert_eq!(TrainConfig::of(Preset::Paper, SourceKind::Freegave).source.near, 0.8);
 }

@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
 use lgs_model::source::SourceKind;
-use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, train};
+use lgs_train::{
+    Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, train,
+};
 
 fn tiny_dataset(folder: &Path) -> Dataset {
     let options = SynthOptions { size: 40, views: 4, seed: 0, train_fps: 12 };
@@ -70,7 +72,8 @@ fn run(
             stop.store(true, Ordering::Relaxed);
         }
     };
-    train(&run, dataset, &config, &mut Control { stop: &stop, progress: &mut progress })
+    let device = DeviceName::Cpu.device();
+    train(&run, dataset, &config, &device, &mut Control { stop: &stop, progress: &mut progress })
 }
 
 /// Bytes of everything that a run delivers.
@@ -151,6 +154,7 @@ fn an_ablated_run_leaves_out_what_it_names() {
         &run,
         &dataset,
         &config,
+        &DeviceName::Cpu.device(),
         &mut Control { stop: &AtomicBool::new(false), progress: &mut progress },
     )
     .expect("train")

@@ -2,14 +2,15 @@
 //! configuration, where it is documented; `--set` wins over them.
 
 use clap::ValueEnum;
+use lgs_train::config::LastStage;
 
 /// Parts of the method.
 #[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "Ablations and windows")]
 pub(super) struct Ablations {
-    /// Leave out later stages: 1 distils only, 2 also tunes the dynamics, 3 also refines the Gaussians
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=3))]
-    last_stage: Option<u8>,
+    /// Leave out later stages: `distill` (or 1), `tune-dynamics` (2), `tune-gaussians` (3)
+    #[arg(long, value_name = "STAGE")]
+    last_stage: Option<LastStage>,
     /// No local rigid alignment, neither of neighbourhoods nor of whole objects
     #[arg(long)]
     without_alignment: bool,
@@ -44,7 +45,7 @@ impl Ablations {
     /// The settings that the flags stand for.
     pub(super) fn settings(&self) -> Vec<String> {
         let mut settings: Vec<String> = Vec::new();
-        settings.extend(self.last_stage.map(|stage| format!("last_stage={stage}")));
+        settings.extend(self.last_stage.map(|stage| format!("last_stage={}", stage.name())));
         settings.extend(self.without_alignment.then(|| "motion.alignment=false".to_owned()));
         settings.extend(self.without_force.then(|| "distill.force=none".to_owned()));
         settings.extend(self.without_matching.then(|| "distill.matching.steps=0".to_owned()));
@@ -69,7 +70,7 @@ mod tests {
     #[test]
     fn every_flag_changes_the_setting_it_stands_for() {
         let flags = Ablations {
-            last_stage: Some(2),
+            last_stage: Some(LastStage::TuneDynamics),
             without_alignment: true,
             without_force: true,
             without_matching: true,
@@ -80,7 +81,7 @@ mod tests {
         let config = TrainConfig::resolve(Preset::Quick, None, &flags.settings()).expect("settings");
         assert_eq!(
             (config.last_stage, config.motion.alignment, config.distill.matching.steps),
-            (2, false, 0)
+            (LastStage::TuneDynamics, false, 0)
         );
         assert_eq!((config.data.train_before, config.partition.clusters), (0.5, 3));
         assert_eq!(config.distill.force, lgs_dynamics::ForceKind::None);

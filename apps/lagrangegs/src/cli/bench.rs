@@ -10,8 +10,10 @@ use lgs_eval::EvalOptions;
 use lgs_eval::table::aligned;
 use lgs_report::write_suite_report;
 use lgs_suite::{Cell, CellState, Plan, Results, Suite, all_tables, bundled_suites, table_text};
+use lgs_train::device::Device;
 use serde_json::json;
 
+use super::device::DeviceArgs;
 use super::eval::measure;
 use super::failure::{At, chain};
 use super::output::{self, refuse_inside_dataset};
@@ -46,6 +48,8 @@ pub(super) struct Args {
     /// Print one JSON document instead of text
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -66,18 +70,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
     match args.cell {
         Some(index) => {
             let cell = plan.cell(index).at(name)?;
-            run_cell(&plan, cell)?;
+            run_cell(&plan, cell, &args.device.device())?;
             output::print(&format!("{}\n", plan.run_folder(cell).display()))
         }
-        None => run_all(&plan, args.json),
+        None => run_all(&plan, args),
     }
 }
 
 /// Runs what is missing, cell by cell. A cell that fails does not keep the others from running.
-fn run_all(plan: &Plan, json: bool) -> Result<()> {
+fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for cell in &plan.cells {
-        if let Err(error) = run_cell(plan, cell) {
+        if let Err(error) = run_cell(plan, cell, &args.device.device()) {
             if train::is_stopping() {
                 return Err(error);
             }
@@ -88,7 +92,7 @@ fn run_all(plan: &Plan, json: bool) -> Result<()> {
             bail!("interrupted; the same command goes on: {}", plan.root().display());
         }
     }
-    tables(plan, json)?;
+    tables(plan, args.json)?;
     match failed.len() {
         0 => Ok(()),
         n => bail!(
@@ -101,7 +105,7 @@ fn run_all(plan: &Plan, json: bool) -> Result<()> {
 }
 
 /// Brings a cell from where it is to its metrics.
-fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
+fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
     let out = plan.run_folder(cell);
     let state = plan.state(cell).at(&out)?;
     if state == CellState::Done {
@@ -120,9 +124,10 @@ fn run_cell(plan: &Plan, cell: &Cell) -> Result<()> {
             config,
             resume,
             source_from: source_from.as_deref(),
+            device,
         })?;
     }
-    let perceptual = perceptual()?;
+    let perceptual = perceptual(device)?;
     let options = EvalOptions {
         half_resolution: plan.suite.half_resolution,
         perceptual: perceptual.as_ref(),
@@ -178,7 +183,8 @@ fn list(plan: &Plan, json: bool) -> Result<()> {
         let entry = |(cell, state): (&Cell, &CellState)| {
             let Cell { index, scene, method, variant, seed, source_of, .. } = cell;
             json!({
-                "index": index, "name": cell.name(), "scene": scene, "method": method, "variant": variant, "seed": seed,
+                "index": index, "name": cell.name(), "scene": scene, "method": method,
+                "variant": variant, "seed": seed,
                 "source_of": source_of, "state": state.name(), "folder": plan.run_folder(cell),
             })
         };

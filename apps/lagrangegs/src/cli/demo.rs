@@ -18,6 +18,7 @@ use lgs_report::{longest_view, spread_in_time};
 use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 
+use super::device::DeviceArgs;
 use super::eval::measure;
 use super::failure::At;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
@@ -53,6 +54,8 @@ pub(super) struct Args {
     /// Setting laid over the quick preset; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -73,7 +76,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request { data: Some(&data), out: &root, config, resume, source_from: None })?;
+    train::train(&train::Request {
+        data: Some(&data),
+        out: &root,
+        config,
+        resume,
+        source_from: None,
+        device: &args.device.device(),
+    })?;
     let run = Run::open(&root)?;
     let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;
     let renders = root.join("renders");

@@ -8,6 +8,7 @@ use lgs_data::synth::GroundTruth;
 use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
 
+use super::device::DeviceArgs;
 use super::failure::At;
 use super::output;
 use super::progress::Task;
@@ -34,11 +35,13 @@ pub(super) struct Args {
     /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
-    let perceptual = if args.no_lpips { None } else { perceptual()? };
+    let perceptual = if args.no_lpips { None } else { perceptual(&args.device.device())? };
     let options = EvalOptions {
         half_resolution: args.half_resolution,
         perceptual: perceptual.as_ref(),

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
+use lgs_core::GaussianCloud;
 use lgs_data::ply::write_ply;
 use lgs_dynamics::Edit;
 use lgs_model::Motion;
+use lgs_model::source::SourceModel;
 use serde_json::json;
 
 use super::failure::At;
@@ -46,43 +48,79 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
     args.times.check(&run.scene.motion).at(&args.run)?;
     refuse_inside_dataset(&args.out)?;
-    let source = match args.model {
-        ModelName::Lagrangian => None,
-        ModelName::Source if args.motion.edit() != Edit::default() => {
-            bail!("the source model has no physics to scale; leave out the scales or `--model source`")
-        }
-        ModelName::Source => Some(
-            run.source()?.with_context(|| format!("the run has no source model: {}", args.run.display()))?,
-        ),
-    };
+    let source = source(args, &run)?;
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
-    let extension = match args.format {
-        Format::Ply => "ply",
-    };
-    let times = &args.times.0;
-    let single = times.len() == 1 && args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
-    let path = |index: usize| {
-        if single { args.out.clone() } else { args.out.join(file_name(index, times[index], extension)) }
-    };
-    if single {
-        prepare_folder(args.out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
-    } else {
-        prepare_folder(&args.out)?;
-        remove_listed(&args.out)?;
-    }
+    let files = Files::prepare(args)?;
     let gaussians = source.as_ref().map_or(run.scene.len(), |source| source.len());
     let cloud_at = |time| match &source {
         Some(source) => source.cloud_at(time),
         None => run.scene.cloud_at(&motion.state_at(time)),
     };
-    sweep(cloud_at, times, "export", |index, cloud| write_ply(&path(index), cloud).at(&path(index)))?;
-    if !single {
-        let files = times
-            .iter()
-            .enumerate()
-            .map(|(i, &t)| json!({"file": file_name(i, t, extension), "time": t}))
-            .collect::<Vec<_>>();
-        write_list(&args.out, &json!({ "gaussians": gaussians, "frames": files }))?;
+    let write = |index: usize, cloud: &GaussianCloud| {
+        let path = files.path(index);
+        write_ply(&path, cloud).at(&path)
+    };
+    sweep(cloud_at, files.times, "export", write)?;
+    files.list(gaussians)?;
+    let count = files.times.len();
+    output::print(&format!("{count} files of {gaussians} Gaussians, {}\n", args.out.display()))
+}
+
+/// The source model, if its Gaussians are asked for.
+fn source(args: &Args, run: &Run) -> Result<Option<Box<dyn SourceModel>>> {
+    match args.model {
+        ModelName::Lagrangian => Ok(None),
+        ModelName::Source if args.motion.edit() != Edit::default() => {
+            bail!("the source model has no physics to scale; leave out the scales or `--model source`")
+        }
+        ModelName::Source => {
+            let source = run.source()?;
+            source.map(Some).with_context(|| format!("the run has no source model: {}", args.run.display()))
+        }
     }
-    output::print(&format!("{} files of {} Gaussians, {}\n", times.len(), gaussians, args.out.display()))
+}
+
+/// Where the files go: into a folder, or to a single path.
+struct Files<'a> {
+    out: &'a Path,
+    times: &'a [f32],
+    extension: &'static str,
+    is_single: bool,
+}
+
+impl<'a> Files<'a> {
+    /// Makes sure that the files can be written, and removes those of an earlier call.
+    fn prepare(args: &'a Args) -> Result<Self> {
+        let (out, times) = (args.out.as_path(), args.times.0.as_slice());
+        let extension = match args.format {
+            Format::Ply => "ply",
+        };
+        let is_single =
+            times.len() == 1 && out.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        if is_single {
+            prepare_folder(out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
+        } else {
+            prepare_folder(out)?;
+            remove_listed(out)?;
+        }
+        Ok(Self { out, times, extension, is_single })
+    }
+
+    fn name(&self, index: usize) -> String {
+        file_name(index, self.times[index], self.extension)
+    }
+
+    fn path(&self, index: usize) -> PathBuf {
+        if self.is_single { self.out.to_owned() } else { self.out.join(self.name(index)) }
+    }
+
+    /// Writes the list of the files into their folder.
+    fn list(&self, gaussians: usize) -> Result<()> {
+        if self.is_single {
+            return Ok(());
+        }
+        let entry = |(index, time): (usize, &f32)| json!({ "file": self.name(index), "time": time });
+        let files: Vec<_> = self.times.iter().enumerate().map(entry).collect();
+        write_list(self.out, &json!({ "gaussians": gaussians, "frames": files }))
+    }
 }

@@ -16,13 +16,16 @@ const AT_ONCE: usize = 8;
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct MotionArgs {
     /// α: multiplies the velocities at t = 0
-    #[arg(long, value_name = "ALPHA", default_value_t = 1.0, allow_hyphen_values = true, value_parser = finite)]
+    #[arg(long, value_name = "ALPHA", default_value_t = 1.0)]
+    #[arg(allow_hyphen_values = true, value_parser = finite)]
     velocity_scale: f32,
     /// β: multiplies the potential
-    #[arg(long, value_name = "BETA", default_value_t = 1.0, allow_hyphen_values = true, value_parser = finite)]
+    #[arg(long, value_name = "BETA", default_value_t = 1.0)]
+    #[arg(allow_hyphen_values = true, value_parser = finite)]
     potential_scale: f32,
     /// γ: multiplies the force
-    #[arg(long, value_name = "GAMMA", default_value_t = 1.0, allow_hyphen_values = true, value_parser = finite)]
+    #[arg(long, value_name = "GAMMA", default_value_t = 1.0)]
+    #[arg(allow_hyphen_values = true, value_parser = finite)]
     force_scale: f32,
     /// How times before 0 are reached
     #[arg(long, value_enum, default_value_t = ReversalName::Exact)]

@@ -8,6 +8,7 @@ mod ablation;
 mod bench;
 mod camera;
 mod demo;
+mod device;
 mod eval;
 mod export;
 mod failure;

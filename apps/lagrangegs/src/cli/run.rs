@@ -46,7 +46,10 @@ impl Run {
     pub(crate) fn dataset_path(&self, given: Option<&Path>) -> Result<Option<PathBuf>> {
         match given {
             Some(path) => Ok(Some(path.to_owned())),
-            None => recorded_dataset(&self.folder.config_path()),
+            None => {
+                let recorded = self.folder.dataset().at(&self.folder.config_path())?;
+                Ok(recorded.map(|dataset| dataset.path))
+            }
         }
     }
 
@@ -74,23 +77,6 @@ pub(crate) fn read_cost(root: &Path) -> Cost {
 pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
     let path = root.join(COST);
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
-}
-
-/// Training writes the dataset's path into the first comment of `config.toml`: `# dataset: PATH
-/// (FINGERPRINT)`, or `# dataset: none`.
-fn recorded_dataset(config: &Path) -> Result<Option<PathBuf>> {
-    let text = std::fs::read_to_string(config).at(config)?;
-    let line = text.lines().find_map(|line| line.strip_prefix("# dataset: "));
-    if line == Some("none") {
-        return Ok(None);
-    }
-    let path = line.and_then(|line| line.rsplit_once(" (")).map(|(path, _)| PathBuf::from(path));
-    path.map(Some).with_context(|| {
-        format!(
-            "the run does not say which dataset it was trained on; name it with --data: {}",
-            config.display()
-        )
-    })
 }
 
 /// Parses the name of a dataset's format.

@@ -13,9 +13,11 @@ use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
 use lgs_model::source::imported_kind;
 use lgs_train::checkpoint::Stage;
 use lgs_train::config::Preset;
+use lgs_train::device::Device;
 use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained, imported_source};
 
 use super::ablation::Ablations;
+use super::device::DeviceArgs;
 use super::failure::At;
 use super::output::{self, refuse_inside_dataset};
 use super::progress::{Task, say};
@@ -52,9 +54,8 @@ pub(super) struct Args {
     /// Setting laid over preset and file, such as source.iterations=500; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
     set: Vec<String>,
-    /// Where to compute
-    #[arg(long, value_enum, default_value_t = Device::Auto)]
-    device: Device,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Seed of every random draw
     #[arg(long)]
     seed: Option<u64>,
@@ -94,14 +95,6 @@ enum PresetName {
     Paper,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Device {
-    /// The fastest that this build has
-    Auto,
-    /// The processor
-    Cpu,
-}
-
 fn key_value(text: &str) -> Result<String, String> {
     if text.split_once('=').is_some_and(|(key, _)| !key.trim().is_empty()) {
         Ok(text.to_owned())
@@ -111,8 +104,6 @@ fn key_value(text: &str) -> Result<String, String> {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    // Both choices mean the processor until a build has something faster.
-    tracing::debug!(device = ?args.device, "computing on the processor");
     refuse_inside_dataset(&args.out)?;
     let request = Request {
         data: args.paths().0,
@@ -120,6 +111,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         config: resolve(args)?,
         resume: args.resume,
         source_from: None,
+        device: &args.device.device(),
     };
     train(&request)?;
     output::print(&format!("{}\n", args.out.display()))
@@ -185,6 +177,7 @@ pub(super) struct Request<'a> {
     pub(super) resume: bool,
     /// Run whose trained source is taken over.
     pub(super) source_from: Option<&'a Path>,
+    pub(super) device: &'a Device,
 }
 
 /// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
@@ -211,7 +204,7 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         }
     }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
-    let trained = with_bars(&folder, &dataset, &request.config, &mut cost);
+    let trained = with_bars(request, &folder, &dataset, &mut cost);
     cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
     if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
         write_cost(request.out, &cost)?;
@@ -256,9 +249,9 @@ impl Running {
 }
 
 fn with_bars(
+    request: &Request<'_>,
     folder: &RunFolder,
     dataset: &Dataset,
-    config: &TrainConfig,
     cost: &mut Cost,
 ) -> Result<Trained, TrainError> {
     let stop = stop_flag();
@@ -273,8 +266,8 @@ fn with_bars(
             running.task.set(p.step as u64, p.steps as u64, || message(&p));
         }
     };
-    let trained =
-        lgs_train::train(folder, dataset, config, &mut Control { stop: &stop, progress: &mut progress });
+    let mut control = Control { stop: &stop, progress: &mut progress };
+    let trained = lgs_train::train(folder, dataset, &request.config, request.device, &mut control);
     current.into_iter().for_each(|running| running.end(cost));
     trained
 }

@@ -7,6 +7,7 @@ use clap::Subcommand;
 use lgs_eval::lpips::Perceptual;
 use lgs_eval::lpips::store::{Origin, WeightKind, WeightStore};
 use lgs_eval::table::aligned;
+use lgs_train::device::Device;
 use serde_json::json;
 
 use super::failure::At;
@@ -93,10 +94,10 @@ fn row(kind: WeightKind, origin: Option<&Origin>) -> Vec<String> {
     ]
 }
 
-/// The networks that have been imported; nothing without weights.
-pub(super) fn perceptual() -> Result<Option<Perceptual>> {
+/// The networks that have been imported, on a device; nothing without weights.
+pub(super) fn perceptual(device: &Device) -> Result<Option<Perceptual>> {
     let Some(store) = store() else { return Ok(None) };
-    let perceptual = Perceptual::load(&store).at(store.folder())?;
+    let perceptual = Perceptual::load(&store, device).at(store.folder())?;
     Ok((!perceptual.is_empty()).then_some(perceptual))
 }
 

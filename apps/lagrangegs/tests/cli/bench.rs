@@ -6,10 +6,20 @@ use serde_json::Value;
 
 use crate::program::{call, files, folder};
 
-const TINY: &str = "name = \"tiny\"\ntitle = \"Tiny\"\nscenes = [\"falling-ball\"]\nmethods = [\"defgs\"]\nvariants = [\"without-stage-3\"]\n\
-    seeds = [0]\nsettings = [\"source.iterations=80\", \"source.warmup_iterations=20\", \"source.initial_gaussians=400\",\n\
-    \"distill.matching.steps=10\", \"distill.rollout.steps=2\", \"refine_gaussians.iterations=2\", \"tune_dynamics.iterations=4\", \"tune_gaussians.iterations=4\"]\n\
-    [synthetic]\nsize = 24\nviews = 3\ntrain_fps = 6\n";
+const TINY: &str = r#"name = "tiny"
+title = "Tiny"
+scenes = ["falling-ball"]
+methods = ["defgs"]
+variants = ["without-stage-3"]
+seeds = [0]
+settings = ["source.iterations=80", "source.warmup_iterations=20", "source.initial_gaussians=400",
+"distill.matching.steps=10", "distill.rollout.steps=2", "refine_gaussians.iterations=2",
+"tune_dynamics.iterations=4", "tune_gaussians.iterations=4"]
+[synthetic]
+size = 24
+views = 3
+train_fps = 6
+"#;
 
 fn suite_file(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("suite.toml");
@@ -34,9 +44,8 @@ fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
         command.arg("bench").arg(&suite).arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().expect("the program starts");
     let begun = Instant::now();
-    while begun.elapsed() < Duration::from_secs(60)
-        && std::fs::metadata(full.join("events.jsonl")).map_or(0, |m| m.len()) == 0
-    {
+    let is_training = || std::fs::metadata(full.join("events.jsonl")).is_ok_and(|m| m.len() > 0);
+    while begun.elapsed() < Duration::from_secs(60) && !is_training() {
         std::thread::sleep(Duration::from_millis(5));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");

@@ -75,7 +75,8 @@ fn with_a_dataset_all_stages_run_and_only_times_with_frames_are_scored() {
     let (frames, _) = frames(dir.path());
     let run = dir.path().join("imported");
     let paths: [(&str, &Path); 3] = [("frames", &frames), ("run", &run), ("data", &data)];
-    let few = "--set refine_gaussians.iterations=2 --set tune_dynamics.iterations=2 --set tune_gaussians.iterations=2";
+    let few = "--set refine_gaussians.iterations=2 --set tune_dynamics.iterations=2 \
+               --set tune_gaussians.iterations=2";
     call(&format!("train {{data}} --source frames --import {{frames}} --out {{run}} {few}"), &paths).ok();
     let metrics: Value = serde_json::from_str(&call("eval {run} --split val,test --json", &paths).ok())
         .expect("one JSON document");
@@ -110,7 +111,8 @@ fn frames_that_do_not_fit_are_refused_before_a_run_is_made() {
     std::fs::write(&list, whole).expect("restore");
     std::fs::write(
         &list,
-        "{\"frames\": [{\"file\": \"0001_t+0.0300.ply\", \"time\": 0.3}, {\"file\": \"0002_t+0.0600.ply\", \"time\": 0.6}]}",
+        r#"{"frames": [{"file": "0001_t+0.0300.ply", "time": 0.3},
+                       {"file": "0002_t+0.0600.ply", "time": 0.6}]}"#,
     )
     .expect("write");
     refused(&frames, &["frames from t = 0 on", "the first at t = 0.3"]);

@@ -108,8 +108,11 @@ pub(crate) fn falling_run(folder: &Path, dataset: &Path) -> PathBuf {
     let run = folder.join("run");
     std::fs::create_dir(&run).expect("run folder");
     let config = TrainConfig::preset(Preset::Quick).to_toml().expect("toml");
-    std::fs::write(run.join("config.toml"), format!("# dataset: {} (0)\n{config}", dataset.display()))
-        .expect("config");
+    std::fs::write(
+        run.join("config.toml"),
+        format!("{config}\n[dataset]\npath = '{}'\nfingerprint = '0'\n", dataset.display()),
+    )
+    .expect("config");
     save_scene(&falling_scene(), &run.join("lagrangian.safetensors")).expect("scene");
     run
 }

@@ -98,7 +98,8 @@ fn frames_come_one_per_time_with_a_sheet() {
     assert_eq!((image.width(), image.height()), (40, 40));
     // A second, shorter call leaves no frame of the first one, and no file of the user's goes.
     std::fs::write(out.join("notes.txt"), "mine").expect("write");
-    call("render {run} --times=0.5,1 --camera orbit:30 --potential-scale 0.25 --velocity-scale -1 --out {out} --size 40", &paths).ok();
+    let edited = "--potential-scale 0.25 --velocity-scale -1 --size 40";
+    call(&format!("render {{run}} --times=0.5,1 --camera orbit:30 {edited} --out {{out}}"), &paths).ok();
     assert_eq!(
         files(&out),
         ["0000_t+0.5000.png", "0001_t+1.0000.png", "frames.json", "notes.txt", "sheet.png"]

@@ -7,9 +7,11 @@ use serde_json::Value;
 use crate::program::{Done, call, files, folder, tiny_dataset, unwritable};
 
 /// Settings under which training takes seconds and learns next to nothing.
-const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 --set source.initial_gaussians=400 \
+const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 \
+                    --set source.initial_gaussians=400 \
                     --set distill.matching.steps=10 --set distill.rollout.steps=2 \
-                    --set refine_gaussians.iterations=2 --set tune_dynamics.iterations=4 --set tune_gaussians.iterations=4";
+                    --set refine_gaussians.iterations=2 --set tune_dynamics.iterations=4 \
+                    --set tune_gaussians.iterations=4";
 
 fn train(data: &Path, run: &Path, more: &str) -> Done {
     call(&format!("train {{data}} --out {{run}} {TINY} {more}"), &[("data", data), ("run", run)])

@@ -33,12 +33,16 @@ pub struct Lpips {
 }
 
 impl Lpips {
-    /// The network of a trunk's two files.
+    /// The network of a trunk's two files, on a device.
     ///
     /// # Errors
     /// If a tensor is absent or of another shape.
-    pub fn new(trunk: Trunk, convolutions: &Weights, linear: &Weights) -> Result<Self, TensorFileError> {
-        let device = Device::flex();
+    pub fn new(
+        trunk: Trunk,
+        convolutions: &Weights,
+        linear: &Weights,
+        device: &Device,
+    ) -> Result<Self, TensorFileError> {
         let tensor = |name: String, shape: &[usize]| {
             let values = convolutions.values(&name, shape)?.to_vec();
             Ok::<_, TensorFileError>(TensorData::new(values, shape.to_vec()))
@@ -47,7 +51,7 @@ impl Lpips {
             let weight =
                 tensor(format!("features.{}.weight", c.index), &[c.outputs, c.inputs, c.kernel, c.kernel])?;
             let bias = tensor(format!("features.{}.bias", c.index), &[c.outputs])?;
-            Ok((c, Tensor::from_data(weight, &device), Tensor::from_data(bias, &device)))
+            Ok((c, Tensor::from_data(weight, device), Tensor::from_data(bias, device)))
         };
         let channels = trunk.compared_channels().into_iter().enumerate();
         let weight = |(i, n): (usize, usize)| {
@@ -74,7 +78,8 @@ impl Lpips {
             return None;
         }
         let images = std::iter::once(truth).chain(predictions.iter().copied());
-        let mut features: Vec<Tensor<4>> = images.map(|image| input(image, range)).collect();
+        let device = self.convolutions.first()?.1.device();
+        let mut features: Vec<Tensor<4>> = images.map(|image| input(image, range, &device)).collect();
         let mut sums = vec![0.0; predictions.len()];
         let (mut convolutions, mut linear) = (self.convolutions.iter(), self.linear.iter());
         for step in &self.trunk.steps() {
@@ -99,7 +104,7 @@ impl Lpips {
 }
 
 /// An image as the network's first layer takes it, `[1, 3, h, w]`.
-fn input(image: &Image, range: InputRange) -> Tensor<4> {
+fn input(image: &Image, range: InputRange, device: &Device) -> Tensor<4> {
     let channel = |c: usize| {
         image.pixels.iter().map(move |p| {
             let value = match range {
@@ -110,10 +115,8 @@ fn input(image: &Image, range: InputRange) -> Tensor<4> {
         })
     };
     let values: Vec<f32> = (0..3).flat_map(channel).collect();
-    Tensor::from_data(
-        TensorData::new(values, [1, 3, image.height as usize, image.width as usize]),
-        &Device::flex(),
-    )
+    let shape = [1, 3, image.height as usize, image.width as usize];
+    Tensor::from_data(TensorData::new(values, shape), device)
 }
 
 fn convolved(x: Tensor<4>, (c, weight, bias): &(Convolution, Tensor<4>, Tensor<1>)) -> Tensor<4> {
@@ -183,7 +186,7 @@ pub(super) mod tests {
 
     fn network(trunk: Trunk) -> Lpips {
         let [convolutions, linear] = trunk.files().map(|kind| Weights::of(kind, &tensors(kind)));
-        Lpips::new(trunk, &convolutions, &linear).expect("network")
+        Lpips::new(trunk, &convolutions, &linear, &Device::flex()).expect("network")
     }
 
     /// Two images that differ, rounded to 8 bits.

@@ -1,5 +1,6 @@
 //! The LPIPS figures of an image for which there are weights.
 
+use burn::tensor::Device;
 use lgs_core::Image;
 
 use super::store::{Origin, WeightStore, WeightsError};
@@ -26,18 +27,18 @@ pub struct Perceptual {
 }
 
 impl Perceptual {
-    /// Loads what a store holds; a network needs both of its files.
+    /// Loads what a store holds onto a device; a network needs both of its files.
     ///
     /// # Errors
     /// If a stored file can't be read or is damaged.
-    pub fn load(store: &WeightStore) -> Result<Self, WeightsError> {
+    pub fn load(store: &WeightStore, device: &Device) -> Result<Self, WeightsError> {
         let mut origins = Vec::new();
         let mut network = |trunk: Trunk| {
             let [convolutions, linear] = trunk.files().map(|kind| store.load(kind));
             let (Some(convolutions), Some(linear)) = (convolutions?, linear?) else {
                 return Ok::<_, WeightsError>(None);
             };
-            let network = Lpips::new(trunk, &convolutions, &linear)?;
+            let network = Lpips::new(trunk, &convolutions, &linear, device)?;
             origins.extend([convolutions.origin, linear.origin]);
             Ok(Some(network))
         };

@@ -20,7 +20,7 @@ pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
     let edit = Edit { force_scale, ..Edit::default() };
     let mut motion = Motion::new(scene, edit, Reversal::Exact);
     let energies: Vec<(f64, f64)> =
-        motion.states(long_steps(&scene.motion), false).iter().map(|s| mean_energies(scene, s)).collect();
+        motion.states(long_steps(&scene.motion)).iter().map(|s| mean_energies(scene, s)).collect();
     let &(potential, kinetic) = energies.first()?;
     let start = potential + kinetic;
     // A NaN on the way must not hide behind a maximum, which ignores it.

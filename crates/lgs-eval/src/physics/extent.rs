@@ -184,7 +184,7 @@ pub fn spread_against_truth(
     let matches = truth.matches(&scene.dynamic_gaussians.means);
     let dt = scene.motion.dt;
     let states: Vec<(f32, &SceneState)> = motion
-        .states(long_steps(&scene.motion), false)
+        .states(long_steps(&scene.motion))
         .iter()
         .enumerate()
         .step_by(STRIDE)
@@ -249,15 +249,17 @@ pub fn reach_against_truth(
     let center: [f32; 3] = std::array::from_fn(|c| 0.5 * (low[c] + high[c]));
     let true_reach = visited.iter().map(|&p| distance(p, center)).fold(0.0, f64::max);
     let mut farthest = vec![0.0_f64; scene.dynamic_gaussians.len()];
-    for (steps, backwards) in [(long_steps(&scene.motion), false), (window_steps(&scene.motion), true)] {
-        for state in motion.states(steps, backwards).iter().step_by(STRIDE) {
+    let mut include = |states: &[SceneState]| {
+        for state in states.iter().step_by(STRIDE) {
             for (far, &q) in farthest.iter_mut().zip(&state.q) {
                 let d = distance(q, center);
                 // Infinity instead of NaN, so that a diverged Gaussian cannot vanish in a maximum.
                 *far = if d.is_nan() { f64::INFINITY } else { far.max(d) };
             }
         }
-    }
+    };
+    include(motion.states(long_steps(&scene.motion)));
+    include(motion.past_states(window_steps(&scene.motion)));
     let p99 = percentile(farthest.clone(), 0.99)?;
     Some((finite(farthest.into_iter().fold(0.0, f64::max) / true_reach)?, finite(p99 / true_reach)?))
 }

@@ -60,7 +60,7 @@ fn observed_drop(scene: &LagrangianScene) -> Option<f64> {
         return None;
     }
     let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);
-    let states = motion.states(window_steps(&scene.motion), false);
+    let states = motion.states(window_steps(&scene.motion));
     let centers: Vec<[f32; 3]> = states.iter().map(|s| centroid(&s.q).map(|c| c as f32)).collect();
     let path: f64 = centers.windows(2).map(|pair| distance(pair[0], pair[1])).sum();
     let drop = f64::from(centers.first()?[2]) - f64::from(centers.last()?[2]);
@@ -91,7 +91,7 @@ fn fall_time(scene: &LagrangianScene, edit: Edit, drop: f64) -> Option<f64> {
     // A little at a time: a rollout is the cost, and a strong pull is over soon.
     while steps < last {
         steps = (steps + STEPS_AT_A_TIME).min(last);
-        let heights: Vec<f64> = motion.states(steps, false).iter().map(|s| centroid(&s.q)[2]).collect();
+        let heights: Vec<f64> = motion.states(steps).iter().map(|s| centroid(&s.q)[2]).collect();
         let dropped: Vec<f64> = heights.iter().map(|h| heights[0] - h).collect();
         if let Some(step) = crossing(&dropped, drop) {
             return Some(step * f64::from(scene.motion.dt));

@@ -24,7 +24,7 @@ pub fn forces_and_objects(
     scene: &LagrangianScene,
     motion: &mut Motion<'_>,
 ) -> (Option<f64>, Vec<ObjectSummary>) {
-    let states = motion.states(window_steps(&scene.motion), false);
+    let states = motion.states(window_steps(&scene.motion));
     let per_object: Vec<Magnitudes> = scene.objects.iter().map(|object| magnitudes(object, states)).collect();
     let total = per_object.iter().fold(Magnitudes::default(), |sum, m| Magnitudes {
         force: sum.force + m.force,

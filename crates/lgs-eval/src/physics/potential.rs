@@ -56,7 +56,7 @@ pub fn potential_against_truth(
     motion: &mut Motion<'_>,
     truth: &Truth<'_>,
 ) -> Option<PotentialAgainstTruth> {
-    let states = motion.states(window_steps(&scene.motion), false);
+    let states = motion.states(window_steps(&scene.motion));
     let labels = true_labels(scene, truth);
     let forces = true_forces(scene, truth);
     let compared = scene.objects.iter().zip(forces).zip(labels);

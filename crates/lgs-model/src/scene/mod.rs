@@ -1,8 +1,8 @@
-//! The Lagrangian scene: static Gaussians, moving Gaussians with their initial velocity, and one TD-LNN per
+//! The Lagrangian scene: static Gaussians, dynamic Gaussians with their initial velocity, and one TD-LNN per
 //! object.
 //!
-//! Moving Gaussians are stored object by object, so that an object is a range of rows. Exports and renders
-//! list the static Gaussians first and the moving ones behind them, at every time in the same order.
+//! Dynamic Gaussians are stored object by object, so that an object is a range of rows. Exports and renders
+//! list the static Gaussians first and the dynamic ones behind them, at every time in the same order.
 
 mod file;
 mod motion;
@@ -18,7 +18,7 @@ pub use file::{
 };
 pub use motion::{Motion, SceneState};
 
-/// How the moving Gaussians are rolled out.
+/// How the dynamic Gaussians are rolled out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionConfig {
@@ -36,16 +36,16 @@ impl MotionConfig {
     }
 }
 
-/// One object: its potential and force, and the moving Gaussians that follow them.
+/// One object: its potential and force, and the dynamic Gaussians that follow them.
 #[derive(Clone, Debug)]
 pub struct ObjectModel {
     /// U and Q.
     pub system: System,
-    /// Rows of the moving Gaussians.
+    /// Rows of the dynamic Gaussians.
     pub members: Range<usize>,
     /// Supports of local rigid alignment (Eq. 6) within the object, if alignment is on.
     pub supports: Option<Supports>,
-    /// What alignment does to velocities (reference section 8.7).
+    /// Velocities after alignment (method §4.6).
     pub velocity_policy: VelocityPolicy,
 }
 
@@ -54,9 +54,9 @@ pub struct ObjectModel {
 pub struct LagrangianScene {
     /// Gaussians that never move.
     pub static_gaussians: GaussianCloud,
-    /// Moving Gaussians as they are at t = 0, object by object.
+    /// Dynamic Gaussians as they are at t = 0, object by object.
     pub dynamic_gaussians: GaussianCloud,
-    /// Initial velocity of each moving Gaussian, world units per unit of time.
+    /// Initial velocity of each dynamic Gaussian, world units per unit of time.
     pub velocities: Vec<[f32; 3]>,
     /// Objects in the order of their rows.
     pub objects: Vec<ObjectModel>,
@@ -67,7 +67,7 @@ pub struct LagrangianScene {
 }
 
 impl LagrangianScene {
-    /// Number of Gaussians, static and moving.
+    /// Number of Gaussians, static and dynamic.
     #[must_use]
     pub fn len(&self) -> usize {
         self.static_gaussians.len() + self.dynamic_gaussians.len()
@@ -79,7 +79,7 @@ impl LagrangianScene {
         self.len() == 0
     }
 
-    /// All Gaussians, the moving ones in `state`: static first, then moving, object by object.
+    /// All Gaussians, the dynamic ones in `state`: static first, then dynamic, object by object.
     #[must_use]
     pub fn cloud_at(&self, state: &SceneState) -> GaussianCloud {
         let mut cloud = self.static_gaussians.clone();

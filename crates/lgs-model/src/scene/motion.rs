@@ -1,11 +1,14 @@
 //! Rollouts of a scene with their states kept, so that a sweep over times costs one rollout.
 
+use std::borrow::Cow;
+
 use lgs_core::linear::{add, scale, sub};
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
 
 use super::{LagrangianScene, ObjectModel};
 
-/// Positions, velocities and accumulated rotations of all moving Gaussians at one time; rows as in the scene.
+/// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
+/// scene.
 pub type SceneState = State;
 
 /// How many steps a cache grows by at a time.
@@ -13,7 +16,7 @@ const CHUNK_STEPS: usize = 25;
 
 /// The motion of a scene under an edit: states on the step grid, computed when first asked for and kept.
 pub struct Motion<'a> {
-    scene: &'a LagrangianScene,
+    scene: Cow<'a, LagrangianScene>,
     edit: Edit,
     reversal: Reversal,
     forward: Vec<SceneState>,
@@ -25,58 +28,112 @@ impl<'a> Motion<'a> {
     /// negative times. The scales mean the velocity at t = 0, see [`LagrangianScene::start_velocities`].
     #[must_use]
     pub fn new(scene: &'a LagrangianScene, edit: Edit, reversal: Reversal) -> Self {
-        let start = SceneState {
-            q: scene.dynamic_gaussians.means.clone(),
-            v: scene.start_velocities(edit),
-            rotation: vec![[1.0, 0.0, 0.0, 0.0]; scene.dynamic_gaussians.len()],
-        };
+        Self::of(Cow::Borrowed(scene), edit, reversal)
+    }
+
+    fn of(scene: Cow<'a, LagrangianScene>, edit: Edit, reversal: Reversal) -> Self {
+        let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), scene.start_velocities(edit));
         Self { scene, edit, reversal, forward: vec![start.clone()], backward: vec![start] }
     }
 
-    /// The state at time `t`: full steps of `dt`, then one shortened step to a time off the grid (gap G9).
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &LagrangianScene {
+        &self.scene
+    }
+
+    /// The state at time `t`: full steps of `dt`, then one shortened step to a time off the grid (method
+    /// §4.3).
     #[must_use]
     pub fn state_at(&mut self, t: f32) -> SceneState {
-        let (steps, rest) = split_time(t.abs(), self.scene.motion.dt);
-        let backwards = t < 0.0;
-        self.extend(steps, backwards);
-        let states = if backwards { &self.backward } else { &self.forward };
-        match rest {
-            None => states[steps].clone(),
-            Some(rest) => self
-                .advance(&states[steps], rest, 1, backwards)
-                .pop()
-                .unwrap_or_else(|| states[steps].clone()),
+        let until = RolloutSpec::until(t.abs(), self.scene.motion.dt);
+        let direction = Direction::of(t);
+        self.extend(until.steps, direction);
+        let state = &self.states_of(direction)[until.steps];
+        let rest = until.last_dt.and_then(|rest| self.advance(state, rest, 1, direction).pop());
+        rest.unwrap_or_else(|| state.clone())
+    }
+
+    /// States on the grid of steps from 0 to `steps · dt`.
+    pub fn states(&mut self, steps: usize) -> &[SceneState] {
+        self.extend(steps, Direction::Forward);
+        &self.forward[..=steps]
+    }
+
+    /// States on the grid of steps from 0 back to `−steps · dt`.
+    pub fn past_states(&mut self, steps: usize) -> &[SceneState] {
+        self.extend(steps, Direction::Backward);
+        &self.backward[..=steps]
+    }
+
+    fn states_of(&self, direction: Direction) -> &Vec<SceneState> {
+        match direction {
+            Direction::Forward => &self.forward,
+            Direction::Backward => &self.backward,
         }
     }
 
-    /// States on the grid from 0 to `steps · dt` (backwards: to `−steps · dt`).
-    pub fn states(&mut self, steps: usize, backwards: bool) -> &[SceneState] {
-        self.extend(steps, backwards);
-        if backwards { &self.backward[..=steps] } else { &self.forward[..=steps] }
-    }
-
-    fn extend(&mut self, steps: usize, backwards: bool) {
-        loop {
-            let states = if backwards { &self.backward } else { &self.forward };
-            let Some(missing) = (steps + 1).checked_sub(states.len()).filter(|&m| m > 0) else { return };
-            let Some(last) = states.last() else { return };
-            let more = self.advance(last, self.scene.motion.dt, missing.max(CHUNK_STEPS), backwards);
-            if backwards { self.backward.extend(more) } else { self.forward.extend(more) }
+    fn extend(&mut self, steps: usize, direction: Direction) {
+        let states = self.states_of(direction);
+        let missing = (steps + 1).saturating_sub(states.len());
+        if missing == 0 {
+            return;
+        }
+        let (last, dt) = (&states[states.len() - 1], self.scene.motion.dt);
+        let more = self.advance(last, dt, missing.max(CHUNK_STEPS), direction);
+        match direction {
+            Direction::Forward => self.forward.extend(more),
+            Direction::Backward => self.backward.extend(more),
         }
     }
 
-    fn advance(&self, start: &SceneState, dt: f32, steps: usize, backwards: bool) -> Vec<SceneState> {
+    fn advance(&self, start: &SceneState, dt: f32, steps: usize, direction: Direction) -> Vec<SceneState> {
         // The velocity scale acts once, on v0.
         let edit = Edit { velocity_scale: 1.0, ..self.edit };
-        self.scene.advance(start, dt, steps, edit, backwards.then_some(self.reversal))
+        let reversal = (direction == Direction::Backward).then_some(self.reversal);
+        self.scene.advance(start, Advance { dt, steps, edit, reversal })
     }
+}
+
+impl Motion<'static> {
+    /// The unedited motion of a scene that it keeps.
+    #[must_use]
+    pub fn owned(scene: LagrangianScene) -> Self {
+        Self::of(Cow::Owned(scene), Edit::default(), Reversal::default())
+    }
+}
+
+/// Which way in time, from t = 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Direction {
+    /// Positive times.
+    Forward,
+    /// Negative times.
+    Backward,
+}
+
+impl Direction {
+    /// Where a time lies.
+    fn of(time: f32) -> Self {
+        if time < 0.0 { Self::Backward } else { Self::Forward }
+    }
+}
+
+/// A number of equal steps.
+#[derive(Clone, Copy, Debug)]
+struct Advance {
+    dt: f32,
+    steps: usize,
+    edit: Edit,
+    /// How to go backwards in time; nothing goes forwards.
+    reversal: Option<Reversal>,
 }
 
 impl LagrangianScene {
     /// What an edited motion starts with, `[n_dynamic]`, world units per unit of time.
     ///
     /// The stored velocities lag half a kick behind those at t = 0, with which Eq. 5 tracks positions to
-    /// second order (gap G28): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the
+    /// second order (method §4.3): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the
     /// accelerations, so its own half kick is taken off: `α v(0) − ½ dt a_edit`. Without an edit these are
     /// the stored velocities, bit for bit.
     #[must_use]
@@ -100,16 +157,9 @@ impl LagrangianScene {
         start
     }
 
-    /// The states after 1 … `steps` steps of `dt` from `start`; backwards in time if a reversal is given.
-    #[must_use]
-    pub fn advance(
-        &self,
-        start: &SceneState,
-        dt: f32,
-        steps: usize,
-        edit: Edit,
-        backwards: Option<Reversal>,
-    ) -> Vec<SceneState> {
+    /// The states after 1 … `steps` steps from `start`.
+    fn advance(&self, start: &SceneState, by: Advance) -> Vec<SceneState> {
+        let Advance { dt, steps, edit, reversal } = by;
         let mut states: Vec<SceneState> = (0..steps).map(|_| SceneState::default()).collect();
         for object in &self.objects {
             let spec = RolloutSpec {
@@ -121,7 +171,7 @@ impl LagrangianScene {
                 velocity_policy: object.velocity_policy,
             };
             let part = object.part_of(start);
-            let path = match backwards {
+            let path = match reversal {
                 Some(reversal) => rollout_reversed(&object.system, &part, &spec, reversal),
                 None => rollout(&object.system, &part, &spec),
             };
@@ -143,30 +193,5 @@ impl ObjectModel {
             v: state.v[rows.clone()].to_vec(),
             rotation: state.rotation[rows].to_vec(),
         }
-    }
-}
-
-/// Full steps in a time, and what is left if it is more than rounding.
-pub(crate) fn split_time(t: f32, dt: f32) -> (usize, Option<f32>) {
-    /// Part of a step below which a time counts as on the grid.
-    const ON_GRID: f64 = 1e-3;
-    let steps = f64::from(t) / f64::from(dt);
-    let whole = (steps + ON_GRID).floor();
-    let rest = steps - whole;
-    (whole as usize, (rest > ON_GRID).then(|| (rest * f64::from(dt)) as f32))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::split_time;
-
-    #[test]
-    fn times_on_the_grid_have_no_rest() {
-        assert_eq!(split_time(0.75, 0.01), (75, None));
-        assert_eq!(split_time(2.25, 0.01), (225, None));
-        assert_eq!(split_time(0.0, 0.01), (0, None));
-        let (steps, rest) = split_time(46.0 / 60.0, 0.01);
-        assert_eq!(steps, 76);
-        assert!((rest.unwrap_or(0.0) - 0.006_666_7).abs() < 1e-5);
     }
 }

@@ -1,5 +1,5 @@
 //! The step between the time of FreeGave's deformation and that of an image, through which its velocity field
-//! is trained (§4.3).
+//! is trained (method §3.2).
 
 use lgs_core::stream;
 use lgs_model::source::VelocityConfig;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::motion::Moment;
 
 /// How FreeGave's velocity field is trained: between the time of the deformation and that of the image
-/// (§4.3).
+/// (method §3.2).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvectionConfig {
@@ -70,8 +70,8 @@ impl Default for AdvectionConfig {
     }
 }
 
-/// The training step (§4.3): from an advection step before or after the frame's time, or from T* for what
-/// lies beyond it.
+/// The training step (method §3.2): from an advection step before or after the frame's time, or from T* for
+/// what lies beyond it.
 pub(super) fn training_advection(
     velocity: &VelocityConfig,
     config: &AdvectionConfig,
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn hops_go_both_ways_inside_the_deformations_time_and_one_way_beyond() {
+    fn advections_go_both_ways_inside_the_deformations_time_and_one_way_beyond() {
         let paper = AdvectionConfig::paper();
         let h = paper.length;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-6;

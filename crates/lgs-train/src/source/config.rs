@@ -1,144 +1,12 @@
-//! Settings of source training; their values are in `presets`.
+//! Settings of source training; their values are in `presets`, groups of them in `config_groups`.
 
-use lgs_model::source::{DeformationConfig, FreeGaveConfig, SourceKind, VelocityConfig};
+use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 use serde::{Deserialize, Serialize};
 
 use super::advection::AdvectionConfig;
-
-/// Which frames the static warm-up sees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WarmupFrames {
-    /// All times: moving parts are blurred until the deformation starts (DefGS).
-    All,
-    /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the
-    /// scene's start (FreeGave).
-    First,
-}
-
-/// Where the first Gaussians are put if the dataset ships no points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum InitialPoints {
-    /// Uniformly in the box.
-    Random,
-    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too
-    /// little.
-    Hull,
-}
-
-/// Learning rates of Adam per group (§2.6); positions and the network decay log-linearly.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LearningRates {
-    /// Positions at the start, world units per step (paper: 8e-4).
-    pub position_start: f64,
-    /// Positions at the end (paper: 8e-6).
-    pub position_end: f64,
-    /// Steps over which they decay (paper: 30 000); 0: all iterations.
-    pub position_steps: usize,
-    /// Colour, constant coefficient (paper: 2.5e-3).
-    pub sh: f64,
-    /// Colour, other coefficients (paper: 1.25e-4).
-    pub sh_rest: f64,
-    /// Opacity logits (paper: 0.05).
-    pub opacity: f64,
-    /// Log scales (paper: 5e-3).
-    pub scale: f64,
-    /// Quaternions (paper: 1e-3).
-    pub rotation: f64,
-    /// Deformation network at the start (paper: 8e-4).
-    pub deformation_start: f64,
-    /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are
-    /// full steps in every weight, whatever the gradient; at high rates they can silence the network.
-    pub deformation_ramp: usize,
-    /// Deformation network at the end (paper: 1.6e-6).
-    pub deformation_end: f64,
-    /// Steps over which it decays (paper: 40 000); 0: all iterations.
-    pub deformation_steps: usize,
-}
-
-impl Default for LearningRates {
-    fn default() -> Self {
-        SourceConfig::quick().learning_rates
-    }
-}
-
-/// Densification: where Gaussians are cloned, split and removed (§2.7).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DensifyConfig {
-    /// Acts after this iteration (paper: 500).
-    pub after: usize,
-    /// Acts before this iteration (paper: 15 000).
-    pub before: usize,
-    /// Acts every so many iterations (paper: 100).
-    pub interval: usize,
-    /// Mean NDC gradient from which a Gaussian is cloned or split (paper: 2e-4). Lower makes more Gaussians.
-    pub gradient_threshold: f32,
-    /// Largest standard deviation that is cloned rather than split, as a part of the scene's extent (paper:
-    /// 0.01).
-    pub clone_extent: f32,
-    /// Opacity under which a Gaussian is removed (paper: 0.005).
-    pub min_opacity: f32,
-    /// Gaussians farther from the centre of the box that the cameras look at than this many of its half sides
-    /// are not kept (paper: 0, all are).
-    pub prune_outside: f32,
-    /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after`
-    /// (paper: 0.1).
-    pub prune_extent: f32,
-    /// Iteration after which large Gaussians are removed (paper: 3000).
-    pub prune_large_after: usize,
-    /// Opacities are lowered to 0.01 every so many iterations (paper: 3000); 0: never.
-    pub opacity_reset_interval: usize,
-    /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
-    pub white_reset_at: usize,
-    /// Most Gaussians; where more qualify, those with the largest gradients are taken. 0: no limit (paper).
-    pub max_gaussians: usize,
-}
-
-impl Default for DensifyConfig {
-    fn default() -> Self {
-        SourceConfig::quick().densify
-    }
-}
-
-/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving
-/// with what they can.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RigidityConfig {
-    /// Weight of the mean squared relative change of neighbour distances (paper: 0, none).
-    pub weight: f32,
-    /// Neighbours per Gaussian.
-    pub neighbors: usize,
-    /// Relative stretch beyond which an edge is taken to join two bodies and pulls less and less.
-    pub robust_scale: f32,
-}
-
-impl Default for RigidityConfig {
-    fn default() -> Self {
-        SourceConfig::quick().rigidity
-    }
-}
-
-/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`):
-/// for sets with few images of each moment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GuideConfig {
-    /// Weight of the squared distance from the path (paper: 0, none). It fades after the time window has
-    /// grown, to 0 at the end.
-    pub weight: f32,
-    /// Paths are looked for in sets with fewer training images than this per distinct time.
-    pub below_images_per_time: f32,
-}
-
-impl Default for GuideConfig {
-    fn default() -> Self {
-        SourceConfig::quick().guide
-    }
-}
+use super::config_groups::{
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+};
 
 /// Image width that the quick preset's iterations are for, pixels.
 const REFERENCE_WIDTH: f32 = 160.0;
@@ -198,12 +66,6 @@ pub struct SourceConfig {
     pub sh_interval: usize,
     /// Weight λ of 1 − SSIM in the loss (paper: 0.2).
     pub ssim_weight: f32,
-    /// Images are reduced this many times in width and height before iteration `reduced_before` (paper: 1,
-    /// never). Texture that repeats within a step of the motion averages out and cannot be mistaken for it,
-    /// and iterations are cheaper.
-    pub reduction: u32,
-    /// End of the reduction.
-    pub reduced_before: usize,
     /// The deformation network.
     pub deformation: DeformationConfig,
     /// The velocity field that goes on where the deformation ends: FreeGave alone has one.
@@ -245,7 +107,6 @@ impl SourceConfig {
             &mut stretched.warmup_iterations,
             &mut stretched.window_interval,
             &mut stretched.sh_interval,
-            &mut stretched.reduced_before,
             &mut stretched.static_regulariser_after,
             &mut rates.position_steps,
             &mut rates.deformation_ramp,
@@ -258,108 +119,4 @@ impl SourceConfig {
         }
         stretched
     }
-
-    /// What is wrong with the values, as (key below `source`, reason).
-    ///
-    /// # Errors
-    /// The first value out of range.
-    pub fn validate(&self) -> Result<(), (String, String)> {
-        self.validate_motion()?;
-        let rates = &self.learning_rates;
-        let positive = [
-            ("learning_rates.position_start", rates.position_start),
-            ("learning_rates.position_end", rates.position_end),
-            ("learning_rates.deformation_start", rates.deformation_start),
-            ("learning_rates.deformation_end", rates.deformation_end),
-            ("rigidity.robust_scale", f64::from(self.rigidity.robust_scale)),
-        ];
-        let not_negative = [
-            ("learning_rates.sh", rates.sh),
-            ("learning_rates.sh_rest", rates.sh_rest),
-            ("learning_rates.opacity", rates.opacity),
-            ("learning_rates.scale", rates.scale),
-            ("learning_rates.rotation", rates.rotation),
-            ("initial_half_extent", f64::from(self.initial_half_extent)),
-            ("near", f64::from(self.near)),
-            ("densify.gradient_threshold", f64::from(self.densify.gradient_threshold)),
-            ("rigidity.weight", f64::from(self.rigidity.weight)),
-            ("guide.weight", f64::from(self.guide.weight)),
-            ("guide.below_images_per_time", f64::from(self.guide.below_images_per_time)),
-            ("stretch", f64::from(self.stretch)),
-            ("static_regulariser", f64::from(self.static_regulariser)),
-            ("densify.prune_outside", f64::from(self.densify.prune_outside)),
-        ];
-        for (key, value) in positive {
-            require(value > 0.0 && value.is_finite(), key, format_args!("{value} is not a positive number"))?;
-        }
-        for (key, value) in not_negative {
-            require(
-                value >= 0.0 && value.is_finite(),
-                key,
-                format_args!("{value} is negative or not finite"),
-            )?;
-        }
-        require(self.iterations >= 1, "iterations", format_args!("0 iterations train nothing"))?;
-        require(
-            (1..=2_000_000).contains(&self.initial_gaussians),
-            "initial_gaussians",
-            format_args!("not between 1 and 2 000 000"),
-        )?;
-        require(self.sh_degree <= 3, "sh_degree", format_args!("{} is above 3", self.sh_degree))?;
-        require(
-            (0.0..=1.0).contains(&self.front_share),
-            "front_share",
-            format_args!("{} is not in [0, 1]", self.front_share),
-        )?;
-        require(
-            (0.0..=1.0).contains(&self.ssim_weight),
-            "ssim_weight",
-            format_args!("{} is not in [0, 1]", self.ssim_weight),
-        )?;
-        require(self.densify.interval >= 1, "densify.interval", format_args!("0 is not an interval"))?;
-        require(
-            (1..=64).contains(&self.reduction),
-            "reduction",
-            format_args!("{} is not between 1 and 64", self.reduction),
-        )?;
-        require(
-            (1..=64).contains(&self.rigidity.neighbors),
-            "rigidity.neighbors",
-            format_args!("not between 1 and 64"),
-        )
-    }
-}
-
-impl SourceConfig {
-    /// What moves the Gaussians.
-    fn validate_motion(&self) -> Result<(), (String, String)> {
-        let deformation = self.deformation.clone();
-        let imported = !self.import.is_empty();
-        match (self.kind, &self.velocity, &self.advection) {
-            (SourceKind::Defgs, None, None) => {
-                deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
-                require(
-                    deformation.code == 0,
-                    "deformation.code",
-                    format_args!("the source `defgs` has no code"),
-                )
-            }
-            (SourceKind::Frames, None, None) => {
-                require(imported, "import", format_args!("the source `frames` needs a file or folder"))
-            }
-            (SourceKind::Freegave, Some(velocity), Some(advection)) => {
-                require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
-                FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
-                advection.validate().map_err(|(field, reason)| (format!("advection.{field}"), reason))
-            }
-            _ => Err((
-                "kind".to_owned(),
-                "`velocity` and `advection` belong to the source `freegave`, and to no other".to_owned(),
-            )),
-        }
-    }
-}
-
-fn require(holds: bool, key: &str, reason: std::fmt::Arguments<'_>) -> Result<(), (String, String)> {
-    if holds { Ok(()) } else { Err((key.to_owned(), reason.to_string())) }
 }

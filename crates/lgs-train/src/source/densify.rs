@@ -1,4 +1,5 @@
-//! Adaptive density (§2.7) in three parts: observe gradients, plan from the statistics, apply to parameters.
+//! Adaptive density (method §3.4) as data: statistics of gradients, and the plan that they and the Gaussians'
+//! attributes ask for.
 //!
 //! A plan is pure data. Applying it gives this order: kept Gaussians, clones, first children of the split
 //! ones, second children; the pruning that the authors do last is worked out beforehand, since clones and
@@ -7,41 +8,34 @@
 use lgs_core::linear::{mat_vec, matrix_from_quat, quat_normalize};
 use rand::RngExt;
 
-use super::config::DensifyConfig;
+use super::config_groups::DensifyConfig;
 
 /// Children have their parent's scale divided by this (0.8 · 2 children).
 const SPLIT_SHRINK: f32 = 1.6;
 
 /// Fewest Gaussians that pruning leaves, so that a scene never becomes empty.
-const FEWEST: usize = 16;
+const MIN_GAUSSIANS: usize = 16;
 
 /// Sums since the last densification.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct DensifyStatistics {
+pub(super) struct DensifyStatistics {
     /// Sum of NDC gradient norms, per Gaussian.
-    pub gradient_sum: Vec<f32>,
+    pub(super) gradient_sum: Vec<f32>,
     /// Images in which it was visible.
-    pub count: Vec<f32>,
+    pub(super) count: Vec<f32>,
 }
 
 impl DensifyStatistics {
     /// Nothing seen yet of `n` Gaussians.
-    #[must_use]
-    pub fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self { gradient_sum: vec![0.0; n], count: vec![0.0; n] }
     }
 
-    /// Adds one image: gradients by the projected centres in pixels, `[n, 2]`, which are turned into NDC by
-    /// half the image size.
-    pub fn observe(
-        &mut self,
-        v_means2d: &[[f32; 2]],
-        visible: impl Iterator<Item = bool>,
-        width: u32,
-        height: u32,
-    ) {
-        let half = [0.5 * width as f32, 0.5 * height as f32];
-        for (i, (v, visible)) in v_means2d.iter().zip(visible).enumerate() {
+    /// Adds one image of a width and a height: gradients by the projected centres in pixels, `[n, 2]`, which
+    /// are turned into NDC by half the image size.
+    pub(super) fn observe(&mut self, v_means2d: &[[f32; 2]], visible: &[bool], size: [u32; 2]) {
+        let half = size.map(|pixels| 0.5 * pixels as f32);
+        for (i, (v, &visible)) in v_means2d.iter().zip(visible).enumerate() {
             if visible {
                 self.gradient_sum[i] += (v[0] * half[0]).hypot(v[1] * half[1]);
                 self.count[i] += 1.0;
@@ -56,32 +50,31 @@ impl DensifyStatistics {
 
 /// What a Gaussian is judged by.
 #[derive(Clone, Copy, Debug)]
-pub struct Attributes<'a> {
+pub(super) struct Attributes<'a> {
     /// Largest standard deviation of each, world units.
-    pub max_scales: &'a [f32],
+    pub(super) max_scales: &'a [f32],
     /// Opacities in (0, 1).
-    pub opacities: &'a [f32],
-    /// Extent of the scene (§1.7), world units.
-    pub extent: f32,
+    pub(super) opacities: &'a [f32],
+    /// Extent of the scene (method §1), world units.
+    pub(super) extent: f32,
     /// Which lie too far out to be kept.
-    pub outside: &'a [bool],
+    pub(super) outside: &'a [bool],
 }
 
 /// Which Gaussians stay as they are, and which are the parents of new ones.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct DensifyPlan {
+pub(super) struct DensifyPlan {
     /// Kept.
-    pub keep: Vec<usize>,
+    pub(super) keep: Vec<usize>,
     /// Parents of exact copies.
-    pub clone: Vec<usize>,
+    pub(super) clone: Vec<usize>,
     /// Parents of two children each.
-    pub split: Vec<usize>,
+    pub(super) split: Vec<usize>,
 }
 
 impl DensifyPlan {
     /// Decides for all Gaussians after an iteration.
-    #[must_use]
-    pub fn new(
+    pub(super) fn new(
         config: &DensifyConfig,
         statistics: &DensifyStatistics,
         attributes: Attributes<'_>,
@@ -106,27 +99,15 @@ impl DensifyPlan {
             (0..n).filter(|&i| survives(i, 1.0) && split.binary_search(&i).is_err()).collect();
         let clone: Vec<usize> = clone.into_iter().filter(|&i| survives(i, 1.0)).collect();
         let split: Vec<usize> = split.into_iter().filter(|&i| survives(i, SPLIT_SHRINK)).collect();
-        if keep.len() + clone.len() + 2 * split.len() < FEWEST.min(n) {
-            keep = most_opaque(attributes.opacities, FEWEST.min(n));
+        if keep.len() + clone.len() + 2 * split.len() < MIN_GAUSSIANS.min(n) {
+            keep = most_opaque(attributes.opacities, MIN_GAUSSIANS.min(n));
         }
         Self { keep, clone, split }
     }
 
     /// Parents of the appended rows, in order: clones, first children, second children.
-    pub fn parents(&self) -> impl Iterator<Item = usize> {
+    pub(super) fn parents(&self) -> impl Iterator<Item = usize> {
         self.clone.iter().chain(&self.split).chain(&self.split).copied()
-    }
-
-    /// Gaussians afterwards.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.keep.len() + self.clone.len() + 2 * self.split.len()
-    }
-
-    /// Whether none would be left (never, unless there were none).
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -138,9 +119,8 @@ fn most_opaque(opacities: &[f32], count: usize) -> Vec<usize> {
     order
 }
 
-/// Means and log scales of the appended Gaussians: clones as their parents, children drawn from their
-/// parent's Gaussian.
-#[must_use]
+/// Means and log scales of the appended Gaussians from the rows of their parents, the cloned before the split
+/// ones: clones as their parents, children drawn from their parent's Gaussian.
 pub(super) fn new_shapes(
     plan: &DensifyPlan,
     means: &[[f32; 3]],
@@ -148,10 +128,10 @@ pub(super) fn new_shapes(
     log_scales: &[[f32; 3]],
     random: &mut lgs_core::Stream,
 ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
-    let mut new_means: Vec<[f32; 3]> = plan.clone.iter().map(|&i| means[i]).collect();
-    let mut new_scales: Vec<[f32; 3]> = plan.clone.iter().map(|&i| log_scales[i]).collect();
+    let clones = plan.clone.len();
+    let (mut new_means, mut new_scales) = (means[..clones].to_vec(), log_scales[..clones].to_vec());
     for _ in 0..2 {
-        for &i in &plan.split {
+        for i in clones..means.len() {
             let draw: [f32; 3] =
                 std::array::from_fn(|axis| standard_normal(random) * log_scales[i][axis].exp());
             let offset = mat_vec(&matrix_from_quat(quat_normalize(rotations[i])), draw);
@@ -182,8 +162,8 @@ mod tests {
     #[test]
     fn the_statistic_is_the_mean_ndc_gradient_over_images_that_show_the_gaussian() {
         let mut statistics = DensifyStatistics::new(2);
-        statistics.observe(&[[0.01, 0.0], [5.0, 5.0]], [true, false].into_iter(), 200, 100);
-        statistics.observe(&[[0.0, 0.04], [5.0, 5.0]], [true, false].into_iter(), 200, 100);
+        statistics.observe(&[[0.01, 0.0], [5.0, 5.0]], &[true, false], [200, 100]);
+        statistics.observe(&[[0.0, 0.04], [5.0, 5.0]], &[true, false], [200, 100]);
         assert!((statistics.mean(0) - 1.5).abs() < 1e-6);
         assert_eq!(statistics.mean(1), 0.0);
     }
@@ -205,7 +185,6 @@ mod tests {
         assert_eq!((early.clone.as_slice(), early.split.as_slice()), ([0, 2].as_slice(), [1].as_slice()));
         assert!(!early.keep.contains(&1) && !early.keep.contains(&3) && early.keep.contains(&4));
         assert_eq!(early.parents().collect::<Vec<_>>(), [0, 2, 1, 1]);
-        assert_eq!(early.len(), early.keep.len() + 4);
         let late = DensifyPlan::new(&config, &statistics, attributes, 3100);
         assert!(!late.keep.contains(&4), "0.9 is above a tenth of the extent");
     }
@@ -227,15 +206,16 @@ mod tests {
             Attributes { max_scales: &[0.01; 20], opacities: &[0.5; 20], extent: 4.0, outside: &[false; 20] };
         let plan = DensifyPlan::new(&config, &statistics(&gradients), attributes, 600);
         assert_eq!(plan.clone, [18, 19]);
-        assert_eq!(plan.len(), 22);
+        assert_eq!(plan.keep.len(), 20);
     }
 
     #[test]
     fn children_are_smaller_and_scattered_about_their_parent() {
         let plan = DensifyPlan { keep: vec![], clone: vec![0], split: vec![1; 500] };
-        let means = [[1.0; 3], [2.0, 0.0, 0.0]];
-        let rotations = [[1.0, 0.0, 0.0, 0.0], [0.5_f32.sqrt(), 0.0, 0.0, 0.5_f32.sqrt()]];
-        let log_scales = [[-1.0; 3], [1.0_f32.ln(), 0.1_f32.ln(), 0.01_f32.ln()]];
+        let mut means = vec![[2.0, 0.0, 0.0]; 501];
+        let mut rotations = vec![[0.5_f32.sqrt(), 0.0, 0.0, 0.5_f32.sqrt()]; 501];
+        let mut log_scales = vec![[1.0_f32.ln(), 0.1_f32.ln(), 0.01_f32.ln()]; 501];
+        (means[0], rotations[0], log_scales[0]) = ([1.0; 3], [1.0, 0.0, 0.0, 0.0], [-1.0; 3]);
         let (m, s) = new_shapes(&plan, &means, &rotations, &log_scales, &mut lgs_core::stream(1, "split", 0));
         assert_eq!((m[0], s[0], m.len()), ([1.0; 3], [-1.0; 3], 1001));
         assert!((s[1][0] - (1.0_f32 / 1.6).ln()).abs() < 1e-6);

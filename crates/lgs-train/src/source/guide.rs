@@ -1,14 +1,16 @@
-//! A pull of the Gaussians of a tracked thing towards its path, as a cotangent of the deformed positions.
+//! A pull of the Gaussians of a tracked thing towards its path, as a gradient by the deformed positions.
 //!
 //! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
 //! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical
-//! p, deformed q and the path c: only their mean is held to the path, so how they turn and what shape they
+//! p, deformed q and the path c: only their mean is bound to the path, so how they turn and what shape they
 //! have is left to the images.
 
-use lgs_core::linear::{add, norm, scale, sub};
+use burn::tensor::Tensor;
+use lgs_core::linear::sub;
 use lgs_data::dataset::Dataset;
 
-use super::config::GuideConfig;
+use super::config_groups::GuideConfig;
+use crate::cloud_tensors::rows;
 use crate::tracks::{Track, find_tracks};
 
 /// Radius of the ball around a path's start whose Gaussians follow it, in radii of the track.
@@ -48,40 +50,41 @@ impl Guide {
         self.tracks.is_empty()
     }
 
-    /// The gradient of the energy by the deformed positions at a time.
+    /// The gradient `[n, 3]` of the energy by the deformed positions at a time.
     pub(super) fn gradient(
         &self,
-        canonical: &[[f32; 3]],
-        deformed: &[[f32; 3]],
+        canonical: &Tensor<2>,
+        deformed: &Tensor<2>,
         time: f32,
         weight: f32,
-    ) -> Vec<[f32; 3]> {
-        let owners: Vec<Option<usize>> = canonical.iter().map(|&p| self.owner(p)).collect();
-        let mut gradient = vec![[0.0; 3]; canonical.len()];
+    ) -> Tensor<2> {
+        let distances = self.tracks.iter().map(|track| self.distance(track, canonical)).collect();
+        let (nearest, owner) = Tensor::cat(distances, 1).min_dim_with_indices(1);
+        let is_owned = nearest.lower_elem(BALL);
+        let moved = deformed.clone() - canonical.clone();
+        let mut gradient = deformed.zeros_like();
         for (index, track) in self.tracks.iter().enumerate() {
-            let members: Vec<usize> = (0..canonical.len()).filter(|&i| owners[i] == Some(index)).collect();
-            if members.is_empty() {
-                continue;
-            }
-            let moved = members.iter().fold([0.0; 3], |sum, &i| add(sum, sub(deformed[i], canonical[i])));
-            let part = 1.0 / members.len() as f32;
-            let off = sub(scale(moved, part), sub(track.position(time), track.position(self.start)));
-            members.iter().for_each(|&i| gradient[i] = scale(off, 2.0 * weight * part));
+            let belongs = owner.clone().equal_elem(index as i32).bool_and(is_owned.clone()).float();
+            let part = belongs.clone().sum_dim(0).clamp_min(1.0).recip();
+            let mean = (moved.clone() * belongs.clone()).sum_dim(0) * part.clone();
+            let path = rows(&[sub(track.position(time), track.position(self.start))], &mean.device());
+            gradient = gradient + belongs * ((mean - path) * part).mul_scalar(2.0 * weight);
         }
         gradient
     }
 
-    /// The track that a canonical position belongs to.
-    fn owner(&self, position: [f32; 3]) -> Option<usize> {
-        let distance = |track: &Track| norm(sub(position, track.position(self.start))) / track.radius;
-        let near = self.tracks.iter().map(distance).enumerate().filter(|(_, d)| *d < BALL);
-        near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
+    /// Distances `[n, 1]` of canonical positions from the start of a track, in its radii.
+    fn distance(&self, track: &Track, canonical: &Tensor<2>) -> Tensor<2> {
+        let start = rows(&[track.position(self.start)], &canonical.device());
+        (canonical.clone() - start).square().sum_dim(1).sqrt().div_scalar(track.radius)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cloud_tensors::host_rows;
+    use crate::device::DeviceName;
     use crate::tracks::Track;
 
     #[test]
@@ -91,9 +94,13 @@ mod tests {
         let guide = Guide { tracks: vec![Track::through(&moments, &path, 0.5).expect("a path")], start: 0.0 };
         let canonical = [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0], [5.0, 0.0, 0.0]];
         let on_path = [[1.1, 0.3, 0.0], [0.9, -0.3, 0.0], [5.0, 0.0, 0.0]];
-        let still = guide.gradient(&canonical, &on_path, 0.5, 2.0);
+        let device = DeviceName::Cpu.device();
+        let gradient = |deformed: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            host_rows(&guide.gradient(&rows(&canonical, &device), &rows(deformed, &device), 0.5, 2.0))
+        };
+        let still = gradient(&on_path);
         assert!(still.as_flattened().iter().all(|g| g.abs() < 1e-4), "{still:?}");
-        let behind = guide.gradient(&canonical, &canonical, 0.5, 2.0);
+        let behind = gradient(&canonical);
         let energy = |x: f32| 2.0 * (x - 1.0).powi(2);
         let slope = (energy(0.01) - energy(-0.01)) / 0.02;
         assert!((behind[0][0] + behind[1][0] - slope).abs() < 1e-2, "{behind:?} {slope}");

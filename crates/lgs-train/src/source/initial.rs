@@ -1,31 +1,36 @@
-//! The first Gaussians (§1.6): positions from the dataset, its silhouettes or a box; sizes from the spacing
-//! of neighbours.
+//! The first Gaussians (method §3.4): positions from the dataset, its silhouettes or a box; sizes from the
+//! spacing of neighbours.
 
 use lgs_core::linear::{add, norm, scale, sub};
 use lgs_core::{GaussianCloud, SH_C0, mean_squared_neighbor_distance, sh_coefficients, stream};
 use lgs_data::dataset::{Dataset, Frame, Points};
 use rand::RngExt;
 
-use super::config::{InitialPoints, SourceConfig};
+use super::config::SourceConfig;
+use super::config_groups::InitialPoints;
 use crate::tracks::Track;
 
-/// Opacity of a fresh Gaussian (§1.6).
+/// Opacity of a fresh Gaussian, as 3D Gaussian splatting has it.
 const OPACITY: f32 = 0.1;
 
-/// Smallest mean squared neighbour distance (§1.6).
+/// Smallest mean squared neighbour distance, as 3D Gaussian splatting has it.
 const MIN_SQUARED_DISTANCE: f32 = 1e-7;
 
-/// Share of the points asked for that carving must find; with fewer, silhouettes say too little and the whole
-/// box is filled.
-const ENOUGH: f32 = 0.25;
+/// Fraction of the points asked for that carving must find; with fewer, silhouettes say too little and the
+/// whole box is filled.
+const LEAST_CARVED_FRACTION: f32 = 0.25;
 
-/// Share of the points that the balls of what is tracked are filled with.
-const TRACKED: f32 = 0.6;
+/// Fraction of the points that fill the balls at the starts of the tracks.
+const TRACKED_FRACTION: f32 = 0.6;
 
 /// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same
 /// seed.
-#[must_use]
-pub fn initial_cloud(dataset: &Dataset, config: &SourceConfig, tracks: &[Track], seed: u64) -> GaussianCloud {
+pub(super) fn initial_cloud(
+    dataset: &Dataset,
+    config: &SourceConfig,
+    tracks: &[Track],
+    seed: u64,
+) -> GaussianCloud {
     let mut points = initial_points(dataset, config, seed);
     if !tracks.is_empty() {
         points = with_tracked(dataset, &points, tracks, seed);
@@ -58,7 +63,7 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
     }
     if config.initial_points == InitialPoints::Hull {
         let points = dataset.carved_points(count, seed);
-        if points.positions.len() as f32 >= ENOUGH * count as f32 {
+        if points.positions.len() as f32 >= LEAST_CARVED_FRACTION * count as f32 {
             return points;
         }
     }
@@ -85,7 +90,7 @@ fn with_tracked(dataset: &Dataset, points: &Points, tracks: &[Track], seed: u64)
             kept.colors.push(color);
         }
     }
-    let each = (TRACKED * points.positions.len() as f32) as usize / tracks.len();
+    let each = (TRACKED_FRACTION * points.positions.len() as f32) as usize / tracks.len();
     let mut random = stream(seed, "points of tracks", 0);
     for track in tracks {
         let center = track.position(first);

@@ -3,19 +3,20 @@
 
 use std::sync::Arc;
 
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
 use lgs_core::{GaussianCloud, stream};
 use lgs_model::source::freegave::tensor::{AdvectionSpec, carry};
 use lgs_model::source::freegave::{Advection, FreeGaveNetworks, Learns};
 use lgs_model::source::tensor::{DeformSpec, deform};
 use lgs_model::source::{
-    DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame, ScaleMode, SourceModel,
+    DEFORMED_SCALE_FLOOR, DefGs, Deformation, DeformationConfig, FreeGave, FreeGaveConfig, InputFrame,
+    ScaleMode, SourceModel,
 };
 use rand::RngExt;
 
 use super::advection::{AdvectionConfig, training_advection};
 use super::config::SourceConfig;
-use super::params::HostShapes;
+use crate::cloud_tensors::{CloudTensors, row_indices};
 
 /// A frame's time, and when in training it is seen.
 #[derive(Clone, Copy)]
@@ -39,13 +40,19 @@ pub(super) trait SourceMotion {
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2>;
 
     /// What the motion is to cost beside what images say of it, for canonical Gaussians that are constants.
-    fn prior(&self, network: &Tensor<1>, canonical: &HostShapes, at: Moment) -> Option<Tensor<1>>;
+    fn prior(&self, network: &Tensor<1>, canonical: &Canonical, at: Moment) -> Option<Tensor<1>>;
 
     /// What pose rows do to scales.
     fn scale_mode(&self) -> ScaleMode;
 
     /// The model of canonical Gaussians and parameters.
     fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel>;
+}
+
+/// Canonical positions `[n, 3]` and quaternions `[n, 4]`, as constants.
+pub(super) struct Canonical {
+    pub(super) means: Tensor<2>,
+    pub(super) rotations: Tensor<2>,
 }
 
 /// What training a kind of source model needs beside its configuration.
@@ -57,6 +64,20 @@ pub(super) struct Captured {
     pub(super) time_window: f32,
     /// Seed of the run.
     pub(super) seed: u64,
+}
+
+impl CloudTensors {
+    /// The Gaussians in pose rows `[n, DELTAS]`, whose last numbers change scales in a mode.
+    pub(super) fn posed(self, poses: Tensor<2>, mode: ScaleMode) -> Self {
+        let by_scale = poses.clone().narrow(1, 7, 3);
+        let log_scales = match mode {
+            ScaleMode::Additive => (self.log_scales.exp() + by_scale).clamp_min(DEFORMED_SCALE_FLOOR).log(),
+            ScaleMode::Exponent => self.log_scales + by_scale,
+            ScaleMode::Fixed => self.log_scales,
+        };
+        let (means, rotations) = (poses.clone().narrow(1, 0, 3), poses.narrow(1, 3, 4));
+        Self { means, rotations, log_scales, ..self }
+    }
 }
 
 /// The motion that a configuration asks for.
@@ -95,7 +116,7 @@ impl SourceMotion for Displacement {
         )
     }
 
-    fn prior(&self, _network: &Tensor<1>, _canonical: &HostShapes, _at: Moment) -> Option<Tensor<1>> {
+    fn prior(&self, _network: &Tensor<1>, _canonical: &Canonical, _at: Moment) -> Option<Tensor<1>> {
         None
     }
 
@@ -143,7 +164,7 @@ impl SourceMotion for Flow {
 
     /// Disagreement of velocity field and deformation over an advection step at a random time, for every few
     /// Gaussians.
-    fn prior(&self, network: &Tensor<1>, canonical: &HostShapes, at: Moment) -> Option<Tensor<1>> {
+    fn prior(&self, network: &Tensor<1>, canonical: &Canonical, at: Moment) -> Option<Tensor<1>> {
         let AdvectionConfig { length, longest_step, agreement, .. } = self.advection;
         let last = at.window_end.min(self.config.velocity.max_time) - length;
         if agreement <= 0.0 || last <= 0.0 {
@@ -151,15 +172,10 @@ impl SourceMotion for Flow {
         }
         let mut random = stream(self.captured.seed, "agreement", at.iteration as u64);
         let from = random.random_range(0.0..last);
-        let chosen: Vec<usize> =
-            (random.random_range(0..EVERY)..canonical.means.len()).step_by(EVERY).collect();
-        let means: Vec<[f32; 3]> = chosen.iter().map(|&i| canonical.means[i]).collect();
-        let rotations: Vec<[f32; 4]> = chosen.iter().map(|&i| canonical.rotations[i]).collect();
-        let device = network.device();
-        let rows = |values: &[f32], width| {
-            Tensor::<2>::from_data(TensorData::new(values.to_vec(), [chosen.len(), width]), &device)
-        };
-        let (means, rotations) = (rows(means.as_flattened(), 3), rows(rotations.as_flattened(), 4));
+        let chosen = (random.random_range(0..EVERY)..canonical.means.dims()[0]).step_by(EVERY);
+        let chosen = row_indices(chosen, &canonical.means.device());
+        let [means, rotations] =
+            [&canonical.means, &canonical.rotations].map(|all| all.clone().select(0, chosen.clone()));
         let position = |network: Tensor<1>, advection| {
             carry(network, means.clone(), rotations.clone(), self.spec(advection)).narrow(1, 0, 3)
         };
@@ -191,7 +207,8 @@ impl SourceMotion for Flow {
 mod tests {
     use super::*;
     use crate::adam::{AdamGroup, values};
-    use burn::tensor::Device;
+    use crate::cloud_tensors::rows;
+    use crate::device::DeviceName;
     use lgs_model::source::{HeadInit, VelocityConfig};
 
     #[test]
@@ -205,9 +222,10 @@ mod tests {
         let means: Vec<[f32; 3]> =
             (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
         let rotations = vec![[1.0, 0.0, 0.0, 0.0]; means.len()];
-        let canonical = HostShapes { log_scales: vec![[0.0; 3]; means.len()], means, rotations };
+        let device = DeviceName::Cpu.device();
+        let canonical = Canonical { means: rows(&means, &device), rotations: rows(&rotations, &device) };
         let params = flow.init(7);
-        let mut network = AdamGroup::new(params.clone(), [params.len()], &Device::flex());
+        let mut network = AdamGroup::new(params.clone(), [params.len()], &device);
         let at = |iteration| Moment { time: 0.3, iteration, window_end: 0.75 };
         assert!(
             flow.prior(&network.leaf(), &canonical, Moment { window_end: 0.05, ..at(0) }).is_none(),

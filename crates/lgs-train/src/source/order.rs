@@ -1,5 +1,5 @@
 //! Which training frame an iteration sees: all frames of the current time window once per round (its ends
-//! more often, if so configured), in a random order (§3.5, §4.4). While the window grows, single frames may
+//! more often, if so configured), in a random order (method §3.4). While the window grows, single frames may
 //! be drawn instead, a share of them from its front: what has just come into the window is then followed at
 //! every step, however many frames the window already holds.
 //!
@@ -11,7 +11,8 @@ use lgs_data::dataset::Frame;
 use rand::RngExt;
 use rand::seq::SliceRandom;
 
-use super::config::{SourceConfig, WarmupFrames};
+use super::config::SourceConfig;
+use super::config_groups::WarmupFrames;
 
 /// The front of the growing window, as a part of the whole.
 const FRONT: f32 = 0.05;

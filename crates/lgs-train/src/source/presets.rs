@@ -1,17 +1,17 @@
-//! Values of the settings of source training. The `paper` ones are DefGS as published (`reference-systems.md`
-//! §2.6, §2.7, §3); the `quick` ones were chosen by measurement on two CPU cores and are written into every
-//! run's `config.toml`.
+//! Values of the settings of source training. The `paper` ones are DefGS as published (method §3); the
+//! `quick` ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
 use lgs_core::DEFAULT_NEAR;
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
 use super::advection::AdvectionConfig;
-use super::config::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, SourceConfig, WarmupFrames,
+use super::config::SourceConfig;
+use super::config_groups::{
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 use crate::config::Preset;
 
-/// Near plane of FreeGave, world units (§2.8).
+/// Near plane of FreeGave as published, world units.
 const FREEGAVE_NEAR: f32 = 0.8;
 
 impl SourceConfig {
@@ -50,8 +50,6 @@ impl SourceConfig {
             sh_degree: 3,
             sh_interval: 1000,
             ssim_weight: 0.2,
-            reduction: 1,
-            reduced_before: 0,
             deformation: DeformationConfig::paper(),
             velocity: None,
             advection: None,
@@ -87,39 +85,11 @@ impl SourceConfig {
             sh_degree: 1,
             sh_interval: 1000,
             ssim_weight: 0.2,
-            reduction: 1,
-            reduced_before: 0,
             deformation: DeformationConfig::quick(),
             velocity: None,
             advection: None,
-            learning_rates: LearningRates {
-                position_start: 4e-4,
-                position_end: 1e-5,
-                position_steps: 0,
-                sh: 5e-3,
-                sh_rest: 2.5e-4,
-                opacity: 0.05,
-                scale: 5e-3,
-                rotation: 2e-3,
-                deformation_start: 3e-3,
-                deformation_ramp: 100,
-                deformation_end: 1e-4,
-                deformation_steps: 0,
-            },
-            densify: DensifyConfig {
-                after: 150,
-                before: iterations / 2,
-                interval: 100,
-                gradient_threshold: 2e-4,
-                clone_extent: 0.01,
-                min_opacity: 0.01,
-                prune_outside: 2.0,
-                prune_extent: 0.1,
-                prune_large_after: 300,
-                opacity_reset_interval: 0,
-                white_reset_at: 0,
-                max_gaussians: 4000,
-            },
+            learning_rates: LearningRates::quick(),
+            densify: DensifyConfig::quick(iterations),
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },
             guide: GuideConfig { weight: 3.0, below_images_per_time: 3.0 },
             static_regulariser: 0.05,
@@ -129,7 +99,7 @@ impl SourceConfig {
 }
 
 impl SourceConfig {
-    /// FreeGave for synthetic objects as published (`reference-systems.md` §4); T* and K of single scenes are
+    /// FreeGave for synthetic objects as published (method §3.2); T* and K of single scenes are
     /// in `configs/freegave`.
     #[must_use]
     pub fn freegave_paper() -> Self {
@@ -167,6 +137,25 @@ impl SourceConfig {
 }
 
 impl LearningRates {
+    /// For minutes on two CPU cores.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            position_start: 4e-4,
+            position_end: 1e-5,
+            position_steps: 0,
+            sh: 5e-3,
+            sh_rest: 2.5e-4,
+            opacity: 0.05,
+            scale: 5e-3,
+            rotation: 2e-3,
+            deformation_start: 3e-3,
+            deformation_ramp: 100,
+            deformation_end: 1e-4,
+            deformation_steps: 0,
+        }
+    }
+
     /// As published.
     #[must_use]
     pub fn paper() -> Self {
@@ -188,6 +177,25 @@ impl LearningRates {
 }
 
 impl DensifyConfig {
+    /// For a training of some iterations that takes minutes on two CPU cores.
+    #[must_use]
+    pub fn quick(iterations: usize) -> Self {
+        Self {
+            after: 150,
+            before: iterations / 2,
+            interval: 100,
+            gradient_threshold: 2e-4,
+            clone_extent: 0.01,
+            min_opacity: 0.01,
+            prune_outside: 2.0,
+            prune_extent: 0.1,
+            prune_large_after: 300,
+            opacity_reset_interval: 0,
+            white_reset_at: 0,
+            max_gaussians: 4000,
+        }
+    }
+
     /// As published.
     #[must_use]
     pub fn paper() -> Self {

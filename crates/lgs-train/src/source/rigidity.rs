@@ -1,59 +1,118 @@
-//! A pull of neighbouring Gaussians towards the distances they have before deformation, as a cotangent of the
+//! A pull of neighbouring Gaussians towards the distances they have before deformation, as a gradient by the
 //! deformed positions.
 //!
 //! `E = weight · mean over edges of ρ(e)`, `e = |q_i − q_j| / |p_i − p_j| − 1` with canonical p and deformed
-//! q, and `ρ(e) = e² / (1 + (e/c)²)`: edges between bodies that part stretch beyond c and are let go.
+//! q, and `ρ(e) = e² / (1 + (e/c)²)`: an edge between two bodies that part stretches beyond c, and the pull
+//! on it vanishes.
 
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor};
 use lgs_core::k_nearest;
-use lgs_core::linear::{norm, sub};
+use lgs_model::{TensorFile, TensorFileError};
 
-use super::config::RigidityConfig;
+use super::config_groups::RigidityConfig;
+use crate::cloud_tensors::row_indices;
 
-/// Edges between Gaussians, `[n, k]` indices of neighbours.
-#[derive(Clone, Debug, PartialEq)]
+/// Name of the neighbours in a checkpoint.
+const NAME: &str = "rigidity.neighbors";
+
+/// Least canonical distance of neighbours that is divided by, world units: far below any spacing.
+const MIN_REST_LENGTH: f32 = 1e-6;
+/// Least deformed distance that is divided by, world units.
+const MIN_LENGTH: f32 = 1e-9;
+
+/// Edges from every Gaussian to its nearest neighbours.
 pub(super) struct NeighborGraph {
-    pub(super) indices: Vec<u32>,
-    pub(super) row: usize,
+    /// `[n, k]` rows of neighbours.
+    indices: Vec<u32>,
+    /// k.
+    row: usize,
+    /// First end of every edge, `[n k]`.
+    first: Tensor<1, Int>,
+    /// Second end of every edge, `[n k]`.
+    second: Tensor<1, Int>,
+    /// First and second end of every edge in turns, `[2 n k]`.
+    ends: Tensor<1, Int>,
 }
 
 impl NeighborGraph {
-    pub(super) fn new(points: &[[f32; 3]], neighbors: usize) -> Self {
+    /// The graph of the nearest `neighbors` of every point.
+    pub(super) fn new(points: &[[f32; 3]], neighbors: usize, device: &Device) -> Self {
         let (all, row) = k_nearest(points, neighbors);
         let indices = all.chunks_exact(row.max(1)).flat_map(|r| &r[1..]).copied().collect();
-        Self { indices, row: row.saturating_sub(1) }
+        Self::of(indices, row.saturating_sub(1), device)
     }
 
-    /// The gradient of the energy by the deformed positions.
+    fn of(indices: Vec<u32>, row: usize, device: &Device) -> Self {
+        let edges = || indices.iter().enumerate().map(|(at, &j)| [at / row.max(1), j as usize]);
+        Self {
+            first: row_indices(edges().map(|[i, _]| i), device),
+            second: row_indices(edges().map(|[_, j]| j), device),
+            ends: row_indices(edges().flatten(), device),
+            indices,
+            row,
+        }
+    }
+
+    /// The gradient `[n, 3]` of the energy by the deformed positions.
     pub(super) fn gradient(
         &self,
-        canonical: &[[f32; 3]],
-        deformed: &[[f32; 3]],
+        canonical: &Tensor<2>,
+        deformed: &Tensor<2>,
         config: &RigidityConfig,
-    ) -> Vec<[f32; 3]> {
-        let mut gradient = vec![[0.0; 3]; deformed.len()];
-        let factor = config.weight / self.indices.len().max(1) as f32;
-        for (i, row) in self.indices.chunks_exact(self.row.max(1)).enumerate() {
-            for &j in row {
-                let j = j as usize;
-                let rest = norm(sub(canonical[i], canonical[j])).max(1e-6);
-                let d = sub(deformed[i], deformed[j]);
-                let length = norm(d).max(1e-9);
-                let e = length / rest - 1.0;
-                let spread = 1.0 + (e / config.robust_scale).powi(2);
-                let slope = factor * 2.0 * e / (spread * spread) / (rest * length);
-                for axis in 0..3 {
-                    gradient[i][axis] += slope * d[axis];
-                    gradient[j][axis] -= slope * d[axis];
-                }
-            }
+    ) -> Tensor<2> {
+        if self.indices.is_empty() {
+            return deformed.zeros_like();
         }
-        gradient
+        let (edges, factor) = (self.indices.len(), config.weight / self.indices.len() as f32);
+        let rest = length(&self.difference(canonical)).clamp_min(MIN_REST_LENGTH);
+        let difference = self.difference(deformed);
+        let length = length(&difference).clamp_min(MIN_LENGTH);
+        let strain = length.clone() / rest.clone() - 1.0;
+        let spread = strain.clone().div_scalar(config.robust_scale).square() + 1.0;
+        let slope = strain.mul_scalar(2.0 * factor) / spread.square() / (rest * length);
+        let pull = difference * slope;
+        let on_ends = Tensor::cat(vec![pull.clone(), -pull], 1).reshape([2 * edges, 3]);
+        deformed.zeros_like().select_assign(0, self.ends.clone(), on_ends, IndexingUpdateOp::Add)
     }
+
+    /// Differences `[n k, 3]` of rows at the ends of every edge.
+    fn difference(&self, points: &Tensor<2>) -> Tensor<2> {
+        points.clone().select(0, self.first.clone()) - points.clone().select(0, self.second.clone())
+    }
+
+    /// Adds the neighbours to a checkpoint.
+    pub(super) fn insert_into(&self, file: &mut TensorFile) {
+        file.insert_indices(NAME, &[self.indices.len() / self.row.max(1), self.row], &self.indices);
+    }
+
+    /// Reads the neighbours of `n` Gaussians, if the checkpoint holds any.
+    pub(super) fn read_from(
+        file: &TensorFile,
+        n: usize,
+        device: &Device,
+    ) -> Result<Option<Self>, TensorFileError> {
+        if !file.names().any(|name| name == NAME) {
+            return Ok(None);
+        }
+        let (shape, indices) = file.indices(NAME)?;
+        if shape.len() != 2 || shape[0] != n || indices.iter().any(|&i| i as usize >= n) {
+            return Err(file.field(NAME, &format!("[{n}, k] indices below {n}"), format!("shape {shape:?}")));
+        }
+        Ok(Some(Self::of(indices.to_vec(), shape[1], device)))
+    }
+}
+
+/// Lengths `[n, 1]` of rows.
+fn length(rows: &Tensor<2>) -> Tensor<2> {
+    rows.clone().square().sum_dim(1).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cloud_tensors::{host_rows, rows};
+    use crate::device::DeviceName;
+    use lgs_core::linear::{norm, sub};
 
     const CONFIG: RigidityConfig = RigidityConfig { weight: 1.0, neighbors: 4, robust_scale: 0.5 };
 
@@ -61,20 +120,27 @@ mod tests {
         (0..30).map(|i| [(i as f32 * 1.7).sin(), (i as f32 * 0.9).cos(), (i as f32 * 2.3).sin()]).collect()
     }
 
+    /// Neighbours, and the gradient for points deformed to others.
+    fn gradient(p: &[[f32; 3]], q: &[[f32; 3]]) -> (NeighborGraph, Vec<[f32; 3]>) {
+        let device = DeviceName::Cpu.device();
+        let graph = NeighborGraph::new(p, 4, &device);
+        let gradient = host_rows(&graph.gradient(&rows(p, &device), &rows(q, &device), &CONFIG));
+        (graph, gradient)
+    }
+
     #[test]
     fn a_rigid_motion_costs_nothing() {
         let p = points();
-        let graph = NeighborGraph::new(&p, 4);
         let moved: Vec<[f32; 3]> = p.iter().map(|q| [q[1] + 1.0, -q[0], q[2] - 2.0]).collect();
-        assert!(graph.gradient(&p, &moved, &CONFIG).as_flattened().iter().all(|v| v.abs() < 1e-5));
+        assert!(gradient(&p, &moved).1.as_flattened().iter().all(|v| v.abs() < 1e-5));
     }
 
     #[test]
     fn the_gradient_is_that_of_the_energy() {
         let p = points();
-        let graph = NeighborGraph::new(&p, 4);
         let q: Vec<[f32; 3]> =
             p.iter().enumerate().map(|(i, v)| [v[0] * 1.2, v[1], v[2] + 0.01 * i as f32]).collect();
+        let (graph, gradient) = gradient(&p, &q);
         let energy = |q: &[[f32; 3]]| {
             let edges = graph
                 .indices
@@ -87,7 +153,6 @@ mod tests {
             };
             edges.map(rho).sum::<f64>() / graph.indices.len() as f64
         };
-        let gradient = graph.gradient(&p, &q, &CONFIG);
         let direction: Vec<[f32; 3]> =
             (0..30).map(|i| [(i as f32).cos(), (i as f32 * 0.3).sin(), 0.5]).collect();
         let shifted = |h: f32| -> Vec<[f32; 3]> {

@@ -1,11 +1,11 @@
-//! Values that change with the iteration: learning rates, the active degree of colour, the time window (§2.6,
-//! §2.1, §4.4).
+//! Values that change with the iteration: learning rates, the active degree of colour, the time window
+//! (method §3.4).
 
 use super::config::SourceConfig;
+use crate::trainable_cloud::CloudRates;
 
-/// Log-linear interpolation from `start` to `end` over `steps`, constant afterwards (§2.6).
-#[must_use]
-pub fn log_linear(iteration: usize, start: f64, end: f64, steps: usize) -> f64 {
+/// Log-linear interpolation from `start` to `end` over `steps`, constant afterwards.
+fn log_linear(iteration: usize, start: f64, end: f64, steps: usize) -> f64 {
     let u = (iteration as f64 / steps.max(1) as f64).clamp(0.0, 1.0);
     ((1.0 - u) * start.ln() + u * end.ln()).exp()
 }
@@ -42,13 +42,26 @@ impl SourceConfig {
         )
     }
 
+    /// Learning rates of the Gaussians' attributes at an iteration.
+    pub(crate) fn cloud_rates(&self, iteration: usize) -> CloudRates {
+        let rates = &self.learning_rates;
+        CloudRates {
+            means: self.position_rate(iteration),
+            rotations: rates.rotation,
+            log_scales: rates.scale,
+            raw_opacities: rates.opacity,
+            sh_constant: rates.sh,
+            sh_rest: rates.sh_rest,
+        }
+    }
+
     /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.
     #[must_use]
     pub fn active_degree(&self, iteration: usize) -> usize {
         (iteration / self.sh_interval.max(1)).min(self.sh_degree)
     }
 
-    /// Whether Gaussians are still static at an iteration (§3.5).
+    /// Whether Gaussians are still static at an iteration.
     #[must_use]
     pub fn is_warmup(&self, iteration: usize) -> bool {
         iteration < self.warmup_iterations
@@ -73,7 +86,7 @@ impl SourceConfig {
     }
 
     /// The last time whose frames are used at an iteration after the warm-up, given the captured window's
-    /// first and last (§4.4).
+    /// first and last.
     #[must_use]
     pub fn window_end(&self, iteration: usize, first: f32, last: f32) -> f32 {
         let grown = iteration.saturating_sub(self.warmup_iterations) / self.window_interval.max(1) + 1;

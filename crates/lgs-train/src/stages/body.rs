@@ -8,17 +8,17 @@ use lgs_model::{LagrangianScene, Motion, ObjectModel};
 use rayon::prelude::*;
 
 use super::initial_pose::{mean, spin};
-use super::look::Displacement;
+use super::observation::Displacement;
 use super::subset::{choose, supports_of};
 
 /// Unknowns before those of the law: translation and rotation at t = 0, linear and angular velocity.
 const OF_START: usize = 12;
-/// Change of an unknown that shows what it does.
+/// Step of the central differences by an unknown, in its unit.
 const PROBE: f64 = 0.01;
-/// Least radius of a body, as a part of the length of its motion.
-const SMALLEST: f32 = 0.01;
+/// Least radius of a body, as a fraction of the length of its motion.
+const LEAST_RADIUS: f32 = 0.01;
 
-/// What changes of one object's unknowns mean.
+/// One object and the units of its unknowns.
 pub(super) struct Body {
     center: [f32; 3],
     /// Root mean square distance from the centre, world units.
@@ -30,7 +30,7 @@ pub(super) struct Body {
     law: LinearPart,
 }
 
-/// Where a body is at a time, and how it answers to each unknown.
+/// A body's centre at a time, and the derivative of its pose by each unknown.
 pub(super) struct Response {
     pub(super) center: [f32; 3],
     /// Displacement per unit of the unknown.
@@ -49,7 +49,7 @@ impl Body {
         };
         let scales = system.config.normalisation;
         let (radius, speed) =
-            (rms(&offsets).max(SMALLEST * scales.length), rms(velocities).max(scales.speed));
+            (rms(&offsets).max(LEAST_RADIUS * scales.length), rms(velocities).max(scales.speed));
         Self { center, radius, speed, spin: spin(&offsets, velocities), law: LinearPart::of(system) }
     }
 
@@ -84,8 +84,8 @@ impl Body {
         self.law.write_changed(&by[OF_START..], &mut scene.objects[object].system);
     }
 
-    /// Where the body is at some times after a change, and its answers to more of each unknown, found by
-    /// rolling the particles of `alone` with every unknown changed both ways.
+    /// The body at some times after a change, with its derivatives by each unknown: central differences of
+    /// rollouts of the particles of `alone`.
     pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {
         let states = positions(&self.changed(alone, change), times);
         let centers: Vec<[f32; 3]> = states.iter().map(|q| mean(q)).collect();
@@ -101,14 +101,14 @@ impl Body {
         responses
     }
 
-    /// What trajectories of particles that nothing holds together say of the unknowns, `[n, n]`: inner
-    /// products of their answers, means over the particles, summed over the times.
-    pub(super) fn information_of_paths(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
-        let mut loose = alone.clone();
-        loose.objects.iter_mut().for_each(|object| object.supports = None);
+    /// Information on the unknowns `[n, n]` in trajectories of particles without any rigid constraint: inner
+    /// products of the positions' derivatives, means over the particles, summed over the times.
+    pub(super) fn information_of_trajectories(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
+        let mut unconstrained = alone.clone();
+        unconstrained.objects.iter_mut().for_each(|object| object.supports = None);
         let n = self.unknowns();
-        let answers: Vec<Vec<f32>> = self
-            .rates(&loose, &vec![0.0; n], times)
+        let derivatives: Vec<Vec<f32>> = self
+            .rates(&unconstrained, &vec![0.0; n], times)
             .into_iter()
             .map(|of_unknown| of_unknown.concat().into_flattened())
             .collect();
@@ -116,7 +116,7 @@ impl Body {
         let product = |a: &[f32], b: &[f32]| {
             a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles
         };
-        (0..n * n).map(|at| product(&answers[at / n], &answers[at % n])).collect()
+        (0..n * n).map(|at| product(&derivatives[at / n], &derivatives[at % n])).collect()
     }
 
     /// Derivatives of all positions: by unknown, time and particle.

@@ -1,23 +1,28 @@
 //! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the
 //! Gaussians.
 
-use crate::source::stretch_factor;
 use lgs_dynamics::VelocityPolicy;
 use serde::{Deserialize, Serialize};
+
+use crate::source::stretch_factor;
+use crate::trainable_cloud::CloudRates;
+
+/// The direction-dependent part of colours learns slower than the constant one by this (method §3.4).
+const SH_REST_DIVISOR: f64 = 20.0;
 
 /// Integration and alignment of the learned motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionOptions {
-    /// Time step Δτ (G8). Default 0.01.
+    /// Time step Δτ. Default 0.01.
     pub dt: f32,
-    /// Local rigid alignment (Eq. 6). Without it (ablation, G60) candidates are final, Gaussians keep the
-    /// orientation they have at t = 0, and no law may hold an object rigid. Default true.
+    /// Local rigid alignment (Eq. 6). Without it (ablation) candidates are final, Gaussians keep the
+    /// orientation they have at t = 0, and no object follows a rigid constraint. Default true.
     pub alignment: bool,
-    /// Neighbours in a support of the alignment, the particle itself not counted (G19); 0 is no alignment.
+    /// Neighbours in a support of the alignment, the particle itself not counted; 0 is no alignment.
     /// Default 19.
     pub alignment_neighbors: usize,
-    /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (reference section 8.7).
+    /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (method §4.6).
     /// On long rollouts of trained scenes the first two are equally accurate, and only the first returns
     /// exactly.
     pub velocity_policy: VelocityPolicy,
@@ -30,7 +35,7 @@ impl Default for MotionOptions {
 }
 
 impl MotionOptions {
-    /// The reference's defaults (G8, G19, G20).
+    /// As published.
     #[must_use]
     pub fn paper() -> Self {
         Self::default()
@@ -49,7 +54,7 @@ impl MotionOptions {
     }
 }
 
-/// What of the initial velocity is tuned (G29).
+/// What of the initial velocity is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InitialVelocity {
@@ -91,28 +96,29 @@ impl FitDynamicsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneDynamicsConfig {
-    /// Optimiser steps (G32: 5 000); 0 skips the stage.
+    /// Optimiser steps (published: 5 000); 0 skips the stage.
     pub iterations: usize,
     /// Training frames per step; they share one rollout.
     pub frames_per_step: usize,
-    /// Learning rate of the networks, decayed by a cosine to a hundredth (G32: 1e-4).
+    /// Learning rate of the networks, decayed by a cosine to a hundredth (published: 1e-4).
     pub learning_rate: f64,
-    /// Learning rate of the initial velocity as a part of the rms speed (G32: 1e-3).
+    /// Learning rate of the initial velocity as a part of the rms speed (published: 1e-3).
     pub velocity_learning_rate: f64,
     /// Learning rate of every object's pose at t = 0, in radii and radians (paper: 0, the source's poses
     /// stay).
     pub pose_learning_rate: f64,
     /// What of the initial velocity is tuned.
     pub initial_velocity: InitialVelocity,
-    /// Truncated backpropagation: gradients reach back this many steps (G26: 15); 0 reaches back to t = 0.
+    /// Truncated backpropagation: gradients reach back this many steps (published: 15); 0 reaches back to t =
+    /// 0.
     pub window_steps: usize,
-    /// With truncation, every so many steps one goes back to t = 0, so that v0 is tuned by all times (G27:
-    /// 4).
+    /// With truncation, every so many steps one goes back to t = 0, so that v0 is tuned by all times
+    /// (published: 4).
     pub full_window_every: usize,
-    /// Particles per object that carry gradients, drawn anew every step (G25: 8 192); 0 takes all. The others
-    /// are drawn where the latest full rollout put them.
+    /// Particles per object that carry gradients, drawn anew every step (published: 8 192); 0 takes all. The
+    /// others are drawn where the latest full rollout put them.
     pub subset: usize,
-    /// Steps between full rollouts (G23: 10).
+    /// Steps between full rollouts (published: 10).
     pub refresh_every: usize,
     /// Weight of 1 − SSIM in the photometric loss.
     pub ssim_weight: f32,
@@ -137,7 +143,7 @@ impl Default for TuneDynamicsConfig {
 }
 
 impl TuneDynamicsConfig {
-    /// The reference's defaults (G23–G27, G32).
+    /// As published.
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -167,7 +173,7 @@ impl TuneDynamicsConfig {
     }
 }
 
-/// Stage 3, or the settling before stage 2: the Gaussians against the images; the dynamics stay.
+/// Stage 3, or the refinement before stage 2: the Gaussians against the images; the dynamics stay.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TuneGaussiansConfig {
@@ -175,10 +181,10 @@ pub struct TuneGaussiansConfig {
     /// over 160 pixels, between 1 and 3, as the source's iterations are. A step sees all pixels of an image,
     /// and where a batch is larger, steps may be longer by its root: measured for the means alone.
     pub stretch: f32,
-    /// Optimiser steps (G33: 10 000); 0 skips the stage.
+    /// Optimiser steps (published: 10 000); 0 skips the stage.
     pub iterations: usize,
-    /// Learning rate of the means (G33: 8e-6, the last rate of the source). All rates fall by a cosine to a
-    /// hundredth.
+    /// Learning rate of the means (published: 8e-6, the last rate of the source). All rates fall by a cosine
+    /// to a hundredth.
     pub means_learning_rate: f64,
     /// Learning rate of the log-scales.
     pub scales_learning_rate: f64,
@@ -188,7 +194,7 @@ pub struct TuneGaussiansConfig {
     pub opacities_learning_rate: f64,
     /// Learning rate of the colours' constant part; the rest gets a twentieth.
     pub colors_learning_rate: f64,
-    /// The motion is rolled anew from the changed means every so many steps (G34: 100).
+    /// The motion is rolled anew from the changed means every so many steps (published: 100).
     pub refresh_every: usize,
     /// Weight of 1 − SSIM in the photometric loss.
     pub ssim_weight: f32,
@@ -211,7 +217,7 @@ impl Default for TuneGaussiansConfig {
 }
 
 impl TuneGaussiansConfig {
-    /// The reference's defaults (G33).
+    /// As published.
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -222,6 +228,18 @@ impl TuneGaussiansConfig {
             rotations_learning_rate: 1e-4,
             opacities_learning_rate: 5e-3,
             ..Self::default()
+        }
+    }
+
+    /// Learning rates of the Gaussians' attributes before their decay.
+    pub(crate) fn cloud_rates(&self) -> CloudRates {
+        CloudRates {
+            means: self.means_learning_rate,
+            rotations: self.rotations_learning_rate,
+            log_scales: self.scales_learning_rate,
+            raw_opacities: self.opacities_learning_rate,
+            sh_constant: self.colors_learning_rate,
+            sh_rest: self.colors_learning_rate / SH_REST_DIVISOR,
         }
     }
 

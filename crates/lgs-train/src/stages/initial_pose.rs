@@ -7,8 +7,8 @@ use burn::tensor::{Device, Tensor};
 use lgs_core::linear::{add, cross, scale, solve_positive, sub};
 use lgs_model::{TensorFile, TensorFileError};
 
-use super::cloud_tensors::{quat_mul, rows, vector};
 use crate::adam::AdamGroup;
+use crate::cloud_tensors::{quat_mul, rows, vector};
 
 /// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its
 /// centre, to first order.
@@ -117,6 +117,7 @@ pub(super) fn spin(offsets: &[[f32; 3]], velocities: &[[f32; 3]]) -> [f32; 3] {
 mod tests {
     use super::*;
     use crate::adam::values;
+    use crate::device::DeviceName;
 
     const POINTS: [[f32; 3]; 4] = [[1.0, 0.0, 0.5], [-0.5, 0.3, 0.0], [0.2, -0.9, 0.1], [0.1, 0.4, -0.8]];
     const SPIN: [f32; 3] = [0.3, -0.5, 1.1];
@@ -125,7 +126,7 @@ mod tests {
         let center = mean(points);
         let velocities: Vec<[f32; 3]> =
             points.iter().map(|&p| add([2.0, 0.0, -1.0], cross(SPIN, sub(p, center)))).collect();
-        InitialPose::new(points, &velocities, &Device::flex())
+        InitialPose::new(points, &velocities, &DeviceName::Cpu.device())
     }
 
     #[test]
@@ -133,7 +134,7 @@ mod tests {
         let mut pose = pose(&POINTS);
         let still = pose.displacement();
         assert!(values(&still.change.inner()).iter().all(|&x| x == 0.0));
-        pose.group.replace(vec![0.1, 0.0, -0.2, 0.4, 0.2, -0.3]);
+        pose.group.replace(vector(&[0.1, 0.0, -0.2, 0.4, 0.2, -0.3], &DeviceName::Cpu.device()));
         let moved = pose.displacement();
         let change: Vec<[f32; 3]> = values(&moved.change.clone().inner()).as_chunks().0.to_vec();
         let after: Vec<[f32; 3]> = POINTS.iter().zip(&change).map(|(&p, &c)| add(p, c)).collect();

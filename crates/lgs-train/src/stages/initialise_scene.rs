@@ -1,5 +1,5 @@
-//! From a source model to the first Lagrangian scene: sample trajectories, distil them, bake the Gaussians at
-//! t = 0.
+//! From a source model to the initial Lagrangian scene: sample trajectories, distil them, and take the
+//! Gaussians as they are at t = 0.
 //!
 //! A scene's Gaussians lie in spatial order, body by body: what kernels read together then lies together in
 //! memory.
@@ -15,7 +15,7 @@ use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
 
 use super::config::MotionOptions;
-use super::seen_motion::seen_to_move;
+use super::observed_motion::observed_to_move;
 use crate::TrainError;
 
 /// A distilled scene with the report of every object.
@@ -26,10 +26,10 @@ pub struct InitialScene {
     pub reports: Vec<DistillReport>,
 }
 
-/// Motion that images do not resolve, as a part of a pixel: forecasts closer than that are equally good.
-const RESOLVED: f32 = 0.1;
+/// Motion that images do not resolve, as a fraction of a pixel: forecasts closer than that are equally good.
+const UNRESOLVED_FRACTION: f32 = 0.1;
 
-/// What baking needs beside the source.
+/// What stage 1 needs beside the source.
 #[derive(Clone, Copy)]
 pub struct InitialSceneRequest<'a> {
     /// Split into static Gaussians and objects.
@@ -51,7 +51,8 @@ pub struct InitialSceneRequest<'a> {
     pub seed: u64,
 }
 
-/// Stage 1: samples the source every Δτ over the window (G11), distils, and bakes the state at t = 0 (G1).
+/// Stage 1: samples the source every Δτ over the window, distils, and assembles the scene at t = 0 (method
+/// §5).
 ///
 /// # Errors
 /// If the source's trajectories are not finite, or the distillation fails.
@@ -66,11 +67,11 @@ pub fn initialise_scene(
     let cloud = source.cloud_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions, weights: Some(weights) };
-    let forecast_tolerance = request.distill.forecast_tolerance + RESOLVED * request.pixel_size;
+    let forecast_tolerance = request.distill.forecast_tolerance + UNRESOLVED_FRACTION * request.pixel_size;
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
     let object = DistillConfig { forecast_tolerance, rigid_constraint, ..request.distill.clone() };
     let found = find_objects(&trajectories, request.partition)?;
-    let partition = found.with_only(&seen_to_move(source, &found, request));
+    let partition = found.with_only(&observed_to_move(source, &found, request));
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
     Ok(assemble(&cloud, distilled, request))
 }
@@ -101,9 +102,7 @@ fn assemble(
         reports.push(object.report);
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
-    let still: Vec<[f32; 3]> = static_rows.iter().map(|&i| cloud.means[i]).collect();
-    let static_gaussians =
-        cloud.select(&spatial_order(&still).iter().map(|&i| static_rows[i as usize]).collect::<Vec<_>>());
+    let static_gaussians = in_spatial_order(cloud, &static_rows);
     InitialScene {
         scene: LagrangianScene {
             static_gaussians,
@@ -125,6 +124,12 @@ fn alignment(object: &Distilled, options: &MotionOptions) -> (Option<Supports>, 
     }
     let aligned = options.alignment && options.alignment_neighbors > 0 && object.q0.len() > 1;
     (aligned.then(|| object.supports(options.alignment_neighbors + 1)), options.velocity_policy)
+}
+
+/// Some rows of a cloud, in spatial order.
+fn in_spatial_order(cloud: &GaussianCloud, rows: &[usize]) -> GaussianCloud {
+    let means: Vec<[f32; 3]> = rows.iter().map(|&i| cloud.means[i]).collect();
+    cloud.select(&spatial_order(&means).iter().map(|&i| rows[i as usize]).collect::<Vec<_>>())
 }
 
 fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {

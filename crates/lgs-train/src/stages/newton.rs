@@ -1,34 +1,33 @@
-//! Gauss–Newton on the images: where every object starts, how, and the constants of its law.
+//! Gauss–Newton on the images (method §6): where every object starts, how, and the constants of its law.
 //!
 //! These unknowns are few, but images bind them together: within a captured window, more gravity looks nearly
-//! like another start. First-order steps wander in such a valley; least squares go to its ground. What the
-//! images of a time say of a body, they say of its pose there ([`look_at`]), and how the pose answers to the
-//! unknowns ([`Body::responses`]) brings all times together. What no image tells of, such as the stiffness
-//! that keeps a rotor's blades on their circles, is held where stage 1 found it by the paths that it
-//! followed.
+//! like another start. First-order steps wander in such a valley; least squares go to its ground. The images
+//! of a time determine a body's pose there ([`observe`]), and the derivatives of the pose by the unknowns
+//! ([`Body::responses`]) bring all times together. What no image determines, such as the stiffness that keeps
+//! a rotor's blades on their circles, stays where stage 1 found it by the trajectories that it followed.
 
 use lgs_core::linear::{norm, solve_positive, sub};
-use lgs_core::{Camera, GaussianCloud, stream};
+use lgs_core::{Camera, GaussianCloud, psnr_of_mse, stream};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use rayon::prelude::*;
 
 use super::body::{Body, Response, part_of};
-use super::look::{Look, Normal, Pose, look_at, squared_error};
-use super::{StepReport, psnr_of};
+use super::observation::{Normal, Observation, Pose, observe, squared_error};
+use crate::driver::StepReport;
 
-/// Particles of an object that are rolled to see how it answers.
-const ROLLED: usize = 256;
-/// How far an unknown that nothing tells of may be off, in its unit.
-const PRIOR: f64 = 0.3;
-/// How well the paths are known that stage 1 has followed, at one time, in pixels.
-const FOLLOWED: f64 = 0.1;
-/// Errors of neighbouring pixels, and of one view at neighbouring times, have much in common: so many count
-/// as one.
-const CORRELATED: f64 = 100.0;
-/// Parts of a step that are tried until the images come out better.
-const TRIED: [f64; 3] = [1.0, 0.5, 0.25];
+/// Particles of an object that are rolled to find the derivatives of its pose.
+const ROLLED_PARTICLES: usize = 256;
+/// Standard deviation of the weak prior on a change of an unknown, in the unknown's unit.
+const PRIOR_DEVIATION: f64 = 0.3;
+/// Standard deviation of the trajectories that stage 1 has followed, at one time, in pixels.
+const TRAJECTORY_DEVIATION: f64 = 0.1;
+/// Errors of neighbouring pixels, and of one view at neighbouring times, are correlated: so many count as one
+/// independent value.
+const CORRELATED_VALUES: f64 = 100.0;
+/// Fractions of a step that are tried until the images come out better.
+const STEP_FRACTIONS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Changes of all objects' unknowns, in search of those that make the images come out best.
 pub(super) struct Newton {
@@ -44,7 +43,8 @@ impl Newton {
     pub(super) fn new(scene: &LagrangianScene, seed: u64) -> Self {
         let objects = 0..scene.objects.len();
         let bodies: Vec<Body> = objects.clone().map(|object| Body::new(scene, object)).collect();
-        let part = |object| part_of(scene, object, ROLLED, &mut stream(seed, "newton", object as u64));
+        let part =
+            |object| part_of(scene, object, ROLLED_PARTICLES, &mut stream(seed, "newton", object as u64));
         let changes = bodies.iter().map(|body| vec![0.0; body.unknowns()]).collect();
         Self { bodies, parts: objects.map(part).collect(), changes }
     }
@@ -91,56 +91,61 @@ impl Newton {
         let _span = tracing::trace_span!("newton").entered();
         let times = Times::of(frames);
         let responses = self.responses(&times);
-        let looks = self.looks(scene, frames, &times, &responses);
-        let before: f64 = looks.iter().map(|look| look.squared_error).sum();
-        let mean = before / frames.iter().map(|frame| 0.75 * frame.rgba.len() as f64).sum::<f64>();
-        let steps: Vec<Vec<f64>> = (0..self.bodies.len())
-            .map(|object| {
-                let told: Vec<(&Response, &Normal)> = (frames.iter().zip(&looks))
-                    .map(|(frame, look)| (&responses[object][times.index(frame)], &look.normals[object]))
-                    .collect();
-                let pixel = median(
-                    frames
-                        .iter()
-                        .zip(&told)
-                        .map(|(frame, (at, _))| pixel_at(&frame.camera, at.center))
-                        .collect(),
-                );
-                let followed = tracing::trace_span!("paths")
-                    .in_scope(|| self.bodies[object].information_of_paths(&self.parts[object], &times.0));
-                let weights =
-                    Weights { image: 1.0 / (CORRELATED * mean), path: 1.0 / (FOLLOWED * pixel).powi(2) };
-                solve(&told, &followed, &self.changes[object], &weights)
-            })
+        let observations = self.observations(scene, frames, &times, &responses);
+        let before: f64 = observations.iter().map(|o| o.squared_error).sum();
+        let mse = before / frames.iter().map(|frame| 0.75 * frame.rgba.len() as f64).sum::<f64>();
+        let observed = Observed { frames, times: &times, observations: &observations, mse };
+        let steps: Vec<Vec<f64>> = (responses.iter().enumerate())
+            .map(|(object, responses)| self.step_of(object, responses, &observed))
             .collect();
         let error = |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &times);
-        let better =
-            TRIED.iter().map(|&part| self.moved(&steps, part)).find(|changes| error(changes) < before);
+        let better = STEP_FRACTIONS
+            .iter()
+            .map(|&part| self.moved(&steps, part))
+            .find(|changes| error(changes) < before);
         tracing::debug!(?steps, accepted = better.is_some(), "Gauss–Newton");
         if let Some(changes) = better {
             self.changes = changes;
         }
-        let loss = looks.iter().map(|look| look.loss).sum::<f32>() / looks.len().max(1) as f32;
-        StepReport { loss, psnr: psnr_of(mean) }
+        let loss = observations.iter().map(|o| o.loss).sum::<f32>() / observations.len().max(1) as f32;
+        StepReport { loss, psnr: psnr_of_mse(mse) as f32 }
     }
 
-    /// Of every object at every time.
+    /// The step of one object's unknowns, given its responses by time.
+    fn step_of(&self, object: usize, responses: &[Response], observed: &Observed<'_>) -> Vec<f64> {
+        let Observed { frames, times, observations, mse } = *observed;
+        let evidence: Vec<(&Response, &Normal)> = (frames.iter().zip(observations))
+            .map(|(frame, o)| (&responses[times.index(frame)], &o.normals[object]))
+            .collect();
+        let pixels = frames.iter().zip(&evidence).map(|(f, (at, _))| pixel_at(&f.camera, at.center));
+        let pixel = median(pixels.collect());
+        let trajectories = tracing::trace_span!("trajectories")
+            .in_scope(|| self.bodies[object].information_of_trajectories(&self.parts[object], &times.0));
+        let weights = Weights {
+            image: 1.0 / (CORRELATED_VALUES * mse),
+            trajectory: 1.0 / (TRAJECTORY_DEVIATION * pixel).powi(2),
+        };
+        solve(&evidence, &trajectories, &self.changes[object], &weights)
+    }
+
+    /// Every object's pose and its derivatives, by object and time.
     fn responses(&self, times: &Times) -> Vec<Vec<Response>> {
         let _span = tracing::trace_span!("responses").entered();
         let all = self.bodies.iter().zip(&self.parts).zip(&self.changes);
         all.map(|((body, part), change)| body.responses(part, change, &times.0)).collect()
     }
 
-    fn looks(
+    /// The observations of all objects, by frame.
+    fn observations(
         &self,
         scene: &LagrangianScene,
         frames: &[&Frame],
         times: &Times,
         responses: &[Vec<Response>],
-    ) -> Vec<Look> {
+    ) -> Vec<Observation> {
         let clouds = clouds_at(&self.applied_to(scene), times);
-        let _span = tracing::trace_span!("looks").entered();
-        let look = |frame: &&Frame| {
+        let _span = tracing::trace_span!("observations").entered();
+        let of_frame = |frame: &&Frame| {
             let at = times.index(frame);
             let pose = |object: usize| {
                 let members = &scene.objects[object].members;
@@ -149,9 +154,9 @@ impl Newton {
                 Pose { rows, center: responses[object][at].center, radius: self.bodies[object].radius() }
             };
             let poses: Vec<Pose> = (0..self.bodies.len()).map(pose).collect();
-            look_at(frame, &clouds[at], &poses, scene.background)
+            observe(frame, &clouds[at], &poses, scene.background)
         };
-        frames.par_iter().map(look).collect()
+        frames.par_iter().map(of_frame).collect()
     }
 
     /// The changes after a part of the steps, as a checkpoint holds them.
@@ -165,18 +170,32 @@ impl Newton {
     }
 }
 
-/// What one unit of squared error weighs.
-struct Weights {
-    image: f64,
-    path: f64,
+/// All frames of a step with their observations.
+struct Observed<'a> {
+    frames: &'a [&'a Frame],
+    times: &'a Times,
+    observations: &'a [Observation],
+    /// Mean squared error over all values of all frames.
+    mse: f64,
 }
 
-/// The step of one object's unknowns: normal equations of its images, of the paths that stage 1 has followed,
-/// and of a weak prior; none where they are not finite.
-fn solve(told: &[(&Response, &Normal)], followed: &[f64], change: &[f64], weights: &Weights) -> Vec<f64> {
+/// Weights of a unit of squared error.
+struct Weights {
+    image: f64,
+    trajectory: f64,
+}
+
+/// The solution of one object's normal equations: those of its images, of the trajectories that stage 1 has
+/// followed, and of a weak prior; zeros where it is not finite.
+fn solve(
+    evidence: &[(&Response, &Normal)],
+    trajectories: &[f64],
+    change: &[f64],
+    weights: &Weights,
+) -> Vec<f64> {
     let n = change.len();
     let (mut a, mut b) = (vec![0.0; n * n], vec![0.0; n]);
-    for (response, normal) in told {
+    for (response, normal) in evidence {
         for (i, left) in response.by_unknown.iter().enumerate() {
             let pushed: [f64; 6] = std::array::from_fn(|c| (0..6).map(|r| left[r] * normal.a[r][c]).sum());
             b[i] += weights.image * dot(left, &normal.b);
@@ -187,9 +206,10 @@ fn solve(told: &[(&Response, &Normal)], followed: &[f64], change: &[f64], weight
     }
     for i in 0..n {
         for j in 0..n {
-            let held = weights.path * followed[i * n + j] + if i == j { PRIOR.powi(-2) } else { 0.0 };
-            a[i * n + j] += held;
-            b[i] -= held * change[j];
+            let prior = if i == j { PRIOR_DEVIATION.powi(-2) } else { 0.0 };
+            let stiffness = weights.trajectory * trajectories[i * n + j] + prior;
+            a[i * n + j] += stiffness;
+            b[i] -= stiffness * change[j];
         }
     }
     if solve_positive(&mut a, &mut b, n, 1) && b.iter().all(|x| x.is_finite()) { b } else { vec![0.0; n] }

@@ -8,11 +8,11 @@ use lgs_dynamics::tensor::{RolloutCall, rollout};
 use lgs_dynamics::{Edit, RolloutSpec, Supports, SystemConfig, VelocityPolicy};
 use lgs_model::{LagrangianScene, ObjectModel, SceneState, TensorFile, TensorFileError};
 
-use super::cloud_tensors::{quat_mul, rows};
 use super::config::InitialVelocity;
 use super::initial_pose::{Displacement, InitialPose};
 use super::subset::{choose, supports_of};
 use crate::adam::{AdamGroup, values};
+use crate::cloud_tensors::{quat_mul, row_indices, rows};
 
 /// Steps that are rolled with gradients.
 pub(super) struct Window {
@@ -25,6 +25,15 @@ impl Window {
     pub(super) fn contains(&self, time: f32) -> bool {
         RolloutSpec::until(time.max(0.0), self.dt).steps >= self.first
     }
+}
+
+/// What is rolled of an object in a step.
+pub(super) struct Roll<'a> {
+    /// The scene's state at the start of the window.
+    pub(super) start: &'a SceneState,
+    pub(super) window: &'a Window,
+    /// Most particles, drawn at random; 0: all.
+    pub(super) subset: usize,
 }
 
 /// One object's trainable tensors.
@@ -53,7 +62,7 @@ pub(super) struct ObjectPath {
     pub(super) pose: Option<Tensor<1>>,
     /// The rotation in its displacement, `[1, 4]`.
     turn: Option<Tensor<2>>,
-    /// Rows of the scene’s dynamic Gaussians that were rolled.
+    /// Rows of the scene's dynamic Gaussians that were rolled.
     pub(super) rows: Vec<usize>,
     /// States `[steps + 1, n, 10]`: position, velocity, rotation since the window's start.
     states: Tensor<3>,
@@ -143,40 +152,33 @@ impl TrainableObject {
         base + change + self.pose.velocity_change(&displacement.change, spin)
     }
 
-    /// Rolls a random subset of at most `subset` particles (0: all) over a window that starts in the scene's
-    /// state `start`.
+    /// Rolls a random subset of the particles over a window.
     pub(super) fn roll(
         &self,
         object: &ObjectModel,
-        start: &SceneState,
-        window: &Window,
-        subset: usize,
+        roll: &Roll<'_>,
         rng: &mut Stream,
         device: &Device,
     ) -> ObjectPath {
+        let &Roll { start, window, subset } = roll;
         let common = self.supports.as_deref().and_then(Supports::common);
         let chosen = choose(object.members.len(), common, subset, rng);
         let rolled: Vec<usize> = chosen.iter().map(|&i| object.members.start + i as usize).collect();
-        let pick3 = |from: &[[f32; 3]]| rolled.iter().map(|&i| from[i]).collect::<Vec<_>>();
-        let kept_q = pick3(&start.q);
-        let supports = self.supports.as_ref().map(|all| match chosen.len() == object.members.len() {
-            true => Arc::clone(all),
-            false => Arc::new(supports_of(&chosen, all, &kept_q)),
-        });
+        let pick = |from: &[[f32; 3]]| rolled.iter().map(|&i| from[i]).collect::<Vec<_>>();
+        let kept_q = pick(&start.q);
+        let supports = self.supports_among(&chosen, &kept_q);
         let (network, velocity) = (self.network.leaf(), self.velocity.leaf());
         let displacement = (window.first == 0).then(|| self.pose.displacement());
         let (q, v) = match &displacement {
             Some(displacement) => {
-                let indices: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
-                let pick =
-                    |of_all: Tensor<2>| of_all.select(0, Tensor::from_ints(indices.as_slice(), device));
-                (pick(self.points(displacement)), pick(self.velocity_from(velocity.clone(), displacement)))
+                let rows = row_indices(chosen.iter().map(|&i| i as usize), device);
+                let velocities = self.velocity_from(velocity.clone(), displacement);
+                (self.points(displacement).select(0, rows.clone()), velocities.select(0, rows))
             }
-            None => (rows(&kept_q, device), rows(&pick3(&start.v), device)),
+            None => (rows(&kept_q, device), rows(&pick(&start.v), device)),
         };
         let rotation: Vec<[f32; 4]> = rolled.iter().map(|&i| start.rotation[i]).collect();
-        let call = self.call(window.dt, window.steps, supports.clone());
-        let states = rollout(network.clone(), q, v, call);
+        let states = rollout(network.clone(), q, v, self.call(window.dt, window.steps, supports.clone()));
         let (pose, turn) = displacement.map(|d| (d.leaf, d.turn)).unzip();
         ObjectPath {
             network,
@@ -188,6 +190,13 @@ impl TrainableObject {
             start_rotation: rows(&rotation, device),
             supports,
         }
+    }
+
+    /// Supports of chosen particles at positions, in their numbering.
+    fn supports_among(&self, chosen: &[u32], q: &[[f32; 3]]) -> Option<Arc<Supports>> {
+        let all = self.supports.as_ref()?;
+        let is_whole = chosen.len() == all.particles();
+        Some(if is_whole { Arc::clone(all) } else { Arc::new(supports_of(chosen, all, q)) })
     }
 
     fn call(&self, dt: f32, steps: usize, supports: Option<Arc<Supports>>) -> RolloutCall {

@@ -1,26 +1,29 @@
 //! Stage 2: photometric tuning of U, Q, the initial velocity and the initial pose of every object, with its
 //! Gaussians fixed.
 //!
-//! Every few steps the whole motion is rolled without gradients and kept (G23). A step draws training frames
-//! and, in every object, a subset of its particles; the subset is rolled with gradients, the others are drawn
-//! where the kept motion has them (G24). One rollout serves all frames: each frame takes the state of its
-//! last full step and a shortened step to its own time (G9). With truncation (G26) the rollout begins at a
+//! Every few steps the whole motion is rolled without gradients and kept (method §6). A step draws training
+//! frames and, in every object, a subset of its particles; the subset is rolled with gradients, the others
+//! are drawn where the kept motion has them. One rollout serves all frames: each frame takes the state of its
+//! last full step and a shortened step to its own time (method §4.3). With truncation the rollout begins at a
 //! kept state `window_steps` before the latest frame, so that memory does not grow with the length of the
 //! video.
 
 use burn::tensor::{Device, Tensor};
+use lgs_core::optim::cosine_decay;
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
-use lgs_dynamics::{Edit, RolloutSpec};
-use lgs_model::{LagrangianScene, SceneState, TensorFile, TensorFileError, scene_to_tensors};
+use lgs_dynamics::RolloutSpec;
+use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
-use super::cloud_tensors::CloudTensors;
 use super::config::TuneDynamicsConfig;
-use super::object_tensors::{ObjectPath, TrainableObject, Window};
-use super::{StepReport, Tuning, View, cosine, frame_loss, psnr_of};
-use crate::adam::values;
+use super::frame_states::FrameStates;
+use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
+use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
+use crate::cloud_tensors::{CloudTensors, row_indices};
+use crate::driver::{SceneTrainer, StepReport, Trainer};
+use crate::view::{Comparison, View, report};
 
 /// Stage 2 of a run.
 pub struct TuneDynamics<'a> {
@@ -30,51 +33,60 @@ pub struct TuneDynamics<'a> {
     seed: u64,
     step: usize,
     objects: Vec<TrainableObject>,
+    static_gaussians: CloudTensors,
+    /// At t = 0, before any displacement.
+    dynamic_gaussians: CloudTensors,
     kept: Option<KeptMotion>,
     device: Device,
 }
 
-/// The motion of a scene as it was some steps ago: states on the step grid over the window.
+/// The motion of the scene as it was some steps ago, and its Gaussians at t = 0.
 struct KeptMotion {
-    scene: LagrangianScene,
-    states: Vec<SceneState>,
+    states: FrameStates,
+    at_start: CloudTensors,
 }
 
 impl KeptMotion {
-    fn roll(scene: LagrangianScene) -> Self {
-        let _span = tracing::trace_span!("roll the motion").entered();
-        let steps = RolloutSpec::until(scene.motion.time_window, scene.motion.dt).steps;
-        let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), scene.velocities.clone());
-        let mut states = vec![start];
-        states.extend(scene.advance(&states[0], scene.motion.dt, steps, Edit::default(), None));
-        Self { scene, states }
+    fn roll(scene: LagrangianScene, device: &Device) -> Self {
+        let at_start = CloudTensors::new(&scene.dynamic_gaussians, device);
+        Self { at_start, states: FrameStates::new(scene, device) }
     }
 
-    fn state_at(&self, time: f32) -> SceneState {
-        let until = RolloutSpec::until(time, self.scene.motion.dt);
-        let state = &self.states[until.steps.min(self.states.len() - 1)];
-        let rest =
-            until.last_dt.and_then(|rest| self.scene.advance(state, rest, 1, Edit::default(), None).pop());
-        rest.unwrap_or_else(|| state.clone())
+    /// The dynamic Gaussians at a time.
+    fn at(&mut self, time: f32) -> CloudTensors {
+        let state = self.states.at(time);
+        CloudTensors { means: state.means, rotations: state.rotations, ..self.at_start.clone() }
     }
 }
 
+/// The rollouts of a step's subset, and the window that they cover.
+struct Rollouts {
+    window: Window,
+    paths: Vec<ObjectPath>,
+}
+
 impl<'a> TuneDynamics<'a> {
-    /// Stage 2 from its first step. `frames` are the training frames.
+    /// Stage 2 from its first step.
     #[must_use]
-    pub fn new(
-        scene: LagrangianScene,
-        frames: &'a [Frame],
-        config: &'a TuneDynamicsConfig,
-        seed: u64,
-    ) -> Self {
-        let device = Device::flex();
+    pub fn new(scene: LagrangianScene, data: TrainingData<'a>, config: &'a TuneDynamicsConfig) -> Self {
+        let TrainingData { frames, seed, device } = data;
         let objects = scene
             .objects
             .iter()
-            .map(|o| TrainableObject::new(o, &scene, config.initial_velocity, &device))
+            .map(|o| TrainableObject::new(o, &scene, config.initial_velocity, device))
             .collect();
-        Self { scene, frames, config, seed, step: 0, objects, kept: None, device }
+        Self {
+            static_gaussians: CloudTensors::new(&scene.static_gaussians, device),
+            dynamic_gaussians: CloudTensors::new(&scene.dynamic_gaussians, device),
+            scene,
+            frames,
+            config,
+            seed,
+            step: 0,
+            objects,
+            kept: None,
+            device: device.clone(),
+        }
     }
 
     /// The steps to roll: from the window's start (0, or `window_steps` before the latest frame) to the
@@ -88,42 +100,55 @@ impl<'a> TuneDynamics<'a> {
         Window { first, steps: last - first, dt }
     }
 
-    /// The photometric loss of one frame and its mean squared error.
-    fn loss(
-        &self,
-        frame: &Frame,
-        kept: &KeptMotion,
-        paths: &[ObjectPath],
-        window: &Window,
-        device: &Device,
-    ) -> (Tensor<1>, f64) {
-        let state = kept.state_at(frame.time.max(0.0));
-        let cloud = kept.scene.cloud_at(&state);
-        let static_gaussians = self.scene.static_gaussians.len();
-        let mut is_free = vec![false; cloud.len()];
-        for row in paths.iter().flat_map(|path| &path.rows) {
-            is_free[static_gaussians + row] = true;
+    /// Rolls a subset of every object's particles over the window of some frames.
+    fn roll(&self, frames: &[&Frame], kept: &mut KeptMotion, rng: &mut lgs_core::Stream) -> Rollouts {
+        let window = self.window(frames);
+        let start = kept.states.after(window.first);
+        let device = self.device.clone().autodiff();
+        let paths = (self.scene.objects.iter().zip(&self.objects))
+            .map(|(object, trained)| {
+                let roll = Roll { start: &start, window: &window, subset: self.config.subset };
+                trained.roll(object, &roll, rng, &device)
+            })
+            .collect();
+        Rollouts { window, paths }
+    }
+
+    /// The Gaussians of one frame, those of the subset where their rollout has them, compared with it.
+    fn compare(&self, frame: &Frame, kept: &mut KeptMotion, rollouts: &Rollouts) -> Comparison {
+        let time = frame.time.max(0.0);
+        let mut is_rolled = vec![false; self.scene.dynamic_gaussians.len()];
+        rollouts.paths.iter().flat_map(|path| &path.rows).for_each(|&row| is_rolled[row] = true);
+        let fixed: Vec<usize> = (0..is_rolled.len()).filter(|&row| !is_rolled[row]).collect();
+        let mut drawn = self.static_gaussians.clone();
+        if !fixed.is_empty() {
+            drawn = drawn.followed_by(kept.at(time).select(&row_indices(fixed, &self.device)));
         }
-        let fixed: Vec<usize> = (0..cloud.len()).filter(|&i| !is_free[i]).collect();
-        let mut drawn = CloudTensors::new(&cloud.select(&fixed), device);
-        for (object, path) in self.objects.iter().zip(paths) {
-            let at_start = if path.is_displaced() { &self.scene } else { &kept.scene };
-            let own = CloudTensors::new(&at_start.dynamic_gaussians.select(&path.rows), device);
-            let (means, rotations) = path.poses_at(object, window, frame.time.max(0.0), &own.rotations);
-            drawn = drawn.followed_by(&CloudTensors { means, rotations, ..own });
+        let mut drawn = drawn.autodiff();
+        for (object, path) in self.objects.iter().zip(&rollouts.paths) {
+            let at_start = if path.is_displaced() { &self.dynamic_gaussians } else { &kept.at_start };
+            let own = at_start.select(&row_indices(path.rows.iter().copied(), &self.device)).autodiff();
+            let (means, rotations) = path.poses_at(object, &rollouts.window, time, &own.rotations);
+            drawn = drawn.followed_by(CloudTensors { means, rotations, ..own });
         }
-        let view =
-            View { frame, background: self.scene.background, ssim_weight: self.config.ssim_weight, device };
-        frame_loss(drawn, cloud.sh_degree, &view)
+        let device = self.device.clone().autodiff();
+        let view = View {
+            frame,
+            background: self.scene.background,
+            ssim_weight: self.config.ssim_weight,
+            sh_degree: self.scene.dynamic_gaussians.sh_degree,
+            device: &device,
+        };
+        let probe = Tensor::zeros([drawn.len(), 2], &device);
+        view.compare(&drawn.splats(probe))
     }
 
     /// The scene that the kept motion of a checkpoint was rolled from.
     fn kept_scene(&self, file: &TensorFile) -> Result<LagrangianScene, TensorFileError> {
         let mut scene = self.scene.clone();
-        let dynamic_gaussians = scene.dynamic_gaussians.len();
-        scene.velocities = kept_rows(file, "tune.kept.velocities", dynamic_gaussians)?;
-        scene.dynamic_gaussians.means = kept_rows(file, "tune.kept.means", dynamic_gaussians)?;
-        scene.dynamic_gaussians.rotations = kept_rows(file, "tune.kept.rotations", dynamic_gaussians)?;
+        scene.velocities = rows_of_gaussians(file, "tune.kept.velocities", &self.scene)?;
+        scene.dynamic_gaussians.means = rows_of_gaussians(file, "tune.kept.means", &self.scene)?;
+        scene.dynamic_gaussians.rotations = rows_of_gaussians(file, "tune.kept.rotations", &self.scene)?;
         for (index, object) in scene.objects.iter_mut().enumerate() {
             let name = format!("tune.kept.{index}");
             let (_, params) = file.values(&name)?;
@@ -138,70 +163,58 @@ impl<'a> TuneDynamics<'a> {
         }
         Ok(scene)
     }
+
+    /// A step of every object along the gradients of its tensors.
+    fn descend(&mut self, paths: &[ObjectPath], gradients: &mut burn::tensor::Gradients) {
+        let (config, rate) = (self.config, cosine_decay(self.step, self.config.iterations));
+        for (object, path) in self.objects.iter_mut().zip(paths) {
+            object.network.step(config.learning_rate * rate, path.network.grad_remove(gradients));
+            let velocity_rate = config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
+            object.velocity.step(velocity_rate, path.velocity.grad_remove(gradients));
+            let pose = path.pose.as_ref().and_then(|pose| pose.grad_remove(gradients));
+            object.pose.step(config.pose_learning_rate * rate, pose);
+        }
+    }
 }
 
-impl Tuning for TuneDynamics<'_> {
+impl Trainer for TuneDynamics<'_> {
     fn stage(&self) -> Stage {
         Stage::TuneDynamics
     }
 
     fn steps(&self) -> usize {
-        self.config.iterations
+        if self.frames.is_empty() || self.objects.is_empty() { 0 } else { self.config.iterations }
     }
 
     fn step_index(&self) -> usize {
         self.step
     }
 
-    fn is_finished(&self) -> bool {
-        self.step >= self.config.iterations || self.objects.is_empty() || self.frames.is_empty()
-    }
-
-    fn scene(&self) -> LagrangianScene {
-        let mut scene = self.scene.clone();
-        self.objects.iter().enumerate().for_each(|(index, trained)| trained.write_to(&mut scene, index));
-        scene
+    fn gaussians(&self) -> usize {
+        self.scene.len()
     }
 
     fn step(&mut self) -> StepReport {
-        let kept = match self.kept.take() {
+        let mut kept = match self.kept.take() {
             Some(kept) if !self.step.is_multiple_of(self.config.refresh_every) => kept,
-            _ => KeptMotion::roll(self.scene()),
+            _ => KeptMotion::roll(self.scene(), &self.device),
         };
         let mut rng = stream(self.seed, "tune-dynamics", self.step as u64);
         let chosen: Vec<&Frame> = (0..self.config.frames_per_step)
             .map(|_| &self.frames[rng.random_range(0..self.frames.len())])
             .collect();
-        let window = self.window(&chosen);
-        let device = self.device.clone().autodiff();
-        let start = &kept.states[window.first.min(kept.states.len() - 1)];
-        let paths: Vec<ObjectPath> = (self.scene.objects.iter().zip(&self.objects))
-            .map(|(object, trained)| {
-                trained.roll(object, start, &window, self.config.subset, &mut rng, &device)
-            })
-            .collect();
-        let losses = chosen
-            .iter()
-            .filter(|f| window.contains(f.time))
-            .map(|f| self.loss(f, &kept, &paths, &window, &device));
-        let (losses, errors): (Vec<Tensor<1>>, Vec<f64>) = losses.unzip();
-        let count = losses.len() as f32;
-        let loss = Tensor::cat(losses, 0).sum().div_scalar(count);
-        let gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
-        let rate = cosine(self.step, self.config.iterations);
-        for (object, path) in self.objects.iter_mut().zip(&paths) {
-            object.network.step(self.config.learning_rate * rate, path.network.grad(&gradients));
-            let velocity_rate = self.config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
-            object.velocity.step(velocity_rate, path.velocity.grad(&gradients));
-            object.pose.step(
-                self.config.pose_learning_rate * rate,
-                path.pose.as_ref().and_then(|pose| pose.grad(&gradients)),
-            );
-        }
+        let rollouts = self.roll(&chosen, &mut kept, &mut rng);
+        let compared = chosen.iter().filter(|frame| rollouts.window.contains(frame.time)).map(|frame| {
+            let Comparison { loss, mse, .. } = self.compare(frame, &mut kept, &rollouts);
+            (loss, mse)
+        });
+        let (losses, errors): (Vec<Tensor<1>>, Vec<Tensor<1>>) = compared.unzip();
+        let loss = Tensor::cat(losses, 0).sum().div_scalar(errors.len() as f32);
+        let mut gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
+        self.descend(&rollouts.paths, &mut gradients);
         self.step += 1;
         self.kept = Some(kept);
-        let psnr = psnr_of(errors.iter().sum::<f64>() / f64::from(count));
-        StepReport { loss: values(&loss.inner())[0], psnr }
+        report(&loss, &errors)
     }
 
     fn checkpoint(&self) -> TensorFile {
@@ -210,15 +223,12 @@ impl Tuning for TuneDynamics<'_> {
             object.insert_into(&mut file, &format!("tune.{index}"));
         }
         let Some(kept) = &self.kept else { return file };
-        let LagrangianScene { dynamic_gaussians, velocities, .. } = &kept.scene;
-        file.insert("tune.kept.velocities", &[velocities.len(), 3], velocities.as_flattened());
-        file.insert("tune.kept.means", &[dynamic_gaussians.len(), 3], dynamic_gaussians.means.as_flattened());
-        file.insert(
-            "tune.kept.rotations",
-            &[dynamic_gaussians.len(), 4],
-            dynamic_gaussians.rotations.as_flattened(),
-        );
-        for (index, object) in kept.scene.objects.iter().enumerate() {
+        let LagrangianScene { dynamic_gaussians, velocities, objects, .. } = kept.states.scene();
+        let n = velocities.len();
+        file.insert("tune.kept.velocities", &[n, 3], velocities.as_flattened());
+        file.insert("tune.kept.means", &[n, 3], dynamic_gaussians.means.as_flattened());
+        file.insert("tune.kept.rotations", &[n, 4], dynamic_gaussians.rotations.as_flattened());
+        for (index, object) in objects.iter().enumerate() {
             file.insert(format!("tune.kept.{index}"), &[object.system.params.len()], &object.system.params);
         }
         file
@@ -229,23 +239,17 @@ impl Tuning for TuneDynamics<'_> {
             object.restore(file, &format!("tune.{index}"), &self.device)?;
         }
         if step > 0 {
-            self.kept = Some(KeptMotion::roll(self.kept_scene(file)?));
+            self.kept = Some(KeptMotion::roll(self.kept_scene(file)?, &self.device));
         }
         self.step = step;
         Ok(())
     }
 }
 
-/// Rows of the kept motion in a checkpoint, one per moving Gaussian.
-fn kept_rows<const D: usize>(
-    file: &TensorFile,
-    name: &str,
-    dynamic_gaussians: usize,
-) -> Result<Vec<[f32; D]>, TensorFileError> {
-    let rows: Vec<[f32; D]> = file.rows(name)?;
-    if rows.len() == dynamic_gaussians {
-        Ok(rows)
-    } else {
-        Err(file.field(name, &format!("{dynamic_gaussians} rows"), rows.len().to_string()))
+impl SceneTrainer for TuneDynamics<'_> {
+    fn scene(&self) -> LagrangianScene {
+        let mut scene = self.scene.clone();
+        self.objects.iter().enumerate().for_each(|(index, trained)| trained.write_to(&mut scene, index));
+        scene
     }
 }

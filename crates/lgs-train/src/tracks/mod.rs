@@ -22,7 +22,7 @@ use silhouettes::{Silhouette, silhouettes};
 /// Moments at which a path is first looked for.
 const MOMENTS: usize = 51;
 /// Most paths.
-const MOST: usize = 6;
+const MAX_TRACKS: usize = 6;
 /// Fewest blobs that a path must pass through.
 const FEWEST_SIGHTINGS: usize = 12;
 /// Longest stretch without a blob, as a part of the whole, over which a path is believed.
@@ -88,7 +88,7 @@ pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> 
     let evenly = (0..MOMENTS).map(|i| first + (last - first) * i as f32 / (MOMENTS - 1) as f32);
     let moments: Vec<f32> =
         evenly.filter(|&moment| Votes::reach(&silhouettes, moment, last - first)).collect();
-    while tracks.len() < MOST {
+    while tracks.len() < MAX_TRACKS {
         let coarse = Votes::new(&silhouettes, bounds).path(&moments);
         let start = Curve::through(&moments, &coarse)
             .map(|curve| curve.refined(&silhouettes, FIRST_RADIUS * bounds.half_side));
@@ -112,7 +112,8 @@ fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) ->
         sightings.iter().map(|s| silhouettes[s.silhouette].time).chain([first, last]).collect();
     times.sort_by(f32::total_cmp);
     let gap = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f32::max);
-    tracing::debug!(sightings = sightings.len(), radius, median_miss, gap, start = ?curve.at(first), end = ?curve.at(last), "path of a silhouette");
+    let (start, end) = (curve.at(first), curve.at(last));
+    tracing::debug!(sightings = sightings.len(), radius, median_miss, gap, ?start, ?end, "track");
     let holds = sightings.len() >= FEWEST_SIGHTINGS
         && gap <= LONGEST_GAP * (last - first)
         && median_miss <= LARGEST_MISS * radius;

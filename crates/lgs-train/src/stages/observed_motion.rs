@@ -1,7 +1,8 @@
 //! Which objects the images show to move.
 //!
-//! A source model moves whatever it likes where images say nothing: a plain wall slides along itself. An
-//! object whose Gaussians might as well rest where they are at t = 0 is part of the surroundings (G18).
+//! Where images say nothing, a source model's motion is arbitrary: a plain wall slides along itself. An
+//! object whose Gaussians could as well rest where they are at t = 0 belongs to the static Gaussians (method
+//! §5.1).
 
 use lgs_core::GaussianCloud;
 use lgs_data::dataset::Frame;
@@ -11,21 +12,23 @@ use lgs_render::{Splats, mse, rasterize};
 use rayon::prelude::*;
 
 use super::initialise_scene::InitialSceneRequest;
+use super::spread::spread_over_time;
 
-/// Training frames that are looked at, spread evenly over the window.
-const LOOKS: usize = 24;
-/// An object that shows more than this part of what the plainest one shows is not hidden.
-const HIDDEN: f64 = 0.1;
+/// Training frames that are compared, spread evenly over the window.
+const OBSERVED_FRAMES: usize = 24;
+/// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
+/// rise of any object.
+const OBSERVED_FRACTION: f64 = 0.1;
 
 /// For every object of a partition of the source's Gaussians, whether its rest would show in the training
 /// frames.
-pub(super) fn seen_to_move(
+pub(super) fn observed_to_move(
     source: &dyn SourceModel,
     partition: &Partition,
     request: &InitialSceneRequest<'_>,
 ) -> Vec<bool> {
     let tolerance = f64::from(request.partition.unseen_motion);
-    let frames = spread(request.frames);
+    let frames = spread_over_time(request.frames, OBSERVED_FRAMES, [1, 2]);
     if tolerance <= 0.0 || frames.is_empty() {
         return vec![true; partition.objects];
     }
@@ -47,7 +50,7 @@ pub(super) fn seen_to_move(
     }
     // Of a poor source little shows; then what shows most moves all the same.
     let most = rises.iter().copied().fold(0.0, f64::max);
-    rises.iter().map(|&rise| rise >= tolerance.min(HIDDEN * most)).collect()
+    rises.iter().map(|&rise| rise >= tolerance.min(OBSERVED_FRACTION * most)).collect()
 }
 
 /// Mean squared errors of a frame: of the source, and with each object at rest.
@@ -73,14 +76,6 @@ fn errors(
         error(&resting)
     });
     std::iter::once(error(&cloud)).chain(resting).collect()
-}
-
-/// Frames spread evenly over the window.
-fn spread(frames: &[Frame]) -> Vec<&Frame> {
-    let mut ordered: Vec<&Frame> = frames.iter().collect();
-    ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let looks = LOOKS.min(ordered.len());
-    (0..looks).map(|k| ordered[(2 * k + 1) * ordered.len() / (2 * looks)]).collect()
 }
 
 #[cfg(test)]
@@ -144,12 +139,12 @@ mod tests {
             frames: &frames,
             seed: 0,
         };
-        assert_eq!(seen_to_move(&source, &partition, &request), [true, false]);
+        assert_eq!(observed_to_move(&source, &partition, &request), [true, false]);
         let alone = Partition { object: vec![-1, 0], objects: 1 };
-        assert_eq!(seen_to_move(&source, &alone, &request), [true], "nothing shows more");
+        assert_eq!(observed_to_move(&source, &alone, &request), [true], "nothing shows more");
         let off = PartitionConfig { unseen_motion: 0.0, ..config.clone() };
         assert_eq!(
-            seen_to_move(&source, &partition, &InitialSceneRequest { partition: &off, ..request }),
+            observed_to_move(&source, &partition, &InitialSceneRequest { partition: &off, ..request }),
             [true, true]
         );
     }

@@ -1,4 +1,5 @@
-//! What images say of the poses of bodies: normal equations of small displacements.
+//! Observations of the poses of bodies: normal equations of small displacements, from the residuals of
+//! images.
 
 use std::ops::Range;
 
@@ -7,10 +8,10 @@ use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize,
 use lgs_data::dataset::Frame;
 use lgs_render::{Splats, photometric, rasterize};
 
-/// Displacement of a body that shows what an image makes of it, in radii and radians.
+/// Step of the central differences of images by a body's displacement, in radii and radians.
 const PROBE: f64 = 0.005;
 
-/// Of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
+/// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
 const SSIM_WEIGHT: f32 = 0.2;
 
 /// A small rigid displacement: of the body's centre, and a rotation vector about it.
@@ -30,30 +31,37 @@ pub(super) struct Normal {
     pub(super) b: [f64; 6],
 }
 
-/// What one frame says.
-pub(super) struct Look {
-    /// By body.
+/// One frame's residuals and what they tell of bodies.
+pub(super) struct Observation {
+    /// Normal equations by body.
     pub(super) normals: Vec<Normal>,
-    /// Of the Gaussians as they are, a sum over all values.
+    /// Squared error of the Gaussians as they are, summed over all values of the image.
     pub(super) squared_error: f64,
-    /// Photometric loss.
+    /// Photometric loss of the same.
     pub(super) loss: f32,
 }
 
-/// Looks at some bodies in a frame.
-pub(super) fn look_at(frame: &Frame, cloud: &GaussianCloud, bodies: &[Pose], background: [f32; 3]) -> Look {
+/// Observes the poses of some bodies in a frame.
+pub(super) fn observe(
+    frame: &Frame,
+    cloud: &GaussianCloud,
+    bodies: &[Pose],
+    background: [f32; 3],
+) -> Observation {
     let truth = frame.composited(background);
     let drawn = draw(&Splats::from(cloud), frame, background);
     let residuals = difference(&truth.pixels, &drawn);
     let normal = |body: &Pose| {
-        let columns: [Vec<f32>; 6] =
-            std::array::from_fn(|unknown| column(unknown, body, cloud, frame, background));
+        let columns: [Vec<f32>; 6] = std::array::from_fn(|unknown| {
+            let draw = |splats: &Splats<'_>| draw(splats, frame, background);
+            derivative(unknown, body, cloud, draw)
+        });
         Normal {
             a: std::array::from_fn(|i| std::array::from_fn(|j| product(&columns[i], &columns[j]))),
             b: std::array::from_fn(|i| product(&columns[i], &residuals)),
         }
     };
-    Look {
+    Observation {
         normals: bodies.iter().map(normal).collect(),
         squared_error: product(&residuals, &residuals),
         loss: photometric(&drawn, &truth.pixels, truth.width as usize, truth.height as usize, SSIM_WEIGHT),
@@ -75,20 +83,19 @@ fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3
     rasterize(splats, &frame.camera, background).image
 }
 
-/// The image's derivative by one number of a body's displacement, by central differences.
-fn column(
+/// The derivative of an image of the cloud by one number of a body's displacement, by central differences.
+fn derivative(
     unknown: usize,
     body: &Pose,
     cloud: &GaussianCloud,
-    frame: &Frame,
-    background: [f32; 3],
+    draw: impl Fn(&Splats<'_>) -> Vec<[f32; 3]>,
 ) -> Vec<f32> {
     let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = [0.0; 6];
         displacement[unknown] = by;
         let (means, rotations) = displaced(cloud, body, &displacement);
-        draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(cloud) }, frame, background)
+        draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(cloud) })
     });
     let rate = (0.5 / probe) as f32;
     difference(&ahead, &behind).into_iter().map(|change| rate * change).collect()
@@ -150,10 +157,10 @@ mod tests {
             for (bytes, pixel) in frame.rgba.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
                 (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
             }
-            let look = look_at(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
-            assert_eq!(look.squared_error, squared_error(&frame, &cloud, [1.0; 3]));
-            a.iter_mut().zip(look.normals[0].a.as_flattened()).for_each(|(sum, a)| *sum += a);
-            b.iter_mut().zip(&look.normals[0].b).for_each(|(sum, b)| *sum += b);
+            let observed = observe(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
+            assert_eq!(observed.squared_error, squared_error(&frame, &cloud, [1.0; 3]));
+            a.iter_mut().zip(observed.normals[0].a.as_flattened()).for_each(|(sum, a)| *sum += a);
+            b.iter_mut().zip(&observed.normals[0].b).for_each(|(sum, b)| *sum += b);
         }
         assert!(lgs_core::linear::solve_positive(&mut a, &mut b, 6, 1));
         for (i, (found, true_one)) in b.iter().zip(by).enumerate() {

@@ -1,47 +1,30 @@
-//! A run's folder, and training a source model in it: configuration, checkpoints, events, and what is left at
-//! the end.
+//! The folder of a run: its configuration, checkpoints, training curve and models.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
+use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
-use crate::checkpoint::{Checkpoint, Checkpoints, RunIdentity, Stage};
-use crate::config::TrainConfig;
-use crate::events::{Event, EventLog};
-use crate::source::SourceTrainer;
+use crate::checkpoint::{Checkpoints, RunIdentity};
+use crate::config::{ConfigError, Preset, TrainConfig};
+use crate::events::EventLog;
+use crate::layers::parse;
 
-/// Iterations between lines of `events.jsonl`.
-const EVENT_INTERVAL: usize = 20;
+/// Name of the table of `config.toml` that says what a run is trained on.
+const DATASET: &str = "dataset";
 
-/// What a progress bar shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// Stage that runs.
-    pub stage: Stage,
-    /// Steps done of the stage.
-    pub step: usize,
-    /// Steps in all.
-    pub steps: usize,
-    /// Loss of the last step.
-    pub loss: f32,
-    /// PSNR of the last image, dB, where the stage renders.
-    pub psnr: Option<f32>,
-    /// Gaussians.
-    pub gaussians: usize,
-}
-
-/// What a caller passes to a stage beside its data.
-pub struct Control<'a> {
-    /// Set from a signal handler: the stage writes a checkpoint and returns [`TrainError::Interrupted`].
-    pub stop: &'a AtomicBool,
-    /// Called after every step.
-    pub progress: &'a mut dyn FnMut(Progress),
+/// The dataset of a run, as `config.toml` records it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunDataset {
+    /// Folder that training read.
+    pub path: PathBuf,
+    /// Fingerprint of its contents.
+    pub fingerprint: String,
 }
 
 /// The folder of a run.
@@ -60,11 +43,7 @@ impl RunFolder {
         if folder.config_path().exists() || folder.checkpoints_path().exists() {
             return Err(TrainError::Occupied(root.to_owned()));
         }
-        let dataset = match dataset.splits.is_empty() {
-            true => "# dataset: none\n".to_owned(),
-            false => format!("# dataset: {} ({})\n", dataset.root.display(), dataset.fingerprint),
-        };
-        let text = dataset + &config.to_toml()?;
+        let text = config.to_toml()? + &dataset_table(dataset)?;
         write_with_parents(&folder.config_path(), |w| w.write_all(text.as_bytes()))?;
         write_atomically(&folder.events_path(), |_| Ok(()))?;
         Ok(folder)
@@ -76,10 +55,29 @@ impl RunFolder {
     /// If there is none or it does not parse.
     pub fn open(root: &Path) -> Result<(Self, TrainConfig), TrainError> {
         let folder = Self { root: root.to_owned() };
-        let path = folder.config_path();
+        let mut table = folder.read_config()?;
+        table.remove(DATASET);
+        Ok((folder, TrainConfig::from_table(Preset::Quick, table)?))
+    }
+
+    /// The dataset that the run is trained on; nothing for a run without images.
+    ///
+    /// # Errors
+    /// If `config.toml` cannot be read or its table `[dataset]` is of another form.
+    pub fn dataset(&self) -> Result<Option<RunDataset>, TrainError> {
+        let table = self.read_config()?.remove(DATASET);
+        let read = table.map(toml::Value::try_into).transpose();
+        let invalid = |e: toml::de::Error| {
+            let reason = format!("{}: {}", e.message(), self.config_path().display());
+            ConfigError::Invalid { key: DATASET.to_owned(), reason }
+        };
+        Ok(read.map_err(invalid)?)
+    }
+
+    fn read_config(&self) -> Result<toml::Table, TrainError> {
+        let path = self.config_path();
         let text = std::fs::read_to_string(&path).map_err(|e| FileError::new("read file", &path, e))?;
-        let config = TrainConfig::from_toml(&text, &path.display().to_string())?;
-        Ok((folder, config))
+        Ok(parse(&text, &path.display().to_string())?)
     }
 
     /// The folder itself.
@@ -184,6 +182,17 @@ impl RunFolder {
     }
 }
 
+/// The table `[dataset]` of a run's `config.toml`; empty without images.
+fn dataset_table(dataset: &Dataset) -> Result<String, TrainError> {
+    if dataset.splits.is_empty() {
+        return Ok(String::new());
+    }
+    let recorded = RunDataset { path: dataset.root.clone(), fingerprint: dataset.fingerprint.clone() };
+    let table = toml::to_string_pretty(&recorded)
+        .map_err(|e| ConfigError::Invalid { key: DATASET.to_owned(), reason: e.to_string() })?;
+    Ok(format!("\n[{DATASET}]\n{table}"))
+}
+
 /// Puts the files of a folder into a new one: links where the file system can, which is safe as files are
 /// never written in place, else copies.
 fn link_tree(from: &Path, to: &Path) -> Result<(), FileError> {
@@ -199,91 +208,4 @@ fn link_tree(from: &Path, to: &Path) -> Result<(), FileError> {
         }
     }
     Ok(())
-}
-
-/// Calls for a checkpoint every so many seconds.
-pub struct CheckpointTimer {
-    interval: Duration,
-    last: Instant,
-}
-
-impl CheckpointTimer {
-    /// Starts counting.
-    #[must_use]
-    pub fn new(config: &TrainConfig) -> Self {
-        Self { interval: Duration::from_secs(config.checkpoint_secs), last: Instant::now() }
-    }
-
-    /// Whether one is due; starts anew if so.
-    pub fn is_due(&mut self) -> bool {
-        let due = self.last.elapsed() >= self.interval;
-        if due {
-            self.last = Instant::now();
-        }
-        due
-    }
-}
-
-/// Trains the source model of a run, from the start or from a checkpoint of this stage, and writes it into
-/// the folder.
-///
-/// # Errors
-/// If a file cannot be written, the loss is not finite, or a stop was asked for (after a checkpoint).
-pub fn train_source(
-    run: &RunFolder,
-    dataset: &Dataset,
-    config: &TrainConfig,
-    from: Option<&Checkpoint>,
-    control: &mut Control<'_>,
-) -> Result<Box<dyn SourceModel>, TrainError> {
-    let _span = tracing::trace_span!("source").entered();
-    let checkpoints = run.checkpoints(config, dataset);
-    let mut trainer = match from {
-        Some(checkpoint) => SourceTrainer::restore(dataset, &config.source, config.seed, &checkpoint.file)?,
-        None => SourceTrainer::new(dataset, &config.source, config.seed)?,
-    };
-    let mut events = EventLog::resume(&run.events_path(), Stage::Source, trainer.iteration())?;
-    let mut timer = CheckpointTimer::new(config);
-    let save = |trainer: &SourceTrainer<'_>| {
-        let mut file = Checkpoints::start();
-        trainer.snapshot(&mut file);
-        checkpoints.save(Stage::Source, trainer.iteration(), file)
-    };
-    while !trainer.is_done() {
-        if control.stop.load(Ordering::Relaxed) {
-            save(&trainer)?;
-            return Err(TrainError::Interrupted {
-                stage: Stage::Source.name(),
-                iteration: trainer.iteration(),
-            });
-        }
-        let report = trainer.step()?;
-        let psnr = Some(report.psnr);
-        if report.iteration.is_multiple_of(EVENT_INTERVAL) {
-            let stage = Stage::Source.name().to_owned();
-            events.append(&Event {
-                stage,
-                step: report.iteration,
-                loss: report.loss,
-                psnr,
-                gaussians: report.gaussians,
-            })?;
-        }
-        let (step, steps) = (report.iteration, trainer.iterations());
-        (control.progress)(Progress {
-            stage: Stage::Source,
-            step,
-            steps,
-            loss: report.loss,
-            psnr,
-            gaussians: report.gaussians,
-        });
-        if timer.is_due() {
-            save(&trainer)?;
-        }
-    }
-    save(&trainer)?;
-    let model = trainer.model();
-    run.write_source(&*model, trainer.iteration(), dataset)?;
-    Ok(model)
 }

@@ -1,0 +1,128 @@
+//! Gaussians as tensors on the device where training runs.
+
+use burn::tensor::{Device, Int, Tensor, TensorData};
+use lgs_core::GaussianCloud;
+use lgs_render::tensor::SplatTensors;
+
+use crate::adam::values;
+
+/// A slice of rows as a `[n, D]` tensor.
+pub(crate) fn rows<const D: usize>(values: &[[f32; D]], device: &Device) -> Tensor<2> {
+    Tensor::from_data(TensorData::new(values.as_flattened().to_vec(), [values.len(), D]), device)
+}
+
+/// A slice as a `[n]` tensor.
+pub(crate) fn vector(values: &[f32], device: &Device) -> Tensor<1> {
+    Tensor::from_data(TensorData::new(values.to_vec(), [values.len()]), device)
+}
+
+/// Row numbers as a `[n]` tensor.
+pub(crate) fn row_indices(rows: impl IntoIterator<Item = usize>, device: &Device) -> Tensor<1, Int> {
+    let rows: Vec<i32> = rows.into_iter().map(|row| row as i32).collect();
+    Tensor::from_ints(rows.as_slice(), device)
+}
+
+/// The rows of a `[n, D]` tensor, on the host.
+pub(crate) fn host_rows<const D: usize>(tensor: &Tensor<2>) -> Vec<[f32; D]> {
+    values(tensor).as_chunks::<D>().0.to_vec()
+}
+
+/// Hamilton products `a ⊗ b` of `[n, 4]` quaternions `[w, x, y, z]`.
+pub(crate) fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
+    let part = |q: &Tensor<2>, i: usize| q.clone().narrow(1, i, 1);
+    let term = |i, j| part(a, i) * part(b, j);
+    Tensor::cat(
+        vec![
+            term(0, 0) - term(1, 1) - term(2, 2) - term(3, 3),
+            term(0, 1) + term(1, 0) + term(2, 3) - term(3, 2),
+            term(0, 2) - term(1, 3) + term(2, 0) + term(3, 1),
+            term(0, 3) + term(1, 2) - term(2, 1) + term(3, 0),
+        ],
+        1,
+    )
+}
+
+/// The raw parameters of n Gaussians, as the rasterizer takes them.
+#[derive(Clone)]
+pub(crate) struct CloudTensors {
+    /// `[n, 3]`, world units.
+    pub(crate) means: Tensor<2>,
+    /// Quaternions `[n, 4]`, w first.
+    pub(crate) rotations: Tensor<2>,
+    /// `[n, 3]`.
+    pub(crate) log_scales: Tensor<2>,
+    /// Logits `[n]`.
+    pub(crate) raw_opacities: Tensor<1>,
+    /// Spherical-harmonic coefficients `[n, K, 3]`.
+    pub(crate) sh: Tensor<3>,
+}
+
+impl CloudTensors {
+    /// A cloud on a device.
+    pub(crate) fn new(cloud: &GaussianCloud, device: &Device) -> Self {
+        let sh = TensorData::new(cloud.sh.clone(), [cloud.len(), cloud.sh_stride() / 3, 3]);
+        Self {
+            means: rows(&cloud.means, device),
+            rotations: rows(&cloud.rotations, device),
+            log_scales: rows(&cloud.log_scales, device),
+            raw_opacities: vector(&cloud.raw_opacities, device),
+            sh: Tensor::from_data(sh, device),
+        }
+    }
+
+    /// The cloud on the host.
+    pub(crate) fn cloud(&self, sh_degree: usize) -> GaussianCloud {
+        GaussianCloud {
+            means: host_rows(&self.means),
+            rotations: host_rows(&self.rotations),
+            log_scales: host_rows(&self.log_scales),
+            raw_opacities: values(&self.raw_opacities),
+            sh: values(&self.sh),
+            sh_degree,
+        }
+    }
+
+    /// The same as constants of a graph.
+    pub(crate) fn autodiff(self) -> Self {
+        Self {
+            means: self.means.autodiff(),
+            rotations: self.rotations.autodiff(),
+            log_scales: self.log_scales.autodiff(),
+            raw_opacities: self.raw_opacities.autodiff(),
+            sh: self.sh.autodiff(),
+        }
+    }
+
+    /// Number of Gaussians.
+    pub(crate) fn len(&self) -> usize {
+        self.means.dims()[0]
+    }
+
+    /// Some of the Gaussians, by row.
+    pub(crate) fn select(&self, rows: &Tensor<1, Int>) -> Self {
+        Self {
+            means: self.means.clone().select(0, rows.clone()),
+            rotations: self.rotations.clone().select(0, rows.clone()),
+            log_scales: self.log_scales.clone().select(0, rows.clone()),
+            raw_opacities: self.raw_opacities.clone().select(0, rows.clone()),
+            sh: self.sh.clone().select(0, rows.clone()),
+        }
+    }
+
+    /// These Gaussians and others behind them.
+    pub(crate) fn followed_by(self, others: Self) -> Self {
+        Self {
+            means: Tensor::cat(vec![self.means, others.means], 0),
+            rotations: Tensor::cat(vec![self.rotations, others.rotations], 0),
+            log_scales: Tensor::cat(vec![self.log_scales, others.log_scales], 0),
+            raw_opacities: Tensor::cat(vec![self.raw_opacities, others.raw_opacities], 0),
+            sh: Tensor::cat(vec![self.sh, others.sh], 0),
+        }
+    }
+
+    /// What the rasterizer draws; `probe` `[n, 2]` receives the gradient by the projected centres.
+    pub(crate) fn splats(self, probe: Tensor<2>) -> SplatTensors {
+        let Self { means, rotations, log_scales, raw_opacities, sh } = self;
+        SplatTensors { means, rotations, log_scales, raw_opacities, sh, means2d_probe: probe }
+    }
+}

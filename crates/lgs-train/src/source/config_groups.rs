@@ -1,0 +1,140 @@
+//! Groups of the settings of source training (method §3.4).
+
+use serde::{Deserialize, Serialize};
+
+use super::config::SourceConfig;
+
+/// Which frames the static warm-up sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WarmupFrames {
+    /// All times: moving parts are blurred until the deformation starts (DefGS).
+    All,
+    /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the
+    /// scene's start (FreeGave).
+    First,
+}
+
+/// Where the first Gaussians are put if the dataset ships no points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitialPoints {
+    /// Uniformly in the box.
+    Random,
+    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too
+    /// little.
+    Hull,
+}
+
+/// Learning rates of Adam per group; positions and the network decay log-linearly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LearningRates {
+    /// Positions at the start, world units per step (paper: 8e-4).
+    pub position_start: f64,
+    /// Positions at the end (paper: 8e-6).
+    pub position_end: f64,
+    /// Steps over which they decay (paper: 30 000); 0: all iterations.
+    pub position_steps: usize,
+    /// Colour, constant coefficient (paper: 2.5e-3).
+    pub sh: f64,
+    /// Colour, other coefficients (paper: 1.25e-4).
+    pub sh_rest: f64,
+    /// Opacity logits (paper: 0.05).
+    pub opacity: f64,
+    /// Log scales (paper: 5e-3).
+    pub scale: f64,
+    /// Quaternions (paper: 1e-3).
+    pub rotation: f64,
+    /// Deformation network at the start (paper: 8e-4).
+    pub deformation_start: f64,
+    /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are
+    /// full steps in every weight, whatever the gradient; at high rates they can silence the network.
+    pub deformation_ramp: usize,
+    /// Deformation network at the end (paper: 1.6e-6).
+    pub deformation_end: f64,
+    /// Steps over which it decays (paper: 40 000); 0: all iterations.
+    pub deformation_steps: usize,
+}
+
+impl Default for LearningRates {
+    fn default() -> Self {
+        SourceConfig::quick().learning_rates
+    }
+}
+
+/// Densification: where Gaussians are cloned, split and removed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DensifyConfig {
+    /// Acts after this iteration (paper: 500).
+    pub after: usize,
+    /// Acts before this iteration (paper: 15 000).
+    pub before: usize,
+    /// Acts every so many iterations (paper: 100).
+    pub interval: usize,
+    /// Mean NDC gradient from which a Gaussian is cloned or split (paper: 2e-4). Lower makes more Gaussians.
+    pub gradient_threshold: f32,
+    /// Largest standard deviation that is cloned rather than split, as a part of the scene's extent (paper:
+    /// 0.01).
+    pub clone_extent: f32,
+    /// Opacity under which a Gaussian is removed (paper: 0.005).
+    pub min_opacity: f32,
+    /// Gaussians farther from the centre of the box that the cameras look at than this many of its half sides
+    /// are not kept (paper: 0, all are).
+    pub prune_outside: f32,
+    /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after`
+    /// (paper: 0.1).
+    pub prune_extent: f32,
+    /// Iteration after which large Gaussians are removed (paper: 3000).
+    pub prune_large_after: usize,
+    /// Opacities are lowered to 0.01 every so many iterations (paper: 3000); 0: never.
+    pub opacity_reset_interval: usize,
+    /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
+    pub white_reset_at: usize,
+    /// Most Gaussians; where more qualify, those with the largest gradients are taken. 0: no limit (paper).
+    pub max_gaussians: usize,
+}
+
+impl Default for DensifyConfig {
+    fn default() -> Self {
+        SourceConfig::quick().densify
+    }
+}
+
+/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving
+/// with what they can.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RigidityConfig {
+    /// Weight of the mean squared relative change of neighbour distances (paper: 0, none).
+    pub weight: f32,
+    /// Neighbours per Gaussian.
+    pub neighbors: usize,
+    /// Relative stretch beyond which an edge is taken to join two bodies and pulls less and less.
+    pub robust_scale: f32,
+}
+
+impl Default for RigidityConfig {
+    fn default() -> Self {
+        SourceConfig::quick().rigidity
+    }
+}
+
+/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`):
+/// for sets with few images of each moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GuideConfig {
+    /// Weight of the squared distance from the path (paper: 0, none). It fades after the time window has
+    /// grown, to 0 at the end.
+    pub weight: f32,
+    /// Paths are looked for in sets with fewer training images than this per distinct time.
+    pub below_images_per_time: f32,
+}
+
+impl Default for GuideConfig {
+    fn default() -> Self {
+        SourceConfig::quick().guide
+    }
+}

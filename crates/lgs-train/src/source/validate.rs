@@ -1,0 +1,106 @@
+//! Checks of the settings of source training.
+
+use lgs_model::source::{FreeGaveConfig, SourceKind};
+
+use super::config::SourceConfig;
+
+/// A key below `source` and what is wrong with its value.
+type Refusal = (String, String);
+
+impl SourceConfig {
+    /// Checks the values; a refusal is (key below `source`, reason).
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self) -> Result<(), (String, String)> {
+        self.validate_motion()?;
+        self.validate_rates()?;
+        self.validate_counts()?;
+        let weights = [
+            ("initial_half_extent", self.initial_half_extent),
+            ("near", self.near),
+            ("densify.gradient_threshold", self.densify.gradient_threshold),
+            ("rigidity.weight", self.rigidity.weight),
+            ("guide.weight", self.guide.weight),
+            ("guide.below_images_per_time", self.guide.below_images_per_time),
+            ("stretch", self.stretch),
+            ("static_regulariser", self.static_regulariser),
+            ("densify.prune_outside", self.densify.prune_outside),
+        ];
+        weights.into_iter().try_for_each(|(key, value)| not_negative(key, f64::from(value)))?;
+        positive("rigidity.robust_scale", f64::from(self.rigidity.robust_scale))?;
+        fraction("front_share", self.front_share)?;
+        fraction("ssim_weight", self.ssim_weight)
+    }
+
+    fn validate_rates(&self) -> Result<(), Refusal> {
+        let rates = &self.learning_rates;
+        positive("learning_rates.position_start", rates.position_start)?;
+        positive("learning_rates.position_end", rates.position_end)?;
+        positive("learning_rates.deformation_start", rates.deformation_start)?;
+        positive("learning_rates.deformation_end", rates.deformation_end)?;
+        not_negative("learning_rates.sh", rates.sh)?;
+        not_negative("learning_rates.sh_rest", rates.sh_rest)?;
+        not_negative("learning_rates.opacity", rates.opacity)?;
+        not_negative("learning_rates.scale", rates.scale)?;
+        not_negative("learning_rates.rotation", rates.rotation)
+    }
+
+    fn validate_counts(&self) -> Result<(), Refusal> {
+        let counts = [
+            ("iterations", self.iterations, 1, usize::MAX),
+            ("initial_gaussians", self.initial_gaussians, 1, 2_000_000),
+            ("sh_degree", self.sh_degree, 0, 3),
+            ("densify.interval", self.densify.interval, 1, usize::MAX),
+            ("rigidity.neighbors", self.rigidity.neighbors, 1, 64),
+        ];
+        counts.into_iter().try_for_each(|(key, value, least, most)| {
+            let limit = if value < least { format!("below {least}") } else { format!("above {most}") };
+            require((least..=most).contains(&value), key, format_args!("{value} is {limit}"))
+        })
+    }
+
+    /// Checks the networks that move the Gaussians, and that the kind of source has these.
+    fn validate_motion(&self) -> Result<(), (String, String)> {
+        let deformation = self.deformation.clone();
+        let imported = !self.import.is_empty();
+        match (self.kind, &self.velocity, &self.advection) {
+            (SourceKind::Defgs, None, None) => {
+                deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
+                require(
+                    deformation.code == 0,
+                    "deformation.code",
+                    format_args!("the source `defgs` has no code"),
+                )
+            }
+            (SourceKind::Frames, None, None) => {
+                require(imported, "import", format_args!("the source `frames` needs a file or folder"))
+            }
+            (SourceKind::Freegave, Some(velocity), Some(advection)) => {
+                require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
+                FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
+                advection.validate().map_err(|(field, reason)| (format!("advection.{field}"), reason))
+            }
+            _ => Err((
+                "kind".to_owned(),
+                "`velocity` and `advection` belong to the source `freegave`, and to no other".to_owned(),
+            )),
+        }
+    }
+}
+
+fn positive(key: &str, value: f64) -> Result<(), Refusal> {
+    require(value > 0.0 && value.is_finite(), key, format_args!("{value} is not a positive number"))
+}
+
+fn not_negative(key: &str, value: f64) -> Result<(), Refusal> {
+    require(value >= 0.0 && value.is_finite(), key, format_args!("{value} is negative or not finite"))
+}
+
+fn fraction(key: &str, value: f32) -> Result<(), Refusal> {
+    require((0.0..=1.0).contains(&value), key, format_args!("{value} is not in [0, 1]"))
+}
+
+fn require(holds: bool, key: &str, reason: std::fmt::Arguments<'_>) -> Result<(), Refusal> {
+    if holds { Ok(()) } else { Err((key.to_owned(), reason.to_string())) }
+}

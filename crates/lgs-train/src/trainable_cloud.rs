@@ -1,0 +1,225 @@
+//! A trainable Gaussian cloud: one Adam group per attribute, with a row per Gaussian. The source model, the
+//! refinement and stage 3 all train one.
+
+use burn::tensor::{Device, Gradients, Tensor};
+use lgs_core::{GaussianCloud, sh_coefficients};
+use lgs_model::{TensorFile, TensorFileError};
+
+use crate::adam::AdamGroup;
+use crate::cloud_tensors::{CloudTensors, row_indices};
+
+/// Adam groups of a cloud. The constant and the direction-dependent part of the colours are apart, as their
+/// learning rates differ.
+pub(crate) struct TrainableCloud {
+    pub(crate) means: AdamGroup<2>,
+    pub(crate) rotations: AdamGroup<2>,
+    pub(crate) log_scales: AdamGroup<2>,
+    pub(crate) raw_opacities: AdamGroup<2>,
+    sh_constant: AdamGroup<2>,
+    /// Absent for colours of degree 0.
+    sh_rest: Option<AdamGroup<2>>,
+    sh_degree: usize,
+}
+
+/// The tracked leaves of one step's graph; also, attribute by attribute, their gradients.
+pub(crate) struct CloudLeaves {
+    pub(crate) means: Tensor<2>,
+    pub(crate) rotations: Tensor<2>,
+    log_scales: Tensor<2>,
+    raw_opacities: Tensor<2>,
+    sh_constant: Tensor<2>,
+    sh_rest: Option<Tensor<2>>,
+}
+
+/// Gradients of a cloud's attributes; an attribute without one takes no step.
+#[derive(Default)]
+pub(crate) struct CloudGradients {
+    pub(crate) means: Option<Tensor<2>>,
+    rotations: Option<Tensor<2>>,
+    log_scales: Option<Tensor<2>>,
+    pub(crate) raw_opacities: Option<Tensor<2>>,
+    sh_constant: Option<Tensor<2>>,
+    sh_rest: Option<Tensor<2>>,
+}
+
+/// Learning rates of a cloud's attributes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CloudRates {
+    pub(crate) means: f64,
+    pub(crate) rotations: f64,
+    pub(crate) log_scales: f64,
+    pub(crate) raw_opacities: f64,
+    pub(crate) sh_constant: f64,
+    pub(crate) sh_rest: f64,
+}
+
+impl CloudRates {
+    /// All rates times a factor.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self {
+            means: factor * self.means,
+            rotations: factor * self.rotations,
+            log_scales: factor * self.log_scales,
+            raw_opacities: factor * self.raw_opacities,
+            sh_constant: factor * self.sh_constant,
+            sh_rest: factor * self.sh_rest,
+        }
+    }
+}
+
+impl CloudLeaves {
+    pub(crate) fn tensors(&self) -> CloudTensors {
+        let n = self.means.dims()[0];
+        let constant = self.sh_constant.clone();
+        let sh = match &self.sh_rest {
+            Some(rest) => Tensor::cat(vec![constant, rest.clone()], 1),
+            None => constant,
+        };
+        let coefficients = sh.dims()[1] / 3;
+        CloudTensors {
+            means: self.means.clone(),
+            rotations: self.rotations.clone(),
+            log_scales: self.log_scales.clone(),
+            raw_opacities: self.raw_opacities.clone().reshape([n]),
+            sh: sh.reshape([n, coefficients, 3]),
+        }
+    }
+
+    /// Takes the leaves' gradients.
+    pub(crate) fn gradients(&self, gradients: &mut Gradients) -> CloudGradients {
+        CloudGradients {
+            means: self.means.grad_remove(gradients),
+            rotations: self.rotations.grad_remove(gradients),
+            log_scales: self.log_scales.grad_remove(gradients),
+            raw_opacities: self.raw_opacities.grad_remove(gradients),
+            sh_constant: self.sh_constant.grad_remove(gradients),
+            sh_rest: self.sh_rest.as_ref().and_then(|rest| rest.grad_remove(gradients)),
+        }
+    }
+}
+
+impl TrainableCloud {
+    pub(crate) fn new(cloud: &GaussianCloud, device: &Device) -> Self {
+        let (n, stride) = (cloud.len(), cloud.sh_stride());
+        let columns = |from: usize, to: usize| {
+            cloud.sh.chunks_exact(stride).flat_map(|row| &row[from..to]).copied().collect::<Vec<f32>>()
+        };
+        let group = |values: Vec<f32>, width: usize| AdamGroup::new(values, [n, width], device);
+        Self {
+            means: group(cloud.means.as_flattened().to_vec(), 3),
+            rotations: group(cloud.rotations.as_flattened().to_vec(), 4),
+            log_scales: group(cloud.log_scales.as_flattened().to_vec(), 3),
+            raw_opacities: group(cloud.raw_opacities.clone(), 1),
+            sh_constant: group(columns(0, 3), 3),
+            sh_rest: (stride > 3).then(|| group(columns(3, stride), stride - 3)),
+            sh_degree: cloud.sh_degree,
+        }
+    }
+
+    /// Number of Gaussians.
+    pub(crate) fn len(&self) -> usize {
+        self.means.rows()
+    }
+
+    pub(crate) fn leaves(&self) -> CloudLeaves {
+        self.with_each(AdamGroup::leaf)
+    }
+
+    /// The Gaussians on the host.
+    pub(crate) fn cloud(&self) -> GaussianCloud {
+        self.with_each(AdamGroup::value).tensors().cloud(self.sh_degree)
+    }
+
+    fn with_each(&self, tensor: impl Fn(&AdamGroup<2>) -> Tensor<2>) -> CloudLeaves {
+        CloudLeaves {
+            means: tensor(&self.means),
+            rotations: tensor(&self.rotations),
+            log_scales: tensor(&self.log_scales),
+            raw_opacities: tensor(&self.raw_opacities),
+            sh_constant: tensor(&self.sh_constant),
+            sh_rest: self.sh_rest.as_ref().map(tensor),
+        }
+    }
+
+    /// One step of Adam for every attribute that has a gradient.
+    pub(crate) fn step(&mut self, gradients: CloudGradients, rates: &CloudRates) {
+        self.means.step(rates.means, gradients.means);
+        self.rotations.step(rates.rotations, gradients.rotations);
+        self.log_scales.step(rates.log_scales, gradients.log_scales);
+        self.raw_opacities.step(rates.raw_opacities, gradients.raw_opacities);
+        self.sh_constant.step(rates.sh_constant, gradients.sh_constant);
+        if let Some(rest) = &mut self.sh_rest {
+            rest.step(rates.sh_rest, gradients.sh_rest);
+        }
+    }
+
+    /// Keeps the first rows of a list, and appends copies of the Gaussians at its other rows, which start
+    /// without moments.
+    pub(crate) fn reselect(&mut self, rows: &[usize], kept: usize) {
+        let rows = row_indices(rows.iter().copied(), &self.means.device());
+        for group in [
+            Some(&mut self.means),
+            Some(&mut self.rotations),
+            Some(&mut self.log_scales),
+            Some(&mut self.raw_opacities),
+            Some(&mut self.sh_constant),
+            self.sh_rest.as_mut(),
+        ]
+        .into_iter()
+        .flatten()
+        {
+            group.reselect(&rows, kept);
+        }
+    }
+
+    /// Lowers opacities to at most `opacity` and forgets their moments (method §3.4).
+    pub(crate) fn cap_opacity(&mut self, opacity: f32) {
+        let logit = (opacity / (1.0 - opacity)).ln();
+        self.raw_opacities.replace(self.raw_opacities.value().clamp_max(logit));
+    }
+
+    fn named(&self) -> Vec<(&'static str, &AdamGroup<2>)> {
+        let always = [
+            ("means", &self.means),
+            ("rotations", &self.rotations),
+            ("log_scales", &self.log_scales),
+            ("raw_opacities", &self.raw_opacities),
+            ("sh_constant", &self.sh_constant),
+        ];
+        always.into_iter().chain(self.sh_rest.as_ref().map(|g| ("sh_rest", g))).collect()
+    }
+
+    /// Adds values and moments to a checkpoint under a name.
+    pub(crate) fn insert_into(&self, file: &mut TensorFile, name: &str) {
+        for (attribute, group) in self.named() {
+            group.insert_into(file, &format!("{name}.{attribute}"));
+        }
+    }
+
+    /// Reads what [`Self::insert_into`] wrote.
+    ///
+    /// # Errors
+    /// If an attribute is absent, not finite or of another shape.
+    pub(crate) fn read_from(
+        file: &TensorFile,
+        name: &str,
+        sh_degree: usize,
+        device: &Device,
+    ) -> Result<Self, TensorFileError> {
+        let read = |attribute: &str, n: Option<usize>, width: usize| {
+            AdamGroup::read_from(file, &format!("{name}.{attribute}"), [n, Some(width)], device)
+        };
+        let means = read("means", None, 3)?;
+        let n = Some(means.rows());
+        let rest = 3 * (sh_coefficients(sh_degree) - 1);
+        Ok(Self {
+            rotations: read("rotations", n, 4)?,
+            log_scales: read("log_scales", n, 3)?,
+            raw_opacities: read("raw_opacities", n, 1)?,
+            sh_constant: read("sh_constant", n, 3)?,
+            sh_rest: if rest > 0 { Some(read("sh_rest", n, rest)?) } else { None },
+            means,
+            sh_degree,
+        })
+    }
+}
