@@ -4,9 +4,10 @@
 //! `x/z`, `y/z` clamped to 1.3 times the tangent of half the field of view), `M = J W R S` is 2×3 and the
 //! covariance on the image is `Σ = M Mᵀ + 0.3 I`.
 //!
-//! Two forms keep f32 accurate for long thin Gaussians: the determinant as `|m₀ × m₁|² + 0.3 (|m₀|² + |m₁|²)
-//! + 0.09` (Cauchy–Binet; no cancellation), and the exponent as minus a sum of squares, `-½ dᵀ Σ⁻¹ d = -(u² +
-//! w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that it can never be positive.
+//! Two forms keep f32 accurate for long thin Gaussians: the determinant as
+//! `|m₀ × m₁|² + 0.3 (|m₀|² + |m₁|²) + 0.09` (Cauchy–Binet; no cancellation), and the exponent as minus a sum
+//! of squares, `-½ dᵀ Σ⁻¹ d = -(u² + w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that it can never
+//! be positive.
 
 use crate::extent::pixel_box;
 use crate::sh::Basis;

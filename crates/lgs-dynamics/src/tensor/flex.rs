@@ -48,7 +48,7 @@ fn unpack_cotangents(packed: &[f32], n: usize) -> Vec<StateCotangents> {
 }
 
 fn system(config: &SystemConfig, params: &FloatTensor<Flex>) -> System {
-    System { config: config.clone(), params: floats(&params.to_contiguous()).to_vec() }
+    System { config: *config, params: floats(&params.to_contiguous()).to_vec() }
 }
 
 fn points(tensor: &FloatTensor<Flex>) -> Vec<[f32; 3]> {
