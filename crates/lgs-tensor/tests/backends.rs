@@ -1,9 +1,9 @@
 //! Nothing above the kernels names a backend.
 //!
-//! One operation is given two backends: the CPU's, which keeps a vector of floats, and a second one that counts its
-//! calls and forwards to the first, whose kept state is a tensor of its own. The same autodiff node runs both. A
-//! walk over the sources then shows that code above the kernels names no backend, so that it runs on whatever
-//! device it is given.
+//! One operation is given two backends: the CPU's, which keeps a vector of floats, and a second one that
+//! counts its calls and forwards to the first, whose kept state is a tensor of its own. The same autodiff
+//! node runs both. A walk over the sources then shows that code above the kernels names no backend, so that
+//! it runs on whatever device it is given.
 
 use burn::backend::autodiff::checkpoint::strategy::NoCheckpointing;
 use burn::backend::ops::FloatTensorOps;
@@ -94,7 +94,8 @@ fn one_node_runs_the_kernels_of_every_backend() {
     assert_eq!(calls, [1, 1], "the second backend's own kernels ran");
 }
 
-/// Sources that may name a backend: kernels with their tests, and the one place that turns a name into a device.
+/// Sources that may name a backend: kernels with their tests, and the one place that turns a name into a
+/// device.
 const MAY_NAME: [&str; 8] = [
     "lgs-bench/benches",
     "lgs-dynamics/src/tensor",
