@@ -8,7 +8,7 @@ use lgs_data::synth::GroundTruth;
 use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal, Supports, System, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
-use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
+use lgs_model::{Dynamics, LagrangianScene, Motion, MotionConfig, ObjectModel, ParticleDynamics};
 
 const GRAVITY: f32 = 2.0;
 /// One and a half radians by the end of the window; after whole half turns the kicks at both ends would
@@ -33,7 +33,14 @@ fn scene(
         static_gaussians: GaussianCloud::default(),
         velocities: means.iter().map(|&q| velocity(q)).collect(),
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
-        objects: vec![ObjectModel { system, members: 0..n, supports, velocity_policy: VelocityPolicy::Keep }],
+        objects: vec![ObjectModel {
+            members: 0..n,
+            dynamics: Dynamics::Particles(ParticleDynamics {
+                system,
+                supports,
+                velocity_policy: VelocityPolicy::Keep,
+            }),
+        }],
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
     }

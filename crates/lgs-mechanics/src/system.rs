@@ -88,6 +88,18 @@ impl<'a> System<'a> {
         self.visit(&mut moving, times)
     }
 
+    /// The accelerations at a state, `[freedoms]` each: by the forces that have an energy, and by all others.
+    /// The motion without any force is left out.
+    #[must_use]
+    pub fn accelerations(&self, state: &State) -> [Vec<f64>; 2] {
+        let free = Edit { velocity: 1.0, potential: 0.0, force: 0.0 };
+        let by = |edit: Edit| integrate::acceleration(self.law, &edit, state);
+        let inertial = by(free);
+        let without = |a: Vec<f64>| a.iter().zip(&inertial).map(|(a, b)| a - b).collect();
+        let [potential, force] = [self.edit.potential, self.edit.force];
+        [without(by(Edit { potential, ..free })), without(by(Edit { force, ..free }))]
+    }
+
     /// The start with its velocity scaled by α.
     fn edited(&self, start: &State) -> Result<State, MechanicsError> {
         self.law.coordinates.check_state(start)?;

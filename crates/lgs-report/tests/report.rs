@@ -12,7 +12,7 @@ use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
 use lgs_model::source::{ImportedFrames, SourceModel};
-use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
+use lgs_model::{Dynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics};
 use lgs_report::{Curve, FIGURE_NAMES, RunSubject, suite_html, write_run_report};
 
 const GRAVITY: f32 = 2.0;
@@ -27,10 +27,12 @@ fn scene(blocks: usize) -> LagrangianScene {
     };
     let means: Vec<[f32; 3]> = (0..blocks).flat_map(block).collect();
     let object = |b: usize| ObjectModel {
-        system: quadratic([0.0, 0.0, GRAVITY], [0.0; 6]),
         members: 27 * b..27 * (b + 1),
-        supports: Some(Supports::nearest(&means[27 * b..27 * (b + 1)], 8)),
-        velocity_policy: VelocityPolicy::Keep,
+        dynamics: Dynamics::Particles(ParticleDynamics {
+            system: quadratic([0.0, 0.0, GRAVITY], [0.0; 6]),
+            supports: Some(Supports::nearest(&means[27 * b..27 * (b + 1)], 8)),
+            velocity_policy: VelocityPolicy::Keep,
+        }),
     };
     LagrangianScene {
         static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),

@@ -5,7 +5,7 @@ use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
 use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
-use lgs_model::{LagrangianScene, save_scene, scene_from_tensors, scene_to_tensors};
+use lgs_model::{LagrangianScene, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors};
 
 use crate::TrainError;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
@@ -45,6 +45,11 @@ pub fn train(
     let scene = pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?;
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
+}
+
+/// Whether an object follows a law without networks.
+fn is_a_law(object: &ObjectModel) -> bool {
+    object.dynamics.particles().is_none_or(|particles| LinearPart::is_all_of(&particles.system))
 }
 
 struct Pipeline<'a> {
@@ -165,7 +170,7 @@ impl Pipeline<'_> {
             Stage::TuneGaussians => config.tune_gaussians.iterations == 0 || scene.is_empty(),
             Stage::FitDynamics => !has_fit || scene.objects.is_empty(),
             Stage::TuneDynamics => {
-                let is_fitted = has_fit && scene.objects.iter().all(|o| LinearPart::is_all_of(&o.system));
+                let is_fitted = has_fit && scene.objects.iter().all(is_a_law);
                 config.tune_dynamics.iterations == 0 || is_fitted || scene.objects.is_empty()
             }
         };

@@ -7,7 +7,7 @@ use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
-use lgs_model::{LagrangianScene, Motion, MotionConfig, ObjectModel};
+use lgs_model::{Dynamics, LagrangianScene, Motion, MotionConfig, ObjectModel, ParticleDynamics};
 use lgs_render::{Splats, rasterize};
 use lgs_train::device::Device;
 use lgs_train::stages::{
@@ -38,10 +38,12 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
         velocities: means.iter().map(|&q| cross(SPIN, q)).collect(),
         dynamic_gaussians,
         objects: vec![ObjectModel {
-            system,
             members: 0..24,
-            supports: Some(supports),
-            velocity_policy: VelocityPolicy::Rigid,
+            dynamics: Dynamics::Particles(ParticleDynamics {
+                system,
+                supports: Some(supports),
+                velocity_policy: VelocityPolicy::Rigid,
+            }),
         }],
         motion: MotionConfig { dt: 0.02, time_window: 0.4 },
         background: [1.0; 3],
@@ -112,7 +114,8 @@ fn a_wrong_start_and_a_wrong_law_are_fitted_to_the_images() {
     assert!(distance(&found, &truth) < 0.05 * distance(&wrong, &truth), "{}", distance(&found, &truth));
     assert!(velocity_error(&found, &truth) < 0.02, "{}", velocity_error(&found, &truth));
     let gravity = |scene: &LagrangianScene| {
-        scene.objects[0].system.accelerations(&[[0.0; 3]], &[[0.0; 3]], &Edit::default())[0]
+        let particles = scene.objects[0].dynamics.particles().expect("particles");
+        particles.system.accelerations(&[[0.0; 3]], &[[0.0; 3]], &Edit::default())[0]
     };
     assert!(norm(sub(gravity(&found), gravity(&truth))) < 0.03, "{:?}", gravity(&found));
 }
@@ -147,7 +150,8 @@ fn refined_gaussians_leave_the_motion_under_a_rigid_constraint_as_it_is() {
     let truth = turning_bar();
     let (frames, device) = (images(&truth), DeviceName::Cpu.device());
     let mut begun = truth.clone();
-    begun.objects[0].supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok();
+    let particles = begun.objects[0].dynamics.particles_mut().expect("particles");
+    particles.supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok();
     begun.dynamic_gaussians.means.iter_mut().enumerate().for_each(|(i, q)| q[2] += 0.02 * (i as f32).sin());
     begun.velocities = begun.dynamic_gaussians.means.iter().map(|&q| cross(SPIN, q)).collect();
     let config = TuneGaussiansConfig {

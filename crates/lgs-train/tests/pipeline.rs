@@ -160,8 +160,13 @@ fn an_ablated_run_leaves_out_what_it_names() {
     .expect("train")
     .scene;
     assert_eq!(stages.into_iter().collect::<Vec<_>>(), [Stage::Source, Stage::Distill]);
-    assert!(!scene.objects.is_empty() && scene.objects.iter().all(|object| object.supports.is_none()));
-    assert!(scene.objects.iter().all(|object| object.system.config.force == lgs_dynamics::ForceKind::None));
+    assert!(
+        !scene.objects.is_empty() && scene.objects.iter().all(|object| object.dynamics.supports().is_none())
+    );
+    assert!(scene.objects.iter().all(|object| {
+        let particles = object.dynamics.particles();
+        particles.is_none_or(|particles| particles.system.config.force == lgs_dynamics::ForceKind::None)
+    }));
     assert!(
         (scene.motion.time_window - 25.0 / 60.0).abs() < 1e-5,
         "the last training time below 0.5: {}",

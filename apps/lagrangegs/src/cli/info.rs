@@ -10,7 +10,7 @@ use lgs_data::ply::read_ply;
 use lgs_data::synth::GroundTruth;
 use lgs_eval::table::aligned;
 use lgs_model::source::load_source;
-use lgs_model::{LagrangianScene, ObjectModel, load_scene};
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, ParticleDynamics, load_scene};
 use lgs_train::checkpoint::read_checkpoint;
 use serde_json::{Map, Value, json};
 
@@ -178,9 +178,7 @@ fn tensors(path: &Path) -> Result<Facts> {
 fn scene(scene: &LagrangianScene) -> Facts {
     let (low, high) = scene.motion.time_range();
     let members: Vec<String> = scene.objects.iter().map(|o| o.members.len().to_string()).collect();
-    let kinds = distinct(
-        scene.objects.iter().map(|o| format!("{:?}/{:?}", o.system.config.potential, o.system.config.force)),
-    );
+    let kinds = distinct(scene.objects.iter().map(dynamics));
     vec![
         ("static Gaussians", json!(scene.static_gaussians.len())),
         ("moving Gaussians", json!(scene.dynamic_gaussians.len())),
@@ -192,17 +190,31 @@ fn scene(scene: &LagrangianScene) -> Facts {
                 format!("{} ({} Gaussians)", members.len(), members.join(", "))
             }),
         ),
-        ("potential/force", json!(kinds.join(", "))),
+        ("dynamics", json!(kinds.join(", "))),
         ("times", json!(format!("{low} to {high}, step {}", scene.motion.dt))),
         ("alignment", json!(distinct(scene.objects.iter().map(alignment)).join(", "))),
         ("harmonics degree", json!(scene.dynamic_gaussians.sh_degree.max(scene.static_gaussians.sh_degree))),
     ]
 }
 
+/// The coordinates and terms of an object's law, or the kinds of its potential and force.
+fn dynamics(object: &ObjectModel) -> String {
+    match &object.dynamics {
+        Dynamics::Particles(ParticleDynamics { system, .. }) => {
+            format!("particles with {:?}/{:?}", system.config.potential, system.config.force)
+        }
+        Dynamics::Generalised(GeneralisedDynamics { law, .. }) => {
+            let terms: Vec<&str> = law.terms.iter().map(|term| term.kind.name()).collect();
+            format!("{} with {}", law.coordinates.name(), terms.join(" + "))
+        }
+    }
+}
+
 /// Size of an object's supports and what becomes of its velocities.
 fn alignment(object: &ObjectModel) -> String {
-    match &object.supports {
-        Some(supports) => format!("supports of {}, velocities {:?}", supports.k(), object.velocity_policy),
+    let aligned = object.dynamics.particles().and_then(|p| Some((p.supports.as_ref()?, p.velocity_policy)));
+    match aligned {
+        Some((supports, policy)) => format!("supports of {}, velocities {policy:?}", supports.k()),
         None => "off".to_owned(),
     }
 }

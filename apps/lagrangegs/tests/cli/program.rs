@@ -6,7 +6,9 @@ use std::process::Command;
 use lagrangegs::lgs_core::GaussianCloud;
 use lagrangegs::lgs_dynamics::testing::quadratic;
 use lagrangegs::lgs_dynamics::{Supports, VelocityPolicy};
-use lagrangegs::lgs_model::{LagrangianScene, MotionConfig, ObjectModel, save_scene};
+use lagrangegs::lgs_model::{
+    Dynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics, save_scene,
+};
 use lagrangegs::lgs_train::{Preset, TrainConfig};
 
 /// What a call left behind.
@@ -134,10 +136,12 @@ fn falling_scene() -> LagrangianScene {
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         objects: vec![ObjectModel {
-            system,
             members: 0..64,
-            supports,
-            velocity_policy: VelocityPolicy::Keep,
+            dynamics: Dynamics::Particles(ParticleDynamics {
+                system,
+                supports,
+                velocity_policy: VelocityPolicy::Keep,
+            }),
         }],
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],

@@ -5,7 +5,7 @@
 //! `Exact` without alignment at rounding level.
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
-use lgs_model::{LagrangianScene, ObjectModel};
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ParticleDynamics};
 
 use super::{distance, window_steps};
 use crate::finite;
@@ -36,25 +36,43 @@ pub fn cycle_errors(scene: &LagrangianScene) -> CycleError {
 pub fn cycle_error(scene: &LagrangianScene, reversal: Reversal, alignment: Alignment) -> Option<f64> {
     let (mut error, mut path) = (0.0, 0.0);
     for object in &scene.objects {
-        let (e, p) = object_cycle(scene, object, reversal, alignment);
+        let rows = object.members.clone();
+        let start = State::at_start(
+            scene.dynamic_gaussians.means[rows.clone()].to_vec(),
+            scene.velocities[rows].to_vec(),
+        );
+        let (e, p) = match &object.dynamics {
+            Dynamics::Particles(particles) => {
+                cycle_of_particles(scene, particles, &start, (reversal, alignment))
+            }
+            Dynamics::Generalised(law) => cycle_of_law(scene, law, &start.q),
+        };
         error += e;
         path += p;
     }
     finite(error / path)
 }
 
-/// Sums of an object's position errors and path lengths.
-fn object_cycle(
+/// Sums of position errors and path lengths of an object that follows a law, whose inverse is always exact.
+fn cycle_of_law(scene: &LagrangianScene, law: &GeneralisedDynamics, points: &[[f32; 3]]) -> (f64, f64) {
+    let dt = f64::from(scene.motion.dt);
+    let times: Vec<f64> = (0..=window_steps(&scene.motion)).map(|step| step as f64 * dt).collect();
+    let there = law.states(Edit::default(), &times);
+    let placed: Vec<State> = there.iter().map(|state| law.placed(points, state)).collect();
+    let path = placed.windows(2).map(|pair| sum_of_distances(&pair[0].q, &pair[1].q)).sum();
+    let (Some(turn), Some(end)) = (there.last(), times.last()) else { return (0.0, 0.0) };
+    let turned = GeneralisedDynamics { start: turn.clone(), ..law.clone() };
+    let back = turned.states(Edit::default(), &[-end]).remove(0);
+    (sum_of_distances(points, &law.placed(points, &back).q), path)
+}
+
+/// Sums of position errors and path lengths of an object of particles.
+fn cycle_of_particles(
     scene: &LagrangianScene,
-    object: &ObjectModel,
-    reversal: Reversal,
-    alignment: Alignment,
+    object: &ParticleDynamics,
+    start: &State,
+    (reversal, alignment): (Reversal, Alignment),
 ) -> (f64, f64) {
-    let rows = object.members.clone();
-    let start = State::at_start(
-        scene.dynamic_gaussians.means[rows.clone()].to_vec(),
-        scene.velocities[rows].to_vec(),
-    );
     let spec = RolloutSpec {
         dt: scene.motion.dt,
         steps: window_steps(&scene.motion),
@@ -63,7 +81,7 @@ fn object_cycle(
         supports: object.supports.as_ref().filter(|_| alignment == Alignment::OfScene),
         velocity_policy: object.velocity_policy,
     };
-    let there = rollout(&object.system, &start, &spec);
+    let there = rollout(&object.system, start, &spec);
     let Some(turn) = there.last() else { return (0.0, 0.0) };
     let back = rollout_reversed(&object.system, turn, &spec, reversal);
     let error = back.last().map_or(0.0, |end| sum_of_distances(&start.q, &end.q));

@@ -5,7 +5,7 @@
 //! contains what the force takes or gives.
 
 use lgs_dynamics::{Edit, Reversal};
-use lgs_model::{LagrangianScene, Motion, SceneState};
+use lgs_model::{LagrangianScene, Motion};
 
 use super::{length, long_steps};
 use crate::finite;
@@ -20,7 +20,7 @@ pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
     let edit = Edit { force_scale, ..Edit::default() };
     let mut motion = Motion::new(scene, edit, Reversal::Exact);
     let energies: Vec<(f64, f64)> =
-        motion.states(long_steps(&scene.motion)).iter().map(|s| mean_energies(scene, s)).collect();
+        (0..=long_steps(&scene.motion)).map(|step| mean_energies(scene, &mut motion, step)).collect();
     let &(potential, kinetic) = energies.first()?;
     let start = potential + kinetic;
     // A NaN on the way must not hide behind a maximum, which ignores it.
@@ -33,14 +33,13 @@ pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
 }
 
 /// Mean potential and kinetic energy.
-fn mean_energies(scene: &LagrangianScene, state: &SceneState) -> (f64, f64) {
+fn mean_energies(scene: &LagrangianScene, motion: &mut Motion<'_>, step: usize) -> (f64, f64) {
     let n = scene.dynamic_gaussians.len() as f64;
     let (mut potential, mut kinetic) = (0.0, 0.0);
-    for object in &scene.objects {
-        let rows = object.members.clone();
-        potential +=
-            object.system.potentials(&state.q[rows.clone()]).iter().map(|&u| f64::from(u)).sum::<f64>();
-        kinetic += state.v[rows].iter().map(|&v| 0.5 * length(v).powi(2)).sum::<f64>();
+    for (index, object) in scene.objects.iter().enumerate() {
+        potential += motion.fields(index, step).potential;
+        let v = &motion.states(step)[step].v[object.members.clone()];
+        kinetic += v.iter().map(|&v| 0.5 * length(v).powi(2)).sum::<f64>();
     }
     (potential / n, kinetic / n)
 }

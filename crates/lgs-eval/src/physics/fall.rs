@@ -66,17 +66,16 @@ fn observed_drop(scene: &LagrangianScene) -> Option<f64> {
     let drop = f64::from(centers.first()?[2]) - f64::from(centers.last()?[2]);
     let speed = |s: &SceneState| centroid(&s.v)[2].abs();
     let at_rest = speed(states.first()?) <= NEARLY_AT_REST * speed(states.last()?);
-    (drop > MOSTLY_DOWN * path && at_rest && accelerates_downwards(scene, states)).then_some(drop)
+    (drop > MOSTLY_DOWN * path && at_rest && accelerates_downwards(&mut motion)).then_some(drop)
 }
 
 /// Whether the mean of −∇U over the visited states points down.
-fn accelerates_downwards(scene: &LagrangianScene, states: &[SceneState]) -> bool {
+fn accelerates_downwards(motion: &mut Motion<'_>) -> bool {
     let mut sum = [0.0_f64; 3];
-    for state in states.iter().step_by(5) {
-        for object in &scene.objects {
-            for g in object.system.potential_gradients(&state.q[object.members.clone()]) {
-                (0..3).for_each(|c| sum[c] -= f64::from(g[c]));
-            }
+    let (steps, objects) = (window_steps(&motion.scene().motion), motion.scene().objects.len());
+    for step in (0..=steps).step_by(5) {
+        for a in (0..objects).flat_map(|object| motion.fields(object, step).conservative) {
+            (0..3).for_each(|c| sum[c] += f64::from(a[c]));
         }
     }
     let norm = sum.iter().map(|v| v * v).sum::<f64>().sqrt();

@@ -2,7 +2,7 @@
 //!
 //! Scaling the potential means something only where Q is small, since Q can contain a gradient.
 
-use lgs_model::{LagrangianScene, Motion, ObjectModel, SceneState};
+use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel, SceneState};
 
 use super::{centroid, length, window_steps};
 use crate::finite;
@@ -24,12 +24,14 @@ pub fn forces_and_objects(
     scene: &LagrangianScene,
     motion: &mut Motion<'_>,
 ) -> (Option<f64>, Vec<ObjectSummary>) {
-    let states = motion.states(window_steps(&scene.motion));
-    let per_object: Vec<Magnitudes> = scene.objects.iter().map(|object| magnitudes(object, states)).collect();
+    let steps = window_steps(&scene.motion);
+    let per_object: Vec<Magnitudes> =
+        (0..scene.objects.len()).map(|object| magnitudes(motion, object, steps)).collect();
     let total = per_object.iter().fold(Magnitudes::default(), |sum, m| Magnitudes {
         force: sum.force + m.force,
         gradient: sum.gradient + m.gradient,
     });
+    let states = motion.states(steps);
     let objects =
         scene.objects.iter().zip(&per_object).map(|(object, m)| summary(scene, object, states, *m)).collect();
     (ratio(total), objects)
@@ -39,12 +41,12 @@ fn ratio(m: Magnitudes) -> Option<f64> {
     finite(m.force / m.gradient)
 }
 
-fn magnitudes(object: &ObjectModel, states: &[SceneState]) -> Magnitudes {
+fn magnitudes(motion: &mut Motion<'_>, object: usize, steps: usize) -> Magnitudes {
     let mut sum = Magnitudes::default();
-    for state in states.iter().step_by(STRIDE) {
-        let (q, v) = (&state.q[object.members.clone()], &state.v[object.members.clone()]);
-        sum.force += object.system.forces(q, v).iter().map(|&f| length(f)).sum::<f64>();
-        sum.gradient += object.system.potential_gradients(q).iter().map(|&g| length(g)).sum::<f64>();
+    for step in (0..=steps).step_by(STRIDE) {
+        let ObjectFields { conservative, force, .. } = motion.fields(object, step);
+        sum.force += force.iter().map(|&f| length(f)).sum::<f64>();
+        sum.gradient += conservative.iter().map(|&g| length(g)).sum::<f64>();
     }
     sum
 }

@@ -8,8 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use lgs_dynamics::Edit;
-use lgs_model::{LagrangianScene, Motion, ObjectModel, SceneState};
+use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel};
 
 use super::true_force::{cross, dot, norm};
 use super::{Truth, window_steps};
@@ -56,13 +55,12 @@ pub fn potential_against_truth(
     motion: &mut Motion<'_>,
     truth: &Truth<'_>,
 ) -> Option<PotentialAgainstTruth> {
-    let states = motion.states(window_steps(&scene.motion));
     let labels = true_labels(scene, truth);
     let forces = true_forces(scene, truth);
-    let compared = scene.objects.iter().zip(forces).zip(labels);
+    let compared = forces.into_iter().zip(labels).enumerate();
     let objects: Vec<ObjectPotential> = compared
-        .filter_map(|((object, force), label)| {
-            Some(ObjectPotential { object: label?, ..against(object, &force?, states) })
+        .filter_map(|(index, (force, label))| {
+            Some(ObjectPotential { object: label?, ..against(&visited(motion, index), &force?) })
         })
         .collect();
     let worst = |pick: fn(&ObjectPotential) -> Option<f64>| {
@@ -83,8 +81,7 @@ struct Visited {
     net: Vec<[f64; 3]>,
 }
 
-fn against(object: &ObjectModel, force: &TrueForce, states: &[SceneState]) -> ObjectPotential {
-    let visited = visited(object, states);
+fn against(visited: &Visited, force: &TrueForce) -> ObjectPotential {
     let mut found = ObjectPotential::default();
     match force {
         TrueForce::Uniform(g) => {
@@ -107,14 +104,17 @@ fn against(object: &ObjectModel, force: &TrueForce, states: &[SceneState]) -> Ob
     found
 }
 
-fn visited(object: &ObjectModel, states: &[SceneState]) -> Visited {
+fn visited(motion: &mut Motion<'_>, object: usize) -> Visited {
     let mut all = Visited { positions: Vec::new(), conservative: Vec::new(), net: Vec::new() };
-    for state in states.iter().step_by(STRIDE) {
-        let (q, v) = (&state.q[object.members.clone()], &state.v[object.members.clone()]);
+    let (steps, rows) =
+        (window_steps(&motion.scene().motion), motion.scene().objects[object].members.clone());
+    for step in (0..=steps).step_by(STRIDE) {
+        let ObjectFields { conservative, force, .. } = motion.fields(object, step);
+        let q = &motion.states(step)[step].q[rows.clone()];
         all.positions.extend(q.iter().map(|p| p.map(f64::from)));
-        all.conservative
-            .extend(object.system.potential_gradients(q).iter().map(|g| g.map(|c| -f64::from(c))));
-        all.net.extend(object.system.accelerations(q, v, &Edit::default()).iter().map(|a| a.map(f64::from)));
+        all.conservative.extend(conservative.iter().map(|a| a.map(f64::from)));
+        let net = conservative.iter().zip(&force);
+        all.net.extend(net.map(|(a, f)| std::array::from_fn(|c| f64::from(a[c]) + f64::from(f[c]))));
     }
     all
 }

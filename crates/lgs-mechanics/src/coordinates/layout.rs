@@ -35,6 +35,12 @@ impl Coordinates {
         }
     }
 
+    /// Number of bodies, each with a placement of its own.
+    #[must_use]
+    pub fn bodies(&self) -> usize {
+        if matches!(self, Self::Tree(_) | Self::Pair) { 2 } else { 1 }
+    }
+
     /// Length of `x`.
     #[must_use]
     pub fn len(&self) -> usize {

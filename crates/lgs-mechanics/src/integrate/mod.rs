@@ -22,6 +22,7 @@ pub(crate) use design::{design, inertial_force};
 use crate::coordinates::{Coordinates, State};
 use crate::law::Law;
 use crate::system::Edit;
+use kick_drift::KickField;
 
 /// Derivatives of a state by some unknowns: matrices `[freedoms, columns]`, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,18 @@ pub(crate) trait Stepper {
         tangent: &mut Tangent,
         h: f64,
     ) -> Result<(), NoSolution>;
+}
+
+/// The acceleration by the terms of a law under an edit, that of the coordinates' own inertia included only
+/// where it depends on the configuration, `[freedoms]`.
+pub(crate) fn acceleration(law: &Law, edit: &Edit, state: &State) -> Vec<f64> {
+    let mut a = vec![0.0; law.coordinates.freedoms()];
+    if law.coordinates.has_rotation() {
+        body_field::BodyField::new(law, edit).acceleration(&state.x, &state.v, &mut a);
+    } else {
+        field::VectorField::new(law, edit).acceleration(&state.x, &state.v, &mut a);
+    }
+    a
 }
 
 /// The scheme that suits a law.

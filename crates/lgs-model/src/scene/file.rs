@@ -2,19 +2,15 @@
 
 use std::path::Path;
 
-use lgs_core::{CloudError, GaussianCloud};
-use lgs_dynamics::{Supports, System, SystemConfig};
-
+use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::{LagrangianScene, MotionConfig, ObjectModel};
 use crate::tensor_file::{TensorFile, TensorFileError};
+use lgs_core::{CloudError, GaussianCloud};
 
 /// Format name and version of the file.
-const FORMAT: &str = "lagrangegs-scene/1";
-
-/// Largest network accepted from a file: far above any use, far below what would exhaust memory.
-const MAX_HIDDEN: usize = 4096;
-/// Most hidden layers accepted from a file.
-const MAX_HIDDEN_LAYERS: usize = 16;
+const FORMAT: &str = "lagrangegs-scene/2";
+/// The version before, whose objects all have the dynamics of particles.
+const FORMAT_OF_PARTICLES: &str = "lagrangegs-scene/1";
 
 /// Why a scene could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -80,7 +76,7 @@ pub fn save_scene(scene: &LagrangianScene, path: &Path) -> Result<(), SceneError
 /// # Errors
 /// If the file cannot be read, is damaged, of another version, or its arrays do not fit together.
 pub fn load_scene(path: &Path) -> Result<LagrangianScene, SceneError> {
-    let file = TensorFile::load(path, FORMAT)?;
+    let file = TensorFile::load_one_of(path, &[FORMAT, FORMAT_OF_PARTICLES])?;
     scene_from_tensors(&file, path)
 }
 
@@ -95,28 +91,9 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     file.set_metadata("motion", json(&scene.motion));
     file.set_metadata("objects", scene.objects.len().to_string());
     for (index, object) in scene.objects.iter().enumerate() {
-        let prefix = format!("object.{index}");
-        file.set_metadata(&format!("{prefix}.system"), json(&object.system.config));
-        file.set_metadata(&format!("{prefix}.velocity_policy"), json(&object.velocity_policy));
-        file.insert_indices(
-            format!("{prefix}.rows"),
-            &[2],
-            &[object.members.start as u32, object.members.end as u32],
-        );
-        for entry in object.system.layout() {
-            file.insert(
-                format!("{prefix}.{}", entry.name),
-                &entry.shape,
-                &object.system.params[entry.range.clone()],
-            );
-        }
-        if let Some(supports) = &object.supports {
-            file.insert_indices(
-                format!("{prefix}.supports"),
-                &[object.members.len(), supports.k()],
-                supports.indices(),
-            );
-        }
+        let rows = [object.members.start as u32, object.members.end as u32];
+        file.insert_indices(format!("object.{index}.rows"), &[2], &rows);
+        insert_dynamics(&mut file, &format!("object.{index}"), &object.dynamics, object.members.len());
     }
     file
 }
@@ -193,38 +170,6 @@ fn read_object(
             ));
         }
     };
-    let config: SystemConfig = file.metadata_json(&format!("{prefix}.system"))?;
-    if !(1..=MAX_HIDDEN).contains(&config.hidden) || !(1..=MAX_HIDDEN_LAYERS).contains(&config.hidden_layers)
-    {
-        return Err(file.field(&format!("{prefix}.system"), "sane network sizes", format!("{config:?}")));
-    }
-    let mut system = System { config, params: vec![0.0; config.parameters()] };
-    for entry in system.layout() {
-        let name = format!("{prefix}.{}", entry.name);
-        let (shape, values) = file.values(&name)?;
-        if shape != entry.shape {
-            return Err(file.field(&name, &format!("shape {:?}", entry.shape), format!("{shape:?}")));
-        }
-        system.params[entry.range].copy_from_slice(values);
-    }
-    let supports = read_supports(file, &format!("{prefix}.supports"), members.len())?;
-    let velocity_policy = file.metadata_json(&format!("{prefix}.velocity_policy"))?;
-    Ok(ObjectModel { system, members, supports, velocity_policy })
-}
-
-fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option<Supports>, TensorFileError> {
-    if !file.names().any(|n| n == name) {
-        return Ok(None);
-    }
-    let (shape, indices) = file.indices(name)?;
-    if shape.len() != 2 || shape[0] != members || shape[1] == 0 {
-        return Err(file.field(name, &format!("shape [{members}, k]"), format!("{shape:?}")));
-    }
-    let supports = Supports::from_rows(indices.to_vec(), shape[1]);
-    supports.map(Some).map_err(|e| file.field(name, &format!("indices below {members}"), e.to_string()))
-}
-
-fn json<T: serde::Serialize>(value: &T) -> String {
-    // These are plain structs of numbers, strings and enums: serialisation cannot fail.
-    serde_json::to_string(value).unwrap_or_default()
+    let dynamics = read_dynamics(file, &prefix, members.len())?;
+    Ok(ObjectModel { members, dynamics })
 }

@@ -1,18 +1,20 @@
-//! The Lagrangian scene: static Gaussians, dynamic Gaussians with their initial velocity, and one TD-LNN per
-//! object.
+//! The Lagrangian scene: static Gaussians, dynamic Gaussians with their initial velocity, and the
+//! dynamics of each object.
 //!
 //! Dynamic Gaussians are stored object by object, so that an object is a range of rows. Exports and renders
 //! list the static Gaussians first and the dynamic ones behind them, at every time in the same order.
 
+mod dynamics;
+mod dynamics_file;
 mod file;
 mod motion;
 
 use std::ops::Range;
 
 use lgs_core::GaussianCloud;
-use lgs_dynamics::{Supports, System, VelocityPolicy};
 use serde::{Deserialize, Serialize};
 
+pub use dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics};
 pub use file::{
     SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors,
 };
@@ -36,17 +38,13 @@ impl MotionConfig {
     }
 }
 
-/// One object: its potential and force, and the dynamic Gaussians that follow them.
+/// One object: the dynamic Gaussians that move together, and how.
 #[derive(Clone, Debug)]
 pub struct ObjectModel {
-    /// U and Q.
-    pub system: System,
     /// Rows of the dynamic Gaussians.
     pub members: Range<usize>,
-    /// Supports of local rigid alignment (Eq. 6) within the object, if alignment is on.
-    pub supports: Option<Supports>,
-    /// Velocities after alignment (method §4.6).
-    pub velocity_policy: VelocityPolicy,
+    /// Its potential and force, and the coordinates in which they act.
+    pub dynamics: Dynamics,
 }
 
 /// A trained scene whose motion is a Lagrangian system.

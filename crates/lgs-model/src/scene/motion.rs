@@ -1,10 +1,11 @@
 //! Rollouts of a scene with their states kept, so that a sweep over times costs one rollout.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
-use lgs_core::linear::{add, scale, sub};
-use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
+use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 
+use super::dynamics::{Dynamics, ObjectFields, Stretch};
 use super::{LagrangianScene, ObjectModel};
 
 /// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
@@ -50,7 +51,9 @@ impl<'a> Motion<'a> {
         let direction = Direction::of(t);
         self.extend(until.steps, direction);
         let state = &self.states_of(direction)[until.steps];
-        let rest = until.last_dt.and_then(|rest| self.advance(state, rest, 1, direction).pop());
+        let from = self.grid_time(until.steps, direction);
+        let rest =
+            until.last_dt.and_then(|rest| self.advance(state, self.stretch(from, rest, 1, direction)).pop());
         rest.unwrap_or_else(|| state.clone())
     }
 
@@ -64,6 +67,17 @@ impl<'a> Motion<'a> {
     pub fn past_states(&mut self, steps: usize) -> &[SceneState] {
         self.extend(steps, Direction::Backward);
         &self.backward[..=steps]
+    }
+
+    /// Energies and accelerations of an object's particles after a number of full steps from t = 0, where
+    /// the edit has brought them but without its scales.
+    #[must_use]
+    pub fn fields(&mut self, object: usize, steps: usize) -> ObjectFields {
+        self.extend(steps, Direction::Forward);
+        let (state, t) = (&self.forward[steps], self.grid_time(steps, Direction::Forward));
+        let ObjectModel { members, dynamics } = &self.scene.objects[object];
+        let points = &self.scene.dynamic_gaussians.means[members.clone()];
+        dynamics.fields(points, &part_of(state, members), (self.edit, t))
     }
 
     fn states_of(&self, direction: Direction) -> &Vec<SceneState> {
@@ -80,18 +94,45 @@ impl<'a> Motion<'a> {
             return;
         }
         let (last, dt) = (&states[states.len() - 1], self.scene.motion.dt);
-        let more = self.advance(last, dt, missing.max(CHUNK_STEPS), direction);
+        let from = self.grid_time(states.len() - 1, direction);
+        let more = self.advance(last, self.stretch(from, dt, missing.max(CHUNK_STEPS), direction));
         match direction {
             Direction::Forward => self.forward.extend(more),
             Direction::Backward => self.backward.extend(more),
         }
     }
 
-    fn advance(&self, start: &SceneState, dt: f32, steps: usize, direction: Direction) -> Vec<SceneState> {
-        // The velocity scale acts once, on v0.
-        let edit = Edit { velocity_scale: 1.0, ..self.edit };
-        let reversal = (direction == Direction::Backward).then_some(self.reversal);
-        self.scene.advance(start, Advance { dt, steps, edit, reversal })
+    /// Time after a number of full steps.
+    fn grid_time(&self, steps: usize, direction: Direction) -> f64 {
+        let time = steps as f64 * f64::from(self.scene.motion.dt);
+        if direction == Direction::Backward { -time } else { time }
+    }
+
+    fn stretch(&self, from: f64, dt: f32, steps: usize, direction: Direction) -> Stretch {
+        Stretch { from, dt, steps, reversal: (direction == Direction::Backward).then_some(self.reversal) }
+    }
+
+    /// The states after each step of a stretch from `start`.
+    fn advance(&self, start: &SceneState, stretch: Stretch) -> Vec<SceneState> {
+        let mut states: Vec<SceneState> = (0..stretch.steps).map(|_| SceneState::default()).collect();
+        for ObjectModel { members, dynamics } in &self.scene.objects {
+            let path = match dynamics {
+                Dynamics::Particles(particles) => {
+                    particles.advance(&part_of(start, members), stretch, self.edit)
+                }
+                Dynamics::Generalised(generalised) => {
+                    let points = &self.scene.dynamic_gaussians.means[members.clone()];
+                    let configurations = generalised.states(self.edit, &stretch.times());
+                    configurations.iter().map(|state| generalised.placed(points, state)).collect()
+                }
+            };
+            for (state, part) in states.iter_mut().zip(path) {
+                state.q.extend(part.q);
+                state.v.extend(part.v);
+                state.rotation.extend(part.rotation);
+            }
+        }
+        states
     }
 }
 
@@ -119,79 +160,35 @@ impl Direction {
     }
 }
 
-/// A number of equal steps.
-#[derive(Clone, Copy, Debug)]
-struct Advance {
-    dt: f32,
-    steps: usize,
-    edit: Edit,
-    /// How to go backwards in time; nothing goes forwards.
-    reversal: Option<Reversal>,
-}
-
 impl LagrangianScene {
-    /// What an edited motion starts with, `[n_dynamic]`, world units per unit of time.
+    /// The velocities that an edited motion starts with, `[n_dynamic]`, world units per unit of time.
     ///
-    /// The stored velocities lag half a kick behind those at t = 0, with which Eq. 5 tracks positions to
-    /// second order (method §4.3): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes the
-    /// accelerations, so its own half kick is taken off: `α v(0) − ½ dt a_edit`. Without an edit these are
-    /// the stored velocities, bit for bit.
+    /// The stored velocities of particles lag half a kick behind those at t = 0, with which Eq. 5 tracks
+    /// positions to second order (method §4.3): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes
+    /// the accelerations, so its own half kick is taken off: `α v(0) − ½ dt a_edit`. Without an edit these
+    /// are the stored velocities, bit for bit.
     #[must_use]
     pub fn start_velocities(&self, edit: Edit) -> Vec<[f32; 3]> {
-        if edit == Edit::default() {
-            return self.velocities.clone();
-        }
-        let half = 0.5 * self.motion.dt;
-        let mut start = Vec::with_capacity(self.velocities.len());
-        for object in &self.objects {
-            let (q, stored) = (
-                &self.dynamic_gaussians.means[object.members.clone()],
-                &self.velocities[object.members.clone()],
-            );
-            let kick = object.system.accelerations(q, stored, &Edit::default());
-            let at_zero = stored.iter().zip(kick).map(|(v, a)| add(*v, scale(a, half)));
-            let scaled: Vec<[f32; 3]> = at_zero.map(|v| scale(v, edit.velocity_scale)).collect();
-            let edited_kick = object.system.accelerations(q, &scaled, &edit);
-            start.extend(scaled.iter().zip(edited_kick).map(|(v, a)| sub(*v, scale(a, half))));
-        }
-        start
-    }
-
-    /// The states after 1 … `steps` steps from `start`.
-    fn advance(&self, start: &SceneState, by: Advance) -> Vec<SceneState> {
-        let Advance { dt, steps, edit, reversal } = by;
-        let mut states: Vec<SceneState> = (0..steps).map(|_| SceneState::default()).collect();
-        for object in &self.objects {
-            let spec = RolloutSpec {
-                dt,
-                steps,
-                last_dt: None,
-                edit,
-                supports: object.supports.as_ref(),
-                velocity_policy: object.velocity_policy,
-            };
-            let part = object.part_of(start);
-            let path = match reversal {
-                Some(reversal) => rollout_reversed(&object.system, &part, &spec, reversal),
-                None => rollout(&object.system, &part, &spec),
-            };
-            for (state, part) in states.iter_mut().zip(path.into_iter().skip(1)) {
-                state.q.extend(part.q);
-                state.v.extend(part.v);
-                state.rotation.extend(part.rotation);
+        let of_object = |ObjectModel { members, dynamics }: &ObjectModel| {
+            let q = &self.dynamic_gaussians.means[members.clone()];
+            let stored = &self.velocities[members.clone()];
+            match dynamics {
+                Dynamics::Particles(_) if edit == Edit::default() => stored.to_vec(),
+                Dynamics::Particles(particles) => {
+                    particles.start_velocities((q, stored), self.motion.dt, edit)
+                }
+                Dynamics::Generalised(generalised) => generalised.start_velocities(q, edit),
             }
-        }
-        states
+        };
+        self.objects.iter().flat_map(of_object).collect()
     }
 }
 
-impl ObjectModel {
-    fn part_of(&self, state: &SceneState) -> State {
-        let rows = self.members.clone();
-        State {
-            q: state.q[rows.clone()].to_vec(),
-            v: state.v[rows.clone()].to_vec(),
-            rotation: state.rotation[rows].to_vec(),
-        }
+/// The rows of one object.
+fn part_of(state: &SceneState, rows: &Range<usize>) -> SceneState {
+    SceneState {
+        q: state.q[rows.clone()].to_vec(),
+        v: state.v[rows.clone()].to_vec(),
+        rotation: state.rotation[rows.clone()].to_vec(),
     }
 }

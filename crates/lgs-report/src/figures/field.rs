@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use lgs_core::Image;
-use lgs_dynamics::System;
 use lgs_eval::physics::potential::TrueForce;
+use lgs_model::Dynamics;
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
@@ -38,10 +38,10 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Samples a system's potential on `x` × `y` of a plane, with arrows in so many columns and rows; nothing
-    /// if it is not finite there.
+    /// Samples an object's potential on `x` × `y` of a plane, with arrows in so many columns and rows; nothing
+    /// if it is not finite there or no function of a place.
     pub(super) fn of(
-        system: &System,
+        dynamics: &Dynamics,
         truth: Option<&TrueForce>,
         (plane, x, y): (&Plane, &Range<f64>, &Range<f64>),
         arrows: [usize; 2],
@@ -51,7 +51,7 @@ impl Field {
         let grid: Vec<[f32; 3]> = (0..GRID * GRID)
             .map(|i| plane.position([at(x, on_grid(i % GRID)), at(y, on_grid(i / GRID))]))
             .collect();
-        let values: Vec<f64> = system.potentials(&grid).into_iter().map(f64::from).collect();
+        let values: Vec<f64> = dynamics.potentials_at(&grid)?;
         let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
         let highest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - lowest;
         if !values.iter().all(|u| u.is_finite()) {
@@ -64,7 +64,7 @@ impl Field {
         Some(Self {
             values: values.into_iter().map(|u| u - lowest).collect(),
             highest: highest.max(1e-12),
-            arrows: force_arrows(system, truth, plane, &places),
+            arrows: force_arrows(dynamics, truth, plane, &places)?,
         })
     }
 
@@ -100,19 +100,19 @@ impl Field {
 }
 
 fn force_arrows(
-    system: &System,
+    dynamics: &Dynamics,
     truth: Option<&TrueForce>,
     plane: &Plane,
     places: &[[f64; 2]],
-) -> Vec<ForceArrow> {
+) -> Option<Vec<ForceArrow>> {
     let positions: Vec<[f32; 3]> = places.iter().map(|&p| plane.position(p)).collect();
-    let gradients = system.potential_gradients(&positions);
+    let gradients = dynamics.potential_gradients_at(&positions)?;
     let arrow = |((&place, &q), g): ((&[f64; 2], &[f32; 3]), &[f32; 3])| ForceArrow {
         place,
         learned: plane.direction(g.map(|c| -f64::from(c))),
         truth: truth.map(|t| plane.direction(t.at(q.map(f64::from)))),
     };
-    places.iter().zip(&positions).zip(&gradients).map(arrow).collect()
+    Some(places.iter().zip(&positions).zip(&gradients).map(arrow).collect())
 }
 
 /// The colour of a level.

@@ -95,8 +95,12 @@ fn panel(
     let x = padded(projected.iter().flatten().map(|p| p.0), 0.1)?;
     let y = padded(projected.iter().flatten().map(|p| p.1), 0.1)?;
     let (x, y, height) = equal_scales(x, y, width, heights);
-    let field =
-        Field::of(&object.system, truth, (&plane, &x, &y), [width, height].map(|s| (s / SPACING) as usize))?;
+    let field = Field::of(
+        &object.dynamics,
+        truth,
+        (&plane, &x, &y),
+        [width, height].map(|s| (s / SPACING) as usize),
+    )?;
     let labels = plane.labels();
     Some(Panel {
         title: format!("object {index}: {} Gaussians", object.members.len()),

@@ -12,7 +12,7 @@ use lgs_distill::{
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
-use lgs_model::{LagrangianScene, MotionConfig, ObjectModel};
+use lgs_model::{Dynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics};
 
 use super::config::MotionOptions;
 use super::observed_motion::observed_to_move;
@@ -94,10 +94,12 @@ fn assemble(
         let (supports, velocity_policy) = alignment(&object, request.motion);
         velocities.extend(object.v0);
         objects.push(ObjectModel {
-            system: object.system,
             members: start..dynamic_gaussians.len(),
-            supports,
-            velocity_policy,
+            dynamics: Dynamics::Particles(ParticleDynamics {
+                system: object.system,
+                supports,
+                velocity_policy,
+            }),
         });
         reports.push(object.report);
     }

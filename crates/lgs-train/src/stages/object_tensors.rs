@@ -1,12 +1,13 @@
 //! One object in stage 2: its trainable tensors, and the rollout of a subset of its particles.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::{Stream, linear};
 use lgs_dynamics::tensor::{RolloutCall, rollout};
 use lgs_dynamics::{Edit, RolloutSpec, Supports, SystemConfig, VelocityPolicy};
-use lgs_model::{LagrangianScene, ObjectModel, SceneState, TensorFile, TensorFileError};
+use lgs_model::{LagrangianScene, ParticleDynamics, SceneState, TensorFile, TensorFileError};
 
 use super::config::InitialVelocity;
 use super::initial_pose::{Displacement, InitialPose};
@@ -38,6 +39,9 @@ pub(super) struct Roll<'a> {
 
 /// One object's trainable tensors.
 pub(super) struct TrainableObject {
+    /// Its place among the scene's objects.
+    pub(super) index: usize,
+    members: Range<usize>,
     pub(super) network: AdamGroup<1>,
     /// `[6, 1]` twist (linear, angular about the centre) or `[n, 3]` change of every velocity, on top of
     /// `base_velocity`.
@@ -73,28 +77,31 @@ pub(super) struct ObjectPath {
 
 impl TrainableObject {
     pub(super) fn new(
-        object: &ObjectModel,
+        index: usize,
+        dynamics: &ParticleDynamics,
         scene: &LagrangianScene,
-        kind: InitialVelocity,
-        device: &Device,
+        (kind, device): (InitialVelocity, &Device),
     ) -> Self {
-        let velocities = &scene.velocities[object.members.clone()];
-        let points = &scene.dynamic_gaussians.means[object.members.clone()];
+        let members = scene.objects[index].members.clone();
+        let velocities = &scene.velocities[members.clone()];
+        let points = &scene.dynamic_gaussians.means[members.clone()];
         let mean_square =
             velocities.iter().flatten().map(|v| v * v).sum::<f32>() / points.len().max(1) as f32;
         let twist_basis = (kind == InitialVelocity::Twist).then(|| twist_basis(points, device));
         let shape = if twist_basis.is_some() { [6, 1] } else { [points.len(), 3] };
         Self {
-            network: AdamGroup::new(object.system.params.clone(), [object.system.params.len()], device),
+            network: AdamGroup::new(dynamics.system.params.clone(), [dynamics.system.params.len()], device),
             velocity: AdamGroup::new(vec![0.0; shape[0] * shape[1]], shape, device),
             pose: InitialPose::new(points, velocities, device),
             base_points: rows(points, device),
             base_velocity: rows(velocities, device),
             twist_basis,
             rms_speed: mean_square.sqrt(),
-            config: object.system.config,
-            velocity_policy: object.velocity_policy,
-            supports: object.supports.clone().map(Arc::new),
+            config: dynamics.system.config,
+            velocity_policy: dynamics.velocity_policy,
+            supports: dynamics.supports.clone().map(Arc::new),
+            index,
+            members,
         }
     }
 
@@ -120,9 +127,11 @@ impl TrainableObject {
     }
 
     /// Brings what has been learned into the scene that the object was made from.
-    pub(super) fn write_to(&self, scene: &mut LagrangianScene, index: usize) {
-        let members = scene.objects[index].members.clone();
-        scene.objects[index].system.params = self.network.values();
+    pub(super) fn write_to(&self, scene: &mut LagrangianScene) {
+        let members = self.members.clone();
+        if let Some(particles) = scene.objects[self.index].dynamics.particles_mut() {
+            particles.system.params = self.network.values();
+        }
         let displacement = self.pose.displacement();
         let velocities = self.velocity_from(self.velocity.leaf(), &displacement);
         scene.velocities[members.clone()].copy_from_slice(values(&velocities.inner()).as_chunks().0);
@@ -153,17 +162,11 @@ impl TrainableObject {
     }
 
     /// Rolls a random subset of the particles over a window.
-    pub(super) fn roll(
-        &self,
-        object: &ObjectModel,
-        roll: &Roll<'_>,
-        rng: &mut Stream,
-        device: &Device,
-    ) -> ObjectPath {
+    pub(super) fn roll(&self, roll: &Roll<'_>, rng: &mut Stream, device: &Device) -> ObjectPath {
         let &Roll { start, window, subset } = roll;
         let common = self.supports.as_deref().and_then(Supports::common);
-        let chosen = choose(object.members.len(), common, subset, rng);
-        let rolled: Vec<usize> = chosen.iter().map(|&i| object.members.start + i as usize).collect();
+        let chosen = choose(self.members.len(), common, subset, rng);
+        let rolled: Vec<usize> = chosen.iter().map(|&i| self.members.start + i as usize).collect();
         let pick = |from: &[[f32; 3]]| rolled.iter().map(|&i| from[i]).collect::<Vec<_>>();
         let kept_q = pick(&start.q);
         let supports = self.supports_among(&chosen, &kept_q);

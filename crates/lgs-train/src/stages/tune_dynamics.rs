@@ -13,7 +13,8 @@ use lgs_core::optim::cosine_decay;
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
 use lgs_dynamics::RolloutSpec;
-use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
+use lgs_model::{LagrangianScene, ObjectModel, ParticleDynamics};
+use lgs_model::{TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
 use super::config::TuneDynamicsConfig;
@@ -70,11 +71,11 @@ impl<'a> TuneDynamics<'a> {
     #[must_use]
     pub fn new(scene: LagrangianScene, data: TrainingData<'a>, config: &'a TuneDynamicsConfig) -> Self {
         let TrainingData { frames, seed, device } = data;
-        let objects = scene
-            .objects
-            .iter()
-            .map(|o| TrainableObject::new(o, &scene, config.initial_velocity, device))
-            .collect();
+        let of_particles = |(index, object): (usize, &ObjectModel)| {
+            let particles = object.dynamics.particles()?;
+            Some(TrainableObject::new(index, particles, &scene, (config.initial_velocity, device)))
+        };
+        let objects = scene.objects.iter().enumerate().filter_map(of_particles).collect();
         Self {
             static_gaussians: CloudTensors::new(&scene.static_gaussians, device),
             dynamic_gaussians: CloudTensors::new(&scene.dynamic_gaussians, device),
@@ -105,10 +106,10 @@ impl<'a> TuneDynamics<'a> {
         let window = self.window(frames);
         let start = kept.states.after(window.first);
         let device = self.device.clone().autodiff();
-        let paths = (self.scene.objects.iter().zip(&self.objects))
-            .map(|(object, trained)| {
+        let paths = (self.objects.iter())
+            .map(|trained| {
                 let roll = Roll { start: &start, window: &window, subset: self.config.subset };
-                trained.roll(object, &roll, rng, &device)
+                trained.roll(&roll, rng, &device)
             })
             .collect();
         Rollouts { window, paths }
@@ -150,16 +151,14 @@ impl<'a> TuneDynamics<'a> {
         scene.dynamic_gaussians.means = rows_of_gaussians(file, "tune.kept.means", &self.scene)?;
         scene.dynamic_gaussians.rotations = rows_of_gaussians(file, "tune.kept.rotations", &self.scene)?;
         for (index, object) in scene.objects.iter_mut().enumerate() {
+            let Some(ParticleDynamics { system, .. }) = object.dynamics.particles_mut() else { continue };
             let name = format!("tune.kept.{index}");
             let (_, params) = file.values(&name)?;
-            if params.len() != object.system.params.len() {
-                return Err(file.field(
-                    &name,
-                    &format!("{} values", object.system.params.len()),
-                    params.len().to_string(),
-                ));
+            if params.len() != system.params.len() {
+                let expected = format!("{} values", system.params.len());
+                return Err(file.field(&name, &expected, params.len().to_string()));
             }
-            object.system.params.copy_from_slice(params);
+            system.params.copy_from_slice(params);
         }
         Ok(scene)
     }
@@ -219,8 +218,8 @@ impl Trainer for TuneDynamics<'_> {
 
     fn checkpoint(&self) -> TensorFile {
         let mut file = scene_to_tensors(&self.scene, CHECKPOINT_FORMAT);
-        for (index, object) in self.objects.iter().enumerate() {
-            object.insert_into(&mut file, &format!("tune.{index}"));
+        for object in &self.objects {
+            object.insert_into(&mut file, &format!("tune.{}", object.index));
         }
         let Some(kept) = &self.kept else { return file };
         let LagrangianScene { dynamic_gaussians, velocities, objects, .. } = kept.states.scene();
@@ -229,14 +228,16 @@ impl Trainer for TuneDynamics<'_> {
         file.insert("tune.kept.means", &[n, 3], dynamic_gaussians.means.as_flattened());
         file.insert("tune.kept.rotations", &[n, 4], dynamic_gaussians.rotations.as_flattened());
         for (index, object) in objects.iter().enumerate() {
-            file.insert(format!("tune.kept.{index}"), &[object.system.params.len()], &object.system.params);
+            if let Some(ParticleDynamics { system, .. }) = object.dynamics.particles() {
+                file.insert(format!("tune.kept.{index}"), &[system.params.len()], &system.params);
+            }
         }
         file
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
-        for (index, object) in self.objects.iter_mut().enumerate() {
-            object.restore(file, &format!("tune.{index}"), &self.device)?;
+        for object in &mut self.objects {
+            object.restore(file, &format!("tune.{}", object.index), &self.device)?;
         }
         if step > 0 {
             self.kept = Some(KeptMotion::roll(self.kept_scene(file)?, &self.device));
@@ -249,7 +250,7 @@ impl Trainer for TuneDynamics<'_> {
 impl SceneTrainer for TuneDynamics<'_> {
     fn scene(&self) -> LagrangianScene {
         let mut scene = self.scene.clone();
-        self.objects.iter().enumerate().for_each(|(index, trained)| trained.write_to(&mut scene, index));
+        self.objects.iter().for_each(|trained| trained.write_to(&mut scene));
         scene
     }
 }

@@ -202,7 +202,7 @@ impl SceneTrainer for TuneGaussians<'_> {
 fn is_free(scene: &LagrangianScene, device: &Device) -> Tensor<2> {
     let mut is_free = vec![1.0_f32; scene.dynamic_gaussians.len()];
     for object in &scene.objects {
-        for &support in object.supports.as_ref().and_then(Supports::common).into_iter().flatten() {
+        for &support in object.dynamics.supports().and_then(Supports::common).into_iter().flatten() {
             is_free[object.members.start + support as usize] = 0.0;
         }
     }

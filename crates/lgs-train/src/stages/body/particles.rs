@@ -1,15 +1,14 @@
-//! An object as a body with a law: a few numbers change where it starts, how it starts and what it follows.
+//! An object of particles as a body with a linear law: a few numbers change where it starts, how it starts
+//! and what it follows.
 
 use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, quat_mul, quat_normalize, scale, sub};
-use lgs_core::{GaussianCloud, Stream};
 use lgs_distill::LinearPart;
-use lgs_dynamics::{Edit, Reversal, Supports};
-use lgs_model::{LagrangianScene, Motion, ObjectModel};
+use lgs_dynamics::{Edit, Reversal, System};
+use lgs_model::{LagrangianScene, Motion};
 use rayon::prelude::*;
 
-use super::initial_pose::{mean, spin};
-use super::observation::Displacement;
-use super::subset::{choose, supports_of};
+use super::Response;
+use crate::stages::initial_pose::{mean, spin};
 
 /// Unknowns before those of the law: translation and rotation at t = 0, linear and angular velocity.
 const OF_START: usize = 12;
@@ -18,8 +17,8 @@ const PROBE: f64 = 0.01;
 /// Least radius of a body, as a fraction of the length of its motion.
 const LEAST_RADIUS: f32 = 0.01;
 
-/// One object and the units of its unknowns.
-pub(super) struct Body {
+/// One object of particles and the units of its unknowns.
+pub(super) struct ParticleBody {
     center: [f32; 3],
     /// Root mean square distance from the centre, world units.
     radius: f32,
@@ -30,16 +29,9 @@ pub(super) struct Body {
     law: LinearPart,
 }
 
-/// A body's centre at a time, and the derivative of its pose by each unknown.
-pub(super) struct Response {
-    pub(super) center: [f32; 3],
-    /// Displacement per unit of the unknown.
-    pub(super) by_unknown: Vec<Displacement>,
-}
-
-impl Body {
-    pub(super) fn new(scene: &LagrangianScene, object: usize) -> Self {
-        let ObjectModel { members, system, .. } = &scene.objects[object];
+impl ParticleBody {
+    pub(super) fn new(scene: &LagrangianScene, object: usize, system: &System) -> Self {
+        let members = &scene.objects[object].members;
         let (points, velocities) =
             (&scene.dynamic_gaussians.means[members.clone()], &scene.velocities[members.clone()]);
         let center = mean(points);
@@ -81,7 +73,9 @@ impl Body {
             scene.dynamic_gaussians.means[i] = moved;
             scene.dynamic_gaussians.rotations[i] = quat_mul(turn, scene.dynamic_gaussians.rotations[i]);
         }
-        self.law.write_changed(&by[OF_START..], &mut scene.objects[object].system);
+        if let Some(particles) = scene.objects[object].dynamics.particles_mut() {
+            self.law.write_changed(&by[OF_START..], &mut particles.system);
+        }
     }
 
     /// The body at some times after a change, with its derivatives by each unknown: central differences of
@@ -105,7 +99,8 @@ impl Body {
     /// products of the positions' derivatives, means over the particles, summed over the times.
     pub(super) fn information_of_trajectories(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
         let mut unconstrained = alone.clone();
-        unconstrained.objects.iter_mut().for_each(|object| object.supports = None);
+        let particles = unconstrained.objects.iter_mut().filter_map(|object| object.dynamics.particles_mut());
+        particles.for_each(|particles| particles.supports = None);
         let n = self.unknowns();
         let derivatives: Vec<Vec<f32>> = self
             .rates(&unconstrained, &vec![0.0; n], times)
@@ -142,38 +137,6 @@ impl Body {
         let mut changed = alone.clone();
         self.change(by, &mut changed, 0);
         changed
-    }
-}
-
-/// The scene of at most `subset` particles of one object.
-pub(super) fn part_of(
-    scene: &LagrangianScene,
-    object: usize,
-    subset: usize,
-    rng: &mut Stream,
-) -> LagrangianScene {
-    let ObjectModel { members, supports, system, velocity_policy } = &scene.objects[object];
-    let chosen = choose(members.len(), supports.as_ref().and_then(Supports::common), subset, rng);
-    let rows: Vec<usize> = chosen.iter().map(|&i| members.start + i as usize).collect();
-    let dynamic_gaussians = scene.dynamic_gaussians.select(&rows);
-    let supports = supports.as_ref().map(|all| {
-        if rows.len() == members.len() {
-            all.clone()
-        } else {
-            supports_of(&chosen, all, &dynamic_gaussians.means)
-        }
-    });
-    LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
-        velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
-        objects: vec![ObjectModel {
-            system: system.clone(),
-            members: 0..rows.len(),
-            supports,
-            velocity_policy: *velocity_policy,
-        }],
-        dynamic_gaussians,
-        ..*scene
     }
 }
 

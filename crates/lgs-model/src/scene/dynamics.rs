@@ -1,0 +1,285 @@
+//! The dynamics of one object: the paper's particles, or a law in generalised coordinates.
+
+use glam::{DVec3, Vec3};
+use lgs_core::linear::{add, scale, sub};
+use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, Supports, System, VelocityPolicy};
+use lgs_dynamics::{rollout, rollout_reversed};
+use lgs_mechanics::coordinates::{self, Coordinates, Embedding};
+use lgs_mechanics::{Law, MechanicsError};
+
+/// How the particles of an object move.
+#[derive(Clone, Debug)]
+pub enum Dynamics {
+    /// Every particle by itself under networks U and Q, aligned after each step (Eq. 4 to 6).
+    Particles(ParticleDynamics),
+    /// All particles by the few generalised coordinates of a law (method §4.7).
+    Generalised(GeneralisedDynamics),
+}
+
+/// The paper's dynamics.
+#[derive(Clone, Debug)]
+pub struct ParticleDynamics {
+    /// U and Q.
+    pub system: System,
+    /// Supports of local rigid alignment (Eq. 6) within the object, if alignment is on.
+    pub supports: Option<Supports>,
+    /// Velocities after alignment (method §4.6).
+    pub velocity_policy: VelocityPolicy,
+}
+
+/// A law with its start. The particles' means at t = 0 are their positions in the configuration `start.x`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeneralisedDynamics {
+    /// Coordinates, terms and the values of all parameters.
+    pub law: Law,
+    /// Configuration and velocity at t = 0.
+    pub start: coordinates::State,
+}
+
+/// Energies and accelerations of an object's particles at one time.
+#[derive(Clone, Debug, Default)]
+pub struct ObjectFields {
+    /// Potential energy per particle and unit of its mass, summed over the particles.
+    pub potential: f64,
+    /// Accelerations `[n, 3]` that the potential causes; for particles `−∇U`, else its generalised force
+    /// carried to the particles.
+    pub conservative: Vec<[f32; 3]>,
+    /// Accelerations `[n, 3]` that the force Q causes.
+    pub force: Vec<[f32; 3]>,
+}
+
+/// A stretch of time, from a state to later or earlier ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    /// Time of the state that it starts from.
+    pub(super) from: f64,
+    /// Length of a step, positive.
+    pub(super) dt: f32,
+    /// Number of steps.
+    pub(super) steps: usize,
+    /// How to go backwards in time; nothing goes forwards.
+    pub(super) reversal: Option<Reversal>,
+}
+
+impl Stretch {
+    /// Signed times after each step.
+    pub(super) fn times(&self) -> Vec<f64> {
+        let sign = if self.reversal.is_some() { -1.0 } else { 1.0 };
+        (1..=self.steps).map(|step| self.from + sign * step as f64 * f64::from(self.dt)).collect()
+    }
+}
+
+impl ParticleDynamics {
+    /// The states after each step from `start`; the velocity scale of the edit is not applied.
+    pub(super) fn advance(&self, start: &State, stretch: Stretch, edit: Edit) -> Vec<State> {
+        let spec = RolloutSpec {
+            dt: stretch.dt,
+            steps: stretch.steps,
+            last_dt: None,
+            edit: Edit { velocity_scale: 1.0, ..edit },
+            supports: self.supports.as_ref(),
+            velocity_policy: self.velocity_policy,
+        };
+        let mut path = match stretch.reversal {
+            Some(reversal) => rollout_reversed(&self.system, start, &spec, reversal),
+            None => rollout(&self.system, start, &spec),
+        };
+        path.remove(0);
+        path
+    }
+
+    /// The velocities that an edited motion starts with, from positions and stored velocities at t = 0.
+    pub(super) fn start_velocities(
+        &self,
+        (q, stored): (&[[f32; 3]], &[[f32; 3]]),
+        dt: f32,
+        edit: Edit,
+    ) -> Vec<[f32; 3]> {
+        let half = 0.5 * dt;
+        let kick = self.system.accelerations(q, stored, &Edit::default());
+        let at_zero = stored.iter().zip(kick).map(|(v, a)| add(*v, scale(a, half)));
+        let scaled: Vec<[f32; 3]> = at_zero.map(|v| scale(v, edit.velocity_scale)).collect();
+        let edited_kick = self.system.accelerations(q, &scaled, &edit);
+        scaled.iter().zip(edited_kick).map(|(v, a)| sub(*v, scale(a, half))).collect()
+    }
+
+    fn fields(&self, state: &State) -> ObjectFields {
+        ObjectFields {
+            potential: self.system.potentials(&state.q).iter().map(|&u| f64::from(u)).sum(),
+            conservative: self.system.potential_gradients(&state.q).iter().map(|g| g.map(|x| -x)).collect(),
+            force: self.system.forces(&state.q, &state.v),
+        }
+    }
+}
+
+impl GeneralisedDynamics {
+    /// Configurations and velocities at some times. Where the motion cannot be followed (the past of a body
+    /// that friction has brought to rest is not determined), it stays as it was at the last time where it
+    /// can.
+    #[must_use]
+    pub fn states(&self, edit: Edit, times: &[f64]) -> Vec<coordinates::State> {
+        let edit = lgs_mechanics::Edit {
+            velocity: f64::from(edit.velocity_scale),
+            potential: f64::from(edit.potential_scale),
+            force: f64::from(edit.force_scale),
+        };
+        let system = lgs_mechanics::System::new(&self.law, edit);
+        if let Ok(states) = system.states(&self.start, times) {
+            return states;
+        }
+        let at = |&time: &f64| match system.states(&self.start, &[time]) {
+            Ok(mut states) => states.remove(0),
+            Err(MechanicsError::Undetermined { time }) => {
+                let last = system.states(&self.start, &[time]).map(|mut states| states.remove(0));
+                last.unwrap_or_else(|_| self.start.clone())
+            }
+            Err(_) => self.start.clone(),
+        };
+        times.iter().map(at).collect()
+    }
+
+    /// Particles that are at `points` at t = 0, in a configuration.
+    #[must_use]
+    pub fn placed(&self, points: &[[f32; 3]], state: &coordinates::State) -> State {
+        let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
+        let (place, rate) = (embedding.placements(&state.x)[0], embedding.rates(&state.x, &state.v)[0]);
+        let turn = place.rotation;
+        let rotation = [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32);
+        State {
+            q: points.iter().map(|&p| narrow(place.apply(wide(p)))).collect(),
+            v: points.iter().map(|&p| narrow(rate.apply(wide(p)))).collect(),
+            rotation: vec![rotation; points.len()],
+        }
+    }
+
+    /// Velocities at t = 0 of particles at `points`, those of an edited motion with α.
+    #[must_use]
+    pub fn start_velocities(&self, points: &[[f32; 3]], edit: Edit) -> Vec<[f32; 3]> {
+        let mut start = self.start.clone();
+        start.v.iter_mut().for_each(|v| *v *= f64::from(edit.velocity_scale));
+        self.placed(points, &start).v
+    }
+
+    /// The object at rest with its centre at a place; nothing where the coordinates have no free centre.
+    fn at_place(&self, place: [f32; 3]) -> Option<coordinates::State> {
+        let mut state = self.start.clone();
+        state.v.fill(0.0);
+        let first = match self.law.coordinates {
+            Coordinates::Point => 0,
+            Coordinates::Rigid(_) => 4,
+            _ => return None,
+        };
+        state.x[first..first + 3].copy_from_slice(&place.map(f64::from));
+        Some(state)
+    }
+
+    /// Energies and accelerations of particles that are at `points` at t = 0.
+    fn fields(&self, points: &[[f32; 3]], state: &coordinates::State) -> ObjectFields {
+        let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
+        let carried = |a: &[f64]| -> Vec<[f32; 3]> {
+            let rate = embedding.rates(&state.x, a)[0];
+            points.iter().map(|&p| narrow(rate.apply(wide(p)))).collect()
+        };
+        let system = lgs_mechanics::System::new(&self.law, lgs_mechanics::Edit::NONE);
+        let [conservative, force] = system.accelerations(state).map(|a| carried(&a));
+        let potential = self.law.potential_energy(state) * self.inertia(points, &embedding, state);
+        ObjectFields { potential, conservative, force }
+    }
+
+    /// Kinetic energy of the particles, of unit mass each, over that of the law: the number of particles
+    /// where the law's energies are per mass, their moment of inertia where it has one angle.
+    fn inertia(&self, points: &[[f32; 3]], embedding: &Embedding<'_>, state: &coordinates::State) -> f64 {
+        if state.v.len() != 1 {
+            return points.len() as f64;
+        }
+        let rate = embedding.rates(&state.x, &[1.0])[0];
+        points.iter().map(|&p| rate.apply(wide(p)).length_squared()).sum()
+    }
+}
+
+impl Dynamics {
+    /// The paper's dynamics, if the object has them.
+    #[must_use]
+    pub fn particles(&self) -> Option<&ParticleDynamics> {
+        match self {
+            Self::Particles(particles) => Some(particles),
+            Self::Generalised(_) => None,
+        }
+    }
+
+    /// The same, to be changed.
+    #[must_use]
+    pub fn particles_mut(&mut self) -> Option<&mut ParticleDynamics> {
+        match self {
+            Self::Particles(particles) => Some(particles),
+            Self::Generalised(_) => None,
+        }
+    }
+
+    /// The law in generalised coordinates, if the object follows one.
+    #[must_use]
+    pub fn generalised(&self) -> Option<&GeneralisedDynamics> {
+        match self {
+            Self::Particles(_) => None,
+            Self::Generalised(generalised) => Some(generalised),
+        }
+    }
+
+    /// Supports of local rigid alignment, if there are any.
+    #[must_use]
+    pub fn supports(&self) -> Option<&Supports> {
+        self.particles()?.supports.as_ref()
+    }
+
+    /// The potential at places, per mass; nothing where it is no function of a place, as in the angle of a
+    /// hinge.
+    #[must_use]
+    pub fn potentials_at(&self, places: &[[f32; 3]]) -> Option<Vec<f64>> {
+        match self {
+            Self::Particles(particles) => {
+                Some(particles.system.potentials(places).into_iter().map(f64::from).collect())
+            }
+            Self::Generalised(generalised) => {
+                let at = |&place: &[f32; 3]| generalised.at_place(place);
+                let states: Option<Vec<coordinates::State>> = places.iter().map(at).collect();
+                Some(states?.iter().map(|state| generalised.law.potential_energy(state)).collect())
+            }
+        }
+    }
+
+    /// Gradients of the potential at places, as far as [`Self::potentials_at`] has values.
+    #[must_use]
+    pub fn potential_gradients_at(&self, places: &[[f32; 3]]) -> Option<Vec<[f32; 3]>> {
+        match self {
+            Self::Particles(particles) => Some(particles.system.potential_gradients(places)),
+            Self::Generalised(generalised) => {
+                let system = lgs_mechanics::System::new(&generalised.law, lgs_mechanics::Edit::NONE);
+                let gradient = |place: &[f32; 3]| {
+                    let [a, _] = system.accelerations(&generalised.at_place(*place)?);
+                    Some(narrow(-DVec3::from_slice(&a[a.len() - 3..])))
+                };
+                places.iter().map(gradient).collect()
+            }
+        }
+    }
+
+    /// Energies and accelerations without an edit, for particles that are at `points` at t = 0 and in `state`
+    /// at time `t`.
+    pub(super) fn fields(&self, points: &[[f32; 3]], state: &State, at: (Edit, f64)) -> ObjectFields {
+        match self {
+            Self::Particles(particles) => particles.fields(state),
+            Self::Generalised(generalised) => {
+                let configuration = generalised.states(at.0, &[at.1]).remove(0);
+                generalised.fields(points, &configuration)
+            }
+        }
+    }
+}
+
+fn wide(p: [f32; 3]) -> DVec3 {
+    Vec3::from(p).as_dvec3()
+}
+
+fn narrow(p: DVec3) -> [f32; 3] {
+    p.as_vec3().to_array()
+}
