@@ -12,20 +12,23 @@
 //! let positions = times.iter().map(|t| corners.map(|[x, y, z]| [x, y, z - t * t]).to_vec()).collect();
 //! let trajectories = Trajectories::unweighted(times, positions);
 //! let found = distill(&trajectories, &DistillConfig::default(), 0, &mut |_| {})?;
-//! let gravity = found.report.law.map(|law| law.gravity.z);
-//! assert!((gravity.unwrap_or(0.0) + 2.0).abs() < 1e-3);
+//! let law = found.report().generalised.as_ref().map(|found| &found.law);
+//! assert_eq!(law.map(|law| law.terms[0].kind.name()), Some("uniform-field"));
+//! assert!(law.is_some_and(|law| (law.parameters[2] + 2.0).abs() < 1e-3));
 //! # Ok::<(), lgs_distill::DistillError>(())
 //! ```
 //!
 //! The crate refuses contacts, explicit time dependence, and objects that share particles.
 
 mod config;
+mod distilled;
 mod error;
 mod laws;
 mod math;
 mod motion;
 mod networks;
 mod object;
+mod particles;
 mod progress;
 mod report;
 mod scene;
@@ -37,16 +40,18 @@ mod thresholds;
 mod trajectories;
 
 pub use config::{
-    DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod, RolloutConfig, SharedMotionKind,
+    CoordinatesKind, DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod, RolloutConfig,
+    SharedMotionKind,
 };
+pub use distilled::{Distilled, DistilledLaw, DistilledParticles};
 pub use error::DistillError;
 pub use laws::linear::law::Law;
 pub use laws::linear::part::LinearPart;
 pub use laws::linear::terms::{Stiffness, Terms};
 pub use motion::object_motion::PathKind;
-pub use object::{Distilled, distill};
+pub use object::distill;
 pub use progress::{DistillProgress, DistillStage};
-pub use report::DistillReport;
+pub use report::{DistillReport, GeneralisedReport};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;
 pub use segmentation::{find_objects, partition};

@@ -1,77 +1,19 @@
-//! Stage 1 for one object: from its trajectories to U, Q and the initial state.
-//!
-//! Particles that share a motion are denoised together; a linear law is chosen by forecasts and fitted by
-//! rollouts; networks learn what it leaves if that is worth it (or everything, in the paper's configuration),
-//! and stay only if they forecast or describe the motion better.
+//! Stage 1 for one object: from its trajectories to its dynamics.
 
-use crate::config::DistillConfig;
+use crate::config::{CoordinatesKind, DistillConfig};
+use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::fitted_law::FittedLaw;
-use crate::laws::linear::law::Law;
-use crate::laws::linear::system::system_of_law;
-use crate::laws::selection::{ChosenLaw, choose_law};
-use crate::math::{narrow, wide};
+use crate::laws::generalised::{GeneralisedLaw, find_law};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
-use crate::networks::training::{Baseline, TrainedNetworks, train_networks};
-use crate::networks::velocity_field::VelocityField;
-use crate::progress::{DistillProgress, DistillStage};
-use crate::report::DistillReport;
-use crate::shared_support::SharedSupport;
+use crate::particles::distill_particles;
+use crate::progress::DistillProgress;
+use crate::report::{DistillReport, GeneralisedReport};
 use crate::trajectories::Trajectories;
-use lgs_dynamics::{PotentialKind, Supports, System, SystemConfig};
+use lgs_mechanics::bands::Verdict;
 
-/// A system with the state it starts from.
-#[derive(Clone, Debug)]
-pub struct Distilled {
-    /// U and Q.
-    pub system: System,
-    /// `[n]` positions at the first sample, world units.
-    pub q0: Vec<[f32; 3]>,
-    /// `[n]` velocities that Eq. 5 starts from, world units per unit of time.
-    pub v0: Vec<[f32; 3]>,
-    /// Members of the support that all particles share, if the object is under the rigid constraint.
-    pub shared_support: Option<Vec<u32>>,
-    /// Figures of the distillation.
-    pub report: DistillReport,
-}
-
-impl Distilled {
-    /// Supports for Eq. 6: the shared one for every particle under the rigid constraint, else `k` nearest
-    /// neighbours.
-    ///
-    /// Shared supports belong with [`lgs_dynamics::VelocityPolicy::Rigid`].
-    #[must_use]
-    pub fn supports(&self, k: usize) -> Supports {
-        match &self.shared_support {
-            Some(members) => Supports::shared(members, self.q0.len()),
-            None => Supports::nearest(&self.q0, k),
-        }
-    }
-
-    /// The same with its particles in another order: index of the first, of the second, …, each particle
-    /// once.
-    #[must_use]
-    pub fn in_order(self, order: &[u32]) -> Self {
-        let mut place = vec![0; order.len()];
-        for (at, &particle) in (0..).zip(order) {
-            place[particle as usize] = at;
-        }
-        let rows = |of_particles: &[[f32; 3]]| {
-            order.iter().map(|&particle| of_particles[particle as usize]).collect()
-        };
-        let shared_support =
-            self.shared_support.map(|members| members.iter().map(|&member| place[member as usize]).collect());
-        Self { q0: rows(&self.q0), v0: rows(&self.v0), shared_support, ..self }
-    }
-
-    fn is_finite(&self) -> bool {
-        let finite = |rows: &[[f32; 3]]| rows.as_flattened().iter().all(|v| v.is_finite());
-        finite(&self.q0) && finite(&self.v0) && self.system.params.iter().all(|p| p.is_finite())
-    }
-}
-
-/// Finds the system behind an object's trajectories.
+/// Finds the dynamics behind an object's trajectories: a law in generalised coordinates if one describes its
+/// motion, else a system of particles.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -86,155 +28,35 @@ pub fn distill(
     if trajectories.is_empty() {
         return Err(DistillError::Empty);
     }
-    let of_law = |step| DistillProgress { stage: DistillStage::Law, step, steps: 1, loss: None };
-    progress(of_law(0));
-    let object = Object::new(trajectories, config);
-    let law = choose_law(&object.motion, object.support.as_ref(), config);
-    progress(of_law(1));
-    let mut distilled = match &law {
-        Some(chosen) => object.of_law(chosen, seed),
-        None => object.without_law(seed),
-    };
-    if object.is_unexplained(&distilled.report) {
-        object.add_networks(&mut distilled, seed, progress);
+    let motion = denoise(trajectories, config);
+    if let Some(found) = law_of(&motion, config, seed).filter(|found| found.verdict != Verdict::Outside) {
+        return Ok(Distilled::Generalised(found.distilled(&motion)));
     }
-    if let Some(constrained) = law.and_then(|law| law.constrained).filter(|_| !distilled.report.networks) {
-        // An object that has been seen to be rigid need not lose its shape later.
-        object.start_as(&mut distilled, &constrained);
-    }
-    if !distilled.is_finite() {
-        return Err(DistillError::Diverged { stage: "distillation" });
-    }
-    distilled.report.force_ratio = object.force_ratio(&distilled.system);
-    Ok(distilled)
+    distill_particles(motion, config, seed, progress).map(Distilled::Particles)
 }
 
-/// An object's denoised motion with the shared support that it may have.
-struct Object<'a> {
-    motion: ObjectMotion,
-    support: Option<SharedSupport>,
-    config: &'a DistillConfig,
+/// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
+fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<GeneralisedLaw> {
+    let shared = motion.shared.as_ref().filter(|_| config.coordinates == CoordinatesKind::Generalised)?;
+    let found = find_law(&shared.shared, f64::from(config.forecast_tolerance), seed)?;
+    tracing::debug!(law = ?found.law, found.chi_square, ?found.verdict, ?found.trusted, "a law of the motion");
+    Some(found)
 }
 
-impl<'a> Object<'a> {
-    fn new(trajectories: &Trajectories, config: &'a DistillConfig) -> Self {
-        let motion = denoise(trajectories, config);
-        let support = SharedSupport::choose(&motion, config);
-        Self { motion, support, config }
-    }
-
-    /// The system of a chosen law.
-    fn of_law(&self, chosen: &ChosenLaw, seed: u64) -> Distilled {
-        let ChosenLaw { candidate, fitted, .. } = chosen;
-        let mut distilled = Distilled {
-            system: system_of_law(self.system_config(), &fitted.law, seed),
-            q0: Vec::new(),
-            v0: Vec::new(),
-            shared_support: None,
-            report: DistillReport {
-                terms: Some(candidate.terms),
-                law: Some(fitted.law),
-                forecast_error: Some(chosen.forecast),
-                ..self.report()
-            },
+impl GeneralisedLaw {
+    fn distilled(self, motion: &ObjectMotion) -> DistilledLaw {
+        let shape = motion.shared.as_ref().map_or(&[][..], |motion| &motion.shared.shape);
+        let (q0, v0) = self.initial_states(shape);
+        let report = DistillReport {
+            window_error: self.window_error,
+            generalised: Some(GeneralisedReport {
+                law: self.law.clone(),
+                chi_square: self.chi_square,
+                verdict: self.verdict,
+                trusted: self.trusted,
+            }),
+            ..DistillReport::of_motion(motion)
         };
-        self.start_as(&mut distilled, fitted);
-        distilled
-    }
-
-    /// Takes the initial state of a fit, and its shared support if it has one.
-    fn start_as(&self, distilled: &mut Distilled, fitted: &FittedLaw) {
-        let Some(motion) = &self.motion.shared else { return };
-        (distilled.q0, distilled.v0) = fitted.initial_states(&motion.shared);
-        let support = self.support.as_ref().filter(|_| fitted.support.is_some());
-        distilled.shared_support = support.map(SharedSupport::indices);
-        distilled.report.rigid_constraint = support.is_some();
-        distilled.report.window_error = fitted.error;
-    }
-
-    /// An untrained system that starts on the paths.
-    fn without_law(&self, seed: u64) -> Distilled {
-        let config = self.system_config();
-        let system = if config.potential == PotentialKind::Mlp {
-            System::init(config, seed)
-        } else {
-            system_of_law(config, &Law::free(wide(self.motion.scales.center)), seed)
-        };
-        let (q0, v0) = self.start(&system, &VelocityField::NONE);
-        Distilled { system, q0, v0, shared_support: None, report: self.report() }
-    }
-
-    /// Whether a law leaves enough of the motion for networks to learn.
-    fn is_unexplained(&self, report: &DistillReport) -> bool {
-        let most = f64::from(self.config.remainder_threshold) * self.motion.displacement;
-        report.forecast_error.is_none_or(|error| error > most)
-    }
-
-    /// Trains networks on what there is, and keeps them if they are worth it.
-    fn add_networks(&self, distilled: &mut Distilled, seed: u64, progress: &mut dyn FnMut(DistillProgress)) {
-        let support = self.support.as_ref().filter(|_| distilled.report.rigid_constraint);
-        let has_force = distilled.report.terms.is_some_and(|terms| terms.has_force());
-        let baseline = Baseline {
-            system: &distilled.system,
-            support,
-            force_is_fixed: support.is_some() && !has_force,
-            forecast: distilled.report.forecast_error,
-            window_error: distilled.report.window_error,
-        };
-        let trained = train_networks(&self.motion, &baseline, self.config, seed, progress);
-        let Some(TrainedNetworks { system, field, forecast, error }) = trained else { return };
-        (distilled.q0, distilled.v0) = self.start(&system, &field);
-        distilled.report.forecast_error = forecast.or(distilled.report.forecast_error);
-        distilled.report.window_error = error;
-        distilled.report.networks = true;
-        distilled.system = system;
-    }
-
-    /// Positions and velocities of all particles at the start of their paths.
-    fn start(&self, system: &System, field: &VelocityField) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
-        let all: Vec<usize> = (0..self.motion.paths.len()).collect();
-        let state = field.start(system, &self.motion.paths, &all);
-        (state.q, state.v)
-    }
-
-    fn system_config(&self) -> SystemConfig {
-        SystemConfig {
-            potential: self.config.potential,
-            force: self.config.force,
-            hidden: self.config.hidden,
-            hidden_layers: self.config.hidden_layers,
-            normalisation: self.motion.scales,
-        }
-    }
-
-    /// The part of the report that precedes any fit.
-    fn report(&self) -> DistillReport {
-        DistillReport {
-            particles: self.motion.paths.len(),
-            paths: self.motion.path_kind(),
-            independent_noise: self.motion.noise,
-            shared_residual: self.motion.shared.as_ref().map_or(0.0, |motion| motion.shared.residual),
-            displacement: self.motion.displacement,
-            degree: self.motion.degree,
-            terms: None,
-            law: None,
-            rigid_constraint: false,
-            forecast_error: None,
-            window_error: 0.0,
-            networks: false,
-            force_ratio: 0.0,
-        }
-    }
-
-    /// `‖Q‖/‖∇U‖` over the states of the validation particles; `‖Q‖` without a potential.
-    fn force_ratio(&self, system: &System) -> f64 {
-        let paths = &self.motion.paths;
-        let samples = || 0..paths.samples();
-        let states = || self.motion.validation.iter().flat_map(|&j| samples().map(move |s| (j, s)));
-        let q: Vec<_> = states().map(|(j, s)| narrow(paths.position(j, s))).collect();
-        let v: Vec<_> = states().map(|(j, s)| narrow(paths.velocity(j, s))).collect();
-        let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| wide(r).length_squared()).sum::<f64>().sqrt();
-        let (force, gradient) = (size(&system.forces(&q, &v)), size(&system.potential_gradients(&q)));
-        if gradient > 0.0 { force / gradient } else { force }
+        DistilledLaw { law: self.law, start: self.start, q0, v0, report }
     }
 }

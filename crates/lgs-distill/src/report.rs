@@ -2,7 +2,8 @@
 
 use crate::laws::linear::law::Law;
 use crate::laws::linear::terms::Terms;
-use crate::motion::object_motion::PathKind;
+use crate::motion::object_motion::{ObjectMotion, PathKind};
+use lgs_mechanics::bands::Verdict;
 use serde::{Deserialize, Serialize};
 
 /// Figures of one object's stage 1. Lengths are world units, root mean squares over particles.
@@ -25,6 +26,9 @@ pub struct DistillReport {
     pub terms: Option<Terms>,
     /// Constants of the linear law, if there is one.
     pub law: Option<Law>,
+    /// The law in generalised coordinates, if the object follows one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub generalised: Option<GeneralisedReport>,
     /// Whether the object is under the rigid constraint (see [`crate::Distilled::supports`]).
     pub rigid_constraint: bool,
     /// Position error at held-out samples of a fit without them, if it was measured.
@@ -35,4 +39,40 @@ pub struct DistillReport {
     pub networks: bool,
     /// `‖Q‖/‖∇U‖` at the visited states (Q alone if there is no potential).
     pub force_ratio: f64,
+}
+
+/// A law in generalised coordinates, and what is known of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GeneralisedReport {
+    /// Coordinates, terms and the values of all parameters with their standard deviations, world units.
+    pub law: lgs_mechanics::Law,
+    /// χ² of the whitened poses for each degree of freedom: near 1 for a law that explains them.
+    pub chi_square: f64,
+    /// Whether the law explains the motion.
+    pub verdict: Verdict,
+    /// Times since the first sample between which the forecast is trusted.
+    pub trusted: [f64; 2],
+}
+
+impl DistillReport {
+    /// The part of the report that precedes any fit.
+    pub(crate) fn of_motion(motion: &ObjectMotion) -> Self {
+        Self {
+            particles: motion.paths.len(),
+            paths: motion.path_kind(),
+            independent_noise: motion.noise,
+            shared_residual: motion.shared.as_ref().map_or(0.0, |motion| motion.shared.residual),
+            displacement: motion.displacement,
+            degree: motion.degree,
+            terms: None,
+            law: None,
+            generalised: None,
+            rigid_constraint: false,
+            forecast_error: None,
+            window_error: 0.0,
+            networks: false,
+            force_ratio: 0.0,
+        }
+    }
 }

@@ -1,8 +1,9 @@
 //! Stage 1 for a whole scene: every object by itself, and the objects that no system follows given up.
 
 use crate::config::DistillConfig;
+use crate::distilled::Distilled;
 use crate::error::DistillError;
-use crate::object::{Distilled, distill};
+use crate::object::distill;
 use crate::progress::DistillProgress;
 use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
@@ -61,7 +62,7 @@ fn kept_objects(
     objects: &[(Vec<usize>, Distilled)],
 ) -> Vec<bool> {
     let is_described = |(_, object): &(_, Distilled)| {
-        object.report.window_error <= UNDESCRIBED_FRACTION * object.report.displacement
+        object.report().window_error <= UNDESCRIBED_FRACTION * object.report().displacement
     };
     let mut kept: Vec<bool> = objects.iter().map(is_described).collect();
     if !kept.contains(&false)
@@ -79,7 +80,7 @@ fn part_of_others(
     objects: &[(Vec<usize>, Distilled)],
 ) -> Option<usize> {
     let missed = |o: usize| {
-        let report = &objects[o].1.report;
+        let report = objects[o].1.report();
         report.forecast_error.unwrap_or(0.0) / report.displacement.max(f64::MIN_POSITIVE)
     };
     let worst = (0..objects.len())

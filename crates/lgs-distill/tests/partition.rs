@@ -92,8 +92,8 @@ fn every_object_of_a_scene_gets_its_own_system() {
     let found = distilled_scene(&touching());
     assert_eq!(found.objects.len(), 2);
     for (members, distilled) in &found.objects {
-        assert_eq!(members.len(), distilled.q0.len());
-        assert!(distilled.v0.iter().all(|v| (v[0].abs() - 0.4).abs() < 0.02), "{:?}", &distilled.v0[..3]);
+        assert_eq!(members.len(), distilled.q0().len());
+        assert!(distilled.v0().iter().all(|v| (v[0].abs() - 0.4).abs() < 0.02), "{:?}", &distilled.v0()[..3]);
     }
 }
 

@@ -28,10 +28,23 @@ pub enum SharedMotionKind {
     None,
 }
 
+/// The coordinates in which objects move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CoordinatesKind {
+    /// Those of joints and rigid bodies, where a law in them describes the motion; else those of particles.
+    #[default]
+    Generalised,
+    /// Every particle by itself, as in the paper.
+    Particles,
+}
+
 /// Stage 1 for one object. The default is the `quick` preset; [`Self::paper`] is the paper's system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DistillConfig {
+    /// Coordinates in which laws are looked for.
+    pub coordinates: CoordinatesKind,
     /// Form of U.
     pub potential: PotentialKind,
     /// Form of Q.
@@ -80,6 +93,7 @@ pub struct DistillConfig {
 impl Default for DistillConfig {
     fn default() -> Self {
         Self {
+            coordinates: CoordinatesKind::Generalised,
             potential: PotentialKind::QuadraticMlp,
             force: ForceKind::Structured,
             hidden: 32,
@@ -107,6 +121,7 @@ impl DistillConfig {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            coordinates: CoordinatesKind::Particles,
             potential: PotentialKind::Mlp,
             force: ForceKind::Mlp,
             hidden: 128,

@@ -3,6 +3,7 @@
 pub(crate) mod candidate;
 mod fit;
 pub(crate) mod fitted_law;
+pub(crate) mod generalised;
 mod least_squares;
 pub(crate) mod linear;
 mod rigid_body;

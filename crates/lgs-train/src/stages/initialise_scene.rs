@@ -7,12 +7,14 @@
 use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
-    DistillConfig, DistillProgress, DistillReport, Distilled, PartitionConfig, SceneDistillation,
-    Trajectories, distill_objects, find_objects,
+    DistillConfig, DistillProgress, DistillReport, Distilled, DistilledLaw, DistilledParticles,
+    PartitionConfig, SceneDistillation, Trajectories, distill_objects, find_objects,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
-use lgs_model::{Dynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics};
+use lgs_model::{
+    Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics,
+};
 
 use super::config::MotionOptions;
 use super::observed_motion::observed_to_move;
@@ -86,22 +88,17 @@ fn assemble(
     let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
     for (rows, object) in distilled.objects {
         let start = dynamic_gaussians.len();
-        let order = spatial_order(&object.q0);
+        let order = spatial_order(object.q0());
         let object = object.in_order(&order);
         let rows: Vec<usize> = order.iter().map(|&i| rows[i as usize]).collect();
         append(&mut dynamic_gaussians, &cloud.select(&rows));
-        dynamic_gaussians.means[start..].copy_from_slice(&object.q0);
-        let (supports, velocity_policy) = alignment(&object, request.motion);
-        velocities.extend(object.v0);
+        dynamic_gaussians.means[start..].copy_from_slice(object.q0());
+        velocities.extend(object.v0());
+        reports.push(object.report().clone());
         objects.push(ObjectModel {
             members: start..dynamic_gaussians.len(),
-            dynamics: Dynamics::Particles(ParticleDynamics {
-                system: object.system,
-                supports,
-                velocity_policy,
-            }),
+            dynamics: dynamics(object, request.motion),
         });
-        reports.push(object.report);
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
     let static_gaussians = in_spatial_order(cloud, &static_rows);
@@ -118,9 +115,21 @@ fn assemble(
     }
 }
 
+fn dynamics(object: Distilled, options: &MotionOptions) -> Dynamics {
+    match object {
+        Distilled::Particles(object) => {
+            let (supports, velocity_policy) = alignment(&object, options);
+            Dynamics::Particles(ParticleDynamics { system: object.system, supports, velocity_policy })
+        }
+        Distilled::Generalised(DistilledLaw { law, start, .. }) => {
+            Dynamics::Generalised(GeneralisedDynamics { law, start })
+        }
+    }
+}
+
 /// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a
 /// whole, else what the options say.
-fn alignment(object: &Distilled, options: &MotionOptions) -> (Option<Supports>, VelocityPolicy) {
+fn alignment(object: &DistilledParticles, options: &MotionOptions) -> (Option<Supports>, VelocityPolicy) {
     if object.shared_support.is_some() {
         return (Some(object.supports(0)), VelocityPolicy::Rigid);
     }

@@ -1,7 +1,7 @@
 //! An object that follows a law in generalised coordinates: its start and the law's parameters are the
 //! unknowns, and derivatives of its motion are exact.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use lgs_core::linear::{quat_mul, sub};
 use lgs_mechanics::coordinates::Embedding;
 use lgs_mechanics::{Edit, Sensitivity, System};

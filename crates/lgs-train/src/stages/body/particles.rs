@@ -18,7 +18,7 @@ const PROBE: f64 = 0.01;
 const LEAST_RADIUS: f32 = 0.01;
 
 /// One object of particles and the units of its unknowns.
-pub(super) struct ParticleBody {
+pub(in crate::stages) struct ParticleBody {
     center: [f32; 3],
     /// Root mean square distance from the centre, world units.
     radius: f32,

@@ -1,0 +1,157 @@
+//! The result of stage 1 for one object.
+
+use crate::math::{narrow, wide};
+use crate::report::DistillReport;
+use lgs_dynamics::{RolloutSpec, Supports, System, VelocityPolicy, rollout};
+use lgs_mechanics::coordinates::{Embedding, State};
+use lgs_mechanics::{self as mechanics, Law};
+
+/// The dynamics of an object with the state that it starts from.
+#[derive(Clone, Debug)]
+pub enum Distilled {
+    /// Every particle by itself under U and Q.
+    Particles(DistilledParticles),
+    /// All particles by the generalised coordinates of a law.
+    Generalised(DistilledLaw),
+}
+
+/// An object that follows a law in generalised coordinates.
+#[derive(Clone, Debug)]
+pub struct DistilledLaw {
+    /// Coordinates, terms and the values of all parameters.
+    pub law: Law,
+    /// Configuration and velocity at the first sample.
+    pub start: State,
+    /// `[n]` positions at the first sample, world units.
+    pub q0: Vec<[f32; 3]>,
+    /// `[n]` velocities at the first sample, world units per unit of time.
+    pub v0: Vec<[f32; 3]>,
+    /// Figures of the distillation.
+    pub report: DistillReport,
+}
+
+impl Distilled {
+    /// `[n]` positions at the first sample, world units.
+    #[must_use]
+    pub fn q0(&self) -> &[[f32; 3]] {
+        match self {
+            Self::Particles(particles) => &particles.q0,
+            Self::Generalised(law) => &law.q0,
+        }
+    }
+
+    /// `[n]` velocities that the motion starts with, world units per unit of time.
+    #[must_use]
+    pub fn v0(&self) -> &[[f32; 3]] {
+        match self {
+            Self::Particles(particles) => &particles.v0,
+            Self::Generalised(law) => &law.v0,
+        }
+    }
+
+    /// Figures of the distillation.
+    #[must_use]
+    pub fn report(&self) -> &DistillReport {
+        match self {
+            Self::Particles(particles) => &particles.report,
+            Self::Generalised(law) => &law.report,
+        }
+    }
+
+    /// Positions of all particles after 0 to `steps` steps of `dt`, under the constraint that stage 1 has
+    /// found them with.
+    #[must_use]
+    pub fn rolled(&self, dt: f32, steps: usize) -> Vec<Vec<[f32; 3]>> {
+        match self {
+            Self::Particles(particles) => particles.rolled(RolloutSpec::new(dt, steps)),
+            Self::Generalised(law) => {
+                let times: Vec<f64> = (0..=steps).map(|step| f64::from(dt) * step as f64).collect();
+                law.at(&times)
+            }
+        }
+    }
+
+    /// The same with its particles in another order: index of the first, of the second, …, each particle
+    /// once.
+    #[must_use]
+    pub fn in_order(self, order: &[u32]) -> Self {
+        match self {
+            Self::Particles(particles) => Self::Particles(particles.in_order(order)),
+            Self::Generalised(law) => {
+                let (q0, v0) = (in_order(&law.q0, order), in_order(&law.v0, order));
+                Self::Generalised(DistilledLaw { q0, v0, ..law })
+            }
+        }
+    }
+}
+
+fn in_order(rows: &[[f32; 3]], order: &[u32]) -> Vec<[f32; 3]> {
+    order.iter().map(|&particle| rows[particle as usize]).collect()
+}
+
+/// An object of particles: a system with the state that it starts from.
+#[derive(Clone, Debug)]
+pub struct DistilledParticles {
+    /// U and Q.
+    pub system: System,
+    /// `[n]` positions at the first sample, world units.
+    pub q0: Vec<[f32; 3]>,
+    /// `[n]` velocities that Eq. 5 starts from, world units per unit of time.
+    pub v0: Vec<[f32; 3]>,
+    /// Members of the support that all particles share, if the object is under the rigid constraint.
+    pub shared_support: Option<Vec<u32>>,
+    /// Figures of the distillation.
+    pub report: DistillReport,
+}
+
+impl DistilledLaw {
+    /// Positions of all particles at some times, as far as the law can be followed.
+    fn at(&self, times: &[f64]) -> Vec<Vec<[f32; 3]>> {
+        let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
+        let placed = |state: State| {
+            let place = embedding.placements(&state.x)[0];
+            self.q0.iter().map(|&p| narrow(place.apply(wide(p)))).collect()
+        };
+        let states = mechanics::System::new(&self.law, mechanics::Edit::NONE).states(&self.start, times);
+        states.unwrap_or_default().into_iter().map(placed).collect()
+    }
+}
+
+impl DistilledParticles {
+    fn rolled(&self, spec: RolloutSpec<'_>) -> Vec<Vec<[f32; 3]>> {
+        let supports = self.shared_support.as_ref().map(|_| self.supports(0));
+        let spec = match &supports {
+            Some(supports) => spec.aligned(supports, VelocityPolicy::Rigid),
+            None => spec,
+        };
+        let start = lgs_dynamics::State::at_start(self.q0.clone(), self.v0.clone());
+        rollout(&self.system, &start, &spec).into_iter().map(|state| state.q).collect()
+    }
+
+    /// Supports for Eq. 6: the shared one for every particle under the rigid constraint, else `k` nearest
+    /// neighbours.
+    ///
+    /// Shared supports belong with [`lgs_dynamics::VelocityPolicy::Rigid`].
+    #[must_use]
+    pub fn supports(&self, k: usize) -> Supports {
+        match &self.shared_support {
+            Some(members) => Supports::shared(members, self.q0.len()),
+            None => Supports::nearest(&self.q0, k),
+        }
+    }
+
+    fn in_order(self, order: &[u32]) -> Self {
+        let mut place = vec![0; order.len()];
+        for (at, &particle) in (0..).zip(order) {
+            place[particle as usize] = at;
+        }
+        let shared_support =
+            self.shared_support.map(|members| members.iter().map(|&member| place[member as usize]).collect());
+        Self { q0: in_order(&self.q0, order), v0: in_order(&self.v0, order), shared_support, ..self }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        let finite = |rows: &[[f32; 3]]| rows.as_flattened().iter().all(|v| v.is_finite());
+        finite(&self.q0) && finite(&self.v0) && self.system.params.iter().all(|p| p.is_finite())
+    }
+}

@@ -1,0 +1,124 @@
+//! The choice of coordinates and terms for the motion of a rigid body, by one evidence for all of them: χ² of
+//! the poses, whitened, and the Bayesian penalty of all unknowns, those of the joints included (method §5.4).
+
+use super::kinematics::{Configured, systems};
+use super::observed::ObservedPoses;
+use super::rigid_law::combined;
+use lgs_mechanics::Candidate;
+use lgs_mechanics::choose::{Choice, Judged, SLACK, candidates, choose, simplicity};
+use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
+use lgs_mechanics::fit::Track;
+use lgs_mechanics::terms::Scales;
+use rayon::prelude::*;
+
+/// A chosen law with its rivals in the same coordinates.
+pub(super) struct Chosen {
+    /// The coordinates, and the pose of the shape in them.
+    pub(super) system: Configured,
+    /// All laws in these coordinates.
+    pub(super) choice: Choice,
+    /// χ² of the poses for each degree of freedom that the chosen law leaves.
+    pub(super) chi_square: f64,
+}
+
+/// Chooses among all systems of coordinates and their laws; `None` if no law can be fitted.
+pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
+    let of_center = choose_center(observed);
+    let of_system = |system: Configured| {
+        let choice = match &system.coordinates {
+            Coordinates::Point => of_center.clone(),
+            Coordinates::Rigid(inertia) => {
+                combined(of_center.as_ref()?, &choose_spin(observed, *inertia)?, inertia)
+            }
+            Coordinates::Ball(ball) => choose_about_pivot(observed, ball),
+            joint => choose_along_joint(joint, observed, &system.x),
+        };
+        Some((system, choice?))
+    };
+    let mut found: Vec<(Configured, Choice)> =
+        systems(observed).into_par_iter().filter_map(of_system).collect();
+    let samples = observed.track.independent_samples();
+    let (index, judged) = simplest(&found, samples)?;
+    let (system, choice) = found.swap_remove(index);
+    let law = &choice.judged[judged];
+    let left = samples - unknowns(&system, law);
+    let chi_square = (law.fitted.loss + system.chi_square) / left.max(1.0);
+    Some(Chosen { system, choice: Choice { chosen: judged, ..choice }, chi_square })
+}
+
+/// The simplest of all laws in all coordinates within [`SLACK`] of the best evidence: indices of the system
+/// and of its law.
+fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usize)> {
+    let penalty = samples.max(1.0).ln();
+    let all = found.iter().enumerate().flat_map(|(index, (system, choice))| {
+        let evidence = move |judged: &Judged| {
+            judged.fitted.loss + system.chi_square + penalty * unknowns(system, judged)
+        };
+        (choice.judged.iter().enumerate()).map(move |(at, judged)| (evidence(judged), index, at, judged))
+    });
+    let all: Vec<_> = all.filter(|(evidence, ..)| evidence.is_finite()).collect();
+    let best = all.iter().map(|(evidence, ..)| *evidence).fold(f64::INFINITY, f64::min);
+    for (evidence, index, _, judged) in &all {
+        let terms: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
+        let coordinates = found[*index].0.coordinates.name();
+        tracing::debug!(coordinates, ?terms, behind = evidence - best, "evidence of a law");
+    }
+    let near = all.into_iter().filter(|(evidence, ..)| *evidence <= best + SLACK);
+    let order = |(_, index, _, judged): &(f64, usize, usize, &Judged)| {
+        let system = &found[*index].0;
+        judged.simplicity + system.constants + 2 * system.coordinates.freedoms()
+    };
+    near.min_by_key(order).map(|(_, index, at, _)| (index, at))
+}
+
+/// Unknowns of a law in its coordinates: constants of the geometry, start and parameters.
+fn unknowns(system: &Configured, judged: &Judged) -> f64 {
+    let freedoms = system.coordinates.freedoms();
+    (system.constants + 2 * freedoms + judged.fitted.law.parameters.len()) as f64
+}
+
+/// The motion of the centre, as that of a point.
+fn choose_center(observed: &ObservedPoses) -> Option<Choice> {
+    let x: Vec<Vec<f64>> = observed.track.x.iter().map(|x| x[4..].to_vec()).collect();
+    let noise = observed.track.noise[3..].to_vec();
+    let track = Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) };
+    choose(&candidates(&Coordinates::Point), &track, &track.scales(&Coordinates::Point))
+}
+
+/// The rotation of a free body: that about a pivot at its centre, on which no weight acts.
+fn choose_spin(observed: &ObservedPoses, inertia: Inertia) -> Option<Choice> {
+    choose_about_pivot(observed, &Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia })
+}
+
+fn choose_about_pivot(observed: &ObservedPoses, ball: &Ball) -> Option<Choice> {
+    let coordinates = Coordinates::Ball(*ball);
+    let x: Vec<Vec<f64>> = observed.track.x.iter().map(|x| x[..4].to_vec()).collect();
+    let noise = observed.track.noise[..3].to_vec();
+    let track = Track { noise, ..Track::new(&coordinates, &observed.times, &x) };
+    let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
+    let has_arm = arm > 0.0;
+    let list: Vec<Candidate> =
+        candidates(&coordinates).into_iter().filter(|c| has_arm || !acts_on(c, Port::Arm)).collect();
+    let length = if has_arm { arm } else { 1.0 };
+    let time = observed.times[observed.times.len() - 1];
+    choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })
+}
+
+fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
+    let track = observed.along(joint, Track::new(joint, &observed.times, x));
+    choose(&candidates(joint), &track, &track.scales(joint))
+}
+
+fn acts_on(candidate: &Candidate, port: Port) -> bool {
+    candidate.terms.iter().any(|term| term.port == port)
+}
+
+/// The unknowns that make a law less simple, for laws put together from two.
+pub(super) fn judged(index: usize, parts: [&Judged; 2], fitted: lgs_mechanics::fit::Fitted) -> Judged {
+    let [a, b] = parts;
+    let simplicity = match Candidate::new(fitted.law.coordinates.clone(), fitted.law.terms.clone()) {
+        Ok(candidate) => simplicity(&candidate),
+        Err(_) => a.simplicity + b.simplicity,
+    };
+    Judged { index, fitted, evidence: a.evidence + b.evidence, simplicity }
+}

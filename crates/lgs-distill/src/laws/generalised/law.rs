@@ -1,0 +1,129 @@
+//! The law of an object in generalised coordinates, with what is known of it.
+
+use super::choice::{Chosen, choose_law};
+use super::modal::choose_modal;
+use super::observed::ObservedPoses;
+use crate::math::narrow;
+use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::shared_motion::SharedMotion;
+use glam::{DMat3, DVec3};
+use lgs_mechanics::bands::{Band, DESCRIBED, Verdict, trusted};
+use lgs_mechanics::choose::Choice;
+use lgs_mechanics::coordinates::{Embedding, State};
+use lgs_mechanics::{Edit, Law, System};
+
+/// Windows over which the forecast of a law is judged, backward and forward.
+const REACH: [f64; 2] = [-1.0, 3.0];
+/// Times in a window at which bands are computed.
+const TIMES_IN_WINDOW: usize = 16;
+/// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
+const TRUSTED_FRACTION: f64 = 0.04;
+/// Error of the integrator over three windows, as a fraction of the way: far below every noise.
+const STEP_ERROR: f64 = 1e-4;
+
+/// A law with its start, and what is known of it.
+pub(crate) struct GeneralisedLaw {
+    /// The law, at a step that resolves it.
+    pub(crate) law: Law,
+    /// State at the first sample.
+    pub(crate) start: State,
+    /// Pose of the shape at the first sample.
+    pub(crate) base: Pose,
+    /// Root mean square position error over the window.
+    pub(crate) window_error: f64,
+    /// χ² for each degree of freedom.
+    pub(crate) chi_square: f64,
+    /// Whether the law explains the motion.
+    pub(crate) verdict: Verdict,
+    /// Times since the first sample between which the forecast is trusted.
+    pub(crate) trusted: [f64; 2],
+    /// All laws in the same coordinates.
+    pub(crate) choice: Choice,
+}
+
+/// Finds the law of a shared motion whose source does not resolve `resolution`, world units.
+pub(crate) fn find_law(motion: &SharedMotion, resolution: f64, seed: u64) -> Option<GeneralisedLaw> {
+    let chosen = match motion.kind {
+        PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, resolution)),
+        PoseKind::Affine => choose_modal(motion, resolution),
+    };
+    let Chosen { system, choice, chi_square } = chosen?;
+    let fitted = choice.law().fitted.clone();
+    let duration = motion.duration();
+    let law = fitted.law.clone().resolved(&fitted.start, REACH[1] * duration, STEP_ERROR).ok()?;
+    let base = system.pose_in(&fitted.start.x);
+    let mut found = GeneralisedLaw {
+        window_error: 0.0,
+        verdict: Verdict::Outside,
+        trusted: [0.0; 2],
+        law,
+        start: fitted.start,
+        base,
+        chi_square,
+        choice,
+    };
+    found.window_error = found.error_over(motion)?;
+    found.judge(motion, seed);
+    Some(found)
+}
+
+impl GeneralisedLaw {
+    /// Positions of shape points at the first sample, and their velocities.
+    pub(crate) fn initial_states(&self, shape: &[DVec3]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        let rate =
+            Embedding::new(&self.law.coordinates, &self.start.x).rates(&self.start.x, &self.start.v)[0];
+        let state = |&b: &DVec3| {
+            let position = self.base.apply(b);
+            (narrow(position), narrow(rate.apply(position)))
+        };
+        shape.iter().map(state).unzip()
+    }
+
+    /// The pose of the shape in a configuration.
+    fn pose_in(&self, x: &[f64]) -> (DMat3, DVec3) {
+        let place = Embedding::new(&self.law.coordinates, &self.start.x).placements(x)[0];
+        (place.linear * self.base.linear, place.apply(self.base.shift))
+    }
+
+    /// Root mean square error of the particles' positions over the window.
+    fn error_over(&self, motion: &SharedMotion) -> Option<f64> {
+        let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
+        let states = System::new(&self.law, Edit::NONE).states(&self.start, &times).ok()?;
+        let points = motion.sigma_points();
+        let of_sample = |(state, pose): (&State, &Pose)| {
+            let (linear, shift) = self.pose_in(&state.x);
+            points.iter().map(|&b| (linear * b + shift).distance_squared(pose.apply(b))).sum::<f64>()
+        };
+        let sum: f64 = states.iter().zip(&motion.poses).map(of_sample).sum();
+        Some((sum / (points.len() * motion.poses.len()) as f64).sqrt())
+    }
+
+    /// Distance of the particles in two states, root mean square.
+    fn distance(&self, points: &[DVec3], a: &State, b: &State) -> f64 {
+        let [(linear, shift), (other, to)] = [a, b].map(|state| self.pose_in(&state.x));
+        let squares = points.iter().map(|&p| (linear * p + shift).distance_squared(other * p + to));
+        (squares.sum::<f64>() / points.len() as f64).sqrt()
+    }
+
+    /// The verdict, and the times between which the forecast is trusted: those where the 90 % band over the
+    /// law's posterior and its rivals is narrower than a fraction of the path.
+    fn judge(&mut self, motion: &SharedMotion, seed: u64) {
+        if self.chi_square > DESCRIBED {
+            return;
+        }
+        self.verdict = Verdict::Described;
+        let window = motion.duration();
+        let spacing = window / TIMES_IN_WINDOW as f64;
+        let [first, last] = REACH.map(|windows| (windows * TIMES_IN_WINDOW as f64) as i32);
+        let times: Vec<f64> = (first..=last).map(|i| f64::from(i) * spacing).collect();
+        let Some(band) = Band::new(&self.choice, &times, seed) else { return };
+        let points = motion.sigma_points();
+        let radius = band.radius(0.9, &|a, b| self.distance(&points, a, b));
+        let steps = band.middle.windows(2).map(|pair| self.distance(&points, &pair[0], &pair[1]));
+        let path = steps.sum::<f64>() * window / (times[times.len() - 1] - times[0]);
+        self.trusted = trusted(&times, &radius, [0.0, window], TRUSTED_FRACTION * path);
+        if self.trusted[1] >= 1.5 * window {
+            self.verdict = Verdict::Explained;
+        }
+    }
+}

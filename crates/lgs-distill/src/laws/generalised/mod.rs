@@ -1,0 +1,10 @@
+//! Laws in generalised coordinates for objects whose particles share a rigid or an affine motion (method §4.7 and §5.4).
+
+mod choice;
+mod kinematics;
+mod law;
+mod modal;
+mod observed;
+mod rigid_law;
+
+pub(crate) use law::{GeneralisedLaw, find_law};

@@ -1,0 +1,139 @@
+//! Modes of a deforming body: the proper orthogonal decomposition of its affine motion, and the laws of their
+//! amplitudes (method §4.7).
+
+use super::choice::Chosen;
+use super::kinematics::Configured;
+use crate::motion::pose::Pose;
+use crate::motion::shared_motion::SharedMotion;
+use glam::{DMat3, DVec3};
+use lgs_mechanics::choose::{Choice, candidates, choose};
+use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
+use lgs_mechanics::fit::Track;
+use nalgebra::{DMatrix, Matrix3};
+
+/// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
+const MOST_MODES: usize = 4;
+/// Numbers of an affine displacement.
+const ENTRIES: usize = 12;
+/// Directions of the shape thinner than this part of it have no strain of their own.
+const FLAT: f64 = 1e-3;
+
+/// The affine motion about its mean in orthonormal modes, the strongest first.
+struct Decomposition {
+    rest: Pose,
+    modes: Vec<Pose>,
+    /// `[T][12]` amplitudes.
+    amplitudes: Vec<Vec<f64>>,
+}
+
+/// Chooses the number of modes and the law of their amplitudes; `None` if none can be fitted.
+pub(super) fn choose_modal(motion: &SharedMotion, resolution: f64) -> Option<Chosen> {
+    let found = Decomposition::of(motion)?;
+    let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
+    let all = found.coordinates(ENTRIES);
+    let mut whole = Track::new(&all, &times, &found.amplitudes);
+    whole.noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
+    let samples = whole.independent_samples();
+    let with = |modes: usize| {
+        let system = found.configured(modes, &whole);
+        let track = Track {
+            noise: whole.noise[..modes].to_vec(),
+            ..Track::new(&system.coordinates, &times, &system.x)
+        };
+        let choice = choose(&candidates(&system.coordinates), &track, &track.scales(&system.coordinates))?;
+        Some(chosen(system, choice, samples))
+    };
+    let evidence = |(evidence, _): &(f64, Chosen)| *evidence;
+    let all: Vec<(f64, Chosen)> = (1..=MOST_MODES).filter_map(with).collect();
+    all.into_iter().min_by(|a, b| evidence(a).total_cmp(&evidence(b))).map(|(_, chosen)| chosen)
+}
+
+/// A choice with its evidence among numbers of modes, in units of χ².
+fn chosen(system: Configured, choice: Choice, samples: f64) -> (f64, Chosen) {
+    let law = choice.law();
+    let unknowns =
+        (system.constants + 2 * system.coordinates.freedoms() + law.fitted.law.parameters.len()) as f64;
+    let loss = law.fitted.loss + system.chi_square;
+    let chi_square = loss / (samples - unknowns).max(1.0);
+    (loss + samples.max(1.0).ln() * unknowns, Chosen { system, choice, chi_square })
+}
+
+impl Decomposition {
+    fn of(motion: &SharedMotion) -> Option<Self> {
+        let n = motion.poses.len();
+        let rest = mean(&motion.poses);
+        let root = root_of(&motion.covariance())?;
+        let whitened = |pose: &Pose| {
+            let change = Pose { linear: (pose.linear - rest.linear) * root, shift: pose.shift - rest.shift };
+            change.entries()
+        };
+        let rows: Vec<f64> = motion.poses.iter().flat_map(whitened).collect();
+        let svd = DMatrix::from_row_slice(n, ENTRIES, &rows).svd(false, true);
+        let axes = svd.v_t?;
+        let mut order: Vec<usize> = (0..axes.nrows()).collect();
+        order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
+        let back = root.inverse();
+        let mode = |&row: &usize| {
+            let entries: Vec<f64> = axes.row(row).iter().copied().collect();
+            let whitened = Pose::from_entries(&entries);
+            Pose { linear: whitened.linear * back, ..whitened }
+        };
+        let amplitude = |row: &[f64]| order.iter().map(|&axis| dot(row, axes.row(axis).iter())).collect();
+        let amplitudes = rows.chunks_exact(ENTRIES).map(amplitude).collect();
+        Some(Self { rest, modes: order.iter().map(mode).collect(), amplitudes })
+    }
+
+    /// The first modes as functions of the position at rest.
+    fn coordinates(&self, modes: usize) -> Coordinates {
+        let back = self.rest.linear.inverse();
+        let affine = |mode: &Pose| {
+            let linear = mode.linear * back;
+            let shift = mode.shift - linear * self.rest.shift;
+            let row = |i: usize| linear.row(i).to_array();
+            AffineMode { linear: [row(0), row(1), row(2)], shift: shift.to_array() }
+        };
+        let affine = self.modes.iter().take(modes).map(affine).collect();
+        Coordinates::Modal(Modal { affine, further: 0 })
+    }
+
+    /// The first modes with their amplitudes; `whole` has the noise of all.
+    fn configured(&self, modes: usize, whole: &Track) -> Configured {
+        let x: Vec<Vec<f64>> = self.amplitudes.iter().map(|row| row[..modes].to_vec()).collect();
+        let left_out = self.amplitudes.iter().flat_map(|row| row.iter().zip(&whole.noise).skip(modes));
+        let sum = |pose: Pose, (mode, &x): (&Pose, &f64)| Pose {
+            linear: pose.linear + mode.linear * x,
+            shift: pose.shift + mode.shift * x,
+        };
+        Configured {
+            coordinates: self.coordinates(modes),
+            base: self.modes.iter().zip(&x[0]).fold(self.rest, sum),
+            x,
+            // The pose at rest, and the directions of the modes.
+            constants: ENTRIES + modes * (ENTRIES - modes),
+            chi_square: left_out.map(|(x, noise)| (x * noise.weight()).powi(2)).sum(),
+        }
+    }
+}
+
+/// The mean of affine poses.
+fn mean(poses: &[Pose]) -> Pose {
+    let scale = (poses.len() as f64).recip();
+    Pose {
+        linear: poses.iter().map(|pose| pose.linear).sum::<DMat3>() * scale,
+        shift: poses.iter().map(|pose| pose.shift).sum::<DVec3>() * scale,
+    }
+}
+
+/// The symmetric root of second moments, with thin directions thickened so that it can be inverted.
+fn root_of(covariance: &DMat3) -> Option<DMat3> {
+    let eigen = Matrix3::from_column_slice(&covariance.to_cols_array()).symmetric_eigen();
+    let least = FLAT * FLAT * eigen.eigenvalues.max();
+    let roots = eigen.eigenvalues.map(|value| value.max(least).sqrt());
+    let root = eigen.eigenvectors * Matrix3::from_diagonal(&roots) * eigen.eigenvectors.transpose();
+    let root = DMat3::from_cols_slice(root.as_slice());
+    (root.is_finite() && root.determinant() > 0.0).then_some(root)
+}
+
+fn dot<'a>(a: &[f64], b: impl Iterator<Item = &'a f64>) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
