@@ -1,7 +1,7 @@
 //! The choice of coordinates and terms for the motion of a rigid body, by one evidence for all of them: χ² of
 //! the poses, whitened, and the Bayesian penalty of all unknowns, those of the joints included (method §5.4).
 
-use super::kinematics::{Configured, systems};
+use super::kinematics::{Configured, free_systems, systems};
 use super::observed::ObservedPoses;
 use super::rigid_law::combined;
 use lgs_mechanics::Candidate;
@@ -10,6 +10,9 @@ use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
 use rayon::prelude::*;
+
+/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit.
+const MOST_KINEMATIC: f64 = 3.0;
 
 /// A chosen law with its rivals in the same coordinates.
 pub(super) struct Chosen {
@@ -23,20 +26,18 @@ pub(super) struct Chosen {
 
 /// Chooses among all systems of coordinates and their laws; `None` if no law can be fitted.
 pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
-    let of_center = choose_center(observed);
+    let most = MOST_KINEMATIC * observed.track.independent_samples();
     let of_system = |system: Configured| {
         let choice = match &system.coordinates {
-            Coordinates::Point => of_center.clone(),
-            Coordinates::Rigid(inertia) => {
-                combined(of_center.as_ref()?, &choose_spin(observed, *inertia)?, inertia)
-            }
-            Coordinates::Ball(ball) => choose_about_pivot(observed, ball),
+            Coordinates::Point => choose_center(observed, &system.x, 0),
+            Coordinates::Ball(ball) => choose_about_pivot(observed, &system.x, ball),
             joint => choose_along_joint(joint, observed, &system.x),
         };
         Some((system, choice?))
     };
-    let mut found: Vec<(Configured, Choice)> =
-        systems(observed).into_par_iter().filter_map(of_system).collect();
+    let joints = systems(observed).into_par_iter().filter(|system| system.chi_square <= most);
+    let mut found: Vec<(Configured, Choice)> = joints.filter_map(of_system).collect();
+    found.extend(choose_free(observed));
     let samples = observed.track.independent_samples();
     let (index, judged) = simplest(&found, samples)?;
     let (system, choice) = found.swap_remove(index);
@@ -44,6 +45,30 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     let left = samples - unknowns(&system, law);
     let chi_square = (law.fitted.loss + system.chi_square) / left.max(1.0);
     Some(Chosen { system, choice: Choice { chosen: judged, ..choice }, chi_square })
+}
+
+/// The laws of a free body: those of its centre, of which there are two, with those of its rotation, of which
+/// there is one for each inertia.
+fn choose_free(observed: &ObservedPoses) -> Vec<(Configured, Choice)> {
+    let systems = free_systems(observed);
+    let centers = systems.first().map(|systems| systems.each_ref().map(Option::as_ref));
+    let of_centers: Vec<Option<Choice>> = centers
+        .unwrap_or_default()
+        .par_iter()
+        .map(|system| choose_center(observed, &(*system)?.x, 4))
+        .collect();
+    let of_inertia = |systems: [Option<Configured>; 2]| {
+        let Some(Coordinates::Rigid(inertia)) = systems[0].as_ref().map(|system| system.coordinates.clone())
+        else {
+            return Vec::new();
+        };
+        let of_spin = systems[0].as_ref().and_then(|system| choose_spin(observed, &system.x, inertia));
+        let together = |(system, of_center): (Option<Configured>, &Option<Choice>)| {
+            Some((system?, combined(of_center.as_ref()?, of_spin.as_ref()?, &inertia)?))
+        };
+        systems.into_iter().zip(&of_centers).filter_map(together).collect()
+    };
+    systems.into_par_iter().flat_map_iter(of_inertia).collect()
 }
 
 /// The simplest of all laws in all coordinates within [`SLACK`] of the best evidence: indices of the system
@@ -62,6 +87,16 @@ fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usiz
         let terms: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
         let coordinates = found[*index].0.coordinates.name();
         tracing::debug!(coordinates, ?terms, behind = evidence - best, "evidence of a law");
+        if std::env::var("DBG").is_ok() && evidence - best < 400.0 {
+            eprintln!(
+                "  {coordinates} {terms:?} behind {:.1} loss {:.1} kin {:.1} samples {samples:.0} unk {} p {:?}",
+                evidence - best,
+                judged.fitted.loss,
+                found[*index].0.chi_square,
+                unknowns(&found[*index].0, judged),
+                judged.fitted.law.parameters
+            );
+        }
     }
     let near = all.into_iter().filter(|(evidence, ..)| *evidence <= best + SLACK);
     let order = |(_, index, _, judged): &(f64, usize, usize, &Judged)| {
@@ -77,22 +112,22 @@ fn unknowns(system: &Configured, judged: &Judged) -> f64 {
     (system.constants + 2 * freedoms + judged.fitted.law.parameters.len()) as f64
 }
 
-/// The motion of the centre, as that of a point.
-fn choose_center(observed: &ObservedPoses) -> Option<Choice> {
-    let x: Vec<Vec<f64>> = observed.track.x.iter().map(|x| x[4..].to_vec()).collect();
+/// The motion of the centre, as that of a point, which begins at a place in each configuration.
+fn choose_center(observed: &ObservedPoses, x: &[Vec<f64>], at: usize) -> Option<Choice> {
+    let x: Vec<Vec<f64>> = x.iter().map(|x| x[at..].to_vec()).collect();
     let noise = observed.track.noise[3..].to_vec();
     let track = Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) };
     choose(&candidates(&Coordinates::Point), &track, &track.scales(&Coordinates::Point))
 }
 
 /// The rotation of a free body: that about a pivot at its centre, on which no weight acts.
-fn choose_spin(observed: &ObservedPoses, inertia: Inertia) -> Option<Choice> {
-    choose_about_pivot(observed, &Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia })
+fn choose_spin(observed: &ObservedPoses, x: &[Vec<f64>], inertia: Inertia) -> Option<Choice> {
+    choose_about_pivot(observed, x, &Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia })
 }
 
-fn choose_about_pivot(observed: &ObservedPoses, ball: &Ball) -> Option<Choice> {
+fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> Option<Choice> {
     let coordinates = Coordinates::Ball(*ball);
-    let x: Vec<Vec<f64>> = observed.track.x.iter().map(|x| x[..4].to_vec()).collect();
+    let x: Vec<Vec<f64>> = x.iter().map(|x| x[..4].to_vec()).collect();
     let noise = observed.track.noise[..3].to_vec();
     let track = Track { noise, ..Track::new(&coordinates, &observed.times, &x) };
     let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();

@@ -1,11 +1,12 @@
 //! Systems of coordinates that can hold the poses of a body: joints are read off the poses, before any law.
 
+use super::geometry::{body_points, center_of_mass, pivot};
+use super::inertia::of_motion;
 use super::observed::{ObservedPoses, mean_pose};
+use super::turning::Turning;
 use crate::motion::pose::Pose;
 use glam::{DMat3, DQuat, DVec3};
-use lgs_mechanics::coordinates::{Ball, Coordinates, Embedding, Hinge, InertiaForm, Rolling};
-use lgs_mechanics::rotation::rotation_vector;
-use nalgebra::{DMatrix, DVector, Matrix3};
+use lgs_mechanics::coordinates::{Ball, Coordinates, Embedding, Hinge, Inertia, InertiaForm, Rolling};
 
 /// A system of coordinates with the configuration at each sample.
 pub(super) struct Configured {
@@ -63,15 +64,38 @@ fn placements(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Placed> {
     x.iter().map(placed).collect()
 }
 
-/// Every system of coordinates that the poses suggest, the rigid ones last.
+/// Every system of coordinates but that of a free body which the poses suggest.
 pub(super) fn systems(observed: &ObservedPoses) -> Vec<Configured> {
     let mut all = vec![point(observed)];
-    let turning = turning_axis(&observed.poses);
-    all.extend(turning.and_then(|axis| hinge(observed, axis)));
-    all.extend(turning.and_then(|axis| rolling(observed, axis)));
-    all.extend([InertiaForm::Prior, InertiaForm::Free].into_iter().filter_map(|form| ball(observed, form)));
+    if let Some(turning) = Turning::about_one_axis(&observed.poses) {
+        all.extend(hinge(observed, &turning));
+        all.extend(rolling(observed, &turning));
+    }
+    all.extend(pivot(&observed.poses).into_iter().flat_map(|pivot| balls(observed, pivot)));
+    all
+}
+
+/// The systems of a free body: for each inertia, one about the centre of the particles, and one about the
+/// centre of mass that the poses show.
+pub(super) fn free_systems(observed: &ObservedPoses) -> Vec<[Option<Configured>; 2]> {
+    let center = center_of_mass(&observed.poses, &observed.times);
+    let of_inertia = |inertia: &KnownInertia| {
+        [Some(rigid(observed, inertia, None)), center.map(|center| rigid(observed, inertia, Some(center)))]
+    };
+    inertias(observed, &observed.inertia, DVec3::ZERO).iter().map(of_inertia).collect()
+}
+
+/// An inertia, and how many constants it has beside the parameters of its law.
+type KnownInertia = (Inertia, usize);
+
+/// The inertia of the particles, the same for all axes, with ratios of its moments to be fitted; and that of
+/// the motion, whose axes are fitted as well.
+fn inertias(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -> Vec<KnownInertia> {
+    let with = |form| Inertia { form, ..*prior };
     let forms = [InertiaForm::Isotropic, InertiaForm::Prior, InertiaForm::Free];
-    all.extend(forms.map(|form| rigid(observed, form)));
+    let mut all: Vec<KnownInertia> = forms.map(|form| (with(form), 0)).to_vec();
+    let found = of_motion(observed, prior, arm);
+    all.extend(found.map(|inertia| (Inertia { form: InertiaForm::Free, ..inertia }, 3)));
     all
 }
 
@@ -84,96 +108,59 @@ fn point(observed: &ObservedPoses) -> Configured {
     Configured::new(observed, Coordinates::Point, x, POSE - 3)
 }
 
-fn rigid(observed: &ObservedPoses, form: InertiaForm) -> Configured {
-    let coordinates = Coordinates::Rigid(lgs_mechanics::coordinates::Inertia { form, ..observed.inertia });
-    Configured::new(observed, coordinates, observed.track.x.clone(), 0)
-}
-
-/// The axis, in world axes, about which all poses turn: the direction in the body whose images differ least.
-fn turning_axis(poses: &[Pose]) -> Option<DVec3> {
-    let mean = poses.iter().map(|pose| pose.linear).sum::<DMat3>() * (poses.len() as f64).recip();
-    let svd = Matrix3::from_column_slice(&mean.to_cols_array()).svd(true, false);
-    let u = svd.u?;
-    let axis = DVec3::from_slice(u.column(svd.singular_values.imax()).as_slice());
-    (axis.is_finite() && axis.length() > 0.5).then(|| axis.normalize())
-}
-
-/// Angles about an axis from pose to pose, added up so that they may exceed a full turn.
-fn angles(poses: &[Pose], axis: DVec3) -> Vec<f64> {
-    let mut angle = 0.0;
-    let mut angles = vec![0.0];
-    for pair in poses.windows(2) {
-        let turn = DQuat::from_mat3(&(pair[1].linear * pair[0].linear.transpose()));
-        angle += rotation_vector(turn).dot(axis);
-        angles.push(angle);
-    }
-    angles
-}
-
-/// A fixed point and where it is in the body: `c_k = p + R_k r` by least squares. What the rotations do not
-/// determine stays at the mean centre.
-fn pivot(poses: &[Pose]) -> Option<(DVec3, DVec3)> {
-    let mean = poses.iter().map(|pose| pose.shift).sum::<DVec3>() / poses.len() as f64;
-    let mut rows = DMatrix::zeros(3 * poses.len(), 6);
-    let mut right = DVector::zeros(3 * poses.len());
-    for (k, pose) in poses.iter().enumerate() {
-        let offset = pose.shift - mean;
-        for i in 0..3 {
-            rows[(3 * k + i, i)] = 1.0;
-            (0..3).for_each(|j| rows[(3 * k + i, 3 + j)] = pose.linear.col(j)[i]);
-            right[3 * k + i] = offset[i];
+/// A free body whose centre of mass is at the centre of its particles, or at a point of the shape.
+fn rigid(observed: &ObservedPoses, &(inertia, axes): &KnownInertia, center: Option<DVec3>) -> Configured {
+    let mut x = observed.configurations(&inertia);
+    if let Some(center) = center {
+        for (x, pose) in x.iter_mut().zip(&observed.poses) {
+            x[4..].copy_from_slice(&pose.apply(center).to_array());
         }
     }
-    let svd = rows.svd(true, true);
-    let found = svd.solve(&right, UNDETERMINED * svd.singular_values.max()).ok()?;
-    let vector = |at: usize| DVec3::new(found[at], found[at + 1], found[at + 2]);
-    (found.iter().all(|v| v.is_finite())).then(|| (mean + vector(0), vector(3)))
+    let constants = axes + if center.is_some() { 3 } else { 0 };
+    Configured::new(observed, Coordinates::Rigid(inertia), x, constants)
 }
 
-/// Singular values, as a fraction of the largest, below which a direction of a pivot is not determined: a
-/// turn by some degrees leaves a hundredth.
-const UNDETERMINED: f64 = 3e-3;
-
-fn hinge(observed: &ObservedPoses, axis: DVec3) -> Option<Configured> {
+fn hinge(observed: &ObservedPoses, turning: &Turning) -> Option<Configured> {
     let (pivot, _) = pivot(&observed.poses)?;
-    let coordinates = Coordinates::Hinge(Hinge { axis: axis.to_array(), pivot: pivot.to_array() });
-    let x = angles(&observed.poses, axis).into_iter().map(|angle| vec![angle]).collect();
+    let coordinates = Coordinates::Hinge(Hinge { axis: turning.axis.to_array(), pivot: pivot.to_array() });
+    let x = turning.angles.iter().map(|&angle| vec![angle]).collect();
     // Axis and pivot have four, and the pose along the angle is among the unknowns of the motion.
     Some(Configured::new(observed, coordinates, x, 4 + POSE - 1))
 }
 
-fn rolling(observed: &ObservedPoses, axis: DVec3) -> Option<Configured> {
+/// A round body that moves by a fixed vector per radian: `c_k = p + θ_k u + R_k r`.
+fn rolling(observed: &ObservedPoses, turning: &Turning) -> Option<Configured> {
     let poses = &observed.poses;
-    let center = poses[0].shift;
-    let direction = (poses[poses.len() - 1].shift - center).try_normalize()?;
-    let path: Vec<f64> = poses.iter().map(|pose| (pose.shift - center).dot(direction)).collect();
-    let angles = angles(poses, axis);
-    let product: f64 = path.iter().zip(&angles).map(|(s, angle)| s * angle).sum();
-    let square: f64 = angles.iter().map(|angle| angle * angle).sum();
-    let radius = product / square;
-    if !radius.is_finite() || radius == 0.0 {
-        return None;
-    }
-    let coordinates = Coordinates::Rolling(Rolling {
+    let (points, arms) = body_points(poses, |k| vec![1.0, turning.angles[k]])?;
+    let ([center, per_radian], [arm]) = (&points[..], &arms[..]) else { return None };
+    let (radius, direction) = (per_radian.length(), per_radian.try_normalize()?);
+    let rolling = Rolling {
         direction: direction.to_array(),
-        axis: (axis * radius.signum()).to_array(),
-        radius: radius.abs(),
+        axis: turning.axis.to_array(),
+        radius,
         center: center.to_array(),
-    });
-    let x = path.into_iter().map(|s| vec![s]).collect();
+    };
+    let offset = |pose: &Pose| vec![(pose.shift - pose.linear * *arm - *center).dot(direction)];
+    let x = poses.iter().map(offset).collect();
     // Direction and axis have two each, the radius one.
-    Some(Configured::new(observed, coordinates, x, 5 + POSE - 1))
+    Some(Configured::new(observed, Coordinates::Rolling(rolling), x, 5 + POSE - 1))
 }
 
-fn ball(observed: &ObservedPoses, form: InertiaForm) -> Option<Configured> {
-    let (pivot, arm) = pivot(&observed.poses)?;
-    let [w, x, y, z] = observed.inertia.frame;
-    let arm = DQuat::from_xyzw(x, y, z, w).inverse() * arm;
+/// A body that turns about a fixed point, given with the vector from there to the centre in shape axes.
+fn balls(observed: &ObservedPoses, (pivot, arm): (DVec3, DVec3)) -> Vec<Configured> {
     // The moments about the pivot (Steiner), as far as they lie along the principal axes of the centre.
-    let square = arm.length_squared();
-    let moments = std::array::from_fn(|i| observed.inertia.moments[i] + square - arm[i] * arm[i]);
-    let inertia = lgs_mechanics::coordinates::Inertia { form, moments, ..observed.inertia };
-    let coordinates = Coordinates::Ball(Ball { pivot: pivot.to_array(), arm: arm.to_array(), inertia });
-    let x = observed.track.x.iter().map(|x| x[..4].to_vec()).collect();
-    Some(Configured::new(observed, coordinates, x, 3 + POSE - 3))
+    let frame = |inertia: &Inertia| {
+        let [w, x, y, z] = inertia.frame;
+        DQuat::from_xyzw(x, y, z, w)
+    };
+    let own = frame(&observed.inertia).inverse() * arm;
+    let moments = |i: usize| observed.inertia.moments[i] + own.length_squared() - own[i] * own[i];
+    let about_pivot = Inertia { moments: std::array::from_fn(moments), ..observed.inertia };
+    let ball = |(inertia, axes): KnownInertia| {
+        let arm = frame(&inertia).inverse() * arm;
+        let coordinates = Coordinates::Ball(Ball { pivot: pivot.to_array(), arm: arm.to_array(), inertia });
+        let x = observed.configurations(&inertia).iter().map(|x| x[..4].to_vec()).collect();
+        Configured::new(observed, coordinates, x, 3 + POSE - 3 + axes)
+    };
+    inertias(observed, &about_pivot, arm).into_iter().map(ball).collect()
 }

@@ -18,7 +18,8 @@ const REACH: [f64; 2] = [-1.0, 3.0];
 const TIMES_IN_WINDOW: usize = 16;
 /// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
 const TRUSTED_FRACTION: f64 = 0.04;
-/// Error of the integrator over three windows, as a fraction of the way: far below every noise.
+/// Error of the integrator over three windows as a fraction of the way, and of tracks in single precision: no
+/// track is known better.
 const STEP_ERROR: f64 = 1e-4;
 
 /// A law with its start, and what is known of it.
@@ -43,6 +44,7 @@ pub(crate) struct GeneralisedLaw {
 
 /// Finds the law of a shared motion whose source does not resolve `resolution`, world units.
 pub(crate) fn find_law(motion: &SharedMotion, resolution: f64, seed: u64) -> Option<GeneralisedLaw> {
+    let resolution = resolution.max(STEP_ERROR * motion.rms_displacement());
     let chosen = match motion.kind {
         PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, resolution)),
         PoseKind::Affine => choose_modal(motion, resolution),

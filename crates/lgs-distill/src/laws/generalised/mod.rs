@@ -1,10 +1,13 @@
 //! Laws in generalised coordinates for objects whose particles share a rigid or an affine motion (method §4.7 and §5.4).
 
 mod choice;
+mod geometry;
+mod inertia;
 mod kinematics;
 mod law;
 mod modal;
 mod observed;
 mod rigid_law;
+mod turning;
 
 pub(crate) use law::{GeneralisedLaw, find_law};

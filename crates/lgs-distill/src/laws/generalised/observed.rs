@@ -1,10 +1,11 @@
 //! The poses of a rigid body over time, with their noise.
 
-use crate::math::{principal_axes, trace};
+use super::inertia::of_particles;
+use crate::math::trace;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use glam::{DMat3, DQuat, DVec3};
-use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm};
+use lgs_mechanics::coordinates::{Coordinates, Inertia, State};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
 
@@ -26,7 +27,7 @@ impl ObservedPoses {
     /// The poses of a shared motion. `resolution` is a length that the source of the tracks does not resolve:
     /// no pose is known better.
     pub(super) fn new(motion: &SharedMotion, resolution: f64) -> Self {
-        let inertia = inertia(&motion.covariance());
+        let inertia = of_particles(&motion.covariance());
         let rigid = Coordinates::Rigid(inertia);
         let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
         let x = configurations(&motion.poses, &inertia);
@@ -49,6 +50,21 @@ impl ObservedPoses {
         pairs.map(of_sample).sum()
     }
 
+    /// Rotations of the shape and its angular velocities in its own axes, both smooth.
+    pub(super) fn turning(&self) -> (Vec<DMat3>, Vec<DVec3>) {
+        let frame = quaternion(&self.inertia.frame);
+        let at = |(state, _): &(State, Vec<f64>)| {
+            let turn = quaternion(&state.x).normalize() * frame.inverse();
+            (DMat3::from_quat(turn), frame * DVec3::from_slice(&state.v))
+        };
+        self.track.smooth.iter().map(at).unzip()
+    }
+
+    /// Configurations of a body with another inertia.
+    pub(super) fn configurations(&self, inertia: &Inertia) -> Vec<Vec<f64>> {
+        configurations(&self.poses, inertia)
+    }
+
     /// The track of a joint, no better known than the poses are.
     pub(super) fn along(&self, joint: &Coordinates, mut track: Track) -> Track {
         let radius = if matches!(joint, Coordinates::Hinge(_)) { self.radius } else { 1.0 };
@@ -62,10 +78,14 @@ fn coarsen(noise: &mut [Noise], resolution: f64) {
     noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
 }
 
+/// The quaternion that begins a list (w, x, y, z).
+fn quaternion(list: &[f64]) -> DQuat {
+    DQuat::from_xyzw(list[1], list[2], list[3], list[0])
+}
+
 /// Quaternions of the principal axes, and centres.
 fn configurations(poses: &[Pose], inertia: &Inertia) -> Vec<Vec<f64>> {
-    let [w, x, y, z] = inertia.frame;
-    let frame = DQuat::from_xyzw(x, y, z, w);
+    let frame = quaternion(&inertia.frame);
     let mut last = DQuat::IDENTITY;
     let one = |pose: &Pose| {
         let turn = DQuat::from_mat3(&pose.linear) * frame;
@@ -75,24 +95,6 @@ fn configurations(poses: &[Pose], inertia: &Inertia) -> Vec<Vec<f64>> {
     };
     poses.iter().map(one).collect()
 }
-
-/// Inertia of particles with these second moments about their centre.
-pub(super) fn inertia(covariance: &DMat3) -> Inertia {
-    let [(first, x), (second, y), (third, _)] = principal_axes(covariance);
-    let frame = DQuat::from_mat3(&DMat3::from_cols(x, y, x.cross(y))).normalize();
-    let sum = first + second + third;
-    // A line has no moment about itself, and a plane none that the others do not give.
-    let least = LEAST_MOMENT * sum;
-    Inertia {
-        form: InertiaForm::Prior,
-        frame: [frame.w, frame.x, frame.y, frame.z],
-        moments: [first, second, third].map(|variance| (sum - variance.max(0.0)).max(least)),
-    }
-}
-
-/// The smallest moment of inertia, as a fraction of the trace of the second moments: that of a needle thirty
-/// times as long as it is thick.
-const LEAST_MOMENT: f64 = 1e-3;
 
 /// The mean of poses: the rotation nearest to the mean of their matrices, and the mean of their shifts.
 pub(super) fn mean_pose(poses: &[Pose]) -> Pose {

@@ -1,0 +1,53 @@
+//! Points of a moving body by linear least squares: pivots, centres of mass, radii of rolling.
+
+use crate::motion::pose::Pose;
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+
+/// Singular values, as a fraction of the largest, below which a direction is not determined: that of a point
+/// along a fixed axis, of which rounding and noise leave less.
+const UNDETERMINED: f64 = 1e-4;
+
+/// Powers of time in the path of a centre of mass by which it is told from other points of a turning body.
+const POWERS: usize = 3;
+
+/// The point of the body that moves along a smooth path while the body turns about it: `c_k + R_k r` is a
+/// polynomial in time. Particles lie where a body is seen, and their centre is not that of its mass.
+pub(super) fn center_of_mass(poses: &[Pose], times: &[f64]) -> Option<DVec3> {
+    let duration = times[times.len() - 1];
+    let powers = |k: usize| {
+        let time = 2.0 * times[k] / duration - 1.0;
+        (0..POWERS).map(|power| time.powi(power as i32)).collect()
+    };
+    let [r] = body_points(poses, powers)?.1[..] else { return None };
+    Some(-r)
+}
+
+/// Least squares of `c_k = Σ_i a_i f_i(k) + R_k r`: the vectors `a_i`, and `r`. What the poses do not
+/// determine is zero.
+pub(super) fn body_points(poses: &[Pose], f: impl Fn(usize) -> Vec<f64>) -> Option<(Vec<DVec3>, Vec<DVec3>)> {
+    let columns = 3 * f(0).len();
+    let mut rows = DMatrix::zeros(3 * poses.len(), columns + 3);
+    let mut right = DVector::zeros(3 * poses.len());
+    for (k, pose) in poses.iter().enumerate() {
+        for i in 0..3 {
+            f(k).iter().enumerate().for_each(|(at, value)| rows[(3 * k + i, 3 * at + i)] = *value);
+            (0..3).for_each(|j| rows[(3 * k + i, columns + j)] = pose.linear.col(j)[i]);
+            right[3 * k + i] = pose.shift[i];
+        }
+    }
+    let svd = rows.svd(true, true);
+    let found = svd.solve(&right, UNDETERMINED * svd.singular_values.max()).ok()?;
+    let vectors: Vec<DVec3> = found.as_slice().chunks_exact(3).map(DVec3::from_slice).collect();
+    let (a, r) = vectors.split_at(columns / 3);
+    vectors.iter().all(|v| v.is_finite()).then(|| (a.to_vec(), r.to_vec()))
+}
+
+/// A fixed point and where it is in the body: `c_k = p + R_k r`. What the rotations do not determine stays at
+/// the mean centre.
+pub(super) fn pivot(poses: &[Pose]) -> Option<(DVec3, DVec3)> {
+    let mean = poses.iter().map(|pose| pose.shift).sum::<DVec3>() / poses.len() as f64;
+    let about_mean: Vec<Pose> = poses.iter().map(|pose| Pose { shift: pose.shift - mean, ..*pose }).collect();
+    let (points, arms) = body_points(&about_mean, |_| vec![1.0])?;
+    Some((mean + points[0], arms[0]))
+}

@@ -1,0 +1,101 @@
+//! Moments of inertia: those of the particles' second moments, and those that the motion itself shows.
+
+use super::observed::ObservedPoses;
+use crate::math::{principal_axes, skew};
+use glam::{DMat3, DQuat, DVec3};
+use lgs_mechanics::coordinates::{Inertia, InertiaForm};
+use nalgebra::DMatrix;
+
+/// The smallest moment of inertia, as a fraction of the trace of the second moments: that of a needle thirty
+/// times as long as it is thick.
+const LEAST_MOMENT: f64 = 1e-3;
+/// Weight of the particles' inertia against that of the motion, as a fraction of the mean square of the
+/// angular momentum: what the motion does not determine, as in a uniform spin, stays as the particles have it.
+const PRIOR_WEIGHT: f64 = 1e-4;
+
+/// Inertia about the centre of particles with these second moments.
+pub(super) fn of_particles(covariance: &DMat3) -> Inertia {
+    let [(first, _), (second, _), (third, _)] = principal_axes(covariance);
+    let sum = first + second + third;
+    let tensor = DMat3::from_diagonal(DVec3::splat(sum)) - *covariance;
+    of_tensor(&tensor, LEAST_MOMENT * sum)
+}
+
+/// The principal axes and moments of a tensor, none below `least`.
+fn of_tensor(tensor: &DMat3, least: f64) -> Inertia {
+    let [(last, z), (middle, y), (first, _)] = principal_axes(tensor);
+    let frame = DQuat::from_mat3(&DMat3::from_cols(y.cross(z), y, z)).normalize();
+    Inertia {
+        form: InertiaForm::Prior,
+        frame: [frame.w, frame.x, frame.y, frame.z],
+        moments: [first, middle, last].map(|moment| moment.max(least)),
+    }
+}
+
+/// The tensor of an inertia in the axes of the shape.
+fn tensor_of(inertia: &Inertia) -> DMat3 {
+    let [w, x, y, z] = inertia.frame;
+    let frame = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w));
+    frame * DMat3::from_diagonal(DVec3::from_array(inertia.moments)) * frame.transpose()
+}
+
+/// The inertia that explains a motion about a point, at which `arm` (shape axes) leads to the centre of mass:
+/// the angular momentum `R J ω` changes only by the weight's torque, `R J ω = L + ∫ R a dt × g`, which is
+/// linear in the six entries of J, in L and in g. The scale is that of `prior`.
+pub(super) fn of_motion(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -> Option<Inertia> {
+    let (turns, spins) = observed.turning();
+    let tensor = tensor_of(prior);
+    let mut impulse = DVec3::ZERO;
+    let unknowns = ENTRIES + 6;
+    let samples = observed.times.len();
+    let mut gram = DMatrix::<f64>::zeros(unknowns, unknowns);
+    let mut right = DMatrix::<f64>::zeros(unknowns, 1);
+    for k in 0..samples {
+        if k > 0 {
+            let mean = 0.5 * (turns[k] + turns[k - 1]);
+            impulse += mean * arm * (observed.times[k] - observed.times[k - 1]);
+        }
+        let row = equation(&turns[k], spins[k], impulse, &tensor);
+        let known = turns[k] * (tensor * spins[k]);
+        gram += row.transpose() * &row;
+        right -= row.transpose() * DMatrix::from_column_slice(3, 1, &known.to_array());
+    }
+    let momentum = turns.iter().zip(&spins).map(|(turn, &spin)| (*turn * (tensor * spin)).length_squared());
+    let ridge = PRIOR_WEIGHT * momentum.sum::<f64>();
+    (0..ENTRIES).for_each(|i| gram[(i, i)] += ridge);
+    // A torque or momentum that no arm or spin shows is zero.
+    (ENTRIES..unknowns).for_each(|i| gram[(i, i)] += f64::EPSILON * samples as f64);
+    let found = crate::math::solve_positive(gram, &right)?;
+    let change = tensor_from(&found.as_slice()[..ENTRIES]);
+    let fitted = tensor + tensor * change + change.transpose() * tensor;
+    let sum = fitted.x_axis.x + fitted.y_axis.y + fitted.z_axis.z;
+    (fitted.is_finite() && sum > 0.0).then(|| of_tensor(&fitted, LEAST_MOMENT * sum))
+}
+
+/// Unknown entries of a symmetric matrix.
+const ENTRIES: usize = 6;
+
+/// The symmetric matrix of its entries xx yy zz xy xz yz.
+fn tensor_from(entries: &[f64]) -> DMat3 {
+    let [xx, yy, zz, xy, xz, yz] = std::array::from_fn(|i| entries[i]);
+    DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
+}
+
+/// Derivatives of `R J ω − L − impulse × g` by the relative change of J, by L and by g.
+fn equation(turn: &DMat3, spin: DVec3, impulse: DVec3, tensor: &DMat3) -> DMatrix<f64> {
+    let mut row = DMatrix::zeros(3, ENTRIES + 6);
+    let mut entries = [0.0; ENTRIES];
+    for entry in 0..ENTRIES {
+        entries.fill(0.0);
+        entries[entry] = 1.0;
+        let change = tensor_from(&entries);
+        let column = *turn * ((*tensor * change + change.transpose() * *tensor) * spin);
+        (0..3).for_each(|i| row[(i, entry)] = column[i]);
+    }
+    let by_weight = skew(impulse);
+    for i in 0..3 {
+        row[(i, ENTRIES + i)] = -1.0;
+        (0..3).for_each(|j| row[(i, ENTRIES + 3 + j)] = -by_weight.col(j)[i]);
+    }
+    row
+}
