@@ -5,6 +5,7 @@
 //! without them means the image centre.
 
 use crate::files::{self, FileError};
+use crate::thresholds::ROTATION_TOLERANCE;
 use glam::{Mat3, Mat4, Vec3};
 use lgs_core::{Camera, DEFAULT_NEAR};
 use serde::{Deserialize, Serialize};
@@ -149,8 +150,7 @@ impl Entry {
 
 /// Whether a matrix is a proper rotation, up to the rounding of values printed with a few digits.
 pub(crate) fn is_rotation(m: Mat3) -> bool {
-    const TOLERANCE: f32 = 2e-3;
-    (m * m.transpose()).abs_diff_eq(Mat3::IDENTITY, TOLERANCE) && m.determinant() > 0.0
+    (m * m.transpose()).abs_diff_eq(Mat3::IDENTITY, ROTATION_TOLERANCE) && m.determinant() > 0.0
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
 //! The hash by which contents are told apart.
 
+use crate::thresholds::SHORT_HASH;
 use sha2::{Digest, Sha256};
-
-/// Digits of a short hash: 64 bits, enough to notice other data by mistake.
-const SHORT: usize = 16;
 
 /// SHA-256 of what is added to it, in order.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +23,7 @@ impl ContentHash {
     #[must_use]
     pub fn short(self) -> String {
         let mut digits = self.hexadecimal();
-        digits.truncate(SHORT);
+        digits.truncate(SHORT_HASH);
         digits
     }
 

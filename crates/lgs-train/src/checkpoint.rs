@@ -10,12 +10,10 @@ use lgs_data::files::FileError;
 use lgs_model::TensorFile;
 
 use crate::TrainError;
+use crate::thresholds::KEPT_CHECKPOINTS;
 
 /// Format name and version of every checkpoint.
 pub const CHECKPOINT_FORMAT: &str = "lagrangegs-checkpoint/1";
-
-/// Checkpoints kept in a folder.
-const KEPT: usize = 2;
 
 /// Part of a training run, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -125,7 +123,7 @@ impl Checkpoints {
         let path = self.folder.join(format!("{}-{}-{step:07}.safetensors", stage.index(), stage.name()));
         file.save(&path)?;
         let names = self.paths()?;
-        for old in names.iter().rev().skip(KEPT) {
+        for old in names.iter().rev().skip(KEPT_CHECKPOINTS) {
             std::fs::remove_file(old).map_err(|e| FileError::new("remove file", old, e))?;
         }
         Ok(path)

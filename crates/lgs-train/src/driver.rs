@@ -11,9 +11,7 @@ use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::events::{Event, EventLog};
 use crate::run_folder::RunFolder;
-
-/// Steps between lines of `events.jsonl`.
-const EVENT_INTERVAL: usize = 10;
+use crate::thresholds::EVENT_INTERVAL;
 
 /// The figures of a training step.
 #[derive(Clone, Copy, Debug, PartialEq)]

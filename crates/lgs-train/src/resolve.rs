@@ -1,4 +1,4 @@
-//! How a configuration comes about: a preset, then a TOML file, then `key=value` overrides, merged as data and
+//! Resolution of a configuration: a preset, then a TOML file, then `key=value` overrides, merged as data and
 //! checked key by key.
 //!
 //! The merge starts from the preset written out in full, so a key that is not there is a mistake, and so is a

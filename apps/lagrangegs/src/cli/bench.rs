@@ -20,7 +20,7 @@ use super::output::{self, refuse_inside_dataset};
 use super::progress::say;
 use super::run::Run;
 use super::weights::perceptual;
-use super::{synth, train};
+use super::{synth, training};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -82,13 +82,13 @@ fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for cell in &plan.cells {
         if let Err(error) = run_cell(plan, cell, &args.device.device()) {
-            if train::is_stopping() {
+            if training::is_stopping() {
                 return Err(error);
             }
             say(&format!("cell {} ({}) failed: {}", cell.index, cell.name(), chain(&error)));
             failed.push(cell.name());
         }
-        if train::is_stopping() {
+        if training::is_stopping() {
             bail!("interrupted; the same command goes on: {}", plan.root().display());
         }
     }
@@ -118,7 +118,7 @@ fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
         let source_from = plan.source_folder(cell).at(&out)?;
         let resume = state == CellState::Begun;
         let config = cell.config.clone();
-        train::train(&train::Request {
+        training::train(&training::Request {
             data: Some(&data),
             out: &out,
             config,

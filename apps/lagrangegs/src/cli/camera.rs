@@ -1,22 +1,11 @@
 //! `--camera`: a view of the dataset by name or number, or an orbit around the scene.
 
+use super::thresholds::{DEFAULT_DISTANCE, DEFAULT_FOV_X, DEFAULT_WIDTH, ORBIT_ROOM, PARALLEL_AXES};
 use std::f32::consts::TAU;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
-
-/// Field of view of an orbit where no camera is known, radians.
-const DEFAULT_FOV_X: f32 = 0.8;
-
-/// Image width where no camera is known, pixels.
-const DEFAULT_WIDTH: u32 = 400;
-
-/// Distance of an orbit where no camera is known, over the rms radius of the scene.
-const DEFAULT_DISTANCE: f32 = 6.0;
-
-/// How much farther than the known cameras an orbit is: what moves should stay in view.
-const ORBIT_ROOM: f32 = 1.2;
 
 /// What the user asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,7 +117,7 @@ fn common_target(cameras: &[Camera]) -> Option<[f32; 3]> {
         matrix += across;
         right += across * eye;
     }
-    let solvable = cameras.len() > 1 && matrix.determinant() > 1e-6 * (cameras.len() as f64).powi(3);
+    let solvable = cameras.len() > 1 && matrix.determinant() > PARALLEL_AXES * (cameras.len() as f64).powi(3);
     solvable.then(|| (matrix.inverse() * right).as_vec3().into())
 }
 

@@ -26,7 +26,7 @@ use super::progress::say;
 use super::render::{Job, orbit, time_label};
 use super::run::{Run, load_dataset, load_options};
 use super::times::Times;
-use super::{synth, train};
+use super::{synth, training};
 
 /// Azimuth that the demo's pictures are taken from, degrees.
 const AZIMUTH: f32 = 30.0;
@@ -76,7 +76,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request {
+    training::train(&training::Request {
         data: Some(&data),
         out: &root,
         config,

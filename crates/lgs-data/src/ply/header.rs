@@ -1,9 +1,7 @@
 //! The text header of a polygon file: format, elements and their properties.
 
 use super::PlyProblem;
-
-/// Longest header accepted, bytes; a degree-3 Gaussian file needs about 1,500.
-const MAX_HEADER: usize = 1 << 16;
+use crate::thresholds::MAX_HEADER;
 
 /// How the values are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,12 +5,10 @@ use super::bounce::Bounce;
 use super::guided::Guided;
 use super::simulation::Simulation;
 use crate::edit::MotionEdit;
+use crate::thresholds::PENDULUM_STEP;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
 use std::sync::Arc;
-
-/// Step of the pendulum's integration; the fourth-order error at time 2.25 is below 1e-9 rad.
-const PENDULUM_STEP: f64 = 1e-3;
 
 /// Where a body is: a point `p` of the body lies at `linear · p + position`.
 #[derive(Clone, Copy, Debug)]

@@ -4,11 +4,13 @@ use glam::DVec3;
 use shape::{Ray, Shape};
 use std::fs;
 
-fn small() -> SynthOptions {
+/// Options of the smallest dataset that has everything.
+pub(super) fn small() -> SynthOptions {
     SynthOptions { size: 16, views: 2, train_fps: 4, ..SynthOptions::default() }
 }
 
-fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
+/// A dataset of a scene in a folder that goes with the first value.
+pub(super) fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("set");
     generate(scene, options, &out, &|_, _| {}).unwrap();
@@ -123,7 +125,7 @@ fn the_silhouette_of_a_sphere_is_its_projection() {
             let angle = view.ray(x as f64 + 0.5, y as f64 + 0.5).direction.angle_between(to_center);
             let margin = 1.0 / view.focal;
             assert!(alpha == 1.0 || angle > limit - margin, "a hole at {x}, {y}");
-            assert!(alpha == 0.0 || angle < limit + margin, "a stray at {x}, {y}");
+            assert!(alpha == 0.0 || angle < limit + margin, "an opaque pixel outside at {x}, {y}");
         }
     }
     // The cone around the sphere, of half-angle `limit`, cuts the image plane in an ellipse of this area.

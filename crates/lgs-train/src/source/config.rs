@@ -7,16 +7,12 @@ use super::advection::AdvectionConfig;
 use super::config_groups::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
-
-/// Image width that the quick preset's iterations are for, pixels.
-const REFERENCE_WIDTH: f32 = 160.0;
-/// Largest factor that larger images bring.
-const MOST_STRETCH: f32 = 3.0;
+use crate::thresholds::{MAX_STRETCH, REFERENCE_WIDTH};
 
 /// What counts of iterations are multiplied by: the factor given, or if that is 0, one by the images' width.
 #[must_use]
 pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
-    f64::from(if given > 0.0 { given } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MOST_STRETCH) })
+    f64::from(if given > 0.0 { given } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MAX_STRETCH) })
 }
 
 /// Training of a source model.

@@ -9,12 +9,7 @@ use lgs_core::linear::{mat_vec, matrix_from_quat, quat_normalize};
 use rand::RngExt;
 
 use super::config_groups::DensifyConfig;
-
-/// Children have their parent's scale divided by this (0.8 · 2 children).
-const SPLIT_SHRINK: f32 = 1.6;
-
-/// Fewest Gaussians that pruning leaves, so that a scene never becomes empty.
-const MIN_GAUSSIANS: usize = 16;
+use crate::thresholds::{FEWEST_GAUSSIANS, SPLIT_SHRINK};
 
 /// Sums since the last densification.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,8 +94,8 @@ impl DensifyPlan {
             (0..n).filter(|&i| survives(i, 1.0) && split.binary_search(&i).is_err()).collect();
         let clone: Vec<usize> = clone.into_iter().filter(|&i| survives(i, 1.0)).collect();
         let split: Vec<usize> = split.into_iter().filter(|&i| survives(i, SPLIT_SHRINK)).collect();
-        if keep.len() + clone.len() + 2 * split.len() < MIN_GAUSSIANS.min(n) {
-            keep = most_opaque(attributes.opacities, MIN_GAUSSIANS.min(n));
+        if keep.len() + clone.len() + 2 * split.len() < FEWEST_GAUSSIANS.min(n) {
+            keep = most_opaque(attributes.opacities, FEWEST_GAUSSIANS.min(n));
         }
         Self { keep, clone, split }
     }

@@ -10,10 +10,8 @@ use super::config_groups::DensifyConfig;
 use super::densify::{Attributes, DensifyPlan, DensifyStatistics, new_shapes};
 use crate::adam::values;
 use crate::cloud_tensors::{host_rows, row_indices, rows};
+use crate::thresholds::RESET_OPACITY;
 use crate::trainable_cloud::TrainableCloud;
-
-/// Opacity that a reset lowers to (method §3.4).
-const RESET_OPACITY: f32 = 0.01;
 
 /// Parameters that an iteration has replaced, so that their gradients have lost their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

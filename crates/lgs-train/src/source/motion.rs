@@ -17,6 +17,7 @@ use rand::RngExt;
 use super::advection::{AdvectionConfig, training_advection};
 use super::config::SourceConfig;
 use crate::cloud_tensors::{CloudTensors, row_indices};
+use crate::thresholds::AGREEMENT_STRIDE;
 
 /// A frame's time, and when in training it is seen.
 #[derive(Clone, Copy)]
@@ -132,9 +133,6 @@ impl SourceMotion for Displacement {
     }
 }
 
-/// One in so many Gaussians is asked whether velocity field and deformation agree.
-const EVERY: usize = 4;
-
 /// FreeGave.
 struct Flow {
     config: Arc<FreeGaveConfig>,
@@ -172,7 +170,8 @@ impl SourceMotion for Flow {
         }
         let mut random = stream(self.captured.seed, "agreement", at.iteration as u64);
         let from = random.random_range(0.0..last);
-        let chosen = (random.random_range(0..EVERY)..canonical.means.dims()[0]).step_by(EVERY);
+        let chosen =
+            (random.random_range(0..AGREEMENT_STRIDE)..canonical.means.dims()[0]).step_by(AGREEMENT_STRIDE);
         let chosen = row_indices(chosen, &canonical.means.device());
         let [means, rotations] =
             [&canonical.means, &canonical.rotations].map(|all| all.clone().select(0, chosen.clone()));

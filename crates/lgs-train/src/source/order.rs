@@ -13,12 +13,7 @@ use rand::seq::SliceRandom;
 
 use super::config::SourceConfig;
 use super::config_groups::WarmupFrames;
-
-/// The front of the growing window, as a part of the whole.
-const FRONT: f32 = 0.05;
-
-/// Each end of the whole window whose frames are repeated, as a part of it.
-const EDGE: f32 = 0.1;
+use crate::thresholds::{WINDOW_EDGE, WINDOW_FRONT};
 
 /// Where in which round the training is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,7 +84,7 @@ impl FrameOrder {
         let end = config.window_end(iteration, first, last).max(self.warmup_end);
         let mut random = stream(self.seed, "frame of the growing window", iteration as u64);
         let start = if random.random_range(0.0..1.0) < config.front_share {
-            end - FRONT * (last - first)
+            end - WINDOW_FRONT * (last - first)
         } else {
             first
         };
@@ -111,7 +106,7 @@ impl FrameOrder {
             (false, true) => config.window_end(self.round.began, first, last).max(self.warmup_end),
             (false, false) => last,
         };
-        let edge = EDGE * (last - first);
+        let edge = WINDOW_EDGE * (last - first);
         let is_edge = |t: f32| t > end - edge || t < first + edge;
         let repeats =
             |i: usize| if growing && is_edge(self.times[i]) { config.edge_repeats.max(1) } else { 1 };

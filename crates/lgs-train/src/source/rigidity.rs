@@ -11,14 +11,10 @@ use lgs_model::{TensorFile, TensorFileError};
 
 use super::config_groups::RigidityConfig;
 use crate::cloud_tensors::row_indices;
+use crate::thresholds::{MIN_LENGTH, MIN_REST_LENGTH};
 
 /// Name of the neighbours in a checkpoint.
 const NAME: &str = "rigidity.neighbors";
-
-/// Least canonical distance of neighbours that is divided by, world units: far below any spacing.
-const MIN_REST_LENGTH: f32 = 1e-6;
-/// Least deformed distance that is divided by, world units.
-const MIN_LENGTH: f32 = 1e-9;
 
 /// Edges from every Gaussian to its nearest neighbours.
 pub(super) struct NeighborGraph {

@@ -15,24 +15,12 @@ use lgs_core::Camera;
 use lgs_core::linear::{dot, norm, scale, sub};
 use lgs_data::dataset::{Frame, SceneBox};
 
+use crate::thresholds::{
+    EXPLAINED_RADII, FEWEST_BLOBS, FIRST_RADIUS, LARGEST_MISS, LONGEST_GAP, MAX_TRACKS, MOMENTS,
+};
 use carving::Votes;
 use curve::{Curve, Sighting, median_of};
 use silhouettes::{Silhouette, silhouettes};
-
-/// Moments at which a path is first looked for.
-const MOMENTS: usize = 51;
-/// Most paths.
-const MAX_TRACKS: usize = 6;
-/// Fewest blobs that a path must pass through.
-const FEWEST_SIGHTINGS: usize = 12;
-/// Longest stretch without a blob, as a part of the whole, over which a path is believed.
-const LONGEST_GAP: f32 = 0.25;
-/// Largest median distance of a path from the rays of its blobs, in radii, at which it is believed.
-const LARGEST_MISS: f32 = 0.1;
-/// First guess of a radius, as a part of the box's half side.
-const FIRST_RADIUS: f32 = 0.2;
-/// A path explains what its silhouettes show within this many radii.
-const EXPLAINED: f32 = 1.3;
 
 /// The path of something that moves.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +58,7 @@ impl Track {
     pub fn explains(&self, camera: &Camera, time: f32, direction: [f32; 3]) -> bool {
         let from_eye = sub(self.position(time), camera.center_in_world());
         let depth = dot(from_eye, direction);
-        depth > 0.0 && norm(sub(from_eye, scale(direction, depth))) < EXPLAINED * self.radius
+        depth > 0.0 && norm(sub(from_eye, scale(direction, depth))) < EXPLAINED_RADII * self.radius
     }
 }
 
@@ -114,7 +102,7 @@ fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) ->
     let gap = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f32::max);
     let (start, end) = (curve.at(first), curve.at(last));
     tracing::debug!(sightings = sightings.len(), radius, median_miss, gap, ?start, ?end, "track");
-    let holds = sightings.len() >= FEWEST_SIGHTINGS
+    let holds = sightings.len() >= FEWEST_BLOBS
         && gap <= LONGEST_GAP * (last - first)
         && median_miss <= LARGEST_MISS * radius;
     holds.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })

@@ -18,12 +18,10 @@ use super::FormatReader;
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile, TransformsFrame};
 use crate::dataset::{DatasetError, Problem};
+use crate::thresholds::VALIDATION_STEP;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
-
-/// One image in so many is held out where the file does not list its splits.
-const VALIDATION_STEP: usize = 8;
 
 const CAMERA_MODELS: [&str; 2] = ["OPENCV", "PINHOLE"];
 
