@@ -42,6 +42,17 @@ pub enum CamerasError {
     },
 }
 
+impl CamerasError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(error) => error.path(),
+            Self::Malformed { path, .. } | Self::Value { path, .. } => path,
+        }
+    }
+}
+
 #[derive(Serialize, Deserialize)]
 struct Entry {
     id: usize,

@@ -37,6 +37,16 @@ pub enum PthError {
     },
 }
 
+impl PthError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Checkpoint { path, .. } | Self::Tensor { path, .. } => path,
+        }
+    }
+}
+
 /// A state dictionary: tensors by their dotted names.
 #[derive(Debug)]
 pub struct StateDict {

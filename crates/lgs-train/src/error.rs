@@ -1,6 +1,6 @@
-//! What can go wrong in training.
+//! Errors of training.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_model::TensorFileError;
@@ -29,9 +29,9 @@ pub enum TrainError {
     Import {
         /// The file or folder.
         path: PathBuf,
-        /// What is needed.
+        /// The expectation.
         expected: String,
-        /// What is there.
+        /// The finding.
         found: String,
     },
     /// Another file.
@@ -55,7 +55,7 @@ pub enum TrainError {
         step: usize,
     },
     /// A checkpoint was made under another configuration or from another dataset.
-    #[error("{path}: made with another {what} ({found}) than this run's ({expected})")]
+    #[error("made with another {what} ({found}) than this run's ({expected}): {path}")]
     Mismatch {
         /// Checkpoint.
         path: PathBuf,
@@ -77,4 +77,25 @@ pub enum TrainError {
         /// Steps done.
         step: usize,
     },
+}
+
+impl TrainError {
+    /// The file or folder that the error is about, unless it is about values or settings.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Config(error) => error.path(),
+            Self::Tensors(error) => Some(error.path()),
+            Self::Scene(error) => Some(error.path()),
+            Self::Source(error) => Some(error.path()),
+            Self::File(error) => Some(error.path()),
+            Self::Splats(error) => Some(error.path()),
+            Self::Cameras(error) => Some(error.path()),
+            Self::Import { path, .. }
+            | Self::NoFrames(path)
+            | Self::Mismatch { path, .. }
+            | Self::Occupied(path) => Some(path),
+            Self::Distill(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => None,
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! Settings as data: text to tables, tables laid over each other key by key, and what can be wrong with them.
 
+use std::path::{Path, PathBuf};
+
 use toml::{Table, Value};
 
 /// Why a configuration was refused.
@@ -10,16 +12,16 @@ pub enum ConfigError {
     #[error("cannot read the configuration: {reason}: {path}")]
     Read {
         /// File.
-        path: std::path::PathBuf,
+        path: PathBuf,
         /// Cause.
         reason: std::io::Error,
     },
     /// Not TOML.
-    #[error("not valid TOML: {reason}: {origin}")]
+    #[error("not valid TOML: {reason}: {path}")]
     Syntax {
-        /// File or override.
-        origin: String,
-        /// What the parser says.
+        /// File.
+        path: PathBuf,
+        /// The parser's message.
         reason: String,
     },
     /// An override without `=`.
@@ -53,9 +55,21 @@ pub enum ConfigError {
     },
 }
 
-pub(crate) fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
+impl ConfigError {
+    /// The file that the error is about, where it is one that cannot be read or parsed.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Read { path, .. } | Self::Syntax { path, .. } => Some(path),
+            Self::Override(_) | Self::Unknown { .. } | Self::Type { .. } | Self::Invalid { .. } => None,
+        }
+    }
+}
+
+/// The table in a file's text.
+pub(crate) fn parse(text: &str, path: &Path) -> Result<Table, ConfigError> {
     text.parse::<Table>()
-        .map_err(|e| ConfigError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })
+        .map_err(|e| ConfigError::Syntax { path: path.to_owned(), reason: e.message().to_owned() })
 }
 
 /// Puts `a.b=value` into a table; a value that is not TOML by itself is taken as a string.

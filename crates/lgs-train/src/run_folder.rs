@@ -67,9 +67,9 @@ impl RunFolder {
     pub fn dataset(&self) -> Result<Option<RunDataset>, TrainError> {
         let table = self.read_config()?.remove(DATASET);
         let read = table.map(toml::Value::try_into).transpose();
-        let invalid = |e: toml::de::Error| {
-            let reason = format!("{}: {}", e.message(), self.config_path().display());
-            ConfigError::Invalid { key: DATASET.to_owned(), reason }
+        let invalid = |e: toml::de::Error| ConfigError::Invalid {
+            key: DATASET.to_owned(),
+            reason: e.message().to_owned(),
         };
         Ok(read.map_err(invalid)?)
     }
@@ -77,7 +77,7 @@ impl RunFolder {
     fn read_config(&self) -> Result<toml::Table, TrainError> {
         let path = self.config_path();
         let text = std::fs::read_to_string(&path).map_err(|e| FileError::new("read file", &path, e))?;
-        Ok(parse(&text, &path.display().to_string())?)
+        Ok(parse(&text, &path)?)
     }
 
     /// The folder itself.

@@ -2,6 +2,7 @@
 
 use super::thresholds::{DEFAULT_DISTANCE, DEFAULT_FOV_X, DEFAULT_WIDTH, ORBIT_ROOM, PARALLEL_AXES};
 use std::f32::consts::TAU;
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -130,15 +131,15 @@ pub(crate) fn find(name: &str, cameras: &[(String, Camera)]) -> Option<Camera> {
     by_name.or_else(by_number).map(|(_, camera)| *camera)
 }
 
-/// The complaint that no camera has this name, with some that exist.
-pub(crate) fn unknown<T>(name: &str, cameras: &[(String, Camera)]) -> Result<T> {
+/// The error that no camera of a run has this name, with some that exist.
+pub(crate) fn unknown<T>(name: &str, cameras: &[(String, Camera)], run: &Path) -> Result<T> {
     let some: Vec<&str> = cameras.iter().take(4).map(|(name, _)| name.as_str()).collect();
     let hint = if some.is_empty() {
         "none is known, use `orbit`".to_owned()
     } else {
         format!("there are {}, …, and `orbit`", some.join(", "))
     };
-    bail!("no camera is called `{name}`: {hint}")
+    bail!("no camera is called `{name}`: {hint}: {}", run.display())
 }
 
 /// A camera with its image resized to a width, keeping the aspect.
@@ -189,7 +190,12 @@ mod tests {
             assert_eq!(find(name, &list), Some(list[1].1), "{name}");
         }
         assert_eq!(find("train/r_002", &list), None);
-        assert!(unknown::<()>("x", &list).expect_err("unknown").to_string().contains("train/r_000.png"));
+        assert!(
+            unknown::<()>("x", &list, Path::new("run"))
+                .expect_err("unknown")
+                .to_string()
+                .contains("train/r_000.png")
+        );
     }
 
     #[test]

@@ -20,7 +20,6 @@ use lgs_train::config::Preset;
 
 use super::device::DeviceArgs;
 use super::eval::measure;
-use super::failure::At;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
 use super::render::{Job, orbit, time_label};
@@ -140,7 +139,7 @@ fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
         return Ok(());
     }
     let times = Times(frames.iter().map(|f| f.time).collect());
-    times.check(&run.scene.motion).at(&dataset.root)?;
+    times.check(&run.scene.motion, &dataset.root)?;
     let chosen = spread_in_time(&frames, COLUMNS);
     let background = run.scene.background;
     let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);

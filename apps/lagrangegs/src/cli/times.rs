@@ -1,6 +1,7 @@
 //! `--times`: single times, ranges `A:B:STEP`, and comma-separated lists of both.
 
 use super::thresholds::{END_TOLERANCE, LIMIT_TOLERANCE, MAX_TIMES};
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -50,12 +51,12 @@ fn range(times: &mut Vec<f32>, from: f64, to: f64, step: f64) -> Result<(), Stri
 }
 
 impl Times {
-    /// Refuses times that the scene does not allow, naming the range.
-    pub(crate) fn check(&self, motion: &MotionConfig) -> Result<()> {
+    /// Refuses times that the scene of a run or dataset does not allow, naming the range.
+    pub(crate) fn check(&self, motion: &MotionConfig, path: &Path) -> Result<()> {
         let (low, high) = motion.time_range();
         if let Some(time) = self.0.iter().find(|&&t| t < low - LIMIT_TOLERANCE || t > high + LIMIT_TOLERANCE)
         {
-            bail!("time {time} is outside what the scene allows, {low} to {high}");
+            bail!("time {time} is outside what the scene allows, {low} to {high}: {}", path.display());
         }
         Ok(())
     }

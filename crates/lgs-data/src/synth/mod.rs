@@ -72,6 +72,18 @@ pub enum SynthError {
     },
 }
 
+impl SynthError {
+    /// The file or folder that the error is about, unless it is about the call.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::UnknownScene(_) | Self::Option { .. } => None,
+            Self::Occupied(path) | Self::Truth { path, .. } => Some(path),
+            Self::File(error) => Some(error.path()),
+        }
+    }
+}
+
 /// How to photograph a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SynthOptions {

@@ -61,14 +61,15 @@ impl<'a> SourceTrainer<'a> {
         let order = FrameOrder::new(frames, &config, seed);
         let motion = source_motion(&config, Captured { frame, time_window: order.span().1, seed });
         let network = motion.init(seed);
+        let cloud = TrainableCloud::new(&cloud, device);
         Ok(Self {
             order,
             frames,
             background: dataset.background,
             iteration: 0,
-            density: DensityControl::new(dataset, &config.densify, cloud.len(), seed),
+            density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.len()], device),
-            cloud: TrainableCloud::new(&cloud, device),
+            cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
             config,
@@ -196,7 +197,7 @@ impl Trainer for SourceTrainer<'_> {
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
         self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?;
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.len())], &self.device)?;
-        self.density.restore(file, self.cloud.len())?;
+        self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
         let round = Round {
             number: file.metadata_json("round")?,
