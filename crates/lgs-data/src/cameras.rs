@@ -11,7 +11,7 @@ use lgs_core::{Camera, DEFAULT_NEAR};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a camera list.
+/// A camera list that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CamerasError {
@@ -23,7 +23,7 @@ pub enum CamerasError {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Where and why.
+        /// The parser's message.
         reason: serde_json::Error,
     },
     /// A value that no camera has.
@@ -31,13 +31,13 @@ pub enum CamerasError {
     Value {
         /// The file.
         path: PathBuf,
-        /// Which camera of the list.
+        /// Number of the camera in the list.
         index: usize,
         /// The key.
         field: &'static str,
-        /// What it should be.
+        /// The expectation.
         expected: &'static str,
-        /// What it is.
+        /// The value in the file.
         found: String,
     },
 }
@@ -83,7 +83,7 @@ pub fn write_cameras_json(path: &Path, cameras: &[(String, Camera)]) -> Result<(
 /// Reads the cameras of a file with their image names, in file order.
 ///
 /// # Errors
-/// If the file can't be read, is malformed, or holds a size, focal length or pose that can't be.
+/// If the file can't be read, is malformed, or has a size, focal length or pose that can't be.
 pub fn read_cameras_json(path: &Path) -> Result<Vec<(String, Camera)>, CamerasError> {
     let bytes = files::read_bytes(path)?;
     let entries: Vec<Entry> = serde_json::from_slice(&bytes)

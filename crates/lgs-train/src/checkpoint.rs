@@ -22,7 +22,7 @@ pub enum Stage {
     Source,
     /// Stage 1: distillation of U, Q and v0.
     Distill,
-    /// Between stages 1 and 2: the Gaussians settle into the distilled motion.
+    /// Between stages 1 and 2: refinement of the Gaussians in the distilled motion.
     RefineGaussians,
     /// Stage 2, first part: least squares on the images for starts and laws.
     FitDynamics,
@@ -43,7 +43,7 @@ impl Stage {
         Self::TuneGaussians,
     ];
 
-    /// Its name in files and messages.
+    /// The stage's name in files and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -56,7 +56,7 @@ impl Stage {
         }
     }
 
-    /// Its place in the order of stages, from 0.
+    /// The stage's place in the order of stages, from 0.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
@@ -67,7 +67,7 @@ impl Stage {
     }
 }
 
-/// What a run's checkpoints must agree on.
+/// The configuration and dataset that all checkpoints of a run share.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunIdentity {
     /// Hash of the resolved configuration.
@@ -78,13 +78,13 @@ pub struct RunIdentity {
 
 /// A checkpoint that was read.
 pub struct Checkpoint {
-    /// Stage that was running.
+    /// The stage that was running.
     pub stage: Stage,
-    /// Its steps done.
+    /// Steps of the stage done.
     pub step: usize,
     /// The stage's tensors and metadata.
     pub file: TensorFile,
-    /// Where it lies.
+    /// The file.
     pub path: PathBuf,
 }
 

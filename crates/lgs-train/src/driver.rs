@@ -24,10 +24,10 @@ pub struct StepReport {
 
 /// Something that trains step by step on images, and can be stopped and resumed at any step.
 pub trait Trainer {
-    /// The stage that this is.
+    /// The stage that is trained.
     fn stage(&self) -> Stage;
 
-    /// Steps in all; 0 where there is nothing to train or nothing to train on.
+    /// Number of all steps; 0 where there is nothing to train or nothing to train on.
     fn steps(&self) -> usize;
 
     /// Steps done.

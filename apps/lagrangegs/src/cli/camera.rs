@@ -8,7 +8,7 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
 
-/// What the user asked for.
+/// The camera that the user asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum CameraChoice {
     /// Once around the scene over all frames, or standing still at an azimuth in degrees.

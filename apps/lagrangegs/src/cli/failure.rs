@@ -1,7 +1,7 @@
 //! Errors as one readable line that ends with the path they are about.
 //!
-//! The message of a library error that knows its file ends with that path, which [`Located`] exposes; where an
-//! error knows none, [`At::at`] adds the path that the command knows.
+//! The message of a library error that knows its file ends with that path, which [`Located`] exposes; where
+//! an error knows none, [`At::at`] adds the path that the command knows.
 
 use std::path::Path;
 

@@ -93,7 +93,7 @@ impl Task {
         }
     }
 
-    /// The same without a message.
+    /// Sets how much is done, without a message.
     pub(crate) fn count(&self, done: usize, total: usize) {
         self.set(done as u64, total as u64, String::new);
     }

@@ -146,7 +146,7 @@ impl Job {
         self.write_clouds(|time| scene.cloud_at(&motion.state_at(time)), scene.background, out)
     }
 
-    /// The same of anything that has a cloud at every time.
+    /// Renders all frames of anything that has a cloud at every time.
     fn write_clouds(
         &self,
         cloud_at: impl FnMut(f32) -> GaussianCloud,

@@ -44,17 +44,17 @@ pub enum FramesProblem {
     /// A frame has more or fewer Gaussians than the first.
     #[error("expected {expected} Gaussians as in the first frame, found {found}")]
     Count {
-        /// Of the first frame.
+        /// Gaussians of the first frame.
         expected: usize,
-        /// Of this one.
+        /// Gaussians of this frame.
         found: usize,
     },
     /// A quaternion that stands for no rotation.
     #[error("`rotations`: the quaternion of Gaussian {index} in frame {frame} is zero")]
     ZeroRotation {
-        /// Which frame.
+        /// Number of the frame.
         frame: usize,
-        /// Which Gaussian.
+        /// Number of the Gaussian.
         index: usize,
     },
     /// Not a safetensors file.
@@ -63,7 +63,7 @@ pub enum FramesProblem {
     /// A tensor is absent or not as it should be.
     #[error("`{field}`: expected {expected}, found {found}")]
     Tensor {
-        /// Its name.
+        /// Name of the tensor.
         field: &'static str,
         /// The expectation.
         expected: String,

@@ -1,7 +1,7 @@
 //! Polygon files: Gaussian clouds in the INRIA property order and plain coloured point clouds.
 //!
 //! A Gaussian file has one `vertex` element of 32-bit floats in this order: `x y z nx ny nz f_dc_0..2
-//! f_rest_* opacity scale_0..2 rot_0..3`, all raw (reference §2.1). `f_rest` is channel-major: every
+//! f_rest_* opacity scale_0..2 rot_0..3`, all raw (method §1). `f_rest` is channel-major: every
 //! coefficient of red above the zeroth, then green, then blue, where [`GaussianCloud::sh`] interleaves the
 //! channels. The writer produces exactly that; the reader also takes any property order, further properties,
 //! doubles, ASCII and big-endian files.
@@ -14,7 +14,7 @@ use lgs_core::{CloudError, GaussianCloud, sh_coefficients};
 use std::path::{Path, PathBuf};
 use table::Table;
 
-/// What is wrong with a polygon file, and which.
+/// A polygon file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlyError {
@@ -26,7 +26,7 @@ pub enum PlyError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The defect.
         problem: PlyProblem,
     },
 }
@@ -51,9 +51,9 @@ pub enum PlyProblem {
     Header {
         /// Line, from 1.
         line: usize,
-        /// What belongs there.
+        /// The expectation.
         expected: &'static str,
-        /// What is there.
+        /// The text in the file.
         found: String,
     },
     /// There is no element `vertex`.
@@ -69,7 +69,7 @@ pub enum PlyProblem {
         property: String,
         /// Types that would do.
         expected: &'static str,
-        /// Its type.
+        /// The type in the file.
         found: String,
     },
     /// The number of `f_rest` properties fits no degree.

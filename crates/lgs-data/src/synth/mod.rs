@@ -51,12 +51,12 @@ pub enum SynthError {
     Option {
         /// The option.
         option: &'static str,
-        /// What it should be.
+        /// The expectation.
         expected: &'static str,
-        /// What it is.
+        /// The value given.
         found: u64,
     },
-    /// The destination holds something.
+    /// The destination is not empty.
     #[error("the output folder should be new or empty: {}", .0.display())]
     Occupied(PathBuf),
     /// A file can't be written or read.
@@ -67,7 +67,7 @@ pub enum SynthError {
     Truth {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect.
         reason: String,
     },
 }
@@ -107,7 +107,7 @@ impl Default for SynthOptions {
 /// Makes the dataset folder of a scene, whole or not at all. The same options give the same bytes.
 ///
 /// # Errors
-/// If the scene or an option is unknown, `out` holds something, or a file can't be written.
+/// If the scene or an option is unknown, `out` is not empty, or a file can't be written.
 pub fn generate(
     scene: &str,
     options: &SynthOptions,

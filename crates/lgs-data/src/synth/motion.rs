@@ -42,7 +42,7 @@ impl Pose {
 /// scaled.
 #[derive(Clone, Debug)]
 pub(super) enum Motion {
-    /// Under gravity along −z, with a constant spin about an axis through the body's origin.
+    /// Free flight under gravity along −z, with a constant spin about an axis through the body's origin.
     Ballistic { start: DVec3, velocity: DVec3, gravity: f64, spin: DVec3 },
     /// Uniform rotation about an axis through a fixed point, the body's origin.
     Rotor { center: DVec3, spin: DVec3, phase: f64 },
@@ -86,7 +86,7 @@ impl Motion {
         }
     }
 
-    /// The same start under an edit; nothing for a motion without a law.
+    /// The motion with the same start under an edit; nothing for a motion without a law.
     pub(super) fn edited(&self, edit: MotionEdit) -> Option<Self> {
         let (alpha, beta) = (edit.velocity_scale, edit.potential_scale);
         let mut edited = self.clone();

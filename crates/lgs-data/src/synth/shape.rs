@@ -17,11 +17,11 @@ pub(super) struct Ray {
 /// A solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
-    /// By the radii along its axes.
+    /// An ellipsoid by the radii along its axes.
     Ellipsoid(DVec3),
-    /// By half the edges.
+    /// A cuboid by half its edges.
     Cuboid(DVec3),
-    /// Along z, by radius and half the height.
+    /// A cylinder along z by its radius and half its height.
     Cylinder(f64, f64),
     /// The inside walls of a cuboid, by half the edges.
     Interior(DVec3),
@@ -38,7 +38,7 @@ impl Shape {
         }
     }
 
-    /// Radius of a sphere around the origin that holds the solid.
+    /// Radius of a sphere around the origin that contains the solid.
     pub(super) fn bound(&self) -> f64 {
         match *self {
             Self::Ellipsoid(radii) => radii.max_element(),

@@ -14,7 +14,7 @@ use glam::DVec3;
 const COARSE: usize = 2;
 const FINE: usize = 4;
 
-/// What one camera sees of the fixed parts.
+/// One camera's view of the fixed parts.
 pub(super) struct Backdrop {
     /// The four rays of every pixel.
     coarse: Vec<[Option<Hit>; COARSE * COARSE]>,

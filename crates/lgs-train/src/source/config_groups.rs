@@ -19,10 +19,9 @@ pub enum WarmupFrames {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InitialPoints {
-    /// Uniformly in the box.
+    /// Uniformly distributed in the box.
     Random,
-    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too
-    /// little.
+    /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little.
     Hull,
 }
 
@@ -67,11 +66,11 @@ impl Default for LearningRates {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DensifyConfig {
-    /// Acts after this iteration (paper: 500).
+    /// Densification acts after this iteration (paper: 500).
     pub after: usize,
-    /// Acts before this iteration (paper: 15 000).
+    /// Densification acts before this iteration (paper: 15 000).
     pub before: usize,
-    /// Acts every so many iterations (paper: 100).
+    /// Iterations between two densifications (paper: 100).
     pub interval: usize,
     /// Mean NDC gradient from which a Gaussian is cloned or split (paper: 2e-4). Lower makes more Gaussians.
     pub gradient_threshold: f32,
@@ -92,7 +91,8 @@ pub struct DensifyConfig {
     pub opacity_reset_interval: usize,
     /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
     pub white_reset_at: usize,
-    /// Most Gaussians; where more qualify, those with the largest gradients are taken. 0: no limit (paper).
+    /// Largest number of Gaussians; where more qualify, those with the largest gradients are taken. 0: no
+    /// limit (paper).
     pub max_gaussians: usize,
 }
 
@@ -102,8 +102,8 @@ impl Default for DensifyConfig {
     }
 }
 
-/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving
-/// with what they can.
+/// A prior that neighbouring Gaussians keep their distances, so that those that no image shows move with
+/// those that images show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RigidityConfig {
@@ -121,8 +121,8 @@ impl Default for RigidityConfig {
     }
 }
 
-/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`):
-/// for sets with few images of each moment.
+/// A prior for sets with few images of each moment: Gaussians follow the paths that the silhouettes of still
+/// cameras give (`crate::tracks`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GuideConfig {

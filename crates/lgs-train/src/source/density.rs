@@ -17,10 +17,11 @@ use crate::trainable_cloud::TrainableCloud;
 /// Parameters that an iteration has replaced, so that their gradients have lost their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Replaced {
+    /// All parameters are as they were.
     Nothing,
-    /// By a reset.
+    /// Opacities were reset.
     Opacities,
-    /// By densification, which changes the number of Gaussians.
+    /// Densification has changed the number of Gaussians.
     Gaussians,
 }
 

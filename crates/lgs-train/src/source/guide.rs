@@ -1,4 +1,4 @@
-//! A pull of the Gaussians of a tracked thing towards its path, as a gradient by the deformed positions.
+//! The prior that the Gaussians of a tracked thing follow its path, as a gradient by the deformed positions.
 //!
 //! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
 //! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical

@@ -1,4 +1,4 @@
-//! What moves the Gaussians of a trained source model: the one part of the trainer that knows which kind it
+//! The motion of a trained source model's Gaussians: the one part of the trainer that knows which kind it
 //! trains.
 
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use crate::thresholds::AGREEMENT_STRIDE;
 pub(super) struct Moment {
     pub(super) time: f32,
     pub(super) iteration: usize,
-    /// Last time that training has come to.
+    /// End of the time window that training has grown to.
     pub(super) window_end: f32,
 }
 
@@ -40,10 +40,11 @@ pub(super) trait SourceMotion {
     /// in training.
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2>;
 
-    /// What the motion is to cost beside what images say of it, for canonical Gaussians that are constants.
+    /// The cost of the motion beside the photometric loss, for canonical Gaussians that are constants;
+    /// nothing where the kind has none.
     fn prior(&self, network: &Tensor<1>, canonical: &Canonical, at: Moment) -> Option<Tensor<1>>;
 
-    /// What pose rows do to scales.
+    /// The effect of pose rows on scales.
     fn scale_mode(&self) -> ScaleMode;
 
     /// The model of canonical Gaussians and parameters.
@@ -56,7 +57,7 @@ pub(super) struct Canonical {
     pub(super) rotations: Tensor<2>,
 }
 
-/// What training a kind of source model needs beside its configuration.
+/// Properties of the captured sequence that training a kind of source model needs beside its configuration.
 #[derive(Clone, Copy)]
 pub(super) struct Captured {
     /// The map of positions before encoding.
@@ -93,7 +94,7 @@ pub(super) fn source_motion(config: &SourceConfig, captured: Captured) -> Box<dy
     }
 }
 
-/// DefGS.
+/// The motion of DefGS: a deformation network.
 struct Displacement {
     config: DeformationConfig,
     frame: InputFrame,
@@ -133,7 +134,7 @@ impl SourceMotion for Displacement {
     }
 }
 
-/// FreeGave.
+/// The motion of FreeGave: a deformation network and a velocity field.
 struct Flow {
     config: Arc<FreeGaveConfig>,
     advection: AdvectionConfig,

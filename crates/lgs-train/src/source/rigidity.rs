@@ -1,5 +1,5 @@
-//! A pull of neighbouring Gaussians towards the distances they have before deformation, as a gradient by the
-//! deformed positions.
+//! The rigidity prior: neighbouring Gaussians keep the distances that they have before deformation. It is
+//! evaluated as a gradient by the deformed positions.
 //!
 //! `E = weight · mean over edges of ρ(e)`, `e = |q_i − q_j| / |p_i − p_j| − 1` with canonical p and deformed
 //! q, and `ρ(e) = e² / (1 + (e/c)²)`: an edge between two bodies that part stretches beyond c, and the pull

@@ -1,9 +1,9 @@
-//! A pull of deformed positions towards where they are without deformation, so that what does not move stays
-//! exactly where it is.
+//! The static regulariser: it draws deformed positions to where they are without deformation, so that what
+//! does not move stays exactly where it is.
 //!
 //! `E = weight · mean of ρ(d)`, `d = |q − p|` with canonical p and deformed q, and `ρ(d) = d / (1 + d/c)`:
 //! close to the distance itself for small displacements, so that these vanish instead of shrinking, and flat
-//! for large ones, which belong to what moves.
+//! for large ones, which belong to moving things.
 
 use crate::thresholds::{AT_REST, STATIC_SCALE};
 use burn::tensor::Tensor;

@@ -1,5 +1,5 @@
-//! Where something moving may be at a time: voxels that the silhouettes near that time agree on, and the
-//! smoothest path through them.
+//! Possible positions of a moving thing at a time: voxels that the silhouettes near that time agree on, and
+//! the smoothest path through them.
 
 use lgs_data::dataset::SceneBox;
 use rayon::prelude::*;
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::silhouettes::Silhouette;
 use crate::thresholds::{CANDIDATES, MISS_WEIGHT, STRIDE, STRIDE_COST, VOTE_REACH, VOXELS};
 
-/// Votes of every silhouette on every voxel: 1 held, −1 missed, 0 out of view.
+/// Votes of every silhouette on every voxel: 1 covered, −1 missed, 0 out of view.
 pub(super) struct Votes {
     times: Vec<f32>,
     centers: Vec<[f32; 3]>,
@@ -40,7 +40,7 @@ impl Votes {
         silhouettes.iter().any(|silhouette| (silhouette.time - moment).abs() < VOTE_REACH * span)
     }
 
-    /// For every moment the voxels with the most votes, with the share of the votes they got.
+    /// The voxels with the most votes at every moment, with the share of the votes that they got.
     fn candidates(&self, moments: &[f32]) -> Vec<Vec<(usize, f32)>> {
         let reach = VOTE_REACH * (moments[moments.len() - 1] - moments[0]).max(1e-6);
         moments.par_iter().map(|&moment| self.candidates_at(moment, reach)).collect()

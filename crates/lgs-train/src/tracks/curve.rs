@@ -18,9 +18,9 @@ pub(super) struct Curve {
 /// A blob that belongs to a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
-    /// Which silhouette.
+    /// Number of the silhouette.
     pub(super) silhouette: usize,
-    /// Which of its blobs.
+    /// Number of the blob in it.
     pub(super) blob: usize,
     /// Distance of the path from its ray, world units.
     pub(super) distance: f32,
@@ -47,7 +47,7 @@ impl Curve {
         })
     }
 
-    /// Where the path is at a time; held beyond its ends.
+    /// The position at a time, world units; beyond the observed times that of the nearest end.
     pub(super) fn at(&self, time: f32) -> [f32; 3] {
         let basis = basis(self.span, time.clamp(self.span.0, self.span.1));
         std::array::from_fn(|axis| {
@@ -73,7 +73,7 @@ impl Curve {
         Some((self, sightings))
     }
 
-    /// In every silhouette the blob whose ray passes nearest to the path, if it does so within the gate.
+    /// The blob of every silhouette whose ray passes nearest to the path, if it does so within the gate.
     fn sightings(&self, silhouettes: &[Silhouette], gate: f32) -> Vec<Sighting> {
         let nearest = |(index, silhouette): (usize, &Silhouette)| {
             let from_eye = sub(self.at(silhouette.time), silhouette.camera.center_in_world());

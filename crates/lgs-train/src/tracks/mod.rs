@@ -1,4 +1,4 @@
-//! Coarse paths of what moves, straight from the images: for sets that show each moment from one or two
+//! Coarse paths of moving things, straight from the images: for sets that show each moment from one or two
 //! cameras only, where no renderer can tell depth from size and training would lose a fast thing within a few
 //! frames.
 //!
@@ -62,8 +62,8 @@ impl Track {
     }
 }
 
-/// The paths of what moves in front of cameras that stand still, in the order found; none if the cameras move
-/// or too little is seen.
+/// The paths of things that move in front of cameras that stand still, in the order found; none if the
+/// cameras move or too little is seen.
 #[must_use]
 pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> Vec<Track> {
     let mut silhouettes = silhouettes(frames, background);
@@ -102,19 +102,19 @@ fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) ->
     let gap = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f32::max);
     let (start, end) = (curve.at(first), curve.at(last));
     tracing::debug!(sightings = sightings.len(), radius, median_miss, gap, ?start, ?end, "track");
-    let holds = sightings.len() >= FEWEST_BLOBS
+    let is_accepted = sightings.len() >= FEWEST_BLOBS
         && gap <= LONGEST_GAP * (last - first)
         && median_miss <= LARGEST_MISS * radius;
-    holds.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
+    is_accepted.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
 }
 
 /// Takes what a track explains out of a silhouette.
 fn take_out(track: &Track, silhouette: &mut Silhouette) {
     let Silhouette { camera, time, inside, blobs } = silhouette;
     let width = camera.width as usize;
-    for (i, held) in inside.iter_mut().enumerate() {
+    for (i, covered) in inside.iter_mut().enumerate() {
         let center = [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5];
-        *held = *held && !track.explains(camera, *time, camera.ray_direction_in_world(center));
+        *covered = *covered && !track.explains(camera, *time, camera.ray_direction_in_world(center));
     }
     blobs.retain(|blob| !track.explains(camera, *time, blob.direction));
 }

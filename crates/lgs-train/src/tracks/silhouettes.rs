@@ -1,5 +1,5 @@
-//! What moves in the images of cameras that stand still: pixels that differ from the camera's median image,
-//! and the blobs they form.
+//! Silhouettes of moving things in the images of cameras that stand still: pixels that differ from the
+//! camera's median image, and the blobs that they form.
 
 use std::collections::BTreeMap;
 
