@@ -3,12 +3,12 @@
 use crate::thresholds::SHORT_HASH;
 use sha2::{Digest, Sha256};
 
-/// SHA-256 of what is added to it, in order.
+/// SHA-256 of the bytes that are added to it, in order.
 #[derive(Clone, Debug, Default)]
 pub struct ContentHash(Sha256);
 
 impl ContentHash {
-    /// Adds bytes.
+    /// Adds bytes to the contents that are hashed.
     pub fn add(&mut self, bytes: &[u8]) {
         self.0.update(bytes);
     }

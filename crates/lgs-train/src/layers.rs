@@ -4,53 +4,53 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-/// Why a configuration was refused.
+/// A configuration that was refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read the configuration: {reason}: {path}")]
     Read {
-        /// File.
+        /// The file.
         path: PathBuf,
-        /// Cause.
+        /// The operating system's reason.
         reason: std::io::Error,
     },
-    /// Not TOML.
+    /// The file is not TOML.
     #[error("not valid TOML: {reason}: {path}")]
     Syntax {
-        /// File.
+        /// The file.
         path: PathBuf,
         /// The parser's message.
         reason: String,
     },
-    /// An override without `=`.
+    /// An override has no `=`.
     #[error("`{0}` is not of the form key=value")]
     Override(String),
-    /// A key that does not exist.
+    /// A key does not exist.
     #[error("unknown key `{key}`; known here: {known}")]
     Unknown {
-        /// Dotted key.
+        /// The dotted key.
         key: String,
-        /// Keys at that place.
+        /// All keys of the same table.
         known: String,
     },
-    /// A value of another type.
+    /// A value has another type than the default.
     #[error("`{key}`: expected {expected}, found {found}")]
     Type {
-        /// Dotted key.
+        /// The dotted key.
         key: String,
         /// Type of the default.
         expected: String,
-        /// Type given.
+        /// Type and value given.
         found: String,
     },
-    /// A value out of range or not among the choices.
+    /// A value is out of range or not among the choices.
     #[error("`{key}`: {reason}")]
     Invalid {
-        /// Dotted key, or the whole configuration.
+        /// The dotted key, or `configuration` for all of it.
         key: String,
-        /// Why.
+        /// Why the value cannot be.
         reason: String,
     },
 }

@@ -22,7 +22,7 @@ use crate::stages::{
 pub struct Trained {
     /// The source model.
     pub source: Box<dyn SourceModel>,
-    /// The deliverable.
+    /// The Lagrangian scene.
     pub scene: LagrangianScene,
 }
 

@@ -86,13 +86,13 @@ impl RunFolder {
         &self.root
     }
 
-    /// The resolved configuration.
+    /// The file of the resolved configuration.
     #[must_use]
     pub fn config_path(&self) -> PathBuf {
         self.root.join("config.toml")
     }
 
-    /// The training curve.
+    /// The file of the training curve.
     #[must_use]
     pub fn events_path(&self) -> PathBuf {
         self.root.join("events.jsonl")
@@ -104,13 +104,13 @@ impl RunFolder {
         self.root.join("checkpoints")
     }
 
-    /// The source model, of the kind that the configuration names.
+    /// The file of the source model, by its kind.
     #[must_use]
     pub fn source_path(&self, kind: SourceKind) -> PathBuf {
         self.root.join("source").join(format!("{}.safetensors", kind.name()))
     }
 
-    /// The deliverable.
+    /// The file of the Lagrangian scene.
     #[must_use]
     pub fn scene_path(&self) -> PathBuf {
         self.root.join("lagrangian.safetensors")

@@ -104,7 +104,7 @@ fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     }
 }
 
-/// Brings a cell from where it is to its metrics.
+/// Trains and evaluates a cell, as far as it is not done.
 fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
     let out = plan.run_folder(cell);
     let state = plan.state(cell).at(&out)?;

@@ -46,7 +46,7 @@ fn finite(text: &str) -> Result<f32, String> {
 }
 
 impl MotionArgs {
-    /// The scales.
+    /// The scales as an edit of the dynamics.
     pub(crate) fn edit(&self) -> Edit {
         Edit {
             velocity_scale: self.velocity_scale,
@@ -55,7 +55,7 @@ impl MotionArgs {
         }
     }
 
-    /// The reversal.
+    /// The way to times before 0.
     pub(crate) fn reversal(&self) -> Reversal {
         match self.reversal {
             ReversalName::Exact => Reversal::Exact,

@@ -114,7 +114,7 @@ pub(crate) fn dataset_format(name: &str) -> Result<DatasetFormat, String> {
     DatasetFormat::named(name).ok_or_else(|| format!("expected one of: {}", names()))
 }
 
-/// How a configuration wants images to be loaded.
+/// The options by which a configuration loads images.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
     let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);

@@ -83,7 +83,7 @@ fn training_images(request: &Request<'_>) -> Result<Dataset> {
     }
 }
 
-/// A stage under way.
+/// The stage that runs, with its progress bar.
 struct Running {
     stage: Stage,
     task: Task,

@@ -18,7 +18,7 @@ pub enum Problem {
     /// The folder lacks a split.
     #[error("the dataset has no split `{0}`: found no file")]
     NoSplit(String),
-    /// Not JSON.
+    /// The file is not JSON.
     #[error("malformed JSON: {0}")]
     Json(serde_json::Error),
     /// The file lists no frames.
@@ -52,7 +52,7 @@ pub enum Problem {
     Size {
         /// Number of the frame.
         frame: usize,
-        /// Width × height of the intrinsics.
+        /// Width × height that the intrinsics state.
         expected: String,
         /// Width × height of the image.
         found: String,

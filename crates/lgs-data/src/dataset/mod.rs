@@ -68,7 +68,7 @@ pub struct Frame {
     pub rgba: Vec<u8>,
 }
 
-/// How to load a set.
+/// Options of loading a set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Layout of the folder. Default: the first of [`DatasetFormat::ALL`] that its contents fit.

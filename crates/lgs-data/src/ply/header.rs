@@ -3,7 +3,7 @@
 use super::PlyProblem;
 use crate::thresholds::MAX_HEADER;
 
-/// How the values are stored.
+/// The storage of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -39,7 +39,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes of a value.
+    /// Number of bytes of a value.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,

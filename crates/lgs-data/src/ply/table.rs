@@ -136,7 +136,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Where the vertices lie among the values.
+/// The place of the vertices among the values.
 struct Extent {
     before: u128,
     needed: u128,

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
-/// Waves of a random smooth function.
+/// Number of waves of a random smooth function.
 const WAVES: usize = 4;
 /// Time in which a grabbed body gives up the velocity of its free flight.
 const GRAB: f64 = 0.04;
@@ -51,7 +51,7 @@ pub(super) enum Guided {
     Gait { walk: Walk, joint: DVec3, swing: f64, lag: f64 },
 }
 
-/// How a walker's body goes on.
+/// The gait of a walker.
 #[derive(Clone, Debug)]
 pub(super) struct Walk {
     pub(super) start: DVec3,

@@ -163,7 +163,7 @@ fn every_scene_draws_its_constants_from_the_seed() {
 }
 
 #[test]
-fn every_mover_moves_by_several_tenths_of_its_size_in_the_window() {
+fn every_moving_body_moves_by_several_tenths_of_its_size_in_the_window() {
     for (info, seed) in scenes().into_iter().flat_map(|info| SEEDS.map(move |seed| (info, seed))) {
         let window: Vec<f64> = (0..=15).map(|i| 0.05 * f64::from(i)).collect();
         let truth = ground_truth(info.name, &window, 100, seed).unwrap();

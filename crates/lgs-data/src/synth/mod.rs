@@ -43,7 +43,7 @@ const VIEWS: std::ops::RangeInclusive<usize> = 1..=200;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SynthError {
-    /// No such scene.
+    /// There is no scene of that name.
     #[error("there is no scene `{0}`; expected one of {names}", names = scene_names())]
     UnknownScene(String),
     /// An option is out of range.
@@ -84,7 +84,7 @@ impl SynthError {
     }
 }
 
-/// How to photograph a scene.
+/// Options of a synthetic dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SynthOptions {
     /// Width and height of the images, pixels, 8 to 2048. Default 160.
@@ -134,7 +134,7 @@ pub fn ground_truth(
     Ok(truth::follow(&scene.stage, times, points_per_object, seed, law))
 }
 
-/// How tracks are taken from the truth.
+/// Options of true tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackOptions {
     /// Standard deviation of the noise of every coordinate, world units, finite and not negative. It is

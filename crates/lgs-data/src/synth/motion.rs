@@ -35,7 +35,7 @@ impl Pose {
     }
 }
 
-/// How a body moves.
+/// The motion of a body.
 ///
 /// In closed form, α scales every velocity at t = 0, rotation included; β scales gravity, `ω²` of the
 /// pendulum and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never
@@ -55,9 +55,9 @@ pub(super) enum Motion {
     Drag { start: DVec3, velocity: DVec3, drag: f64 },
     /// One of the bodies of a simulated law.
     Simulated { simulation: Arc<Simulation>, body: usize },
-    /// Bouncing on a floor.
+    /// Flights between impacts on a floor.
     Bounce(Bounce),
-    /// Given by time: no law.
+    /// A motion that is given by time and follows no law.
     Guided(Box<Guided>),
 }
 

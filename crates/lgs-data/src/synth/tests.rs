@@ -18,7 +18,7 @@ pub(super) fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, P
 }
 
 #[test]
-fn every_mover_stays_in_view_of_most_cameras() {
+fn every_moving_body_stays_in_view_of_most_cameras() {
     for (info, seed) in scenes().into_iter().flat_map(|info| (0..4).map(move |seed| (info, seed))) {
         let scene = find(info.name, seed).unwrap();
         let views = scene.rig.views(12, 160, seed);
@@ -44,7 +44,7 @@ fn every_mover_stays_in_view_of_most_cameras() {
 }
 
 #[test]
-fn movers_of_the_room_cover_a_good_part_of_most_images() {
+fn moving_bodies_of_the_room_cover_a_good_part_of_most_images() {
     let scene = find("room", 0).unwrap();
     let views = scene.rig.views(12, 40, 0);
     for (number, body) in scene.stage.bodies.iter().enumerate() {
@@ -63,11 +63,11 @@ fn movers_of_the_room_cover_a_good_part_of_most_images() {
 }
 
 #[test]
-fn movers_never_touch_one_another_or_the_furniture() {
-    (0..4).for_each(movers_are_free);
+fn moving_bodies_never_touch_one_another_or_the_furniture() {
+    (0..4).for_each(moving_bodies_are_free);
 }
 
-fn movers_are_free(seed: u64) {
+fn moving_bodies_are_free(seed: u64) {
     let scene = find("room", seed).unwrap();
     let times: Vec<f64> = (-75..=225).step_by(5).map(|i| f64::from(i) / 100.0).collect();
     let truth = truth::follow(&scene.stage, &times, 400, 0, Value::Null);
@@ -84,7 +84,7 @@ fn movers_are_free(seed: u64) {
 }
 
 #[test]
-fn movers_move_a_lot_between_observation_and_forecast() {
+fn moving_bodies_move_a_lot_between_observation_and_forecast() {
     // Mean displacement from the last observed time to 1, over the object's size.
     for info in scenes().into_iter().take(7) {
         let truth = ground_truth(info.name, &[0.75, 1.0], 300, 0).unwrap();

@@ -32,7 +32,7 @@ pub(super) struct View {
     pub(super) focal: f64,
 }
 
-/// Where the cameras of a scene stand.
+/// The placement of the cameras of a scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rig {
     /// Cameras on rings around a target.

@@ -71,13 +71,13 @@ pub struct SourceConfig {
     /// Training of the velocity field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advection: Option<AdvectionConfig>,
-    /// Learning rates.
+    /// Learning rates of Gaussians and networks.
     pub learning_rates: LearningRates,
-    /// Densification.
+    /// Adaptive density.
     pub densify: DensifyConfig,
-    /// Rigidity of neighbours.
+    /// The prior that neighbours keep their distances.
     pub rigidity: RigidityConfig,
-    /// Guidance by silhouettes.
+    /// The prior that Gaussians follow the paths of silhouettes.
     pub guide: GuideConfig,
     /// Weight of the mean displacement of Gaussians that hardly move (paper: 0, none), which keeps static
     /// surroundings static.

@@ -28,7 +28,7 @@ pub(super) struct Attributes<'a> {
 /// Which Gaussians stay as they are, and which are the parents of new ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct DensifyPlan {
-    /// Kept.
+    /// Gaussians that stay as they are.
     pub(super) keep: Vec<usize>,
     /// Parents of exact copies.
     pub(super) clone: Vec<usize>,

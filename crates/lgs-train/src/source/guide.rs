@@ -14,7 +14,7 @@ use crate::cloud_tensors::rows;
 use crate::thresholds::GUIDED_RADII;
 use crate::tracks::{Track, find_tracks};
 
-/// The paths that motion is guided by.
+/// The paths that guide a motion.
 pub(super) struct Guide {
     tracks: Vec<Track>,
     start: f32,

@@ -19,7 +19,7 @@ use super::config::SourceConfig;
 use crate::cloud_tensors::{CloudTensors, row_indices};
 use crate::thresholds::AGREEMENT_STRIDE;
 
-/// A frame's time, and when in training it is seen.
+/// The time of a training frame, and the state of the schedule when it is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Moment {
     pub(super) time: f32,
@@ -30,7 +30,7 @@ pub(super) struct Moment {
 
 /// Networks that move Gaussians, without their parameters, which the trainer keeps as one flat vector.
 pub(super) trait SourceMotion {
-    /// Fresh parameters.
+    /// Parameters at the start of training.
     fn init(&self, seed: u64) -> Vec<f32>;
 
     /// Number of parameters.

@@ -15,18 +15,18 @@ use super::config::SourceConfig;
 use super::config_groups::WarmupFrames;
 use crate::thresholds::{WINDOW_EDGE, WINDOW_FRONT};
 
-/// Where in which round the training is.
+/// A position in the sequence of rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Round {
-    /// Rounds begun; 0 before the first.
+    /// Number of rounds begun; 0 before the first.
     pub(super) number: u64,
-    /// Frames of the round used.
+    /// Number of frames of the round that have been used.
     pub(super) used: usize,
     /// Iteration at which it began, which fixed its time window.
     pub(super) began: usize,
 }
 
-/// The order of frames.
+/// The order in which training sees the frames.
 pub(super) struct FrameOrder {
     /// Time of every training frame.
     times: Vec<f32>,
@@ -56,7 +56,7 @@ impl FrameOrder {
         self.round
     }
 
-    /// Goes on where a checkpoint was written.
+    /// Takes up the order at the position that a checkpoint has recorded.
     pub(super) fn restore(&mut self, round: Round, config: &SourceConfig) {
         self.round = round;
         self.frames = if round.number == 0 { Vec::new() } else { self.drawn(config) };
@@ -78,7 +78,7 @@ impl FrameOrder {
         self.frames[self.round.used - 1]
     }
 
-    /// A frame of the growing window, with a probability one of its front.
+    /// A frame of the growing window: of its front with the configured probability, else any.
     fn single(&self, iteration: usize, config: &SourceConfig) -> usize {
         let (first, last) = self.span();
         let end = config.window_end(iteration, first, last).max(self.warmup_end);

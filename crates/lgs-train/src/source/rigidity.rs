@@ -18,9 +18,9 @@ const NAME: &str = "rigidity.neighbors";
 
 /// Edges from every Gaussian to its nearest neighbours.
 pub(super) struct NeighborGraph {
-    /// `[n, k]` rows of neighbours.
+    /// Numbers of the neighbours of every Gaussian, `[n, k]`.
     indices: Vec<u32>,
-    /// k.
+    /// Number of neighbours per Gaussian, k.
     row: usize,
     /// First end of every edge, `[n k]`.
     first: Tensor<1, Int>,

@@ -1,5 +1,4 @@
-//! One iteration of source training, and everything that a checkpoint has to hold to go on as if nothing had
-//! happened.
+//! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
@@ -20,7 +19,7 @@ use crate::driver::{StepReport, Trainer};
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
 use crate::view::{View, report};
 
-/// Training of a source model between two iterations.
+/// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
     frames: &'a [Frame],
     background: [f32; 3],
@@ -83,7 +82,7 @@ impl<'a> SourceTrainer<'a> {
         self.motion.model(self.cloud.cloud(), self.network.values())
     }
 
-    /// When in training, and at which time, a frame is seen.
+    /// The time of a frame and the state of the schedule at an iteration.
     fn moment(&self, frame: &Frame, iteration: usize) -> Moment {
         let (first, last) = self.order.span();
         Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) }

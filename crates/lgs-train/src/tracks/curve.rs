@@ -8,7 +8,7 @@ use crate::thresholds::{CURVE_DEGREE, CURVE_RIDGE, CURVE_TURNS, GATES, RAY_SCALE
 
 const TERMS: usize = CURVE_DEGREE + 1;
 
-/// A path over a span of times.
+/// A smooth path over a span of times.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Curve {
     pub(super) span: (f32, f32),
@@ -145,7 +145,7 @@ fn basis((start, end): (f32, f32), time: f32) -> [f64; TERMS] {
     values
 }
 
-/// The median, if there is any value.
+/// The median of some values; none without values.
 pub(super) fn median_of(values: impl Iterator<Item = f32>) -> Option<f32> {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);

@@ -22,13 +22,13 @@ use carving::Votes;
 use curve::{Curve, Sighting, median_of};
 use silhouettes::{Silhouette, silhouettes};
 
-/// The path of something that moves.
+/// The path of a moving thing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     curve: Curve,
     /// Radius of a ball about as large as the thing, world units.
     pub radius: f32,
-    /// Number of images it was seen in, wholly and apart from others.
+    /// Number of images that show it whole and apart from others.
     pub sightings: usize,
     /// Median distance of the path from where these images see it, world units.
     pub median_miss: f32,
@@ -52,8 +52,7 @@ impl Track {
         })
     }
 
-    /// Whether what a camera sees at a time along a ray, given by its world direction, is explained by the
-    /// thing.
+    /// Whether a camera sees the thing at a time along a ray, given by its world direction.
     #[must_use]
     pub fn explains(&self, camera: &Camera, time: f32, direction: [f32; 3]) -> bool {
         let from_eye = sub(self.position(time), camera.center_in_world());
@@ -81,18 +80,18 @@ pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> 
         let start = Curve::through(&moments, &coarse)
             .map(|curve| curve.refined(&silhouettes, FIRST_RADIUS * bounds.half_side));
         let Some(track) =
-            start.flatten().and_then(|(curve, sightings)| believed(curve, &sightings, &silhouettes))
+            start.flatten().and_then(|(curve, sightings)| confirmed(curve, &sightings, &silhouettes))
         else {
             break;
         };
-        silhouettes.iter_mut().for_each(|silhouette| take_out(&track, silhouette));
+        silhouettes.iter_mut().for_each(|silhouette| remove_explained(&track, silhouette));
         tracks.push(track);
     }
     tracks
 }
 
-/// The path as a track, if its blobs bear it out.
-fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) -> Option<Track> {
+/// The path as a track, if enough blobs confirm it.
+fn confirmed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) -> Option<Track> {
     let radius = median_of(sightings.iter().map(|s| s.radius))?;
     let median_miss = median_of(sightings.iter().map(|s| s.distance))?;
     let (first, last) = curve.span;
@@ -108,8 +107,8 @@ fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) ->
     is_accepted.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
 }
 
-/// Takes what a track explains out of a silhouette.
-fn take_out(track: &Track, silhouette: &mut Silhouette) {
+/// Removes the part of a silhouette that a track explains.
+fn remove_explained(track: &Track, silhouette: &mut Silhouette) {
     let Silhouette { camera, time, inside, blobs } = silhouette;
     let width = camera.width as usize;
     for (i, covered) in inside.iter_mut().enumerate() {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 /// The moving pixels of an image.
 pub(super) struct Silhouette {
-    /// The camera, reduced as the pixels are.
+    /// The camera of the reduced image.
     pub(super) camera: Camera,
     pub(super) time: f32,
     /// Whether a pixel shows something that moves, `[h, w]`.
@@ -57,7 +57,7 @@ fn silhouette(frame: &Frame, image: &Image, still: &[[f32; 3]]) -> Silhouette {
     Silhouette { camera, time: frame.time, inside, blobs }
 }
 
-/// How many times an image of a width is reduced.
+/// Factor by which an image of a width is reduced.
 fn factor_of(width: u32) -> u32 {
     (width / SILHOUETTE_WIDTH).max(1)
 }

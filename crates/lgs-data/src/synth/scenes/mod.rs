@@ -29,7 +29,7 @@ use std::sync::Arc;
 pub struct SceneInfo {
     /// Name on the command line.
     pub name: &'static str,
-    /// One line on what it shows.
+    /// A line that describes the scene.
     pub description: &'static str,
     /// The constants that the seed draws, with ranges in world units and units of time.
     pub drawn: &'static str,
