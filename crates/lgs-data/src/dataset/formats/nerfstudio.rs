@@ -167,7 +167,8 @@ fn last_number(file_path: &str) -> Option<u64> {
 mod tests {
     use super::*;
     use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
-    use crate::ply::{Points, write_points};
+    use crate::ply::Points;
+    use crate::testing::write_points;
     use serde_json::json;
 
     /// A set of `count` images from two cameras, whose JSON `edit` may change.
