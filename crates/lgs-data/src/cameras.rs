@@ -5,12 +5,13 @@
 //! without them means the image centre.
 
 use crate::files::{self, FileError};
+use crate::thresholds::ROTATION_TOLERANCE;
 use glam::{Mat3, Mat4, Vec3};
 use lgs_core::{Camera, DEFAULT_NEAR};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a camera list.
+/// A camera list that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CamerasError {
@@ -22,7 +23,7 @@ pub enum CamerasError {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Where and why.
+        /// The parser's message.
         reason: serde_json::Error,
     },
     /// A value that no camera has.
@@ -30,15 +31,26 @@ pub enum CamerasError {
     Value {
         /// The file.
         path: PathBuf,
-        /// Which camera of the list.
+        /// Number of the camera in the list.
         index: usize,
         /// The key.
         field: &'static str,
-        /// What it should be.
+        /// The expectation.
         expected: &'static str,
-        /// What it is.
+        /// The value in the file.
         found: String,
     },
+}
+
+impl CamerasError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(error) => error.path(),
+            Self::Malformed { path, .. } | Self::Value { path, .. } => path,
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -71,7 +83,7 @@ pub fn write_cameras_json(path: &Path, cameras: &[(String, Camera)]) -> Result<(
 /// Reads the cameras of a file with their image names, in file order.
 ///
 /// # Errors
-/// If the file can't be read, is malformed, or holds a size, focal length or pose that can't be.
+/// If the file can't be read, is malformed, or has a size, focal length or pose that can't be.
 pub fn read_cameras_json(path: &Path) -> Result<Vec<(String, Camera)>, CamerasError> {
     let bytes = files::read_bytes(path)?;
     let entries: Vec<Entry> = serde_json::from_slice(&bytes)
@@ -149,8 +161,7 @@ impl Entry {
 
 /// Whether a matrix is a proper rotation, up to the rounding of values printed with a few digits.
 pub(crate) fn is_rotation(m: Mat3) -> bool {
-    const TOLERANCE: f32 = 2e-3;
-    (m * m.transpose()).abs_diff_eq(Mat3::IDENTITY, TOLERANCE) && m.determinant() > 0.0
+    (m * m.transpose()).abs_diff_eq(Mat3::IDENTITY, ROTATION_TOLERANCE) && m.determinant() > 0.0
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The same start under other physics. JSON: `{"velocity_scale":…, "potential_scale":…, "force_scale":…}`.
+/// A change of physics under which a motion starts as before.
+///
+/// As JSON: `{"velocity_scale":…, "potential_scale":…, "force_scale":…}`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionEdit {

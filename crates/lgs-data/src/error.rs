@@ -1,4 +1,4 @@
-//! The shape of every error about what a file holds.
+//! The shape of every error about the contents of a file.
 
 use crate::files::FileError;
 use crate::ply::PlyError;

@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[error("can't {action}: {reason}: {}", path.display())]
 pub struct FileError {
-    /// What was attempted, as in "can't …".
+    /// The attempt, as in "can't …".
     pub action: &'static str,
     /// The file or folder.
     pub path: PathBuf,
-    /// What the operating system says.
+    /// The operating system's reason.
     pub reason: io::Error,
 }
 
@@ -49,7 +49,7 @@ pub fn write_atomically(
 /// [`write_atomically`], creating the folders that lead to `path` first.
 ///
 /// # Errors
-/// As there, or if a folder can't be created.
+/// If a folder can't be created or the file can't be written.
 pub fn write_with_parents(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,

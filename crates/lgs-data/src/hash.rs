@@ -1,16 +1,14 @@
 //! The hash by which contents are told apart.
 
+use crate::thresholds::SHORT_HASH;
 use sha2::{Digest, Sha256};
 
-/// Digits of a short hash: 64 bits, enough to notice other data by mistake.
-const SHORT: usize = 16;
-
-/// SHA-256 of what is added to it, in order.
+/// SHA-256 of the bytes that are added to it, in order.
 #[derive(Clone, Debug, Default)]
 pub struct ContentHash(Sha256);
 
 impl ContentHash {
-    /// Adds bytes.
+    /// Adds bytes to the contents that are hashed.
     pub fn add(&mut self, bytes: &[u8]) {
         self.0.update(bytes);
     }
@@ -25,7 +23,7 @@ impl ContentHash {
     #[must_use]
     pub fn short(self) -> String {
         let mut digits = self.hexadecimal();
-        digits.truncate(SHORT);
+        digits.truncate(SHORT_HASH);
         digits
     }
 

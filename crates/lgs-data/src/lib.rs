@@ -25,5 +25,6 @@ pub mod ply;
 pub mod pth;
 pub mod synth;
 pub mod testing;
+mod thresholds;
 
 pub use error::ReadError;

@@ -20,7 +20,7 @@ pub enum PthError {
     Checkpoint {
         /// The file.
         path: PathBuf,
-        /// What the parser found.
+        /// The parser's finding.
         reason: String,
     },
     /// A tensor is absent or not as it should be.
@@ -28,13 +28,23 @@ pub enum PthError {
     Tensor {
         /// The file.
         path: PathBuf,
-        /// Its name in the state dictionary.
+        /// Name of the tensor in the state dictionary.
         field: String,
-        /// What it should be.
+        /// The expectation.
         expected: String,
-        /// What is there.
+        /// The finding.
         found: String,
     },
+}
+
+impl PthError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Checkpoint { path, .. } | Self::Tensor { path, .. } => path,
+        }
+    }
 }
 
 /// A state dictionary: tensors by their dotted names.
@@ -101,8 +111,8 @@ impl StateDict {
         PthError::Tensor { path: self.path.clone(), field: field.to_owned(), expected, found }
     }
 
-    /// What stands in the place of a tensor: nothing, or a value that is not one, such as a call that was not
-    /// made.
+    /// A description of what stands in the place of a tensor: nothing, or a value that is not one, such as a
+    /// call that was not made.
     fn what_else(&self, name: &str) -> String {
         match PytorchReader::read_pickle_data(&self.path, None) {
             Ok(PickleValue::Dict(entries)) => match entries.get(name) {

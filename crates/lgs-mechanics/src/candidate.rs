@@ -46,6 +46,12 @@ impl Candidate {
         parameter_count(&self.coordinates, &self.terms)
     }
 
+    /// Number of columns that all terms offer to regression, see [`Self::design`].
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.terms.iter().map(|term| term.kind.columns(space_of(&self.coordinates, term))).sum()
+    }
+
     /// The law with values of all parameters and a step.
     pub fn law(&self, parameters: Vec<f64>, step: f64) -> Result<Law, MechanicsError> {
         Law::new(self.coordinates.clone(), self.terms.clone(), parameters, step)

@@ -49,4 +49,10 @@ pub enum MechanicsError {
         /// The last time up to which it is determined.
         time: f64,
     },
+    /// No candidate could be followed from the track's own start.
+    #[error("none of {candidates} candidate laws could be fitted to the track")]
+    NoFit {
+        /// Number of candidates.
+        candidates: usize,
+    },
 }

@@ -34,6 +34,7 @@ mod candidate;
 pub mod choose;
 pub mod coordinates;
 mod error;
+pub mod explain;
 pub mod fit;
 mod integrate;
 mod law;

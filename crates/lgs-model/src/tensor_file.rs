@@ -14,7 +14,7 @@ use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 #[non_exhaustive]
 pub enum TensorFileError {
     /// The file could not be read.
-    #[error("cannot read {path}: {source}")]
+    #[error("cannot read: {source}: {path}")]
     Read {
         /// File.
         path: PathBuf,
@@ -25,7 +25,7 @@ pub enum TensorFileError {
     #[error("cannot write the file: {0}")]
     Write(#[from] lgs_data::files::FileError),
     /// The bytes are not a whole safetensors file (truncated, or something else).
-    #[error("{path} is damaged or not a tensor file: {reason}")]
+    #[error("the file is damaged or not a tensor file: {reason}: {path}")]
     Damaged {
         /// File.
         path: PathBuf,
@@ -33,7 +33,7 @@ pub enum TensorFileError {
         reason: String,
     },
     /// Another kind of file, or another version of this one.
-    #[error("{path}: expected `{expected}`, found `{found}`")]
+    #[error("expected `{expected}`, found `{found}`: {path}")]
     Format {
         /// File.
         path: PathBuf,
@@ -43,7 +43,7 @@ pub enum TensorFileError {
         found: String,
     },
     /// A tensor or a metadata entry is absent.
-    #[error("{path}: `{field}` is missing")]
+    #[error("`{field}` is missing: {path}")]
     Missing {
         /// File.
         path: PathBuf,
@@ -51,7 +51,7 @@ pub enum TensorFileError {
         field: String,
     },
     /// A tensor or a metadata entry has another type, shape or value than expected.
-    #[error("{path}: `{field}`: expected {expected}, found {found}")]
+    #[error("`{field}`: expected {expected}, found {found}: {path}")]
     Field {
         /// File.
         path: PathBuf,
@@ -62,6 +62,21 @@ pub enum TensorFileError {
         /// Found.
         found: String,
     },
+}
+
+impl TensorFileError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Write(error) => error.path(),
+            Self::Read { path, .. }
+            | Self::Damaged { path, .. }
+            | Self::Format { path, .. }
+            | Self::Missing { path, .. }
+            | Self::Field { path, .. } => path,
+        }
+    }
 }
 
 /// One tensor: shape and values.

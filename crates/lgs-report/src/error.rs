@@ -1,6 +1,6 @@
 //! Why a report could not be made.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_data::ply::PlyError;
@@ -31,4 +31,17 @@ pub enum ReportError {
         /// What is wrong.
         reason: String,
     },
+}
+
+impl ReportError {
+    /// The file or folder that the error is about; none where a figure cannot be drawn.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(error) => Some(error.path()),
+            Self::Splats(error) => Some(error.path()),
+            Self::Metrics { path, .. } => Some(path),
+            Self::Drawing { .. } => None,
+        }
+    }
 }

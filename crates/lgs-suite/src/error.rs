@@ -1,6 +1,6 @@
 //! What can be wrong with a suite.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_train::TrainError;
@@ -94,6 +94,24 @@ pub enum SuiteError {
     /// A file.
     #[error(transparent)]
     File(#[from] FileError),
+}
+
+impl SuiteError {
+    /// The file or folder that the error is about: the suite's file or name, or a file of a run.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Read { path, .. } | Self::OtherSettings(path) => Some(path),
+            Self::Syntax { origin, .. }
+            | Self::Unknown { origin, .. }
+            | Self::Invalid { origin, .. }
+            | Self::Settings { origin, .. }
+            | Self::NoCell { origin, .. } => Some(Path::new(origin)),
+            Self::NoSource { .. } => None,
+            Self::Train(error) => error.path(),
+            Self::File(error) => Some(error.path()),
+        }
+    }
 }
 
 /// Names, in backticks, joined by commas.

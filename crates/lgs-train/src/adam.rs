@@ -3,13 +3,10 @@
 //!
 //! Values live outside autodiff: each iteration takes a tracked leaf and gives back its gradient.
 
+use crate::thresholds::ADAM_EPSILON;
 use burn::optim::{AdamConfig, AdamState, AdaptiveMomentumState, Optimizer};
 use burn::tensor::{Device, Int, Shape, Tensor, TensorData};
 use lgs_model::{TensorFile, TensorFileError};
-
-/// Added to the root of the second moment (method §3.4): so small that steps do not depend on the loss's
-/// scale.
-const EPSILON: f32 = 1e-15;
 
 /// The values of a tensor, row by row.
 ///
@@ -60,7 +57,7 @@ impl<const D: usize> AdamGroup<D> {
     pub(crate) fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<D>>) {
         let Some(gradient) = gradient else { return };
         let _span = tracing::trace_span!("Adam").entered();
-        let adam = AdamConfig::new().with_epsilon(EPSILON).build();
+        let adam = AdamConfig::new().with_epsilon(ADAM_EPSILON).build();
         (self.value, self.state) = adam.step(learning_rate, self.value.clone(), gradient, self.state.take());
     }
 
@@ -180,7 +177,7 @@ mod tests {
     fn steps_are_those_of_adam_on_slices() {
         let device = DeviceName::Cpu.device();
         let mut group = AdamGroup::new(vec![1.0, -2.0], [2], &device);
-        let (mut adam, mut expected) = (Adam::new(2, EPSILON), [1.0, -2.0]);
+        let (mut adam, mut expected) = (Adam::new(2, ADAM_EPSILON), [1.0, -2.0]);
         for step in 1..=5 {
             let gradient = [0.1 * step as f32, -3e-7];
             group.step(1e-2, Some(Tensor::from_data(TensorData::from(gradient), &device)));

@@ -10,12 +10,10 @@ use lgs_data::files::FileError;
 use lgs_model::TensorFile;
 
 use crate::TrainError;
+use crate::thresholds::KEPT_CHECKPOINTS;
 
 /// Format name and version of every checkpoint.
 pub const CHECKPOINT_FORMAT: &str = "lagrangegs-checkpoint/1";
-
-/// Checkpoints kept in a folder.
-const KEPT: usize = 2;
 
 /// Part of a training run, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,7 +22,7 @@ pub enum Stage {
     Source,
     /// Stage 1: distillation of U, Q and v0.
     Distill,
-    /// Between stages 1 and 2: the Gaussians settle into the distilled motion.
+    /// Between stages 1 and 2: refinement of the Gaussians in the distilled motion.
     RefineGaussians,
     /// Stage 2, first part: least squares on the images for starts and laws.
     FitDynamics,
@@ -45,7 +43,7 @@ impl Stage {
         Self::TuneGaussians,
     ];
 
-    /// Its name in files and messages.
+    /// The stage's name in files and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -58,7 +56,7 @@ impl Stage {
         }
     }
 
-    /// Its place in the order of stages, from 0.
+    /// The stage's place in the order of stages, from 0.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
@@ -69,7 +67,7 @@ impl Stage {
     }
 }
 
-/// What a run's checkpoints must agree on.
+/// The configuration and dataset that all checkpoints of a run share.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunIdentity {
     /// Hash of the resolved configuration.
@@ -80,13 +78,13 @@ pub struct RunIdentity {
 
 /// A checkpoint that was read.
 pub struct Checkpoint {
-    /// Stage that was running.
+    /// The stage that was running.
     pub stage: Stage,
-    /// Its steps done.
+    /// Steps of the stage done.
     pub step: usize,
     /// The stage's tensors and metadata.
     pub file: TensorFile,
-    /// Where it lies.
+    /// The file.
     pub path: PathBuf,
 }
 
@@ -125,7 +123,7 @@ impl Checkpoints {
         let path = self.folder.join(format!("{}-{}-{step:07}.safetensors", stage.index(), stage.name()));
         file.save(&path)?;
         let names = self.paths()?;
-        for old in names.iter().rev().skip(KEPT) {
+        for old in names.iter().rev().skip(KEPT_CHECKPOINTS) {
             std::fs::remove_file(old).map_err(|e| FileError::new("remove file", old, e))?;
         }
         Ok(path)

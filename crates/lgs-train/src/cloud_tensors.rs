@@ -82,7 +82,7 @@ impl CloudTensors {
         }
     }
 
-    /// The same as constants of a graph.
+    /// The same Gaussians as constants of a graph.
     pub(crate) fn autodiff(self) -> Self {
         Self {
             means: self.means.autodiff(),
@@ -120,7 +120,7 @@ impl CloudTensors {
         }
     }
 
-    /// What the rasterizer draws; `probe` `[n, 2]` receives the gradient by the projected centres.
+    /// The rasterizer's input; `probe` `[n, 2]` receives the gradient by the projected centres.
     pub(crate) fn splats(self, probe: Tensor<2>) -> SplatTensors {
         let Self { means, rotations, log_scales, raw_opacities, sh } = self;
         SplatTensors { means, rotations, log_scales, raw_opacities, sh, means2d_probe: probe }

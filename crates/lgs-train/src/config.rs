@@ -20,8 +20,8 @@ pub enum Preset {
     /// Minutes on two CPU cores.
     #[default]
     Quick,
-    /// As published (the values that the paper and its supplement print), wherever measurement has not found
-    /// better. The exceptions, with the published value in brackets:
+    /// The published values (those that the paper and its supplement print), wherever measurement has not
+    /// found better ones. The exceptions, with the published value in brackets:
     ///
     /// - `partition.smoothing_degree` 6 (0): a source's jitter makes walls move and cuts links of one body.
     /// - `partition.regroup_rounds` 4 (0): the graph joins a body with what wobbles beside it, and parts it
@@ -57,7 +57,7 @@ impl LastStage {
     /// All, in order: stages 1, 2 and 3.
     pub const ALL: [Self; 3] = [Self::Distill, Self::TuneDynamics, Self::TuneGaussians];
 
-    /// Its name in configurations.
+    /// The stage's name in configurations.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -119,7 +119,7 @@ impl Default for DataConfig {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainConfig {
-    /// Where the defaults came from.
+    /// The set of defaults.
     pub preset: Preset,
     /// Seed of every random stream.
     pub seed: u64,
@@ -128,7 +128,7 @@ pub struct TrainConfig {
     /// Stages after this one are left out (ablation): `distill` (or 1), `tune-dynamics` (2), `tune-gaussians`
     /// (3, all).
     pub last_stage: LastStage,
-    /// Images.
+    /// Reading of images.
     pub data: DataConfig,
     /// Source model.
     pub source: SourceConfig,
@@ -140,9 +140,9 @@ pub struct TrainConfig {
     pub distill: DistillConfig,
     /// Refinement of the Gaussians before stage 2 as well (paper: none); left out with stage 3.
     pub refine_gaussians: TuneGaussiansConfig,
-    /// Stage 2, first part.
+    /// First part of stage 2: least squares on the images.
     pub fit_dynamics: FitDynamicsConfig,
-    /// Stage 2.
+    /// Second part of stage 2: descent of the photometric loss.
     pub tune_dynamics: TuneDynamicsConfig,
     /// Stage 3.
     pub tune_gaussians: TuneGaussiansConfig,

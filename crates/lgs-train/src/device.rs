@@ -16,7 +16,7 @@ impl DeviceName {
     /// All names.
     pub const ALL: [Self; 2] = [Self::Auto, Self::Cpu];
 
-    /// Its name on the command line.
+    /// The device's name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

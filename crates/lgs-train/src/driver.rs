@@ -11,9 +11,7 @@ use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::events::{Event, EventLog};
 use crate::run_folder::RunFolder;
-
-/// Steps between lines of `events.jsonl`.
-const EVENT_INTERVAL: usize = 10;
+use crate::thresholds::EVENT_INTERVAL;
 
 /// The figures of a training step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,10 +24,10 @@ pub struct StepReport {
 
 /// Something that trains step by step on images, and can be stopped and resumed at any step.
 pub trait Trainer {
-    /// The stage that this is.
+    /// The stage that is trained.
     fn stage(&self) -> Stage;
 
-    /// Steps in all; 0 where there is nothing to train or nothing to train on.
+    /// Number of all steps; 0 where there is nothing to train or nothing to train on.
     fn steps(&self) -> usize;
 
     /// Steps done.

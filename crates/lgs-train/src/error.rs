@@ -1,27 +1,27 @@
-//! What can go wrong in training.
+//! Errors of training.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_model::TensorFileError;
 
-/// Why a training run stopped.
+/// The reason why a training run stopped.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
-    /// The configuration.
+    /// The configuration was refused.
     #[error(transparent)]
     Config(#[from] crate::config::ConfigError),
-    /// A checkpoint or model file.
+    /// A checkpoint or model file cannot be read or written.
     #[error(transparent)]
     Tensors(#[from] TensorFileError),
-    /// A Lagrangian scene's file.
+    /// The file of a Lagrangian scene cannot be read or written.
     #[error(transparent)]
     Scene(#[from] lgs_model::SceneError),
     /// Stage 1 could not make sense of the source model's trajectories.
     #[error("distillation: {0}")]
     Distill(#[from] lgs_distill::DistillError),
-    /// A trained source model's file.
+    /// The file of a source model cannot be read or written.
     #[error(transparent)]
     Source(#[from] lgs_model::source::SourceError),
     /// A source model from elsewhere does not fit the run.
@@ -29,18 +29,18 @@ pub enum TrainError {
     Import {
         /// The file or folder.
         path: PathBuf,
-        /// What is needed.
+        /// The expectation.
         expected: String,
-        /// What is there.
+        /// The finding.
         found: String,
     },
-    /// Another file.
+    /// A file operation failed.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A splat file.
+    /// A splat file cannot be read or written.
     #[error(transparent)]
     Splats(#[from] lgs_data::ply::PlyError),
-    /// A camera list.
+    /// A camera list cannot be read or written.
     #[error(transparent)]
     Cameras(#[from] lgs_data::cameras::CamerasError),
     /// The dataset has no training images.
@@ -49,21 +49,21 @@ pub enum TrainError {
     /// A value became NaN or infinite.
     #[error("step {step} of stage `{stage}`: the loss is not finite; a smaller learning rate may help")]
     NonFinite {
-        /// Stage, by name.
+        /// Name of the stage.
         stage: &'static str,
         /// Steps done.
         step: usize,
     },
     /// A checkpoint was made under another configuration or from another dataset.
-    #[error("{path}: made with another {what} ({found}) than this run's ({expected})")]
+    #[error("made with another {what} ({found}) than this run's ({expected}): {path}")]
     Mismatch {
-        /// Checkpoint.
+        /// The checkpoint.
         path: PathBuf,
         /// Configuration or dataset.
         what: &'static str,
-        /// This run's.
+        /// The hash of this run.
         expected: String,
-        /// The file's.
+        /// The hash in the file.
         found: String,
     },
     /// The run folder already holds a run.
@@ -72,9 +72,30 @@ pub enum TrainError {
     /// A stop was asked for; a checkpoint has been written.
     #[error("interrupted at step {step} of stage `{stage}`; the run can be resumed")]
     Interrupted {
-        /// Stage, by name.
+        /// Name of the stage.
         stage: &'static str,
         /// Steps done.
         step: usize,
     },
+}
+
+impl TrainError {
+    /// The file or folder that the error is about, unless it is about values or settings.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Config(error) => error.path(),
+            Self::Tensors(error) => Some(error.path()),
+            Self::Scene(error) => Some(error.path()),
+            Self::Source(error) => Some(error.path()),
+            Self::File(error) => Some(error.path()),
+            Self::Splats(error) => Some(error.path()),
+            Self::Cameras(error) => Some(error.path()),
+            Self::Import { path, .. }
+            | Self::NoFrames(path)
+            | Self::Mismatch { path, .. }
+            | Self::Occupied(path) => Some(path),
+            Self::Distill(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => None,
+        }
+    }
 }

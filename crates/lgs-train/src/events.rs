@@ -11,10 +11,10 @@ use crate::TrainError;
 use crate::checkpoint::Stage;
 use crate::driver::Progress;
 
-/// One line.
+/// One line of the training curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// Stage, by name.
+    /// Name of the stage.
     pub stage: String,
     /// Steps of the stage done.
     pub step: usize,
@@ -23,12 +23,12 @@ pub struct Event {
     /// PSNR of the step's image, dB, where one was rendered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub psnr: Option<f32>,
-    /// Gaussians.
+    /// Number of Gaussians.
     pub gaussians: usize,
 }
 
 impl Event {
-    /// The line that tells of a step.
+    /// The line about a step.
     #[must_use]
     pub fn of(progress: &Progress) -> Self {
         let &Progress { stage, step, loss, psnr, gaussians, .. } = progress;
@@ -43,15 +43,6 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Starts an empty log.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn create(path: &Path) -> Result<Self, TrainError> {
-        write_atomically(path, |_| Ok(()))?;
-        Self::open(path)
-    }
-
     /// Continues a log after a restored step: later lines, and a line that a crash cut short, are dropped.
     ///
     /// # Errors
@@ -72,7 +63,7 @@ impl EventLog {
         Self::open(path)
     }
 
-    /// Begins a log with what another one tells of the source.
+    /// Begins a log with the lines of another one about the source.
     ///
     /// # Errors
     /// If one cannot be read or the other not be written.
@@ -112,7 +103,7 @@ mod tests {
     fn resuming_drops_what_came_after_the_checkpoint() {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("events.jsonl");
-        let mut log = EventLog::create(&path).expect("create");
+        let mut log = EventLog::resume(&path, Stage::Source, 0).expect("an empty log");
         for (stage, step) in [(Stage::Source, 900), (Stage::Distill, 10), (Stage::Distill, 20)] {
             log.append(&event(stage, step)).expect("append");
         }

@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
+use lgs_data::dataset::Dataset;
 use lgs_model::source::{SourceModel, import_source};
 
 use crate::TrainError;
 use crate::config::TrainConfig;
 
-/// Reads the source model that the configuration names and checks that stage 1 can work on it; `has_images`
-/// says whether there is a dataset to go on with.
+/// Reads the source model that the configuration names, and checks that stage 1 can work on it with or
+/// without training images to go on with.
 ///
 /// # Errors
 /// If it cannot be read, is of another kind than configured, does not cover t = 0, or neither it nor a
 /// dataset says where the captured window ends.
-pub fn imported_source(config: &TrainConfig, has_images: bool) -> Result<Box<dyn SourceModel>, TrainError> {
+pub fn imported_source(config: &TrainConfig, dataset: &Dataset) -> Result<Box<dyn SourceModel>, TrainError> {
     let path = Path::new(&config.source.import);
     let source = import_source(path)?;
     let unfit = |expected: &str, found: String| {
@@ -28,7 +29,7 @@ pub fn imported_source(config: &TrainConfig, has_images: bool) -> Result<Box<dyn
             unfit("frames from t = 0 on", format!("the first at t = {first}"))
         }
         Some([_, last]) if last < dt => unfit("frames after t = 0", format!("the last at t = {last}")),
-        None if !has_images => {
+        None if dataset.split("train").is_empty() => {
             unfit("a dataset to say where the captured window ends", "neither images nor frames".to_owned())
         }
         _ => Ok(source),

@@ -1,61 +1,75 @@
 //! Settings as data: text to tables, tables laid over each other key by key, and what can be wrong with them.
 
+use std::path::{Path, PathBuf};
+
 use toml::{Table, Value};
 
-/// Why a configuration was refused.
+/// A configuration that was refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read the configuration: {reason}: {path}")]
     Read {
-        /// File.
-        path: std::path::PathBuf,
-        /// Cause.
+        /// The file.
+        path: PathBuf,
+        /// The operating system's reason.
         reason: std::io::Error,
     },
-    /// Not TOML.
-    #[error("not valid TOML: {reason}: {origin}")]
+    /// The file is not TOML.
+    #[error("not valid TOML: {reason}: {path}")]
     Syntax {
-        /// File or override.
-        origin: String,
-        /// What the parser says.
+        /// The file.
+        path: PathBuf,
+        /// The parser's message.
         reason: String,
     },
-    /// An override without `=`.
+    /// An override has no `=`.
     #[error("`{0}` is not of the form key=value")]
     Override(String),
-    /// A key that does not exist.
+    /// A key does not exist.
     #[error("unknown key `{key}`; known here: {known}")]
     Unknown {
-        /// Dotted key.
+        /// The dotted key.
         key: String,
-        /// Keys at that place.
+        /// All keys of the same table.
         known: String,
     },
-    /// A value of another type.
+    /// A value has another type than the default.
     #[error("`{key}`: expected {expected}, found {found}")]
     Type {
-        /// Dotted key.
+        /// The dotted key.
         key: String,
         /// Type of the default.
         expected: String,
-        /// Type given.
+        /// Type and value given.
         found: String,
     },
-    /// A value out of range or not among the choices.
+    /// A value is out of range or not among the choices.
     #[error("`{key}`: {reason}")]
     Invalid {
-        /// Dotted key, or the whole configuration.
+        /// The dotted key, or `configuration` for all of it.
         key: String,
-        /// Why.
+        /// Why the value cannot be.
         reason: String,
     },
 }
 
-pub(crate) fn parse(text: &str, origin: &str) -> Result<Table, ConfigError> {
+impl ConfigError {
+    /// The file that the error is about, where it is one that cannot be read or parsed.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Read { path, .. } | Self::Syntax { path, .. } => Some(path),
+            Self::Override(_) | Self::Unknown { .. } | Self::Type { .. } | Self::Invalid { .. } => None,
+        }
+    }
+}
+
+/// The table in a file's text.
+pub(crate) fn parse(text: &str, path: &Path) -> Result<Table, ConfigError> {
     text.parse::<Table>()
-        .map_err(|e| ConfigError::Syntax { origin: origin.to_owned(), reason: e.message().to_owned() })
+        .map_err(|e| ConfigError::Syntax { path: path.to_owned(), reason: e.message().to_owned() })
 }
 
 /// Puts `a.b=value` into a table; a value that is not TOML by itself is taken as a string.

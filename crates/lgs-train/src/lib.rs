@@ -22,6 +22,7 @@ mod resolve;
 mod run_folder;
 pub mod source;
 pub mod stages;
+mod thresholds;
 pub mod tracks;
 mod trainable_cloud;
 mod view;

@@ -22,7 +22,7 @@ use crate::stages::{
 pub struct Trained {
     /// The source model.
     pub source: Box<dyn SourceModel>,
-    /// The deliverable.
+    /// The Lagrangian scene.
     pub scene: LagrangianScene,
 }
 
@@ -74,7 +74,7 @@ impl Pipeline<'_> {
             return Ok(load_source(&path)?);
         }
         if !self.config.source.import.is_empty() {
-            let source = imported_source(self.config, self.has_images())?;
+            let source = imported_source(self.config, self.dataset)?;
             self.run.write_source(&*source, 0, self.dataset)?;
             return Ok(source);
         }

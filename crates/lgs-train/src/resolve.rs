@@ -1,4 +1,4 @@
-//! How a configuration comes about: a preset, then a TOML file, then `key=value` overrides, merged as data and
+//! Resolution of a configuration: a preset, then a TOML file, then `key=value` overrides, merged as data and
 //! checked key by key.
 //!
 //! The merge starts from the preset written out in full, so a key that is not there is a mistake, and so is a
@@ -26,20 +26,12 @@ impl TrainConfig {
         if let Some(path) = file {
             let text = std::fs::read_to_string(path)
                 .map_err(|reason| ConfigError::Read { path: path.to_owned(), reason })?;
-            given = parse(&text, &path.display().to_string())?;
+            given = parse(&text, path)?;
         }
         for text in overrides {
             set(&mut given, text)?;
         }
         Self::from_table(preset, given)
-    }
-
-    /// Reads a resolved configuration.
-    ///
-    /// # Errors
-    /// As [`Self::resolve`].
-    pub fn from_toml(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        Self::from_table(Preset::Quick, parse(text, origin)?)
     }
 
     /// Lays settings over the preset and the kind of source that they name, `preset` if they name none.

@@ -67,9 +67,9 @@ impl RunFolder {
     pub fn dataset(&self) -> Result<Option<RunDataset>, TrainError> {
         let table = self.read_config()?.remove(DATASET);
         let read = table.map(toml::Value::try_into).transpose();
-        let invalid = |e: toml::de::Error| {
-            let reason = format!("{}: {}", e.message(), self.config_path().display());
-            ConfigError::Invalid { key: DATASET.to_owned(), reason }
+        let invalid = |e: toml::de::Error| ConfigError::Invalid {
+            key: DATASET.to_owned(),
+            reason: e.message().to_owned(),
         };
         Ok(read.map_err(invalid)?)
     }
@@ -77,7 +77,7 @@ impl RunFolder {
     fn read_config(&self) -> Result<toml::Table, TrainError> {
         let path = self.config_path();
         let text = std::fs::read_to_string(&path).map_err(|e| FileError::new("read file", &path, e))?;
-        Ok(parse(&text, &path.display().to_string())?)
+        Ok(parse(&text, &path)?)
     }
 
     /// The folder itself.
@@ -86,13 +86,13 @@ impl RunFolder {
         &self.root
     }
 
-    /// The resolved configuration.
+    /// The file of the resolved configuration.
     #[must_use]
     pub fn config_path(&self) -> PathBuf {
         self.root.join("config.toml")
     }
 
-    /// The training curve.
+    /// The file of the training curve.
     #[must_use]
     pub fn events_path(&self) -> PathBuf {
         self.root.join("events.jsonl")
@@ -104,13 +104,13 @@ impl RunFolder {
         self.root.join("checkpoints")
     }
 
-    /// The source model, of the kind that the configuration names.
+    /// The file of the source model, by its kind.
     #[must_use]
     pub fn source_path(&self, kind: SourceKind) -> PathBuf {
         self.root.join("source").join(format!("{}.safetensors", kind.name()))
     }
 
-    /// The deliverable.
+    /// The file of the Lagrangian scene.
     #[must_use]
     pub fn scene_path(&self) -> PathBuf {
         self.root.join("lagrangian.safetensors")

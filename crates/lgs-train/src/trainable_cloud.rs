@@ -16,7 +16,7 @@ pub(crate) struct TrainableCloud {
     pub(crate) log_scales: AdamGroup<2>,
     pub(crate) raw_opacities: AdamGroup<2>,
     sh_constant: AdamGroup<2>,
-    /// Absent for colours of degree 0.
+    /// Coefficients of colours above the constant one; none for colours of degree 0.
     sh_rest: Option<AdamGroup<2>>,
     sh_degree: usize,
 }
@@ -54,7 +54,7 @@ pub(crate) struct CloudRates {
 }
 
 impl CloudRates {
-    /// All rates times a factor.
+    /// All rates multiplied by a factor.
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Self {
             means: factor * self.means,

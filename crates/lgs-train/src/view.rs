@@ -8,7 +8,7 @@ use lgs_render::tensor::{RasterTensors, SplatTensors, photometric_loss, rasteriz
 use crate::adam::values;
 use crate::driver::StepReport;
 
-/// A frame, and how an image is compared with it.
+/// A training frame and the settings by which an image is compared with it.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub(crate) frame: &'a Frame,

@@ -23,7 +23,7 @@ fn turning_bar() -> LagrangianScene {
     bar_in([0.0; 3])
 }
 
-/// The same in a uniform field.
+/// The turning bar in a uniform field.
 fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
     let means: Vec<[f32; 3]> =
         (0..24).map(|i| [0.15 * (i % 8) as f32 - 0.5, 0.12 * (i / 8) as f32, 0.1 * (i % 3) as f32]).collect();

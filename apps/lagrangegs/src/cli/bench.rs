@@ -20,7 +20,7 @@ use super::output::{self, refuse_inside_dataset};
 use super::progress::say;
 use super::run::Run;
 use super::weights::perceptual;
-use super::{synth, train};
+use super::{synth, training};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -53,16 +53,16 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    let (Some(name), false) = (&args.suite, args.list_suites) else { return list_suites(args.json) };
+    let (Some(name), false) = (&args.suite, args.list_suites) else { return list_suites(args) };
     let suite = Suite::open(name).at(name)?;
     let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&suite.name));
     refuse_inside_dataset(&out)?;
     let plan = Plan::new(suite, &out, args.data.as_deref()).at(name)?;
     if args.list {
-        return list(&plan, args.json);
+        return list(&plan, args);
     }
     if args.tables {
-        return tables(&plan, args.json);
+        return tables(&plan, args);
     }
     if let Some(missing) = plan.missing_data() {
         bail!("{missing}");
@@ -82,17 +82,17 @@ fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for cell in &plan.cells {
         if let Err(error) = run_cell(plan, cell, &args.device.device()) {
-            if train::is_stopping() {
+            if training::is_stopping() {
                 return Err(error);
             }
             say(&format!("cell {} ({}) failed: {}", cell.index, cell.name(), chain(&error)));
             failed.push(cell.name());
         }
-        if train::is_stopping() {
+        if training::is_stopping() {
             bail!("interrupted; the same command goes on: {}", plan.root().display());
         }
     }
-    tables(plan, args.json)?;
+    tables(plan, args)?;
     match failed.len() {
         0 => Ok(()),
         n => bail!(
@@ -104,7 +104,7 @@ fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     }
 }
 
-/// Brings a cell from where it is to its metrics.
+/// Trains and evaluates a cell, as far as it is not done.
 fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
     let out = plan.run_folder(cell);
     let state = plan.state(cell).at(&out)?;
@@ -118,7 +118,7 @@ fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
         let source_from = plan.source_folder(cell).at(&out)?;
         let resume = state == CellState::Begun;
         let config = cell.config.clone();
-        train::train(&train::Request {
+        training::train(&training::Request {
             data: Some(&data),
             out: &out,
             config,
@@ -148,7 +148,7 @@ fn make_dataset(plan: &Plan, cell: &Cell, data: &Path) -> Result<()> {
 }
 
 /// Writes the tables of what is there and a page of all runs, and prints the tables.
-fn tables(plan: &Plan, json: bool) -> Result<()> {
+fn tables(plan: &Plan, args: &Args) -> Result<()> {
     let tables = all_tables(&Results::load(plan));
     let folder = plan.tables_folder();
     let write = |name: String, text: &str| {
@@ -168,18 +168,18 @@ fn tables(plan: &Plan, json: bool) -> Result<()> {
         plan.cells.iter().map(|cell| (cell.name(), plan.run_folder(cell))).collect();
     let page = plan.root().join("report.html");
     write_suite_report(&page, &plan.suite.name, &runs).at(&page)?;
-    if json { output::print_json(&document) } else { output::print(&markdown) }
+    if args.json { output::print_json(&document) } else { output::print(&markdown) }
 }
 
 /// The cells of a suite.
-fn list(plan: &Plan, json: bool) -> Result<()> {
+fn list(plan: &Plan, args: &Args) -> Result<()> {
     let states = plan
         .cells
         .iter()
         .map(|cell| plan.state(cell).at(&plan.run_folder(cell)))
         .collect::<Result<Vec<CellState>>>()?;
     let cells = || plan.cells.iter().zip(&states);
-    if json {
+    if args.json {
         let entry = |(cell, state): (&Cell, &CellState)| {
             let Cell { index, scene, method, variant, seed, source_of, .. } = cell;
             json!({
@@ -201,7 +201,7 @@ fn list(plan: &Plan, json: bool) -> Result<()> {
     output::print(&aligned(&rows, &[false, false, false, false]))
 }
 
-fn list_suites(json: bool) -> Result<()> {
+fn list_suites(args: &Args) -> Result<()> {
     let mut suites = Vec::new();
     for bundled in bundled_suites() {
         let suite = Suite::open(Path::new(bundled.name))?;
@@ -211,7 +211,7 @@ fn list_suites(json: bool) -> Result<()> {
             Plan::new(suite, Path::new("runs"), None)?.cells.len(),
         ));
     }
-    if json {
+    if args.json {
         let entries: Vec<_> = suites
             .iter()
             .map(|(name, title, cells)| json!({ "name": name, "title": title, "cells": cells }))

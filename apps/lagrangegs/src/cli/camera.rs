@@ -1,24 +1,14 @@
 //! `--camera`: a view of the dataset by name or number, or an orbit around the scene.
 
+use super::thresholds::{DEFAULT_DISTANCE, DEFAULT_FOV_X, DEFAULT_WIDTH, ORBIT_ROOM, PARALLEL_AXES};
 use std::f32::consts::TAU;
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
 
-/// Field of view of an orbit where no camera is known, radians.
-const DEFAULT_FOV_X: f32 = 0.8;
-
-/// Image width where no camera is known, pixels.
-const DEFAULT_WIDTH: u32 = 400;
-
-/// Distance of an orbit where no camera is known, over the rms radius of the scene.
-const DEFAULT_DISTANCE: f32 = 6.0;
-
-/// How much farther than the known cameras an orbit is: what moves should stay in view.
-const ORBIT_ROOM: f32 = 1.2;
-
-/// What the user asked for.
+/// The camera that the user asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum CameraChoice {
     /// Once around the scene over all frames, or standing still at an azimuth in degrees.
@@ -128,7 +118,7 @@ fn common_target(cameras: &[Camera]) -> Option<[f32; 3]> {
         matrix += across;
         right += across * eye;
     }
-    let solvable = cameras.len() > 1 && matrix.determinant() > 1e-6 * (cameras.len() as f64).powi(3);
+    let solvable = cameras.len() > 1 && matrix.determinant() > PARALLEL_AXES * (cameras.len() as f64).powi(3);
     solvable.then(|| (matrix.inverse() * right).as_vec3().into())
 }
 
@@ -141,15 +131,15 @@ pub(crate) fn find(name: &str, cameras: &[(String, Camera)]) -> Option<Camera> {
     by_name.or_else(by_number).map(|(_, camera)| *camera)
 }
 
-/// The complaint that no camera has this name, with some that exist.
-pub(crate) fn unknown<T>(name: &str, cameras: &[(String, Camera)]) -> Result<T> {
+/// The error that no camera of a run has this name, with some that exist.
+pub(crate) fn unknown<T>(name: &str, cameras: &[(String, Camera)], run: &Path) -> Result<T> {
     let some: Vec<&str> = cameras.iter().take(4).map(|(name, _)| name.as_str()).collect();
     let hint = if some.is_empty() {
         "none is known, use `orbit`".to_owned()
     } else {
         format!("there are {}, …, and `orbit`", some.join(", "))
     };
-    bail!("no camera is called `{name}`: {hint}")
+    bail!("no camera is called `{name}`: {hint}: {}", run.display())
 }
 
 /// A camera with its image resized to a width, keeping the aspect.
@@ -200,7 +190,12 @@ mod tests {
             assert_eq!(find(name, &list), Some(list[1].1), "{name}");
         }
         assert_eq!(find("train/r_002", &list), None);
-        assert!(unknown::<()>("x", &list).expect_err("unknown").to_string().contains("train/r_000.png"));
+        assert!(
+            unknown::<()>("x", &list, Path::new("run"))
+                .expect_err("unknown")
+                .to_string()
+                .contains("train/r_000.png")
+        );
     }
 
     #[test]

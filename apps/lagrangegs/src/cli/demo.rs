@@ -20,13 +20,12 @@ use lgs_train::config::Preset;
 
 use super::device::DeviceArgs;
 use super::eval::measure;
-use super::failure::At;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
 use super::render::{Job, orbit, time_label};
 use super::run::{Run, load_dataset, load_options};
 use super::times::Times;
-use super::{synth, train};
+use super::{synth, training};
 
 /// Azimuth that the demo's pictures are taken from, degrees.
 const AZIMUTH: f32 = 30.0;
@@ -76,7 +75,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         synth::make(&args.scene, &options, &data)?;
     }
     let resume = root.join("config.toml").exists();
-    train::train(&train::Request {
+    training::train(&training::Request {
         data: Some(&data),
         out: &root,
         config,
@@ -140,7 +139,7 @@ fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
         return Ok(());
     }
     let times = Times(frames.iter().map(|f| f.time).collect());
-    times.check(&run.scene.motion).at(&dataset.root)?;
+    times.check(&run.scene.motion, &dataset.root)?;
     let chosen = spread_in_time(&frames, COLUMNS);
     let background = run.scene.background;
     let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);

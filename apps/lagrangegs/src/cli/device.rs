@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use lgs_train::device::{Device, DeviceName};
 
-/// The flag.
+/// The flag `--device`.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct DeviceArgs {
     /// Where to compute
@@ -20,7 +20,7 @@ enum Name {
 }
 
 impl DeviceArgs {
-    /// The device that is named.
+    /// The device that the flag names.
     pub(super) fn device(self) -> Device {
         let name = match self.device {
             Name::Auto => DeviceName::Auto,

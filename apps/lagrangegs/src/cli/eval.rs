@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use lgs_data::files::write_atomically;
-use lgs_data::synth::GroundTruth;
 use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
 
@@ -13,7 +12,7 @@ use super::failure::At;
 use super::output;
 use super::progress::Task;
 use super::report::write_report;
-use super::run::{Run, load_dataset, load_options};
+use super::run::{Evidence, Run};
 use super::weights::perceptual;
 
 #[derive(Debug, clap::Args)]
@@ -58,20 +57,8 @@ pub(super) fn measure(
     splits: Option<Vec<String>>,
     options: &EvalOptions<'_>,
 ) -> Result<Metrics> {
-    let root = run.dataset_path(data)?;
-    let dataset =
-        root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, splits))).transpose()?;
-    let truth = match &root {
-        Some(root) => GroundTruth::load(root).at(root)?,
-        None => None,
-    };
-    let source = run.source()?;
-    let subject = Subject {
-        scene: &run.scene,
-        source: source.as_deref(),
-        dataset: dataset.as_ref(),
-        truth: truth.as_ref(),
-    };
+    let evidence = Evidence::load(run, run.dataset_path(data)?.as_deref(), splits)?;
+    let subject = evidence.subject(run);
     let mut metrics = scored(&subject, options);
     metrics.cost = run.cost();
     let path = run.folder.root().join("metrics.json");

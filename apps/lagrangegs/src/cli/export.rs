@@ -46,7 +46,7 @@ enum Format {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
-    args.times.check(&run.scene.motion).at(&args.run)?;
+    args.times.check(&run.scene.motion, &args.run)?;
     refuse_inside_dataset(&args.out)?;
     let source = source(args, &run)?;
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());

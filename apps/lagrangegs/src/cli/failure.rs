@@ -1,25 +1,66 @@
 //! Errors as one readable line that ends with the path they are about.
 //!
-//! Library errors name their file in one place or another; [`At::at`] moves the path to the end, or adds it,
-//! where a command knows it.
+//! The message of a library error that knows its file ends with that path, which [`Located`] exposes; where
+//! an error knows none, [`At::at`] adds the path that the command knows.
 
 use std::path::Path;
 
+use lgs_data::{cameras, dataset, files, ply, synth};
+
+/// An error that may know the file or folder it is about; if it does, its message ends with that path.
+pub(crate) trait Located: std::error::Error + Send + Sync + 'static {
+    /// The file or folder.
+    fn location(&self) -> Option<&Path>;
+}
+
+macro_rules! located {
+    ($($error:ty),* $(,)?) => {
+        $(impl Located for $error {
+            fn location(&self) -> Option<&Path> {
+                self.path().into()
+            }
+        })*
+    };
+}
+
+located!(
+    files::FileError,
+    ply::PlyError,
+    cameras::CamerasError,
+    dataset::DatasetError,
+    synth::SynthError,
+    lgs_model::SceneError,
+    lgs_model::source::SourceError,
+    lgs_train::TrainError,
+    lgs_eval::lpips::store::WeightsError,
+    lgs_report::ReportError,
+    lgs_suite::SuiteError,
+);
+
+impl Located for std::io::Error {
+    fn location(&self) -> Option<&Path> {
+        None
+    }
+}
+
+impl Located for image::ImageError {
+    fn location(&self) -> Option<&Path> {
+        None
+    }
+}
+
 /// Says which file or folder an error is about.
 pub(crate) trait At<T> {
-    /// The error with the path at its end. If the message names something inside `path`, that stays the path.
+    /// The error with a path at its end: its own, or else `path`.
     fn at(self, path: &Path) -> anyhow::Result<T>;
 }
 
-impl<T, E: Into<anyhow::Error>> At<T> for Result<T, E> {
+impl<T, E: Located> At<T> for Result<T, E> {
     fn at(self, path: &Path) -> anyhow::Result<T> {
         self.map_err(|error| {
-            let error = error.into();
-            if super::output::is_closed_pipe(&error) {
-                error
-            } else {
-                anyhow::anyhow!(ending_with_path(&chain(&error), path))
-            }
+            let is_located = error.location().is_some();
+            let error = anyhow::Error::new(error);
+            if is_located { error } else { anyhow::anyhow!("{}: {}", chain(&error), path.display()) }
         })
     }
 }
@@ -38,62 +79,17 @@ pub(crate) fn chain(error: &anyhow::Error) -> String {
     text.replace('\n', " ")
 }
 
-/// Moves the first mention of `path`, or of something inside it, to the end; adds `path` if there is none.
-fn ending_with_path(text: &str, path: &Path) -> String {
-    let given = path.display().to_string();
-    let found = text.find(&given).map_or(given.clone(), |start| {
-        let rest = &text[start..];
-        let end = rest[given.len()..]
-            .find(|c: char| c.is_whitespace() || "`:,;)".contains(c))
-            .map_or(rest.len(), |i| given.len() + i);
-        rest[..end].to_owned()
-    });
-    if text.ends_with(&found) {
-        return text.to_owned();
-    }
-    let without = match text.strip_prefix(&format!("{found}: ")) {
-        Some(rest) => rest.to_owned(),
-        None => match text.strip_prefix(&format!("{found} is ")) {
-            Some(rest) => format!("the file is {rest}"),
-            None => text.replacen(&format!(" {found}: "), ": ", 1),
-        },
-    };
-    format!("{without}: {found}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn moved(text: &str, path: &str) -> String {
-        ending_with_path(text, Path::new(path))
-    }
-
     #[test]
     fn the_path_comes_last_once() {
-        assert_eq!(
-            moved("cannot read a/b.ply: no such file", "a/b.ply"),
-            "cannot read: no such file: a/b.ply"
-        );
-        assert_eq!(moved("a/b.ply: `means` is not finite", "a/b.ply"), "`means` is not finite: a/b.ply");
-        assert_eq!(
-            moved("a/b.ply is damaged: cut short", "a/b.ply"),
-            "the file is damaged: cut short: a/b.ply"
-        );
-        assert_eq!(moved("bad header: a/b.ply", "a/b.ply"), "bad header: a/b.ply");
-        assert_eq!(moved("bad header", "a/b.ply"), "bad header: a/b.ply");
-    }
-
-    #[test]
-    fn a_file_inside_the_folder_stays_the_path() {
-        assert_eq!(
-            moved("run/checkpoints/1.safetensors is damaged: cut", "run"),
-            "the file is damaged: cut: run/checkpoints/1.safetensors"
-        );
-        assert_eq!(
-            moved("can't read file: denied: run/config.toml", "run"),
-            "can't read file: denied: run/config.toml"
-        );
+        let denied = || std::io::Error::other("denied");
+        let own: Result<(), _> = Err(files::FileError::new("read file", Path::new("run/a.ply"), denied()));
+        assert_eq!(chain(&own.at(Path::new("run")).expect_err("own")), "can't read file: denied: run/a.ply");
+        let none: Result<(), _> = Err(denied());
+        assert_eq!(chain(&none.at(Path::new("run")).expect_err("none")), "denied: run");
     }
 
     #[test]

@@ -8,9 +8,7 @@ use lgs_dynamics::{Edit, Reversal};
 use rayon::prelude::*;
 
 use super::progress::Task;
-
-/// Clouds in memory together.
-const AT_ONCE: usize = 8;
+use super::thresholds::CLOUDS_AT_ONCE;
 
 /// Manipulations of a scene's motion, as flags.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -48,7 +46,7 @@ fn finite(text: &str) -> Result<f32, String> {
 }
 
 impl MotionArgs {
-    /// The scales.
+    /// The scales as an edit of the dynamics.
     pub(crate) fn edit(&self) -> Edit {
         Edit {
             velocity_scale: self.velocity_scale,
@@ -57,7 +55,7 @@ impl MotionArgs {
         }
     }
 
-    /// The reversal.
+    /// The way to times before 0.
     pub(crate) fn reversal(&self) -> Reversal {
         match self.reversal {
             ReversalName::Exact => Reversal::Exact,
@@ -78,7 +76,7 @@ pub(crate) fn sweep<T: Send>(
     let task = Task::new(name, times.len() as u64);
     let indices: Vec<usize> = (0..times.len()).collect();
     let mut results = Vec::with_capacity(times.len());
-    for chunk in indices.chunks(AT_ONCE) {
+    for chunk in indices.chunks(CLOUDS_AT_ONCE) {
         let clouds: Vec<(usize, GaussianCloud)> = chunk.iter().map(|&i| (i, cloud_at(times[i]))).collect();
         results.extend(clouds.par_iter().map(|(i, cloud)| work(*i, cloud)).collect::<Result<Vec<T>>>()?);
         task.count(results.len(), times.len());

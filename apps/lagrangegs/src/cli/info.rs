@@ -115,7 +115,7 @@ fn splits(set: &Dataset) -> Value {
     json!(set.splits.iter().map(line).collect::<Vec<_>>().join("; "))
 }
 
-/// Different texts, sorted.
+/// Every different text once, sorted.
 fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
     texts.collect::<std::collections::BTreeSet<_>>().into_iter().collect()
 }

@@ -21,8 +21,10 @@ mod render;
 mod report;
 mod run;
 mod synth;
+mod thresholds;
 mod times;
 mod train;
+mod training;
 mod weights;
 
 use std::process::ExitCode;

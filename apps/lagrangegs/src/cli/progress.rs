@@ -15,9 +15,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer};
 
 use super::profile::Profile;
-
-/// Seconds between lines of a task where no bar is seen.
-const LOG_INTERVAL_SECS: u64 = 10;
+use super::thresholds::LOG_INTERVAL_SECS;
 
 fn bars() -> &'static MultiProgress {
     static BARS: OnceLock<MultiProgress> = OnceLock::new();
@@ -95,7 +93,7 @@ impl Task {
         }
     }
 
-    /// The same without a message.
+    /// Sets how much is done, without a message.
     pub(crate) fn count(&self, done: usize, total: usize) {
         self.set(done as u64, total as u64, String::new);
     }

@@ -13,7 +13,6 @@ use lgs_report::sheet::{Row, contact_sheet, evenly};
 use serde_json::json;
 
 use super::camera::{self, CameraChoice, Orbit};
-use super::failure::At;
 use super::frames::{MotionArgs, file_name, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list, write_png};
 use super::run::{Run, load_dataset, load_options};
@@ -63,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bail!("video files are not supported yet; give a folder: {}", args.out.display());
     }
     let run = Run::open(&args.run)?;
-    args.times.check(&run.scene.motion).at(&args.run)?;
+    args.times.check(&run.scene.motion, &args.run)?;
     refuse_inside_dataset(&args.out)?;
     let cameras = cameras(&run, args)?.iter().map(|camera| camera::with_width(camera, args.size)).collect();
     let job = Job {
@@ -99,9 +98,7 @@ fn cameras(run: &Run, args: &Args) -> Result<Vec<Camera>> {
     let count = args.times.0.len();
     match &args.camera {
         CameraChoice::Orbit(azimuth) => Ok(orbit(run)?.cameras(*azimuth, count)),
-        CameraChoice::Named(name) => {
-            Ok(vec![named(run, name, &known, args.data.as_deref()).at(&args.run)?; count])
-        }
+        CameraChoice::Named(name) => Ok(vec![named(run, name, &known, args.data.as_deref())?; count]),
     }
 }
 
@@ -118,7 +115,7 @@ fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>)
         return Ok(camera);
     }
     let Some(root) = run.dataset_path(data)?.filter(|root| root.is_dir()) else {
-        return camera::unknown(name, known);
+        return camera::unknown(name, known, run.folder.root());
     };
     // Reading the split of the name's first part alone saves decoding all the others.
     let format = run.config.data.format.or_else(|| DatasetFormat::detect(&root));
@@ -129,7 +126,7 @@ fn named(run: &Run, name: &str, known: &[(String, Camera)], data: Option<&Path>)
         dataset.splits.values().flatten().map(|f| (f.name.clone(), f.camera)).collect();
     match camera::find(name, &all).filter(|_| name.parse::<usize>().is_err()) {
         Some(camera) => Ok(camera),
-        None => camera::unknown(name, if known.is_empty() { &all } else { known }),
+        None => camera::unknown(name, if known.is_empty() { &all } else { known }, run.folder.root()),
     }
 }
 
@@ -149,7 +146,7 @@ impl Job {
         self.write_clouds(|time| scene.cloud_at(&motion.state_at(time)), scene.background, out)
     }
 
-    /// The same of anything that has a cloud at every time.
+    /// Renders all frames of anything that has a cloud at every time.
     fn write_clouds(
         &self,
         cloud_at: impl FnMut(f32) -> GaussianCloud,

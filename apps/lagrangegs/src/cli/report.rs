@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use lgs_core::Camera;
-use lgs_data::synth::GroundTruth;
 use lgs_eval::{Metrics, Subject};
 use lgs_report::{Curve, FIGURES, RunSubject, read_metrics, write_run_report};
 use lgs_train::checkpoint::Stage;
@@ -13,7 +12,7 @@ use lgs_train::events::Event;
 use super::failure::At;
 use super::output;
 use super::progress::Task;
-use super::run::{Run, load_dataset, load_options};
+use super::run::{Evidence, Run};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -35,17 +34,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .ok()
         .flatten()
         .filter(|root| args.data.is_some() || root.is_dir());
-    let dataset =
-        root.as_ref().map(|root| load_dataset(root, &load_options(&run.config, None))).transpose()?;
-    let truth = root.as_ref().map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
-    let source = run.source()?;
-    let subject = Subject {
-        scene: &run.scene,
-        source: source.as_deref(),
-        dataset: dataset.as_ref(),
-        truth: truth.as_ref(),
-    };
-    write_report(&run, &subject, &metrics)?;
+    let evidence = Evidence::load(&run, root.as_deref(), None)?;
+    write_report(&run, &evidence.subject(&run), &metrics)?;
     let root = run.folder.root();
     output::print(&format!(
         "report   {}\nfigures  {}\n",

@@ -7,7 +7,8 @@ use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
-use lgs_eval::Cost;
+use lgs_data::synth::GroundTruth;
+use lgs_eval::{Cost, Subject};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
@@ -15,7 +16,7 @@ use lgs_train::{RunFolder, TrainConfig};
 use super::failure::At;
 use super::progress::Task;
 
-/// What training took, kept beside the models.
+/// File of the time and memory that training took, beside the models.
 const COST: &str = "cost.json";
 
 /// A run, ready to be rendered or measured.
@@ -61,19 +62,47 @@ impl Run {
         Ok(cameras)
     }
 
-    /// Reads what training took.
+    /// The time and memory that training took.
     pub(crate) fn cost(&self) -> Cost {
         read_cost(self.folder.root())
     }
 }
 
-/// What earlier sessions of a run took; zero knowledge is no error.
+/// The models and data that a run is measured with beside its scene: its source model, its dataset, and the
+/// ground truth that the dataset ships.
+pub(crate) struct Evidence {
+    source: Option<Box<dyn SourceModel>>,
+    dataset: Option<Dataset>,
+    truth: Option<GroundTruth>,
+}
+
+impl Evidence {
+    /// Reads what there is: the images of some splits (default: all) of the dataset in a folder.
+    pub(crate) fn load(run: &Run, root: Option<&Path>, splits: Option<Vec<String>>) -> Result<Self> {
+        let options = load_options(&run.config, splits);
+        let dataset = root.map(|root| load_dataset(root, &options)).transpose()?;
+        let truth = root.map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
+        Ok(Self { source: run.source()?, dataset, truth })
+    }
+
+    /// The run's scene beside it, as evaluation and report take both.
+    pub(crate) fn subject<'a>(&'a self, run: &'a Run) -> Subject<'a> {
+        Subject {
+            scene: &run.scene,
+            source: self.source.as_deref(),
+            dataset: self.dataset.as_ref(),
+            truth: self.truth.as_ref(),
+        }
+    }
+}
+
+/// The cost of earlier sessions of a run; none if nothing is recorded.
 pub(crate) fn read_cost(root: &Path) -> Cost {
     let text = std::fs::read(root.join(COST)).unwrap_or_default();
     serde_json::from_slice(&text).unwrap_or_default()
 }
 
-/// Keeps what training took.
+/// Writes the time and memory that training took.
 pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
     let path = root.join(COST);
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
@@ -85,7 +114,7 @@ pub(crate) fn dataset_format(name: &str) -> Result<DatasetFormat, String> {
     DatasetFormat::named(name).ok_or_else(|| format!("expected one of: {}", names()))
 }
 
-/// How a configuration wants images to be loaded.
+/// The options by which a configuration loads images.
 pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) -> LoadOptions {
     let resolution = Some(config.data.resolution).filter(|&width| width > 0);
     let train_before = Some(config.data.train_before).filter(|&limit| limit > 0.0);

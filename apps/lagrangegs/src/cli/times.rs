@@ -1,18 +1,11 @@
 //! `--times`: single times, ranges `A:B:STEP`, and comma-separated lists of both.
 
+use super::thresholds::{END_TOLERANCE, LIMIT_TOLERANCE, MAX_TIMES};
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use lgs_model::MotionConfig;
-
-/// Most times of one call.
-const MOST: usize = 100_000;
-
-/// Part of a step by which the end of a range may be missed, so that `0:0.3:0.1` has its last time.
-const END_TOLERANCE: f64 = 1e-6;
-
-/// How far beyond a scene's limits a time may lie, for rounding.
-const LIMIT_TOLERANCE: f32 = 1e-4;
 
 /// Times in the order given.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +23,8 @@ impl FromStr for Times {
                 [from, to, step] => range(&mut times, from, to, step)?,
                 _ => return Err(format!("`{part}` is neither a time nor a range FROM:TO:STEP")),
             }
-            if times.len() > MOST {
-                return Err(format!("more than {MOST} times"));
+            if times.len() > MAX_TIMES {
+                return Err(format!("more than {MAX_TIMES} times"));
             }
         }
         Ok(Self(times))
@@ -50,20 +43,20 @@ fn range(times: &mut Vec<f32>, from: f64, to: f64, step: f64) -> Result<(), Stri
         return Err(format!("the range {from}:{to}:{step} is empty: it needs FROM ≤ TO and STEP > 0"));
     }
     let count = ((to - from) / step + END_TOLERANCE).floor();
-    if count >= MOST as f64 {
-        return Err(format!("more than {MOST} times"));
+    if count >= MAX_TIMES as f64 {
+        return Err(format!("more than {MAX_TIMES} times"));
     }
     times.extend((0..=count as usize).map(|i| (from + i as f64 * step) as f32));
     Ok(())
 }
 
 impl Times {
-    /// Refuses times that the scene does not allow, naming the range.
-    pub(crate) fn check(&self, motion: &MotionConfig) -> Result<()> {
+    /// Refuses times that the scene of a run or dataset does not allow, naming the range.
+    pub(crate) fn check(&self, motion: &MotionConfig, path: &Path) -> Result<()> {
         let (low, high) = motion.time_range();
         if let Some(time) = self.0.iter().find(|&&t| t < low - LIMIT_TOLERANCE || t > high + LIMIT_TOLERANCE)
         {
-            bail!("time {time} is outside what the scene allows, {low} to {high}");
+            bail!("time {time} is outside what the scene allows, {low} to {high}: {}", path.display());
         }
         Ok(())
     }

@@ -1,30 +1,20 @@
-//! `lagrangegs train`.
+//! `lagrangegs train`: its flags, and the configuration that they ask for.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use lgs_data::dataset::{Dataset, DatasetFormat};
-use lgs_eval::Cost;
-use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
+use lgs_data::dataset::DatasetFormat;
 use lgs_model::source::imported_kind;
-use lgs_train::checkpoint::Stage;
 use lgs_train::config::Preset;
-use lgs_train::device::Device;
-use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained, imported_source};
+use lgs_train::{RunFolder, TrainConfig};
 
 use super::ablation::Ablations;
 use super::device::DeviceArgs;
 use super::failure::At;
 use super::output::{self, refuse_inside_dataset};
-use super::progress::{Task, say};
-use super::run::{dataset_format, load_dataset, load_options, read_cost, write_cost};
-
-/// Exit code of a program that a second Ctrl-C ended.
-const ABORTED: i32 = 130;
+use super::run::dataset_format;
+use super::training::{Request, train};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -166,138 +156,4 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
         );
     }
     Ok(own)
-}
-
-/// What to train, from what, into which folder.
-pub(super) struct Request<'a> {
-    /// Nothing: an imported source is distilled, and that is all.
-    pub(super) data: Option<&'a Path>,
-    pub(super) out: &'a Path,
-    pub(super) config: TrainConfig,
-    pub(super) resume: bool,
-    /// Run whose trained source is taken over.
-    pub(super) source_from: Option<&'a Path>,
-    pub(super) device: &'a Device,
-}
-
-/// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
-pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
-    // What came before in this process is no part of training.
-    reset_peak_rss();
-    let dataset = training_images(request)?;
-    if !request.config.source.import.is_empty() {
-        // Before a folder is made for the run; training reads it again.
-        imported_source(&request.config, request.data.is_some())
-            .at(Path::new(&request.config.source.import))?;
-    }
-    let folder = if request.resume {
-        RunFolder::open(request.out).at(request.out)?.0
-    } else {
-        RunFolder::create(request.out, &request.config, &dataset).at(request.out)?
-    };
-    let begun = Instant::now();
-    let mut cost = read_cost(request.out);
-    if let Some(from) = request.source_from {
-        folder.adopt_source(&request.config, from).at(from)?;
-        if cost == Cost::default() {
-            cost = cost_of_source(from);
-        }
-    }
-    cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
-    let trained = with_bars(request, &folder, &dataset, &mut cost);
-    cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
-    if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
-        write_cost(request.out, &cost)?;
-    }
-    trained.at(request.out)
-}
-
-/// What the source of a run took: a run that takes it over counts it as its own.
-fn cost_of_source(root: &Path) -> Cost {
-    let mut cost = Cost::default();
-    if let Some(source) = read_cost(root).stages.iter().find(|stage| stage.stage == Stage::Source.name()) {
-        cost.add_stage(&source.stage, source.secs, source.peak_rss_bytes);
-        cost.train_secs = Some(source.secs);
-    }
-    cost
-}
-
-fn training_images(request: &Request<'_>) -> Result<Dataset> {
-    let options = load_options(&request.config, Some(vec!["train".to_owned()]));
-    match request.data {
-        Some(data) => load_dataset(&std::path::absolute(data).at(data)?, &options),
-        None => Ok(Dataset::none(if options.white_background { [1.0; 3] } else { [0.0; 3] })),
-    }
-}
-
-/// A stage under way.
-struct Running {
-    stage: Stage,
-    task: Task,
-    begun: Instant,
-}
-
-impl Running {
-    fn start(p: &Progress) -> Self {
-        reset_peak_rss();
-        Self { stage: p.stage, task: Task::new(p.stage.name(), p.steps as u64), begun: Instant::now() }
-    }
-
-    fn end(self, cost: &mut Cost) {
-        cost.add_stage(self.stage.name(), self.begun.elapsed().as_secs_f64(), peak_rss_bytes());
-    }
-}
-
-fn with_bars(
-    request: &Request<'_>,
-    folder: &RunFolder,
-    dataset: &Dataset,
-    cost: &mut Cost,
-) -> Result<Trained, TrainError> {
-    let stop = stop_flag();
-    let mut current: Option<Running> = None;
-    let mut progress = |p: Progress| {
-        if current.as_ref().is_none_or(|running| running.stage != p.stage) {
-            // The old bar goes before the new one comes.
-            current.take().into_iter().for_each(|running| running.end(cost));
-            current = Some(Running::start(&p));
-        }
-        if let Some(running) = &current {
-            running.task.set(p.step as u64, p.steps as u64, || message(&p));
-        }
-    };
-    let mut control = Control { stop: &stop, progress: &mut progress };
-    let trained = lgs_train::train(folder, dataset, &request.config, request.device, &mut control);
-    current.into_iter().for_each(|running| running.end(cost));
-    trained
-}
-
-fn message(p: &Progress) -> String {
-    let quality = p.psnr.map_or_else(|| format!("loss {:.3e}", p.loss), |psnr| format!("PSNR {psnr:.2} dB"));
-    format!("{quality}, {} Gaussians", p.gaussians)
-}
-
-/// Whether Ctrl-C was pressed while something trained.
-pub(super) fn is_stopping() -> bool {
-    stop_flag().load(Ordering::Relaxed)
-}
-
-/// A flag that Ctrl-C raises. The handler is set once per process; later calls share its flag.
-fn stop_flag() -> Arc<AtomicBool> {
-    static FLAG: std::sync::OnceLock<Arc<AtomicBool>> = std::sync::OnceLock::new();
-    let flag = FLAG.get_or_init(|| {
-        let flag = Arc::new(AtomicBool::new(false));
-        let raised = Arc::clone(&flag);
-        let handler = move || {
-            if raised.swap(true, Ordering::SeqCst) {
-                std::process::exit(ABORTED);
-            }
-            say("stopping at the next step; Ctrl-C again aborts without a checkpoint");
-        };
-        if let Err(error) = ctrlc::set_handler(handler) {
-            tracing::warn!("Ctrl-C will not leave a checkpoint: {error}");
-        }
-        flag
-    });
-    Arc::clone(flag)
 }

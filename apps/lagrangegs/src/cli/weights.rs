@@ -60,19 +60,27 @@ pub(super) fn run(args: &Args) -> Result<()> {
                 &[false; 4],
             ))
         }
-        Action::List { json } => list(&store, *json),
+        Action::List { json: true } => list_as_json(&store),
+        Action::List { json: false } => list(&store),
     }
 }
 
-fn list(store: &WeightStore, as_json: bool) -> Result<()> {
+/// The weights of every kind that have been imported.
+fn stored(store: &WeightStore) -> Result<Vec<(WeightKind, Option<Origin>)>> {
     let load =
         |kind: WeightKind| Ok((kind, store.load(kind).at(store.folder())?.map(|weights| weights.origin)));
-    let stored = WeightKind::ALL.into_iter().map(load).collect::<Result<Vec<_>>>()?;
-    if as_json {
-        let files: serde_json::Map<_, _> =
-            stored.iter().map(|(kind, origin)| (kind.name().to_owned(), json!(origin))).collect();
-        return output::print_json(&json!({ "folder": store.folder(), "files": files }));
-    }
+    WeightKind::ALL.into_iter().map(load).collect()
+}
+
+fn list_as_json(store: &WeightStore) -> Result<()> {
+    let stored = stored(store)?;
+    let files: serde_json::Map<_, _> =
+        stored.iter().map(|(kind, origin)| (kind.name().to_owned(), json!(origin))).collect();
+    output::print_json(&json!({ "folder": store.folder(), "files": files }))
+}
+
+fn list(store: &WeightStore) -> Result<()> {
+    let stored = stored(store)?;
     let rows: Vec<Vec<String>> = stored.iter().map(|(kind, origin)| row(*kind, origin.as_ref())).collect();
     output::print(&format!("{}\n{}", store.folder().display(), aligned(&rows, &[false; 4])))
 }

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
-
-use crate::program::{call, files, folder};
+use crate::program::{call, folder};
+#[cfg(unix)]
+use crate::program::{files, interrupted, json_file};
 
 const TINY: &str = r#"name = "tiny"
 title = "Tiny"
@@ -30,8 +30,6 @@ fn suite_file(folder: &Path, text: &str) -> PathBuf {
 #[test]
 #[cfg(unix)]
 fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
     let dir = folder();
     let (suite, out) = (suite_file(dir.path(), TINY), dir.path().join("out"));
     let paths: [(&str, &Path); 2] = [("s", &suite), ("out", &out)];
@@ -39,19 +37,8 @@ fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
     let (full, ablated) = (cells.join("full/seed-0"), cells.join("without-stage-3/seed-0"));
     call("bench {s} --out {out} --cell 1", &paths)
         .fails(&ablated, &["source of cell 0", "falling-ball/defgs/full/seed-0"]);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
-    let command =
-        command.arg("bench").arg(&suite).arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
-    let mut child = command.spawn().expect("the program starts");
-    let begun = Instant::now();
-    let is_training = || std::fs::metadata(full.join("events.jsonl")).is_ok_and(|m| m.len() > 0);
-    while begun.elapsed() < Duration::from_secs(60) && !is_training() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    // On a machine so fast that the suite was over before the signal there is nothing to resume, which is
-    // fine too.
-    let code = child.wait().expect("the program ends").code();
+    let words = ["bench", suite.to_str().expect("text"), "--out", out.to_str().expect("text")];
+    let code = interrupted(&words, &full);
     assert!(code == Some(1) || code == Some(0), "{code:?}");
 
     let printed = call("bench {s} --out {out}", &paths).ok();
@@ -62,27 +49,27 @@ fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
         files(&ablated.join("checkpoints")).iter().all(|name| !name.contains("source")),
         "the source was not trained again"
     );
-    let metrics: Value =
-        serde_json::from_slice(&std::fs::read(ablated.join("metrics.json")).expect("metrics")).expect("JSON");
+    let metrics = json_file(&ablated.join("metrics.json"));
     assert_eq!(metrics["cost"]["stages"][0]["stage"], "source", "its cost counts");
-
-    // What is done is not done again: the same tables, and no run is touched.
-    let before = std::fs::metadata(full.join("metrics.json")).expect("metrics").modified().expect("time");
-    assert_eq!(call("bench {s} --out {out}", &paths).ok(), printed);
-    assert_eq!(
-        std::fs::metadata(full.join("metrics.json")).expect("metrics").modified().expect("time"),
-        before
-    );
-    assert_eq!(call("bench {s} --out {out} --tables", &paths).ok(), printed);
-    let document: Value = serde_json::from_str(&call("bench {s} --out {out} --tables --json", &paths).ok())
-        .expect("one JSON document");
-    assert!(document["tables"][0]["rows"][1]["entries"][0]["mean"].is_f64(), "{document}");
-    for name in ["extrapolation.md", "ablations.csv", "figures.tex", "tables.md", "tables.json"] {
-        assert!(out.join("tables").join(name).exists(), "{name}");
-    }
+    a_finished_suite_only_makes_tables(&paths, &full, &printed);
     // Other settings do not mix with the runs that are there.
     std::fs::write(&suite, TINY.replace("iterations=80", "iterations=90")).expect("write");
     call("bench {s} --out {out} --cell 0", &paths).fails(&full, &["other settings"]);
+}
+
+/// Done cells are not run again: the same tables are printed and made, and no run is touched.
+#[cfg(unix)]
+fn a_finished_suite_only_makes_tables(paths: &[(&str, &Path); 2], run: &Path, printed: &str) {
+    let written = || std::fs::metadata(run.join("metrics.json")).expect("metrics").modified().expect("time");
+    let before = written();
+    assert_eq!(call("bench {s} --out {out}", paths).ok(), printed);
+    assert_eq!(written(), before);
+    assert_eq!(call("bench {s} --out {out} --tables", paths).ok(), printed);
+    let document = call("bench {s} --out {out} --tables --json", paths).json();
+    assert!(document["tables"][0]["rows"][1]["entries"][0]["mean"].is_f64(), "{document}");
+    for name in ["extrapolation.md", "ablations.csv", "figures.tex", "tables.md", "tables.json"] {
+        assert!(paths[1].1.join("tables").join(name).exists(), "{name}");
+    }
 }
 
 #[test]

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::program::{call, falling_run, files, folder, tiny_dataset};
 use lagrangegs::lgs_core::{nearest_indices, spatial_order};
 use lagrangegs::lgs_data::ply::read_ply;
 use lagrangegs::lgs_data::testing::{CheckpointEntry, checkpoint};
 use lagrangegs::lgs_model::load_scene;
-use serde_json::Value;
-
-use crate::program::{call, falling_run, files, folder, tiny_dataset};
 
 /// Frames of a block in free fall, 25 of them in the captured window, and the run that they were exported
 /// from.
@@ -48,8 +46,7 @@ fn frames_alone_give_the_scene_that_they_came_from() {
         spatial_order(&scene.dynamic_gaussians.means).into_iter().eq(0..64),
         "the body is in spatial order"
     );
-    let metrics: Value =
-        serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    let metrics = call("eval {run} --json", &paths).json();
     assert!(metrics["splits"].as_object().is_some_and(serde_json::Map::is_empty), "there are no images");
     assert!((metrics["physics"]["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);
     let info = call("info {run}", &paths).ok();
@@ -78,8 +75,7 @@ fn with_a_dataset_all_stages_run_and_only_times_with_frames_are_scored() {
     let few = "--set refine_gaussians.iterations=2 --set tune_dynamics.iterations=2 \
                --set tune_gaussians.iterations=2";
     call(&format!("train {{data}} --source frames --import {{frames}} --out {{run}} {few}"), &paths).ok();
-    let metrics: Value = serde_json::from_str(&call("eval {run} --split val,test --json", &paths).ok())
-        .expect("one JSON document");
+    let metrics = call("eval {run} --split val,test --json", &paths).json();
     let score = |split: &str, model: &str| metrics["splits"][split][model].clone();
     assert!(score("test", "source").is_null(), "the frames end before");
     assert!(score("test", "lagrangian")["psnr"].is_f64() && score("val", "lagrangian")["psnr"].is_f64());

@@ -11,7 +11,7 @@ use lagrangegs::lgs_model::{
 };
 use lagrangegs::lgs_train::{Preset, TrainConfig};
 
-/// What a call left behind.
+/// Exit code and output of a call.
 pub(crate) struct Done {
     pub(crate) code: i32,
     pub(crate) stdout: String,
@@ -61,6 +61,12 @@ impl Done {
         self.stdout
     }
 
+    /// Asserts that the call did what it should and returns the one JSON document of its stdout.
+    #[track_caller]
+    pub(crate) fn json(self) -> serde_json::Value {
+        serde_json::from_str(&self.ok()).expect("one JSON document")
+    }
+
     /// Asserts that the call failed with exit code 1, said so in one line that ends with `path` and holds all
     /// of `words`.
     #[track_caller]
@@ -84,6 +90,29 @@ impl Done {
         }
         assert_eq!(self.stdout, "");
     }
+}
+
+/// Starts the program and sends it Ctrl-C once the run of a folder has taken its first steps; returns its
+/// exit code: 0 on a machine so fast that the work was over before the signal.
+#[cfg(unix)]
+pub(crate) fn interrupted(words: &[&str], run: &Path) -> Option<i32> {
+    use std::process::Stdio;
+    use std::time::{Duration, Instant};
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
+    let command = command.args(words).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().expect("the program starts");
+    let (begun, events) = (Instant::now(), run.join("events.jsonl"));
+    let is_training = || std::fs::metadata(&events).is_ok_and(|file| file.len() > 0);
+    while begun.elapsed() < Duration::from_secs(60) && !is_training() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    child.wait().expect("the program ends").code()
+}
+
+/// The JSON document in a file.
+pub(crate) fn json_file(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
 }
 
 /// A temporary folder.

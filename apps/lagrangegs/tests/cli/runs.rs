@@ -1,16 +1,13 @@
 //! `eval`, `render` and `export` on a run made by hand.
 
-use serde_json::Value;
-
-use crate::program::{call, falling, falling_run, files, folder, tiny_dataset};
+use crate::program::{call, falling, falling_run, files, folder, json_file, tiny_dataset};
 
 #[test]
 fn metrics_follow_the_schema_and_are_kept_in_the_run() {
     let dir = folder();
     let data = tiny_dataset(dir.path());
     let run = falling_run(dir.path(), &data);
-    let done = call("eval {run} --json", &[("run", &run)]);
-    let metrics: Value = serde_json::from_str(&done.ok()).expect("one JSON document");
+    let metrics = call("eval {run} --json", &[("run", &run)]).json();
     assert_eq!(metrics["schema"], 1);
     for split in ["train", "val", "test", "long", "past"] {
         let score = &metrics["splits"][split];
@@ -33,8 +30,7 @@ fn metrics_follow_the_schema_and_are_kept_in_the_run() {
     assert!(physics["trajectory_error"]["2.25"].is_f64() && physics["trajectory_error"]["-0.75"].is_f64());
     assert!(physics["potential"].is_object(), "the truth has gravity");
     assert!(metrics["cost"]["train_secs"].is_null(), "nothing was trained");
-    let kept: Value = serde_json::from_slice(&std::fs::read(run.join("metrics.json")).expect("metrics.json"))
-        .expect("JSON");
+    let kept = json_file(&run.join("metrics.json"));
     assert_eq!(kept["splits"], metrics["splits"]);
 }
 
@@ -104,8 +100,7 @@ fn frames_come_one_per_time_with_a_sheet() {
         files(&out),
         ["0000_t+0.5000.png", "0001_t+1.0000.png", "frames.json", "notes.txt", "sheet.png"]
     );
-    let list: Value =
-        serde_json::from_slice(&std::fs::read(out.join("frames.json")).expect("list")).expect("JSON");
+    let list = json_file(&out.join("frames.json"));
     assert_eq!(list["potential_scale"], 0.25);
 }
 
@@ -115,9 +110,7 @@ fn a_view_of_the_dataset_is_found_by_its_name() {
     let data = tiny_dataset(dir.path());
     let run = falling_run(dir.path(), &data);
     let out = dir.path().join("out");
-    let transforms: Value =
-        serde_json::from_slice(&std::fs::read(data.join("transforms_val.json")).expect("transforms"))
-            .expect("JSON");
+    let transforms = json_file(&data.join("transforms_val.json"));
     let name =
         transforms["frames"][0]["file_path"].as_str().expect("file_path").trim_start_matches("./").to_owned();
     call(&format!("render {{run}} --times 0 --camera {name} --out {{out}}"), &[("run", &run), ("out", &out)])

@@ -17,8 +17,7 @@ fn a_synthetic_dataset_is_complete_and_described() {
             && text.contains("ground truth"),
         "{text}"
     );
-    let json: serde_json::Value = serde_json::from_str(&call("info {data} --json", &[("data", &data)]).ok())
-        .expect("one JSON document");
+    let json = call("info {data} --json", &[("data", &data)]).json();
     assert_eq!(json["kind"], "dataset");
     let truth = data.join("ground_truth.safetensors");
     assert!(call("info {truth}", &[("truth", &truth)]).ok().contains("points"));

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use serde_json::Value;
-
+#[cfg(unix)]
+use crate::program::interrupted;
 use crate::program::{Done, call, files, folder, tiny_dataset, unwritable};
 
 /// Settings under which training takes seconds and learns next to nothing.
@@ -29,8 +29,7 @@ fn a_run_is_trained_measured_rendered_and_exported() {
     }
     assert!(std::fs::read_to_string(run.join("config.toml")).expect("config").contains("seed = 3"));
     let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
-    let metrics: Value =
-        serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    let metrics = call("eval {run} --json", &paths).json();
     assert!(metrics["splits"]["val"]["source"]["psnr"].is_f64(), "{metrics}");
     assert!(metrics["cost"]["train_secs"].as_f64().is_some_and(|secs| secs > 0.0));
     let report = std::fs::read_to_string(run.join("report.html")).expect("report");
@@ -65,32 +64,14 @@ fn cut_checkpoint_is_an_error(data: &Path, run: &Path, checkpoint: &Path) {
 #[test]
 #[cfg(unix)]
 fn a_run_that_was_interrupted_resumes_to_the_same_bytes() {
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
     const MORE: &str = "--set source.iterations=80";
     let dir = folder();
     let data = tiny_dataset(dir.path());
     let (whole, parts) = (dir.path().join("whole"), dir.path().join("parts"));
     train(&data, &whole, MORE).ok();
     let line = format!("train {} --out {} {TINY} {MORE}", data.display(), parts.display());
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
-    let mut child = command
-        .args(line.split_whitespace())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    let events = parts.join("events.jsonl");
-    let begun = Instant::now();
-    while begun.elapsed() < Duration::from_secs(60) && std::fs::metadata(&events).map_or(0, |m| m.len()) == 0
-    {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    let code = child.wait().expect("the program ends").code();
-    // On a machine so fast that training was over before the signal there is nothing to resume, which is fine
-    // too.
-    assert!(code == Some(1) || !signal.success() || code == Some(0), "{code:?}");
+    let code = interrupted(&line.split_whitespace().collect::<Vec<_>>(), &parts);
+    assert!(code == Some(1) || code == Some(0), "{code:?}");
     call("train {data} --out {run} --resume", &[("data", &data), ("run", &parts)]).ok();
     for name in ["lagrangian.safetensors", "source/defgs.safetensors", "events.jsonl"] {
         assert!(
@@ -108,8 +89,7 @@ fn a_velocity_field_is_a_source_like_any_other() {
     train(&data, &run, "--source freegave").ok();
     let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("out", &out)];
     call("train {data} --out {run} --source defgs --resume", &paths).fails(&run, &["another configuration"]);
-    let metrics: Value =
-        serde_json::from_str(&call("eval {run} --json", &paths).ok()).expect("one JSON document");
+    let metrics = call("eval {run} --json", &paths).json();
     assert!(metrics["splits"]["long"]["source"]["psnr"].is_f64(), "{metrics}");
     call("render {run} --times 0:1:0.5 --camera 0 --model source --out {out}", &paths).ok();
     assert_eq!(files(&out).len(), 5);

@@ -2,10 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use lagrangegs::lgs_data::testing::{CheckpointEntry, checkpoint};
-use serde_json::Value;
-
 use crate::program::{Done, call, falling, falling_run, folder, lagrangegs_with_weights};
+use lagrangegs::lgs_data::testing::{CheckpointEntry, checkpoint};
 
 /// Shapes of AlexNet's convolutions and of its LPIPS weights.
 const TRUNK: [(usize, [usize; 4]); 5] = [
@@ -72,7 +70,7 @@ fn imported_weights_give_lpips_and_are_named_in_the_metrics() {
     let run_name = run.display().to_string();
     let eval = |more: &[&str]| {
         let words = [&["eval", run_name.as_str(), "--split", "val", "--json"], more].concat();
-        serde_json::from_str::<Value>(&with_weights(&words, &weights).ok()).expect("one JSON document")
+        with_weights(&words, &weights).json()
     };
     let metrics = eval(&[]);
     let score = &metrics["splits"]["val"]["lagrangian"];

@@ -18,7 +18,7 @@ pub enum Problem {
     /// The folder lacks a split.
     #[error("the dataset has no split `{0}`: found no file")]
     NoSplit(String),
-    /// Not JSON.
+    /// The file is not JSON.
     #[error("malformed JSON: {0}")]
     Json(serde_json::Error),
     /// The file lists no frames.
@@ -27,7 +27,7 @@ pub enum Problem {
     /// A field is missing.
     #[error("frame {frame}: missing field `{field}`")]
     Missing {
-        /// Which frame.
+        /// Number of the frame.
         frame: usize,
         /// The key.
         field: &'static str,
@@ -35,7 +35,7 @@ pub enum Problem {
     /// A field has a value that can't be.
     #[error("frame {frame}: `{field}` should be {expected}, found {found}")]
     Value {
-        /// Which frame.
+        /// Number of the frame.
         frame: usize,
         /// The key.
         field: &'static str,
@@ -50,9 +50,9 @@ pub enum Problem {
     /// An image has another size than the intrinsics say.
     #[error("frame {frame}: the intrinsics (`w`, `h`) say {expected}, the image is {found} pixels")]
     Size {
-        /// Which frame.
+        /// Number of the frame.
         frame: usize,
-        /// Width × height of the intrinsics.
+        /// Width × height that the intrinsics state.
         expected: String,
         /// Width × height of the image.
         found: String,
@@ -60,7 +60,7 @@ pub enum Problem {
     /// A frame has a mask, which training and evaluation would not heed.
     #[error("frame {frame}: `mask_path` should be absent, because masked pixels cannot be left out yet")]
     Mask {
-        /// Which frame.
+        /// Number of the frame.
         frame: usize,
     },
     /// No frame is early enough.

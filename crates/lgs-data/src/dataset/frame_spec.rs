@@ -32,11 +32,11 @@ pub(super) struct FrameSpec {
     pub(super) mask_path: Option<PathBuf>,
     /// The captured sequence spans [0, 1).
     pub(super) time: f32,
-    /// OpenCV axes.
+    /// Camera-from-world with OpenCV axes.
     pub(super) camera_from_world: Mat4,
-    /// Of the frame itself; they win over `shared`.
+    /// Intrinsics of the frame itself, which win over `shared`.
     pub(super) own: Intrinsics,
-    /// Of the file or the camera that the frame belongs to.
+    /// Intrinsics of the file or the camera that the frame belongs to.
     pub(super) shared: Intrinsics,
 }
 

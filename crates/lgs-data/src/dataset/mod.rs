@@ -45,7 +45,7 @@ pub struct Dataset {
     /// The edits that some splits show: the same start under other physics. Such splits are not of the motion
     /// that the others show.
     pub edits: BTreeMap<String, MotionEdit>,
-    /// What lies behind transparent pixels.
+    /// Colour behind transparent pixels.
     pub background: [f32; 3],
     /// The points that the set ships, such as `points3d.ply`.
     pub init_points: Option<Points>,
@@ -68,7 +68,7 @@ pub struct Frame {
     pub rgba: Vec<u8>,
 }
 
-/// How to load a set.
+/// Options of loading a set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Layout of the folder. Default: the first of [`DatasetFormat::ALL`] that its contents fit.

@@ -13,18 +13,12 @@
 
 use super::{Dataset, Frame};
 use crate::ply::Points;
+use crate::thresholds::{
+    BACKGROUND_TOLERANCE, CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, SURROUNDINGS,
+};
 use glam::{Mat3, Vec3};
 use lgs_core::stream;
 use rand::RngExt;
-
-/// Candidates tried per point asked for before carving gives up.
-const MAX_TRIES: usize = 200;
-
-/// How much larger the cube is for a set of opaque images.
-const SURROUNDINGS: f32 = 1.3;
-
-/// Difference of a channel below which an opaque pixel shows the background.
-const BACKGROUND_TOLERANCE: f32 = 10.0 / 255.0;
 
 /// An axis-aligned cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +58,7 @@ impl Dataset {
             earliest.into_iter().map(|frame| (frame, frame.has_alpha())).collect();
         let mut rng = stream(seed, "carved points", 0);
         let mut points = Points::default();
-        for _ in 0..count * MAX_TRIES {
+        for _ in 0..count * CARVING_TRIES {
             if points.positions.len() == count {
                 break;
             }
@@ -95,7 +89,7 @@ impl Dataset {
             .iter()
             .map(|&(eye, _, half_tan)| {
                 let distance = eye.distance(center);
-                (distance * half_tan).min(0.9 * distance)
+                (distance * half_tan).min(MAX_BOX_DISTANCE * distance)
             })
             .collect();
         halves.sort_by(f32::total_cmp);
@@ -117,7 +111,7 @@ pub(super) fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
 pub(super) fn camera_extent(frames: &[Frame]) -> f32 {
     let centers: Vec<Vec3> = frames.iter().map(|frame| Vec3::from(frame.camera.center_in_world())).collect();
     let mean = centers.iter().fold(Vec3::ZERO, |sum, &c| sum + c) / centers.len().max(1) as f32;
-    1.1 * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)
+    EXTENT_FACTOR * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)
 }
 
 fn random_point(cube: &SceneBox, rng: &mut lgs_core::Stream) -> [f32; 3] {
@@ -133,12 +127,11 @@ fn view_of(frame: &Frame) -> (Vec3, Vec3, f32) {
 }
 
 fn point_nearest_to_axes(views: &[(Vec3, Vec3, f32)]) -> Vec3 {
-    const PULL: f32 = 1e-3;
     let count = views.len() as f32;
     let mean_eye = views.iter().map(|v| v.0).sum::<Vec3>() / count;
     let spread = views.iter().map(|v| v.0.distance(mean_eye)).fold(0.0, f32::max).max(1.0);
     let ahead = mean_eye + views.iter().map(|v| v.1).sum::<Vec3>() / count * spread;
-    let (mut matrix, mut target) = (Mat3::from_diagonal(Vec3::splat(PULL)), PULL * ahead);
+    let (mut matrix, mut target) = (Mat3::from_diagonal(Vec3::splat(CENTER_PULL)), CENTER_PULL * ahead);
     for &(eye, axis, _) in views {
         let across = Mat3::IDENTITY - Mat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
         matrix += across * (1.0 / count);

@@ -12,10 +12,10 @@ pub enum FramesProblem {
     /// The folder holds no frame.
     #[error("expected `.ply` frames, found none")]
     NoFrames,
-    /// One frame is no motion.
+    /// There are fewer than two frames.
     #[error("expected at least 2 frames, found {0}")]
     TooFew(usize),
-    /// Nothing says when a frame is.
+    /// A frame has no time.
     #[error(
         "the frame `{0}` has no time; expected it in `frames.json`, `times.json` or `times.txt`, or at the \
             end of the name, as in \
@@ -25,9 +25,9 @@ pub enum FramesProblem {
     /// A list of times has another length than the list of frames.
     #[error("expected a time for each of {expected} frames, found {found}")]
     Times {
-        /// Frames.
+        /// Number of frames.
         expected: usize,
-        /// Times.
+        /// Number of times.
         found: usize,
     },
     /// A list of times that is not one.
@@ -44,26 +44,26 @@ pub enum FramesProblem {
     /// A frame has more or fewer Gaussians than the first.
     #[error("expected {expected} Gaussians as in the first frame, found {found}")]
     Count {
-        /// Of the first frame.
+        /// Gaussians of the first frame.
         expected: usize,
-        /// Of this one.
+        /// Gaussians of this frame.
         found: usize,
     },
     /// A quaternion that stands for no rotation.
     #[error("`rotations`: the quaternion of Gaussian {index} in frame {frame} is zero")]
     ZeroRotation {
-        /// Which frame.
+        /// Number of the frame.
         frame: usize,
-        /// Which Gaussian.
+        /// Number of the Gaussian.
         index: usize,
     },
-    /// Not a safetensors file.
+    /// The file is not a safetensors file.
     #[error("not a folder of frames and no whole safetensors file: {0}")]
     Tensors(String),
     /// A tensor is absent or not as it should be.
     #[error("`{field}`: expected {expected}, found {found}")]
     Tensor {
-        /// Its name.
+        /// Name of the tensor.
         field: &'static str,
         /// The expectation.
         expected: String,

@@ -60,7 +60,7 @@ impl FrameSequence {
         tensors::write(self, path)
     }
 
-    /// What both forms must keep to; lengths agree already.
+    /// Checks that folders and files share; lengths agree already.
     fn check(&self) -> Result<(), FramesProblem> {
         if self.times.len() < 2 {
             return Err(FramesProblem::TooFew(self.times.len()));

@@ -1,11 +1,9 @@
 //! The text header of a polygon file: format, elements and their properties.
 
 use super::PlyProblem;
+use crate::thresholds::MAX_HEADER;
 
-/// Longest header accepted, bytes; a degree-3 Gaussian file needs about 1,500.
-const MAX_HEADER: usize = 1 << 16;
-
-/// How the values are stored.
+/// The storage of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -41,7 +39,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes of a value.
+    /// Number of bytes of a value.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,

@@ -1,7 +1,7 @@
 //! Polygon files: Gaussian clouds in the INRIA property order and plain coloured point clouds.
 //!
 //! A Gaussian file has one `vertex` element of 32-bit floats in this order: `x y z nx ny nz f_dc_0..2
-//! f_rest_* opacity scale_0..2 rot_0..3`, all raw (reference §2.1). `f_rest` is channel-major: every
+//! f_rest_* opacity scale_0..2 rot_0..3`, all raw (method §1). `f_rest` is channel-major: every
 //! coefficient of red above the zeroth, then green, then blue, where [`GaussianCloud::sh`] interleaves the
 //! channels. The writer produces exactly that; the reader also takes any property order, further properties,
 //! doubles, ASCII and big-endian files.
@@ -14,7 +14,7 @@ use lgs_core::{CloudError, GaussianCloud, sh_coefficients};
 use std::path::{Path, PathBuf};
 use table::Table;
 
-/// What is wrong with a polygon file, and which.
+/// A polygon file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlyError {
@@ -26,7 +26,7 @@ pub enum PlyError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The defect.
         problem: PlyProblem,
     },
 }
@@ -51,9 +51,9 @@ pub enum PlyProblem {
     Header {
         /// Line, from 1.
         line: usize,
-        /// What belongs there.
+        /// The expectation.
         expected: &'static str,
-        /// What is there.
+        /// The text in the file.
         found: String,
     },
     /// There is no element `vertex`.
@@ -69,7 +69,7 @@ pub enum PlyProblem {
         property: String,
         /// Types that would do.
         expected: &'static str,
-        /// Its type.
+        /// The type in the file.
         found: String,
     },
     /// The number of `f_rest` properties fits no degree.
@@ -161,24 +161,6 @@ pub fn write_ply(path: &Path, cloud: &GaussianCloud) -> Result<(), PlyError> {
 pub fn read_points(path: &Path) -> Result<Points, PlyError> {
     let bytes = files::read_bytes(path)?;
     parse_points(&bytes).map_err(|problem| PlyError::Content { path: path.to_path_buf(), problem })
-}
-
-/// Writes coloured points as [`read_points`] reads them, colours rounded to bytes.
-///
-/// # Errors
-/// If the file can't be written.
-pub fn write_points(path: &Path, points: &Points) -> Result<(), PlyError> {
-    files::write_atomically(path, |w| {
-        write!(w, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", points.positions.len())?;
-        w.write_all(b"property float x\nproperty float y\nproperty float z\n")?;
-        w.write_all(b"property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n")?;
-        for (position, color) in points.positions.iter().zip(&points.colors) {
-            position.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))?;
-            w.write_all(&color.map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))?;
-        }
-        Ok(())
-    })?;
-    Ok(())
 }
 
 /// Property names of a Gaussian file, in file order.

@@ -9,7 +9,7 @@ use super::header::{Encoding, Header, Property, Scalar};
 /// Words of an ASCII file or rows of a binary one.
 enum Values<'a> {
     Words(Vec<&'a str>),
-    Rows { bytes: &'a [u8], stride: usize, big_endian: bool },
+    Rows { bytes: &'a [u8], stride: usize, encoding: Encoding },
 }
 
 /// Name, type and offset in the row.
@@ -45,7 +45,7 @@ impl<'a> Table<'a> {
             binary => {
                 extent.check(body.len(), vertex.count, "bytes")?;
                 let bytes = &body[before as usize..][..extent.needed as usize];
-                Values::Rows { bytes, stride: width, big_endian: binary == Encoding::BigEndian }
+                Values::Rows { bytes, stride: width, encoding: binary }
             }
         };
         Ok(Self { columns, count: if width == 0 { 0 } else { vertex.count as usize }, values })
@@ -128,15 +128,15 @@ impl<'a> Table<'a> {
                 };
                 word.parse().map_err(|_| wrong())
             }
-            Values::Rows { bytes, stride, big_endian } => {
+            Values::Rows { bytes, stride, encoding } => {
                 let bytes = &bytes[index * stride + offset..][..scalar.size()];
-                Ok(decode(*scalar, bytes, *big_endian))
+                Ok(decode(*scalar, bytes, *encoding))
             }
         }
     }
 }
 
-/// Where the vertices lie among the values.
+/// The place of the vertices among the values.
 struct Extent {
     before: u128,
     needed: u128,
@@ -181,10 +181,10 @@ fn words<'a>(body: &'a [u8], extent: &Extent, count: u64) -> Result<Vec<&'a str>
     Ok(words[extent.before as usize..][..extent.needed as usize].to_vec())
 }
 
-fn decode(scalar: Scalar, bytes: &[u8], big_endian: bool) -> f64 {
+fn decode(scalar: Scalar, bytes: &[u8], encoding: Encoding) -> f64 {
     let mut raw = [0; 8];
     raw[..bytes.len()].copy_from_slice(bytes);
-    if big_endian {
+    if encoding == Encoding::BigEndian {
         raw[..bytes.len()].reverse();
     }
     let bits = u64::from_le_bytes(raw);

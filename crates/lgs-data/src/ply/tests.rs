@@ -1,4 +1,5 @@
 use super::*;
+use crate::testing::write_points;
 use lgs_core::stream;
 use rand::RngExt;
 use std::fs;

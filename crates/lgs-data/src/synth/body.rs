@@ -14,7 +14,7 @@ pub(super) struct Part {
     /// Body axes from the solid's axes.
     pub(super) rotation: DMat3,
     pub(super) texture: Texture,
-    /// Radius of a sphere around `center` that holds the solid.
+    /// Radius of a sphere around `center` that contains the solid.
     bound: f64,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Body {
     pub(super) center: DVec3,
 }
 
-/// Movers, and parts that stand still in world axes.
+/// Moving bodies, and fixed parts in world axes.
 #[derive(Clone, Debug)]
 pub(super) struct Stage {
     pub(super) bodies: Vec<Body>,
@@ -45,7 +45,7 @@ pub(super) struct Meeting<'a> {
     part: (u16, u16),
 }
 
-/// What is seen there.
+/// The visible surface where a ray meets a part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hit {
     pub(super) distance: f64,
@@ -86,7 +86,7 @@ impl Part {
 }
 
 impl Stage {
-    /// The same start under an edit; nothing if any of the bodies has no law.
+    /// The stage with the same start under an edit; nothing if any of the bodies has no law.
     pub(super) fn edited(&self, edit: MotionEdit) -> Option<Self> {
         let edited = |body: &Body| Some(Body { motion: body.motion.edited(edit)?, ..body.clone() });
         let bodies = self.bodies.iter().map(edited).collect::<Option<_>>()?;
@@ -95,7 +95,7 @@ impl Stage {
 }
 
 impl Body {
-    /// Radius of a sphere around the body's origin that holds it.
+    /// Radius of a sphere around the body's origin that contains it.
     pub(super) fn bound(&self) -> f64 {
         self.parts.iter().map(|part| part.center.length() + part.bound).fold(0.0, f64::max)
     }

@@ -2,11 +2,9 @@
 
 use super::motion::Pose;
 use crate::edit::MotionEdit;
+use crate::thresholds::REST_FLIGHT;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
-
-/// Flights shorter than this are rest on the floor, units of time.
-const REST: f64 = 1e-6;
 
 /// Free fall between impacts that reverse the vertical velocity and scale it by the restitution; the
 /// horizontal velocity stays (no friction), and the ball keeps its orientation.
@@ -49,7 +47,7 @@ impl Bounce {
         while t > flight.since && !resting {
             match self.next(&flight).filter(|next| next.since <= t) {
                 Some(next) => {
-                    resting = 2.0 * next.speed <= REST * self.gravity;
+                    resting = 2.0 * next.speed <= REST_FLIGHT * self.gravity;
                     flight = next;
                 }
                 None => break,
@@ -71,7 +69,7 @@ impl Bounce {
         let drop = flight.height - self.rest_height;
         let impact = (flight.speed.powi(2) + 2.0 * self.gravity * drop).sqrt();
         let duration = (flight.speed + impact) / self.gravity;
-        (duration > REST).then_some(Flight {
+        (duration > REST_FLIGHT).then_some(Flight {
             since: flight.since + duration,
             height: self.rest_height,
             speed: self.restitution * impact,

@@ -1,20 +1,10 @@
 //! Files of datasets: what must stay as it is for the default seed, and the splits of edits.
 
+use super::tests::{make, small};
 use super::*;
 use crate::dataset::{Dataset, LoadOptions};
 use crate::edit::MotionEdit;
 use std::fs;
-
-fn small() -> SynthOptions {
-    SynthOptions { size: 16, views: 2, train_fps: 4, ..SynthOptions::default() }
-}
-
-fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
-    let dir = tempfile::tempdir().unwrap();
-    let out = dir.path().join("set");
-    generate(scene, options, &out, &|_, _| {}).unwrap();
-    (dir, out)
-}
 
 /// FNV-1a of the files that the first seven scenes have always had, in order.
 fn digest(folder: &Path) -> u64 {

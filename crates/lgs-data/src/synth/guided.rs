@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
-/// Waves of a random smooth function.
+/// Number of waves of a random smooth function.
 const WAVES: usize = 4;
 /// Time in which a grabbed body gives up the velocity of its free flight.
 const GRAB: f64 = 0.04;
@@ -43,15 +43,15 @@ impl Wander {
 /// A motion given by time.
 #[derive(Clone, Debug)]
 pub(super) enum Guided {
-    /// Along a random smooth path, turning about an axis by a random smooth angle.
+    /// A random smooth path, turning about an axis by a random smooth angle.
     Led { start: DVec3, path: [Wander; 3], axis: DVec3, angle: Wander },
-    /// In free fall until it is grabbed; from then on along a random smooth path.
+    /// Free fall until the body is grabbed, then a random smooth path.
     Grabbed { start: DVec3, velocity: DVec3, gravity: f64, grabbed: f64, path: [Wander; 3] },
     /// A part of a walker: it walks on, bobs and swings about `joint` (walker axes) at a changing cadence.
     Gait { walk: Walk, joint: DVec3, swing: f64, lag: f64 },
 }
 
-/// How a walker's body goes on.
+/// The gait of a walker.
 #[derive(Clone, Debug)]
 pub(super) struct Walk {
     pub(super) start: DVec3,
@@ -90,14 +90,14 @@ impl Guided {
             }
             Self::Grabbed { start, velocity, gravity, grabbed, path } => {
                 let free = |t: f64| *start + *velocity * t - 0.5 * gravity * t * t * DVec3::Z;
-                let held = t - grabbed;
-                if held <= 0.0 {
+                let since = t - grabbed;
+                if since <= 0.0 {
                     return Pose::rigid(DMat3::IDENTITY, free(t));
                 }
                 let slope = DVec3::from_array(path.each_ref().map(|p| p.slope(0.0)));
                 let given_up = *velocity - gravity * grabbed * DVec3::Z - slope;
-                let slowed = GRAB * (1.0 - (-held / GRAB).exp()) * given_up;
-                Pose::rigid(DMat3::IDENTITY, free(*grabbed) + slowed + along(path, held))
+                let slowed = GRAB * (1.0 - (-since / GRAB).exp()) * given_up;
+                Pose::rigid(DMat3::IDENTITY, free(*grabbed) + slowed + along(path, since))
             }
             Self::Gait { walk, joint, swing, lag } => {
                 let phase = walk.phase(t) + lag;

@@ -89,19 +89,8 @@ fn free_bodies_keep_their_momentum_and_angular_momentum() {
 
 #[test]
 fn a_hinge_of_small_amplitude_has_the_period_of_its_constants() {
-    let small = Hinge {
-        law: "",
-        kind: "",
-        pivot: DVec3::ZERO,
-        axis: DVec3::Y,
-        base: DMat3::IDENTITY,
-        angle: 1e-3,
-        rate: 0.0,
-        gravity: 9.0,
-        stiffness: 7.0,
-        torque: 0.0,
-        drag: 0.0,
-    };
+    let free = Hinge::about(DVec3::Y, DMat3::IDENTITY);
+    let small = Hinge { angle: 1e-3, gravity: 9.0, stiffness: 7.0, ..free };
     let path = Simulation::new(Box::new(small));
     let period = std::f64::consts::TAU / 4.0;
     assert!((path.state(period)[0] - 1e-3).abs() < 1e-9 && path.state(0.25 * period)[0].abs() < 1e-9);
@@ -174,7 +163,7 @@ fn every_scene_draws_its_constants_from_the_seed() {
 }
 
 #[test]
-fn every_mover_moves_by_several_tenths_of_its_size_in_the_window() {
+fn every_moving_body_moves_by_several_tenths_of_its_size_in_the_window() {
     for (info, seed) in scenes().into_iter().flat_map(|info| SEEDS.map(move |seed| (info, seed))) {
         let window: Vec<f64> = (0..=15).map(|i| 0.05 * f64::from(i)).collect();
         let truth = ground_truth(info.name, &window, 100, seed).unwrap();

@@ -43,7 +43,7 @@ const VIEWS: std::ops::RangeInclusive<usize> = 1..=200;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SynthError {
-    /// No such scene.
+    /// There is no scene of that name.
     #[error("there is no scene `{0}`; expected one of {names}", names = scene_names())]
     UnknownScene(String),
     /// An option is out of range.
@@ -51,12 +51,12 @@ pub enum SynthError {
     Option {
         /// The option.
         option: &'static str,
-        /// What it should be.
+        /// The expectation.
         expected: &'static str,
-        /// What it is.
+        /// The value given.
         found: u64,
     },
-    /// The destination holds something.
+    /// The destination is not empty.
     #[error("the output folder should be new or empty: {}", .0.display())]
     Occupied(PathBuf),
     /// A file can't be written or read.
@@ -67,12 +67,24 @@ pub enum SynthError {
     Truth {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect.
         reason: String,
     },
 }
 
-/// How to photograph a scene.
+impl SynthError {
+    /// The file or folder that the error is about, unless it is about the call.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::UnknownScene(_) | Self::Option { .. } => None,
+            Self::Occupied(path) | Self::Truth { path, .. } => Some(path),
+            Self::File(error) => Some(error.path()),
+        }
+    }
+}
+
+/// Options of a synthetic dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SynthOptions {
     /// Width and height of the images, pixels, 8 to 2048. Default 160.
@@ -95,7 +107,7 @@ impl Default for SynthOptions {
 /// Makes the dataset folder of a scene, whole or not at all. The same options give the same bytes.
 ///
 /// # Errors
-/// If the scene or an option is unknown, `out` holds something, or a file can't be written.
+/// If the scene or an option is unknown, `out` is not empty, or a file can't be written.
 pub fn generate(
     scene: &str,
     options: &SynthOptions,
@@ -122,7 +134,7 @@ pub fn ground_truth(
     Ok(truth::follow(&scene.stage, times, points_per_object, seed, law))
 }
 
-/// How tracks are taken from the truth.
+/// Options of true tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackOptions {
     /// Standard deviation of the noise of every coordinate, world units, finite and not negative. It is

@@ -5,12 +5,10 @@ use super::bounce::Bounce;
 use super::guided::Guided;
 use super::simulation::Simulation;
 use crate::edit::MotionEdit;
+use crate::thresholds::PENDULUM_STEP;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
 use std::sync::Arc;
-
-/// Step of the pendulum's integration; the fourth-order error at time 2.25 is below 1e-9 rad.
-const PENDULUM_STEP: f64 = 1e-3;
 
 /// Where a body is: a point `p` of the body lies at `linear · p + position`.
 #[derive(Clone, Copy, Debug)]
@@ -37,14 +35,14 @@ impl Pose {
     }
 }
 
-/// How a body moves.
+/// The motion of a body.
 ///
 /// In closed form, α scales every velocity at t = 0, rotation included; β scales gravity, `ω²` of the
 /// pendulum and of the harmonic force; γ scales the drag. The axis of a rotor is a constraint and never
 /// scaled.
 #[derive(Clone, Debug)]
 pub(super) enum Motion {
-    /// Under gravity along −z, with a constant spin about an axis through the body's origin.
+    /// Free flight under gravity along −z, with a constant spin about an axis through the body's origin.
     Ballistic { start: DVec3, velocity: DVec3, gravity: f64, spin: DVec3 },
     /// Uniform rotation about an axis through a fixed point, the body's origin.
     Rotor { center: DVec3, spin: DVec3, phase: f64 },
@@ -57,9 +55,9 @@ pub(super) enum Motion {
     Drag { start: DVec3, velocity: DVec3, drag: f64 },
     /// One of the bodies of a simulated law.
     Simulated { simulation: Arc<Simulation>, body: usize },
-    /// Bouncing on a floor.
+    /// Flights between impacts on a floor.
     Bounce(Bounce),
-    /// Given by time: no law.
+    /// A motion that is given by time and follows no law.
     Guided(Box<Guided>),
 }
 
@@ -88,7 +86,7 @@ impl Motion {
         }
     }
 
-    /// The same start under an edit; nothing for a motion without a law.
+    /// The motion with the same start under an edit; nothing for a motion without a law.
     pub(super) fn edited(&self, edit: MotionEdit) -> Option<Self> {
         let (alpha, beta) = (edit.velocity_scale, edit.potential_scale);
         let mut edited = self.clone();

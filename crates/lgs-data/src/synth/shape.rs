@@ -1,13 +1,11 @@
 //! Solids, each centred on its own origin: where a ray enters them, and points spread over their surface.
 //! Doubles throughout.
 
+use crate::thresholds::{INSIDE_MARGIN, MIN_RAY_DISTANCE};
 use glam::DVec3;
 use lgs_core::Stream;
 use rand::RngExt;
 use std::f64::consts::{PI, TAU};
-
-/// Nearer hits than this are the surface that the ray starts on.
-const MIN_DISTANCE: f64 = 1e-6;
 
 /// A half-line with a direction of any length; distances are in units of it.
 #[derive(Clone, Copy, Debug)]
@@ -19,11 +17,11 @@ pub(super) struct Ray {
 /// A solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
-    /// By the radii along its axes.
+    /// An ellipsoid by the radii along its axes.
     Ellipsoid(DVec3),
-    /// By half the edges.
+    /// A cuboid by half its edges.
     Cuboid(DVec3),
-    /// Along z, by radius and half the height.
+    /// A cylinder along z by its radius and half its height.
     Cylinder(f64, f64),
     /// The inside walls of a cuboid, by half the edges.
     Interior(DVec3),
@@ -40,7 +38,7 @@ impl Shape {
         }
     }
 
-    /// Radius of a sphere around the origin that holds the solid.
+    /// Radius of a sphere around the origin that contains the solid.
     pub(super) fn bound(&self) -> f64 {
         match *self {
             Self::Ellipsoid(radii) => radii.max_element(),
@@ -51,13 +49,12 @@ impl Shape {
 
     /// Whether a point is strictly inside.
     pub(super) fn contains(&self, p: DVec3) -> bool {
-        const MARGIN: f64 = 1e-9;
         match *self {
-            Self::Ellipsoid(radii) => (p / radii).length_squared() < 1.0 - MARGIN,
-            Self::Cuboid(half) => (p.abs() - half).max_element() < -MARGIN,
+            Self::Ellipsoid(radii) => (p / radii).length_squared() < 1.0 - INSIDE_MARGIN,
+            Self::Cuboid(half) => (p.abs() - half).max_element() < -INSIDE_MARGIN,
             Self::Interior(_) => false,
             Self::Cylinder(radius, half_height) => {
-                p.truncate().length() < radius - MARGIN && p.z.abs() < half_height - MARGIN
+                p.truncate().length() < radius - INSIDE_MARGIN && p.z.abs() < half_height - INSIDE_MARGIN
             }
         }
     }
@@ -99,7 +96,7 @@ fn hit_ellipsoid(ray: &Ray, radii: DVec3) -> Option<(f64, DVec3)> {
         return None;
     }
     let distance = (-b - discriminant.sqrt()) / a;
-    (distance > MIN_DISTANCE).then(|| (distance, ((o + distance * d) / radii).normalize()))
+    (distance > MIN_RAY_DISTANCE).then(|| (distance, ((o + distance * d) / radii).normalize()))
 }
 
 /// Slabs: the ray is inside between the last entry and the first exit.
@@ -112,7 +109,7 @@ fn hit_cuboid(ray: &Ray, half: DVec3, side: Side) -> Option<(f64, DVec3)> {
         return None;
     }
     let distance = if side == Side::Outside { enter } else { leave };
-    if distance <= MIN_DISTANCE {
+    if distance <= MIN_RAY_DISTANCE {
         return None;
     }
     let slabs = if side == Side::Outside { near } else { far };
@@ -130,14 +127,14 @@ fn hit_cylinder(ray: &Ray, radius: f64, half_height: f64) -> Option<(f64, DVec3)
     if a > 0.0 && discriminant >= 0.0 {
         let distance = (-b - discriminant.sqrt()) / a;
         let p = ray.origin + distance * ray.direction;
-        if distance > MIN_DISTANCE && p.z.abs() <= half_height {
+        if distance > MIN_RAY_DISTANCE && p.z.abs() <= half_height {
             best = Some((distance, DVec3::new(p.x, p.y, 0.0) / radius));
         }
     }
     let up = -ray.direction.z.signum();
     let distance = (up * half_height - ray.origin.z) / ray.direction.z;
     let p = ray.origin + distance * ray.direction;
-    let on_cap = distance > MIN_DISTANCE && p.truncate().length_squared() <= radius * radius;
+    let on_cap = distance > MIN_RAY_DISTANCE && p.truncate().length_squared() <= radius * radius;
     if on_cap && best.is_none_or(|(side, _)| distance < side) {
         best = Some((distance, DVec3::new(0.0, 0.0, up)));
     }

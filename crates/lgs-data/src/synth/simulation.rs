@@ -2,9 +2,8 @@
 
 use super::laws::Law;
 use super::motion::Pose;
+use crate::thresholds::SIMULATION_STEP;
 
-/// Longest step; with rates of up to 10 per unit of time the local error is below 1e-12.
-const STEP: f64 = 5e-4;
 /// Steps that are kept: to the ends of the ground truth.
 const KEPT_AFTER: usize = 4500;
 const KEPT_BEFORE: usize = 1500;
@@ -23,16 +22,16 @@ impl Simulation {
             let next = |state: &Vec<f64>| Some(step(law.as_ref(), state, h));
             std::iter::successors(Some(law.start()), next).take(count + 1).collect()
         };
-        let (after, before) = (path(STEP, KEPT_AFTER), path(-STEP, KEPT_BEFORE));
+        let (after, before) = (path(SIMULATION_STEP, KEPT_AFTER), path(-SIMULATION_STEP, KEPT_BEFORE));
         Self { law, after, before }
     }
 
     /// The state at any time: from the nearest kept one towards t = 0.
     pub(super) fn state(&self, t: f64) -> Vec<f64> {
         let kept = if t < 0.0 { &self.before } else { &self.after };
-        let whole = ((t.abs() / STEP) as usize).min(kept.len() - 1);
-        let rest = t - t.signum() * whole as f64 * STEP;
-        let steps = (rest.abs() / STEP).ceil();
+        let whole = ((t.abs() / SIMULATION_STEP) as usize).min(kept.len() - 1);
+        let rest = t - t.signum() * whole as f64 * SIMULATION_STEP;
+        let steps = (rest.abs() / SIMULATION_STEP).ceil();
         (0..steps as usize)
             .fold(kept[whole].clone(), |state, _| step(self.law.as_ref(), &state, rest / steps))
     }

@@ -4,11 +4,13 @@ use glam::DVec3;
 use shape::{Ray, Shape};
 use std::fs;
 
-fn small() -> SynthOptions {
+/// Options of the smallest dataset that has everything.
+pub(super) fn small() -> SynthOptions {
     SynthOptions { size: 16, views: 2, train_fps: 4, ..SynthOptions::default() }
 }
 
-fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
+/// A dataset of a scene in a folder that goes with the first value.
+pub(super) fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("set");
     generate(scene, options, &out, &|_, _| {}).unwrap();
@@ -16,7 +18,7 @@ fn make(scene: &str, options: &SynthOptions) -> (tempfile::TempDir, PathBuf) {
 }
 
 #[test]
-fn every_mover_stays_in_view_of_most_cameras() {
+fn every_moving_body_stays_in_view_of_most_cameras() {
     for (info, seed) in scenes().into_iter().flat_map(|info| (0..4).map(move |seed| (info, seed))) {
         let scene = find(info.name, seed).unwrap();
         let views = scene.rig.views(12, 160, seed);
@@ -42,7 +44,7 @@ fn every_mover_stays_in_view_of_most_cameras() {
 }
 
 #[test]
-fn movers_of_the_room_cover_a_good_part_of_most_images() {
+fn moving_bodies_of_the_room_cover_a_good_part_of_most_images() {
     let scene = find("room", 0).unwrap();
     let views = scene.rig.views(12, 40, 0);
     for (number, body) in scene.stage.bodies.iter().enumerate() {
@@ -61,11 +63,11 @@ fn movers_of_the_room_cover_a_good_part_of_most_images() {
 }
 
 #[test]
-fn movers_never_touch_one_another_or_the_furniture() {
-    (0..4).for_each(movers_are_free);
+fn moving_bodies_never_touch_one_another_or_the_furniture() {
+    (0..4).for_each(moving_bodies_are_free);
 }
 
-fn movers_are_free(seed: u64) {
+fn moving_bodies_are_free(seed: u64) {
     let scene = find("room", seed).unwrap();
     let times: Vec<f64> = (-75..=225).step_by(5).map(|i| f64::from(i) / 100.0).collect();
     let truth = truth::follow(&scene.stage, &times, 400, 0, Value::Null);
@@ -82,7 +84,7 @@ fn movers_are_free(seed: u64) {
 }
 
 #[test]
-fn movers_move_a_lot_between_observation_and_forecast() {
+fn moving_bodies_move_a_lot_between_observation_and_forecast() {
     // Mean displacement from the last observed time to 1, over the object's size.
     for info in scenes().into_iter().take(7) {
         let truth = ground_truth(info.name, &[0.75, 1.0], 300, 0).unwrap();
@@ -123,7 +125,7 @@ fn the_silhouette_of_a_sphere_is_its_projection() {
             let angle = view.ray(x as f64 + 0.5, y as f64 + 0.5).direction.angle_between(to_center);
             let margin = 1.0 / view.focal;
             assert!(alpha == 1.0 || angle > limit - margin, "a hole at {x}, {y}");
-            assert!(alpha == 0.0 || angle < limit + margin, "a stray at {x}, {y}");
+            assert!(alpha == 0.0 || angle < limit + margin, "an opaque pixel outside at {x}, {y}");
         }
     }
     // The cone around the sphere, of half-angle `limit`, cuts the image plane in an ellipse of this area.

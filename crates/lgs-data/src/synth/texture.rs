@@ -36,7 +36,7 @@ impl Texture {
         Self { colors: colors.map(rgb), wavelength, contrast: 1.0, phase: 0.0 }
     }
 
-    /// With a weaker or stronger alternation.
+    /// The pattern with a weaker or stronger alternation.
     pub(super) fn with_contrast(self, contrast: f64) -> Self {
         Self { contrast, ..self }
     }

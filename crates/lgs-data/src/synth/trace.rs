@@ -8,14 +8,13 @@
 use super::body::{Hit, Meeting, Snapshot, Stage, meet_fixed};
 use super::shape::Ray;
 use super::view::View;
+use crate::thresholds::SMOOTH_PIXEL;
 use glam::DVec3;
 
 const COARSE: usize = 2;
 const FINE: usize = 4;
-/// Largest difference of a channel between the four rays of a pixel that is not refined.
-const SMOOTH: f64 = 0.10;
 
-/// What one camera sees of the fixed parts.
+/// One camera's view of the fixed parts.
 pub(super) struct Backdrop {
     /// The four rays of every pixel.
     coarse: Vec<[Option<Hit>; COARSE * COARSE]>,
@@ -93,7 +92,7 @@ fn is_edge(hits: &[Option<Hit>]) -> bool {
     let first = hits[0];
     hits.iter().any(|hit| match (first, hit) {
         (None, None) => false,
-        (Some(a), Some(b)) => a.part != b.part || (a.color - b.color).abs().max_element() > SMOOTH,
+        (Some(a), Some(b)) => a.part != b.part || (a.color - b.color).abs().max_element() > SMOOTH_PIXEL,
         _ => true,
     })
 }

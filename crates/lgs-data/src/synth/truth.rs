@@ -1,4 +1,4 @@
-//! What really happened: points of the surfaces carried along by the motion, and the law with its constants.
+//! The ground truth: points of the surfaces carried along by the motion, and the law with its constants.
 //!
 //! On disk: `ground_truth.safetensors` with `times` [T] f32, `points` [T, P, 3] f32 and `object` [P] i64 (−1
 //! for what stands still), and `scene.json` with the law. Edited splits have files of their own,

@@ -32,12 +32,12 @@ pub(super) struct View {
     pub(super) focal: f64,
 }
 
-/// Where the cameras of a scene stand.
+/// The placement of the cameras of a scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rig {
-    /// On rings around a target.
+    /// Cameras on rings around a target.
     Hemisphere { target: DVec3, distance: f64, fov: f64 },
-    /// On an arc of half-width `reach` at `y`, between two heights.
+    /// Cameras on an arc of half-width `reach` at `y`, between two heights.
     Arc { target: DVec3, y: f64, reach: f64, heights: [f64; 2], fov: f64 },
 }
 

@@ -39,9 +39,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const RATE: u32 = 60;
 /// The last observed frame.
 const LAST_OBSERVED: u32 = 45;
-/// Every which observed frame the held-out views show.
+/// Step between the observed frames that the held-out views show.
 const VAL_STRIDE: usize = 3;
-/// Training views in the test split, at most.
+/// Largest number of training views in the test split.
 const TEST_TRAINING_VIEWS: usize = 5;
 /// Times of the long and past splits.
 const FAR_TIMES: u32 = 16;

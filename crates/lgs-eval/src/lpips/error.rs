@@ -1,6 +1,6 @@
 //! Errors of importing and loading LPIPS weights.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_data::pth::PthError;
@@ -50,4 +50,17 @@ pub enum WeightsError {
         /// The file.
         path: PathBuf,
     },
+}
+
+impl WeightsError {
+    /// The file or folder that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Checkpoint(error) => error.path(),
+            Self::Stored(error) => error.path(),
+            Self::File(error) => error.path(),
+            Self::Unknown { path, .. } | Self::Hash { path, .. } | Self::Superseded { path } => path,
+        }
+    }
 }

@@ -5,12 +5,17 @@ use lgs_mechanics::coordinates::{Coordinates, Port, State};
 use lgs_mechanics::terms::Term;
 use lgs_mechanics::{Edit, Law, System};
 use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
 /// Number of classes.
 pub(crate) const CLASSES: usize = 12;
 /// The class that no law explains.
 pub(crate) const RANDOM_PATH: usize = 11;
+/// Error of the true motions over their extent.
+const RESOLVED: f64 = 1e-6;
+/// Shortest step of the true motions: a 64th of the interval between samples.
+const SHORTEST: f64 = 1.0 / (60.0 * 64.0);
 /// Correlation of the noise from sample to sample.
 const CORRELATION: f64 = 0.75;
 
@@ -32,15 +37,12 @@ const TERMS: [&[&str]; CLASSES] = [
 
 /// One law with its noisy samples and its true motion.
 pub(crate) struct Case {
-    pub(crate) number: usize,
     pub(crate) class: usize,
     /// Names of the terms that count as right.
     pub(crate) names: Vec<&'static str>,
     pub(crate) times: Vec<f64>,
     pub(crate) x: Vec<Vec<f64>>,
     pub(crate) truth: Vec<State>,
-    /// Largest distance of the true motion from its start.
-    pub(crate) extent: f64,
 }
 
 /// Names of a class in the order of its terms.
@@ -66,9 +68,13 @@ fn between(random: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
 
+/// Distance of two configurations.
+pub(crate) fn distance(a: &State, b: &State) -> f64 {
+    a.x.iter().zip(&b.x).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
 fn normal(random: &mut Stream) -> f64 {
-    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
-    radius * (TAU * random.random::<f64>()).cos()
+    StandardNormal.sample(random)
 }
 
 /// A vector of random direction with a length between two.
@@ -107,38 +113,43 @@ fn parameters(class: usize, random: &mut Stream) -> Vec<f64> {
     }
 }
 
-/// A smooth random path: three waves in each coordinate.
+/// Waves of a random path in each coordinate.
+const WAVES: usize = 8;
+/// Time over which a random path is correlated, in windows: polynomials of a degree of about eight follow it.
+const CORRELATION_TIME: f64 = 0.35;
+/// Standard deviation of a random path, about that of the other classes.
+const WANDERING: f64 = 0.5;
+
+/// A random smooth path: in each coordinate a Gaussian process with the kernel `exp(−t²/2τ²)`, as waves of
+/// random rates.
 fn wander(random: &mut Stream, times: &[f64]) -> Vec<State> {
-    let waves: Vec<[f64; 4]> = (0..9)
-        .map(|i| {
-            [(i % 3) as f64, between(random, 0.2, 0.6), between(random, 2.0, 11.0), between(random, 0.0, TAU)]
-        })
-        .collect();
-    let at = |t: &f64| {
-        let mut x = vec![0.0; 3];
-        waves
-            .iter()
-            .for_each(|[axis, size, rate, phase]| x[*axis as usize] += size * (rate * t + phase).sin());
-        State { x, v: vec![0.0; 3] }
+    let size = WANDERING * (2.0 / WAVES as f64).sqrt();
+    let wave = |random: &mut Stream| [normal(random) / CORRELATION_TIME, between(random, 0.0, TAU)];
+    let waves: Vec<[f64; 2]> = (0..3 * WAVES).map(|_| wave(random)).collect();
+    let sum = |waves: &[[f64; 2]], t: f64| -> f64 {
+        waves.iter().map(|[rate, phase]| size * (rate * t + phase).sin()).sum()
     };
+    let at = |t: &f64| State { x: waves.chunks(WAVES).map(|own| sum(own, *t)).collect(), v: vec![0.0; 3] };
     times.iter().map(at).collect()
 }
 
-fn motion(class: usize, random: &mut Stream, times: &[f64]) -> Vec<State> {
-    if class == RANDOM_PATH {
-        return wander(random, times);
+/// A law of a class and a start, with steps that resolve its motion up to a time. Motions that no step down
+/// to [`SHORTEST`] resolves, falls through a centre of attraction, are drawn again.
+fn law(class: usize, random: &mut Stream, until: f64) -> (Law, State) {
+    loop {
+        let term = |name: &&str| Term::named(name, Port::Whole).expect("a known term");
+        let terms = TERMS[class].iter().map(term).collect();
+        let law = Law::new(Coordinates::Point, terms, parameters(class, random), 1.0 / 120.0).expect("a law");
+        let start = State { x: vector(random, 0.6, 1.2).to_vec(), v: vector(random, 0.6, 2.0).to_vec() };
+        match law.resolved(&start, until, RESOLVED) {
+            Ok(law) if law.step > SHORTEST => return (law, start),
+            _ => {}
+        }
     }
-    let term = |name: &&str| Term::named(name, Port::Whole).expect("a known term");
-    let terms = TERMS[class].iter().map(term).collect();
-    let law =
-        Law::new(Coordinates::Point, terms, parameters(class, random), 0.005).expect("a law of a point");
-    let start = State { x: vector(random, 0.6, 1.2).to_vec(), v: vector(random, 0.6, 2.0).to_vec() };
-    System::new(&law, Edit::NONE).states(&start, times).expect("a motion")
 }
 
-/// Adds noise of a random level, 0.0004 to 0.003, that is correlated from sample to sample.
-fn noisy(states: &[State], random: &mut Stream) -> Vec<Vec<f64>> {
-    let level = between(random, (0.0004_f64).ln(), (0.003_f64).ln()).exp();
+/// Adds noise that is correlated from sample to sample.
+fn noisy(states: &[State], level: f64, random: &mut Stream) -> Vec<Vec<f64>> {
     let fresh = (1.0 - CORRELATION * CORRELATION).sqrt();
     let mut error: [f64; 3] = std::array::from_fn(|_| normal(random));
     let sample = |state: &State| {
@@ -155,15 +166,18 @@ pub(crate) fn case(number: usize, seed: u64, asked: &[f64]) -> Case {
     let mut random = stream(seed, "random laws", number as u64);
     let times: Vec<f64> = (0..61).map(|k| f64::from(k) / 60.0).collect();
     let both = [times.as_slice(), asked].concat();
-    let mut states = motion(class, &mut random, &both);
+    let until = asked[asked.len() - 1];
+    let lawful = (class != RANDOM_PATH).then(|| law(class, &mut random, until));
+    let mut states = match &lawful {
+        Some((law, start)) => System::new(law, Edit::NONE).states(start, &both).expect("a motion"),
+        None => wander(&mut random, &both),
+    };
     let truth = states.split_off(times.len());
-    let x = noisy(&states, &mut random);
-    let start = truth[0].x.clone();
-    let from = |s: &State| s.x.iter().zip(&start).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-    let extent = truth.iter().map(from).fold(0.0, f64::max);
+    let level = between(&mut random, (0.0004_f64).ln(), (0.003_f64).ln()).exp();
+    let x = noisy(&states, level, &mut random);
     let mut names = vec![name(class)];
     if class == 5 {
         names.push("spring-positive");
     }
-    Case { number, class, names, times, x, truth, extent }
+    Case { class, names, times, x, truth }
 }

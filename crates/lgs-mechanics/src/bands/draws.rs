@@ -5,7 +5,11 @@ use crate::coordinates::State;
 use crate::fit::Fitted;
 use lgs_core::{Stream, stream};
 use nalgebra::{DMatrix, DVector};
-use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Draws beyond the bounds of a parameter after which the nearest allowed values are taken: with half of the
+/// posterior inside for each of three parameters, one in 5000 is left.
+const REDRAWS: usize = 64;
 
 /// A source of draws.
 pub(super) struct Draws<'a> {
@@ -29,22 +33,33 @@ impl<'a> Draws<'a> {
         Self { fitted, root, stream: stream(seed, "posterior of a law", index) }
     }
 
-    /// A law and a start.
+    /// A law and a start. Parameters keep to the bounds of the fit: draws beyond them are drawn again.
     pub(super) fn next(&mut self) -> (Law, State) {
         let fitted = self.fitted;
-        let normal = DVector::from_fn(self.root.ncols(), |_, _| normal(&mut self.stream));
-        let change = &self.root * normal;
         let n = fitted.start.v.len();
+        let inside = |change: &DVector<f64>| {
+            let values = fitted.law.parameters.iter().zip(change.iter().skip(2 * n)).map(|(p, d)| p + d);
+            values.zip(&fitted.bounds).all(|(value, [lower, upper])| (*lower..=*upper).contains(&value))
+        };
+        let mut change = self.change();
+        for _ in 0..REDRAWS {
+            if inside(&change) {
+                break;
+            }
+            change = self.change();
+        }
         let x = fitted.law.coordinates.retract(&fitted.start.x, &change.as_slice()[..n]);
         let v = fitted.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
         let mut law = fitted.law.clone();
-        law.parameters.iter_mut().enumerate().for_each(|(i, p)| *p += change[2 * n + i]);
+        for (i, (p, [lower, upper])) in law.parameters.iter_mut().zip(&fitted.bounds).enumerate() {
+            *p = (*p + change[2 * n + i]).clamp(*lower, *upper);
+        }
         (law, State { x, v })
     }
-}
 
-/// A draw of N(0, 1) by the Box–Muller transform.
-fn normal(stream: &mut Stream) -> f64 {
-    let radius = (-2.0 * (1.0 - stream.random::<f64>()).ln()).sqrt();
-    radius * (std::f64::consts::TAU * stream.random::<f64>()).cos()
+    /// A change of start and parameters.
+    fn change(&mut self) -> DVector<f64> {
+        let stream = &mut self.stream;
+        &self.root * DVector::from_fn(self.root.ncols(), |_, _| StandardNormal.sample(stream))
+    }
 }

@@ -1,20 +1,17 @@
 //! Bands of a forecast: all fitted candidates, weighted by their evidence, each with its own posterior.
 //!
-//! Draws of start and parameters go through the rollout, so that a band holds the rival laws and widens as the
-//! motions part.
+//! Draws of start and parameters go through the rollout, so that a band holds the rival laws and widens as
+//! the motions part.
 
 mod draws;
 mod verdict;
 
-pub use verdict::{DESCRIBED, Verdict, verdict};
+pub use verdict::Verdict;
 
 use crate::choose::Choice;
 use crate::coordinates::State;
 use crate::{Edit, System};
 use draws::Draws;
-
-/// Softness τ of the weights `exp(−ΔE / 2 τ)`: evidence that is itself estimated is trusted by half.
-pub const SOFTNESS: f64 = 2.0;
 
 /// Draws of all candidates together: the 90 % radius is then known to about 3 %.
 const DRAWS: usize = 96;
@@ -32,19 +29,15 @@ pub struct Band {
 
 /// Number of draws of each candidate: its share of the weights, rounded so that the sum is kept.
 fn shares(choice: &Choice) -> Vec<usize> {
-    let best = choice.judged[0].evidence;
-    let weights: Vec<f64> =
-        choice.judged.iter().map(|j| (-(j.evidence - best) / (2.0 * SOFTNESS)).exp()).collect();
-    let total: f64 = weights.iter().sum();
     let mut sum = 0.0;
     let mut given = 0;
-    let share = |weight: &f64| {
-        sum += weight / total * DRAWS as f64;
+    let share = |weight: f64| {
+        sum += weight * DRAWS as f64;
         let count = (sum.round() as usize).saturating_sub(given);
         given += count;
         count
     };
-    weights.iter().map(share).collect()
+    choice.weights().into_iter().map(share).collect()
 }
 
 impl Band {
@@ -64,8 +57,8 @@ impl Band {
         Some(Self { times: times.to_vec(), middle, draws })
     }
 
-    /// Radius around the chosen motion that holds a share of the draws, for each time; `distance` compares two
-    /// states. Infinite where too many draws cannot be followed.
+    /// Radius around the chosen motion that holds a share of the draws, for each time; `distance` compares
+    /// two states. Infinite where too many draws cannot be followed.
     #[must_use]
     pub fn radius(&self, share: f64, distance: &dyn Fn(&State, &State) -> f64) -> Vec<f64> {
         let one = |time: usize| {

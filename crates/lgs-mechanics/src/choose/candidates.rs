@@ -1,7 +1,7 @@
 //! Candidates for each kind of coordinates, symmetric special cases among them.
 
 use crate::Candidate;
-use crate::coordinates::{Coordinates, Port};
+use crate::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port};
 use crate::terms::{Role, Term};
 
 /// Laws of a point, or of the centre of a body.
@@ -25,27 +25,38 @@ const OF_A_POINT: &[&[&str]] = &[
     &["uniform-field", "gyroscopic"],
 ];
 
-/// Laws of an angle, of an offset along a rail, and of each joint of a tree.
+/// Laws of an angle and of an offset along a rail.
 const OF_AN_AXIS: &[&[&str]] = &[
     &[],
     &["uniform-field"],
     &["uniform-field", "linear-drag"],
+    &["uniform-field", "quadratic-drag"],
     &["linear-drag"],
     &["quadratic-drag"],
     &["dry-friction"],
     &["constant-drive"],
     &["constant-drive", "linear-drag"],
+    &["constant-drive", "quadratic-drag"],
     &["spring"],
     &["spring", "linear-drag"],
+    &["spring", "dry-friction"],
     &["fourier"],
     &["fourier", "linear-drag"],
+    &["fourier", "quadratic-drag"],
+    &["fourier", "constant-drive"],
     &["fourier-two"],
     &["quartic-radial"],
 ];
 
+/// Laws of each joint of a tree.
+const OF_A_JOINT: &[&[&str]] = &[&[], &["fourier"], &["spring"]];
+
 /// Laws of the amplitudes of a deforming body.
 const OF_MODES: &[&[&str]] = &[
     &[],
+    &["uniform-field"],
+    &["spring"],
+    &["spring", "linear-drag"],
     &["spring-positive"],
     &["spring-full"],
     &["spring-positive", "linear-drag"],
@@ -54,36 +65,85 @@ const OF_MODES: &[&[&str]] = &[
 ];
 
 /// Laws between two points.
-const BETWEEN: &[&[&str]] =
-    &[&[], &["spring"], &["spring-length"], &["central-inverse-square"], &["spring-length", "linear-drag"]];
+const BETWEEN: &[&[&str]] = &[
+    &[],
+    &["spring"],
+    &["spring", "linear-drag"],
+    &["spring-length"],
+    &["spring-length", "linear-drag"],
+    &["central-inverse-square"],
+    &["central-logarithm"],
+];
+
+/// Laws of both of two points.
+const OF_BOTH: &[&[&str]] = &[&[], &["uniform-field"], &["uniform-field", "linear-drag"]];
+
+/// Laws of the vector from a pivot to the centre.
+const OF_AN_ARM: &[&[&str]] = &[&[], &["uniform-field"]];
+
+/// Laws of a body's rotation, with the moments of inertia that they take: a uniform spin, one that is damped
+/// or driven, and tumbling.
+const OF_A_ROTATION: &[(InertiaForm, &[(&str, Port)])] = &[
+    (InertiaForm::Isotropic, &[]),
+    (InertiaForm::Isotropic, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Isotropic, &[("constant-drive", Port::Turn)]),
+    (InertiaForm::Isotropic, &[("constant-drive", Port::Turn), ("linear-drag", Port::Spin)]),
+    (InertiaForm::Prior, &[]),
+    (InertiaForm::Prior, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Free, &[]),
+    (InertiaForm::Free, &[("linear-drag", Port::Spin)]),
+];
 
 /// All combinations that the coordinates can have; names that do not suit a port drop out.
+///
+/// A body's moments of inertia are those of a ball, those given, or free; the form given does not matter.
 #[must_use]
 pub fn candidates(coordinates: &Coordinates) -> Vec<Candidate> {
-    let terms = |port: Port, list: &[&[&str]]| -> Vec<Vec<Term>> {
-        let named = |names: &&[&str]| names.iter().map(|name| Term::named(name, port).ok()).collect();
-        list.iter().filter_map(named).collect()
-    };
     let sets = match coordinates {
-        Coordinates::Point => terms(Port::Whole, OF_A_POINT),
-        Coordinates::Rigid(_) => {
-            product(&terms(Port::Center, OF_A_POINT), &terms(Port::Spin, &[&[], &["linear-drag"]]))
+        Coordinates::Rigid(inertia) => {
+            return of_a_body(coordinates, inertia, &sets(Port::Center, OF_A_POINT));
         }
-        Coordinates::Ball(_) => product(
-            &terms(Port::Arm, &[&[], &["uniform-field"], &["spring"]]),
-            &terms(Port::Spin, &[&[], &["linear-drag"]]),
-        ),
-        Coordinates::Modal(_) => terms(Port::Whole, OF_MODES),
+        Coordinates::Ball(ball) => return of_a_body(coordinates, &ball.inertia, &sets(Port::Arm, OF_AN_ARM)),
+        Coordinates::Point => sets(Port::Whole, OF_A_POINT),
+        Coordinates::Modal(_) => sets(Port::Whole, OF_MODES),
         Coordinates::Tree(_) => {
-            let joint: &[&[&str]] = &[&[], &["fourier"], &["spring"]];
-            product(&terms(Port::First, joint), &terms(Port::Second, joint))
+            let both = product(&sets(Port::First, OF_A_JOINT), &sets(Port::Second, OF_A_JOINT));
+            let damped =
+                product(&sets(Port::First, &[&["linear-drag"]]), &sets(Port::Between, &[&["linear-drag"]]));
+            [product(&both, &[Vec::new()]), product(&both, &damped)].concat()
         }
-        Coordinates::Pair => {
-            product(&terms(Port::Both, &[&[], &["uniform-field"]]), &terms(Port::Between, BETWEEN))
-        }
-        _ => terms(Port::Whole, OF_AN_AXIS),
+        Coordinates::Pair => product(&sets(Port::Both, OF_BOTH), &sets(Port::Between, BETWEEN)),
+        _ => sets(Port::Whole, OF_AN_AXIS),
     };
     sets.into_iter().filter_map(|terms| Candidate::new(coordinates.clone(), terms).ok()).collect()
+}
+
+/// Sets of terms at a port.
+fn sets(port: Port, list: &[&[&str]]) -> Vec<Vec<Term>> {
+    let named = |names: &&[&str]| names.iter().map(|name| Term::named(name, port).ok()).collect();
+    list.iter().filter_map(named).collect()
+}
+
+/// Laws of a rigid body or ball joint: those of its rotation with each of the sets of other terms.
+fn of_a_body(coordinates: &Coordinates, inertia: &Inertia, others: &[Vec<Term>]) -> Vec<Candidate> {
+    let round = inertia.moments.iter().all(|moment| *moment == inertia.moments[0]);
+    let mut found = Vec::new();
+    for (form, turning) in OF_A_ROTATION {
+        // The moments given are those of a ball as well.
+        if round && *form == InertiaForm::Prior {
+            continue;
+        }
+        let inertia = Inertia { form: *form, ..*inertia };
+        let own = match coordinates {
+            Coordinates::Ball(ball) => Coordinates::Ball(Ball { inertia, ..*ball }),
+            _ => Coordinates::Rigid(inertia),
+        };
+        let named = |&(name, port): &(&str, Port)| Term::named(name, port).ok();
+        let turning: Vec<Term> = turning.iter().filter_map(named).collect();
+        let all = product(others, &[turning]);
+        found.extend(all.into_iter().filter_map(|terms| Candidate::new(own.clone(), terms).ok()));
+    }
+    found
 }
 
 /// Every set of the first list with every set of the second.
@@ -91,13 +151,20 @@ fn product(first: &[Vec<Term>], second: &[Vec<Term>]) -> Vec<Vec<Term>> {
     first.iter().flat_map(|a| second.iter().map(|b| [a.as_slice(), b].concat())).collect()
 }
 
-/// Unknowns by which a force without an energy counts as less simple than one with an energy: a circling point
-/// can be held by a spring (four unknowns) or by a gyroscopic force (three), and the spring comes first.
-const WITHOUT_ENERGY: usize = 2;
+/// Surcharge of a gyroscopic term, in halves of an unknown: a circling point can be held by a spring (four
+/// unknowns) or by a gyroscopic force (three), and the spring comes first.
+const GYROSCOPIC: usize = 3;
+/// Surcharge of every other term without an energy, in halves of an unknown: of two laws with as many
+/// unknowns, the conservative one is the simpler.
+const WITHOUT_ENERGY: usize = 1;
 
-/// Number of unknowns, and the surcharge of terms without an energy.
+/// Number of unknowns, in halves, and the surcharges of terms without an energy.
 #[must_use]
 pub fn simplicity(candidate: &Candidate) -> usize {
-    let without = candidate.terms.iter().filter(|term| term.kind.role() != Role::Conserves).count();
-    candidate.parameter_count() + WITHOUT_ENERGY * without
+    let surcharge = |term: &Term| match term.kind.role() {
+        Role::Conserves => 0,
+        Role::Gyroscopic => GYROSCOPIC,
+        Role::Dissipates | Role::Drives => WITHOUT_ENERGY,
+    };
+    2 * candidate.parameter_count() + candidate.terms.iter().map(surcharge).sum::<usize>()
 }

@@ -10,12 +10,19 @@ mod tests;
 pub use candidates::{candidates, simplicity};
 
 use crate::Candidate;
-use crate::fit::{Fitted, Settings, Track, first_values, shoot};
+use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
 
 /// Difference of evidence, in units of χ², within which the simpler law is taken: by Jeffreys' scale, `e⁵` to
 /// one is strong evidence and 10 is its χ².
 pub const SLACK: f64 = 10.0;
+
+/// Softness τ of the weights `exp(−ΔE / 2 τ)`: evidence that is itself estimated is trusted by half.
+pub const SOFTNESS: f64 = 2.0;
+
+/// χ² for each independent sample up to which a law describes a window. Over random laws of a point it is at
+/// most 1.6 for the right law, and at least 2.9 for smooth random paths that stand out of their noise.
+pub const DESCRIBED: f64 = 2.0;
 
 /// First values of a candidate from which shooting starts.
 const SHOTS: usize = 3;
@@ -51,37 +58,70 @@ impl Choice {
         &self.judged[self.chosen]
     }
 
-    /// Whitened χ² for each degree of freedom that the chosen law leaves, near 1 for a law that explains the
-    /// track.
+    /// Weight of each fitted candidate in forecasts; they add up to 1.
+    #[must_use]
+    pub fn weights(&self) -> Vec<f64> {
+        let best = self.judged[0].evidence;
+        let weight = |judged: &Judged| (-(judged.evidence - best) / (2.0 * SOFTNESS)).exp();
+        let total: f64 = self.judged.iter().map(weight).sum();
+        self.judged.iter().map(|judged| weight(judged) / total).collect()
+    }
+
+    /// Whether the chosen law describes the window, by its χ².
+    #[must_use]
+    pub fn describes(&self) -> bool {
+        self.chi_square_per_sample() <= DESCRIBED
+    }
+
+    /// Whitened χ² of the chosen law for each independent sample: below 1 by the share of the unknowns for a
+    /// law that explains the track.
     #[must_use]
     pub fn chi_square_per_sample(&self) -> f64 {
-        let fitted = &self.law().fitted;
-        fitted.loss / (self.samples - fitted.covariance.nrows() as f64).max(1.0)
+        self.law().fitted.loss / self.samples.max(1.0)
     }
 }
 
-/// Fits one candidate from its best first values.
+/// χ² per independent sample below which a fit needs no other first values: it explains the track.
+const GOOD: f64 = 1.2;
+
+/// Fits one candidate from its best first values, by way of segments and directly, until a fit is good.
 #[must_use]
 pub fn fit(candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Fitted> {
-    let start = &track.smooth[0].0;
     let settings = Settings::default();
-    first_values(candidate, track, scales, SHOTS)
-        .iter()
-        .filter_map(|p| shoot(candidate, track, (scales, start), p, &settings))
-        .min_by(|a, b| a.loss.total_cmp(&b.loss))
+    let begin = &track.smooth[0].0;
+    let good = GOOD * track.independent_samples();
+    let mut best: Option<Fitted> = None;
+    for first in first_values(candidate, track, scales, SHOTS) {
+        for near in [approach(candidate, track, scales, &first), Some((begin.clone(), first))] {
+            let Some((start, parameters)) = near else { continue };
+            let fitted = shoot(candidate, track, (scales, &start), &parameters, &settings);
+            best = best.into_iter().chain(fitted).min_by(|a, b| a.loss.total_cmp(&b.loss));
+            if best.as_ref().is_some_and(|fitted| fitted.loss <= good) {
+                return best;
+            }
+        }
+    }
+    best
 }
 
-/// Fits all candidates to a track that starts at time 0 and chooses; `None` if none could be fitted.
+/// Fits all candidates to a track and chooses; `None` if none could be fitted.
 #[must_use]
 pub fn choose(list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choice> {
-    let samples = track.independent_samples();
-    let penalty = samples.max(1.0).ln();
-    let judge = |(index, candidate): (usize, &Candidate)| {
-        let fitted = fit(candidate, track, scales)?;
-        let evidence = fitted.loss + penalty * candidate.parameter_count() as f64;
-        Some(Judged { index, fitted, evidence, simplicity: simplicity(candidate) })
-    };
-    let mut judged: Vec<Judged> = list.iter().enumerate().filter_map(judge).collect();
+    let fitted =
+        list.iter().enumerate().filter_map(|(index, candidate)| judge(index, candidate, track, scales));
+    among(fitted.collect(), track.independent_samples())
+}
+
+/// Fits one candidate and weighs it.
+pub(crate) fn judge(index: usize, candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Judged> {
+    let fitted = fit(candidate, track, scales)?;
+    let penalty = track.independent_samples().max(1.0).ln();
+    let evidence = fitted.loss + penalty * candidate.parameter_count() as f64;
+    Some(Judged { index, fitted, evidence, simplicity: simplicity(candidate) })
+}
+
+/// Chooses the simplest within the slack of the best.
+pub(crate) fn among(mut judged: Vec<Judged>, samples: f64) -> Option<Choice> {
     judged.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
     let best = judged.first()?.evidence;
     let near = judged.iter().enumerate().filter(|(_, j)| j.evidence <= best + SLACK);

@@ -1,6 +1,6 @@
 //! Sizes of coordinates, the ports that they offer, their own parameters, and changes of a configuration.
 
-use super::{Coordinates, Inertia, Port, Site, State};
+use super::{Coordinates, Inertia, InertiaForm, Port, Site, State};
 use crate::error::MechanicsError;
 use crate::rotation::{rotate_by, rotation_vector};
 use crate::terms::{Parameter, Quantity, Space};
@@ -126,6 +126,22 @@ impl Coordinates {
             Port::Between => vec![Site { plus: 0, minus: Some(half), mass }],
             _ => vec![Site::at(0)],
         }
+    }
+
+    /// Root mean square displacement of the object's points per unit of each component of a change,
+    /// `[freedoms]`: 1 for lengths, roots of the moments of inertia for rotations. Hinges and trees do not
+    /// know the extent of their bodies: 1 per radian.
+    #[must_use]
+    pub fn levers(&self) -> Vec<f64> {
+        let mut levers = vec![1.0; self.freedoms()];
+        if let Some(inertia) = self.inertia() {
+            let moments = match inertia.form {
+                InertiaForm::Isotropic => [inertia.moments[1]; 3],
+                InertiaForm::Prior | InertiaForm::Free => inertia.moments,
+            };
+            levers.iter_mut().zip(moments).for_each(|(lever, moment)| *lever = moment.sqrt());
+        }
+        levers
     }
 
     /// Applies a change `[freedoms]` to a configuration.

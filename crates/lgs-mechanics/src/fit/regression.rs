@@ -1,45 +1,67 @@
 //! First values of linear parameters by regression in the weak form.
 //!
-//! Equation of motion and terms are averaged over overlapping bumps in time, so that the errors of single
-//! accelerations of the smooth path cancel.
+//! Equation of motion and terms are averaged over bumps in time, so that the errors of single accelerations
+//! of the smooth path cancel. Bumps and their slopes vanish at their ends, which all lie inside the window:
+//! the accelerations at the window's own ends, the least certain ones, have no weight.
 
 use super::Track;
 use crate::Candidate;
 use nalgebra::{DMatrix, DVector};
 
-/// Bumps over the window: a few for each of the parameters that a law has.
-const BUMPS: usize = 16;
+/// Half widths of the bumps as parts of the window. Wide ones are the most certain, narrow ones see the rest.
+const HALF_WIDTHS: [f64; 3] = [0.5, 0.25, 0.125];
 
-/// Values of all parameters and the mean square of what the equation of motion leaves.
+/// Values of all parameters and what the equation of motion leaves.
 #[derive(Clone, Debug)]
 pub struct Regression {
     /// Parameters of the candidate.
     pub parameters: Vec<f64>,
     /// Sum of squares left over the sum of squares of the forces.
     pub left: f64,
+    /// What is left in each row, over the root of the sum of squares of the forces.
+    pub residuals: DVector<f64>,
 }
 
-/// Weight of a sample in a bump: `cos²` over two spacings of the bumps.
-fn weight(place: f64, bump: usize) -> f64 {
-    let distance = (place * (BUMPS - 1) as f64 - bump as f64).abs();
-    if distance < 1.0 { (0.5 * std::f64::consts::PI * distance).cos().powi(2) } else { 0.0 }
+/// A weight over the window, `cos²` around a centre.
+struct Bump {
+    centre: f64,
+    half: f64,
+}
+
+impl Bump {
+    /// Bumps of all widths, each by half of its half width beside the last.
+    fn all() -> Vec<Self> {
+        let of_width = |half: f64| {
+            let count = ((1.0 - 2.0 * half) / (0.5 * half)).round() as usize + 1;
+            (0..count).map(move |k| Self { centre: half + 0.5 * half * k as f64, half })
+        };
+        HALF_WIDTHS.into_iter().flat_map(of_width).collect()
+    }
+
+    /// Weight of a place in the window, 0 to 1. Integrating by parts, a bump multiplies positions by its
+    /// second derivative, whose norm and therefore the row's noise goes as the half width to the power −3/2.
+    fn weight(&self, place: f64) -> f64 {
+        let distance = (place - self.centre).abs() / self.half;
+        let certainty = self.half.powf(1.5);
+        if distance < 1.0 { certainty * (0.5 * std::f64::consts::PI * distance).cos().powi(2) } else { 0.0 }
+    }
 }
 
 /// Fits all parameters that enter linearly; the others keep their values in `start`.
 #[must_use]
 pub fn regress(candidate: &Candidate, track: &Track, start: &[f64]) -> Option<Regression> {
     let n = candidate.coordinates.freedoms();
-    let count = track.times.len();
+    let bumps = Bump::all();
+    let (first, last) = (*track.times.first()?, *track.times.last()?);
     let mut rows = DMatrix::zeros(0, 0);
-    let mut right = DVector::zeros(n * BUMPS);
-    for (sample, (state, acceleration)) in track.smooth.iter().enumerate() {
+    let mut right = DVector::zeros(n * bumps.len());
+    for (time, (state, acceleration)) in track.times.iter().zip(&track.smooth) {
         let design = candidate.design(start, state);
         let force = candidate.inertial_force(start, state, acceleration);
         if rows.is_empty() {
-            rows = DMatrix::zeros(n * BUMPS, design.ncols());
+            rows = DMatrix::zeros(n * bumps.len(), design.ncols());
         }
-        for bump in 0..BUMPS {
-            let weight = weight(sample as f64 / (count - 1).max(1) as f64, bump);
+        for (bump, weight) in bumps.iter().map(|b| b.weight((time - first) / (last - first))).enumerate() {
             if weight > 0.0 {
                 let mut block = rows.rows_mut(n * bump, n);
                 block += &design * weight;
@@ -48,9 +70,10 @@ pub fn regress(candidate: &Candidate, track: &Track, start: &[f64]) -> Option<Re
         }
     }
     let coefficients = solve(&rows, &right)?;
-    let left = (&rows * &coefficients - &right).norm_squared() / right.norm_squared().max(f64::MIN_POSITIVE);
+    let residuals = (&rows * &coefficients - &right) / right.norm().max(f64::MIN_POSITIVE);
+    let left = residuals.norm_squared();
     let parameters = candidate.with_coefficients(start, coefficients.as_slice());
-    parameters.iter().all(|p| p.is_finite()).then_some(Regression { parameters, left })
+    parameters.iter().all(|p| p.is_finite()).then_some(Regression { parameters, left, residuals })
 }
 
 /// Least squares by the pseudoinverse, in columns of unit length.

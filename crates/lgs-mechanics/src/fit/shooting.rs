@@ -1,7 +1,8 @@
 //! Shooting: start and parameters such that the motion of a law passes through a track.
 
 use super::Track;
-use super::levenberg::{Minimum, Problem, Settings, Unknown, minimise};
+use super::levenberg::{Minimum, Problem, Settings, Unknown};
+use super::segments::Segments;
 use crate::coordinates::State;
 use crate::terms::{Entry, Scales};
 use crate::{Candidate, Edit, Law, System};
@@ -18,40 +19,51 @@ pub struct Fitted {
     pub loss: f64,
     /// Covariance of changes of the start's configuration, of its velocity and of the parameters.
     pub covariance: DMatrix<f64>,
+    /// Smallest and largest allowed value of each parameter.
+    pub bounds: Vec<[f64; 2]>,
 }
 
 /// Standard deviation of the prior of a fitted centre, in extents of the path.
 const CENTRE_PRIOR: f64 = 3.0;
 
 /// Start and parameters as unknowns: changes of the first configuration, then velocities and parameters.
-struct Shooting<'a> {
+pub(super) struct Shooting<'a> {
     candidate: &'a Candidate,
-    track: &'a Track,
-    first: State,
-    step: f64,
+    pub(super) track: &'a Track,
+    pub(super) first: State,
+    pub(super) step: f64,
     unknowns: Vec<Unknown>,
     /// Index of the unknown, centre and deviation of each normal prior.
-    priors: Vec<(usize, f64, f64)>,
-    weights: Vec<f64>,
+    pub(super) priors: Vec<(usize, f64, f64)>,
+    /// Weights of the components `[n]` of each sample.
+    weights: Vec<Vec<f64>>,
 }
 
-impl Shooting<'_> {
-    fn start(&self, values: &[f64]) -> State {
+impl<'a> Shooting<'a> {
+    /// Compares motions from near `first` to a track; the step is the mean interval between samples.
+    pub(super) fn new(candidate: &'a Candidate, track: &'a Track, scales: &Scales, first: State) -> Self {
+        let (unknowns, priors) = unknowns(candidate, scales);
+        let weights = track.weights();
+        Self { candidate, track, first, step: interval(&track.times), unknowns, priors, weights }
+    }
+
+    pub(super) fn start(&self, values: &[f64]) -> State {
         let n = self.first.v.len();
         let x = self.candidate.coordinates.retract(&self.first.x, &values[..n]);
         State { x, v: values[n..2 * n].to_vec() }
     }
 
-    fn law(&self, values: &[f64]) -> Option<Law> {
+    pub(super) fn law(&self, values: &[f64]) -> Option<Law> {
         self.candidate.law(values[2 * self.first.v.len()..].to_vec(), self.step).ok()
     }
 
     /// Writes the weighted differences of states from the track, then the priors.
     fn compare<'b>(&self, states: impl Iterator<Item = &'b State>, values: &[f64]) -> DVector<f64> {
-        let mut residuals = Vec::with_capacity(self.track.x.len() * self.weights.len() + self.priors.len());
-        for (state, observed) in states.zip(&self.track.x) {
+        let n = self.first.v.len();
+        let mut residuals = Vec::with_capacity(self.track.x.len() * n + self.priors.len());
+        for ((state, observed), weights) in states.zip(&self.track.x).zip(&self.weights) {
             let difference = self.candidate.coordinates.difference(observed, &state.x);
-            residuals.extend(difference.iter().zip(&self.weights).map(|(d, w)| d * w));
+            residuals.extend(difference.iter().zip(weights).map(|(d, w)| d * w));
         }
         residuals.extend(self.priors.iter().map(|&(i, centre, deviation)| (values[i] - centre) / deviation));
         DVector::from_vec(residuals)
@@ -75,10 +87,10 @@ impl Problem for Shooting<'_> {
         let system = System::new(&law, Edit::NONE);
         let found = system.sensitivities(&self.start(values), &self.track.times).ok()?;
         let residuals = self.compare(found.iter().map(|s| &s.state), values);
-        let n = self.weights.len();
+        let n = self.first.v.len();
         let mut jacobian = DMatrix::zeros(residuals.len(), self.unknowns.len());
-        for (sample, sensitivity) in found.iter().enumerate() {
-            for (i, weight) in self.weights.iter().enumerate() {
+        for (sample, (sensitivity, weights)) in found.iter().zip(&self.weights).enumerate() {
+            for (i, weight) in weights.iter().enumerate() {
                 jacobian.row_mut(sample * n + i).copy_from(&(sensitivity.position.row(i) * *weight));
             }
         }
@@ -90,12 +102,8 @@ impl Problem for Shooting<'_> {
     }
 }
 
-/// Longest step in intervals between samples: fourth-order steps as long as the samples lie apart err by far
-/// less than the noise of tracks that resolve the motion.
-const STEP_IN_SAMPLES: f64 = 1.0;
-
 /// The mean interval between samples.
-fn interval(times: &[f64]) -> f64 {
+pub(super) fn interval(times: &[f64]) -> f64 {
     (times[times.len() - 1] - times[0]) / (times.len() - 1).max(1) as f64
 }
 
@@ -103,8 +111,11 @@ fn interval(times: &[f64]) -> f64 {
 fn unknowns(candidate: &Candidate, scales: &Scales) -> (Vec<Unknown>, Vec<(usize, f64, f64)>) {
     let n = candidate.coordinates.freedoms();
     let free = |scale| Unknown { scale, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
-    let mut unknowns = vec![free(scales.length); n];
-    unknowns.extend(vec![free(scales.length / scales.time); n]);
+    // Rotations are in radians.
+    let turns = if candidate.coordinates.has_rotation() { 3 } else { 0 };
+    let sizes: Vec<f64> = (0..n).map(|i| if i < turns { 1.0 } else { scales.length }).collect();
+    let mut unknowns: Vec<Unknown> = sizes.iter().map(|&size| free(size)).collect();
+    unknowns.extend(sizes.iter().map(|&size| free(size / scales.time)));
     let mut priors = Vec::new();
     for parameter in candidate.parameters(scales) {
         if parameter.entry == Entry::Place {
@@ -119,7 +130,7 @@ fn unknowns(candidate: &Candidate, scales: &Scales) -> (Vec<Unknown>, Vec<(usize
     (unknowns, priors)
 }
 
-/// Fits a candidate from first values of its parameters and, unless a start is given, from the smooth path.
+/// Fits a candidate from a start and first values of its parameters.
 ///
 /// Times of the track count from 0, where the start lies; `None` if no motion could be followed.
 #[must_use]
@@ -130,20 +141,25 @@ pub fn shoot(
     parameters: &[f64],
     settings: &Settings,
 ) -> Option<Fitted> {
-    let (unknowns, priors) = unknowns(candidate, scales);
-    let weights = track.noise.iter().map(|noise| noise.weight()).collect();
-    let step = STEP_IN_SAMPLES * interval(&track.times);
-    let problem = Shooting { candidate, track, first: start.clone(), step, unknowns, priors, weights };
-    let n = start.v.len();
-    let values = [&vec![0.0; n], start.v.as_slice(), parameters].concat();
-    let Minimum { values, loss, information } = minimise(&problem, &values, settings)?;
+    let track = track.part(0..track.times.len());
+    let mut segments =
+        Segments::new(candidate, std::slice::from_ref(&track), scales, std::slice::from_ref(start));
+    let values = segments.values(parameters);
+    let Minimum { values, loss, information } = segments.minimise(&values, settings, FINEST)?;
     let covariance = inverse(&information)?;
+    let problem = &segments.parts[0];
+    let n = start.v.len();
     let mut law = problem.law(&values)?;
     let variance = |i: usize| covariance[(2 * n + i, 2 * n + i)].max(0.0).sqrt();
     law.deviations = (0..law.parameters.len()).map(variance).collect();
     let start = problem.start(&values);
-    Some(Fitted { law, start, loss, covariance })
+    let bounds = problem.unknowns()[2 * n..].iter().map(|unknown| [unknown.lower, unknown.upper]).collect();
+    Some(Fitted { law, start, loss, covariance, bounds })
 }
+
+/// Halvings of the step, from the interval between samples, after which a motion counts as unresolved: a law
+/// that changes within a 64th of the interval cannot be read from the samples.
+const FINEST: u32 = 6;
 
 /// Inverse of a positive semidefinite matrix; directions without information get none.
 fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {

@@ -1,10 +1,11 @@
 //! Starting values: scales of a path, the point where accelerations meet, and regression from several places.
 
 use super::Track;
+use super::levenberg::{Problem, Settings, Unknown, minimise};
 use super::regression::{Regression, regress};
-use crate::Candidate;
 use crate::terms::{Entry, Scales};
-use nalgebra::{Matrix3, Vector3};
+use crate::{Candidate, FreeParameter};
+use nalgebra::{DVector, Matrix3, Vector3};
 
 /// Scales of a path: its root mean square extent in each direction makes the axes, twice the largest one the
 /// length.
@@ -21,13 +22,17 @@ pub(super) fn scales_of(places: &[&[f64]], times: &[f64]) -> Scales {
         [column[0], column[1], column[2]]
     };
     let length = 2.0 * eigen.eigenvalues[order[0]].max(0.0).sqrt();
-    let time = times.last().zip(times.first()).map_or(1.0, |(last, first)| last - first);
     Scales {
         length: length.max(f64::MIN_POSITIVE),
-        time,
+        time: duration(times),
         origin: mean.into(),
         axes: [axis(0), axis(1), axis(2)],
     }
+}
+
+/// Time from the first to the last sample.
+pub(super) fn duration(times: &[f64]) -> f64 {
+    times.last().zip(times.first()).map_or(1.0, |(last, first)| last - first)
 }
 
 /// The point nearest to the lines along the accelerations of a path in space, the centre of a central force.
@@ -44,8 +49,22 @@ fn meeting_point(track: &Track) -> Option<[f64; 3]> {
     point.iter().all(|p| p.is_finite()).then(|| point.into())
 }
 
-/// The candidate's own starts, those of them with a fitted centre once more with the centre where the
-/// accelerations meet.
+/// Distance in extents of the path at which centres are tried along its principal axes.
+const AROUND: f64 = 0.75;
+
+/// Places where the centre of a force on a point may lie: where accelerations meet, and around the path.
+fn centers(track: &Track, scales: &Scales) -> Vec<[f64; 3]> {
+    let mut found: Vec<[f64; 3]> = meeting_point(track).into_iter().collect();
+    for axis in scales.axes {
+        for distance in [AROUND, -AROUND] {
+            let step = distance * scales.length;
+            found.push(std::array::from_fn(|i| scales.origin[i] + step * axis[i]));
+        }
+    }
+    found
+}
+
+/// The candidate's own starts, those of them with a fitted centre once more with other centres.
 fn all_starts(candidate: &Candidate, track: &Track, scales: &Scales) -> Vec<Vec<f64>> {
     let mut starts = candidate.starts(scales);
     let table = candidate.parameters(scales);
@@ -53,17 +72,68 @@ fn all_starts(candidate: &Candidate, track: &Track, scales: &Scales) -> Vec<Vec<
     if candidate.coordinates.freedoms() != 3 || candidate.coordinates.has_rotation() || places.len() != 3 {
         return starts;
     }
-    if let Some(point) = meeting_point(track) {
+    let own = starts.clone();
+    for point in centers(track, scales) {
         let moved = |start: &Vec<f64>| {
             let mut start = start.clone();
             places.iter().zip(point).for_each(|(&i, p)| start[i] = p.clamp(table[i].lower, table[i].upper));
             start
         };
-        let mut more: Vec<Vec<f64>> = starts.iter().map(moved).collect();
-        more.dedup();
-        starts.extend(more);
+        starts.extend(own.iter().map(moved));
     }
     starts
+}
+
+/// Starts whose places are improved, the best by regression.
+const IMPROVED: usize = 6;
+/// Share by which what regressions leave must differ for them to count as two.
+const APART: f64 = 0.01;
+
+/// Regression of what enters linearly, as a function of the other parameters.
+struct Places<'a> {
+    candidate: &'a Candidate,
+    track: &'a Track,
+    parameters: &'a [f64],
+    /// Parameters that do not enter linearly, and their bounds.
+    indices: Vec<usize>,
+    unknowns: Vec<Unknown>,
+}
+
+impl Places<'_> {
+    fn regress(&self, values: &[f64]) -> Option<Regression> {
+        let mut parameters = self.parameters.to_vec();
+        self.indices.iter().zip(values).for_each(|(&i, value)| parameters[i] = *value);
+        regress(self.candidate, self.track, &parameters)
+    }
+}
+
+impl Problem for Places<'_> {
+    fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+
+    fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
+        self.regress(values).map(|regression| regression.residuals)
+    }
+}
+
+/// Moves places and exponents such that the regression leaves less.
+fn improved(candidate: &Candidate, track: &Track, scales: &Scales, from: Regression) -> Regression {
+    let table = candidate.parameters(scales);
+    let mut indices: Vec<usize> = (0..table.len()).collect();
+    indices.retain(|&i| matches!(table[i].entry, Entry::Place | Entry::Nonlinear));
+    let unknown = |&i: &usize| {
+        let FreeParameter { scale, lower, upper, .. } = table[i];
+        Unknown { scale, lower, upper }
+    };
+    let unknowns: Vec<Unknown> = indices.iter().map(unknown).collect();
+    let values: Vec<f64> = indices.iter().map(|&i| from.parameters[i]).collect();
+    // What is left is relative to the forces: a change by a millionth is below any noise.
+    let settings = Settings { iterations: 12, threshold: f64::INFINITY, tolerance: 1e-6 };
+    let problem = Places { candidate, track, parameters: &from.parameters, indices, unknowns };
+    let minimum = minimise(&problem, &values, &settings);
+    let better = minimum.and_then(|m| problem.regress(&m.values)).filter(|r| r.left < from.left);
+    better.unwrap_or(from)
 }
 
 /// First values of the parameters, the best first, at most `most`.
@@ -72,8 +142,12 @@ pub fn first_values(candidate: &Candidate, track: &Track, scales: &Scales, most:
     let starts = all_starts(candidate, track, scales);
     let mut found: Vec<Regression> = starts.iter().filter_map(|s| regress(candidate, track, s)).collect();
     found.sort_by(|a, b| a.left.total_cmp(&b.left));
-    let mut values: Vec<Vec<f64>> = found.into_iter().map(|regression| regression.parameters).collect();
-    values.dedup();
-    values.truncate(most);
-    values
+    found.dedup_by(|a, b| a.left - b.left <= APART * b.left);
+    if candidate.columns() < candidate.parameter_count() {
+        found.truncate(IMPROVED);
+        found = found.into_iter().map(|r| improved(candidate, track, scales, r)).collect();
+        found.sort_by(|a, b| a.left.total_cmp(&b.left));
+        found.dedup_by(|a, b| a.left - b.left <= APART * b.left);
+    }
+    found.into_iter().take(most).map(|regression| regression.parameters).collect()
 }

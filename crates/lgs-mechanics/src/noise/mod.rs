@@ -1,16 +1,18 @@
 //! Noise of tracks: its level and its correlation from sample to sample, for each object and coordinate.
 //!
 //! A track is a smooth path and an autoregressive process of first order, `e_{k+1} = ρ e_k + ε`. The smooth
-//! path is a polynomial in time whose degree is chosen by the Bayesian information criterion; ρ and the
-//! variance follow from the restricted likelihood, which accounts for what the path takes up of the noise.
-//! Everything is in units of the track, and nothing depends on them.
+//! path is a series of polynomials in time whose coefficients are integrated out of the likelihood, so that ρ
+//! and the variance account for what the path takes up of the noise. Everything is in units of the track, and
+//! nothing depends on them.
 
 mod polynomial;
-mod restricted;
+mod smooth;
+mod spacing;
 #[cfg(test)]
 mod tests;
 
-pub use restricted::SmoothPath;
+pub use smooth::SmoothPath;
+pub use spacing::Spacing;
 
 use crate::coordinates::Coordinates;
 
@@ -19,21 +21,16 @@ use crate::coordinates::Coordinates;
 pub struct Noise {
     /// Standard deviation, units of the track.
     pub deviation: f64,
-    /// Correlation of neighbouring samples, ρ.
+    /// Correlation of samples at the usual distance in time, ρ.
     pub correlation: f64,
 }
 
 impl Noise {
-    /// Share of the samples that count as independent, `(1 − ρ)/(1 + ρ)`.
+    /// Factors, one for each sample, that turn residuals into ones whose sum of squares is a χ² of the
+    /// samples that count as independent.
     #[must_use]
-    pub fn share(&self) -> f64 {
-        (1.0 - self.correlation) / (1.0 + self.correlation)
-    }
-
-    /// Factor that turns residuals into ones whose sum of squares is a χ² of the independent samples.
-    #[must_use]
-    pub fn weight(&self) -> f64 {
-        self.share().sqrt() / self.deviation
+    pub fn weights(&self, spacing: &Spacing) -> Vec<f64> {
+        spacing.shares(self.correlation).iter().map(|share| share.sqrt() / self.deviation).collect()
     }
 }
 

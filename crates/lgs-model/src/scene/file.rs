@@ -20,7 +20,7 @@ pub enum SceneError {
     #[error(transparent)]
     File(#[from] TensorFileError),
     /// The Gaussians do not fit together.
-    #[error("{path}: {part} Gaussians: {source}")]
+    #[error("{part} Gaussians: {source}: {path}")]
     Cloud {
         /// File.
         path: std::path::PathBuf,
@@ -29,6 +29,17 @@ pub enum SceneError {
         /// Defect.
         source: CloudError,
     },
+}
+
+impl SceneError {
+    /// The file that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(error) => error.path(),
+            Self::Cloud { path, .. } => path,
+        }
+    }
 }
 
 /// Adds a cloud's arrays under a prefix.

@@ -58,7 +58,7 @@ pub enum SourceError {
     #[error(transparent)]
     File(#[from] TensorFileError),
     /// The Gaussians do not fit together.
-    #[error("{path}: canonical Gaussians: {source}")]
+    #[error("canonical Gaussians: {source}: {path}")]
     Cloud {
         /// File.
         path: PathBuf,
@@ -85,7 +85,22 @@ pub enum SourceError {
     },
 }
 
-/// What [`import_source`] makes of a file or folder.
+impl SourceError {
+    /// The file or folder that the error is about.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::File(error) => error.path(),
+            Self::Frames(error) => error.path(),
+            Self::Checkpoint(error) => error.path(),
+            Self::Splats(error) => error.path(),
+            Self::Folder(error) => error.path(),
+            Self::Cloud { path, .. } | Self::NoIteration { path } => path,
+        }
+    }
+}
+
+/// The kind of source model that [`import_source`] makes of a file or folder.
 #[must_use]
 pub fn imported_kind(path: &Path) -> SourceKind {
     if is_official_defgs(path) { SourceKind::Defgs } else { SourceKind::Frames }

@@ -45,14 +45,6 @@ pub struct RasterTensors {
     pub radii: Tensor<1, Int>,
 }
 
-impl RasterTensors {
-    /// Which Gaussians can touch the image, read from the device.
-    #[must_use]
-    pub fn visible(&self) -> Vec<bool> {
-        self.radii.to_data().iter::<i32>().map(|radius| radius > 0).collect()
-    }
-}
-
 /// Draws Gaussians over a background; differentiable by every tensor of `splats`.
 ///
 /// # Panics

@@ -1,5 +1,5 @@
-//! The step between the time of FreeGave's deformation and that of an image, through which its velocity field
-//! is trained (method §3.2).
+//! Advection from the time of FreeGave's deformation to that of an image, through which its velocity field is
+//! trained (method §3.2).
 
 use lgs_core::stream;
 use lgs_model::source::VelocityConfig;
@@ -38,13 +38,13 @@ impl AdvectionConfig {
         Self { length: 0.1, share: 0.0, longest_step: 0.05, turns: true, agreement: 3.0 }
     }
 
-    /// As published.
+    /// The published values.
     #[must_use]
     pub fn paper() -> Self {
         Self { length: 1.0 / 60.0, share: 1.0, longest_step: 0.0, turns: false, agreement: 0.0 }
     }
 
-    /// What is wrong with the values, as (field, reason).
+    /// Checks the values; a refusal is (field, reason).
     pub(super) fn validate(&self) -> Result<(), (String, String)> {
         let refuse = |field: &str, reason: String| Err((field.to_owned(), reason));
         let Self { length, share, longest_step, agreement, .. } = *self;
@@ -70,8 +70,8 @@ impl Default for AdvectionConfig {
     }
 }
 
-/// The training step (method §3.2): from an advection step before or after the frame's time, or from T* for
-/// what lies beyond it.
+/// The advection of a training step (method §3.2): from a time before or after that of the frame, or from T*
+/// where the frame lies beyond it.
 pub(super) fn training_advection(
     velocity: &VelocityConfig,
     config: &AdvectionConfig,

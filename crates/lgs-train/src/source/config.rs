@@ -7,23 +7,20 @@ use super::advection::AdvectionConfig;
 use super::config_groups::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
+use crate::thresholds::{MAX_STRETCH, REFERENCE_WIDTH};
 
-/// Image width that the quick preset's iterations are for, pixels.
-const REFERENCE_WIDTH: f32 = 160.0;
-/// Largest factor that larger images bring.
-const MOST_STRETCH: f32 = 3.0;
-
-/// What counts of iterations are multiplied by: the factor given, or if that is 0, one by the images' width.
+/// The factor of all counts of iterations: the one given or, if that is 0, one that follows from the images'
+/// width.
 #[must_use]
 pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
-    f64::from(if given > 0.0 { given } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MOST_STRETCH) })
+    f64::from(if given > 0.0 { given } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MAX_STRETCH) })
 }
 
 /// Training of a source model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SourceConfig {
-    /// What the source model is. It decides the defaults of everything below.
+    /// Kind of the source model, which decides the defaults of everything below.
     pub kind: SourceKind,
     /// File or folder that the source model is taken from instead of being trained: frames for the kind
     /// `frames`, a folder of the authors' program for `defgs`; empty: it is trained.
@@ -35,9 +32,9 @@ pub struct SourceConfig {
     pub iterations: usize,
     /// The deformation network is active from this iteration on (paper: 3000).
     pub warmup_iterations: usize,
-    /// What the warm-up sees (paper: all).
+    /// Frames that the warm-up sees (paper: all).
     pub warmup_frames: WarmupFrames,
-    /// Viewpoints that the first frames must hold, if the warm-up sees only these.
+    /// Viewpoints that the first frames must show, if the warm-up sees only these.
     pub warmup_cameras: usize,
     /// Steps in which the time window grows to the whole after the warm-up (paper: 1, at once; FreeGave: 8).
     pub window_steps: usize,
@@ -51,7 +48,7 @@ pub struct SourceConfig {
     pub edge_repeats: usize,
     /// Gaussians to start with if the dataset ships no points (paper: 100 000).
     pub initial_gaussians: usize,
-    /// Where they are put (paper: random).
+    /// Placement of these Gaussians (paper: random).
     pub initial_points: InitialPoints,
     /// Half edge of the initial box, world units (paper: 1.3, around the origin); 0: inferred from the
     /// cameras.
@@ -71,21 +68,21 @@ pub struct SourceConfig {
     /// The velocity field that goes on where the deformation ends: FreeGave alone has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocityConfig>,
-    /// How it is trained.
+    /// Training of the velocity field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advection: Option<AdvectionConfig>,
-    /// Learning rates.
+    /// Learning rates of Gaussians and networks.
     pub learning_rates: LearningRates,
-    /// Densification.
+    /// Adaptive density.
     pub densify: DensifyConfig,
-    /// Rigidity of neighbours.
+    /// The prior that neighbours keep their distances.
     pub rigidity: RigidityConfig,
-    /// Guidance by silhouettes.
+    /// The prior that Gaussians follow the paths of silhouettes.
     pub guide: GuideConfig,
-    /// Weight of the mean displacement of what hardly moves (paper: 0, none): keeps static surroundings
-    /// static.
+    /// Weight of the mean displacement of Gaussians that hardly move (paper: 0, none), which keeps static
+    /// surroundings static.
     pub static_regulariser: f32,
-    /// Iteration from which on it acts: what moves must have been found by then, or it is held back.
+    /// Iteration from which on the static regulariser acts; motion that is not learned by then is suppressed.
     pub static_regulariser_after: usize,
 }
 

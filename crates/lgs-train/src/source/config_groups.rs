@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::SourceConfig;
 
-/// Which frames the static warm-up sees.
+/// The frames that the static warm-up sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarmupFrames {
@@ -15,14 +15,13 @@ pub enum WarmupFrames {
     First,
 }
 
-/// Where the first Gaussians are put if the dataset ships no points.
+/// Placement of the first Gaussians if the dataset ships no points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InitialPoints {
-    /// Uniformly in the box.
+    /// Uniformly distributed in the box.
     Random,
-    /// On the surface of the visual hull of the first frames' alpha; uniformly in the box where that says too
-    /// little.
+    /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little.
     Hull,
 }
 
@@ -30,30 +29,30 @@ pub enum InitialPoints {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LearningRates {
-    /// Positions at the start, world units per step (paper: 8e-4).
+    /// Rate of positions at the start, world units per step (paper: 8e-4).
     pub position_start: f64,
-    /// Positions at the end (paper: 8e-6).
+    /// Rate of positions at the end (paper: 8e-6).
     pub position_end: f64,
-    /// Steps over which they decay (paper: 30 000); 0: all iterations.
+    /// Steps over which the rate of positions decays (paper: 30 000); 0: all iterations.
     pub position_steps: usize,
-    /// Colour, constant coefficient (paper: 2.5e-3).
+    /// Rate of the constant coefficient of colours (paper: 2.5e-3).
     pub sh: f64,
-    /// Colour, other coefficients (paper: 1.25e-4).
+    /// Rate of the other coefficients of colours (paper: 1.25e-4).
     pub sh_rest: f64,
-    /// Opacity logits (paper: 0.05).
+    /// Rate of opacity logits (paper: 0.05).
     pub opacity: f64,
-    /// Log scales (paper: 5e-3).
+    /// Rate of log scales (paper: 5e-3).
     pub scale: f64,
-    /// Quaternions (paper: 1e-3).
+    /// Rate of quaternions (paper: 1e-3).
     pub rotation: f64,
-    /// Deformation network at the start (paper: 8e-4).
+    /// Rate of the deformation network at the start (paper: 8e-4).
     pub deformation_start: f64,
     /// Steps over which the network's rate first rises to its start value (paper: 0). Adam's first steps are
     /// full steps in every weight, whatever the gradient; at high rates they can silence the network.
     pub deformation_ramp: usize,
-    /// Deformation network at the end (paper: 1.6e-6).
+    /// Rate of the deformation network at the end (paper: 1.6e-6).
     pub deformation_end: f64,
-    /// Steps over which it decays (paper: 40 000); 0: all iterations.
+    /// Steps over which the rate of the network decays (paper: 40 000); 0: all iterations.
     pub deformation_steps: usize,
 }
 
@@ -67,11 +66,11 @@ impl Default for LearningRates {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DensifyConfig {
-    /// Acts after this iteration (paper: 500).
+    /// Densification acts after this iteration (paper: 500).
     pub after: usize,
-    /// Acts before this iteration (paper: 15 000).
+    /// Densification acts before this iteration (paper: 15 000).
     pub before: usize,
-    /// Acts every so many iterations (paper: 100).
+    /// Iterations between two densifications (paper: 100).
     pub interval: usize,
     /// Mean NDC gradient from which a Gaussian is cloned or split (paper: 2e-4). Lower makes more Gaussians.
     pub gradient_threshold: f32,
@@ -92,7 +91,8 @@ pub struct DensifyConfig {
     pub opacity_reset_interval: usize,
     /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
     pub white_reset_at: usize,
-    /// Most Gaussians; where more qualify, those with the largest gradients are taken. 0: no limit (paper).
+    /// Largest number of Gaussians; where more qualify, those with the largest gradients are taken. 0: no
+    /// limit (paper).
     pub max_gaussians: usize,
 }
 
@@ -102,8 +102,8 @@ impl Default for DensifyConfig {
     }
 }
 
-/// A pull of neighbouring Gaussians towards constant distances, which keeps what the images cannot see moving
-/// with what they can.
+/// A prior that neighbouring Gaussians keep their distances, so that those that no image shows move with
+/// those that images show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RigidityConfig {
@@ -121,8 +121,8 @@ impl Default for RigidityConfig {
     }
 }
 
-/// A pull of what the silhouettes of still cameras show moving towards the paths they tell (`crate::tracks`):
-/// for sets with few images of each moment.
+/// A prior for sets with few images of each moment: Gaussians follow the paths that the silhouettes of still
+/// cameras give (`crate::tracks`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GuideConfig {

@@ -1,5 +1,4 @@
-//! Adaptive density (method §3.4) as data: statistics of gradients, and the plan that they and the Gaussians'
-//! attributes ask for.
+//! Adaptive density (method §3.4) as data: the plan that the Gaussians' attributes ask for.
 //!
 //! A plan is pure data. Applying it gives this order: kept Gaussians, clones, first children of the split
 //! ones, second children; the pruning that the authors do last is worked out beforehand, since clones and
@@ -9,62 +8,27 @@ use lgs_core::linear::{mat_vec, matrix_from_quat, quat_normalize};
 use rand::RngExt;
 
 use super::config_groups::DensifyConfig;
+use crate::thresholds::{FEWEST_GAUSSIANS, SPLIT_SHRINK};
 
-/// Children have their parent's scale divided by this (0.8 · 2 children).
-const SPLIT_SHRINK: f32 = 1.6;
-
-/// Fewest Gaussians that pruning leaves, so that a scene never becomes empty.
-const MIN_GAUSSIANS: usize = 16;
-
-/// Sums since the last densification.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct DensifyStatistics {
-    /// Sum of NDC gradient norms, per Gaussian.
-    pub(super) gradient_sum: Vec<f32>,
-    /// Images in which it was visible.
-    pub(super) count: Vec<f32>,
-}
-
-impl DensifyStatistics {
-    /// Nothing seen yet of `n` Gaussians.
-    pub(super) fn new(n: usize) -> Self {
-        Self { gradient_sum: vec![0.0; n], count: vec![0.0; n] }
-    }
-
-    /// Adds one image of a width and a height: gradients by the projected centres in pixels, `[n, 2]`, which
-    /// are turned into NDC by half the image size.
-    pub(super) fn observe(&mut self, v_means2d: &[[f32; 2]], visible: &[bool], size: [u32; 2]) {
-        let half = size.map(|pixels| 0.5 * pixels as f32);
-        for (i, (v, &visible)) in v_means2d.iter().zip(visible).enumerate() {
-            if visible {
-                self.gradient_sum[i] += (v[0] * half[0]).hypot(v[1] * half[1]);
-                self.count[i] += 1.0;
-            }
-        }
-    }
-
-    fn mean(&self, index: usize) -> f32 {
-        if self.count[index] > 0.0 { self.gradient_sum[index] / self.count[index] } else { 0.0 }
-    }
-}
-
-/// What a Gaussian is judged by.
+/// Properties of Gaussians that decide what becomes of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Attributes<'a> {
+    /// Mean norms of the gradients by the projected centres, NDC.
+    pub(super) gradients: &'a [f32],
     /// Largest standard deviation of each, world units.
     pub(super) max_scales: &'a [f32],
     /// Opacities in (0, 1).
     pub(super) opacities: &'a [f32],
     /// Extent of the scene (method §1), world units.
     pub(super) extent: f32,
-    /// Which lie too far out to be kept.
+    /// Gaussians that lie too far out to be kept.
     pub(super) outside: &'a [bool],
 }
 
 /// Which Gaussians stay as they are, and which are the parents of new ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct DensifyPlan {
-    /// Kept.
+    /// Gaussians that stay as they are.
     pub(super) keep: Vec<usize>,
     /// Parents of exact copies.
     pub(super) clone: Vec<usize>,
@@ -74,22 +38,16 @@ pub(super) struct DensifyPlan {
 
 impl DensifyPlan {
     /// Decides for all Gaussians after an iteration.
-    pub(super) fn new(
-        config: &DensifyConfig,
-        statistics: &DensifyStatistics,
-        attributes: Attributes<'_>,
-        iteration: usize,
-    ) -> Self {
-        let n = attributes.opacities.len();
+    pub(super) fn new(config: &DensifyConfig, attributes: Attributes<'_>, iteration: usize) -> Self {
+        let (n, gradients) = (attributes.opacities.len(), attributes.gradients);
         let large = config.prune_extent * attributes.extent;
         let survives = |i: usize, shrink: f32| {
             let too_large = iteration > config.prune_large_after && attributes.max_scales[i] / shrink > large;
             attributes.opacities[i] >= config.min_opacity && !too_large && !attributes.outside[i]
         };
-        let mut chosen: Vec<usize> =
-            (0..n).filter(|&i| statistics.mean(i) >= config.gradient_threshold).collect();
+        let mut chosen: Vec<usize> = (0..n).filter(|&i| gradients[i] >= config.gradient_threshold).collect();
         if config.max_gaussians > 0 {
-            chosen.sort_by(|&a, &b| statistics.mean(b).total_cmp(&statistics.mean(a)).then(a.cmp(&b)));
+            chosen.sort_by(|&a, &b| gradients[b].total_cmp(&gradients[a]).then(a.cmp(&b)));
             chosen.truncate(config.max_gaussians.saturating_sub(n));
             chosen.sort_unstable();
         }
@@ -99,8 +57,8 @@ impl DensifyPlan {
             (0..n).filter(|&i| survives(i, 1.0) && split.binary_search(&i).is_err()).collect();
         let clone: Vec<usize> = clone.into_iter().filter(|&i| survives(i, 1.0)).collect();
         let split: Vec<usize> = split.into_iter().filter(|&i| survives(i, SPLIT_SHRINK)).collect();
-        if keep.len() + clone.len() + 2 * split.len() < MIN_GAUSSIANS.min(n) {
-            keep = most_opaque(attributes.opacities, MIN_GAUSSIANS.min(n));
+        if keep.len() + clone.len() + 2 * split.len() < FEWEST_GAUSSIANS.min(n) {
+            keep = most_opaque(attributes.opacities, FEWEST_GAUSSIANS.min(n));
         }
         Self { keep, clone, split }
     }
@@ -152,20 +110,10 @@ fn standard_normal(random: &mut lgs_core::Stream) -> f32 {
 mod tests {
     use super::*;
 
-    fn statistics(means: &[f32]) -> DensifyStatistics {
-        DensifyStatistics {
-            gradient_sum: means.iter().map(|m| 2.0 * m).collect(),
-            count: vec![2.0; means.len()],
-        }
-    }
-
-    #[test]
-    fn the_statistic_is_the_mean_ndc_gradient_over_images_that_show_the_gaussian() {
-        let mut statistics = DensifyStatistics::new(2);
-        statistics.observe(&[[0.01, 0.0], [5.0, 5.0]], &[true, false], [200, 100]);
-        statistics.observe(&[[0.0, 0.04], [5.0, 5.0]], &[true, false], [200, 100]);
-        assert!((statistics.mean(0) - 1.5).abs() < 1e-6);
-        assert_eq!(statistics.mean(1), 0.0);
+    /// Attributes of twenty Gaussians of an opacity.
+    fn twenty<'a>(gradients: &'a [f32], opacities: &'a [f32]) -> Attributes<'a> {
+        let (max_scales, outside) = (&[0.01; 20], &[false; 20]);
+        Attributes { gradients, max_scales, opacities, extent: 4.0, outside }
     }
 
     #[test]
@@ -178,23 +126,19 @@ mod tests {
         scales[4] = 0.9;
         let mut gradients = vec![0.0; many];
         gradients[..4].copy_from_slice(&[3e-4; 4]);
-        let statistics = statistics(&gradients);
-        let attributes =
-            Attributes { max_scales: &scales, opacities: &opacities, extent: 4.0, outside: &[false; 20] };
-        let early = DensifyPlan::new(&config, &statistics, attributes, 600);
+        let attributes = Attributes { max_scales: &scales, ..twenty(&gradients, &opacities) };
+        let early = DensifyPlan::new(&config, attributes, 600);
         assert_eq!((early.clone.as_slice(), early.split.as_slice()), ([0, 2].as_slice(), [1].as_slice()));
         assert!(!early.keep.contains(&1) && !early.keep.contains(&3) && early.keep.contains(&4));
         assert_eq!(early.parents().collect::<Vec<_>>(), [0, 2, 1, 1]);
-        let late = DensifyPlan::new(&config, &statistics, attributes, 3100);
+        let late = DensifyPlan::new(&config, attributes, 3100);
         assert!(!late.keep.contains(&4), "0.9 is above a tenth of the extent");
     }
 
     #[test]
     fn pruning_never_empties_a_scene() {
         let opacities: Vec<f32> = (0..20).map(|i| 1e-5 * i as f32).collect();
-        let attributes =
-            Attributes { max_scales: &[0.01; 20], opacities: &opacities, extent: 4.0, outside: &[false; 20] };
-        let plan = DensifyPlan::new(&DensifyConfig::paper(), &DensifyStatistics::new(20), attributes, 600);
+        let plan = DensifyPlan::new(&DensifyConfig::paper(), twenty(&[0.0; 20], &opacities), 600);
         assert_eq!(plan.keep, (4..20).collect::<Vec<_>>());
     }
 
@@ -202,9 +146,7 @@ mod tests {
     fn a_limit_takes_the_largest_gradients() {
         let config = DensifyConfig { max_gaussians: 22, ..DensifyConfig::paper() };
         let gradients: Vec<f32> = (0..20).map(|i| 1e-3 * (i as f32 + 1.0)).collect();
-        let attributes =
-            Attributes { max_scales: &[0.01; 20], opacities: &[0.5; 20], extent: 4.0, outside: &[false; 20] };
-        let plan = DensifyPlan::new(&config, &statistics(&gradients), attributes, 600);
+        let plan = DensifyPlan::new(&config, twenty(&gradients, &[0.5; 20]), 600);
         assert_eq!(plan.clone, [18, 19]);
         assert_eq!(plan.keep.len(), 20);
     }

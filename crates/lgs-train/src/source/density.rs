@@ -7,21 +7,21 @@ use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::RasterTensors;
 
 use super::config_groups::DensifyConfig;
-use super::densify::{Attributes, DensifyPlan, DensifyStatistics, new_shapes};
+use super::densify::{Attributes, DensifyPlan, new_shapes};
+use super::statistics::DensifyStatistics;
 use crate::adam::values;
 use crate::cloud_tensors::{host_rows, row_indices, rows};
+use crate::thresholds::RESET_OPACITY;
 use crate::trainable_cloud::TrainableCloud;
-
-/// Opacity that a reset lowers to (method §3.4).
-const RESET_OPACITY: f32 = 0.01;
 
 /// Parameters that an iteration has replaced, so that their gradients have lost their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Replaced {
+    /// All parameters are as they were.
     Nothing,
-    /// By a reset.
+    /// Opacities were reset.
     Opacities,
-    /// By densification, which changes the number of Gaussians.
+    /// Densification has changed the number of Gaussians.
     Gaussians,
 }
 
@@ -36,10 +36,11 @@ pub(super) struct DensityControl {
 }
 
 impl DensityControl {
-    pub(super) fn new(dataset: &Dataset, config: &DensifyConfig, gaussians: usize, seed: u64) -> Self {
+    /// Control of the density of a fresh cloud.
+    pub(super) fn new(dataset: &Dataset, config: &DensifyConfig, cloud: &TrainableCloud, seed: u64) -> Self {
         Self {
             config: config.clone(),
-            statistics: DensifyStatistics::new(gaussians),
+            statistics: DensifyStatistics::new(cloud.len(), &cloud.means.device()),
             extent: dataset.extent(),
             bounds: dataset.scene_box(),
             has_white_background: dataset.background == [1.0; 3],
@@ -56,8 +57,7 @@ impl DensityControl {
         iteration: usize,
     ) {
         if iteration < self.config.before {
-            let rows: Vec<[f32; 2]> = host_rows(gradient);
-            self.statistics.observe(&rows, &drawn.visible(), [camera.width, camera.height]);
+            self.statistics.observe(gradient, &drawn.radii, camera);
         }
     }
 
@@ -75,7 +75,7 @@ impl DensityControl {
             let _span = tracing::trace_span!("densify").entered();
             let plan = self.plan(cloud, iteration);
             densify(cloud, &plan, &mut stream(self.seed, "split", iteration as u64));
-            self.statistics = DensifyStatistics::new(cloud.len());
+            self.statistics = DensifyStatistics::new(cloud.len(), &cloud.means.device());
             replaced = Replaced::Gaussians;
         }
         if is_reset {
@@ -94,35 +94,27 @@ impl DensityControl {
             |p: &[f32; 3]| reach > 0.0 && (0..3).any(|i| (p[i] - self.bounds.center[i]).abs() > reach);
         let outside: Vec<bool> = host_rows(&cloud.means.value()).iter().map(is_outside).collect();
         let attributes = Attributes {
+            gradients: &self.statistics.means(),
             max_scales: &max_scales,
             opacities: &opacities,
             extent: self.extent,
             outside: &outside,
         };
-        DensifyPlan::new(&self.config, &self.statistics, attributes, iteration)
+        DensifyPlan::new(&self.config, attributes, iteration)
     }
 
     /// Adds the statistics to a checkpoint.
     pub(super) fn insert_into(&self, file: &mut TensorFile) {
-        let n = self.statistics.count.len();
-        file.insert("densify.gradient_sum", &[n], &self.statistics.gradient_sum);
-        file.insert("densify.count", &[n], &self.statistics.count);
+        self.statistics.insert_into(file);
     }
 
-    /// Reads the statistics of `n` Gaussians from a checkpoint.
-    pub(super) fn restore(&mut self, file: &TensorFile, n: usize) -> Result<(), TensorFileError> {
-        let per_gaussian = |name: &str| {
-            let (shape, values) = file.values(name)?;
-            if shape == [n] {
-                Ok(values.to_vec())
-            } else {
-                Err(file.field(name, &format!("shape [{n}]"), format!("{shape:?}")))
-            }
-        };
-        self.statistics = DensifyStatistics {
-            gradient_sum: per_gaussian("densify.gradient_sum")?,
-            count: per_gaussian("densify.count")?,
-        };
+    /// Reads the statistics of the Gaussians of a cloud from a checkpoint.
+    pub(super) fn restore(
+        &mut self,
+        file: &TensorFile,
+        cloud: &TrainableCloud,
+    ) -> Result<(), TensorFileError> {
+        self.statistics = DensifyStatistics::read_from(file, cloud.len(), &cloud.means.device())?;
         Ok(())
     }
 }

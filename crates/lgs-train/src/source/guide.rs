@@ -1,4 +1,4 @@
-//! A pull of the Gaussians of a tracked thing towards its path, as a gradient by the deformed positions.
+//! The prior that the Gaussians of a tracked thing follow its path, as a gradient by the deformed positions.
 //!
 //! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
 //! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical
@@ -11,12 +11,10 @@ use lgs_data::dataset::Dataset;
 
 use super::config_groups::GuideConfig;
 use crate::cloud_tensors::rows;
+use crate::thresholds::GUIDED_RADII;
 use crate::tracks::{Track, find_tracks};
 
-/// Radius of the ball around a path's start whose Gaussians follow it, in radii of the track.
-const BALL: f32 = 1.1;
-
-/// The paths that motion is guided by.
+/// The paths that guide a motion.
 pub(super) struct Guide {
     tracks: Vec<Track>,
     start: f32,
@@ -60,7 +58,7 @@ impl Guide {
     ) -> Tensor<2> {
         let distances = self.tracks.iter().map(|track| self.distance(track, canonical)).collect();
         let (nearest, owner) = Tensor::cat(distances, 1).min_dim_with_indices(1);
-        let is_owned = nearest.lower_elem(BALL);
+        let is_owned = nearest.lower_elem(GUIDED_RADII);
         let moved = deformed.clone() - canonical.clone();
         let mut gradient = deformed.zeros_like();
         for (index, track) in self.tracks.iter().enumerate() {

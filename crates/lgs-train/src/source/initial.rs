@@ -8,20 +8,8 @@ use rand::RngExt;
 
 use super::config::SourceConfig;
 use super::config_groups::InitialPoints;
+use crate::thresholds::{FIRST_OPACITY, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, TRACKED_FRACTION};
 use crate::tracks::Track;
-
-/// Opacity of a fresh Gaussian, as 3D Gaussian splatting has it.
-const OPACITY: f32 = 0.1;
-
-/// Smallest mean squared neighbour distance, as 3D Gaussian splatting has it.
-const MIN_SQUARED_DISTANCE: f32 = 1e-7;
-
-/// Fraction of the points asked for that carving must find; with fewer, silhouettes say too little and the
-/// whole box is filled.
-const LEAST_CARVED_FRACTION: f32 = 0.25;
-
-/// Fraction of the points that fill the balls at the starts of the tracks.
-const TRACKED_FRACTION: f32 = 0.6;
 
 /// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same
 /// seed.
@@ -46,7 +34,7 @@ pub(super) fn initial_cloud(
         means: points.positions,
         rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
         log_scales: squared.iter().map(|&d| [0.5 * d.max(MIN_SQUARED_DISTANCE).ln(); 3]).collect(),
-        raw_opacities: vec![(OPACITY / (1.0 - OPACITY)).ln(); n],
+        raw_opacities: vec![(FIRST_OPACITY / (1.0 - FIRST_OPACITY)).ln(); n],
         sh,
         sh_degree: config.sh_degree,
     }

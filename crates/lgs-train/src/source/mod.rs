@@ -18,6 +18,7 @@ mod priors;
 mod rigidity;
 mod schedule;
 mod static_regulariser;
+mod statistics;
 mod trainer;
 mod validate;
 

@@ -1,4 +1,4 @@
-//! What moves the Gaussians of a trained source model: the one part of the trainer that knows which kind it
+//! The motion of a trained source model's Gaussians: the one part of the trainer that knows which kind it
 //! trains.
 
 use std::sync::Arc;
@@ -17,19 +17,20 @@ use rand::RngExt;
 use super::advection::{AdvectionConfig, training_advection};
 use super::config::SourceConfig;
 use crate::cloud_tensors::{CloudTensors, row_indices};
+use crate::thresholds::AGREEMENT_STRIDE;
 
-/// A frame's time, and when in training it is seen.
+/// The time of a training frame, and the state of the schedule when it is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Moment {
     pub(super) time: f32,
     pub(super) iteration: usize,
-    /// Last time that training has come to.
+    /// End of the time window that training has grown to.
     pub(super) window_end: f32,
 }
 
 /// Networks that move Gaussians, without their parameters, which the trainer keeps as one flat vector.
 pub(super) trait SourceMotion {
-    /// Fresh parameters.
+    /// Parameters at the start of training.
     fn init(&self, seed: u64) -> Vec<f32>;
 
     /// Number of parameters.
@@ -39,10 +40,11 @@ pub(super) trait SourceMotion {
     /// in training.
     fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2>;
 
-    /// What the motion is to cost beside what images say of it, for canonical Gaussians that are constants.
+    /// The cost of the motion beside the photometric loss, for canonical Gaussians that are constants;
+    /// nothing where the kind has none.
     fn prior(&self, network: &Tensor<1>, canonical: &Canonical, at: Moment) -> Option<Tensor<1>>;
 
-    /// What pose rows do to scales.
+    /// The effect of pose rows on scales.
     fn scale_mode(&self) -> ScaleMode;
 
     /// The model of canonical Gaussians and parameters.
@@ -55,7 +57,7 @@ pub(super) struct Canonical {
     pub(super) rotations: Tensor<2>,
 }
 
-/// What training a kind of source model needs beside its configuration.
+/// Properties of the captured sequence that training a kind of source model needs beside its configuration.
 #[derive(Clone, Copy)]
 pub(super) struct Captured {
     /// The map of positions before encoding.
@@ -92,7 +94,7 @@ pub(super) fn source_motion(config: &SourceConfig, captured: Captured) -> Box<dy
     }
 }
 
-/// DefGS.
+/// The motion of DefGS: a deformation network.
 struct Displacement {
     config: DeformationConfig,
     frame: InputFrame,
@@ -132,10 +134,7 @@ impl SourceMotion for Displacement {
     }
 }
 
-/// One in so many Gaussians is asked whether velocity field and deformation agree.
-const EVERY: usize = 4;
-
-/// FreeGave.
+/// The motion of FreeGave: a deformation network and a velocity field.
 struct Flow {
     config: Arc<FreeGaveConfig>,
     advection: AdvectionConfig,
@@ -172,7 +171,8 @@ impl SourceMotion for Flow {
         }
         let mut random = stream(self.captured.seed, "agreement", at.iteration as u64);
         let from = random.random_range(0.0..last);
-        let chosen = (random.random_range(0..EVERY)..canonical.means.dims()[0]).step_by(EVERY);
+        let chosen =
+            (random.random_range(0..AGREEMENT_STRIDE)..canonical.means.dims()[0]).step_by(AGREEMENT_STRIDE);
         let chosen = row_indices(chosen, &canonical.means.device());
         let [means, rotations] =
             [&canonical.means, &canonical.rotations].map(|all| all.clone().select(0, chosen.clone()));

@@ -13,25 +13,20 @@ use rand::seq::SliceRandom;
 
 use super::config::SourceConfig;
 use super::config_groups::WarmupFrames;
+use crate::thresholds::{WINDOW_EDGE, WINDOW_FRONT};
 
-/// The front of the growing window, as a part of the whole.
-const FRONT: f32 = 0.05;
-
-/// Each end of the whole window whose frames are repeated, as a part of it.
-const EDGE: f32 = 0.1;
-
-/// Where in which round the training is.
+/// A position in the sequence of rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Round {
-    /// Rounds begun; 0 before the first.
+    /// Number of rounds begun; 0 before the first.
     pub(super) number: u64,
-    /// Frames of the round used.
+    /// Number of frames of the round that have been used.
     pub(super) used: usize,
     /// Iteration at which it began, which fixed its time window.
     pub(super) began: usize,
 }
 
-/// The order of frames.
+/// The order in which training sees the frames.
 pub(super) struct FrameOrder {
     /// Time of every training frame.
     times: Vec<f32>,
@@ -61,7 +56,7 @@ impl FrameOrder {
         self.round
     }
 
-    /// Goes on where a checkpoint was written.
+    /// Takes up the order at the position that a checkpoint has recorded.
     pub(super) fn restore(&mut self, round: Round, config: &SourceConfig) {
         self.round = round;
         self.frames = if round.number == 0 { Vec::new() } else { self.drawn(config) };
@@ -83,13 +78,13 @@ impl FrameOrder {
         self.frames[self.round.used - 1]
     }
 
-    /// A frame of the growing window, with a probability one of its front.
+    /// A frame of the growing window: of its front with the configured probability, else any.
     fn single(&self, iteration: usize, config: &SourceConfig) -> usize {
         let (first, last) = self.span();
         let end = config.window_end(iteration, first, last).max(self.warmup_end);
         let mut random = stream(self.seed, "frame of the growing window", iteration as u64);
         let start = if random.random_range(0.0..1.0) < config.front_share {
-            end - FRONT * (last - first)
+            end - WINDOW_FRONT * (last - first)
         } else {
             first
         };
@@ -111,7 +106,7 @@ impl FrameOrder {
             (false, true) => config.window_end(self.round.began, first, last).max(self.warmup_end),
             (false, false) => last,
         };
-        let edge = EDGE * (last - first);
+        let edge = WINDOW_EDGE * (last - first);
         let is_edge = |t: f32| t > end - edge || t < first + edge;
         let repeats =
             |i: usize| if growing && is_edge(self.times[i]) { config.edge_repeats.max(1) } else { 1 };

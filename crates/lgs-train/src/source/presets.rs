@@ -62,7 +62,7 @@ impl SourceConfig {
         }
     }
 
-    /// Minutes on two CPU cores.
+    /// DefGS in minutes on two CPU cores.
     #[must_use]
     pub fn quick() -> Self {
         let iterations = 4000;
@@ -137,7 +137,7 @@ impl SourceConfig {
 }
 
 impl LearningRates {
-    /// For minutes on two CPU cores.
+    /// Values for a training of minutes on two CPU cores.
     #[must_use]
     pub fn quick() -> Self {
         Self {
@@ -156,7 +156,7 @@ impl LearningRates {
         }
     }
 
-    /// As published.
+    /// The published values.
     #[must_use]
     pub fn paper() -> Self {
         Self {
@@ -177,7 +177,7 @@ impl LearningRates {
 }
 
 impl DensifyConfig {
-    /// For a training of some iterations that takes minutes on two CPU cores.
+    /// Values for a training of `iterations` that takes minutes on two CPU cores.
     #[must_use]
     pub fn quick(iterations: usize) -> Self {
         Self {
@@ -196,7 +196,7 @@ impl DensifyConfig {
         }
     }
 
-    /// As published.
+    /// The published values.
     #[must_use]
     pub fn paper() -> Self {
         Self {

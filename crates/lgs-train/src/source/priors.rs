@@ -1,5 +1,5 @@
-//! What is known of motions beside the images, as gradients by the deformed positions: rigid neighbourhoods,
-//! static surroundings, paths of silhouettes.
+//! Priors of a motion beside the images, as gradients by the deformed positions: rigid neighbourhoods, static
+//! surroundings, paths of silhouettes.
 
 use burn::tensor::{Device, Tensor};
 use lgs_model::{TensorFile, TensorFileError};

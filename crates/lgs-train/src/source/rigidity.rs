@@ -1,5 +1,5 @@
-//! A pull of neighbouring Gaussians towards the distances they have before deformation, as a gradient by the
-//! deformed positions.
+//! The rigidity prior: neighbouring Gaussians keep the distances that they have before deformation. It is
+//! evaluated as a gradient by the deformed positions.
 //!
 //! `E = weight · mean over edges of ρ(e)`, `e = |q_i − q_j| / |p_i − p_j| − 1` with canonical p and deformed
 //! q, and `ρ(e) = e² / (1 + (e/c)²)`: an edge between two bodies that part stretches beyond c, and the pull
@@ -11,20 +11,16 @@ use lgs_model::{TensorFile, TensorFileError};
 
 use super::config_groups::RigidityConfig;
 use crate::cloud_tensors::row_indices;
+use crate::thresholds::{MIN_LENGTH, MIN_REST_LENGTH};
 
 /// Name of the neighbours in a checkpoint.
 const NAME: &str = "rigidity.neighbors";
 
-/// Least canonical distance of neighbours that is divided by, world units: far below any spacing.
-const MIN_REST_LENGTH: f32 = 1e-6;
-/// Least deformed distance that is divided by, world units.
-const MIN_LENGTH: f32 = 1e-9;
-
 /// Edges from every Gaussian to its nearest neighbours.
 pub(super) struct NeighborGraph {
-    /// `[n, k]` rows of neighbours.
+    /// Numbers of the neighbours of every Gaussian, `[n, k]`.
     indices: Vec<u32>,
-    /// k.
+    /// Number of neighbours per Gaussian, k.
     row: usize,
     /// First end of every edge, `[n k]`.
     first: Tensor<1, Int>,

@@ -1,24 +1,19 @@
-//! A pull of deformed positions towards where they are without deformation, so that what does not move stays
-//! exactly where it is.
+//! The static regulariser: it draws deformed positions to where they are without deformation, so that what
+//! does not move stays exactly where it is.
 //!
 //! `E = weight · mean of ρ(d)`, `d = |q − p|` with canonical p and deformed q, and `ρ(d) = d / (1 + d/c)`:
 //! close to the distance itself for small displacements, so that these vanish instead of shrinking, and flat
-//! for large ones, which belong to what moves.
+//! for large ones, which belong to moving things.
 
+use crate::thresholds::{AT_REST, STATIC_SCALE};
 use burn::tensor::Tensor;
-
-/// Displacement c, as a part of the scene's extent, beyond which a Gaussian is taken to move.
-const ROBUST_SCALE: f32 = 0.01;
-/// Displacement, as a part of the scene's extent, below which the pull fades, so that it does not flip signs
-/// around rest.
-const AT_REST: f32 = 1e-5;
 
 /// The gradient `[n, 3]` of the energy by the deformed positions; `extent` is the scene's, world units.
 pub(super) fn gradient(canonical: &Tensor<2>, deformed: &Tensor<2>, weight: f32, extent: f32) -> Tensor<2> {
     let factor = weight / canonical.dims()[0].max(1) as f32;
     let displacement = deformed.clone() - canonical.clone();
     let length = displacement.clone().square().sum_dim(1).sqrt();
-    let spread = (length.clone().div_scalar(ROBUST_SCALE * extent) + 1.0).square();
+    let spread = (length.clone().div_scalar(STATIC_SCALE * extent) + 1.0).square();
     let slope = length.full_like(factor) / (spread * (length + AT_REST * extent));
     displacement * slope
 }
@@ -40,7 +35,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_energy_and_fades_for_what_moves() {
-        let energy = |d: f32| 2.0 * d / (1.0 + d / (ROBUST_SCALE * EXTENT));
+        let energy = |d: f32| 2.0 * d / (1.0 + d / (STATIC_SCALE * EXTENT));
         for d in [0.003_f32, 0.02, 0.3] {
             let found = pull([0.0, d, 0.0], 2.0);
             let step = 1e-3 * d;

@@ -1,5 +1,4 @@
-//! One iteration of source training, and everything that a checkpoint has to hold to go on as if nothing had
-//! happened.
+//! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
@@ -20,7 +19,7 @@ use crate::driver::{StepReport, Trainer};
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
 use crate::view::{View, report};
 
-/// Training of a source model between two iterations.
+/// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
     frames: &'a [Frame],
     background: [f32; 3],
@@ -61,14 +60,15 @@ impl<'a> SourceTrainer<'a> {
         let order = FrameOrder::new(frames, &config, seed);
         let motion = source_motion(&config, Captured { frame, time_window: order.span().1, seed });
         let network = motion.init(seed);
+        let cloud = TrainableCloud::new(&cloud, device);
         Ok(Self {
             order,
             frames,
             background: dataset.background,
             iteration: 0,
-            density: DensityControl::new(dataset, &config.densify, cloud.len(), seed),
+            density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.len()], device),
-            cloud: TrainableCloud::new(&cloud, device),
+            cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
             config,
@@ -82,7 +82,7 @@ impl<'a> SourceTrainer<'a> {
         self.motion.model(self.cloud.cloud(), self.network.values())
     }
 
-    /// When in training, and at which time, a frame is seen.
+    /// The time of a frame and the state of the schedule at an iteration.
     fn moment(&self, frame: &Frame, iteration: usize) -> Moment {
         let (first, last) = self.order.span();
         Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) }
@@ -196,7 +196,7 @@ impl Trainer for SourceTrainer<'_> {
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
         self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?;
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.len())], &self.device)?;
-        self.density.restore(file, self.cloud.len())?;
+        self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
         let round = Round {
             number: file.metadata_json("round")?,

@@ -1,26 +1,13 @@
-//! Where something moving may be at a time: voxels that the silhouettes near that time agree on, and the
-//! smoothest path through them.
+//! Possible positions of a moving thing at a time: voxels that the silhouettes near that time agree on, and
+//! the smoothest path through them.
 
 use lgs_data::dataset::SceneBox;
 use rayon::prelude::*;
 
 use super::silhouettes::Silhouette;
+use crate::thresholds::{CANDIDATES, MISS_WEIGHT, STRIDE, STRIDE_COST, VOTE_REACH, VOXELS};
 
-/// Voxels along an edge of the scene's box.
-const VOXELS: usize = 48;
-/// Silhouettes at most this far away in time count for a moment, as a part of the whole.
-const REACH: f32 = 0.04;
-/// How much more a silhouette that misses a voxel counts than one that holds it.
-const MISS: f32 = 2.0;
-/// Voxels considered per moment.
-const CANDIDATES: usize = 400;
-/// Distance between moments, as a part of the box's half side, that costs as much as a twentieth of all
-/// votes.
-const STRIDE: f32 = 0.06;
-/// What a stride costs, as a part of all votes.
-const STRIDE_COST: f32 = 0.05;
-
-/// Votes of every silhouette on every voxel: 1 held, −1 missed, 0 out of view.
+/// Votes of every silhouette on every voxel: 1 covered, −1 missed, 0 out of view.
 pub(super) struct Votes {
     times: Vec<f32>,
     centers: Vec<[f32; 3]>,
@@ -50,12 +37,12 @@ impl Votes {
 
     /// Whether any silhouette is near enough in time to a moment, `span` being that of the whole.
     pub(super) fn reach(silhouettes: &[Silhouette], moment: f32, span: f32) -> bool {
-        silhouettes.iter().any(|silhouette| (silhouette.time - moment).abs() < REACH * span)
+        silhouettes.iter().any(|silhouette| (silhouette.time - moment).abs() < VOTE_REACH * span)
     }
 
-    /// For every moment the voxels with the most votes, with the share of the votes they got.
+    /// The voxels with the most votes at every moment, with the share of the votes that they got.
     fn candidates(&self, moments: &[f32]) -> Vec<Vec<(usize, f32)>> {
-        let reach = REACH * (moments[moments.len() - 1] - moments[0]).max(1e-6);
+        let reach = VOTE_REACH * (moments[moments.len() - 1] - moments[0]).max(1e-6);
         moments.par_iter().map(|&moment| self.candidates_at(moment, reach)).collect()
     }
 
@@ -68,7 +55,7 @@ impl Votes {
                 continue;
             }
             total += weight;
-            let worth = [-MISS * weight, 0.0, weight];
+            let worth = [-MISS_WEIGHT * weight, 0.0, weight];
             scores.iter_mut().zip(votes).for_each(|(score, &vote)| *score += worth[(vote + 1) as usize]);
         }
         let mut order: Vec<usize> = (0..scores.len()).collect();

@@ -4,23 +4,11 @@
 use lgs_core::linear::{dot, norm, scale, solve_positive, sub};
 
 use super::silhouettes::Silhouette;
+use crate::thresholds::{CURVE_DEGREE, CURVE_RIDGE, CURVE_TURNS, GATES, RAY_SCALE, WIDE_TURNS};
 
-/// Degree of the path in every coordinate.
-const DEGREE: usize = 8;
-const TERMS: usize = DEGREE + 1;
-/// Turns of finding the blobs and fitting the path.
-const TURNS: usize = 20;
-/// Distance from the path, in radii of the thing, up to which a blob is taken to be its own: at first, and
-/// once the path is near.
-const GATES: [f32; 2] = [1.5, 0.7];
-/// Turns with the first gate.
-const WIDE_TURNS: usize = 5;
-/// Distance, in radii, at which a ray's weight has halved.
-const SOFT: f32 = 0.05;
-/// Ridge of the coefficient of degree n: this times n⁶, per ray.
-const RIDGE: f64 = 1e-9;
+const TERMS: usize = CURVE_DEGREE + 1;
 
-/// A path over a span of times.
+/// A smooth path over a span of times.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Curve {
     pub(super) span: (f32, f32),
@@ -30,9 +18,9 @@ pub(super) struct Curve {
 /// A blob that belongs to a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
-    /// Which silhouette.
+    /// Number of the silhouette.
     pub(super) silhouette: usize,
-    /// Which of its blobs.
+    /// Number of the blob in it.
     pub(super) blob: usize,
     /// Distance of the path from its ray, world units.
     pub(super) distance: f32,
@@ -59,7 +47,7 @@ impl Curve {
         })
     }
 
-    /// Where the path is at a time; held beyond its ends.
+    /// The position at a time, world units; beyond the observed times that of the nearest end.
     pub(super) fn at(&self, time: f32) -> [f32; 3] {
         let basis = basis(self.span, time.clamp(self.span.0, self.span.1));
         std::array::from_fn(|axis| {
@@ -76,7 +64,7 @@ impl Curve {
     ) -> Option<(Self, Vec<Sighting>)> {
         let mut sightings = Vec::new();
         let mut radius = radius;
-        for turn in 0..TURNS {
+        for turn in 0..CURVE_TURNS {
             let gate = GATES[usize::from(turn >= WIDE_TURNS)] * radius;
             sightings = self.sightings(silhouettes, gate);
             radius = median_of(sightings.iter().map(|s| s.radius)).unwrap_or(radius);
@@ -85,7 +73,7 @@ impl Curve {
         Some((self, sightings))
     }
 
-    /// In every silhouette the blob whose ray passes nearest to the path, if it does so within the gate.
+    /// The blob of every silhouette whose ray passes nearest to the path, if it does so within the gate.
     fn sightings(&self, silhouettes: &[Silhouette], gate: f32) -> Vec<Sighting> {
         let nearest = |(index, silhouette): (usize, &Silhouette)| {
             let from_eye = sub(self.at(silhouette.time), silhouette.camera.center_in_world());
@@ -121,7 +109,7 @@ impl Curve {
             let across =
                 |a: usize, b: usize| f64::from(u8::from(a == b)) - f64::from(ray[a]) * f64::from(ray[b]);
             let basis = basis(self.span, silhouette.time);
-            let weight = f64::from(1.0 / (1.0 + sighting.distance / (SOFT * radius)));
+            let weight = f64::from(1.0 / (1.0 + sighting.distance / (RAY_SCALE * radius)));
             for a in 0..3 {
                 let target: f64 = (0..3).map(|b| across(a, b) * f64::from(eye[b])).sum();
                 for i in 0..TERMS {
@@ -137,7 +125,7 @@ impl Curve {
         }
         for k in 0..N {
             gram[k * N + k] +=
-                RIDGE * sightings.len() as f64 * ((k % TERMS) as f64).powi(6) + f64::MIN_POSITIVE;
+                CURVE_RIDGE * sightings.len() as f64 * ((k % TERMS) as f64).powi(6) + f64::MIN_POSITIVE;
         }
         solve_positive(&mut gram, &mut rhs, N, 1).then(|| Self {
             span: self.span,
@@ -157,7 +145,7 @@ fn basis((start, end): (f32, f32), time: f32) -> [f64; TERMS] {
     values
 }
 
-/// The median, if there is any value.
+/// The median of some values; none without values.
 pub(super) fn median_of(values: impl Iterator<Item = f32>) -> Option<f32> {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);

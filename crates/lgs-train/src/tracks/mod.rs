@@ -1,4 +1,4 @@
-//! Coarse paths of what moves, straight from the images: for sets that show each moment from one or two
+//! Coarse paths of moving things, straight from the images: for sets that show each moment from one or two
 //! cameras only, where no renderer can tell depth from size and training would lose a fast thing within a few
 //! frames.
 //!
@@ -15,32 +15,20 @@ use lgs_core::Camera;
 use lgs_core::linear::{dot, norm, scale, sub};
 use lgs_data::dataset::{Frame, SceneBox};
 
+use crate::thresholds::{
+    EXPLAINED_RADII, FEWEST_BLOBS, FIRST_RADIUS, LARGEST_MISS, LONGEST_GAP, MAX_TRACKS, MOMENTS,
+};
 use carving::Votes;
 use curve::{Curve, Sighting, median_of};
 use silhouettes::{Silhouette, silhouettes};
 
-/// Moments at which a path is first looked for.
-const MOMENTS: usize = 51;
-/// Most paths.
-const MAX_TRACKS: usize = 6;
-/// Fewest blobs that a path must pass through.
-const FEWEST_SIGHTINGS: usize = 12;
-/// Longest stretch without a blob, as a part of the whole, over which a path is believed.
-const LONGEST_GAP: f32 = 0.25;
-/// Largest median distance of a path from the rays of its blobs, in radii, at which it is believed.
-const LARGEST_MISS: f32 = 0.1;
-/// First guess of a radius, as a part of the box's half side.
-const FIRST_RADIUS: f32 = 0.2;
-/// A path explains what its silhouettes show within this many radii.
-const EXPLAINED: f32 = 1.3;
-
-/// The path of something that moves.
+/// The path of a moving thing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     curve: Curve,
     /// Radius of a ball about as large as the thing, world units.
     pub radius: f32,
-    /// Number of images it was seen in, wholly and apart from others.
+    /// Number of images that show it whole and apart from others.
     pub sightings: usize,
     /// Median distance of the path from where these images see it, world units.
     pub median_miss: f32,
@@ -64,18 +52,17 @@ impl Track {
         })
     }
 
-    /// Whether what a camera sees at a time along a ray, given by its world direction, is explained by the
-    /// thing.
+    /// Whether a camera sees the thing at a time along a ray, given by its world direction.
     #[must_use]
     pub fn explains(&self, camera: &Camera, time: f32, direction: [f32; 3]) -> bool {
         let from_eye = sub(self.position(time), camera.center_in_world());
         let depth = dot(from_eye, direction);
-        depth > 0.0 && norm(sub(from_eye, scale(direction, depth))) < EXPLAINED * self.radius
+        depth > 0.0 && norm(sub(from_eye, scale(direction, depth))) < EXPLAINED_RADII * self.radius
     }
 }
 
-/// The paths of what moves in front of cameras that stand still, in the order found; none if the cameras move
-/// or too little is seen.
+/// The paths of things that move in front of cameras that stand still, in the order found; none if the
+/// cameras move or too little is seen.
 #[must_use]
 pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> Vec<Track> {
     let mut silhouettes = silhouettes(frames, background);
@@ -93,18 +80,18 @@ pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> 
         let start = Curve::through(&moments, &coarse)
             .map(|curve| curve.refined(&silhouettes, FIRST_RADIUS * bounds.half_side));
         let Some(track) =
-            start.flatten().and_then(|(curve, sightings)| believed(curve, &sightings, &silhouettes))
+            start.flatten().and_then(|(curve, sightings)| confirmed(curve, &sightings, &silhouettes))
         else {
             break;
         };
-        silhouettes.iter_mut().for_each(|silhouette| take_out(&track, silhouette));
+        silhouettes.iter_mut().for_each(|silhouette| remove_explained(&track, silhouette));
         tracks.push(track);
     }
     tracks
 }
 
-/// The path as a track, if its blobs bear it out.
-fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) -> Option<Track> {
+/// The path as a track, if enough blobs confirm it.
+fn confirmed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) -> Option<Track> {
     let radius = median_of(sightings.iter().map(|s| s.radius))?;
     let median_miss = median_of(sightings.iter().map(|s| s.distance))?;
     let (first, last) = curve.span;
@@ -114,19 +101,19 @@ fn believed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) ->
     let gap = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f32::max);
     let (start, end) = (curve.at(first), curve.at(last));
     tracing::debug!(sightings = sightings.len(), radius, median_miss, gap, ?start, ?end, "track");
-    let holds = sightings.len() >= FEWEST_SIGHTINGS
+    let is_accepted = sightings.len() >= FEWEST_BLOBS
         && gap <= LONGEST_GAP * (last - first)
         && median_miss <= LARGEST_MISS * radius;
-    holds.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
+    is_accepted.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
 }
 
-/// Takes what a track explains out of a silhouette.
-fn take_out(track: &Track, silhouette: &mut Silhouette) {
+/// Removes the part of a silhouette that a track explains.
+fn remove_explained(track: &Track, silhouette: &mut Silhouette) {
     let Silhouette { camera, time, inside, blobs } = silhouette;
     let width = camera.width as usize;
-    for (i, held) in inside.iter_mut().enumerate() {
+    for (i, covered) in inside.iter_mut().enumerate() {
         let center = [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5];
-        *held = *held && !track.explains(camera, *time, camera.ray_direction_in_world(center));
+        *covered = *covered && !track.explains(camera, *time, camera.ray_direction_in_world(center));
     }
     blobs.retain(|blob| !track.explains(camera, *time, blob.direction));
 }

@@ -1,27 +1,18 @@
-//! What moves in the images of cameras that stand still: pixels that differ from the camera's median image,
-//! and the blobs they form.
+//! Silhouettes of moving things in the images of cameras that stand still: pixels that differ from the
+//! camera's median image, and the blobs that they form.
 
 use std::collections::BTreeMap;
 
+use crate::thresholds::{
+    CLOSING_RADIUS, FEWEST_IMAGES, FEWEST_PIXELS, SILHOUETTE_DIFFERENCE, SILHOUETTE_WIDTH,
+};
 use lgs_core::{Camera, Image};
 use lgs_data::dataset::Frame;
 use rayon::prelude::*;
 
-/// Images are reduced to about this width, pixels: blobs need no detail, and texture finer than this closes
-/// up.
-const WIDTH: u32 = 100;
-/// Difference of a channel from the camera's median image from which a pixel counts as moving.
-const DIFFERENCE: f32 = 0.08;
-/// Fewest images of a camera that tell its surroundings from what passes through.
-const FEWEST_IMAGES: usize = 6;
-/// Gaps of up to twice this many pixels in a silhouette are closed.
-const CLOSING: usize = 2;
-/// Fewest pixels of a blob.
-const FEWEST_PIXELS: usize = 8;
-
 /// The moving pixels of an image.
 pub(super) struct Silhouette {
-    /// The camera, reduced as the pixels are.
+    /// The camera of the reduced image.
     pub(super) camera: Camera,
     pub(super) time: f32,
     /// Whether a pixel shows something that moves, `[h, w]`.
@@ -57,7 +48,8 @@ fn of_camera(frames: &[&Frame], background: [f32; 3]) -> Vec<Silhouette> {
 }
 
 fn silhouette(frame: &Frame, image: &Image, still: &[[f32; 3]]) -> Silhouette {
-    let differs = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > DIFFERENCE);
+    let differs =
+        |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > SILHOUETTE_DIFFERENCE);
     let (width, height) = (image.width as usize, image.height as usize);
     let inside = closed(image.pixels.iter().zip(still).map(differs).collect(), width, height);
     let camera = frame.camera.reduced(factor_of(frame.camera.width));
@@ -65,9 +57,9 @@ fn silhouette(frame: &Frame, image: &Image, still: &[[f32; 3]]) -> Silhouette {
     Silhouette { camera, time: frame.time, inside, blobs }
 }
 
-/// How many times an image of a width is reduced.
+/// Factor by which an image of a width is reduced.
 fn factor_of(width: u32) -> u32 {
-    (width / WIDTH).max(1)
+    (width / SILHOUETTE_WIDTH).max(1)
 }
 
 /// The median image, channel by channel.
@@ -81,8 +73,8 @@ fn median(images: &[Image]) -> Vec<[f32; 3]> {
     (0..images[0].pixels.len()).map(|pixel| std::array::from_fn(|c| channel(pixel, c))).collect()
 }
 
-/// Closes small gaps: grown by [`CLOSING`] pixels, then shrunk by as many. Beyond the image everything is
-/// taken to be as its border.
+/// Closes small gaps: the mask is grown by [`CLOSING_RADIUS`] pixels and shrunk by as many. Beyond the image
+/// everything is taken to be as its border.
 fn closed(mask: Vec<bool>, width: usize, height: usize) -> Vec<bool> {
     let spread = |mask: Vec<bool>, value: bool| -> Vec<bool> {
         let at = |i: usize| {
@@ -95,8 +87,8 @@ fn closed(mask: Vec<bool>, width: usize, height: usize) -> Vec<bool> {
         };
         (0..mask.len()).map(|i| if at(i) { value } else { !value }).collect()
     };
-    let grown = (0..CLOSING).fold(mask, |mask, _| spread(mask, true));
-    (0..CLOSING).fold(grown, |mask, _| spread(mask, false))
+    let grown = (0..CLOSING_RADIUS).fold(mask, |mask, _| spread(mask, true));
+    (0..CLOSING_RADIUS).fold(grown, |mask, _| spread(mask, false))
 }
 
 /// The connected parts that do not touch the border.

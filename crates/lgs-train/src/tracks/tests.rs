@@ -3,16 +3,22 @@ use lgs_core::linear::add;
 
 const RADIUS: f32 = 0.3;
 
+#[derive(Clone, Copy, PartialEq)]
+enum Cameras {
+    Still,
+    Moving,
+}
+
 /// A ball on an arc and one that falls, seen by eight cameras in turn, one image per moment: dark discs on
 /// white.
-fn scene(moving_cameras: bool) -> Vec<Frame> {
+fn scene(cameras: Cameras) -> Vec<Frame> {
     let size = 100;
     let frame = |i: usize| {
         let (camera_id, time) = (i * 5 % 8, i as f32 / 120.0);
-        let drift = if moving_cameras { 0.2 * time } else { 0.0 };
+        let drift = if cameras == Cameras::Moving { 0.2 * time } else { 0.0 };
         let angle = std::f32::consts::TAU * camera_id as f32 / 8.0 + drift;
         let camera = Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), 1.5], [0.0; 3], 1.0, size, size);
-        let id = if moving_cameras { i } else { camera_id };
+        let id = if cameras == Cameras::Moving { i } else { camera_id };
         let pixel = |p: usize| {
             let ray = camera
                 .ray_direction_in_world([(p as u32 % size) as f32 + 0.5, (p as u32 / size) as f32 + 0.5]);
@@ -38,7 +44,7 @@ const BOUNDS: SceneBox = SceneBox { center: [0.0; 3], half_side: 2.0 };
 
 #[test]
 fn two_balls_are_followed_from_single_images_of_moments() {
-    let tracks = find_tracks(&scene(false), [1.0; 3], BOUNDS);
+    let tracks = find_tracks(&scene(Cameras::Still), [1.0; 3], BOUNDS);
     assert_eq!(tracks.len(), 2, "{tracks:?}");
     for which in 0..2 {
         let off = |track: &Track, time: f32| norm(sub(track.position(time), balls(time)[which]));
@@ -51,8 +57,8 @@ fn two_balls_are_followed_from_single_images_of_moments() {
 
 #[test]
 fn moving_cameras_and_empty_images_give_no_paths() {
-    assert_eq!(find_tracks(&scene(true), [1.0; 3], BOUNDS), []);
-    let mut still = scene(false);
+    assert_eq!(find_tracks(&scene(Cameras::Moving), [1.0; 3], BOUNDS), []);
+    let mut still = scene(Cameras::Still);
     still.iter_mut().for_each(|frame| frame.rgba.fill(255));
     assert_eq!(find_tracks(&still, [1.0; 3], BOUNDS), []);
     assert_eq!(find_tracks(&[], [1.0; 3], BOUNDS), []);
@@ -60,7 +66,7 @@ fn moving_cameras_and_empty_images_give_no_paths() {
 
 #[test]
 fn a_track_explains_what_is_seen_of_its_ball() {
-    let frames = scene(false);
+    let frames = scene(Cameras::Still);
     let tracks = find_tracks(&frames, [1.0; 3], BOUNDS);
     let frame = &frames[20];
     let toward = |point: [f32; 3]| {

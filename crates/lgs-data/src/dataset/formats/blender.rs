@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub(super) struct Blender;
 
-/// What the file of a split that shows an edit has beside its frames.
+/// The keys that the file of a split that shows an edit has beside its frames.
 #[derive(Deserialize)]
 struct EditedSplit {
     edit: MotionEdit,

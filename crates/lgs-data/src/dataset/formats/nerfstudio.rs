@@ -18,12 +18,10 @@ use super::FormatReader;
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile, TransformsFrame};
 use crate::dataset::{DatasetError, Problem};
+use crate::thresholds::VALIDATION_STEP;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
-
-/// One image in so many is held out where the file does not list its splits.
-const VALIDATION_STEP: usize = 8;
 
 const CAMERA_MODELS: [&str; 2] = ["OPENCV", "PINHOLE"];
 
@@ -169,7 +167,8 @@ fn last_number(file_path: &str) -> Option<u64> {
 mod tests {
     use super::*;
     use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
-    use crate::ply::{Points, write_points};
+    use crate::ply::Points;
+    use crate::testing::write_points;
     use serde_json::json;
 
     /// A set of `count` images from two cameras, whose JSON `edit` may change.

@@ -176,7 +176,7 @@ fn the_fingerprint_sees_poses_and_pixels() {
 #[test]
 fn shipped_points_win_and_bad_ones_are_an_error() {
     let points = Points { positions: vec![[1.0, 2.0, 3.0]], colors: vec![[1.0, 0.0, 0.4]] };
-    let dir = folder(|_, path| crate::ply::write_points(&path.join("points3d.ply"), &points).unwrap());
+    let dir = folder(|_, path| crate::testing::write_points(&path.join("points3d.ply"), &points).unwrap());
     let dataset = load(&dir).unwrap();
     assert_eq!(dataset.initial_points(100, 0), points);
     fs::write(dir.path().join("points3d.ply"), "ply\n").unwrap();

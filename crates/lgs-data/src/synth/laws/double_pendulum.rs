@@ -16,7 +16,7 @@ pub(in super::super) struct DoublePendulum {
     /// Horizontal unit vector.
     pub(in super::super) axis: DVec3,
     pub(in super::super) lengths: [f64; 2],
-    /// Of the lower over the upper.
+    /// Mass of the lower point over that of the upper.
     pub(in super::super) mass_ratio: f64,
     pub(in super::super) gravity: f64,
     pub(in super::super) angles: [f64; 2],

@@ -27,6 +27,26 @@ pub(in super::super) struct Hinge {
     pub(in super::super) drag: f64,
 }
 
+impl Hinge {
+    /// A body at rest at θ = 0 about an axis through the origin, free of forces, with world axes from body
+    /// axes `base`.
+    pub(in super::super) fn about(axis: DVec3, base: DMat3) -> Self {
+        Self {
+            law: "",
+            kind: "",
+            pivot: DVec3::ZERO,
+            axis,
+            base,
+            angle: 0.0,
+            rate: 0.0,
+            gravity: 0.0,
+            stiffness: 0.0,
+            torque: 0.0,
+            drag: 0.0,
+        }
+    }
+}
+
 impl Law for Hinge {
     fn start(&self) -> Vec<f64> {
         vec![self.angle, self.rate]

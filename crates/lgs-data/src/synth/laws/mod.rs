@@ -42,7 +42,7 @@ pub(super) trait Law: Debug + Send + Sync {
     #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64;
 
-    /// The same law and start under other scales.
+    /// The law with the same start under an edit.
     fn edited(&self, edit: MotionEdit) -> Box<dyn Law>;
 
     /// Name, kind and constants of one of the bodies, for `scene.json`.

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 pub(in super::super) struct SpringPair {
     pub(in super::super) starts: [DVec3; 2],
     pub(in super::super) velocities: [DVec3; 2],
-    /// Of the second ball over the first.
+    /// Mass of the second ball over that of the first.
     pub(in super::super) mass_ratio: f64,
     pub(in super::super) k: f64,
     pub(in super::super) length: f64,

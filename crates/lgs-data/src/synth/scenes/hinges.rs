@@ -66,19 +66,9 @@ fn large_pendulum(draws: &mut Draws) -> (Stage, Rig) {
     let angle = amplitude * draws.either_sign(0.3..0.9);
     let rate =
         (2.0 * gravity * (angle.cos() - amplitude.cos())).sqrt() * draws.either_sign(0.999..1.0).signum();
-    let law = Hinge {
-        law: "hinge under gravity",
-        kind: "conservative",
-        pivot: DVec3::ZERO,
-        axis,
-        base: DMat3::from_cols(axis.cross(up), axis, up),
-        angle,
-        rate,
-        gravity,
-        stiffness: 0.0,
-        torque: 0.0,
-        drag: 0.0,
-    };
+    let base = DMat3::from_cols(axis.cross(up), axis, up);
+    let (law, kind) = ("hinge under gravity", "conservative");
+    let law = Hinge { law, kind, angle, rate, gravity, ..Hinge::about(axis, base) };
     let length = draws.within(0.75..0.95);
     let parts = hanging(draws, length, 0.0);
     let [motion] = simulated(law);
@@ -108,21 +98,21 @@ fn double_pendulum(draws: &mut Draws) -> (Stage, Rig) {
     framed(Stage { bodies: motions.into_iter().enumerate().map(body).collect(), fixed: Vec::new() })
 }
 
+/// World axes from body axes that take the body's z axis to `axis`.
+fn upright(axis: DVec3) -> DMat3 {
+    DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, axis))
+}
+
 fn spun_up_fan(draws: &mut Draws) -> (Stage, Rig) {
     let axis = draws.tilted(0.1..0.6);
     let sign = draws.either_sign(0.999..1.0).signum();
     let law = Hinge {
         law: "hinge under a constant torque",
         kind: "driven",
-        pivot: DVec3::ZERO,
-        axis,
-        base: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, axis)),
-        angle: 0.0,
         rate: sign * draws.within(0.3..1.0),
-        gravity: 0.0,
-        stiffness: 0.0,
         torque: sign * draws.within(2.0..4.0),
         drag: draws.within(0.2..0.6),
+        ..Hinge::about(axis, upright(axis))
     };
     let blades = draws.within(3.0..6.0) as usize;
     let (length, width, pitch) =
@@ -150,15 +140,11 @@ fn torsion_spring(draws: &mut Draws) -> (Stage, Rig) {
     let law = Hinge {
         law: "torsion spring",
         kind: "dissipative",
-        pivot: DVec3::ZERO,
-        axis,
-        base: DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, axis)),
         angle: draws.either_sign(0.7..1.3),
         rate: draws.within(-2.0..2.0),
-        gravity: 0.0,
         stiffness: draws.within(16.0..36.0),
-        torque: 0.0,
         drag: draws.within(0.1..0.4),
+        ..Hinge::about(axis, upright(axis))
     };
     let (length, radius) = (draws.within(0.7..0.9), draws.within(0.24..0.32));
     let knob = |x: f64, palette| {

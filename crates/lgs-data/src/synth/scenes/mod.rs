@@ -29,9 +29,9 @@ use std::sync::Arc;
 pub struct SceneInfo {
     /// Name on the command line.
     pub name: &'static str,
-    /// One line on what it shows.
+    /// A line that describes the scene.
     pub description: &'static str,
-    /// What the seed draws, with ranges in world units and units of time.
+    /// The constants that the seed draws, with ranges in world units and units of time.
     pub drawn: &'static str,
     /// Whether an autonomous law explains the motion. Scenes of which none does have no edited splits.
     pub explained: bool,

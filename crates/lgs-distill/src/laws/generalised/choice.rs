@@ -132,8 +132,9 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     let track = Track { noise, ..Track::new(&coordinates, &observed.times, &x) };
     let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
     let has_arm = arm > 0.0;
+    let is_own = |c: &Candidate| c.coordinates == coordinates && (has_arm || !acts_on(c, Port::Arm));
     let list: Vec<Candidate> =
-        candidates(&coordinates).into_iter().filter(|c| has_arm || !acts_on(c, Port::Arm)).collect();
+        candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
     let length = if has_arm { arm } else { 1.0 };
     let time = observed.times[observed.times.len() - 1];
     choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })

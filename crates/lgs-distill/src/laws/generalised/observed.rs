@@ -41,13 +41,13 @@ impl ObservedPoses {
     /// χ² of other poses at the same times, whitened.
     pub(super) fn chi_square(&self, poses: &[Pose]) -> f64 {
         let predicted = configurations(poses, &self.inertia);
-        let pairs = self.track.x.iter().zip(&predicted);
-        let of_sample = |(observed, predicted): (&Vec<f64>, &Vec<f64>)| {
-            let difference = self.rigid.difference(observed, predicted);
-            let whitened = difference.iter().zip(&self.track.noise).map(|(d, n)| (d * n.weight()).powi(2));
+        let weights = self.track.weights();
+        let of_sample = |sample: usize| {
+            let difference = self.rigid.difference(&self.track.x[sample], &predicted[sample]);
+            let whitened = difference.iter().zip(&weights[sample]).map(|(d, w)| (d * w).powi(2));
             whitened.sum::<f64>()
         };
-        pairs.map(of_sample).sum()
+        (0..predicted.len()).map(of_sample).sum()
     }
 
     /// Rotations of the shape and its angular velocities in its own axes, both smooth.

@@ -1,0 +1,31 @@
+//! Every constant of the command line that decides something and is no flag, with its reason.
+
+// Cameras of an orbit
+
+/// Field of view where no camera is known, radians.
+pub(crate) const DEFAULT_FOV_X: f32 = 0.8;
+/// Image width where no camera is known, pixels.
+pub(crate) const DEFAULT_WIDTH: u32 = 400;
+/// Distance where no camera is known, over the rms radius of the scene: the radius then covers a third of the
+/// field of view.
+pub(crate) const DEFAULT_DISTANCE: f32 = 6.0;
+/// Factor between the distance of an orbit and that of the known cameras: what moves should stay in view.
+pub(crate) const ORBIT_ROOM: f32 = 1.2;
+/// Determinant, per camera cubed, below which viewing axes count as parallel and have no common point.
+pub(crate) const PARALLEL_AXES: f64 = 1e-6;
+
+// Times
+
+/// Most times of one call: frames of an hour at 24 per second.
+pub(crate) const MAX_TIMES: usize = 100_000;
+/// Part of a step by which the end of a range may be missed, so that `0:0.3:0.1` has its last time.
+pub(crate) const END_TOLERANCE: f64 = 1e-6;
+/// Distance beyond a scene's limits that a time may have, for the rounding of single precision.
+pub(crate) const LIMIT_TOLERANCE: f32 = 1e-4;
+
+// Work
+
+/// Clouds in memory together when frames are drawn or written: enough for every core of a small machine.
+pub(crate) const CLOUDS_AT_ONCE: usize = 8;
+/// Seconds between log lines of a task where no progress bar is seen.
+pub(crate) const LOG_INTERVAL_SECS: u64 = 10;

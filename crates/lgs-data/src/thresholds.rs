@@ -1,0 +1,50 @@
+//! Every constant that decides something when data are read, and the accuracy of synthetic scenes, with its
+//! reason. The contents of a synthetic dataset are set in `synth/write.rs`, `synth/view.rs` and
+//! `synth/tracks.rs`.
+
+// Files
+
+/// Longest header of a polygon file that is accepted, bytes; one of degree-3 Gaussians needs about 1,500.
+pub(crate) const MAX_HEADER: usize = 1 << 16;
+/// Hexadecimal digits of a short hash: 64 bits, enough to notice other data by mistake.
+pub(crate) const SHORT_HASH: usize = 16;
+/// Deviation of RᵀR from the identity up to which a matrix counts as a rotation: poses printed with three
+/// digits pass.
+pub(crate) const ROTATION_TOLERANCE: f32 = 2e-3;
+
+// Image sets
+
+/// One image in so many is held out where a nerfstudio set does not list its splits, as is usual.
+pub(crate) const VALIDATION_STEP: usize = 8;
+/// Factor of the cameras' radius that gives the scene's extent, as 3D Gaussian splatting has it.
+pub(crate) const EXTENT_FACTOR: f32 = 1.1;
+/// Largest half side of the scene's box, as a fraction of the median camera's distance: points should not sit
+/// on the lenses.
+pub(crate) const MAX_BOX_DISTANCE: f32 = 0.9;
+/// Factor of the scene's box for a set of opaque images, whose surroundings reach beyond what the cameras aim
+/// at.
+pub(crate) const SURROUNDINGS: f32 = 1.3;
+/// Weight of the pull of the box's centre to a point in front of the cameras, against 1 for the viewing axes:
+/// it decides only where the axes are parallel.
+pub(crate) const CENTER_PULL: f32 = 1e-3;
+/// Difference of a channel below which an opaque pixel shows the background: ten of 255 levels, above the
+/// noise of compression.
+pub(crate) const BACKGROUND_TOLERANCE: f32 = 10.0 / 255.0;
+/// Candidates tried per point asked for before carving gives up: silhouettes that share less than a
+/// two-hundredth of the box say too little.
+pub(crate) const CARVING_TRIES: usize = 200;
+
+// Synthetic scenes
+
+/// Longest step of a simulated law; with rates of up to 10 per unit of time the local error is below 1e-12.
+pub(crate) const SIMULATION_STEP: f64 = 5e-4;
+/// Step of the pendulum in closed form; the fourth-order error at time 2.25 is below 1e-9 rad.
+pub(crate) const PENDULUM_STEP: f64 = 1e-3;
+/// Flights of a bouncing ball shorter than this are rest on the floor, units of time.
+pub(crate) const REST_FLIGHT: f64 = 1e-6;
+/// Distance below which a ray meets the surface that it starts on, in lengths of its direction.
+pub(crate) const MIN_RAY_DISTANCE: f64 = 1e-6;
+/// Depth below a surface, in units of the solid, from which a point is inside: above the rounding of doubles.
+pub(crate) const INSIDE_MARGIN: f64 = 1e-9;
+/// Largest difference of a channel between the four rays of a pixel that is not refined.
+pub(crate) const SMOOTH_PIXEL: f64 = 0.10;

@@ -1,0 +1,67 @@
+//! Checks of what an explanation is asked for.
+
+use super::Options;
+use crate::coordinates::Coordinates;
+use crate::{Candidate, MechanicsError};
+
+/// Fewest times: position and velocity are two, and a law needs more than an acceleration to fail at.
+const FEWEST: usize = 5;
+
+/// The coordinates of all candidates, whose sizes and those of the track are right.
+pub(super) fn check<'a>(
+    candidates: &'a [Candidate],
+    times: &[f64],
+    x: &[Vec<f64>],
+    options: &Options,
+) -> Result<&'a Coordinates, MechanicsError> {
+    let size = |what: &str, expected, found| MechanicsError::Size { what: what.to_owned(), expected, found };
+    let bounds = |what: &str, value, allowed: &str| MechanicsError::OutOfBounds {
+        what: what.to_owned(),
+        value,
+        allowed: allowed.to_owned(),
+    };
+    let first = candidates.first().ok_or_else(|| size("candidates of an explanation", 1, 0))?;
+    let coordinates = &first.coordinates;
+    if times.len() < FEWEST {
+        return Err(size("times of a track", FEWEST, times.len()));
+    }
+    if x.len() != times.len() {
+        return Err(size("configurations of a track", times.len(), x.len()));
+    }
+    let odd = candidates.iter().find(|candidate| candidate.coordinates.name() != coordinates.name());
+    let mut rows = x.iter().map(Vec::len).chain(odd.map(|candidate| candidate.coordinates.len()));
+    if let Some(found) = rows.find(|&found| found != coordinates.len()) {
+        return Err(size("coordinates of a track", coordinates.len(), found));
+    }
+    if !options.levers.is_empty() && options.levers.len() != coordinates.freedoms() {
+        return Err(size("levers", coordinates.freedoms(), options.levers.len()));
+    }
+    if let Some(&value) = times.iter().chain(x.iter().flatten()).find(|value| !value.is_finite()) {
+        return Err(bounds("a number of a track", value, "a finite number"));
+    }
+    if let Some(pair) = times.windows(2).find(|pair| pair[1] <= pair[0]) {
+        return Err(bounds("a time of a track", pair[1], &format!("more than {}, the one before", pair[0])));
+    }
+    if options.tolerance.is_nan() || options.tolerance <= 0.0 {
+        return Err(bounds("the tolerance of a forecast", options.tolerance, "a positive number"));
+    }
+    Ok(coordinates)
+}
+
+/// Configurations with unit quaternions whose signs are continuous.
+pub(super) fn continuous(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut rows = x.to_vec();
+    if !coordinates.has_rotation() {
+        return rows;
+    }
+    let mut last: Option<[f64; 4]> = None;
+    for row in &mut rows {
+        let length = row[..4].iter().map(|q| q * q).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        let flipped =
+            last.is_some_and(|last| last.iter().zip(row.iter()).map(|(a, b)| a * b).sum::<f64>() < 0.0);
+        let factor = if flipped { -1.0 } else { 1.0 } / length;
+        row[..4].iter_mut().for_each(|q| *q *= factor);
+        last = row[..4].try_into().ok();
+    }
+    rows
+}

@@ -1,0 +1,126 @@
+//! Every constant of training that decides something and is no configuration key, with its reason. Those of
+//! stages 2 and 3 stand beside their code in `stages`.
+
+// Checkpoints
+
+/// Checkpoints kept in a folder: if the machine dies while one is written, the one before is whole.
+pub(crate) const KEPT_CHECKPOINTS: usize = 2;
+/// Steps between lines of `events.jsonl`: a stage has hundreds of steps, its curve dozens of points or more.
+pub(crate) const EVENT_INTERVAL: usize = 10;
+
+// Adam and the first Gaussians, as 3D Gaussian splatting has them (method §3.4)
+
+/// Summand under Adam's division by the root of the second moment: so small that steps do not depend on the
+/// scale of the loss.
+pub(crate) const ADAM_EPSILON: f32 = 1e-15;
+/// Opacity of a fresh Gaussian.
+pub(crate) const FIRST_OPACITY: f32 = 0.1;
+/// Smallest mean squared neighbour distance that a fresh Gaussian's size is taken from, square world units.
+pub(crate) const MIN_SQUARED_DISTANCE: f32 = 1e-7;
+/// Opacity that a reset lowers to.
+pub(crate) const RESET_OPACITY: f32 = 0.01;
+/// Factor between the scale of a Gaussian and that of the two that it is split into: 0.8 · 2.
+pub(crate) const SPLIT_SHRINK: f32 = 1.6;
+/// Fewest Gaussians that pruning leaves, so that a scene never becomes empty.
+pub(crate) const FEWEST_GAUSSIANS: usize = 16;
+
+// Schedule of source training
+
+/// Image width that the iterations of the quick preset are for, pixels: that of the scenes that it was
+/// measured on.
+pub(crate) const REFERENCE_WIDTH: f32 = 160.0;
+/// Largest factor by which larger images multiply iterations: it bounds the time that training takes.
+pub(crate) const MAX_STRETCH: f32 = 3.0;
+/// Front of the growing time window from which frames are drawn more often, as a fraction of the whole: a
+/// step and a half of the quick preset's thirty.
+pub(crate) const WINDOW_FRONT: f32 = 0.05;
+/// Length of each end of the whole window whose frames are repeated, as a fraction of the window.
+pub(crate) const WINDOW_EDGE: f32 = 0.1;
+/// One in so many Gaussians contributes to the agreement of velocity field and deformation: the mean over a
+/// quarter of thousands of Gaussians stands for all, at a quarter of the cost.
+pub(crate) const AGREEMENT_STRIDE: usize = 4;
+
+// Priors of the motion
+
+/// Least canonical distance of neighbours that is divided by, world units: far below any spacing.
+pub(crate) const MIN_REST_LENGTH: f32 = 1e-6;
+/// Least deformed distance that is divided by, world units: below the rounding of coordinates near 1.
+pub(crate) const MIN_LENGTH: f32 = 1e-9;
+/// Displacement beyond which the static regulariser takes a Gaussian to move, as a fraction of the scene's
+/// extent: two to three pixels of an image 160 pixels wide.
+pub(crate) const STATIC_SCALE: f32 = 0.01;
+/// Displacement below which the static regulariser fades, as a fraction of the scene's extent, so that it
+/// does not change signs around rest: far below a hundredth of such a pixel.
+pub(crate) const AT_REST: f32 = 1e-5;
+/// Fraction of the points asked for that carving must find; with fewer, silhouettes say too little and the
+/// whole box is filled.
+pub(crate) const LEAST_CARVED_FRACTION: f32 = 0.25;
+/// Fraction of the first Gaussians that fill the balls at the starts of the tracks, most of them: images show
+/// the surroundings at all times, but the pose of a moving thing once or twice.
+pub(crate) const TRACKED_FRACTION: f32 = 0.6;
+/// Radius of the ball around a track's start whose Gaussians follow it, in radii of the track: its own, and a
+/// tenth for Gaussians that reach beyond it.
+pub(crate) const GUIDED_RADII: f32 = 1.1;
+
+// Silhouettes
+
+/// Width that images are reduced to about, pixels: blobs need no detail, and finer texture closes up.
+pub(crate) const SILHOUETTE_WIDTH: u32 = 100;
+/// Difference of a channel from the camera's median image from which a pixel counts as moving: twenty of 255
+/// levels, above the noise of compression.
+pub(crate) const SILHOUETTE_DIFFERENCE: f32 = 0.08;
+/// Fewest images of a camera whose median shows its surroundings: of six, something may pass in two.
+pub(crate) const FEWEST_IMAGES: usize = 6;
+/// Gaps of up to twice this many pixels in a silhouette are closed.
+pub(crate) const CLOSING_RADIUS: usize = 2;
+/// Fewest pixels of a blob: fewer have no radius to speak of.
+pub(crate) const FEWEST_PIXELS: usize = 8;
+
+// Voxels that silhouettes agree on
+
+/// Voxels along an edge of the scene's box: each is about two pixels of a silhouette wide.
+pub(crate) const VOXELS: usize = 48;
+/// Time over which a silhouette counts for a moment, as a fraction of the whole: two steps of [`MOMENTS`] to
+/// either side.
+pub(crate) const VOTE_REACH: f32 = 0.04;
+/// Weight of a silhouette that misses a voxel, over that of one that covers it: a miss excludes the voxel, a
+/// cover leaves a whole cone.
+pub(crate) const MISS_WEIGHT: f32 = 2.0;
+/// Voxels considered per moment: the volume of a ball with a radius of four and a half voxels.
+pub(crate) const CANDIDATES: usize = 400;
+/// Distance between moments, as a fraction of the box's half side, that costs [`STRIDE_COST`].
+pub(crate) const STRIDE: f32 = 0.06;
+/// Cost of one stride, as a fraction of all votes; costs grow with the square, so that a jump of a quarter of
+/// the half side costs nearly all votes.
+pub(crate) const STRIDE_COST: f32 = 0.05;
+
+// Tracks
+
+/// Moments at which a path is first looked for, in steps of a fiftieth of the whole.
+pub(crate) const MOMENTS: usize = 51;
+/// Degree of a path's polynomials, which resolve a wavelength per π degrees: two and a half oscillations.
+pub(crate) const CURVE_DEGREE: usize = 8;
+/// Turns of finding the blobs and fitting the path; most of them with the second gate.
+pub(crate) const CURVE_TURNS: usize = 20;
+/// Distance from the path, in radii of the thing, up to which a blob is taken to be its own: at first, and
+/// once the path is near.
+pub(crate) const GATES: [f32; 2] = [1.5, 0.7];
+/// Turns with the first gate.
+pub(crate) const WIDE_TURNS: usize = 5;
+/// Distance, in radii, at which a ray's weight has halved: half a pixel for a thing of twenty pixels.
+pub(crate) const RAY_SCALE: f32 = 0.05;
+/// Ridge of the coefficient of degree n: this times n⁶, per ray. It decides only what no ray determines.
+pub(crate) const CURVE_RIDGE: f64 = 1e-9;
+/// Most tracks of a scene.
+pub(crate) const MAX_TRACKS: usize = 6;
+/// Fewest blobs that a path must pass through: more than it has coefficients per coordinate.
+pub(crate) const FEWEST_BLOBS: usize = 12;
+/// Longest stretch without a blob, as a fraction of the whole, that a path may bridge.
+pub(crate) const LONGEST_GAP: f32 = 0.25;
+/// Largest median distance of an accepted path from the rays of its blobs, in radii.
+pub(crate) const LARGEST_MISS: f32 = 0.1;
+/// First guess of a radius, as a fraction of the box's half side.
+pub(crate) const FIRST_RADIUS: f32 = 0.2;
+/// Radii around a path within which it explains a silhouette: the radius is that of a disc of the same area,
+/// and things are not round.
+pub(crate) const EXPLAINED_RADII: f32 = 1.3;
