@@ -84,15 +84,31 @@ impl Choice {
 /// χ² per independent sample below which a fit needs no other first values: it explains the track.
 const GOOD: f64 = 1.2;
 
-/// Fits one candidate from its best first values, by way of segments and directly, until a fit is good.
+/// How hard a fit of a candidate is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// From the best first values alone: a simpler law explains the track already, and this one is a rival at
+    /// most.
+    Rival,
+    /// From several first values, by way of segments and directly, until a fit is good.
+    Full,
+}
+
+/// Fits one candidate from several first values.
 #[must_use]
 pub fn fit(candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Fitted> {
+    fit_with(candidate, track, scales, Effort::Full)
+}
+
+fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effort) -> Option<Fitted> {
     let settings = Settings::default();
     let begin = &track.smooth[0].0;
     let good = GOOD * track.independent_samples();
     let mut best: Option<Fitted> = None;
-    for first in first_values(candidate, track, scales, SHOTS) {
-        for near in [approach(candidate, track, scales, &first), Some((begin.clone(), first))] {
+    let shots = if effort == Effort::Full { SHOTS } else { 1 };
+    for first in first_values(candidate, track, scales, shots) {
+        let near = (effort == Effort::Full).then(|| approach(candidate, track, scales, &first)).flatten();
+        for near in [near, Some((begin.clone(), first))] {
             let Some((start, parameters)) = near else { continue };
             let fitted = shoot(candidate, track, (scales, &start), &parameters, &settings);
             best = best.into_iter().chain(fitted).min_by(|a, b| a.loss.total_cmp(&b.loss));
@@ -104,17 +120,34 @@ pub fn fit(candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Fitt
     best
 }
 
-/// Fits all candidates to a track and chooses; `None` if none could be fitted.
+/// Fits all candidates to a track, the simplest first, and chooses; `None` if none could be fitted.
 #[must_use]
 pub fn choose(list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choice> {
-    let fitted =
-        list.iter().enumerate().filter_map(|(index, candidate)| judge(index, candidate, track, scales));
-    among(fitted.collect(), track.independent_samples())
+    let samples = track.independent_samples();
+    let mut order: Vec<usize> = (0..list.len()).collect();
+    order.sort_by_key(|&index| simplicity(&list[index]));
+    let mut judged: Vec<Judged> = Vec::new();
+    let mut explained = usize::MAX;
+    for index in order {
+        let own = simplicity(&list[index]);
+        let effort = if own > explained { Effort::Rival } else { Effort::Full };
+        let Some(found) = judge(index, &list[index], (track, scales), effort) else { continue };
+        if found.fitted.loss <= GOOD * samples {
+            explained = explained.min(own);
+        }
+        judged.push(found);
+    }
+    among(judged, samples)
 }
 
 /// Fits one candidate and weighs it.
-pub(crate) fn judge(index: usize, candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Judged> {
-    let fitted = fit(candidate, track, scales)?;
+pub(crate) fn judge(
+    index: usize,
+    candidate: &Candidate,
+    (track, scales): (&Track, &Scales),
+    effort: Effort,
+) -> Option<Judged> {
+    let fitted = fit_with(candidate, track, scales, effort)?;
     let penalty = track.independent_samples().max(1.0).ln();
     let evidence = fitted.loss + penalty * candidate.parameter_count() as f64;
     Some(Judged { index, fitted, evidence, simplicity: simplicity(candidate) })

@@ -1,6 +1,6 @@
 //! Free rigid bodies: the laws of rotation and of the centre are chosen apart, since no term couples them.
 
-use crate::choose::{Choice, Judged, among, judge, simplicity};
+use crate::choose::{Choice, Effort, Judged, among, judge, simplicity};
 use crate::coordinates::{Ball, Coordinates, Inertia, Port, State};
 use crate::fit::{Fitted, Track};
 use crate::law::ranges;
@@ -63,7 +63,7 @@ fn fitted(known: &mut Vec<Half>, candidate: Candidate, track: &Track) -> Option<
     if let Some(half) = known.iter().find(|half| half.candidate == candidate) {
         return half.judged.clone();
     }
-    let judged = judge(known.len(), &candidate, track, &track.scales(&candidate.coordinates));
+    let judged = judge(known.len(), &candidate, (track, &track.scales(&candidate.coordinates)), Effort::Full);
     known.push(Half { candidate, judged: judged.clone() });
     judged
 }

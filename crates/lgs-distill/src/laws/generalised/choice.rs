@@ -26,7 +26,6 @@ pub(super) struct Chosen {
 
 /// Chooses among all systems of coordinates and their laws; `None` if no law can be fitted.
 pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
-    let most = MOST_KINEMATIC * observed.track.independent_samples();
     let of_system = |system: Configured| {
         let choice = match &system.coordinates {
             Coordinates::Point => choose_center(observed, &system.x, 0),
@@ -35,10 +34,21 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
         };
         Some((system, choice?))
     };
-    let joints = systems(observed).into_par_iter().filter(|system| system.chi_square <= most);
-    let mut found: Vec<(Configured, Choice)> = joints.filter_map(of_system).collect();
-    found.extend(choose_free(observed));
     let samples = observed.track.independent_samples();
+    let explains = |(system, choice): &(Configured, Choice)| {
+        choice.law().fitted.loss + system.chi_square <= samples + 2.0 * (2.0 * samples).sqrt()
+    };
+    let mut found: Vec<(Configured, Choice)> = Vec::new();
+    let joints = systems(observed).into_iter().filter(|system| system.chi_square <= MOST_KINEMATIC * samples);
+    for system in joints {
+        // More freedoms than explain the motion to within the scatter of χ² are not needed.
+        if !found.iter().any(explains) {
+            found.extend(of_system(system));
+        }
+    }
+    if !found.iter().any(explains) {
+        found.extend(choose_free(observed));
+    }
     let (index, judged) = simplest(&found, samples)?;
     let (system, choice) = found.swap_remove(index);
     let law = &choice.judged[judged];
@@ -133,8 +143,7 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
     let has_arm = arm > 0.0;
     let is_own = |c: &Candidate| c.coordinates == coordinates && (has_arm || !acts_on(c, Port::Arm));
-    let list: Vec<Candidate> =
-        candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
+    let list: Vec<Candidate> = candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
     let length = if has_arm { arm } else { 1.0 };
     let time = observed.times[observed.times.len() - 1];
     choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })

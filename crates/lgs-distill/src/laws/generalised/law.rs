@@ -7,8 +7,8 @@ use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use glam::{DMat3, DVec3};
-use lgs_mechanics::bands::{Band, DESCRIBED, Verdict, trusted};
-use lgs_mechanics::choose::Choice;
+use lgs_mechanics::bands::{Band, Verdict, trusted};
+use lgs_mechanics::choose::{Choice, DESCRIBED};
 use lgs_mechanics::coordinates::{Embedding, State};
 use lgs_mechanics::{Edit, Law, System};
 

@@ -99,7 +99,10 @@ impl Decomposition {
     /// The first modes with their amplitudes; `whole` has the noise of all.
     fn configured(&self, modes: usize, whole: &Track) -> Configured {
         let x: Vec<Vec<f64>> = self.amplitudes.iter().map(|row| row[..modes].to_vec()).collect();
-        let left_out = self.amplitudes.iter().flat_map(|row| row.iter().zip(&whole.noise).skip(modes));
+        let weights = whole.weights();
+        let rows = self.amplitudes.iter().zip(&weights);
+        let left_out = rows.flat_map(|(row, weights)| row.iter().zip(weights).skip(modes));
+        let left_out = left_out.map(|(x, weight)| (x * weight).powi(2));
         let sum = |pose: Pose, (mode, &x): (&Pose, &f64)| Pose {
             linear: pose.linear + mode.linear * x,
             shift: pose.shift + mode.shift * x,
@@ -110,7 +113,7 @@ impl Decomposition {
             x,
             // The pose at rest, and the directions of the modes.
             constants: ENTRIES + modes * (ENTRIES - modes),
-            chi_square: left_out.map(|(x, noise)| (x * noise.weight()).powi(2)).sum(),
+            chi_square: left_out.sum(),
         }
     }
 }

@@ -49,8 +49,9 @@ fn together(center: &Fitted, spin: &Fitted, inertia: &Inertia) -> Option<Fitted>
     law.deviations = join(&spin.law.deviations, &center.law.deviations);
     let both = |spin: &[f64], center: &[f64]| [spin, center].concat();
     let start = State { x: both(&spin.start.x, &center.start.x), v: both(&spin.start.v, &center.start.v) };
+    let bounds = [&spin.bounds[..own], &center.bounds, &spin.bounds[own..]].concat();
     let covariance = joined_covariance(&center.covariance, &spin.covariance, own);
-    Some(Fitted { law, start, loss: center.loss + spin.loss, covariance })
+    Some(Fitted { law, start, loss: center.loss + spin.loss, covariance, bounds })
 }
 
 /// The covariance of the unknowns of both: rotation, centre, their velocities, inertia, terms of the centre,
