@@ -54,6 +54,8 @@ impl GeneralisedLaw {
                 chi_square: self.chi_square,
                 verdict: self.verdict,
                 trusted: self.trusted,
+                rivals: self.rivals(),
+                band: self.band.clone(),
             }),
             ..DistillReport::of_motion(motion)
         };

@@ -1,8 +1,10 @@
 //! The report of stage 1 on an object.
 
+use crate::config::DistillConfig;
 use crate::laws::linear::law::Law;
 use crate::laws::linear::terms::Terms;
 use crate::motion::object_motion::{ObjectMotion, PathKind};
+use crate::thresholds::{RESIDUAL_TOLERANCE, UNRESOLVED_ERRORS};
 use lgs_mechanics::bands::Verdict;
 use serde::{Deserialize, Serialize};
 
@@ -53,9 +55,42 @@ pub struct GeneralisedReport {
     pub verdict: Verdict,
     /// Times since the first sample between which the forecast is trusted.
     pub trusted: [f64; 2],
+    /// Laws in the same coordinates that the evidence hardly tells from this one, the likeliest first, this
+    /// one among them.
+    pub rivals: Vec<Rival>,
+    /// The 90 % band around the forecast; empty where no law describes the motion.
+    pub band: PositionBand,
+}
+
+/// A law among its rivals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rival {
+    /// Names of its terms, joined by ` + `.
+    pub terms: String,
+    /// Its share of the weights of all.
+    pub weight: f64,
+}
+
+/// Radius around the forecast positions of an object.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionBand {
+    /// Times since the first sample, ascending.
+    pub times: Vec<f64>,
+    /// Root mean square over the particles, world units; none where rivals cannot be followed.
+    pub radius: Vec<Option<f64>>,
 }
 
 impl DistillReport {
+    /// Whether the dynamics stay with the object's paths inside of the window: as well as a source model
+    /// follows a motion, or closer than images resolve.
+    #[must_use]
+    pub fn describes_window(&self, config: &DistillConfig) -> bool {
+        let resolved = UNRESOLVED_ERRORS * f64::from(config.forecast_tolerance);
+        self.window_error <= resolved.max(RESIDUAL_TOLERANCE * self.displacement)
+    }
+
     /// The part of the report that precedes any fit.
     pub(crate) fn of_motion(motion: &ObjectMotion) -> Self {
         Self {

@@ -35,6 +35,7 @@ fn scene(
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
         objects: vec![ObjectModel {
             members: 0..n,
+            recording: None,
             dynamics: Dynamics::Particles(ParticleDynamics {
                 system,
                 supports,

@@ -12,7 +12,7 @@ mod scene;
 pub mod source;
 mod tensor_file;
 
-pub use scene::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics};
+pub use scene::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics, Recording};
 pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState};
 pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};
 pub use tensor_file::{TensorFile, TensorFileError};

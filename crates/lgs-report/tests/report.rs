@@ -28,6 +28,7 @@ fn scene(blocks: usize) -> LagrangianScene {
     let means: Vec<[f32; 3]> = (0..blocks).flat_map(block).collect();
     let object = |b: usize| ObjectModel {
         members: 27 * b..27 * (b + 1),
+        recording: None,
         dynamics: Dynamics::Particles(ParticleDynamics {
             system: quadratic([0.0, 0.0, GRAVITY], [0.0; 6]),
             supports: Some(Supports::nearest(&means[27 * b..27 * (b + 1)], 8)),

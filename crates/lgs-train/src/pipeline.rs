@@ -47,9 +47,10 @@ pub fn train(
     Ok(Trained { source, scene })
 }
 
-/// Whether an object follows a law without networks.
+/// Whether an object follows a law without networks, or a recording.
 fn is_a_law(object: &ObjectModel) -> bool {
-    object.dynamics.particles().is_none_or(|particles| LinearPart::is_all_of(&particles.system))
+    object.recording.is_some()
+        || object.dynamics.particles().is_none_or(|particles| LinearPart::is_all_of(&particles.system))
 }
 
 struct Pipeline<'a> {

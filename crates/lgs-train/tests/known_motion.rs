@@ -39,6 +39,7 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
         dynamic_gaussians,
         objects: vec![ObjectModel {
             members: 0..24,
+            recording: None,
             dynamics: Dynamics::Particles(ParticleDynamics {
                 system,
                 supports: Some(supports),

@@ -166,6 +166,7 @@ fn falling_scene() -> LagrangianScene {
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         objects: vec![ObjectModel {
             members: 0..64,
+            recording: None,
             dynamics: Dynamics::Particles(ParticleDynamics {
                 system,
                 supports,

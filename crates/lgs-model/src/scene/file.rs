@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
+use super::recording::Recording;
 use super::{LagrangianScene, MotionConfig, ObjectModel};
 use crate::tensor_file::{TensorFile, TensorFileError};
 use lgs_core::{CloudError, GaussianCloud};
@@ -105,6 +106,9 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
         let rows = [object.members.start as u32, object.members.end as u32];
         file.insert_indices(format!("object.{index}.rows"), &[2], &rows);
         insert_dynamics(&mut file, &format!("object.{index}"), &object.dynamics, object.members.len());
+        if let Some(recording) = &object.recording {
+            recording.insert_into(&mut file, &format!("object.{index}.recording"));
+        }
     }
     file
 }
@@ -182,5 +186,6 @@ fn read_object(
         }
     };
     let dynamics = read_dynamics(file, &prefix, members.len())?;
-    Ok(ObjectModel { members, dynamics })
+    let recording = Recording::read_from(file, &format!("{prefix}.recording"), members.len())?;
+    Ok(ObjectModel { members, dynamics, recording })
 }

@@ -8,6 +8,7 @@ mod dynamics;
 mod dynamics_file;
 mod file;
 mod motion;
+mod recording;
 
 use std::ops::Range;
 
@@ -19,6 +20,7 @@ pub use file::{
     SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors,
 };
 pub use motion::{Motion, SceneState};
+pub use recording::Recording;
 
 /// How the dynamic Gaussians are rolled out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +47,9 @@ pub struct ObjectModel {
     pub members: Range<usize>,
     /// Its potential and force, and the coordinates in which they act.
     pub dynamics: Dynamics,
+    /// Its motion inside the captured window if no law describes it; without an edit it is played there, and
+    /// the dynamics only carry it on.
+    pub recording: Option<Recording>,
 }
 
 /// A trained scene whose motion is a Lagrangian system.

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 
-use super::dynamics::{Dynamics, ObjectFields, Stretch};
+use super::dynamics::{Dynamics, ObjectFields, ParticleDynamics, Stretch};
 use super::{LagrangianScene, ObjectModel};
 
 /// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
@@ -75,7 +75,7 @@ impl<'a> Motion<'a> {
     pub fn fields(&mut self, object: usize, steps: usize) -> ObjectFields {
         self.extend(steps, Direction::Forward);
         let (state, t) = (&self.forward[steps], self.grid_time(steps, Direction::Forward));
-        let ObjectModel { members, dynamics } = &self.scene.objects[object];
+        let ObjectModel { members, dynamics, .. } = &self.scene.objects[object];
         let points = &self.scene.dynamic_gaussians.means[members.clone()];
         dynamics.fields(points, &part_of(state, members), (self.edit, t))
     }
@@ -112,11 +112,20 @@ impl<'a> Motion<'a> {
         Stretch { from, dt, steps, reversal: (direction == Direction::Backward).then_some(self.reversal) }
     }
 
+    /// Whether an object's recording is played: an edited motion is that of the dynamics.
+    fn plays(&self, object: &ObjectModel) -> bool {
+        object.recording.is_some() && self.edit == Edit::default()
+    }
+
     /// The states after each step of a stretch from `start`.
     fn advance(&self, start: &SceneState, stretch: Stretch) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..stretch.steps).map(|_| SceneState::default()).collect();
-        for ObjectModel { members, dynamics } in &self.scene.objects {
-            let path = match dynamics {
+        for object in &self.scene.objects {
+            let members = &object.members;
+            let path = match &object.dynamics {
+                Dynamics::Particles(particles) if self.plays(object) => {
+                    played(object, particles, (&part_of(start, members), stretch, self.edit))
+                }
                 Dynamics::Particles(particles) => {
                     particles.advance(&part_of(start, members), stretch, self.edit)
                 }
@@ -169,7 +178,7 @@ impl LagrangianScene {
     /// are the stored velocities, bit for bit.
     #[must_use]
     pub fn start_velocities(&self, edit: Edit) -> Vec<[f32; 3]> {
-        let of_object = |ObjectModel { members, dynamics }: &ObjectModel| {
+        let of_object = |ObjectModel { members, dynamics, .. }: &ObjectModel| {
             let q = &self.dynamic_gaussians.means[members.clone()];
             let stored = &self.velocities[members.clone()];
             match dynamics {
@@ -182,6 +191,21 @@ impl LagrangianScene {
         };
         self.objects.iter().flat_map(of_object).collect()
     }
+}
+
+/// The states of an object after each step: recorded ones as long as there are any, and from the last of them
+/// on those of its dynamics.
+fn played(
+    object: &ObjectModel,
+    dynamics: &ParticleDynamics,
+    (start, stretch, edit): (&SceneState, Stretch, Edit),
+) -> Vec<SceneState> {
+    let recorded = stretch.times().into_iter().map_while(|time| object.recording.as_ref()?.at(time));
+    let mut path: Vec<SceneState> = recorded.collect();
+    let rest = Stretch { steps: stretch.steps - path.len(), ..stretch };
+    let carried_on = dynamics.advance(path.last().unwrap_or(start), rest, edit);
+    path.extend(carried_on);
+    path
 }
 
 /// The rows of one object.

@@ -13,11 +13,12 @@ use lgs_distill::{
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
 use lgs_model::{
-    Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics,
+    Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics, Recording,
 };
 
 use super::config::MotionOptions;
 use super::observed_motion::observed_to_move;
+use super::recorder::Recorder;
 use crate::TrainError;
 
 /// A distilled scene with the report of every object.
@@ -75,13 +76,15 @@ pub fn initialise_scene(
     let found = find_objects(&trajectories, request.partition)?;
     let partition = found.with_only(&observed_to_move(source, &found, request));
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
-    Ok(assemble(&cloud, distilled, request))
+    let recorder = Recorder { source, trajectories: &trajectories, config: &object };
+    Ok(assemble(&cloud, distilled, request, &recorder))
 }
 
 fn assemble(
     cloud: &GaussianCloud,
     distilled: SceneDistillation,
     request: &InitialSceneRequest<'_>,
+    recorder: &Recorder<'_>,
 ) -> InitialScene {
     let static_rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
     let mut dynamic_gaussians = cloud.select(&[]);
@@ -92,12 +95,15 @@ fn assemble(
         let object = object.in_order(&order);
         let rows: Vec<usize> = order.iter().map(|&i| rows[i as usize]).collect();
         append(&mut dynamic_gaussians, &cloud.select(&rows));
-        dynamic_gaussians.means[start..].copy_from_slice(object.q0());
+        let recording = recorder.recording(&rows, &object);
+        let at_start = recording.as_ref().map_or(object.q0(), Recording::start);
+        dynamic_gaussians.means[start..].copy_from_slice(at_start);
         velocities.extend(object.v0());
         reports.push(object.report().clone());
         objects.push(ObjectModel {
             members: start..dynamic_gaussians.len(),
             dynamics: dynamics(object, request.motion),
+            recording,
         });
     }
     let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };

@@ -13,6 +13,7 @@ mod newton;
 mod object_tensors;
 mod observation;
 mod observed_motion;
+mod recorder;
 mod spread;
 mod subset;
 mod tune_dynamics;

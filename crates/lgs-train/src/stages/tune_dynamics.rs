@@ -72,7 +72,7 @@ impl<'a> TuneDynamics<'a> {
     pub fn new(scene: LagrangianScene, data: TrainingData<'a>, config: &'a TuneDynamicsConfig) -> Self {
         let TrainingData { frames, seed, device } = data;
         let of_particles = |(index, object): (usize, &ObjectModel)| {
-            let particles = object.dynamics.particles()?;
+            let particles = object.dynamics.particles().filter(|_| object.recording.is_none())?;
             Some(TrainableObject::new(index, particles, &scene, (config.initial_velocity, device)))
         };
         let objects = scene.objects.iter().enumerate().filter_map(of_particles).collect();

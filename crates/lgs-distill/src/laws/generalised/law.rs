@@ -6,9 +6,10 @@ use super::observed::ObservedPoses;
 use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
+use crate::report::{PositionBand, Rival};
 use glam::{DMat3, DVec3};
 use lgs_mechanics::bands::{Band, Verdict, trusted};
-use lgs_mechanics::choose::{Choice, DESCRIBED};
+use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
 use lgs_mechanics::coordinates::{Embedding, State};
 use lgs_mechanics::{Edit, Law, System};
 
@@ -18,6 +19,10 @@ const REACH: [f64; 2] = [-1.0, 3.0];
 const TIMES_IN_WINDOW: usize = 16;
 /// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
 const TRUSTED_FRACTION: f64 = 0.04;
+/// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
+const EXPLAINED_WINDOWS: f64 = 1.5;
+/// Weight below which a rival is not told of.
+const LEAST_WEIGHT: f64 = 0.01;
 /// Error of the integrator over three windows as a fraction of the way, and of tracks in single precision: no
 /// track is known better.
 const STEP_ERROR: f64 = 1e-4;
@@ -38,6 +43,8 @@ pub(crate) struct GeneralisedLaw {
     pub(crate) verdict: Verdict,
     /// Times since the first sample between which the forecast is trusted.
     pub(crate) trusted: [f64; 2],
+    /// The 90 % band around the forecast.
+    pub(crate) band: PositionBand,
     /// All laws in the same coordinates.
     pub(crate) choice: Choice,
 }
@@ -58,6 +65,7 @@ pub(crate) fn find_law(motion: &SharedMotion, resolution: f64, seed: u64) -> Opt
         window_error: 0.0,
         verdict: Verdict::Outside,
         trusted: [0.0; 2],
+        band: PositionBand::default(),
         law,
         start: fitted.start,
         base,
@@ -79,6 +87,17 @@ impl GeneralisedLaw {
             (narrow(position), narrow(rate.apply(position)))
         };
         shape.iter().map(state).unzip()
+    }
+
+    /// Laws in the same coordinates with a weight worth telling, the likeliest first.
+    pub(crate) fn rivals(&self) -> Vec<Rival> {
+        let weighted = self.choice.judged.iter().zip(self.choice.weights());
+        let told = weighted.filter(|(_, weight)| *weight >= LEAST_WEIGHT);
+        let rival = |(judged, weight): (&Judged, f64)| {
+            let names: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
+            Rival { terms: names.join(" + "), weight }
+        };
+        told.map(rival).collect()
     }
 
     /// The pose of the shape in a configuration.
@@ -124,8 +143,10 @@ impl GeneralisedLaw {
         let steps = band.middle.windows(2).map(|pair| self.distance(&points, &pair[0], &pair[1]));
         let path = steps.sum::<f64>() * window / (times[times.len() - 1] - times[0]);
         self.trusted = trusted(&times, &radius, [0.0, window], TRUSTED_FRACTION * path);
-        if self.trusted[1] >= 1.5 * window {
+        if self.trusted[1] >= EXPLAINED_WINDOWS * window {
             self.verdict = Verdict::Explained;
         }
+        let radius = radius.into_iter().map(|radius| radius.is_finite().then_some(radius)).collect();
+        self.band = PositionBand { times, radius };
     }
 }

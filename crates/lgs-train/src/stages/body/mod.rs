@@ -18,6 +18,8 @@ pub(super) enum Body {
     Particles(ParticleBody),
     /// A law in generalised coordinates.
     Law(LawBody),
+    /// A recorded motion, of which nothing is to be found.
+    Recorded,
 }
 
 /// A body's centre at a time, and the derivative of its pose by each unknown.
@@ -30,6 +32,7 @@ pub(super) struct Response {
 impl Body {
     pub(super) fn new(scene: &LagrangianScene, object: usize) -> Self {
         match &scene.objects[object].dynamics {
+            _ if scene.objects[object].recording.is_some() => Self::Recorded,
             Dynamics::Particles(particles) => {
                 Self::Particles(ParticleBody::new(scene, object, &particles.system))
             }
@@ -42,6 +45,7 @@ impl Body {
         match self {
             Self::Particles(body) => body.radius(),
             Self::Law(body) => body.radius(),
+            Self::Recorded => 1.0,
         }
     }
 
@@ -49,6 +53,7 @@ impl Body {
         match self {
             Self::Particles(body) => body.unknowns(),
             Self::Law(body) => body.unknowns(),
+            Self::Recorded => 0,
         }
     }
 
@@ -57,6 +62,7 @@ impl Body {
         match self {
             Self::Particles(body) => body.change(by, scene, object),
             Self::Law(body) => body.change(by, scene, object),
+            Self::Recorded => {}
         }
     }
 
@@ -66,6 +72,9 @@ impl Body {
         match self {
             Self::Particles(body) => body.responses(alone, change, times),
             Self::Law(body) => body.responses(alone, change, times),
+            Self::Recorded => {
+                times.iter().map(|_| Response { center: [0.0; 3], by_unknown: Vec::new() }).collect()
+            }
         }
     }
 
@@ -75,6 +84,7 @@ impl Body {
         match self {
             Self::Particles(body) => body.information_of_trajectories(alone, times),
             Self::Law(body) => body.information_of_trajectories(alone, times),
+            Self::Recorded => Vec::new(),
         }
     }
 }
@@ -86,7 +96,7 @@ pub(super) fn part_of(
     subset: usize,
     rng: &mut Stream,
 ) -> LagrangianScene {
-    let ObjectModel { members, dynamics } = &scene.objects[object];
+    let ObjectModel { members, dynamics, .. } = &scene.objects[object];
     let chosen = choose(members.len(), dynamics.supports().and_then(Supports::common), subset, rng);
     let rows: Vec<usize> = chosen.iter().map(|&i| members.start + i as usize).collect();
     let dynamic_gaussians = scene.dynamic_gaussians.select(&rows);
@@ -99,7 +109,7 @@ pub(super) fn part_of(
     LagrangianScene {
         static_gaussians: GaussianCloud::default(),
         velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
-        objects: vec![ObjectModel { members: 0..rows.len(), dynamics }],
+        objects: vec![ObjectModel { members: 0..rows.len(), dynamics, recording: None }],
         dynamic_gaussians,
         ..*scene
     }

@@ -1,0 +1,140 @@
+//! The recorded motion of an object that no law describes: its particles as the source model had them inside
+//! the captured window.
+
+use lgs_core::linear::{add, quat_normalize, scale, sub};
+use lgs_dynamics::State;
+
+use crate::tensor_file::{TensorFile, TensorFileError};
+
+/// States of an object's particles at ascending times, from t = 0 to the end of the captured window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    times: Vec<f32>,
+    /// `[T][n]`, world units.
+    positions: Vec<Vec<[f32; 3]>>,
+    /// `[T][n]` rotations since t = 0, unit quaternions `[w, x, y, z]`.
+    rotations: Vec<Vec<[f32; 4]>>,
+}
+
+impl Recording {
+    /// A recording; nothing if it has fewer than two times, or they do not ascend from 0 with a state each.
+    #[must_use]
+    pub fn new(
+        times: Vec<f32>,
+        positions: Vec<Vec<[f32; 3]>>,
+        rotations: Vec<Vec<[f32; 4]>>,
+    ) -> Option<Self> {
+        let n = positions.first()?.len();
+        let ascends = times.first() == Some(&0.0) && times.windows(2).all(|pair| pair[0] < pair[1]);
+        let is_whole = times.len() == positions.len()
+            && times.len() == rotations.len()
+            && positions.iter().all(|row| row.len() == n)
+            && rotations.iter().all(|row| row.len() == n);
+        (times.len() > 1 && ascends && is_whole).then_some(Self { times, positions, rotations })
+    }
+
+    /// Positions at t = 0.
+    #[must_use]
+    pub fn start(&self) -> &[[f32; 3]] {
+        &self.positions[0]
+    }
+
+    /// The same with its particles in another order: index of the first, of the second, ….
+    #[must_use]
+    pub fn in_order(self, order: &[u32]) -> Self {
+        let positions = self.positions.iter().map(|row| picked(row, order)).collect();
+        let rotations = self.rotations.iter().map(|row| picked(row, order)).collect();
+        Self { positions, rotations, times: self.times }
+    }
+
+    /// The state at a time, between the two nearest ones; nothing outside of the recording.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Option<State> {
+        let (first, last) = (f64::from(self.times[0]), f64::from(self.times[self.times.len() - 1]));
+        if !(first..=last + 1e-6).contains(&time) {
+            return None;
+        }
+        let next = self.times.partition_point(|&t| f64::from(t) <= time).clamp(1, self.times.len() - 1);
+        let span = self.times[next] - self.times[next - 1];
+        let part = ((time as f32 - self.times[next - 1]) / span).clamp(0.0, 1.0);
+        let pairs = self.positions[next - 1].iter().zip(&self.positions[next]);
+        let (q, v) =
+            pairs.map(|(&a, &b)| (add(a, scale(sub(b, a), part)), scale(sub(b, a), 1.0 / span))).unzip();
+        let turns = self.rotations[next - 1].iter().zip(&self.rotations[next]);
+        let rotation = turns.map(|(a, b)| between(a, b, part)).collect();
+        Some(State { q, v, rotation })
+    }
+
+    /// Adds the recording to a file under a prefix.
+    pub(super) fn insert_into(&self, file: &mut TensorFile, prefix: &str) {
+        let (samples, n) = (self.times.len(), self.positions[0].len());
+        file.insert(format!("{prefix}.times"), &[samples, 1], &self.times);
+        file.insert(format!("{prefix}.positions"), &[samples * n, 3], self.positions.concat().as_flattened());
+        file.insert(format!("{prefix}.rotations"), &[samples * n, 4], self.rotations.concat().as_flattened());
+    }
+
+    /// Reads what [`Self::insert_into`] wrote for `n` particles; nothing if there is none.
+    pub(super) fn read_from(
+        file: &TensorFile,
+        prefix: &str,
+        n: usize,
+    ) -> Result<Option<Self>, TensorFileError> {
+        let name = format!("{prefix}.times");
+        if !file.names().any(|known| known == name) {
+            return Ok(None);
+        }
+        let times: Vec<f32> = file.rows::<1>(&name)?.into_iter().map(|[time]| time).collect();
+        let positions = samples(file, &format!("{prefix}.positions"), (times.len(), n))?;
+        let rotations = samples(file, &format!("{prefix}.rotations"), (times.len(), n))?;
+        let found = times.len();
+        let recording = Self::new(times, positions, rotations);
+        recording
+            .map(Some)
+            .ok_or_else(|| file.field(&name, "two or more times that ascend from 0", found.to_string()))
+    }
+}
+
+/// The rows of each sample.
+fn samples<const D: usize>(
+    file: &TensorFile,
+    name: &str,
+    (samples, n): (usize, usize),
+) -> Result<Vec<Vec<[f32; D]>>, TensorFileError> {
+    let rows = file.rows::<D>(name)?;
+    if n == 0 || rows.len() != samples * n {
+        return Err(file.field(name, &format!("{samples} × {n} rows"), rows.len().to_string()));
+    }
+    Ok(rows.chunks_exact(n).map(<[[f32; D]]>::to_vec).collect())
+}
+
+fn picked<T: Copy>(row: &[T], order: &[u32]) -> Vec<T> {
+    order.iter().map(|&i| row[i as usize]).collect()
+}
+
+/// The normalised mean of two rotations.
+fn between(a: &[f32; 4], b: &[f32; 4], part: f32) -> [f32; 4] {
+    let near = a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>().signum();
+    quat_normalize(std::array::from_fn(|i| a[i] * (1.0 - part) + near * b[i] * part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_is_played_between_its_times_alone() {
+        let turned = [0.0, 0.0, 0.0, 1.0];
+        let still = [1.0, 0.0, 0.0, 0.0];
+        let recording = Recording::new(
+            vec![0.0, 0.5],
+            vec![vec![[0.0; 3]], vec![[1.0, 0.0, 0.0]]],
+            vec![vec![still], vec![turned]],
+        )
+        .expect("a recording");
+        let middle = recording.at(0.25).expect("a state");
+        assert_eq!((middle.q[0], middle.v[0]), ([0.5, 0.0, 0.0], [2.0, 0.0, 0.0]));
+        assert!((middle.rotation[0][0] - middle.rotation[0][3]).abs() < 1e-6, "half of half a turn");
+        assert!(recording.at(0.6).is_none() && recording.at(-0.1).is_none());
+        assert!(Recording::new(vec![0.0], vec![vec![[0.0; 3]]], vec![vec![still]]).is_none());
+    }
+}
