@@ -9,6 +9,7 @@ use crate::motion::object_motion::ObjectMotion;
 use crate::particles::distill_particles;
 use crate::progress::DistillProgress;
 use crate::report::{DistillReport, GeneralisedReport};
+use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
 use lgs_mechanics::bands::Verdict;
 
@@ -38,7 +39,7 @@ pub fn distill(
 /// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
 fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<GeneralisedLaw> {
     let shared = motion.shared.as_ref().filter(|_| config.coordinates == CoordinatesKind::Generalised)?;
-    let found = find_law(&shared.shared, f64::from(config.forecast_tolerance), seed)?;
+    let found = find_law(&shared.shared, KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed)?;
     tracing::debug!(law = ?found.law, found.chi_square, ?found.verdict, ?found.trusted, "a law of the motion");
     Some(found)
 }

@@ -84,6 +84,10 @@ pub(crate) const MOST_REACH: f64 = 1.5;
 /// Rounding of 32-bit parameters of a law, as a fraction of its scales: anything smaller is no term.
 pub(crate) const PARAMETER_ROUNDING: f64 = 1e-4;
 
+/// Least standard deviation of a pose, as a fraction of what images do not resolve at one place (a tenth of a
+/// pixel): a pose is the mean over a body, of which some dozen places are independent.
+pub(crate) const KNOWN_FRACTION: f64 = 0.2;
+
 // Descents of laws (Levenberg–Marquardt)
 
 /// Iterations; a descent stops by itself long before.

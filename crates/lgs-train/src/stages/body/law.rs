@@ -1,13 +1,13 @@
-//! An object that follows a law in generalised coordinates: its start and the law's parameters are the
-//! unknowns, and derivatives of its motion are exact.
+//! An object that follows a law in generalised coordinates: its start, the law's parameters and the place of
+//! its joint or centre of mass are the unknowns.
 
 use glam::Vec3;
-use lgs_core::linear::{quat_mul, sub};
+use lgs_core::linear::{quat_mul, scale, sub};
 use lgs_mechanics::coordinates::Embedding;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
-use super::Response;
+use super::{Response, geometry};
 use crate::stages::initial_pose::{mean, spin};
 
 /// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
@@ -16,8 +16,11 @@ const UNIT_IN_DEVIATIONS: f64 = 30.0;
 /// Unit of a parameter without a known deviation, as a part of its value.
 const UNIT_IN_VALUES: f64 = 0.3;
 
-/// One object and the units of its unknowns: changes of the configuration at t = 0, of its velocity, and of
-/// the law's parameters.
+/// Step of the central differences by an unknown of the geometry, in its unit.
+const PROBE: f64 = 0.01;
+
+/// One object and the units of its unknowns: changes of the configuration at t = 0, of its velocity, of the
+/// law's parameters, and of the geometry of its coordinates.
 pub(in crate::stages) struct LawBody {
     base: GeneralisedDynamics,
     /// Root mean square distance from the centre, world units.
@@ -42,13 +45,13 @@ impl LawBody {
         self.units.len()
     }
 
-    /// The dynamics after a change.
-    fn changed(&self, by: &[f64]) -> GeneralisedDynamics {
+    /// The dynamics after a change of start and parameters, and after one of the geometry as well.
+    fn changed(&self, by: &[f64]) -> [GeneralisedDynamics; 2] {
         let change: Vec<f64> = by.iter().zip(&self.units).map(|(by, unit)| by * unit).collect();
         let mut changed = self.base.clone();
-        let n = changed.start.v.len();
+        let (n, m) = (changed.start.v.len(), changed.law.parameters.len());
         changed.start.x = changed.law.coordinates.retract(&changed.start.x, &change[..n]);
-        changed.start.v.iter_mut().zip(&change[n..]).for_each(|(v, change)| *v += change);
+        changed.start.v.iter_mut().zip(&change[n..2 * n]).for_each(|(v, change)| *v += change);
         let table = changed.law.table();
         let parameters = changed.law.parameters.iter_mut().zip(&change[2 * n..]);
         for ((parameter, change), (described, _)) in parameters.zip(&table) {
@@ -56,45 +59,47 @@ impl LawBody {
             let lower = if described.bounds[0] == 0.0 { 0.0 } else { f64::NEG_INFINITY };
             *parameter = (*parameter + change).max(lower);
         }
-        changed
+        let mut reshaped = changed.clone();
+        geometry::change(&change[2 * n + m..], &mut reshaped);
+        [changed, reshaped]
     }
 
     pub(super) fn change(&self, by: &[f64], scene: &mut LagrangianScene, object: usize) {
-        let changed = self.changed(by);
+        let [changed, reshaped] = self.changed(by);
         let members = scene.objects[object].members.clone();
         let moved = self.base.placed(&scene.dynamic_gaussians.means[members.clone()], &changed.start);
-        scene.velocities[members.clone()].copy_from_slice(&moved.v);
+        let velocities = reshaped.start_velocities(&moved.q, lgs_dynamics::Edit::default());
+        scene.velocities[members.clone()].copy_from_slice(&velocities);
         scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&moved.q);
         for (rotation, &turn) in scene.dynamic_gaussians.rotations[members].iter_mut().zip(&moved.rotation) {
             *rotation = quat_mul(turn, *rotation);
         }
-        scene.objects[object].dynamics = Dynamics::Generalised(changed);
+        scene.objects[object].dynamics = Dynamics::Generalised(reshaped);
     }
 
     pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {
-        let (points, changed) = (&alone.dynamic_gaussians.means, self.changed(change));
-        let response = |at: &Sensitivity| {
-            let q = self.base.placed(points, &at.state).q;
-            let center = mean(&q);
+        let positions = self.positions(alone, change, times);
+        let mut responses = Vec::with_capacity(times.len());
+        for (q, rates) in positions.iter().zip(self.rates(alone, change, times)) {
+            let center = mean(q);
             let offsets: Vec<[f32; 3]> = q.iter().map(|&p| sub(p, center)).collect();
-            let displacement = |rates: Vec<[f32; 3]>| {
-                let ([tx, ty, tz], [rx, ry, rz]) = (mean(&rates), spin(&offsets, &rates));
+            let displacement = |rates: &Vec<[f32; 3]>| {
+                let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
                 [tx, ty, tz, rx, ry, rz].map(f64::from)
             };
-            Response { center, by_unknown: self.rates(points, at).map(displacement).collect() }
-        };
-        sensitivities(&changed, times).iter().map(response).collect()
+            responses.push(Response { center, by_unknown: rates.iter().map(displacement).collect() });
+        }
+        responses
     }
 
     pub(super) fn information_of_trajectories(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
-        let points = &alone.dynamic_gaussians.means;
+        let particles = alone.dynamic_gaussians.len().max(1) as f64;
         let n = self.unknowns();
         let mut information = vec![0.0; n * n];
-        for at in sensitivities(&self.base, times) {
-            let rates: Vec<Vec<[f32; 3]>> = self.rates(points, &at).collect();
+        for rates in self.rates(alone, &vec![0.0; n], times) {
             let product = |a: &[[f32; 3]], b: &[[f32; 3]]| {
                 let pairs = a.as_flattened().iter().zip(b.as_flattened());
-                pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / points.len().max(1) as f64
+                pairs.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>() / particles
             };
             let cells = information.iter_mut().enumerate();
             cells.for_each(|(cell, sum)| *sum += product(&rates[cell / n], &rates[cell % n]));
@@ -102,15 +107,43 @@ impl LawBody {
         information
     }
 
-    /// Changes of the positions of particles that are at `points` at t = 0, by unknown and per unit of it.
-    fn rates(&self, points: &[[f32; 3]], at: &Sensitivity) -> impl Iterator<Item = Vec<[f32; 3]>> {
-        let embedding = Embedding::new(&self.base.law.coordinates, &self.base.start.x);
-        (0..self.unknowns()).map(move |unknown| {
-            let column = at.position.column(unknown) * self.units[unknown];
-            let rate = embedding.rates(&at.state.x, column.as_slice())[0];
-            let of_point = |&p: &[f32; 3]| rate.apply(Vec3::from(p).as_dvec3()).as_vec3().to_array();
-            points.iter().map(of_point).collect()
-        })
+    /// Positions of the particles of `alone` after a change, by time.
+    fn positions(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<[f32; 3]>> {
+        let [changed, reshaped] = self.changed(change);
+        let points = self.base.placed(&alone.dynamic_gaussians.means, &changed.start).q;
+        let times: Vec<f64> = times.iter().map(|&t| f64::from(t)).collect();
+        let states = reshaped.states(lgs_dynamics::Edit::default(), &times);
+        states.iter().map(|state| reshaped.placed(&points, state).q).collect()
+    }
+
+    /// Derivatives of the particles' positions: by time, unknown and particle. Those by start and parameters
+    /// are exact, those by the geometry central differences.
+    fn rates(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<Vec<[f32; 3]>>> {
+        let [changed, reshaped] = self.changed(change);
+        let points = self.base.placed(&alone.dynamic_gaussians.means, &changed.start).q;
+        let embedding = Embedding::new(&reshaped.law.coordinates, &reshaped.start.x);
+        let exact = |at: &Sensitivity| -> Vec<Vec<[f32; 3]>> {
+            let of_unknown = |unknown: usize| {
+                let column = at.position.column(unknown) * self.units[unknown];
+                let rate = embedding.rates(&at.state.x, column.as_slice())[0];
+                let of_point = |&p: &[f32; 3]| rate.apply(Vec3::from(p).as_dvec3()).as_vec3().to_array();
+                points.iter().map(of_point).collect()
+            };
+            (0..at.position.ncols()).map(of_unknown).collect()
+        };
+        let mut rates: Vec<Vec<Vec<[f32; 3]>>> = sensitivities(&reshaped, times).iter().map(exact).collect();
+        for unknown in self.unknowns() - geometry::unknowns(&self.base)..self.unknowns() {
+            let [ahead, behind] = [PROBE, -PROBE].map(|probe| {
+                let mut by = change.to_vec();
+                by[unknown] += probe;
+                self.positions(alone, &by, times)
+            });
+            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / PROBE) as f32);
+            for ((of_time, ahead), behind) in rates.iter_mut().zip(&ahead).zip(&behind) {
+                of_time.push(ahead.iter().zip(behind).map(rate).collect());
+            }
+        }
+        rates
     }
 }
 
@@ -144,5 +177,6 @@ fn units(dynamics: &GeneralisedDynamics, radius: f64, time_window: f32) -> Vec<f
         _ => UNIT_IN_VALUES * value.abs(),
     });
     units.extend(parameters.map(|unit| unit.max(f64::MIN_POSITIVE.sqrt())));
+    units.extend(geometry::units(dynamics, radius));
     units
 }

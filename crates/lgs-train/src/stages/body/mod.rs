@@ -1,5 +1,6 @@
 //! An object as a body: a few numbers change where it starts, how it starts and the constants of its law.
 
+mod geometry;
 mod law;
 mod particles;
 

@@ -1,0 +1,58 @@
+//! The geometry of generalised coordinates as unknowns: where a body's centre of mass, its pivot or its axis
+//! lies. The particles stay where they are at t = 0.
+
+use glam::{DQuat, DVec3};
+use lgs_mechanics::coordinates::Coordinates;
+use lgs_model::GeneralisedDynamics;
+
+/// Number of unknowns: the centre of mass of a free body and the pivot of a ball joint have three, a hinge has
+/// two for the direction of its axis and two for its place.
+pub(super) fn unknowns(dynamics: &GeneralisedDynamics) -> usize {
+    match dynamics.law.coordinates {
+        Coordinates::Rigid(_) | Coordinates::Ball(_) => 3,
+        Coordinates::Hinge(_) => 4,
+        _ => 0,
+    }
+}
+
+/// Units: the body's radius for places, a radian for directions.
+pub(super) fn units(dynamics: &GeneralisedDynamics, radius: f64) -> Vec<f64> {
+    match dynamics.law.coordinates {
+        Coordinates::Hinge(_) => vec![1.0, 1.0, radius, radius],
+        _ => vec![radius; unknowns(dynamics)],
+    }
+}
+
+/// Changes the geometry by some lengths and angles.
+pub(super) fn change(by: &[f64], dynamics: &mut GeneralisedDynamics) {
+    let GeneralisedDynamics { law, start } = dynamics;
+    match &mut law.coordinates {
+        Coordinates::Rigid(_) => {
+            // Another point of the body, in its own axes, takes the part of the centre of mass.
+            let (offset, turn) = (DVec3::from_slice(by), quaternion(&start.x));
+            let spin = DVec3::from_slice(&start.v);
+            add(&mut start.x[4..], turn * offset);
+            add(&mut start.v[3..], turn * spin.cross(offset));
+        }
+        Coordinates::Ball(ball) => {
+            let offset = DVec3::from_slice(by);
+            add(&mut ball.pivot, offset);
+            add(&mut ball.arm, -(quaternion(&start.x).inverse() * offset));
+        }
+        Coordinates::Hinge(hinge) => {
+            let axis = DVec3::from_array(hinge.axis);
+            let (first, second) = axis.any_orthonormal_pair();
+            hinge.axis = (axis + first * by[0] + second * by[1]).normalize().to_array();
+            add(&mut hinge.pivot, first * by[2] + second * by[3]);
+        }
+        _ => {}
+    }
+}
+
+fn quaternion(x: &[f64]) -> DQuat {
+    DQuat::from_xyzw(x[1], x[2], x[3], x[0]).normalize()
+}
+
+fn add(values: &mut [f64], change: DVec3) {
+    values.iter_mut().zip(change.to_array()).for_each(|(value, change)| *value += change);
+}
