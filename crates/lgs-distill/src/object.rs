@@ -3,7 +3,7 @@
 use crate::config::{CoordinatesKind, DistillConfig};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::generalised::{GeneralisedLaw, find_law};
+use crate::laws::generalised::{GeneralisedLaw, Laws, find_law};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::particles::distill_particles;
@@ -11,6 +11,7 @@ use crate::progress::DistillProgress;
 use crate::report::{DistillReport, GeneralisedReport};
 use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
+use lgs_dynamics::ForceKind;
 use lgs_mechanics::bands::Verdict;
 
 /// Finds the dynamics behind an object's trajectories: a law in generalised coordinates if one describes its
@@ -30,8 +31,10 @@ pub fn distill(
         return Err(DistillError::Empty);
     }
     let motion = denoise(trajectories, config);
-    if let Some(found) = law_of(&motion, config, seed).filter(|found| found.verdict != Verdict::Outside) {
-        return Ok(Distilled::Generalised(found.distilled(&motion)));
+    if let Some(law) = law_of(&motion, config, seed).map(|found| found.distilled(&motion, config))
+        && law.report.describes_window(config)
+    {
+        return Ok(Distilled::Generalised(law));
     }
     distill_particles(motion, config, seed, progress).map(Distilled::Particles)
 }
@@ -39,16 +42,17 @@ pub fn distill(
 /// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
 fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<GeneralisedLaw> {
     let shared = motion.shared.as_ref().filter(|_| config.coordinates == CoordinatesKind::Generalised)?;
-    let found = find_law(&shared.shared, KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed)?;
+    let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
+    let found = find_law(&shared.shared, laws, KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed)?;
     tracing::debug!(law = ?found.law, found.chi_square, ?found.verdict, ?found.trusted, "a law of the motion");
     Some(found)
 }
 
 impl GeneralisedLaw {
-    fn distilled(self, motion: &ObjectMotion) -> DistilledLaw {
+    fn distilled(self, motion: &ObjectMotion, config: &DistillConfig) -> DistilledLaw {
         let shape = motion.shared.as_ref().map_or(&[][..], |motion| &motion.shared.shape);
         let (q0, v0) = self.initial_states(shape);
-        let report = DistillReport {
+        let mut report = DistillReport {
             window_error: self.window_error,
             generalised: Some(GeneralisedReport {
                 law: self.law.clone(),
@@ -60,6 +64,13 @@ impl GeneralisedLaw {
             }),
             ..DistillReport::of_motion(motion)
         };
+        // Images do not show what is below their resolution, however well the tracks are known.
+        let describes = report.describes_window(config);
+        if let Some(law) =
+            report.generalised.as_mut().filter(|law| describes && law.verdict == Verdict::Outside)
+        {
+            law.verdict = Verdict::Described;
+        }
         DistilledLaw { law: self.law, start: self.start, q0, v0, report }
     }
 }

@@ -60,6 +60,9 @@ pub fn potential_against_truth(
     let compared = forces.into_iter().zip(labels).enumerate();
     let objects: Vec<ObjectPotential> = compared
         .filter_map(|(index, (force, label))| {
+            let is_joint = scene.objects[index].dynamics.generalised().is_some();
+            // A joint turns without a force; only particles by themselves need one to stay on their circles.
+            let force = force.filter(|force| !(is_joint && force.is_of_rotation()));
             Some(ObjectPotential { object: label?, ..against(&visited(motion, index), &force?) })
         })
         .collect();

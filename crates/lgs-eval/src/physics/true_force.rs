@@ -29,14 +29,7 @@ impl TrueForce {
             values.try_into().ok()
         };
         match law["law"].as_str()? {
-            "uniform gravity" => {
-                let g = [0.0, 0.0, -law["g"].as_f64()?];
-                Some(Self::Uniform(falling(
-                    g,
-                    vector("spin").unwrap_or_default(),
-                    vector("velocity").unwrap_or_default(),
-                )?))
-            }
+            "uniform gravity" => Some(Self::Uniform([0.0, 0.0, -law["g"].as_f64()?])),
             "uniform rotation" => {
                 let axis = *orthonormal(&[vector("axis")?]).first()?;
                 let helper = if axis[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
@@ -62,6 +55,12 @@ impl TrueForce {
         }
     }
 
+    /// Whether it is the force that keeps particles on circles about an axis.
+    #[must_use]
+    pub fn is_of_rotation(&self) -> bool {
+        matches!(self, Self::Harmonic { axis: Some(_), .. })
+    }
+
     /// The acceleration at a position.
     #[must_use]
     pub fn at(&self, q: [f64; 3]) -> [f64; 3] {
@@ -75,17 +74,6 @@ impl TrueForce {
             }
         }
     }
-}
-
-/// The conservative part of a fall with a spin ω about the vertical and a velocity v₀ at t = 0; nothing for
-/// other axes.
-///
-/// A point's acceleration is `g + ω × (ω × r)` with r from the moving centre, which is no function of the
-/// position. With the point's own velocity `v = v₀ + g t + ω × r` it is `(g − ω × v₀) + ω × v`, a uniform
-/// field and a gyroscopic force: the only form that U(q) and Q(q, v) can take.
-fn falling(g: [f64; 3], spin: [f64; 3], velocity: [f64; 3]) -> Option<[f64; 3]> {
-    let turn = cross(spin, velocity);
-    (norm(cross(spin, g)) <= 1e-9 * norm(spin) * norm(g)).then(|| std::array::from_fn(|c| g[c] - turn[c]))
 }
 
 /// Gram–Schmidt; directions that the earlier ones span are left out.
@@ -126,10 +114,8 @@ mod tests {
         assert_eq!(fall.at([3.0, 2.0, 1.0]), [0.0, 0.0, -0.9]);
         let throw =
             json!({"law": "uniform gravity", "g": 1.0, "spin": [0.0, 0.0, 2.0], "velocity": [0.5, 0.0, 3.0]});
-        assert_eq!(TrueForce::of_law(&throw), Some(TrueForce::Uniform([0.0, -1.0, -1.0])));
-        let tumble =
-            json!({"law": "uniform gravity", "g": 1.0, "spin": [1.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]});
-        assert_eq!(TrueForce::of_law(&tumble), None, "no potential of the position alone");
+        let fall = TrueForce::of_law(&throw);
+        assert_eq!(fall, Some(TrueForce::Uniform([0.0, 0.0, -1.0])), "a spin is no force");
         let up = [0.0, 0.0, 1.0];
         let fan = json!({"law": "uniform rotation", "center": up, "axis": up, "omega": 2.0});
         let force = TrueForce::of_law(&fan).expect("rotation").at([0.5, -0.25, 7.0]);

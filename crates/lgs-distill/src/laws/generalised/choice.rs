@@ -5,14 +5,15 @@ use super::kinematics::{Configured, free_systems, systems};
 use super::observed::ObservedPoses;
 use super::rigid_law::combined;
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, Judged, SLACK, candidates, choose, simplicity};
+use lgs_mechanics::choose::{Choice, Judged, SLACK, choose, simplicity};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
 use rayon::prelude::*;
 
-/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit.
-const MOST_KINEMATIC: f64 = 3.0;
+/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit. Tracks of images
+/// are off at the ends of a window by more than their noise.
+const MOST_KINEMATIC: f64 = 10.0;
 
 /// A chosen law with its rivals in the same coordinates.
 pub(super) struct Chosen {
@@ -84,10 +85,9 @@ fn choose_free(observed: &ObservedPoses) -> Vec<(Configured, Choice)> {
 /// The simplest of all laws in all coordinates within [`SLACK`] of the best evidence: indices of the system
 /// and of its law.
 fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usize)> {
-    let penalty = samples.max(1.0).ln();
     let all = found.iter().enumerate().flat_map(|(index, (system, choice))| {
         let evidence = move |judged: &Judged| {
-            judged.fitted.loss + system.chi_square + penalty * unknowns(system, judged)
+            judged.fitted.loss + system.chi_square + penalty(unknowns(system, judged), samples)
         };
         (choice.judged.iter().enumerate()).map(move |(at, judged)| (evidence(judged), index, at, judged))
     });
@@ -97,16 +97,6 @@ fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usiz
         let terms: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
         let coordinates = found[*index].0.coordinates.name();
         tracing::debug!(coordinates, ?terms, behind = evidence - best, "evidence of a law");
-        if std::env::var("DBG").is_ok() && evidence - best < 400.0 {
-            eprintln!(
-                "  {coordinates} {terms:?} behind {:.1} loss {:.1} kin {:.1} samples {samples:.0} unk {} p {:?}",
-                evidence - best,
-                judged.fitted.loss,
-                found[*index].0.chi_square,
-                unknowns(&found[*index].0, judged),
-                judged.fitted.law.parameters
-            );
-        }
     }
     let near = all.into_iter().filter(|(evidence, ..)| *evidence <= best + SLACK);
     let order = |(_, index, _, judged): &(f64, usize, usize, &Judged)| {
@@ -114,6 +104,15 @@ fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usiz
         judged.simplicity + system.constants + 2 * system.coordinates.freedoms()
     };
     near.min_by_key(order).map(|(_, index, at, _)| (index, at))
+}
+
+/// The Bayesian penalty of unknowns, with the correction for few samples that Akaike's criterion has (Hurvich
+/// and Tsai 1989): where tracks are so correlated that few samples count, a law with nearly as many unknowns
+/// explains anything.
+pub(super) fn penalty(unknowns: f64, samples: f64) -> f64 {
+    let left = samples - unknowns - 1.0;
+    let correction = if left > 0.0 { 2.0 * unknowns * (unknowns + 1.0) / left } else { f64::INFINITY };
+    unknowns * samples.max(1.0).ln() + correction
 }
 
 /// Unknowns of a law in its coordinates: constants of the geometry, start and parameters.
@@ -127,7 +126,7 @@ fn choose_center(observed: &ObservedPoses, x: &[Vec<f64>], at: usize) -> Option<
     let x: Vec<Vec<f64>> = x.iter().map(|x| x[at..].to_vec()).collect();
     let noise = observed.track.noise[3..].to_vec();
     let track = Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) };
-    choose(&candidates(&Coordinates::Point), &track, &track.scales(&Coordinates::Point))
+    choose(&observed.laws.candidates(&Coordinates::Point), &track, &track.scales(&Coordinates::Point))
 }
 
 /// The rotation of a free body: that about a pivot at its centre, on which no weight acts.
@@ -143,7 +142,8 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
     let has_arm = arm > 0.0;
     let is_own = |c: &Candidate| c.coordinates == coordinates && (has_arm || !acts_on(c, Port::Arm));
-    let list: Vec<Candidate> = candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
+    let list: Vec<Candidate> =
+        observed.laws.candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
     let length = if has_arm { arm } else { 1.0 };
     let time = observed.times[observed.times.len() - 1];
     choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })
@@ -151,7 +151,7 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
 
 fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
     let track = observed.along(joint, Track::new(joint, &observed.times, x));
-    choose(&candidates(joint), &track, &track.scales(joint))
+    choose(&observed.laws.candidates(joint), &track, &track.scales(joint))
 }
 
 fn acts_on(candidate: &Candidate, port: Port) -> bool {

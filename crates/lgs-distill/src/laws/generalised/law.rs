@@ -2,7 +2,7 @@
 
 use super::choice::{Chosen, choose_law};
 use super::modal::choose_modal;
-use super::observed::ObservedPoses;
+use super::observed::{Laws, ObservedPoses};
 use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
@@ -50,11 +50,16 @@ pub(crate) struct GeneralisedLaw {
 }
 
 /// Finds the law of a shared motion whose source does not resolve `resolution`, world units.
-pub(crate) fn find_law(motion: &SharedMotion, resolution: f64, seed: u64) -> Option<GeneralisedLaw> {
+pub(crate) fn find_law(
+    motion: &SharedMotion,
+    laws: Laws,
+    resolution: f64,
+    seed: u64,
+) -> Option<GeneralisedLaw> {
     let resolution = resolution.max(STEP_ERROR * motion.rms_displacement());
     let chosen = match motion.kind {
-        PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, resolution)),
-        PoseKind::Affine => choose_modal(motion, resolution),
+        PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, laws, resolution)),
+        PoseKind::Affine => choose_modal(motion, laws, resolution),
     };
     let Chosen { system, choice, chi_square } = chosen?;
     let fitted = choice.law().fitted.clone();

@@ -11,3 +11,4 @@ mod rigid_law;
 mod turning;
 
 pub(crate) use law::{GeneralisedLaw, find_law};
+pub(crate) use observed::Laws;

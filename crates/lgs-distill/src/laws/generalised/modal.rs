@@ -1,12 +1,13 @@
 //! Modes of a deforming body: the proper orthogonal decomposition of its affine motion, and the laws of their
 //! amplitudes (method §4.7).
 
-use super::choice::Chosen;
+use super::choice::{Chosen, penalty};
 use super::kinematics::Configured;
+use super::observed::Laws;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use glam::{DMat3, DVec3};
-use lgs_mechanics::choose::{Choice, candidates, choose};
+use lgs_mechanics::choose::{Choice, choose};
 use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
 use lgs_mechanics::fit::Track;
 use nalgebra::{DMatrix, Matrix3};
@@ -27,7 +28,7 @@ struct Decomposition {
 }
 
 /// Chooses the number of modes and the law of their amplitudes; `None` if none can be fitted.
-pub(super) fn choose_modal(motion: &SharedMotion, resolution: f64) -> Option<Chosen> {
+pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -> Option<Chosen> {
     let found = Decomposition::of(motion)?;
     let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
     let all = found.coordinates(ENTRIES);
@@ -40,7 +41,8 @@ pub(super) fn choose_modal(motion: &SharedMotion, resolution: f64) -> Option<Cho
             noise: whole.noise[..modes].to_vec(),
             ..Track::new(&system.coordinates, &times, &system.x)
         };
-        let choice = choose(&candidates(&system.coordinates), &track, &track.scales(&system.coordinates))?;
+        let choice =
+            choose(&laws.candidates(&system.coordinates), &track, &track.scales(&system.coordinates))?;
         Some(chosen(system, choice, samples))
     };
     let evidence = |(evidence, _): &(f64, Chosen)| *evidence;
@@ -55,7 +57,7 @@ fn chosen(system: Configured, choice: Choice, samples: f64) -> (f64, Chosen) {
         (system.constants + 2 * system.coordinates.freedoms() + law.fitted.law.parameters.len()) as f64;
     let loss = law.fitted.loss + system.chi_square;
     let chi_square = loss / (samples - unknowns).max(1.0);
-    (loss + samples.max(1.0).ln() * unknowns, Chosen { system, choice, chi_square })
+    (loss + penalty(unknowns, samples), Chosen { system, choice, chi_square })
 }
 
 impl Decomposition {

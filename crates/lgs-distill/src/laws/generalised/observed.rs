@@ -5,9 +5,30 @@ use crate::math::trace;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use glam::{DMat3, DQuat, DVec3};
+use lgs_mechanics::Candidate;
+use lgs_mechanics::choose::candidates;
 use lgs_mechanics::coordinates::{Coordinates, Inertia, State};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
+use lgs_mechanics::terms::Role;
+
+/// Which laws are admitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Laws {
+    /// Those without a force Q, as without the force in the paper's ablation.
+    Conservative,
+    /// All.
+    All,
+}
+
+impl Laws {
+    /// The admitted laws in some coordinates.
+    pub(super) fn candidates(self, coordinates: &Coordinates) -> Vec<Candidate> {
+        let conserves =
+            |candidate: &Candidate| candidate.terms.iter().all(|term| term.kind.role() == Role::Conserves);
+        candidates(coordinates).into_iter().filter(|c| self == Self::All || conserves(c)).collect()
+    }
+}
 
 /// Poses of a body, times counted from the first sample.
 pub(super) struct ObservedPoses {
@@ -17,6 +38,8 @@ pub(super) struct ObservedPoses {
     pub(super) inertia: Inertia,
     /// The same poses in rigid coordinates.
     pub(super) track: Track,
+    /// Laws that are admitted.
+    pub(super) laws: Laws,
     rigid: Coordinates,
     /// Root mean square distance of the particles from the centre.
     radius: f64,
@@ -26,7 +49,7 @@ pub(super) struct ObservedPoses {
 impl ObservedPoses {
     /// The poses of a shared motion. `resolution` is a length that the source of the tracks does not resolve:
     /// no pose is known better.
-    pub(super) fn new(motion: &SharedMotion, resolution: f64) -> Self {
+    pub(super) fn new(motion: &SharedMotion, laws: Laws, resolution: f64) -> Self {
         let inertia = of_particles(&motion.covariance());
         let rigid = Coordinates::Rigid(inertia);
         let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
@@ -35,7 +58,7 @@ impl ObservedPoses {
         let radius = trace(&motion.covariance()).sqrt();
         coarsen(&mut track.noise[..3], resolution / radius.max(f64::MIN_POSITIVE));
         coarsen(&mut track.noise[3..], resolution);
-        Self { times, poses: motion.poses.clone(), inertia, track, rigid, radius, resolution }
+        Self { times, poses: motion.poses.clone(), inertia, track, laws, rigid, radius, resolution }
     }
 
     /// χ² of other poses at the same times, whitened.
