@@ -10,13 +10,14 @@ use lgs_model::{LagrangianScene, save_scene, scene_from_tensors, scene_to_tensor
 use crate::TrainError;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
-use crate::driver::{Control, Driver, Progress, SceneTrainer, Trainer};
+use crate::driver::{Control, Progress, SceneTrainer, Trainer};
 use crate::import::imported_source;
 use crate::run_folder::RunFolder;
 use crate::source::SourceTrainer;
 use crate::stages::{
     FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene,
 };
+use crate::training_loop::TrainingLoop;
 
 /// The models of a finished run.
 pub struct Trained {
@@ -75,7 +76,7 @@ impl Pipeline<'_> {
         }
         let mut trainer =
             SourceTrainer::new(self.dataset, &self.config.source, self.config.seed, self.device)?;
-        self.driver().drive(&mut trainer, latest, control)?;
+        self.training_loop().drive(&mut trainer, latest, control)?;
         let source = trainer.model();
         self.run.write_source(&*source, trainer.step_index(), self.dataset)?;
         Ok(source)
@@ -98,14 +99,14 @@ impl Pipeline<'_> {
                 continue;
             }
             let mut trainer = self.trainer(stage, scene);
-            self.driver().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
+            self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
         }
         Ok(scene)
     }
 
-    fn driver(&self) -> Driver<'_> {
-        Driver { run: self.run, config: self.config, checkpoints: &self.checkpoints }
+    fn training_loop(&self) -> TrainingLoop<'_> {
+        TrainingLoop { run: self.run, config: self.config, checkpoints: &self.checkpoints }
     }
 
     /// Whether there is anything to tune on; without, training ends with stage 1.

@@ -1,7 +1,7 @@
 //! Motions that no autonomous law explains: their paths are functions of time.
 
 use super::draws::Draws;
-use super::motion::Pose;
+use super::pose::Pose;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;

@@ -19,11 +19,13 @@
 //! Scenes that no law explains have none.
 
 use super::body::Stage;
+use super::error::SynthError;
+use super::law_file::law;
+use super::options::SynthOptions;
 use super::scenes::Scene;
 use super::trace::{self, Backdrop};
 use super::truth;
 use super::view::{HELD_OUT, View};
-use super::{SynthError, SynthOptions, law};
 use crate::dataset::Progress;
 use crate::edit::MotionEdit;
 use crate::files::{self, FileError};

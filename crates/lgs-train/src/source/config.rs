@@ -3,9 +3,8 @@
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 use serde::{Deserialize, Serialize};
 
-use super::advection::AdvectionConfig;
 use super::config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    AdvectionConfig, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 use crate::thresholds::{MAX_STRETCH, REFERENCE_WIDTH};
 

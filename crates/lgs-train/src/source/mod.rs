@@ -11,6 +11,7 @@ mod densify;
 mod density;
 mod guide;
 mod initial;
+mod moment;
 mod motion;
 mod order;
 mod presets;
@@ -22,10 +23,9 @@ mod statistics;
 mod trainer;
 mod validate;
 
-pub use advection::AdvectionConfig;
 pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
 pub use config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    AdvectionConfig, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 pub use trainer::SourceTrainer;

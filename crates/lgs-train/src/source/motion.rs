@@ -14,19 +14,12 @@ use lgs_model::source::{
 };
 use rand::RngExt;
 
-use super::advection::{AdvectionConfig, training_advection};
+use super::advection::training_advection;
 use super::config::SourceConfig;
+use super::config_groups::AdvectionConfig;
+use super::moment::Moment;
 use crate::cloud_tensors::{CloudTensors, row_indices};
 use crate::thresholds::AGREEMENT_STRIDE;
-
-/// The time of a training frame, and the state of the schedule when it is drawn.
-#[derive(Clone, Copy)]
-pub(super) struct Moment {
-    pub(super) time: f32,
-    pub(super) iteration: usize,
-    /// End of the time window that training has grown to.
-    pub(super) window_end: f32,
-}
 
 /// Networks that move Gaussians, without their parameters, which the trainer keeps as one flat vector.
 pub(super) trait SourceMotion {

@@ -4,12 +4,11 @@
 use lgs_core::DEFAULT_NEAR;
 use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
 
-use super::advection::AdvectionConfig;
 use super::config::SourceConfig;
 use super::config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    AdvectionConfig, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
-use crate::config::Preset;
+use crate::preset::Preset;
 
 /// Near plane of FreeGave as published, world units.
 const FREEGAVE_NEAR: f32 = 0.8;
@@ -213,5 +212,29 @@ impl DensifyConfig {
             white_reset_at: 500,
             max_gaussians: 0,
         }
+    }
+}
+
+impl Default for LearningRates {
+    fn default() -> Self {
+        SourceConfig::quick().learning_rates
+    }
+}
+
+impl Default for DensifyConfig {
+    fn default() -> Self {
+        SourceConfig::quick().densify
+    }
+}
+
+impl Default for RigidityConfig {
+    fn default() -> Self {
+        SourceConfig::quick().rigidity
+    }
+}
+
+impl Default for GuideConfig {
+    fn default() -> Self {
+        SourceConfig::quick().guide
     }
 }

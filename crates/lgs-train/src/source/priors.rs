@@ -6,7 +6,7 @@ use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
 use super::guide::Guide;
-use super::motion::Moment;
+use super::moment::Moment;
 use super::rigidity::NeighborGraph;
 use super::static_regulariser;
 use crate::cloud_tensors::host_rows;
