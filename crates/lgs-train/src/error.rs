@@ -99,3 +99,38 @@ impl TrainError {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_end_with_the_path_that_they_expose() {
+        let path = || PathBuf::from("run/file");
+        let denied = || FileError::new("read file", Path::new("run/file"), std::io::Error::other("denied"));
+        let mismatch = TrainError::Mismatch {
+            path: path(),
+            what: "dataset",
+            expected: "a".to_owned(),
+            found: "b".to_owned(),
+        };
+        let import = TrainError::Import { path: path(), expected: "a".to_owned(), found: "b".to_owned() };
+        let missing = TensorFileError::Missing { path: path(), field: "means".to_owned() };
+        let syntax = crate::config::ConfigError::Syntax { path: path(), reason: "no value".to_owned() };
+        let all = [
+            mismatch,
+            import,
+            TrainError::NoFrames(path()),
+            TrainError::Occupied(path()),
+            denied().into(),
+            missing.into(),
+            TensorFileError::from(denied()).into(),
+            syntax.into(),
+        ];
+        for error in all {
+            assert_eq!(error.path(), Some(Path::new("run/file")), "{error}");
+            assert!(error.to_string().ends_with(": run/file"), "{error}");
+        }
+        assert_eq!(TrainError::NonFinite { stage: "source", step: 3 }.path(), None);
+    }
+}
