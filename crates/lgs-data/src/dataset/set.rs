@@ -11,8 +11,8 @@ use std::path::PathBuf;
 pub struct Dataset {
     /// The folder.
     pub root: PathBuf,
-    /// Frames by split, in file order; `train` is always among them unless [`LoadOptions::splits`] says
-    /// otherwise.
+    /// Frames by split, in file order; `train` is always among them unless [`super::LoadOptions::splits`]
+    /// says otherwise.
     pub splits: BTreeMap<String, Vec<Frame>>,
     /// The edits that some splits show: the same start under other physics. Such splits are not of the motion
     /// that the others show.
