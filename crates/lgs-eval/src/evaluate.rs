@@ -28,7 +28,7 @@ use crate::physics::potential::potential_against_truth;
 use crate::physics::trajectory::trajectory_errors;
 use crate::split_score::{FrameRow, aggregate, foreground_rule, score_frames};
 
-/// What is evaluated, and against what.
+/// A run's two models, and the truth that they are compared with.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
     /// The Lagrangian scene.
@@ -41,10 +41,10 @@ pub struct Subject<'a> {
     pub truth: Option<&'a GroundTruth>,
 }
 
-/// What to compute.
+/// The choices of an evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct EvalOptions<'a> {
-    /// How negative times are reached.
+    /// The way in which negative times are reached.
     pub reversal: Reversal,
     /// Compare images at half their size, as the published figures of single objects.
     pub half_resolution: bool,

@@ -5,8 +5,8 @@
 //! all of it on the same [`lgs_model::Motion`] and the same rasterizer as training: nothing is scored that is
 //! not also what a user renders.
 //!
-//! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and
-//! becomes `null`; no figure is made up.
+//! A figure that can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None`
+//! and becomes `null`; no figure is made up.
 
 mod cost;
 mod evaluate;
@@ -19,6 +19,7 @@ pub mod physics;
 mod render;
 mod split_score;
 pub mod table;
+mod thresholds;
 
 pub use cost::{Cost, StageCost};
 pub use evaluate::{EvalOptions, Subject, evaluate};

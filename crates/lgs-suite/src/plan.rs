@@ -243,7 +243,7 @@ mod tests {
                     .join(format!("../../configs/freegave/{}.toml", cell.scene));
                 let mut source =
                     TrainConfig::resolve(plan.suite.preset, Some(&file), &[]).expect("settings").source;
-                // A truncated window ends the deformation 0.05 before its end (G53).
+                // A truncated window ends the deformation 0.05 before its end, as FreeGave trains it.
                 let until = cell.config.data.train_before;
                 if let Some(velocity) = source.velocity.as_mut().filter(|_| until > 0.0) {
                     velocity.max_time = ((until - 0.05) * 100.0).round() / 100.0;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::trunk::{Convolution, Trunk};
 
-/// What a file of weights is for.
+/// The network, and the part of it, that a file of weights is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WeightKind {
@@ -72,7 +72,7 @@ impl WeightKind {
         trunk.convolutions().flat_map(both).collect()
     }
 
-    /// What a checkpoint must be meant for, by the tensors that tell the networks apart.
+    /// The kind of weights in a checkpoint, told by the tensors in which the networks differ.
     pub(super) fn of(dict: &StateDict) -> Option<Self> {
         if let Some(shape) = dict.shape("features.0.weight") {
             // The first convolution's kernel: 11 × 11 or 3 × 3.

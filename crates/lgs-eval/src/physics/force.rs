@@ -1,4 +1,4 @@
-//! How much of the acceleration is force and how much is potential (G42), and what each object does.
+//! How much of the acceleration is force and how much is potential, and a summary of each object.
 //!
 //! Scaling the potential means something only where Q is small, since Q can contain a gradient.
 
@@ -7,9 +7,7 @@ use lgs_model::{LagrangianScene, Motion, ObjectModel, SceneState};
 use super::{centroid, length, window_steps};
 use crate::finite;
 use crate::metrics::ObjectSummary;
-
-/// Every how many steps states are looked at.
-const STRIDE: usize = 5;
+use crate::thresholds::STATE_STRIDE;
 
 /// Sums of magnitudes at the states visited.
 #[derive(Clone, Copy, Default)]
@@ -41,7 +39,7 @@ fn ratio(m: Magnitudes) -> Option<f64> {
 
 fn magnitudes(object: &ObjectModel, states: &[SceneState]) -> Magnitudes {
     let mut sum = Magnitudes::default();
-    for state in states.iter().step_by(STRIDE) {
+    for state in states.iter().step_by(STATE_STRIDE) {
         let (q, v) = (&state.q[object.members.clone()], &state.v[object.members.clone()]);
         sum.force += object.system.forces(q, v).iter().map(|&f| length(f)).sum::<f64>();
         sum.gradient += object.system.potential_gradients(q).iter().map(|&g| length(g)).sum::<f64>();

@@ -18,14 +18,16 @@ pub use truth::Truth;
 
 use lgs_model::MotionConfig;
 
+use crate::thresholds::STEP_TOLERANCE;
+
 /// Number of whole steps to the end of the captured window.
 pub(crate) fn window_steps(motion: &MotionConfig) -> usize {
-    (f64::from(motion.time_window) / f64::from(motion.dt) + 1e-3).floor() as usize
+    (f64::from(motion.time_window) / f64::from(motion.dt) + STEP_TOLERANCE).floor() as usize
 }
 
 /// Number of whole steps to the end of the long extrapolation, 3 τ_max.
 pub(crate) fn long_steps(motion: &MotionConfig) -> usize {
-    (3.0 * f64::from(motion.time_window) / f64::from(motion.dt) + 1e-3).floor() as usize
+    (3.0 * f64::from(motion.time_window) / f64::from(motion.dt) + STEP_TOLERANCE).floor() as usize
 }
 
 /// Distance of two points, in f64.

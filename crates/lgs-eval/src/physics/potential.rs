@@ -3,7 +3,7 @@
 //!
 //! Both are taken over the states that moving Gaussians visit in the captured window, at α = β = γ = 1. What
 //! acts besides the potential is not counted: a law that puts part of the acceleration into Q is off here
-//! even if its motion is right (G42); for harmonic laws `net_error` says so. The constants of the truth are
+//! even if its motion is right; for harmonic laws `net_error` says so. The constants of the truth are
 //! those of `scene.json`.
 
 use std::collections::BTreeMap;
@@ -17,16 +17,10 @@ use crate::finite;
 use crate::metrics::{ObjectPotential, PotentialAgainstTruth};
 
 pub use super::true_force::TrueForce;
-
-/// Every how many steps states are looked at.
-const STRIDE: usize = 5;
-
-/// Part of the mean variance that is added to every variance of the positions, so that flat motions have a
-/// regression.
-const RIDGE: f64 = 1e-9;
+use crate::thresholds::{CURVATURE_RIDGE, STATE_STRIDE};
 
 /// The true label of each object of a scene: that of most true points nearest to its Gaussians at t = 0;
-/// nothing for what stands still.
+/// nothing for an object that is static in truth.
 #[must_use]
 pub fn true_labels(scene: &LagrangianScene, truth: &Truth<'_>) -> Vec<Option<i32>> {
     let nearest = truth.matches(&scene.dynamic_gaussians.means);
@@ -76,7 +70,7 @@ pub fn potential_against_truth(
     })
 }
 
-/// Positions, −∇U and −∇U + Q of an object at the states looked at.
+/// Positions, −∇U and −∇U + Q of an object at the states that are measured.
 struct Visited {
     positions: Vec<[f64; 3]>,
     conservative: Vec<[f64; 3]>,
@@ -109,7 +103,7 @@ fn against(object: &ObjectModel, force: &TrueForce, states: &[SceneState]) -> Ob
 
 fn visited(object: &ObjectModel, states: &[SceneState]) -> Visited {
     let mut all = Visited { positions: Vec::new(), conservative: Vec::new(), net: Vec::new() };
-    for state in states.iter().step_by(STRIDE) {
+    for state in states.iter().step_by(STATE_STRIDE) {
         let (q, v) = (&state.q[object.members.clone()], &state.v[object.members.clone()]);
         all.positions.extend(q.iter().map(|p| p.map(f64::from)));
         all.conservative
@@ -136,7 +130,7 @@ fn curvatures(
             }
         }
     }
-    let ridge = RIDGE * (qq[0][0] + qq[1][1] + qq[2][2]) / 3.0;
+    let ridge = CURVATURE_RIDGE * (qq[0][0] + qq[1][1] + qq[2][2]) / 3.0;
     (0..3).for_each(|i| qq[i][i] += ridge);
     let inverse = inverse_of(&qq)?;
     let slope = |i: usize, j: usize| (0..3).map(|k| aq[i][k] * inverse[k][j]).sum::<f64>();

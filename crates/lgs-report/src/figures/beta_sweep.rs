@@ -1,5 +1,5 @@
 //! Falling time against the scale of the potential, both logarithmic: from rest, theory says an exponent of
-//! −½ (gap G43).
+//! −½ (method §7).
 
 use lgs_eval::{FallTime, Physics};
 use plotters::style::RGBColor;
