@@ -21,6 +21,7 @@ pub mod sheet;
 mod stroke;
 mod style;
 mod suite_page;
+mod thresholds;
 mod views;
 
 pub use canvas::Figure;

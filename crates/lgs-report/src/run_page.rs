@@ -16,7 +16,7 @@ use lgs_model::{LagrangianScene, Motion};
 use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::figures::{Curve, coloured_partition, run_figures};
-use crate::html;
+use crate::html::{self, FirstRow};
 
 /// Folder of the figures, inside of the run.
 pub const FIGURES: &str = "figures";
@@ -36,11 +36,11 @@ pub struct RunSubject<'a> {
     pub truth: Option<&'a GroundTruth>,
     /// Views to draw from where there is no dataset.
     pub cameras: &'a [Camera],
-    /// What was measured.
+    /// Figures of the run.
     pub metrics: &'a Metrics,
     /// PSNR by step of every stage that renders.
     pub training: &'a [Curve],
-    /// `config.toml`.
+    /// Contents of `config.toml`.
     pub config: &'a str,
 }
 
@@ -94,7 +94,7 @@ pub const FIGURE_NAMES: [&str; 9] = [
     "training",
 ];
 
-/// The page.
+/// The page of a run with its figures.
 #[must_use]
 pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     let metrics = subject.metrics;
@@ -106,14 +106,14 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
         foreground; over what differs from the background), SSIM and LPIPS without \
         unit.",
         &split_rows(metrics),
-        true,
+        FirstRow::Names,
     ));
     ["extrapolation", "psnr"].iter().for_each(|name| body.push_str(&figure(name)));
     body.push_str("<h2>Motion</h2>\n");
     body.push_str(&html::table(
         "Errors relative to path length; times in units of the captured sequence.",
         &physics_rows(metrics),
-        false,
+        FirstRow::Values,
     ));
     ["trajectories", "position-error", "potential", "beta-sweep", "time-reversal"]
         .iter()
@@ -122,11 +122,11 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     body.push_str(&html::table(
         "Centre at t = 0 in world units, mean velocity in world units per unit of time.",
         &object_rows(metrics),
-        true,
+        FirstRow::Names,
     ));
     body.push_str(&figure("partition"));
     body.push_str("<h2>Training</h2>\n");
-    body.push_str(&html::table("", &cost_rows(&metrics.cost), true));
+    body.push_str(&html::table("", &cost_rows(&metrics.cost), FirstRow::Names));
     body.push_str(&figure("training"));
     if !subject.config.is_empty() {
         body.push_str(&format!(

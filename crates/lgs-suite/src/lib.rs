@@ -22,6 +22,7 @@ mod suite_file;
 mod table;
 pub mod table_text;
 pub mod tables;
+mod thresholds;
 mod variants;
 
 pub use bundled::{BundledSuite, bundled_suites};

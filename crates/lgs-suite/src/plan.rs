@@ -56,7 +56,7 @@ pub struct Plan {
     data: Option<PathBuf>,
 }
 
-/// What a source depends on beside the scene.
+/// All that a source depends on beside the scene.
 #[derive(Serialize)]
 struct SourceKey<'a> {
     seed: u64,
@@ -146,8 +146,8 @@ impl Plan {
         }
     }
 
-    /// What is missing for the suite to run: scenes' folders that are absent, with what they should hold.
-    /// Synthetic scenes are never missing.
+    /// A message that names the scenes' folders that the suite needs and that are absent; nothing if there are
+    /// none. Synthetic scenes are never missing.
     #[must_use]
     pub fn missing_data(&self) -> Option<String> {
         let Scenes::Folders(folders) = &self.suite.data else { return None };

@@ -47,7 +47,7 @@ pub struct Suite {
     pub title: String,
     /// Scenes by name, in order.
     pub scenes: Vec<String>,
-    /// Where the scenes come from.
+    /// The origin of the scenes.
     pub data: Scenes,
     /// Source models, in order.
     pub methods: Vec<Method>,
@@ -68,7 +68,7 @@ pub struct Suite {
     overrides: Vec<Override>,
 }
 
-/// Where a suite's scenes come from.
+/// The origin of a suite's scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scenes {
     /// Made from the catalogue of synthetic scenes.
@@ -81,10 +81,10 @@ pub enum Scenes {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Folders {
-    /// Folder that holds one folder per scene, if none is given at the command line; relative to where the
+    /// Folder with one folder per scene, if none is given at the command line; relative to where the
     /// program is called.
     pub path: String,
-    /// What the folder should hold, for the message that it is absent.
+    /// Description of the folder's contents, for the message that it is absent.
     pub about: String,
 }
 

@@ -12,7 +12,7 @@ use crate::variants::{FULL, Variant, known_variants};
 
 /// Checks of a file.
 pub(crate) struct Check<'a> {
-    /// What messages call the file.
+    /// Name of the file in messages.
     pub(crate) origin: &'a str,
 }
 

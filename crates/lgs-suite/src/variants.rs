@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which table a variant is a row of.
+/// The table that a variant is a row of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VariantTable {
@@ -21,7 +21,7 @@ pub struct Variant {
     pub name: String,
     /// Name in tables.
     pub title: String,
-    /// Where it is shown.
+    /// The table that it is a row of.
     pub table: VariantTable,
     /// Its settings.
     pub settings: Vec<String>,

@@ -1,4 +1,4 @@
-//! Synthetic scenes with known laws: ray-traced datasets, and the ground truth to judge a model by.
+//! Synthetic scenes with known laws: ray-traced datasets, and the ground truth that a model is compared with.
 //!
 //! Bodies (`body.rs`, `shape.rs`, `texture.rs`) follow laws in closed form or simulated in doubles by small
 //! Runge–Kutta steps (`motion.rs`, `laws`, `simulation.rs`; no code is shared with the product's own

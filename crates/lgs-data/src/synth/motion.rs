@@ -1,4 +1,4 @@
-//! How bodies move: laws in closed form, simulated laws, impacts and motions given by time. Each gives the
+//! Motions of bodies: laws in closed form, simulated laws, impacts and motions given by time. Each gives the
 //! pose of a body at any time, also before zero, and what the same start would do under an edit.
 
 use super::bounce::Bounce;
@@ -89,7 +89,7 @@ impl Motion {
 
     /// Name and constants, for `scene.json`.
     ///
-    /// `constants` holds the numbers that a recovered law is compared with; `kind` says whether the law
+    /// `constants` are the numbers that a recovered law is compared with; `kind` says whether the law
     /// conserves, dissipates or drives.
     pub(super) fn describe(&self) -> Value {
         let mut description = self.law();

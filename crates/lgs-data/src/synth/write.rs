@@ -1,7 +1,7 @@
 //! A scene as a dataset folder.
 //!
 //! Everything goes into a temporary folder beside the destination, which is renamed when it is complete; a
-//! destination that holds anything is refused. Times are multiples of 1/60. With V training views (3 held-out
+//! destination that is not empty is refused. Times are multiples of 1/60. With V training views (3 held-out
 //! ones are added):
 //!
 //! | split | times | views |

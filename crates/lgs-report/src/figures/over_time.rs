@@ -10,7 +10,7 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, TEXT, border, dots, open, path, shade, write};
+use crate::chart::{Frame, TEXT, border, dots, open, open_with_grid, path, shade, write};
 use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::paths::{Paths, Tracks};
@@ -102,7 +102,7 @@ fn chart(
     }
     entries.push(named(LAGRANGIAN, "Lagrangian"));
     let axes = [Axis::linear(times, 10, TIME), y];
-    Figure::of(name, caption, &OverTime { lines, stretches, axes, window, entries }).map(Some)
+    Figure::of((name, caption), SIZE, &OverTime { lines, stretches, axes, window, entries }).map(Some)
 }
 
 /// Splits in the order of time, one of those inside the window.
@@ -168,15 +168,11 @@ fn place(sorted: &[f64], value: f64) -> Option<(usize, f64)> {
 }
 
 impl Drawing for OverTime {
-    fn size(&self) -> [f64; 2] {
-        SIZE
-    }
-
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let [x, y] = &self.axes;
-        let chart = open(area, FRAME, [x, y], false)?;
+        let chart = open(area, FRAME, [x, y])?;
         shade(&chart, 0.0, self.window)?;
-        let chart = open(area, FRAME, [x, y], true)?;
+        let chart = open_with_grid(area, FRAME, [x, y])?;
         for series in &self.lines {
             path(&chart, &series.points, line(series.colour, 2.0))?;
             if series.dotted {
@@ -191,8 +187,7 @@ impl Drawing for OverTime {
                 area,
                 &stretch.name,
                 [middle, FRAME.at[1] - 6.0],
-                TEXT,
-                FAINT,
+                (TEXT, FAINT),
                 (HPos::Center, VPos::Bottom),
             )?;
         }
