@@ -7,10 +7,10 @@
 //! so PSNR is also taken over the foreground alone: the union of the true and the predicted one. With alpha
 //! in the images the true foreground is `alpha > 0.5` and the predicted one `1 − transmittance > 0.5`. Opaque
 //! images say nothing about what is background, so both are then the pixels whose colour differs from the
-//! background colour in a channel by more than 10 of 255 levels; for a room that is nearly everything. That second
-//! mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque but as
-//! flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as binary
-//! images.
+//! background colour in a channel by more than 10 of 255 levels; for a room that is nearly everything. That
+//! second mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque
+//! but as flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as
+//! binary images.
 
 use lgs_core::{Image, psnr_of_mse};
 use serde::{Deserialize, Serialize};

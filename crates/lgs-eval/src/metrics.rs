@@ -148,7 +148,8 @@ pub struct Physics {
     pub edited_trajectory_error: BTreeMap<String, BTreeMap<String, Option<f64>>>,
     /// Largest change of the mean U + T over [0, 3 τ_max] without Q, over the largest mean T.
     pub energy_drift: Option<f64>,
-    /// Largest change of the mean U + T over [0, 3 τ_max] with Q, which may dissipate, over the largest mean T.
+    /// Largest change of the mean U + T over [0, 3 τ_max] with Q, which may dissipate, over the largest mean
+    /// T.
     pub energy_change_with_force: Option<f64>,
     /// Falling time ∝ β^slope; empty where nothing falls from rest.
     pub fall_time_exponent: FallTime,

@@ -1,5 +1,5 @@
-//! Every constant that decides what a report shows, with its reason. Sizes and colours of drawings stand beside
-//! their code and in `style`.
+//! Every constant that decides what a report shows, with its reason. Sizes and colours of drawings stand
+//! beside their code and in `style`.
 
 // Paths of particles
 

@@ -146,8 +146,8 @@ impl Plan {
         }
     }
 
-    /// A message that names the scenes' folders that the suite needs and that are absent; nothing if there are
-    /// none. Synthetic scenes are never missing.
+    /// A message that names the scenes' folders that the suite needs and that are absent; nothing if there
+    /// are none. Synthetic scenes are never missing.
     #[must_use]
     pub fn missing_data(&self) -> Option<String> {
         let Scenes::Folders(folders) = &self.suite.data else { return None };

@@ -101,8 +101,9 @@ impl WeightStore {
     /// Imports a PyTorch checkpoint.
     ///
     /// # Errors
-    /// If it can't be read, has the weights of none of the networks, a tensor is absent, misshapen or not finite, its
-    /// contents do not match the hash in its name, it is of LPIPS 0.0, or the folder can't be written.
+    /// If it can't be read, has the weights of none of the networks, a tensor is absent, misshapen or not
+    /// finite, its contents do not match the hash in its name, it is of LPIPS 0.0, or the folder can't be
+    /// written.
     pub fn import(&self, path: &Path) -> Result<Origin, WeightsError> {
         let dict = StateDict::open(path)?;
         let kind = WeightKind::of(&dict).ok_or_else(|| unknown(path, &dict))?;

@@ -12,7 +12,7 @@ use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::paths::spread;
 use crate::style::{LAGRANGIAN, TRUTH};
-use crate::thresholds::{LONG_ARROW, NOT_LONGER, REVERSAL_COLUMNS, SHORT_TIME, VELOCITY_ARROWS};
+use crate::thresholds::{LONG_ARROW, NOT_LONGER, REVERSAL_COLUMNS as COLUMNS, SHORT_TIME, VELOCITY_ARROWS};
 use crate::views::{drawn, longest_view, of_width, resized};
 
 /// Colour of the way back.
@@ -33,16 +33,11 @@ pub(crate) fn figure(
     if scene.dynamic_gaussians.is_empty() {
         return Ok(None);
     }
-    let (window, camera) = (scene.motion.time_window, of_width(&camera, image_width(REVERSAL_COLUMNS)));
-    let even: Vec<f32> =
-        (1..REVERSAL_COLUMNS).map(|i| window * i as f32 / (REVERSAL_COLUMNS - 1) as f32).collect();
+    let (window, camera) = (scene.motion.time_window, of_width(&camera, image_width(COLUMNS)));
+    let even: Vec<f32> = (1..COLUMNS).map(|i| window * i as f32 / (COLUMNS - 1) as f32).collect();
     let frames = past_frames(&seen, window, &even);
     let times: Vec<f32> = std::iter::once(0.0)
-        .chain(if frames.len() == REVERSAL_COLUMNS - 1 {
-            frames.iter().map(|f| -f.time).collect()
-        } else {
-            even
-        })
+        .chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even })
         .collect();
     let rows_of_arrows = followed(scene);
     let scale = LONG_ARROW / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
@@ -57,7 +52,7 @@ pub(crate) fn figure(
         Row { title: title.to_owned(), colour, cells: times.iter().map(&mut cell).collect() }
     };
     let mut rows = vec![row("forward", LAGRANGIAN, 1.0), row("backward", BACKWARD, -1.0)];
-    if frames.len() == REVERSAL_COLUMNS - 1 {
+    if frames.len() == COLUMNS - 1 {
         let zero = seen.iter().copied().find(|f| f.time.abs() < 1e-4);
         let of = |frame: Option<&Frame>| frame.map(|f| true_cell(f, scene, &camera));
         let cells = std::iter::once(of(zero)).chain(frames.iter().map(|f| of(Some(f)))).collect();
