@@ -1,4 +1,4 @@
-//! The contents of `metrics.json`, schema 1 (see the contract), and of `eval --json`.
+//! The contents of `metrics.json`, schema 1, and of `eval --json`.
 //!
 //! PSNR in dB; errors and ratios are fractions; times in units of the captured sequence; `null` where a
 //! figure can't be had.

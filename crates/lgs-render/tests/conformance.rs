@@ -1,4 +1,4 @@
-//! Agreement with the independent float64 implementation, as the contract asks: values and gradients.
+//! Agreement with an independent implementation in double precision: values and gradients.
 
 mod common;
 
