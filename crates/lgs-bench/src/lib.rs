@@ -11,6 +11,7 @@ pub mod memory;
 mod pairs;
 mod plain;
 pub mod table;
+mod threads;
 mod timing;
 pub mod triad;
 

@@ -4,7 +4,8 @@ use crate::matmul::Panels;
 use crate::pairs::Tile;
 use crate::plain::OnThreads;
 use crate::triad::Triad;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+
+pub use crate::threads::pool;
 
 /// What the machine reaches, on one core and on all of them together.
 #[derive(Clone, Copy, Debug)]
@@ -49,16 +50,4 @@ impl Machine {
         };
         Self { cores, gemm, bandwidth, pairs }
     }
-}
-
-/// A pool of so many threads.
-///
-/// # Panics
-/// If the threads can't be started.
-#[must_use]
-pub fn pool(threads: usize) -> ThreadPool {
-    ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .unwrap_or_else(|error| panic!("pool of {threads} threads: {error}"))
 }

@@ -1,7 +1,7 @@
 //! The plainest form of what the kernels do, on every thread of a pool, and operations that take turns with
 //! it.
 
-use crate::machine::pool;
+use crate::threads::pool;
 use crate::timing::{REPEATS, median_secs, medians_in_turns, times_in_turn};
 use rayon::ThreadPool;
 

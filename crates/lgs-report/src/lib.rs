@@ -20,13 +20,16 @@ mod run_page;
 pub mod sheet;
 mod stroke;
 mod style;
+mod subject;
+mod suite_cell;
 mod suite_page;
 mod thresholds;
 mod views;
 
 pub use canvas::Figure;
 pub use error::ReportError;
-pub use figures::{Curve, coloured_partition, run_figures};
-pub use run_page::{FIGURE_NAMES, FIGURES, RunSubject, run_html, write_run_report};
+pub use figures::{coloured_partition, run_figures};
+pub use run_page::{FIGURE_NAMES, FIGURES, run_html, write_run_report};
+pub use subject::{Curve, RunSubject};
 pub use suite_page::{read_metrics, suite_html, write_suite_report};
 pub use views::{longest_view, spread_in_time};

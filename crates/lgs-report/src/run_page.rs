@@ -2,47 +2,21 @@
 
 use std::path::Path;
 
-use lgs_core::Camera;
-use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::ply::write_ply;
-use lgs_data::synth::GroundTruth;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::table::{physics_rows, split_rows};
 use lgs_eval::{Cost, Footprint, Metrics};
-use lgs_model::source::SourceModel;
-use lgs_model::{LagrangianScene, Motion};
+use lgs_model::Motion;
 
 use crate::canvas::Figure;
 use crate::error::ReportError;
-use crate::figures::{Curve, coloured_partition, run_figures};
+use crate::figures::{coloured_partition, run_figures};
 use crate::html::{self, FirstRow};
+use crate::subject::RunSubject;
 
 /// Folder of the figures, inside of the run.
 pub const FIGURES: &str = "figures";
-
-/// A run as a report sees it.
-#[derive(Clone, Copy)]
-pub struct RunSubject<'a> {
-    /// Title of the page.
-    pub title: &'a str,
-    /// The Lagrangian scene.
-    pub scene: &'a LagrangianScene,
-    /// The model it was distilled from.
-    pub source: Option<&'a dyn SourceModel>,
-    /// True images; without them there is no strip of extrapolation.
-    pub dataset: Option<&'a Dataset>,
-    /// True motion.
-    pub truth: Option<&'a GroundTruth>,
-    /// Views to draw from where there is no dataset.
-    pub cameras: &'a [Camera],
-    /// Figures of the run.
-    pub metrics: &'a Metrics,
-    /// PSNR by step of every stage that renders.
-    pub training: &'a [Curve],
-    /// Contents of `config.toml`.
-    pub config: &'a str,
-}
 
 /// Draws all figures and writes them, the colour-coded splat file and `report.html` into a run's folder;
 /// figures of an earlier report that this run has no longer are removed.

@@ -10,19 +10,8 @@ use crate::error::ReportError;
 use crate::figures::suite_figure;
 use crate::html::{self, FirstRow};
 use crate::run_page::FIGURES;
+use crate::suite_cell::{Cell, SPLITS};
 use crate::thresholds::RUNS_WITH_STRIPS;
-
-/// Splits that are compared, in the order of time.
-pub(crate) const SPLITS: [&str; 4] = ["val", "test", "long", "past"];
-
-/// A run in a suite.
-#[derive(Clone, Debug)]
-pub(crate) struct Cell {
-    pub(crate) name: String,
-    pub(crate) folder: PathBuf,
-    /// Nothing for a run that has not been evaluated.
-    pub(crate) metrics: Option<Metrics>,
-}
 
 /// Writes a page over runs, given by a name and their folder, from the `metrics.json` of each; runs without
 /// one are listed as missing.

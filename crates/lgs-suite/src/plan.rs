@@ -16,7 +16,8 @@ use lgs_train::source::SourceConfig;
 use serde::Serialize;
 
 use crate::error::SuiteError;
-use crate::suite::{Folders, Scenes, Suite};
+use crate::scenes::{Folders, Scenes};
+use crate::suite::Suite;
 
 /// One run of a suite.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use lgs_data::synth;
 
 use crate::error::{SuiteError, listed};
 use crate::methods::{Method, method, methods};
-use crate::suite::{Folders, Scenes};
+use crate::scenes::{Folders, Scenes};
 use crate::suite_file::{File, Override, OwnVariant, Synthetic};
 use crate::variants::{FULL, Variant, known_variants};
 

@@ -7,7 +7,7 @@ use lgs_train::Preset;
 use serde::Deserialize;
 
 use crate::published::Published;
-use crate::suite::Folders;
+use crate::scenes::Folders;
 use crate::variants::VariantTable;
 
 /// Settings of some cells.

@@ -11,7 +11,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::Image;
 use lgs_model::TensorFileError;
 
-use super::InputRange;
+use super::input_range::InputRange;
 use super::store::Weights;
 use super::trunk::{Convolution, POOL_STRIDE, Step, Trunk};
 

@@ -12,20 +12,13 @@
 
 mod error;
 mod features;
+mod input_range;
 mod perceptual;
 pub mod store;
 mod trunk;
 mod weight_kind;
 
 pub use features::Lpips;
+pub use input_range::InputRange;
 pub use perceptual::{Perceptual, PerceptualScore};
 pub use trunk::Trunk;
-
-/// The values that the network is given for an image in [0, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InputRange {
-    /// Values in [−1, 1], as the network expects.
-    Symmetric,
-    /// The values in [0, 1] as they are, as the public evaluation scripts of FreeGave and DefGS do.
-    Unnormalised,
-}

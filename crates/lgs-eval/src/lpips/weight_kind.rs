@@ -82,3 +82,13 @@ impl WeightKind {
         Some(if shape.get(1) == Some(&192) { Self::AlexLinear } else { Self::VggLinear })
     }
 }
+
+impl Trunk {
+    /// The files that make this network.
+    pub(super) fn files(self) -> [WeightKind; 2] {
+        match self {
+            Self::Vgg => [WeightKind::VggTrunk, WeightKind::VggLinear],
+            Self::Alex => [WeightKind::AlexTrunk, WeightKind::AlexLinear],
+        }
+    }
+}

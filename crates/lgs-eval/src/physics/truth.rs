@@ -6,7 +6,7 @@ use lgs_core::linear::{Mat3, add, mat_vec, sub};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::kabsch;
 
-use super::{centroid, distance};
+use super::numbers::{centroid, distance};
 use crate::thresholds::TIME_TOLERANCE;
 
 /// Ground-truth points with their state at t = 0.

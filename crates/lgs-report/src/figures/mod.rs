@@ -14,7 +14,6 @@ mod trajectories;
 
 pub use partition::coloured_partition;
 pub(crate) use suite::suite_figure;
-pub use training::Curve;
 
 use lgs_core::Camera;
 use lgs_dynamics::{Edit, Reversal};
@@ -25,7 +24,7 @@ use lgs_model::Motion;
 use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::paths::Paths;
-use crate::run_page::RunSubject;
+use crate::subject::RunSubject;
 use crate::views::longest_view;
 
 /// All figures that a run has something for, in the order of the page.

@@ -10,7 +10,7 @@ use crate::chart::{Frame, TEXT, TITLE, border, dots, open, path, write};
 use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::style::{FAINT, GRID, INK, LAGRANGIAN, SOURCE, line};
-use crate::suite_page::{Cell, SPLITS};
+use crate::suite_cell::{Cell, SPLITS};
 
 const WIDTH: f64 = 820.0;
 /// Upper left corner of the first split's plot, shown pixels.

@@ -9,19 +9,11 @@ use crate::canvas::{Area, Drawing, Fault, Figure};
 use crate::chart::{Frame, TEXT, border, open_with_grid, path, segment, write};
 use crate::error::ReportError;
 use crate::style::{FAINT, INK, LAGRANGIAN, SOURCE, line, pale};
+use crate::subject::Curve;
 use crate::thresholds::{MEANS_PER_STAGE, NARROWEST_STAGE};
 
 const SIZE: [f64; 2] = [820.0, 320.0];
 const FRAME: Frame = Frame { at: [76.0, 36.0], size: [730.0, 234.0] };
-
-/// PSNR of training images in one stage.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curve {
-    /// Name of the stage.
-    pub stage: String,
-    /// Pairs of a step of the stage and the PSNR of its images, dB.
-    pub points: Vec<(f64, f64)>,
-}
 
 /// A stage's place on the common axis.
 struct Stage {
