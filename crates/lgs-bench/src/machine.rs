@@ -7,7 +7,7 @@ use crate::triad::Triad;
 
 pub use crate::threads::pool;
 
-/// What the machine reaches, on one core and on all of them together.
+/// Rates that the machine reaches, on one core and on all of them together.
 #[derive(Clone, Copy, Debug)]
 pub struct Machine {
     /// Cores of the run.
@@ -26,9 +26,9 @@ pub struct Machine {
 /// A rate of one core and of all cores together.
 #[derive(Clone, Copy, Debug)]
 pub struct PerCore {
-    /// With one core at work.
+    /// Rate with one core at work.
     pub single: f64,
-    /// With all cores at work.
+    /// Rate with all cores at work.
     pub all: f64,
 }
 

@@ -1,9 +1,9 @@
 //! DefGS: canonical Gaussians and a network that displaces, turns and scales them at a time
 //! (method §3.1).
 //!
-//! Our rasterizer normalises quaternions, so what is drawn at time t is `normalise(q/‖q‖ + Δr)`, and baking a
-//! time is exact by plain normalisation. (The authors' rasterizer does not.) A scale that the network pushes to zero or below is drawn, and baked, at
-//! [`DEFORMED_SCALE_FLOOR`].
+//! Our rasterizer normalises quaternions (the authors' does not), so the Gaussians drawn at time t have the
+//! rotations `normalise(q/‖q‖ + Δr)`, and a cloud with these rotations looks the same. A scale that the
+//! network pushes to zero or below is replaced by [`DEFORMED_SCALE_FLOOR`].
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub const DEFORMED_SCALE_FLOOR: f32 = 1e-6;
 pub struct DefGs {
     /// Gaussians before deformation.
     pub canonical: GaussianCloud,
-    /// What moves them.
+    /// The network that moves them.
     pub deformation: Deformation,
 }
 

@@ -40,7 +40,7 @@ use crate::tensor_file::TensorFile;
 /// A model of moving Gaussians that can be asked for any time of the captured window (times are in units of
 /// the sequence, see `docs`).
 pub trait SourceModel: Send + Sync {
-    /// What it is.
+    /// Kind of the model.
     fn kind(&self) -> SourceKind;
 
     /// Number of Gaussians; the same, and in the same order, at every time.
@@ -54,7 +54,7 @@ pub trait SourceModel: Send + Sync {
     /// All Gaussians as they are drawn at a time: unit quaternions, logarithms of positive scales.
     fn cloud_at(&self, time: f32) -> GaussianCloud;
 
-    /// Their centres alone, `[n]`, world units.
+    /// The Gaussians' centres at a time, `[n]`, world units.
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
 
     /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians
