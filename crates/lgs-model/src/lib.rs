@@ -11,6 +11,7 @@
 mod scene;
 pub mod source;
 mod tensor_file;
+mod thresholds;
 
 pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState};
 pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_model::TensorFileError;
+use lgs_model::source::SourceKind;
 
 /// The reason why a training run stopped.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +47,9 @@ pub enum TrainError {
     /// The dataset has no training images.
     #[error("the split `train` is empty: {0}")]
     NoFrames(PathBuf),
+    /// The kind of source model can only be imported.
+    #[error("a source `{}` is not trained from images", .0.name())]
+    NotTrained(SourceKind),
     /// A value became NaN or infinite.
     #[error("step {step} of stage `{stage}`: the loss is not finite; a smaller learning rate may help")]
     NonFinite {
@@ -95,7 +99,9 @@ impl TrainError {
             | Self::NoFrames(path)
             | Self::Mismatch { path, .. }
             | Self::Occupied(path) => Some(path),
-            Self::Distill(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => None,
+            Self::Distill(_) | Self::NotTrained(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => {
+                None
+            }
         }
     }
 }

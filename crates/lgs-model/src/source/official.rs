@@ -15,7 +15,7 @@ use lgs_nn::encoding::encoded_width;
 
 use super::config::{DeformationConfig, HeadInit, MotionHead, ScaleMode};
 use super::defgs::DefGs;
-use super::file::SourceError;
+use super::error::SourceError;
 use super::network::{Deformation, InputFrame};
 use super::pose::DELTAS;
 

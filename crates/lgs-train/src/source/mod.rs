@@ -4,14 +4,12 @@
 //! A step of [`SourceTrainer`] is one iteration: pick a frame, draw the deformed Gaussians, go back through
 //! loss, rasterizer and network, densify, and take one step of Adam per parameter group.
 
-mod advection;
 mod config;
 mod config_groups;
 mod densify;
 mod density;
 mod guide;
 mod initial;
-mod moment;
 mod motion;
 mod order;
 mod presets;
@@ -26,6 +24,6 @@ mod validate;
 pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
 pub use config_groups::{
-    AdvectionConfig, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 pub use trainer::SourceTrainer;

@@ -2,11 +2,11 @@
 //! `quick` ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
 use lgs_core::DEFAULT_NEAR;
-use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
+use lgs_model::source::{AdvectionConfig, DeformationConfig, SourceKind, VelocityConfig};
 
 use super::config::SourceConfig;
 use super::config_groups::{
-    AdvectionConfig, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 use crate::preset::Preset;
 
@@ -18,12 +18,11 @@ impl SourceConfig {
     #[must_use]
     pub fn preset(kind: SourceKind, preset: Preset) -> Self {
         match (kind, preset) {
-            (SourceKind::Defgs, Preset::Quick) => Self::quick(),
-            (SourceKind::Defgs, Preset::Paper) => Self::paper(),
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
-            // Nothing is trained.
-            (SourceKind::Frames, _) => Self { kind, ..Self::quick() },
+            // The settings of `frames` have no effect: nothing is trained.
+            (SourceKind::Frames, _) | (_, Preset::Quick) => Self { kind, ..Self::quick() },
+            (_, Preset::Paper) => Self { kind, ..Self::paper() },
         }
     }
 

@@ -9,9 +9,9 @@ use super::config::RotationForm;
 use super::file::to_tensors;
 use super::inflated::drawn_shape;
 use super::network::{Advection, AdvectionInput, FreeGaveNetworks, carry};
-use crate::source::SourceModel;
 use crate::source::defgs::compose;
-use crate::source::file::SourceKind;
+use crate::source::kind::SourceKind;
+use crate::source::model::SourceModel;
 use crate::source::pose::DELTAS;
 use crate::tensor_file::TensorFile;
 

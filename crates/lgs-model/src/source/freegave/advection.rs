@@ -2,12 +2,12 @@
 //! trained (method §3.2).
 
 use lgs_core::stream;
-use lgs_model::source::VelocityConfig;
-use lgs_model::source::freegave::{Advection, Learns};
 use rand::RngExt;
 
-use super::config_groups::AdvectionConfig;
-use super::moment::Moment;
+use super::advection_config::AdvectionConfig;
+use super::config::VelocityConfig;
+use super::network::{Advection, Learns};
+use crate::source::motion::Moment;
 
 /// The advection of a training step (method §3.2): from a time before or after that of the frame, or from T*
 /// where the frame lies beyond it.
