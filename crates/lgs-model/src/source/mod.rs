@@ -4,8 +4,9 @@
 //! A [`SourceModel`] answers where every Gaussian is at a time of the captured window; nothing else of it is
 //! used downstream, so a learned deformation ([`DefGs`]), another method or trajectories from a file are
 //! interchangeable. A new kind is a file with an implementation of the trait, that of [`SourceMotion`] if it
-//! can be trained, a variant of [`SourceKind`], and its line in the list of kinds below. The deformation network ([`network`]) runs as one fused operation on slices; [`tensor`]
-//! makes it differentiable inside Burn, and [`mod@reference`] is its twin in plain tensor operations.
+//! can be trained, a variant of [`SourceKind`], and its line in the list of kinds below. The deformation
+//! network ([`network`]) runs as one fused operation on slices; [`tensor`] makes it differentiable inside
+//! Burn, and [`mod@reference`] is its twin in plain tensor operations.
 
 mod blocks;
 mod config;

@@ -23,11 +23,20 @@ impl CloudTensors {
 mod tests {
     use crate::adam::{AdamGroup, values};
     use crate::cloud_tensors::rows;
-    use crate::device::DeviceName;
+    use crate::device::{Device, DeviceName};
     use lgs_model::source::{
         AdvectionConfig, Canonical, Captured, DeformationConfig, HeadInit, InputFrame, Moment, MotionConfig,
         SourceKind, VelocityConfig,
     };
+
+    /// Unturned Gaussians at scattered positions.
+    fn scattered(device: &Device) -> Canonical {
+        let wave = |i: usize, f: f32| (i as f32 * f).sin();
+        let means: Vec<[f32; 3]> =
+            (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
+        let rotations = vec![[1.0, 0.0, 0.0, 0.0]; means.len()];
+        Canonical { means: rows(&means, device), rotations: rows(&rotations, device) }
+    }
 
     #[test]
     fn agreement_leads_the_velocity_field_to_the_deformation_and_not_the_reverse() {
@@ -41,12 +50,8 @@ mod tests {
         };
         let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.75, seed: 1 };
         let flow = SourceKind::Freegave.motion(&config, captured).expect("a kind that is trained");
-        let wave = |i: usize, f: f32| (i as f32 * f).sin();
-        let means: Vec<[f32; 3]> =
-            (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
-        let rotations = vec![[1.0, 0.0, 0.0, 0.0]; means.len()];
         let device = DeviceName::Cpu.device();
-        let canonical = Canonical { means: rows(&means, &device), rotations: rows(&rotations, &device) };
+        let canonical = scattered(&device);
         let params = flow.init(7);
         let mut network = AdamGroup::new(params.clone(), [params.len()], &device);
         let at = |iteration| Moment { time: 0.3, iteration, window_end: 0.75 };
