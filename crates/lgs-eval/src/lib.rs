@@ -12,6 +12,7 @@ mod cost;
 mod evaluate;
 pub mod half_size;
 pub mod image_score;
+pub mod laws;
 pub mod lpips;
 pub mod memory;
 mod metrics;
@@ -23,6 +24,7 @@ mod thresholds;
 
 pub use cost::{Cost, StageCost};
 pub use evaluate::{EvalOptions, Subject, evaluate};
+pub use lgs_mechanics::bands::Verdict;
 pub use metrics::{
     CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics,
     ObjectPotential, ObjectSummary, Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
+use crate::laws::ObjectLaw;
 use crate::lpips::store::Origin;
 
 /// Version of the layout.
@@ -258,7 +259,7 @@ pub struct FallTime {
 }
 
 /// Summary of one object of the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSummary {
     /// Number of its Gaussians.
     pub gaussians: usize,
@@ -268,6 +269,9 @@ pub struct ObjectSummary {
     pub mean_velocity: [f32; 3],
     /// Mean ‖Q‖ over mean ‖∇U‖ on its path.
     pub force_ratio: Option<f64>,
+    /// Law of its motion; absent without one in generalised coordinates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<ObjectLaw>,
 }
 
 /// Size of a scene.

@@ -10,7 +10,7 @@ use plotters_backend::DrawingBackend;
 use crate::axis::Axis;
 use crate::canvas::{Area, Fault};
 use crate::clip::clipped;
-use crate::style::{FAINT, GRID, INK, WINDOW, filled, letters, line, px};
+use crate::style::{FAINT, GRID, INK, filled, letters, line, px};
 
 /// A chart on two [`Axis`].
 pub(crate) type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
@@ -205,9 +205,16 @@ pub(crate) fn arrow<B: DrawingBackend>(
     area.draw(&Polygon::new(vec![canvas(to), side(1.0), side(-1.0)], filled(colour)))
 }
 
-/// Shades the captured window of a chart over time.
-pub(crate) fn shade<B: DrawingBackend>(chart: &Chart<'_, B>, from: f64, to: f64) -> Result<(), Fault<B>> {
+/// Shades a stretch of time of a chart, as far as the chart shows it.
+pub(crate) fn shade<B: DrawingBackend>(
+    chart: &Chart<'_, B>,
+    [from, to]: [f64; 2],
+    colour: RGBColor,
+) -> Result<(), Fault<B>> {
     let (x, y) = (chart.x_range(), chart.y_range());
+    if to <= x.start || from >= x.end {
+        return Ok(());
+    }
     let corners = [(from.max(x.start), y.start), (to.min(x.end), y.end)];
-    chart.plotting_area().draw(&Rectangle::new(corners, filled(WINDOW)))
+    chart.plotting_area().draw(&Rectangle::new(corners, filled(colour)))
 }

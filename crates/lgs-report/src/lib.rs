@@ -13,6 +13,7 @@ mod clip;
 mod error;
 mod figures;
 mod html;
+mod law_section;
 mod legend;
 mod paths;
 mod plane;

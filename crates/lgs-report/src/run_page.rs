@@ -13,6 +13,7 @@ use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::figures::{coloured_partition, run_figures};
 use crate::html::{self, FirstRow};
+use crate::law_section::law_sections;
 use crate::subject::RunSubject;
 
 /// Folder of the figures, inside of the run.
@@ -98,7 +99,7 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
         &object_rows(metrics),
         FirstRow::Names,
     ));
-    body.push_str(&figure("partition"));
+    body.push_str(&(figure("partition") + &law_sections(metrics)));
     body.push_str("<h2>Training</h2>\n");
     body.push_str(&html::table("", &cost_rows(&metrics.cost), FirstRow::Names));
     body.push_str(&figure("training"));

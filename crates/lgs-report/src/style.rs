@@ -30,6 +30,8 @@ pub(crate) const FAINT: RGBColor = RGBColor(0x8a, 0x8a, 0x8a);
 pub(crate) const GRID: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
 /// The captured window.
 pub(crate) const WINDOW: RGBColor = RGBColor(0xee, 0xf1, 0xf4);
+/// Times at which no forecast is trusted.
+pub(crate) const UNTRUSTED: RGBColor = RGBColor(0xfa, 0xe6, 0xde);
 /// Paper.
 pub(crate) const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
 

@@ -202,7 +202,7 @@ fn gap(metrics: &Metrics, read: fn(&SplitScore) -> Option<f64>) -> Option<f64> {
 }
 
 /// The error at the latest time that has one.
-fn last_trajectory_error(metrics: &Metrics) -> Option<f64> {
+pub(crate) fn last_trajectory_error(metrics: &Metrics) -> Option<f64> {
     let timed = metrics
         .physics
         .trajectory_error

@@ -11,6 +11,7 @@
 mod bundled;
 mod error;
 mod figures;
+mod law_tables;
 mod methods;
 mod plan;
 mod published;

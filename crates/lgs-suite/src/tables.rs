@@ -6,6 +6,7 @@ pub use crate::figures::Format;
 pub use crate::table::{Entry, Row, Table};
 
 use crate::figures::{Model, Over, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
+use crate::law_tables::{law_tables, systems};
 use crate::published::{self, Published};
 use crate::results::{Results, Summary};
 use crate::thresholds::NO_CHANGE;
@@ -14,13 +15,17 @@ use crate::variants::{FULL, Variant, VariantTable};
 /// All tables of a suite that have rows.
 #[must_use]
 pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
+    let [laws, no_laws] = law_tables(results);
     let tables = [
         extrapolation(results),
         windows(results),
         ablations(results),
+        systems(results),
         figures(results),
         splits(results),
         scenes(results),
+        laws,
+        no_laws,
     ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }

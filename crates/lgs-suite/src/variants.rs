@@ -12,6 +12,9 @@ pub enum VariantTable {
     /// Parts left out or changed (the paper's Table 3): the Lagrangian model.
     #[default]
     Ablations,
+    /// Other systems than the full method's, such as networks in place of terms: side by side with the
+    /// source.
+    Systems,
 }
 
 /// Named settings.

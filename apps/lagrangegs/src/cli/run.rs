@@ -92,6 +92,7 @@ impl Evidence {
             source: self.source.as_deref(),
             dataset: self.dataset.as_ref(),
             truth: self.truth.as_ref(),
+            laws: &[],
         }
     }
 }

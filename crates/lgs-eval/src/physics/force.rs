@@ -64,5 +64,6 @@ fn summary(
         center: start.map(|c| c as f32),
         mean_velocity: std::array::from_fn(|c| ((end[c] - start[c]) / span) as f32),
         force_ratio: ratio(m),
+        law: None,
     }
 }

@@ -5,6 +5,7 @@
 //! [`potential`] against the true one. Sums are in f64 and in the order of Gaussians and times.
 
 pub mod cycle;
+pub mod edited;
 pub mod energy;
 pub mod extent;
 pub mod fall;

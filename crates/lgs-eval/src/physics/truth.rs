@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use lgs_core::linear::{Mat3, add, mat_vec, sub};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::kabsch;
+use lgs_mechanics::bands::Verdict;
 
 use super::numbers::{centroid, distance};
 use crate::thresholds::TIME_TOLERANCE;
@@ -53,6 +54,12 @@ impl<'a> Truth<'a> {
     #[must_use]
     pub fn law(&self, object: i32) -> Option<&'a serde_json::Value> {
         self.truth.law["objects"].get(usize::try_from(object).ok()?)
+    }
+
+    /// Verdict on its motions that a synthetic scene expects, if `scene.json` tells.
+    #[must_use]
+    pub fn expected_verdict(&self) -> Option<Verdict> {
+        serde_json::from_value(self.truth.law.get("expected")?.clone()).ok()
     }
 
     /// Whether each point belongs to a dynamic object.
