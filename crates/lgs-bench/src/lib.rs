@@ -1,4 +1,4 @@
-//! What the benchmarks stand on: clocks and medians, the rates of the machine they run on, a table, and a
+//! Tools of the benchmarks: clocks and medians, the rates of the machine they run on, a table, and a
 //! count of allocated bytes.
 //!
 //! `cargo bench --workspace --bench speed` measures the machine first and everything else after it, in one
@@ -11,6 +11,7 @@ pub mod memory;
 mod pairs;
 mod plain;
 pub mod table;
+mod threads;
 mod timing;
 pub mod triad;
 

@@ -4,9 +4,10 @@ use crate::matmul::Panels;
 use crate::pairs::Tile;
 use crate::plain::OnThreads;
 use crate::triad::Triad;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// What the machine reaches, on one core and on all of them together.
+pub use crate::threads::pool;
+
+/// Rates that the machine reaches, on one core and on all of them together.
 #[derive(Clone, Copy, Debug)]
 pub struct Machine {
     /// Cores of the run.
@@ -25,9 +26,9 @@ pub struct Machine {
 /// A rate of one core and of all cores together.
 #[derive(Clone, Copy, Debug)]
 pub struct PerCore {
-    /// With one core at work.
+    /// Rate with one core at work.
     pub single: f64,
-    /// With all cores at work.
+    /// Rate with all cores at work.
     pub all: f64,
 }
 
@@ -49,16 +50,4 @@ impl Machine {
         };
         Self { cores, gemm, bandwidth, pairs }
     }
-}
-
-/// A pool of so many threads.
-///
-/// # Panics
-/// If the threads can't be started.
-#[must_use]
-pub fn pool(threads: usize) -> ThreadPool {
-    ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .unwrap_or_else(|error| panic!("pool of {threads} threads: {error}"))
 }

@@ -48,7 +48,7 @@ pub fn peak_bytes<T>(run: impl FnOnce() -> T) -> (usize, T) {
     (PEAK.load(Relaxed).saturating_sub(before), result)
 }
 
-/// How often `run` allocated.
+/// Number of allocations in `run`.
 pub fn allocations<T>(run: impl FnOnce() -> T) -> usize {
     let before = BLOCKS.load(Relaxed);
     std::hint::black_box(run());

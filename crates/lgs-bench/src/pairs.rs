@@ -16,7 +16,7 @@ const PIXELS: usize = EDGE * EDGE;
 /// Gaussians of the list.
 const GAUSSIANS: usize = 64;
 
-/// One value per pixel.
+/// A value per pixel.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Plane([f32; PIXELS]);

@@ -1,7 +1,7 @@
 //! The plainest form of what the kernels do, on every thread of a pool, and operations that take turns with
 //! it.
 
-use crate::machine::pool;
+use crate::threads::pool;
 use crate::timing::{REPEATS, median_secs, medians_in_turns, times_in_turn};
 use rayon::ThreadPool;
 
@@ -10,13 +10,13 @@ const ROUNDS: usize = 400;
 
 /// Work on data that stay in a core's cache.
 pub trait Plain: Send {
-    /// What a round counts.
+    /// Operations or bytes of a round.
     const WORK: f64;
 
     /// The data.
     fn new() -> Self;
 
-    /// One round.
+    /// Runs one round.
     fn round(&mut self);
 }
 
@@ -44,7 +44,7 @@ impl<P: Plain> OnThreads<P> {
         self.work(ROUNDS) / median_secs(REPEATS, || self.run(pool, ROUNDS))
     }
 
-    /// What so many rounds on every thread count.
+    /// Operations or bytes of a number of rounds on every thread.
     fn work(&self, rounds: usize) -> f64 {
         (rounds * self.0.len()) as f64 * P::WORK
     }
@@ -56,7 +56,7 @@ const TURN: f64 = 0.05;
 /// The median seconds of an operation on all cores, and the rate of plain work that takes turns with it.
 #[derive(Clone, Copy, Debug)]
 pub struct Beside {
-    /// Of the operation.
+    /// Rate of the operation.
     pub secs: f64,
     /// Plain work per second.
     pub rate: f64,

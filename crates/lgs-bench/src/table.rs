@@ -1,17 +1,17 @@
-//! One aligned table, printed row by row as measurements come in.
+//! An aligned table, printed row by row as measurements come in.
 
 /// A line of the table.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
-    /// What was measured.
+    /// Name of the operation.
     pub name: String,
     /// Median wall time, seconds.
     pub secs: Option<f64>,
-    /// What it comes to, with its unit.
+    /// Rate of the operation, with its unit.
     pub rate: String,
     /// The rate as a fraction of the machine's, or what else it is compared with.
     pub ratio: String,
-    /// What is asked for and whether it is met.
+    /// A demand and whether it is met.
     pub asked: Option<(String, bool)>,
 }
 
@@ -28,19 +28,19 @@ impl Row {
         Self { name: name.into(), rate: rate.into(), ..Self::default() }
     }
 
-    /// With a rate.
+    /// The row with a rate.
     #[must_use]
     pub fn with_rate(self, rate: impl Into<String>) -> Self {
         Self { rate: rate.into(), ..self }
     }
 
-    /// With a comparison.
+    /// The row with a comparison.
     #[must_use]
     pub fn with_ratio(self, ratio: impl Into<String>) -> Self {
         Self { ratio: ratio.into(), ..self }
     }
 
-    /// With a demand.
+    /// The row with a demand.
     #[must_use]
     pub fn asked(self, demand: impl Into<String>, met: bool) -> Self {
         Self { asked: Some((demand.into(), met)), ..self }

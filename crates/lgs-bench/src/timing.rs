@@ -30,7 +30,7 @@ pub fn medians_in_turns<const N: usize>(repeats: usize, mut runs: [&mut dyn FnMu
     })
 }
 
-/// How often a run is repeated in a turn that lasts for some seconds at least; measures it.
+/// Number of runs in a turn of at least some seconds, by measuring one.
 pub fn times_in_turn(secs: f64, run: impl FnMut()) -> usize {
     (secs / median_secs(1, run)).ceil().max(1.0) as usize
 }

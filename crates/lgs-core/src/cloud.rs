@@ -8,7 +8,7 @@ pub const fn sh_coefficients(degree: usize) -> usize {
     (degree + 1) * (degree + 1)
 }
 
-/// What is wrong with the arrays of a cloud.
+/// A defect of a cloud's arrays.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CloudError {

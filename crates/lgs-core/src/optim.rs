@@ -5,7 +5,7 @@ const BETA1: f32 = 0.9;
 /// Decay of the second moment.
 const BETA2: f32 = 0.999;
 
-/// What Adam (Kingma and Ba 2015, β 0.9 and 0.999) remembers of a vector's gradients.
+/// Moments of a vector's gradients that Adam keeps (Kingma and Ba 2015, β 0.9 and 0.999).
 #[derive(Clone, Debug)]
 pub struct Adam {
     first: Vec<f32>,
@@ -21,7 +21,7 @@ impl Adam {
         Self { first: vec![0.0; len], second: vec![0.0; len], step: 0, epsilon }
     }
 
-    /// One step of the parameters down a gradient.
+    /// Takes one step of the parameters down a gradient.
     pub fn step(&mut self, params: &mut [f32], gradient: &[f32], learning_rate: f32) {
         self.step += 1;
         let (c1, c2) = (1.0 - BETA1.powi(self.step), 1.0 - BETA2.powi(self.step));

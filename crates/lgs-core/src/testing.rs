@@ -18,12 +18,12 @@ pub fn pseudo_random_within(bound: f64, count: usize, seed: u32) -> Vec<f32> {
     pseudo_random(count, seed).map(|v| ((2.0 * v - 1.0) * bound) as f32).collect()
 }
 
-/// How far two arrays are apart.
+/// The largest difference of two arrays.
 #[derive(Clone, Copy, Debug)]
 pub struct Distance {
     /// Largest absolute difference.
     pub max_abs: f64,
-    /// Where it is.
+    /// Index of the largest difference.
     pub worst: usize,
     /// `‖a − b‖ / ‖b‖` (absolute where `b` is zero).
     pub relative_l2: f64,

@@ -40,6 +40,8 @@ pub(crate) const CARVING_TRIES: usize = 200;
 pub(crate) const SIMULATION_STEP: f64 = 5e-4;
 /// Step of the pendulum in closed form; the fourth-order error at time 2.25 is below 1e-9 rad.
 pub(crate) const PENDULUM_STEP: f64 = 1e-3;
+/// Time in which a grabbed body gives up the velocity of its free flight, units of time: no jump, and no law.
+pub(crate) const GRAB_DURATION: f64 = 0.04;
 /// Flights of a bouncing ball shorter than this are rest on the floor, units of time.
 pub(crate) const REST_FLIGHT: f64 = 1e-6;
 /// Distance below which a ray meets the surface that it starts on, in lengths of its direction.

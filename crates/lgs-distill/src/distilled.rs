@@ -10,9 +10,9 @@ use lgs_mechanics::{self as mechanics, Law};
 #[derive(Clone, Debug)]
 pub enum Distilled {
     /// Every particle by itself under U and Q.
-    Particles(DistilledParticles),
+    Particles(Box<DistilledParticles>),
     /// All particles by the generalised coordinates of a law.
-    Generalised(DistilledLaw),
+    Generalised(Box<DistilledLaw>),
 }
 
 /// An object that follows a law in generalised coordinates.
@@ -76,10 +76,10 @@ impl Distilled {
     #[must_use]
     pub fn in_order(self, order: &[u32]) -> Self {
         match self {
-            Self::Particles(particles) => Self::Particles(particles.in_order(order)),
+            Self::Particles(particles) => Self::Particles(Box::new(particles.in_order(order))),
             Self::Generalised(law) => {
                 let (q0, v0) = (in_order(&law.q0, order), in_order(&law.v0, order));
-                Self::Generalised(DistilledLaw { q0, v0, ..law })
+                Self::Generalised(Box::new(DistilledLaw { q0, v0, ..*law }))
             }
         }
     }

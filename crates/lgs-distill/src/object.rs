@@ -34,9 +34,9 @@ pub fn distill(
     if let Some(law) = law_of(&motion, config, seed).map(|found| found.distilled(&motion, config))
         && law.report.describes_window(config)
     {
-        return Ok(Distilled::Generalised(law));
+        return Ok(Distilled::Generalised(Box::new(law)));
     }
-    distill_particles(motion, config, seed, progress).map(Distilled::Particles)
+    Ok(Distilled::Particles(Box::new(distill_particles(motion, config, seed, progress)?)))
 }
 
 /// The law in generalised coordinates, where the configuration wants one and the particles share a motion.

@@ -16,7 +16,7 @@ use lgs_core::prefetch::prefetch;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// What one support sends back to a member at x and, among the candidates, at y, both relative to its owner:
+/// Cotangents that one support sends to a member at x and, among the candidates, at y, relative to its owner:
 /// the rows `(V, b)` give `V x + b` for the member's candidate, their transpose with the row `d` gives `Vᵀ y
 /// + d` for its position, `V` being the cotangent of `A`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,7 +33,7 @@ pub struct AlignmentVjp {
     pulls: Vec<[Pull; GROUP]>,
 }
 
-/// Backwards through [`crate::align()`]: cotangents of its positions and candidates, given those of the
+/// The backward pass of [`crate::align()`]: cotangents of its positions and candidates, given those of the
 /// aligned positions `[n, 3]` and of the rotation matrices `[n, 3, 3]` (empty: zero).
 #[must_use]
 pub fn align_vjp(
@@ -162,7 +162,7 @@ fn gather(pulls: &[Pull], pairs: &[Pair], owners: &[u32], member: usize, own: [f
     Pair(v_q, vec4(sum(rows[0]), sum(rows[1]), sum(rows[2]), 0.0))
 }
 
-/// What a group of supports sends to its members, and to its owners alone.
+/// Cotangents that a group of supports sends to its members, and to its owners alone.
 struct PullBack<'a> {
     supports: &'a Supports,
     alignment: &'a Alignment,
@@ -178,9 +178,11 @@ struct Given {
     rotation: [Lanes; 4],
     v_aligned: [Lanes; 3],
     v_turn: [Lanes; 3],
+    /// The inverse of the size of a support.
+    per_member: f64,
 }
 
-/// What goes out of a group.
+/// Cotangents that go out of a group.
 struct Sent {
     /// `V`, row by row.
     v_a: [Lanes; 9],
@@ -192,8 +194,12 @@ struct Sent {
 impl PullBack<'_> {
     #[inline(always)]
     fn given(&self) -> Given {
-        let mut given =
-            Given { rotation: [Lanes::ZERO; 4], v_aligned: [Lanes::ZERO; 3], v_turn: [Lanes::ZERO; 3] };
+        let mut given = Given {
+            rotation: [Lanes::ZERO; 4],
+            v_aligned: [Lanes::ZERO; 3],
+            v_turn: [Lanes::ZERO; 3],
+            per_member: 1.0 / self.supports.k() as f64,
+        };
         let group = self.first..(self.first + GROUP).min(self.v_aligned.len());
         fill(&mut given.rotation, &self.alignment.quaternions[group.clone()]);
         fill(&mut given.v_aligned, &self.v_aligned[group.clone()]);
@@ -214,8 +220,8 @@ fn fill<const D: usize>(lanes: &mut [Lanes; D], rows: &[[f32; D]]) {
 
 /// Vector number `index` of what goes out: aligned = R d + c, and ⟨v, R [e]× d⟩ = e · (d × Rᵀv).
 #[inline(always)]
-fn send<S: Simd>(simd: S, group: &Group, given: &Given, per: f64, index: usize, sent: &mut Sent) {
-    let (zero, per) = (splat(simd, 0.0), splat(simd, per));
+fn send<S: Simd>(simd: S, group: &Group, given: &Given, index: usize, sent: &mut Sent) {
+    let (zero, per) = (splat(simd, 0.0), splat(simd, given.per_member));
     let r = matrix(&load(simd, &given.rotation, index));
     let (d, c) = (load(simd, &group.from_mean, index), load(simd, &group.to_candidate_mean, index));
     let (v, v_turn) = (load(simd, &given.v_aligned, index), load(simd, &given.v_turn, index));
@@ -255,7 +261,7 @@ impl WithSimd for PullBack<'_> {
         let (given, zero) = (self.given(), [Lanes::ZERO; 3]);
         let mut sent = Sent { v_a: [Lanes::ZERO; 9], to_candidate: zero, to_position: zero, to_owner: zero };
         for index in 0..GROUP / S::F64_LANES {
-            send(simd, &group, &given, 1.0 / self.supports.k() as f64, index, &mut sent);
+            send(simd, &group, &given, index, &mut sent);
         }
         let ([ax, ay, az, bx, by, bz, cx, cy, cz], [x, y, z]) = (&sent.v_a, &sent.to_candidate);
         let ([px, py, pz], [ox, oy, oz], none) = (&sent.to_position, &sent.to_owner, &Lanes::ZERO);

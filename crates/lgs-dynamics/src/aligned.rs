@@ -12,7 +12,7 @@ use crate::supports::Supports;
 use crate::twist::Carrier;
 use lgs_core::linear::{add, quat_mul, quat_normalize, scale, sub};
 
-/// What a step computes on its way from one state to the next, in arrays that all steps share.
+/// Intermediate results of a step, in arrays that all steps share.
 #[derive(Default)]
 pub(crate) struct Step {
     /// Velocities after the kick.
@@ -48,15 +48,8 @@ pub(crate) fn aligned(field: &Field, start: State, supports: &Supports, spec: &R
         rotate(&step.alignment.quaternions, &before.rotation, &mut after.rotation);
         std::mem::swap(&mut after.q, &mut step.alignment.aligned);
         let Step { kicked, carrier, .. } = &mut step;
-        policy_velocity(
-            spec.velocity_policy,
-            [&before.q, &after.q],
-            kicked,
-            supports,
-            h,
-            carrier,
-            &mut after.v,
-        );
+        let drift = AlignedDrift { supports, policy: spec.velocity_policy, h };
+        drift.velocity([&before.q, &after.q], kicked, carrier, &mut after.v);
     }
     states
 }
@@ -68,23 +61,31 @@ pub(crate) fn rotate(quaternions: &[[f32; 4]], before: &[[f32; 4]], after: &mut 
     }
 }
 
-/// Velocities after alignment took particles from `q0` to `q1` in a step of `h`; may leave anything in
-/// `kicked`.
-pub(crate) fn policy_velocity(
-    policy: VelocityPolicy,
-    [q0, q1]: [&[[f32; 3]]; 2],
-    kicked: &mut Vec<[f32; 3]>,
-    supports: &Supports,
-    h: f32,
-    carrier: &mut Carrier,
-    velocity: &mut Vec<[f32; 3]>,
-) {
-    match policy {
-        VelocityPolicy::Keep => std::mem::swap(kicked, velocity),
-        VelocityPolicy::FromPositions => {
-            velocity.clear();
-            velocity.extend(q0.iter().zip(q1).map(|(&q0, &q1)| scale(sub(q1, q0), 1.0 / h)));
+/// The drift of a step whose end is aligned.
+#[derive(Clone, Copy)]
+pub(crate) struct AlignedDrift<'a> {
+    pub(crate) supports: &'a Supports,
+    pub(crate) policy: VelocityPolicy,
+    /// Length of the step.
+    pub(crate) h: f32,
+}
+
+impl AlignedDrift<'_> {
+    /// Velocities after alignment took particles from `q0` to `q1`; may leave anything in `kicked`.
+    pub(crate) fn velocity(
+        self,
+        [q0, q1]: [&[[f32; 3]]; 2],
+        kicked: &mut Vec<[f32; 3]>,
+        carrier: &mut Carrier,
+        velocity: &mut Vec<[f32; 3]>,
+    ) {
+        match self.policy {
+            VelocityPolicy::Keep => std::mem::swap(kicked, velocity),
+            VelocityPolicy::FromPositions => {
+                velocity.clear();
+                velocity.extend(q0.iter().zip(q1).map(|(&q0, &q1)| scale(sub(q1, q0), 1.0 / self.h)));
+            }
+            VelocityPolicy::Rigid => carrier.midway([q0, q1], kicked, self.supports, velocity),
         }
-        VelocityPolicy::Rigid => carrier.midway([q0, q1], kicked, supports, velocity),
     }
 }

@@ -2,7 +2,7 @@
 //! arrays that all steps share.
 
 use crate::align_vjp::AlignmentVjp;
-use crate::aligned::Step;
+use crate::aligned::{AlignedDrift, Step};
 use crate::batch::{Pool, acceleration_vjp_grouped, group_gradients};
 use crate::field::{Field, Gradients};
 use crate::rollout::{RolloutGradients, StateCotangents};
@@ -32,7 +32,7 @@ fn accumulate<const D: usize>(sum: &mut [[f32; D]], values: &[[f32; D]], factor:
     }
 }
 
-/// Backwards through [`crate::aligned::aligned`].
+/// The backward pass of [`crate::aligned::aligned`].
 pub(crate) fn aligned_vjp(
     field: &Field,
     trajectory: &[State],
@@ -46,13 +46,8 @@ pub(crate) fn aligned_vjp(
     let mut walk = Walk::new(n);
     walk.adjoint.add(cotangents.get(lengths.len()));
     for (step, &h) in lengths.iter().enumerate().rev() {
-        walk.step_back(
-            &pool,
-            [&trajectory[step], &trajectory[step + 1]],
-            (supports, spec.velocity_policy),
-            h,
-            &mut partials,
-        );
+        let drift = AlignedDrift { supports, policy: spec.velocity_policy, h };
+        walk.step_back(&pool, [&trajectory[step], &trajectory[step + 1]], drift, &mut partials);
         walk.adjoint.add(cotangents.get(step));
     }
     RolloutGradients { params: field.sum_in_order(&partials), q0: walk.adjoint.q, v0: walk.adjoint.v }
@@ -86,16 +81,15 @@ impl Walk {
         }
     }
 
-    /// From the cotangents of a state to those of the state before it.
+    /// Turns the cotangents of a state into those of the state before it.
     fn step_back(
         &mut self,
         pool: &Pool,
         states: [&State; 2],
-        (supports, policy): (&Supports, VelocityPolicy),
-        h: f32,
+        drift: AlignedDrift<'_>,
         partials: &mut [Gradients],
     ) {
-        let [before, after] = states;
+        let ([before, after], AlignedDrift { supports, h, .. }) = (states, drift);
         self.step.run(pool, before, supports, h);
         rotate_vjp(
             &self.step.alignment.quaternions,
@@ -105,7 +99,7 @@ impl Walk {
             &mut self.v_turns,
         );
         self.v_q0.fill([0.0; 3]);
-        self.policy_vjp(policy, states, supports, h);
+        self.policy_vjp(drift, states);
         let Self { adjoint, step, alignment_vjp, v_turns, v_q0, v_kicked, of_q, of_v } = self;
         alignment_vjp.update(supports, &step.alignment, &adjoint.q, v_turns);
         accumulate(v_q0, &alignment_vjp.v_position, 1.0);
@@ -118,15 +112,10 @@ impl Walk {
         std::mem::swap(&mut adjoint.v, v_kicked);
     }
 
-    /// Backwards through the velocity policy: sets the cotangents of the kicked velocities, adds those of
+    /// The backward pass of the velocity policy: sets the cotangents of the kicked velocities, adds those of
     /// both positions.
-    fn policy_vjp(
-        &mut self,
-        policy: VelocityPolicy,
-        [before, after]: [&State; 2],
-        supports: &Supports,
-        h: f32,
-    ) {
+    fn policy_vjp(&mut self, drift: AlignedDrift<'_>, [before, after]: [&State; 2]) {
+        let AlignedDrift { supports, policy, h } = drift;
         let (v_v, v_q0, v_q1) = (&self.adjoint.v, &mut self.v_q0, &mut self.adjoint.q);
         match policy {
             VelocityPolicy::Keep => self.v_kicked.copy_from_slice(v_v),

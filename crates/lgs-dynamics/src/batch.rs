@@ -158,15 +158,15 @@ impl System {
 /// Gradients through accelerations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationGradients {
-    /// By the flat parameter vector.
+    /// Gradient by the flat parameter vector.
     pub params: Vec<f32>,
-    /// By positions `[n, 3]`.
+    /// Gradient by positions `[n, 3]`.
     pub q: Vec<[f32; 3]>,
-    /// By velocities `[n, 3]`.
+    /// Gradient by velocities `[n, 3]`.
     pub v: Vec<[f32; 3]>,
 }
 
-/// Backwards through [`System::accelerations`], given the cotangents `[n, 3]` of the accelerations.
+/// The backward pass of [`System::accelerations`], given the cotangents `[n, 3]` of the accelerations.
 #[must_use]
 pub fn acceleration_vjp(
     system: &System,

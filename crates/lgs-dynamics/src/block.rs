@@ -1,13 +1,13 @@
 //! Blocks of particles.
 //!
-//! A block holds [`WIDTH`] particles; positions, velocities and forces lie feature-major, `[features, WIDTH]`,
-//! as the networks read them. The last block of a set is padded with copies of its first particle; the
-//! padding's cotangents are zero.
+//! A block holds [`WIDTH`] particles; positions, velocities and forces lie feature-major,
+//! `[features, WIDTH]`, as the networks read them. The last block of a set is padded with copies of its first
+//! particle; the padding's cotangents are zero.
 
 /// Particles in a block. Results do not depend on how blocks are spread over threads.
 pub(crate) const WIDTH: usize = 64;
 
-/// One row of a block: a feature of every particle.
+/// A row of a block: one feature of every particle.
 pub(crate) type Row = [f32; WIDTH];
 
 /// Three rows: x, y and z of every particle.

@@ -2,11 +2,12 @@
 //!
 //! All functions take and give world units; normalisation is undone here and nowhere else.
 
+mod force;
+
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS};
 use crate::state::Edit;
-use crate::structured::{structured, structured_vjp};
-use crate::system::{ForceKind, Layout, System, SystemConfig};
-use lgs_nn::{Activation, Keep, Mlp, MlpGradients, MlpLayout, MlpShape, OutputCotangents, Scratch, Tape};
+use crate::system::{Layout, System, SystemConfig};
+use lgs_nn::{Activation, CallArrays, Keep, Mlp, MlpGradients, MlpLayout, MlpShape, Scratch, Tape};
 
 /// A system ready to be evaluated on blocks.
 #[derive(Debug)]
@@ -25,12 +26,29 @@ pub(crate) struct Field {
 pub(crate) struct Workspace {
     /// Normalised position and velocity, `[6, WIDTH]`.
     inputs: [f32; 6 * WIDTH],
-    potential: (Tape, Scratch),
-    force: Option<(Tape, Scratch)>,
+    potential: NetworkArrays,
+    force: Option<NetworkArrays>,
     /// Output of the force network, at most `[4, WIDTH]`, and its cotangent.
     outputs: [f32; 4 * WIDTH],
     v_outputs: [f32; 4 * WIDTH],
     v_inputs: [f32; 6 * WIDTH],
+}
+
+/// The arrays of a network's calls.
+#[derive(Debug)]
+struct NetworkArrays {
+    tape: Tape,
+    scratch: Scratch,
+}
+
+impl NetworkArrays {
+    fn new(mlp: &Mlp, tape: fn(&Mlp, usize) -> Tape) -> Self {
+        Self { tape: tape(mlp, WIDTH), scratch: Scratch::new(mlp, WIDTH) }
+    }
+
+    fn lend(&mut self) -> CallArrays<'_> {
+        CallArrays { tape: &mut self.tape, scratch: &mut self.scratch }
+    }
 }
 
 /// Sums of parameter gradients.
@@ -59,8 +77,8 @@ impl Field {
     pub(crate) fn workspace(&self) -> Workspace {
         Workspace {
             inputs: [0.0; 6 * WIDTH],
-            potential: (Tape::with_curvature(&self.potential, WIDTH), Scratch::new(&self.potential, WIDTH)),
-            force: self.force.as_ref().map(|mlp| (Tape::new(mlp, WIDTH), Scratch::new(mlp, WIDTH))),
+            potential: NetworkArrays::new(&self.potential, Tape::with_curvature),
+            force: self.force.as_ref().map(|mlp| NetworkArrays::new(mlp, Tape::new)),
             outputs: [0.0; 4 * WIDTH],
             v_outputs: [0.0; 4 * WIDTH],
             v_inputs: [0.0; 6 * WIDTH],
@@ -117,8 +135,7 @@ impl Field {
     fn potential_gradient_of_inputs(&self, w: &mut Workspace, keep: Keep) -> Vec3Rows {
         let mut gradient = ZERO_ROWS;
         let x = &w.inputs[..3 * WIDTH];
-        let (tape, scratch) = &mut w.potential;
-        self.potential.input_gradient(x, tape, scratch, keep, gradient.as_flattened_mut());
+        self.potential.input_gradient(x, w.potential.lend(), keep, gradient.as_flattened_mut());
         if let Some((matrix, linear)) = self.quadratic() {
             for axis in 0..3 {
                 for lane in 0..WIDTH {
@@ -133,14 +150,14 @@ impl Field {
         gradient
     }
 
-    /// Backwards through [`Self::potential_gradient_of_inputs`]; writes the cotangent of the normalised
+    /// The backward pass of [`Self::potential_gradient_of_inputs`]; writes the cotangent of the normalised
     /// position to `w.v_inputs`.
     fn potential_gradient_vjp(&self, w: &mut Workspace, v_gradient: &Vec3Rows, gradients: &mut Gradients) {
         let scale = self.config.normalisation.acceleration;
         let v_gradient = v_gradient.map(|row| row.map(|value| value * scale));
         let (x, v_x) = (&w.inputs[..3 * WIDTH], &mut w.v_inputs[..3 * WIDTH]);
-        let ((tape, scratch), own) = (&mut w.potential, &mut gradients.potential);
-        self.potential.input_gradient_vjp([x, v_gradient.as_flattened()], tape, scratch, own, v_x);
+        let (arrays, own) = (w.potential.lend(), &mut gradients.potential);
+        self.potential.input_gradient_vjp([x, v_gradient.as_flattened()], arrays, own, v_x);
         let Some((matrix, _)) = self.quadratic() else { return };
         let v_quadratic = &mut gradients.quadratic;
         for axis in 0..3 {
@@ -163,8 +180,7 @@ impl Field {
         self.set_inputs(w, q, &ZERO_ROWS);
         let x = &w.inputs[..3 * WIDTH];
         let mut values = [0.0; WIDTH];
-        let (tape, scratch) = &mut w.potential;
-        self.potential.output(&[x], tape, scratch, Keep::Result, &mut values);
+        self.potential.output(&[x], w.potential.lend(), Keep::Result, &mut values);
         if let Some((matrix, linear)) = self.quadratic() {
             for (lane, value) in values.iter_mut().enumerate() {
                 let at: [f32; 3] = std::array::from_fn(|axis| x[axis * WIDTH + lane]);
@@ -175,77 +191,6 @@ impl Field {
         }
         let n = &self.config.normalisation;
         values.map(|value| value * n.acceleration * n.length)
-    }
-
-    /// `Q`.
-    pub(crate) fn force(&self, w: &mut Workspace, q: &Vec3Rows, v: &Vec3Rows) -> Vec3Rows {
-        self.set_inputs(w, q, v);
-        self.force_of_inputs(w, v, Keep::Result)
-    }
-
-    fn force_of_inputs(&self, w: &mut Workspace, v: &Vec3Rows, keep: Keep) -> Vec3Rows {
-        let (Some(network), Some((tape, scratch))) = (&self.force, w.force.as_mut()) else {
-            return ZERO_ROWS;
-        };
-        let [inputs, outputs] = force_features(network);
-        let outputs = &mut w.outputs[..outputs * WIDTH];
-        network.output(&[&w.inputs[..inputs * WIDTH]], tape, scratch, keep, outputs);
-        let n = &self.config.normalisation;
-        if self.config.force == ForceKind::Mlp {
-            return std::array::from_fn(|axis| {
-                std::array::from_fn(|lane| n.acceleration * outputs[axis * WIDTH + lane])
-            });
-        }
-        let mut force = ZERO_ROWS;
-        #[expect(clippy::needless_range_loop, reason = "a lane of several rows")]
-        for lane in 0..WIDTH {
-            let (damping, spin, velocity) = structured(outputs, v, lane);
-            for axis in 0..3 {
-                let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-                let turn = spin[j] * velocity[k] - spin[k] * velocity[j];
-                force[axis][lane] = n.acceleration / n.speed * (turn - damping * velocity[axis]);
-            }
-        }
-        force
-    }
-
-    /// Backwards through [`Self::force_of_inputs`]: adds to `w.v_inputs[..3]` (normalised position) and
-    /// returns the cotangent of `v`.
-    fn force_vjp(
-        &self,
-        w: &mut Workspace,
-        v: &Vec3Rows,
-        v_force: &Vec3Rows,
-        gradients: &mut Gradients,
-    ) -> Vec3Rows {
-        let (Some(network), Some((tape, scratch)), Some(own)) =
-            (&self.force, w.force.as_mut(), gradients.force.as_mut())
-        else {
-            return ZERO_ROWS;
-        };
-        let [inputs, outputs] = force_features(network);
-        let n = &self.config.normalisation;
-        let v_outputs = &mut w.v_outputs[..outputs * WIDTH];
-        let mut v_velocity = ZERO_ROWS;
-        if self.config.force == ForceKind::Mlp {
-            for (out, &value) in v_outputs.iter_mut().zip(v_force.as_flattened()) {
-                *out = n.acceleration * value;
-            }
-        } else {
-            structured_vjp(&w.outputs, v, v_force, n.acceleration / n.speed, v_outputs, &mut v_velocity);
-        }
-        let v_x = &mut [0.0; 6 * WIDTH][..inputs * WIDTH];
-        let x = [&w.inputs[..inputs * WIDTH]];
-        let block = OutputCotangents { inputs: &x, tape, v_y: v_outputs };
-        network.output_vjp(block, scratch, own, &mut [&mut *v_x]);
-        for (sum, &value) in w.v_inputs[..3 * WIDTH].iter_mut().zip(v_x.iter()) {
-            *sum += value;
-        }
-        for (sum, &value) in v_velocity.as_flattened_mut().iter_mut().zip(v_x.get(3 * WIDTH..).unwrap_or(&[]))
-        {
-            *sum += value / n.speed;
-        }
-        v_velocity
     }
 
     /// `a = −β ∇U(q) + γ Q(q, v)`.
@@ -264,8 +209,8 @@ impl Field {
         a
     }
 
-    /// Backwards through [`Self::acceleration`], whose activations are computed again: adds to `gradients`,
-    /// returns the cotangents of `q` and `v`.
+    /// The backward pass of [`Self::acceleration`], whose activations are computed again: adds to
+    /// `gradients`, returns the cotangents of `q` and `v`.
     pub(crate) fn acceleration_vjp(
         &self,
         w: &mut Workspace,
@@ -285,38 +230,7 @@ impl Field {
         (v_position, v_velocity)
     }
 
-    /// Damping coefficients and spins `[1 + 3, WIDTH]` in inverse units of time, times γ: what makes the
-    /// structured force linear in `v`.
-    pub(crate) fn structured_coefficients(
-        &self,
-        w: &mut Workspace,
-        q: &Vec3Rows,
-    ) -> Option<[[f32; WIDTH]; 4]> {
-        if self.config.force != ForceKind::Structured {
-            return None;
-        }
-        self.force(w, q, &ZERO_ROWS);
-        let n = &self.config.normalisation;
-        let scale = self.edit.force_scale * n.acceleration / n.speed;
-        let mut rows = [[0.0; WIDTH]; 4];
-        #[expect(clippy::needless_range_loop, reason = "a lane of several rows")]
-        for lane in 0..WIDTH {
-            let (damping, spin, _) = structured(&w.outputs, &ZERO_ROWS, lane);
-            rows[0][lane] = scale * damping;
-            for axis in 0..3 {
-                rows[1 + axis][lane] = scale * spin[axis];
-            }
-        }
-        Some(rows)
-    }
-
     pub(crate) fn edit(&self) -> &Edit {
         &self.edit
     }
-}
-
-/// Inputs and outputs of the force's network.
-fn force_features(network: &Mlp) -> [usize; 2] {
-    let layout = &network.shape().layout;
-    [layout.hidden[0].inputs, layout.head.outputs]
 }

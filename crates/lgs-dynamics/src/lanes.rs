@@ -8,7 +8,7 @@ use std::ops::{Add, Mul, Sub};
 /// Supports that go through the lanes together, whatever the width of vectors.
 pub(crate) const GROUP: usize = 16;
 
-/// One number of every support of a group.
+/// A number of every support of a group.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Lanes(pub(crate) [f64; GROUP]);

@@ -1,5 +1,5 @@
-//! What the fit of a support reads: sums over its members, relative to its owner, a group of supports at a
-//! time.
+//! Moments that the fit of a support reads: sums over its members, relative to its owner, a group of supports
+//! at a time.
 
 use crate::lanes::{GROUP, Lanes};
 use crate::supports::Supports;
@@ -38,7 +38,8 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Of supports from particle `first` on; the last one stands in for those that the last group lacks.
+    /// Moments of supports from particle `first` on; the last one stands in for those that the last group
+    /// lacks.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, pairs: &[Pair], supports: &Supports, first: usize) -> Self {
         for &member in supports.member_arrivals(first / GROUP + AHEAD) {
@@ -53,8 +54,8 @@ impl Group {
         group
     }
 
-    /// From `Σ (y, 1)(x, 1)ᵀ` of `k` members: `Σ (y − ȳ)(x − x̄)ᵀ = Σ y xᵀ − k ȳ x̄ᵀ`; both terms are of the
-    /// support's own size, as the owner is one of its points.
+    /// Moments from `Σ (y, 1)(x, 1)ᵀ` of `k` members: `Σ (y − ȳ)(x − x̄)ᵀ = Σ y xᵀ − k ȳ x̄ᵀ`; both terms are
+    /// of the support's own size, as the owner is one of its points.
     #[inline(always)]
     fn set(&mut self, lane: usize, sums: [[f32; 4]; 4], k: usize) {
         let per = 1.0 / k as f64;

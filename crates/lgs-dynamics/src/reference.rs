@@ -180,7 +180,7 @@ fn norm4(m: &Tensor<3>) -> Tensor<3> {
     (flat.clone() * flat).sum_dim(1).sqrt().reshape([n, 1, 1])
 }
 
-/// What [`align`] gives.
+/// The result of [`align`].
 pub struct AlignmentTensors {
     /// Aligned positions `[n, 3]`.
     pub aligned: Tensor<2>,

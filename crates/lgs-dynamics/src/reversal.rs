@@ -9,7 +9,7 @@
 //! forward step from there tells by how much.
 
 use crate::align::align;
-use crate::aligned::{policy_velocity, rotate};
+use crate::aligned::{AlignedDrift, rotate};
 use crate::batch::Pool;
 use crate::block::{Vec3Rows, WIDTH, add_scaled};
 use crate::field::{Field, Workspace};
@@ -92,7 +92,7 @@ fn step_back(pool: &Pool, after: &State, spec: &RolloutSpec, h: f32) -> State {
     State { q, v, rotation }
 }
 
-/// What the policy `Rigid` left of velocities `[n, 3]` at the end of a step of `h`: the twist at the
+/// Velocities `[n, 3]` that the policy `Rigid` gives at the end of a step of `h`: the twist at the
 /// midpoints of that step. Kicks are not rigid, and taking one off leaves what it added beside a twist.
 fn carried(q: &[[f32; 3]], v: &[[f32; 3]], supports: &Supports, h: f32) -> Vec<[f32; 3]> {
     let midpoints: Vec<[f32; 3]> = q.iter().zip(v).map(|(&q, &v)| sub(q, scale(v, 0.5 * h))).collect();
@@ -113,7 +113,8 @@ fn align_back(
     let (mut rotation, mut v) = (vec![[0.0; 4]; after.len()], Vec::new());
     rotate(&back.quaternions, &after.rotation, &mut rotation);
     let ends: [&[[f32; 3]]; 2] = [&back.aligned, &after.q];
-    policy_velocity(policy, ends, &mut after.v.clone(), supports, h, &mut Carrier::default(), &mut v);
+    let drift = AlignedDrift { supports, policy, h };
+    drift.velocity(ends, &mut after.v.clone(), &mut Carrier::default(), &mut v);
     (back.aligned, v, rotation)
 }
 

@@ -17,22 +17,22 @@ use rayon::prelude::*;
 /// Cotangents of one state; empty arrays are zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateCotangents {
-    /// Of positions `[n, 3]`.
+    /// Cotangents of positions `[n, 3]`.
     pub q: Vec<[f32; 3]>,
-    /// Of velocities `[n, 3]`.
+    /// Cotangents of velocities `[n, 3]`.
     pub v: Vec<[f32; 3]>,
-    /// Of rotations `[n, 4]`.
+    /// Cotangents of rotations `[n, 4]`.
     pub rotation: Vec<[f32; 4]>,
 }
 
 /// Gradients through a rollout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RolloutGradients {
-    /// By the flat parameter vector.
+    /// Gradient by the flat parameter vector.
     pub params: Vec<f32>,
-    /// By the starting positions `[n, 3]`.
+    /// Gradient by the starting positions `[n, 3]`.
     pub q0: Vec<[f32; 3]>,
-    /// By the starting velocities `[n, 3]`, before they are scaled by α.
+    /// Gradient by the starting velocities `[n, 3]`, before they are scaled by α.
     pub v0: Vec<[f32; 3]>,
 }
 
@@ -51,8 +51,8 @@ pub fn rollout(system: &System, start: &State, spec: &RolloutSpec) -> Vec<State>
     })
 }
 
-/// Backwards through [`rollout`], which gave `trajectory`; `cotangents` has one entry per state (missing ones
-/// are zero).
+/// The backward pass of [`rollout`], which gave `trajectory`; `cotangents` has one entry per state (missing
+/// ones are zero).
 #[must_use]
 pub fn rollout_vjp(
     system: &System,
@@ -73,7 +73,7 @@ pub fn rollout_vjp(
     gradients
 }
 
-/// One step of a block (Eq. 5).
+/// Takes one step of a block (Eq. 5).
 fn step_block(field: &Field, workspace: &mut Workspace, q: &mut Vec3Rows, v: &mut Vec3Rows, h: f32) {
     let a = field.acceleration(workspace, q, v);
     add_scaled(v, &a, h);

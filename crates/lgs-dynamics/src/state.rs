@@ -21,7 +21,7 @@ impl Default for Edit {
     }
 }
 
-/// What becomes of velocities when positions are aligned (method §4.6). Without supports all policies are
+/// Treatment of velocities when positions are aligned (method §4.6). Without supports all policies are
 /// `Keep`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -37,7 +37,7 @@ pub enum VelocityPolicy {
     Rigid,
 }
 
-/// How time runs backwards (method §4.4).
+/// The way in which time runs backwards (method §4.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reversal {
@@ -89,13 +89,13 @@ pub struct RolloutSpec<'a> {
     pub dt: f32,
     /// Number of full steps.
     pub steps: usize,
-    /// One more, shorter step, for times off the grid (method §4.3).
+    /// Length of one more, shorter step, for times off the grid (method §4.3).
     pub last_dt: Option<f32>,
     /// Manipulations; `velocity_scale` acts once, on the starting velocities.
     pub edit: Edit,
     /// Supports of the local rigid alignment (Eq. 6) after every step; none: particles are independent.
     pub supports: Option<&'a Supports>,
-    /// What alignment does to velocities.
+    /// Treatment of velocities at an alignment.
     pub velocity_policy: VelocityPolicy,
 }
 
@@ -113,13 +113,13 @@ impl<'a> RolloutSpec<'a> {
         }
     }
 
-    /// With alignment on these supports.
+    /// The rollout with alignment on these supports.
     #[must_use]
     pub fn aligned(self, supports: &'a Supports, velocity_policy: VelocityPolicy) -> Self {
         Self { supports: Some(supports), velocity_policy, ..self }
     }
 
-    /// With these manipulations.
+    /// The rollout with these edits.
     #[must_use]
     pub fn edited(self, edit: Edit) -> Self {
         Self { edit, ..self }

@@ -1,7 +1,7 @@
 //! The structured force of a lane, `−softplus(d − 6) v + w × v`, from the outputs `[1 + 3, WIDTH]` of its
 //! network: d and w.
 
-use crate::block::{Vec3Rows, WIDTH};
+use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS};
 use crate::system::DAMPING_SHIFT;
 
 /// Damping, spin and velocity of a lane.
@@ -11,15 +11,16 @@ pub(crate) fn structured(outputs: &[f32], v: &Vec3Rows, lane: usize) -> (f32, [f
     (damping, spin, std::array::from_fn(|axis| v[axis][lane]))
 }
 
-/// Backwards through `scale (−softplus(d − 6) v + w × v)`.
+/// Backwards through `scale (−softplus(d − 6) v + w × v)`: writes the cotangents of the network's outputs and
+/// returns those of the velocities.
 pub(crate) fn structured_vjp(
     outputs: &[f32],
     v: &Vec3Rows,
     v_force: &Vec3Rows,
     scale: f32,
     v_outputs: &mut [f32],
-    v_velocity: &mut Vec3Rows,
-) {
+) -> Vec3Rows {
+    let mut v_velocity = ZERO_ROWS;
     for lane in 0..WIDTH {
         let (damping, spin, velocity) = structured(outputs, v, lane);
         let (_, slope) = softplus(outputs[lane] - DAMPING_SHIFT);
@@ -33,6 +34,7 @@ pub(crate) fn structured_vjp(
             v_velocity[axis][lane] = v_f[j] * spin[k] - v_f[k] * spin[j] - damping * v_f[axis];
         }
     }
+    v_velocity
 }
 
 /// `softplus(x) = ln(1 + eˣ)`, and its slope, the sigmoid.

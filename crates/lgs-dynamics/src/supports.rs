@@ -47,14 +47,14 @@ impl std::fmt::Display for SupportsError {
 
 impl std::error::Error for SupportsError {}
 
-/// For every particle the members of its support.
+/// The members of every particle's support.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Supports {
     indices: Vec<u32>,
     k: usize,
     /// Particles whose supports a particle belongs to, ascending, particle by particle.
     owners: Vec<u32>,
-    /// Where a particle's owners start; one more entry than particles.
+    /// The place at which a particle's owners start; one more entry than particles.
     owners_start: Vec<u32>,
     member_arrivals: Arrivals,
     owner_arrivals: Arrivals,
@@ -154,11 +154,11 @@ impl Supports {
     }
 }
 
-/// What each group of particles names that no group of the last [`WINDOW`] has.
+/// Particles that a group names and no group of the last [`WINDOW`] has named.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Arrivals {
     particles: Vec<u32>,
-    /// Where a group's start; one more entry than groups.
+    /// The place at which a group's particles start; one more entry than groups.
     start: Vec<u32>,
 }
 

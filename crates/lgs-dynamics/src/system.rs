@@ -125,7 +125,7 @@ impl SystemConfig {
     }
 }
 
-/// Where the networks lie in the parameter vector.
+/// Places of the networks in the parameter vector.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     pub(crate) potential: MlpLayout,

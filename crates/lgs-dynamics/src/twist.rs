@@ -103,8 +103,8 @@ impl Carrier {
         self.midpoints = midpoints;
     }
 
-    /// Backwards through [`Carrier::midway`]: cotangents of the first positions, of the midpoints and of the
-    /// velocities.
+    /// The backward pass of [`Carrier::midway`]: cotangents of the first positions, of the midpoints and of
+    /// the velocities.
     pub(crate) fn midway_vjp(
         &mut self,
         ends: [&[[f32; 3]]; 2],
@@ -147,7 +147,7 @@ impl Carrier {
         (0..v.len()).into_par_iter().with_min_len(CHUNK).map(own).collect_into_vec(carried);
     }
 
-    /// Backwards through [`Carrier::velocities`]: sets the cotangents.
+    /// The backward pass of [`Carrier::velocities`]: sets the cotangents.
     fn velocities_vjp(
         &mut self,
         ends: [&[[f32; 3]]; 2],
@@ -188,7 +188,7 @@ impl Carrier {
     }
 }
 
-/// What one support sends back to its members.
+/// Cotangents that one support sends back to its members.
 struct Pull {
     twist: Twist,
     /// `I⁻¹ ω̄`.

@@ -1,11 +1,11 @@
-//! The slice kernels against every conformance vector of the contract.
+//! The slice kernels against every conformance vector.
 #![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 mod support;
 
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_dynamics::{
-    Edit, RolloutSpec, State, StateCotangents, Supports, VelocityPolicy, align, align_vjp, rollout,
+    Edit, RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, align, align_vjp, rollout,
     rollout_vjp,
 };
 use support::{Vector, points, system_of, vectors};
@@ -27,48 +27,40 @@ fn positions(states: &[State]) -> Vec<f32> {
 
 #[test]
 fn rollouts_and_their_gradients_pass_conformance() {
-    for vector in vectors("dynamics") {
-        let system = system_of(&vector);
-        let start = State::at_start(vector.points("position"), vector.points("velocity"));
-        let supports = vector.constants["lra"].as_bool().unwrap().then(|| supports_of(&vector));
-        let plain = RolloutSpec::new(vector.number("dt") as f32, vector.number("steps") as usize);
-        let spec = supports.as_ref().map_or(plain, |s| plain.aligned(s, VelocityPolicy::Keep));
+    vectors("dynamics").iter().for_each(check_rollout);
+}
 
-        let accelerations = system.accelerations(&start.q, &start.v, &Edit::default());
-        assert_values_close(
-            "acceleration",
-            accelerations.as_flattened(),
-            &vector.floats("acceleration"),
-            2e-4,
-            1e-5,
-        );
-        let states = rollout(&system, &start, &spec);
-        assert_values_close("trajectory", &positions(&states), &vector.floats("trajectory"), 2e-4, 1e-4);
-        let edited = rollout(&system, &start, &spec.edited(edit_of(&vector)));
-        assert_values_close(
-            "trajectory_edited",
-            &positions(&edited),
-            &vector.floats("trajectory_edited"),
-            2e-4,
-            1e-4,
-        );
+fn check_rollout(vector: &Vector) {
+    let system = system_of(vector);
+    let start = State::at_start(vector.points("position"), vector.points("velocity"));
+    let supports = vector.constants["lra"].as_bool().unwrap().then(|| supports_of(vector));
+    let plain = RolloutSpec::new(vector.number("dt") as f32, vector.number("steps") as usize);
+    let spec = supports.as_ref().map_or(plain, |s| plain.aligned(s, VelocityPolicy::Keep));
+    let check = |name: &str, found: &[f32], relative| {
+        assert_values_close(name, found, &vector.floats(name), 2e-4, relative);
+    };
+    let accelerations = system.accelerations(&start.q, &start.v, &Edit::default());
+    check("acceleration", accelerations.as_flattened(), 1e-5);
+    let states = rollout(&system, &start, &spec);
+    check("trajectory", &positions(&states), 1e-4);
+    let edited = rollout(&system, &start, &spec.edited(edit_of(vector)));
+    check("trajectory_edited", &positions(&edited), 1e-4);
+    check_gradients(vector, &system, &spec, &states);
+}
 
-        let weights = vector.points("loss_weight");
-        let cotangents: Vec<_> = weights
-            .chunks(start.len())
-            .map(|q| StateCotangents { q: q.to_vec(), ..StateCotangents::default() })
-            .collect();
-        let gradients = rollout_vjp(&system, &spec, &states, &cotangents);
-        assert_gradient_close("position", gradients.q0.as_flattened(), &vector.floats("grad_position"));
-        assert_gradient_close("velocity", gradients.v0.as_flattened(), &vector.floats("grad_velocity"));
-        for entry in system.layout() {
-            let expected = vector.floats(&format!("grad_{}", entry.name));
-            assert_gradient_close(
-                &format!("{} {}", vector.name, entry.name),
-                &gradients.params[entry.range],
-                &expected,
-            );
-        }
+fn check_gradients(vector: &Vector, system: &System, spec: &RolloutSpec, states: &[State]) {
+    let cotangents: Vec<_> = vector
+        .points("loss_weight")
+        .chunks(states[0].len())
+        .map(|q| StateCotangents { q: q.to_vec(), ..StateCotangents::default() })
+        .collect();
+    let gradients = rollout_vjp(system, spec, states, &cotangents);
+    assert_gradient_close("position", gradients.q0.as_flattened(), &vector.floats("grad_position"));
+    assert_gradient_close("velocity", gradients.v0.as_flattened(), &vector.floats("grad_velocity"));
+    for entry in system.layout() {
+        let expected = vector.floats(&format!("grad_{}", entry.name));
+        let what = format!("{} {}", vector.name, entry.name);
+        assert_gradient_close(&what, &gradients.params[entry.range], &expected);
     }
 }
 

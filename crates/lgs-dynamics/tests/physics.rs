@@ -3,103 +3,15 @@
 
 mod support;
 
-use lgs_core::linear::{add, cross, dot, mat_vec, matrix_from_quat, norm, quat_normalize, scale, sub};
-use lgs_dynamics::testing::linear_law;
+use lgs_core::linear::{add, dot, mat_vec, matrix_from_quat, norm, quat_normalize, scale, sub};
 use lgs_dynamics::{
-    Edit, ForceKind, PotentialKind, Reversal, RolloutSpec, State, StateCotangents, Supports, System,
-    VelocityPolicy, align, rigid_velocities, rollout, rollout_reversed, rollout_vjp,
+    Edit, ForceKind, PotentialKind, Reversal, RolloutSpec, State, StateCotangents, Supports, VelocityPolicy,
+    align, rollout, rollout_reversed, rollout_vjp,
+};
+use support::motions::{
+    Motion, POLICIES, TAU_MAX, body, cycle_error, half_a_kick_behind, motions, spec, twist_velocities,
 };
 use support::random_points;
-
-const TAU_MAX: f32 = 0.75;
-const POLICIES: [VelocityPolicy; 3] =
-    [VelocityPolicy::Keep, VelocityPolicy::FromPositions, VelocityPolicy::Rigid];
-
-fn gravity() -> System {
-    linear_law([0.0, 0.0, 9.81], [0.0; 6], 0.0, [0.0; 3])
-}
-
-fn harmonic(omega: f32) -> System {
-    linear_law([0.0; 3], [omega * omega, omega * omega, 0.0, 0.0, 0.0, 0.0], 0.0, [0.0; 3])
-}
-
-/// A solid body: points of a box around `center`.
-fn body(center: [f32; 3], half: f32) -> Vec<[f32; 3]> {
-    random_points(400, half, 5).into_iter().map(|p| std::array::from_fn(|i| p[i] + center[i])).collect()
-}
-
-/// Velocities of a rigid motion: `v` at `about`, and a spin.
-fn twist_velocities(q: &[[f32; 3]], spin: [f32; 3], about: [f32; 3], v: [f32; 3]) -> Vec<[f32; 3]> {
-    q.iter().map(|&q| add(v, cross(spin, sub(q, about)))).collect()
-}
-
-struct Motion {
-    name: &'static str,
-    system: System,
-    start: State,
-    /// Bound of the exact reversal's cycle error under the policies that lose what is not rigid.
-    lossy_bound: f64,
-}
-
-fn motions() -> Vec<Motion> {
-    let fall = body([0.2, 0.1, 2.0], 0.3);
-    let rest = vec![[0.0; 3]; fall.len()];
-    let blade = body([0.5, 0.0, 0.3], 0.4);
-    let turning = |spin: f32| twist_velocities(&blade, [0.0, 0.0, spin], [0.0; 3], [0.0; 3]);
-    let thrown = body([-1.0, 0.0, 0.5], 0.25);
-    let v_thrown = twist_velocities(&thrown, [0.0, 0.0, 4.0], [-1.0, 0.0, 0.5], [1.5, 0.4, 3.0]);
-    let drifting = vec![[0.3, 0.2, 0.1]; fall.len()];
-    let sliding = vec![[1.5, 0.5, 0.0]; thrown.len()];
-    let motion = |name, system, q: &[[f32; 3]], v, lossy_bound| Motion {
-        name,
-        system,
-        start: State::at_start(q.to_vec(), v),
-        lossy_bound,
-    };
-    // a = g + ω × (v − v_c), v_c being the centre's velocity: its part along ω, which changes, drops out, so
-    // the field is autonomous.
-    let carried = [-4.0 * 0.4, 4.0 * 1.5, 9.81];
-    vec![
-        motion("free fall from rest", gravity(), &fall, rest, 1e-4),
-        motion("fan, spin 2", harmonic(2.0), &blade, turning(2.0), 1e-4),
-        motion("fan, spin 6", harmonic(6.0), &blade, turning(6.0), 1e-4),
-        // The explicit gyroscopic kick lets speeds grow by (ω h)²/2 per step, which is not rigid.
-        motion(
-            "projectile with spin",
-            linear_law(carried, [0.0; 6], 0.0, [0.0, 0.0, 4.0]),
-            &thrown,
-            v_thrown,
-            0.01,
-        ),
-        motion("sled with drag", linear_law([0.0; 3], [0.0; 6], 1.2, [0.0; 3]), &thrown, sliding, 1e-4),
-        motion(
-            "network, not rigid",
-            support::lively_system(PotentialKind::QuadraticMlp, ForceKind::Structured),
-            &fall,
-            drifting,
-            0.05,
-        ),
-    ]
-}
-
-fn path_length(states: &[State]) -> f64 {
-    let step =
-        |w: &[State]| w[0].q.iter().zip(&w[1].q).map(|(&a, &b)| f64::from(norm(sub(a, b)))).sum::<f64>();
-    states.windows(2).map(step).sum()
-}
-
-/// Forward to τ_max and back: distance from the start over the path travelled (method §7).
-fn cycle_error(motion: &Motion, spec: &RolloutSpec, reversal: Reversal) -> f64 {
-    let forward = rollout(&motion.system, &motion.start, spec);
-    let back = rollout_reversed(&motion.system, &forward[forward.len() - 1], spec, reversal);
-    let end = &back[back.len() - 1];
-    let miss: f64 = end.q.iter().zip(&motion.start.q).map(|(&a, &b)| f64::from(norm(sub(a, b)))).sum();
-    miss / path_length(&forward)
-}
-
-fn spec(dt: f32) -> RolloutSpec<'static> {
-    RolloutSpec::new(dt, (TAU_MAX / dt).round() as usize)
-}
 
 #[test]
 fn the_negated_step_misses_by_what_theory_predicts() {
@@ -138,14 +50,6 @@ fn the_exact_reversal_returns_to_the_start() {
         );
         assert!(found < 1e-5, "{force:?}: {found}");
     }
-}
-
-/// The start that stays on a rigid motion of the discrete flow: velocities half a kick behind
-/// (method §4.3).
-fn half_a_kick_behind(motion: &Motion, dt: f32) -> Motion {
-    let a = motion.system.accelerations(&motion.start.q, &motion.start.v, &Edit::default());
-    let v = motion.start.v.iter().zip(a).map(|(&v, a)| sub(v, scale(a, 0.5 * dt))).collect();
-    Motion { system: motion.system.clone(), start: State::at_start(motion.start.q.clone(), v), ..*motion }
 }
 
 #[test]
@@ -320,87 +224,4 @@ fn any_number_of_threads_gives_the_same_bits() {
         let (one, two) = (threads(1), threads(2));
         assert!(one == two && one == threads(5));
     }
-}
-
-/// A motion whose starting velocities carry independent noise.
-fn noisy(motion: usize, noise: f32) -> Motion {
-    let mut motion = half_a_kick_behind(&motions()[motion], 0.01);
-    let n = motion.start.len();
-    for (v, e) in motion.start.v.iter_mut().zip(random_points(n, noise, 8)) {
-        *v = add(*v, e);
-    }
-    motion
-}
-
-/// Mean distance from the closed form at 3 τ_max over the path, for a fan (spin 6) whose starting velocities
-/// carry independent noise.
-fn fan_error_at_the_end(noise: f32, supports: Option<&Supports>, policy: VelocityPolicy) -> f64 {
-    let motion = noisy(2, noise);
-    let plain = RolloutSpec::new(0.01, 225);
-    let states =
-        rollout(&motion.system, &motion.start, &supports.map_or(plain, |s| plain.aligned(s, policy)));
-    // Symplectic Euler turns by 2 asin(h ω / 2) per step.
-    let (sin, cos) = (450.0 * (0.03_f64).asin()).sin_cos();
-    let turned = |q: [f32; 3]| {
-        [(cos as f32) * q[0] - (sin as f32) * q[1], (sin as f32) * q[0] + (cos as f32) * q[1], q[2]]
-    };
-    let miss: f64 =
-        states[225].q.iter().zip(&motion.start.q).map(|(&q, &q0)| f64::from(norm(sub(q, turned(q0))))).sum();
-    miss / path_length(&states)
-}
-
-#[test]
-fn alignment_averages_the_noise_of_long_rollouts_away() {
-    let supports = Supports::nearest(&motions()[2].start.q, 20);
-    for noise in [0.0, 0.1, 0.5] {
-        let without = fan_error_at_the_end(noise, None, VelocityPolicy::Keep);
-        let with = POLICIES.map(|policy| fan_error_at_the_end(noise, Some(&supports), policy));
-        println!(
-            "noise {noise}: none {:.4}% keep {:.4}% from-positions {:.4}% rigid {:.4}%",
-            100.0 * without,
-            100.0 * with[0],
-            100.0 * with[1],
-            100.0 * with[2]
-        );
-        for error in with {
-            assert!(error < 0.002 + 0.5 * without, "{error} where {without} is found without alignment");
-        }
-    }
-}
-
-#[test]
-fn kept_velocities_come_back_through_alignment_in_spite_of_noise() {
-    for which in [1, 2, 3] {
-        let motion = noisy(which, 0.1);
-        let supports = Supports::nearest(&motion.start.q, 20);
-        let error =
-            cycle_error(&motion, &spec(0.01).aligned(&supports, VelocityPolicy::Keep), Reversal::Exact);
-        assert!(error < 5e-4, "{}: {error}", motion.name);
-    }
-}
-
-#[test]
-fn starting_velocities_projected_again_and_again_lose_their_noise() {
-    let mut motion = noisy(2, 0.1);
-    let supports = Supports::nearest(&motion.start.q, 20);
-    let error = |motion: &Motion| {
-        let end = rollout(
-            &motion.system,
-            &motion.start,
-            &RolloutSpec::new(0.01, 225).aligned(&supports, VelocityPolicy::Keep),
-        )
-        .pop()
-        .unwrap();
-        let clean = half_a_kick_behind(&motions()[2], 0.01);
-        let expected = rollout(&clean.system, &clean.start, &RolloutSpec::new(0.01, 225)).pop().unwrap();
-        end.q.iter().zip(&expected.q).map(|(&a, &b)| f64::from(norm(sub(a, b)))).sum::<f64>()
-    };
-    let before = error(&motion);
-    // One projection averages over a support; repeated ones spread over the body.
-    for _ in 0..30 {
-        motion.start.v = rigid_velocities(&motion.start.q, &motion.start.v, &supports);
-    }
-    let after = error(&motion);
-    println!("miss {before} with noisy starting velocities, {after} projected");
-    assert!(after < 0.6 * before);
 }

@@ -38,8 +38,7 @@ const ROLLOUTS: [(&str, Rollout); 2] =
 fn run(
     rollout: Rollout,
     system: &System,
-    q: &[[f32; 3]],
-    v: &[[f32; 3]],
+    [q, v]: [&[[f32; 3]]; 2],
     call: &RolloutCall,
     weight: &[f32],
 ) -> (Vec<f32>, [Vec<f32>; 3]) {
@@ -75,44 +74,44 @@ fn call_of(vector: &Vector, system: &System) -> RolloutCall {
 #[test]
 fn rollouts_of_tensors_pass_conformance() {
     for vector in vectors("dynamics") {
-        let system = system_of(&vector);
-        let (q, v) = (vector.points("position"), vector.points("velocity"));
-        let weight: Vec<f32> = vector
-            .points("loss_weight")
-            .iter()
-            .flat_map(|w| [w[0], w[1], w[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-            .collect();
         for (name, rollout) in ROLLOUTS {
-            let (states, [v_params, v_q, v_v]) =
-                run(rollout, &system, &q, &v, &call_of(&vector, &system), &weight);
-            let trajectory: Vec<f32> =
-                states.as_chunks::<10>().0.iter().flat_map(|s| [s[0], s[1], s[2]]).collect();
-            assert_values_close(
-                &format!("{name} trajectory"),
-                &trajectory,
-                &vector.floats("trajectory"),
-                2e-4,
-                1e-4,
-            );
-            assert_gradient_close(&format!("{name} position"), &v_q, &vector.floats("grad_position"));
-            assert_gradient_close(&format!("{name} velocity"), &v_v, &vector.floats("grad_velocity"));
-            for entry in system.layout() {
-                let expected = vector.floats(&format!("grad_{}", entry.name));
-                assert_gradient_close(
-                    &format!("{name} {} {}", vector.name, entry.name),
-                    &v_params[entry.range],
-                    &expected,
-                );
-            }
+            check_rollout(name, rollout, &vector);
         }
-        let by_op = tensor::acceleration(
+    }
+}
+
+fn check_rollout(name: &str, rollout: Rollout, vector: &Vector) {
+    let system = system_of(vector);
+    let (q, v) = (vector.points("position"), vector.points("velocity"));
+    let weights = vector.points("loss_weight");
+    let weight: Vec<f32> =
+        weights.iter().flat_map(|w| [w[0], w[1], w[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+    let (states, [v_params, v_q, v_v]) = run(rollout, &system, [&q, &v], &call_of(vector, &system), &weight);
+    let trajectory: Vec<f32> = states.as_chunks::<10>().0.iter().flat_map(|s| [s[0], s[1], s[2]]).collect();
+    let what = format!("{name} trajectory");
+    assert_values_close(&what, &trajectory, &vector.floats("trajectory"), 2e-4, 1e-4);
+    assert_gradient_close(&format!("{name} position"), &v_q, &vector.floats("grad_position"));
+    assert_gradient_close(&format!("{name} velocity"), &v_v, &vector.floats("grad_velocity"));
+    for entry in system.layout() {
+        let (what, expected) =
+            (format!("{name} {} {}", vector.name, entry.name), format!("grad_{}", entry.name));
+        assert_gradient_close(&what, &v_params[entry.range], &vector.floats(&expected));
+    }
+}
+
+#[test]
+fn accelerations_of_tensors_pass_conformance() {
+    for vector in vectors("dynamics") {
+        let system = system_of(&vector);
+        let (params, q, v) = (&system.params, vector.points("position"), vector.points("velocity"));
+        let found = tensor::acceleration(
             system.config,
             Edit::default(),
-            self::vector(&system.params),
+            self::vector(params),
             matrix(&q),
             matrix(&v),
         );
-        assert_values_close("acceleration", &values(by_op), &vector.floats("acceleration"), 2e-4, 1e-5);
+        assert_values_close("acceleration", &values(found), &vector.floats("acceleration"), 2e-4, 1e-5);
     }
 }
 
@@ -188,8 +187,8 @@ fn operation_and_twin_agree_for_every_kind_and_policy() {
             velocity_policy,
         };
         let weight = random(6 * 70 * 10, 9);
-        let (fast, fast_gradients) = run(ROLLOUTS[0].1, &system, &q, &v, &call, &weight);
-        let (plain, plain_gradients) = run(ROLLOUTS[1].1, &system, &q, &v, &call, &weight);
+        let (fast, fast_gradients) = run(ROLLOUTS[0].1, &system, [&q, &v], &call, &weight);
+        let (plain, plain_gradients) = run(ROLLOUTS[1].1, &system, [&q, &v], &call, &weight);
         assert_values_close(&name, &fast, &plain, 2e-4, 1e-5);
         for ((what, fast), plain) in
             ["params", "q0", "v0"].into_iter().zip(&fast_gradients).zip(&plain_gradients)

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Time and memory of one stage of training.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StageCost {
-    /// Its name.
+    /// Name of the stage.
     pub stage: String,
     /// Seconds, over all sessions.
     pub secs: f64,
@@ -19,9 +19,9 @@ pub struct StageCost {
 pub struct Cost {
     /// Seconds of training, all stages.
     pub train_secs: Option<f64>,
-    /// Largest resident set, bytes.
+    /// Largest resident set over all stages, bytes.
     pub peak_rss_bytes: Option<u64>,
-    /// The same by stage, in the order of training.
+    /// Time and memory of every stage, in the order of training.
     pub stages: Vec<StageCost>,
 }
 

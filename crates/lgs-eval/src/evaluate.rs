@@ -5,19 +5,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lgs_core::Camera;
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_data::edit::MotionEdit;
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 
 use crate::image_score::{ForegroundRule, ImageScore, Scoring};
+use crate::laws::{ObjectLaw, band_coverage};
 use crate::lpips::Perceptual;
 use crate::metrics::{
     ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, Protocol, SCHEMA, SplitMetrics,
 };
 use crate::physics::Truth;
 use crate::physics::cycle::cycle_errors;
+use crate::physics::edited::{edited_trajectory_errors, scales};
 use crate::physics::energy::energy_drift;
 use crate::physics::extent::{
     pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth,
@@ -28,7 +29,7 @@ use crate::physics::potential::potential_against_truth;
 use crate::physics::trajectory::trajectory_errors;
 use crate::split_score::{FrameRow, aggregate, foreground_rule, score_frames};
 
-/// What is evaluated, and against what.
+/// A run's two models, and the truth that they are compared with.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
     /// The Lagrangian scene.
@@ -39,12 +40,14 @@ pub struct Subject<'a> {
     pub dataset: Option<&'a Dataset>,
     /// True motion.
     pub truth: Option<&'a GroundTruth>,
+    /// Laws of the objects, in their order; may be empty.
+    pub laws: &'a [Option<ObjectLaw>],
 }
 
-/// What to compute.
+/// The choices of an evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct EvalOptions<'a> {
-    /// How negative times are reached.
+    /// The way in which negative times are reached.
     pub reversal: Reversal,
     /// Compare images at half their size, as the published figures of single objects.
     pub half_resolution: bool,
@@ -80,7 +83,7 @@ pub fn evaluate(
         schema: SCHEMA,
         splits: rows.iter().map(|(name, (_, rows))| (name.clone(), split_metrics(rows))).collect(),
         physics: Physics {
-            edited_trajectory_error: edited_trajectory_errors(subject, options.reversal),
+            edited_trajectory_error: edited_errors(subject, options.reversal),
             ..physics(subject, &mut motion, &rows, rule)
         },
         foreground: rule,
@@ -128,28 +131,13 @@ fn score_splits<'a>(
     dataset.splits.iter().map(score).collect()
 }
 
-/// An edit of a dataset as one of the dynamics.
-fn scales(edit: MotionEdit) -> Edit {
-    Edit {
-        velocity_scale: edit.velocity_scale as f32,
-        potential_scale: edit.potential_scale as f32,
-        force_scale: edit.force_scale as f32,
-    }
-}
-
 /// Position errors of every split that shows an edit, under that edit, by time.
-fn edited_trajectory_errors(
+fn edited_errors(
     subject: &Subject<'_>,
     reversal: Reversal,
 ) -> BTreeMap<String, BTreeMap<String, Option<f64>>> {
-    let edits = subject.dataset.into_iter().flat_map(|dataset| &dataset.edits);
-    let errors = |(split, &edit): (&String, &MotionEdit)| {
-        let truth = Truth::new(subject.truth?.edited.get(split)?)?;
-        let mut motion = Motion::new(subject.scene, scales(edit), reversal);
-        let (errors, _) = trajectory_errors(subject.scene, &mut motion, Some(&truth));
-        Some((split.clone(), errors.into_iter().filter(|(_, error)| error.is_some()).collect()))
-    };
-    edits.filter_map(errors).collect()
+    let (Some(dataset), Some(truth)) = (subject.dataset, subject.truth) else { return BTreeMap::new() };
+    edited_trajectory_errors(subject.scene, reversal, &dataset.edits, &truth.edited)
 }
 
 fn split_metrics(rows: &[FrameRow]) -> SplitMetrics {
@@ -180,7 +168,10 @@ fn physics(
 ) -> Physics {
     let scene = subject.scene;
     let truth = subject.truth.and_then(Truth::new);
-    let (force_ratio, objects) = forces_and_objects(scene, motion);
+    let (force_ratio, mut objects) = forces_and_objects(scene, motion);
+    for (index, (object, law)) in objects.iter_mut().zip(subject.laws).enumerate() {
+        object.law = law.as_ref().map(|law| judged(law, index, motion, (scene, truth.as_ref())));
+    }
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
     let cameras = subject.dataset.map(distinct_cameras).unwrap_or_default();
     let extent =
@@ -205,6 +196,19 @@ fn physics(
         potential: truth.as_ref().and_then(|truth| potential_against_truth(scene, motion, truth)),
         objects,
     }
+}
+
+/// The record of an object's law with what the truth says of it.
+fn judged(
+    law: &ObjectLaw,
+    object: usize,
+    motion: &mut Motion<'_>,
+    (scene, truth): (&LagrangianScene, Option<&Truth<'_>>),
+) -> ObjectLaw {
+    let Some(truth) = truth else { return law.clone() };
+    let band = law.band.as_ref();
+    let coverage = band.and_then(|band| band_coverage((scene, object), motion, truth, band));
+    ObjectLaw { coverage, expected: truth.expected_verdict(), ..law.clone() }
 }
 
 fn extent_against_truth(

@@ -1,6 +1,8 @@
-//! Images of half the size, as the published scripts score scenes of single objects (reference §7.1, step 2).
+//! Images of half the size, as the published scripts score scenes of single objects (method §7).
 
 use lgs_core::Image;
+
+use crate::thresholds::LEAST_OVERLAP;
 
 /// An image of half the width and height, rounded down, by area averaging: 2 × 2 pixels each where the size
 /// is even.
@@ -45,7 +47,10 @@ fn shares(side: usize) -> Vec<Vec<(usize, f64)>> {
     let covered = |i: usize| {
         let (from, to) = (i as f64 * span, (i + 1) as f64 * span);
         let overlap = |x: usize| ((x + 1) as f64).min(to) - (x as f64).max(from);
-        (from as usize..side).map(|x| (x, overlap(x) / span)).take_while(|&(_, share)| share > 1e-9).collect()
+        (from as usize..side)
+            .map(|x| (x, overlap(x) / span))
+            .take_while(|&(_, share)| share > LEAST_OVERLAP)
+            .collect()
     };
     (0..count).map(covered).collect()
 }

@@ -1,4 +1,4 @@
-//! Scores of one rendered image against the true one (reference sections 2.5, 7.1 and G47).
+//! Scores of one rendered image against the true one (method §7).
 //!
 //! Both images are rounded to 8 bits first, as if they had been written and read back; with
 //! [`Scoring::half_resolution`] they are then averaged to half their size, without rounding again. (Where the
@@ -7,25 +7,19 @@
 //! so PSNR is also taken over the foreground alone: the union of the true and the predicted one. With alpha
 //! in the images the true foreground is `alpha > 0.5` and the predicted one `1 − transmittance > 0.5`. Opaque
 //! images say nothing about what is background, so both are then the pixels whose colour differs from the
-//! background colour by more than [`CONTENT_THRESHOLD`]; for a room that is nearly everything. That second
-//! mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque but as
-//! flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as binary
-//! images.
+//! background colour in a channel by more than 10 of 255 levels; for a room that is nearly everything. That
+//! second mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque
+//! but as flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as
+//! binary images.
 
 use lgs_core::{Image, psnr_of_mse};
 use serde::{Deserialize, Serialize};
 
 use crate::half_size::{halved, halved_pixels};
 use crate::lpips::{Perceptual, PerceptualScore};
+use crate::thresholds::{CONTENT_THRESHOLD, OPACITY_THRESHOLD};
 
-/// Opacity above which a pixel is foreground (G46, G47).
-const OPACITY_THRESHOLD: f32 = 0.5;
-
-/// A pixel differs from the background if a channel does by more than this: 10 of 255 levels, above
-/// compression and resampling noise.
-pub const CONTENT_THRESHOLD: f32 = 10.0 / 255.0;
-
-/// How foreground is told from background.
+/// The rule by which foreground is told from background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ForegroundRule {
@@ -35,12 +29,12 @@ pub enum ForegroundRule {
     Colour,
 }
 
-/// How images are compared.
+/// The conditions under which images are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Scoring<'a> {
-    /// What both models are drawn on and true images are composited over.
+    /// Colour that both models are drawn on and true images are composited over.
     pub background: [f32; 3],
-    /// What counts as foreground.
+    /// The pixels that count as foreground.
     pub rule: ForegroundRule,
     /// Compare at half the size.
     pub half_resolution: bool,
@@ -132,7 +126,7 @@ pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> Imag
     }
 }
 
-/// PSNR of two binary images (G47).
+/// PSNR of two binary images.
 fn silhouette_psnr(a: &[bool], b: &[bool]) -> f64 {
     let wrong = a.iter().zip(b).filter(|(a, b)| a != b).count();
     psnr_of_mse(wrong as f64 / a.len().max(1) as f64)
@@ -162,17 +156,11 @@ mod tests {
     const WHITE: [f32; 3] = [1.0; 3];
 
     fn picture(pixels: Vec<[f32; 3]>, opacity: &[f32], rule: ForegroundRule) -> Picture {
-        at_size(pixels, opacity, rule, false)
+        scored(pixels, opacity, Scoring { background: WHITE, rule, half_resolution: false, perceptual: None })
     }
 
-    fn at_size(
-        pixels: Vec<[f32; 3]>,
-        opacity: &[f32],
-        rule: ForegroundRule,
-        half_resolution: bool,
-    ) -> Picture {
+    fn scored(pixels: Vec<[f32; 3]>, opacity: &[f32], scoring: Scoring<'_>) -> Picture {
         let side = (pixels.len() as f32).sqrt() as u32;
-        let scoring = Scoring { background: WHITE, rule, half_resolution, perceptual: None };
         Picture::new(&Image { width: side, height: side, pixels }, opacity.iter().copied(), &scoring)
     }
 
@@ -240,7 +228,9 @@ mod tests {
         // Columns of 0.2 (51 of 255) and 0.3 (77): their mean is no multiple of 1/255 and must not be rounded
         // again.
         let columns: Vec<[f32; 3]> = (0..256).map(|i| [if i % 2 == 0 { 0.2 } else { 0.3 }; 3]).collect();
-        let small = at_size(columns, &[1.0; 256], ForegroundRule::Opacity, true);
+        let rule = ForegroundRule::Opacity;
+        let halved = Scoring { background: WHITE, rule, half_resolution: true, perceptual: None };
+        let small = scored(columns, &[1.0; 256], halved);
         assert_eq!((small.image.width, small.image.height, small.foreground_pixels()), (8, 8, 64));
         assert!(small.image.pixels.iter().all(|p| (p[0] - 64.0 / 255.0).abs() < 1e-6));
     }

@@ -5,13 +5,14 @@
 //! all of it on the same [`lgs_model::Motion`] and the same rasterizer as training: nothing is scored that is
 //! not also what a user renders.
 //!
-//! What can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None` and
-//! becomes `null`; no figure is made up.
+//! A figure that can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None`
+//! and becomes `null`; no figure is made up.
 
 mod cost;
 mod evaluate;
 pub mod half_size;
 pub mod image_score;
+pub mod laws;
 pub mod lpips;
 pub mod memory;
 mod metrics;
@@ -19,9 +20,11 @@ pub mod physics;
 mod render;
 mod split_score;
 pub mod table;
+mod thresholds;
 
 pub use cost::{Cost, StageCost};
 pub use evaluate::{EvalOptions, Subject, evaluate};
+pub use lgs_mechanics::bands::Verdict;
 pub use metrics::{
     CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics,
     ObjectPotential, ObjectSummary, Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore,

@@ -1,4 +1,4 @@
-//! The contents of `metrics.json`, schema 1 (see the contract), and of `eval --json`.
+//! The contents of `metrics.json`, schema 1, and of `eval --json`.
 //!
 //! PSNR in dB; errors and ratios are fractions; times in units of the captured sequence; `null` where a
 //! figure can't be had.
@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
+use crate::laws::ObjectLaw;
 use crate::lpips::store::Origin;
 
 /// Version of the layout.
@@ -23,39 +24,40 @@ pub struct Metrics {
     pub splits: BTreeMap<String, SplitMetrics>,
     /// Figures of the motion.
     pub physics: Physics,
-    /// What it took.
+    /// Time and memory of training.
     pub cost: Cost,
-    /// How foreground was told from background; nothing without images.
+    /// The rule by which foreground was told from background; nothing without images.
     pub foreground: Option<ForegroundRule>,
-    /// How images were compared.
+    /// The conditions under which images were compared.
     #[serde(default)]
     pub protocol: Protocol,
-    /// What the scene consists of.
+    /// Numbers of Gaussians and objects.
     pub footprint: Footprint,
     /// Image figures of every frame, by split, in the order of the dataset.
     pub frames: BTreeMap<String, Vec<FrameMetrics>>,
 }
 
-/// How images were compared.
+/// The conditions under which images were compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Protocol {
-    /// At half the size of the images, by averaging 2 × 2 pixels, as the published figures of single objects.
+    /// Whether images were compared at half their size, by averaging 2 × 2 pixels, as the published figures
+    /// of single objects.
     pub half_resolution: bool,
     /// The weights that LPIPS used; empty without.
     pub lpips_weights: Vec<Origin>,
 }
 
-/// Both models on one split.
+/// Scores of both models on one split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SplitMetrics {
-    /// The source model.
+    /// Score of the source model.
     pub source: Option<SplitScore>,
-    /// The Lagrangian scene.
+    /// Score of the Lagrangian scene.
     pub lagrangian: Option<SplitScore>,
 }
 
-/// One model on one split.
+/// Scores of one model on one split.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SplitScore {
@@ -75,7 +77,8 @@ pub struct SplitScore {
     /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without
     /// weights.
     pub lpips_vgg: Option<f64>,
-    /// The same with inputs in [0, 1], as in the published tables of FreeGave and DefGS.
+    /// Mean over images of LPIPS with VGG-16, inputs in [0, 1] as in the published tables of FreeGave and
+    /// DefGS.
     pub lpips_vgg_unnormalised: Option<f64>,
     /// Mean over images of LPIPS with AlexNet, inputs in [−1, 1].
     pub lpips_alex: Option<f64>,
@@ -83,22 +86,22 @@ pub struct SplitScore {
     pub frames: usize,
 }
 
-/// One image.
+/// Scores of both models on one image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameMetrics {
-    /// Name in the dataset.
+    /// Name of the image in the dataset.
     pub name: String,
-    /// Time.
+    /// Time of the image.
     pub time: f32,
-    /// Which camera.
+    /// Number of its camera.
     pub camera: usize,
-    /// The source model on it.
+    /// Scores of the source model, if it covers the time.
     pub source: Option<FrameModelScore>,
-    /// The Lagrangian scene on it.
+    /// Scores of the Lagrangian scene.
     pub lagrangian: FrameModelScore,
 }
 
-/// One model on one image.
+/// Scores of one model on one image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameModelScore {
     /// PSNR over all pixels.
@@ -126,37 +129,39 @@ impl From<&ImageScore> for FrameModelScore {
 /// Figures of the motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Physics {
-    /// Forward to τ_max and back again (G45).
+    /// Position error after rolling out to τ_max and back again.
     pub cycle_error: CycleError,
-    /// Foreground pixels relative to t = 0, mean over views, maximum over (0, 3 τ_max] (G46).
+    /// Foreground pixels relative to t = 0, mean over views, maximum over (0, 3 τ_max].
     pub extent_ratio_max: Option<f64>,
-    /// The same, minimum.
+    /// Foreground pixels relative to t = 0, mean over views, minimum over (0, 3 τ_max].
     pub extent_ratio_min: Option<f64>,
-    /// The largest of the source model, asked for the same times.
+    /// Foreground pixels of the source model relative to t = 0, mean over views, maximum over the same times.
     pub source_extent_ratio_max: Option<f64>,
     /// Extent of the moving objects and of their paths, over the truth's.
     pub extent_against_truth: ExtentAgainstTruth,
     /// Mean position error over the truth's mean path length, by time.
     pub trajectory_error: BTreeMap<String, Option<f64>>,
-    /// More about the same, by time.
+    /// Further position errors, by time.
     pub trajectory_detail: BTreeMap<String, TrajectoryDetail>,
-    /// The same for every split that shows an edited motion, under its edit, by split and time.
+    /// Mean position error under the edit of every split that shows an edited motion, over the mean path
+    /// length of the edited truth, by split and time.
     #[serde(default)]
     pub edited_trajectory_error: BTreeMap<String, BTreeMap<String, Option<f64>>>,
     /// Largest change of the mean U + T over [0, 3 τ_max] without Q, over the largest mean T.
     pub energy_drift: Option<f64>,
-    /// The same with Q: what the force dissipates counts here.
+    /// Largest change of the mean U + T over [0, 3 τ_max] with Q, which may dissipate, over the largest mean
+    /// T.
     pub energy_change_with_force: Option<f64>,
-    /// Falling time ∝ β^slope (G43); empty where nothing falls from rest.
+    /// Falling time ∝ β^slope; empty where nothing falls from rest.
     pub fall_time_exponent: FallTime,
-    /// The same without Q (γ = 0).
+    /// Falling time ∝ β^slope without Q (γ = 0); empty where nothing falls from rest.
     pub fall_time_exponent_without_force: FallTime,
-    /// Mean ‖Q‖ over mean ‖∇U‖ at the states visited in [0, τ_max] (G42).
+    /// Mean ‖Q‖ over mean ‖∇U‖ at the states visited in [0, τ_max].
     pub force_ratio: Option<f64>,
     /// The learned potential against the true one; nothing where the truth has none or is not known.
     #[serde(default)]
     pub potential: Option<PotentialAgainstTruth>,
-    /// Every object.
+    /// Summary of every object.
     pub objects: Vec<ObjectSummary>,
 }
 
@@ -171,7 +176,7 @@ pub struct PotentialAgainstTruth {
     pub direction_error_degrees: Option<f64>,
     /// Curvature of U across the directions of motion over ω², minus 1, for springs and uniform rotations.
     pub curvature_error: Option<f64>,
-    /// The objects.
+    /// Errors of every object whose law has a potential.
     pub objects: Vec<ObjectPotential>,
 }
 
@@ -182,14 +187,14 @@ pub struct ObjectPotential {
     pub object: i32,
     /// Mean ∇U at visited states, world units per squared unit of time, where the true field is uniform.
     pub gradient: Option<[f64; 3]>,
-    /// Its length over the true field's, minus 1.
+    /// Length of that gradient over the true field's, minus 1.
     pub magnitude_error: Option<f64>,
-    /// Its angle to the true field, degrees.
+    /// Angle between −∇U and the true field, degrees.
     pub direction_error_degrees: Option<f64>,
     /// Mean curvature of U across the directions of motion, per squared unit of time, where the law is
     /// harmonic.
     pub curvature: Option<f64>,
-    /// The same over ω², minus 1.
+    /// That curvature over ω², minus 1.
     pub curvature_error: Option<f64>,
     /// Error of the curvature if all of the acceleration −∇U + Q is counted: small where the motion is right
     /// whatever the split into U and Q.
@@ -215,30 +220,30 @@ pub struct ExtentAgainstTruth {
     /// Foreground pixels over the true images', mean over views, maximum over times beyond the captured
     /// window.
     pub pixels_max: Option<f64>,
-    /// The same, minimum.
+    /// Foreground pixels over the true images', mean over views, minimum over the same times.
     pub pixels_min: Option<f64>,
     /// Root-mean-square spread of an object around its centroid, relative to t = 0, over the same of the true
     /// object it matches; maximum over objects and [0, 3 τ_max].
     pub spread_max: Option<f64>,
-    /// The same, minimum.
+    /// That ratio of spreads, minimum over objects and [0, 3 τ_max].
     pub spread_min: Option<f64>,
     /// Farthest that any moving Gaussian gets from the centre of the true paths' box in [−τ_max, 3 τ_max],
     /// over the true points'.
     pub reach: Option<f64>,
-    /// The same for the 99th percentile of Gaussians.
+    /// 99th percentile over dynamic Gaussians of that distance, over the true points' farthest.
     pub reach_p99: Option<f64>,
 }
 
 /// Position errors at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryDetail {
-    /// Median over Gaussians instead of the mean, over the mean path length.
+    /// Median position error over Gaussians, over the mean path length.
     pub median: f64,
     /// Mean distance to the matched point itself, over the mean path length: contains the distance at t = 0.
     pub to_nearest_point: f64,
     /// Mean path length of the matched points from t = 0, world units.
     pub path: f64,
-    /// Gaussians compared.
+    /// Number of Gaussians compared.
     pub gaussians: usize,
 }
 
@@ -253,10 +258,10 @@ pub struct FallTime {
     pub times: BTreeMap<String, Option<f64>>,
 }
 
-/// One object of the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Summary of one object of the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSummary {
-    /// Its Gaussians.
+    /// Number of its Gaussians.
     pub gaussians: usize,
     /// Their centroid at t = 0, world units.
     pub center: [f32; 3],
@@ -264,15 +269,18 @@ pub struct ObjectSummary {
     pub mean_velocity: [f32; 3],
     /// Mean ‖Q‖ over mean ‖∇U‖ on its path.
     pub force_ratio: Option<f64>,
+    /// Law of its motion; absent without one in generalised coordinates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<ObjectLaw>,
 }
 
 /// Size of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Footprint {
-    /// Gaussians that never move.
+    /// Number of static Gaussians.
     pub static_gaussians: usize,
-    /// Gaussians that do.
+    /// Number of dynamic Gaussians.
     pub moving_gaussians: usize,
-    /// Objects.
+    /// Number of objects.
     pub objects: usize,
 }

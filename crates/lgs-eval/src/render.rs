@@ -8,7 +8,7 @@ use lgs_render::{Splats, rasterize};
 pub struct Rendered {
     /// Colours over the background, not yet rounded.
     pub image: Image,
-    /// What light of the background remains in each pixel, `[height · width]`.
+    /// Fraction of the background's light that reaches each pixel, `[height · width]`.
     pub transmittance: Vec<f32>,
 }
 

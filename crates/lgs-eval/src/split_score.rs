@@ -14,22 +14,17 @@ use rayon::prelude::*;
 use crate::image_score::{ForegroundRule, ImageScore, Picture, Scoring, score};
 use crate::lpips::PerceptualScore;
 use crate::metrics::SplitScore;
+use crate::thresholds::{FRAMES_AT_ONCE, TIMES_AT_ONCE};
 use crate::{finite, render};
-
-/// Times whose clouds are in memory together.
-const TIMES_AT_ONCE: usize = 4;
-
-/// Frames whose pictures are in memory together.
-const FRAMES_AT_ONCE: usize = 32;
 
 /// Scores of one frame.
 #[derive(Clone, Debug)]
 pub struct FrameRow {
     /// Place of the frame in its split.
     pub index: usize,
-    /// Of the source model, if there is one.
+    /// Score of the source model, if there is one.
     pub source: Option<ImageScore>,
-    /// Of the Lagrangian scene.
+    /// Score of the Lagrangian scene.
     pub lagrangian: ImageScore,
 }
 
@@ -55,7 +50,7 @@ pub fn score_frames(
         let mut jobs = Vec::new();
         for (time, members) in chunk {
             let lagrangian = scene.cloud_at(&motion.state_at(*time));
-            // What a source does not know is not scored.
+            // Times that a source does not cover are not scored.
             jobs.push((lagrangian, source.filter(|s| s.covers(*time)).map(|s| s.cloud_at(*time)), members));
         }
         let views: Vec<View<'_>> = jobs

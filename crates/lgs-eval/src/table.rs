@@ -1,9 +1,13 @@
 //! Metrics as aligned text: one line per split and model, then the motion's figures that exist.
 
+use crate::laws::law_rows;
 use crate::metrics::{Metrics, Physics, PotentialAgainstTruth, SplitScore};
 
 /// Splits in the order of time, then any others by name.
 const SPLIT_ORDER: [&str; 5] = ["train", "val", "test", "long", "past"];
+
+/// Which columns of [`law_rows`] are aligned right: numbers.
+const LAW_COLUMNS: [bool; 11] = [false, false, false, false, false, true, false, true, true, true, false];
 
 /// The figures of a run, ready to print; every line ends with a newline.
 #[must_use]
@@ -14,6 +18,11 @@ pub fn table(metrics: &Metrics) -> String {
         text.push('\n');
     }
     text.push_str(&aligned(&physics, &[false]));
+    let laws = law_rows(metrics);
+    if !text.is_empty() && !laws.is_empty() {
+        text.push('\n');
+    }
+    text.push_str(&aligned(&laws, &LAW_COLUMNS));
     text
 }
 

@@ -1,55 +1,21 @@
 //! Figures of scenes whose motion is known in closed form.
 
+mod common;
+
 use std::collections::BTreeMap;
 
-use lgs_core::{Camera, GaussianCloud};
+use common::{GRAVITY, block, fallen, falling, scene, truth};
+use lgs_core::Camera;
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::testing::quadratic;
-use lgs_dynamics::{Edit, Reversal, Supports, System, VelocityPolicy};
+use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate, render};
-use lgs_model::{Dynamics, LagrangianScene, Motion, MotionConfig, ObjectModel, ParticleDynamics};
+use lgs_model::{LagrangianScene, Motion};
 
-const GRAVITY: f32 = 2.0;
 /// One and a half radians by the end of the window; after whole half turns the kicks at both ends would
 /// cancel.
 const OMEGA: f32 = 2.0;
-
-/// A 5×5×5 block of Gaussians around a centre.
-fn block(center: [f32; 3]) -> Vec<[f32; 3]> {
-    let at = |i: usize, c: usize| center[c] + 0.1 * (i as f32 - 2.0);
-    (0..125).map(|i| [at(i % 5, 0), at(i / 5 % 5, 1), at(i / 25, 2)]).collect()
-}
-
-fn scene(
-    means: Vec<[f32; 3]>,
-    velocity: impl Fn([f32; 3]) -> [f32; 3],
-    system: System,
-    neighbors: usize,
-) -> LagrangianScene {
-    let n = means.len();
-    let supports = (neighbors > 0).then(|| Supports::nearest(&means, neighbors + 1));
-    LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
-        velocities: means.iter().map(|&q| velocity(q)).collect(),
-        dynamic_gaussians: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
-        objects: vec![ObjectModel {
-            members: 0..n,
-            recording: None,
-            dynamics: Dynamics::Particles(ParticleDynamics {
-                system,
-                supports,
-                velocity_policy: VelocityPolicy::Keep,
-            }),
-        }],
-        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
-        background: [1.0; 3],
-    }
-}
-
-fn falling(neighbors: usize) -> LagrangianScene {
-    scene(block([0.0, 0.0, 1.5]), |_| [0.0; 3], quadratic([0.0, 0.0, GRAVITY], [0.0; 6]), neighbors)
-}
 
 fn turning() -> LagrangianScene {
     let w2 = OMEGA * OMEGA;
@@ -59,16 +25,6 @@ fn turning() -> LagrangianScene {
         quadratic([0.0; 3], [w2, w2, 0.0, 0.0, 0.0, 0.0]),
         0,
     )
-}
-
-fn truth(start: &[[f32; 3]], position: impl Fn([f32; 3], f32) -> [f32; 3]) -> GroundTruth {
-    let times: Vec<f32> = (-75..=225).map(|i| i as f32 * 0.01).collect();
-    let points = times.iter().map(|&t| start.iter().map(|&q| position(q, t)).collect()).collect();
-    GroundTruth { times, points, object: vec![0; start.len()], ..GroundTruth::default() }
-}
-
-fn fallen(q: [f32; 3], t: f32) -> [f32; 3] {
-    [q[0], q[1], q[2] - 0.5 * GRAVITY * t * t]
 }
 
 /// A pixel as an image with alpha stores it, either opaque or just below half so, such that it looks the same
@@ -116,7 +72,11 @@ fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
 }
 
 fn physics_of(scene: &LagrangianScene, truth: Option<&GroundTruth>) -> Metrics {
-    evaluate(&Subject { scene, source: None, dataset: None, truth }, &EvalOptions::default(), &|_, _| {})
+    evaluate(
+        &Subject { scene, source: None, dataset: None, truth, laws: &[] },
+        &EvalOptions::default(),
+        &|_, _| {},
+    )
 }
 
 #[test]
@@ -188,7 +148,7 @@ fn a_truth_that_ends_early_leaves_later_times_open() {
 fn its_own_images_score_full_marks_in_every_split() {
     let scene = falling(0);
     let dataset = own_images(&scene, &[("test", &[0.8, 0.9]), ("past", &[-0.5])]);
-    let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: None };
+    let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: None, laws: &[] };
     let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
     let test = metrics.splits["test"].lagrangian.expect("scores");
     // Half-transparent pixels lose a level when stored.
@@ -222,7 +182,7 @@ fn a_scene_without_movers_has_images_but_no_motion() {
     scene.velocities.clear();
     scene.objects.clear();
     let dataset = own_images(&scene, &[("val", &[0.0, 0.5])]);
-    let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: None };
+    let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: None, laws: &[] };
     let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
     assert!(metrics.splits["val"].lagrangian.is_some());
     assert_eq!(metrics.physics.cycle_error.negated_step, None);
@@ -236,7 +196,8 @@ fn the_number_of_threads_changes_nothing() {
     let truth = truth(&scene.dynamic_gaussians.means, fallen);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-        let subject = Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: Some(&truth) };
+        let subject =
+            Subject { scene: &scene, source: None, dataset: Some(&dataset), truth: Some(&truth), laws: &[] };
         pool.install(|| evaluate(&subject, &EvalOptions::default(), &|_, _| {}))
     };
     assert_eq!(run(1), run(3));

@@ -1,5 +1,6 @@
 //! A law of motion: coordinates, terms and the values of all parameters.
 
+use crate::contact::{self, Contact, Impact};
 use crate::coordinates::{Coordinates, State};
 use crate::error::MechanicsError;
 use crate::law_file::LawFile;
@@ -21,6 +22,10 @@ pub struct Law {
     pub deviations: Vec<f64>,
     /// Longest step of the integrator, in units of time.
     pub step: f64,
+    /// The plane that the object collides with.
+    pub contact: Option<Contact>,
+    /// Impacts known from the track, times ascending: on the way back past one its change is taken back.
+    pub events: Vec<Impact>,
 }
 
 impl Law {
@@ -32,7 +37,9 @@ impl Law {
         parameters: Vec<f64>,
         step: f64,
     ) -> Result<Self, MechanicsError> {
-        let law = Self { coordinates, terms, parameters, deviations: Vec::new(), step };
+        let deviations = Vec::new();
+        let law =
+            Self { coordinates, terms, parameters, deviations, step, contact: None, events: Vec::new() };
         law.check()?;
         Ok(law)
     }
@@ -56,7 +63,10 @@ impl Law {
         if !(self.step > 0.0 && self.step.is_finite()) {
             return Err(out_of_bounds("the step", self.step, "a positive number"));
         }
-        Ok(())
+        if let Some(contact) = &self.contact {
+            contact.check(&self.coordinates)?;
+        }
+        contact::check_order(&self.events, self.coordinates.freedoms())
     }
 
     /// Description of all parameters with the space that each belongs to.

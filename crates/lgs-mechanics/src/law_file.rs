@@ -11,6 +11,7 @@
 //! }
 //! ```
 
+use crate::contact::{Contact, Impact};
 use crate::coordinates::{Coordinates, Port};
 use crate::error::MechanicsError;
 use crate::law::{Law, check_term, ranges, space_of};
@@ -33,6 +34,10 @@ pub(crate) struct LawFile {
     #[serde(default, skip_serializing_if = "Values::is_empty")]
     inertia_deviations: Values,
     terms: Vec<TermFile>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    contact: Option<Contact>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    events: Vec<Impact>,
 }
 
 /// A term as it stands in files.
@@ -69,6 +74,8 @@ impl From<Law> for LawFile {
             inertia_deviations: named(&own, &part(&law.deviations, 0..own.len())),
             terms: law.terms.iter().zip(ranges).map(write).collect(),
             coordinates: law.coordinates,
+            contact: law.contact,
+            events: law.events,
         }
     }
 }
@@ -98,7 +105,8 @@ impl TryFrom<LawFile> for Law {
             }
             terms.push(term);
         }
-        let law = Self { coordinates, terms, parameters, deviations, step: file.step };
+        let (step, contact, events) = (file.step, file.contact, file.events);
+        let law = Self { coordinates, terms, parameters, deviations, step, contact, events };
         law.check()?;
         Ok(law)
     }

@@ -25,6 +25,28 @@
 //! # Ok::<(), lgs_mechanics::MechanicsError>(())
 //! ```
 //!
+//! [`explain::explain`] finds law and start from observed configurations, with their noise, rivals, bands and
+//! a verdict:
+//!
+//! ```
+//! use lgs_mechanics::bands::Verdict;
+//! use lgs_mechanics::choose::candidates;
+//! use lgs_mechanics::coordinates::{Coordinates, Hinge};
+//! use lgs_mechanics::explain::{Options, explain};
+//!
+//! // Angles of a wheel that slows down, known to about a milliradian.
+//! let hinge = Coordinates::Hinge(Hinge { axis: [0.0, 1.0, 0.0], pivot: [0.0, 0.0, 1.0] });
+//! let times: Vec<f64> = (0..50).map(|k| f64::from(k) / 49.0).collect();
+//! let error = |t: f64| 0.001 * (2654.0 * t).sin();
+//! let angles: Vec<Vec<f64>> = times.iter().map(|&t| vec![5.0 * (1.0 - (-t).exp()) + error(t)]).collect();
+//! let found = explain(&candidates(&hinge), &times, &angles, &Options::default())?;
+//! assert_eq!(found.law().terms[0].kind.name(), "linear-drag");
+//! assert_eq!(found.verdict, Verdict::Explained);
+//! let forecast = found.start_at(1.5)?.x[0];
+//! assert!((forecast - 5.0 * (1.0 - f64::exp(-1.5))).abs() < 0.01 && found.radius(&[1.5])[0] < 0.05);
+//! # Ok::<(), lgs_mechanics::MechanicsError>(())
+//! ```
+//!
 //! Time reaches no energy and no force. The crate reads no files, starts no
 //! threads; all numbers are `f64`.
 #![forbid(unsafe_code)]
@@ -32,6 +54,7 @@
 pub mod bands;
 mod candidate;
 pub mod choose;
+pub mod contact;
 pub mod coordinates;
 mod error;
 pub mod explain;

@@ -1,5 +1,8 @@
 //! The motion of a law: states at any time, forward and backward, under an edit, and their derivatives.
 
+mod differences;
+
+use crate::contact::{Collider, Impact, Moment};
 use crate::coordinates::State;
 use crate::error::MechanicsError;
 use crate::integrate::{self, NoSolution, Stepper, Tangent};
@@ -69,13 +72,33 @@ impl<'a> System<'a> {
 
     /// States at times of any order and sign.
     pub fn states(&self, start: &State, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
-        let mut moving =
-            Plain { state: self.edited(start)?, stepper: integrate::stepper(self.law, &self.edit) };
-        self.visit(&mut moving, times)
+        self.visit(&mut self.plain(start)?, times)
     }
 
-    /// States at times of any order and sign, with their derivatives by start and parameters.
+    /// Impacts up to a time, in order; none for laws without a contact.
+    pub fn impacts(&self, start: &State, until: f64) -> Result<Vec<Impact>, MechanicsError> {
+        let mut moving = self.plain(start)?;
+        while moving.at.time < until {
+            let time = moving.at.time;
+            moving.advance(self.law.step).map_err(|NoSolution| MechanicsError::Undetermined { time })?;
+        }
+        let mut met = moving.collider.map_or_else(Vec::new, |collider| collider.met);
+        met.retain(|impact| impact.time <= until);
+        Ok(met)
+    }
+
+    fn plain(&self, start: &State) -> Result<Plain<'a>, MechanicsError> {
+        let at = Moment { state: self.edited(start)?, time: 0.0 };
+        let stepper = integrate::stepper(self.law, &self.edit);
+        Ok(Plain { at, stepper, collider: Collider::new(self.law) })
+    }
+
+    /// States at times of any order and sign, with their derivatives by start and parameters; those of a law
+    /// with a contact are central differences, which hold as long as the order of impacts stays.
     pub fn sensitivities(&self, start: &State, times: &[f64]) -> Result<Vec<Sensitivity>, MechanicsError> {
+        if self.law.contact.is_some() {
+            return differences::of(self.law, &self.edit, start, times);
+        }
         let stepper = integrate::stepper(self.law, &self.edit);
         let (n, m) = (self.law.coordinates.freedoms(), self.law.parameters.len());
         let columns = 2 * n + m;
@@ -153,28 +176,36 @@ trait Moving {
 
 /// A state alone.
 struct Plain<'a> {
-    state: State,
+    at: Moment,
     stepper: Box<dyn Stepper + 'a>,
+    collider: Option<Collider<'a>>,
 }
 
 impl Moving for Plain<'_> {
-    type Kept = State;
+    /// Moment, and number of impacts met.
+    type Kept = (Moment, usize);
     type Read = State;
 
     fn advance(&mut self, h: f64) -> Result<(), NoSolution> {
-        integrate::advance(self.stepper.as_mut(), &mut self.state, h)
+        match &mut self.collider {
+            Some(collider) => return collider.advance(self.stepper.as_mut(), &mut self.at, h),
+            None => integrate::advance(self.stepper.as_mut(), &mut self.at.state, h)?,
+        }
+        self.at.time += h;
+        Ok(())
     }
 
-    fn keep(&self) -> State {
-        self.state.clone()
+    fn keep(&self) -> Self::Kept {
+        (self.at.clone(), self.collider.as_ref().map_or(0, |collider| collider.met.len()))
     }
 
-    fn restore(&mut self, kept: &State) {
-        self.state.clone_from(kept);
+    fn restore(&mut self, (at, met): &Self::Kept) {
+        self.at.clone_from(at);
+        self.collider.iter_mut().for_each(|collider| collider.met.truncate(*met));
     }
 
     fn read(&self) -> State {
-        self.state.clone()
+        self.at.state.clone()
     }
 }
 

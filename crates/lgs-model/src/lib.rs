@@ -11,6 +11,7 @@
 mod scene;
 pub mod source;
 mod tensor_file;
+mod thresholds;
 
 pub use scene::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics, Recording};
 pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState};

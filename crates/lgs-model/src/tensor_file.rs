@@ -3,81 +3,15 @@
 //! Writing is atomic. Reading checks the format name and version, every tensor's presence, type and shape,
 //! and that floats are finite; each defect is an error of its own that names the file and the tensor.
 
+mod error;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lgs_nn::ParamRange;
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
-/// Why a tensor file could not be written or read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TensorFileError {
-    /// The file could not be read.
-    #[error("cannot read: {source}: {path}")]
-    Read {
-        /// File.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
-    /// The file could not be written.
-    #[error("cannot write the file: {0}")]
-    Write(#[from] lgs_data::files::FileError),
-    /// The bytes are not a whole safetensors file (truncated, or something else).
-    #[error("the file is damaged or not a tensor file: {reason}: {path}")]
-    Damaged {
-        /// File.
-        path: PathBuf,
-        /// What the parser found.
-        reason: String,
-    },
-    /// Another kind of file, or another version of this one.
-    #[error("expected `{expected}`, found `{found}`: {path}")]
-    Format {
-        /// File.
-        path: PathBuf,
-        /// Format name and version asked for.
-        expected: String,
-        /// Format name and version found.
-        found: String,
-    },
-    /// A tensor or a metadata entry is absent.
-    #[error("`{field}` is missing: {path}")]
-    Missing {
-        /// File.
-        path: PathBuf,
-        /// Name asked for.
-        field: String,
-    },
-    /// A tensor or a metadata entry has another type, shape or value than expected.
-    #[error("`{field}`: expected {expected}, found {found}: {path}")]
-    Field {
-        /// File.
-        path: PathBuf,
-        /// Its name.
-        field: String,
-        /// Expected.
-        expected: String,
-        /// Found.
-        found: String,
-    },
-}
-
-impl TensorFileError {
-    /// The file that the error is about.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        match self {
-            Self::Write(error) => error.path(),
-            Self::Read { path, .. }
-            | Self::Damaged { path, .. }
-            | Self::Format { path, .. }
-            | Self::Missing { path, .. }
-            | Self::Field { path, .. } => path,
-        }
-    }
-}
+pub use error::TensorFileError;
 
 /// One tensor: shape and values.
 #[derive(Clone, Debug, PartialEq)]
@@ -327,61 +261,4 @@ impl TensorFile {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn sample() -> TensorFile {
-        let mut file = TensorFile::new("sample/1");
-        file.set_metadata("step", "12");
-        file.set_metadata("stage", "source");
-        file.insert("means", &[2, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-        file.insert_indices("supports", &[2], &[7, 8]);
-        file
-    }
-
-    #[test]
-    fn a_file_round_trips_and_is_the_same_bytes_every_time() {
-        let folder = tempfile::tempdir().expect("folder");
-        let path = folder.path().join("sample.safetensors");
-        sample().save(&path).expect("save");
-        let first = std::fs::read(&path).expect("bytes");
-        sample().save(&path).expect("save again");
-        assert_eq!(first, std::fs::read(&path).expect("bytes"));
-        let back = TensorFile::load(&path, "sample/1").expect("load");
-        assert_eq!(back.rows::<3>("means").expect("means"), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
-        assert_eq!(back.indices("supports").expect("supports").1, [7, 8]);
-        assert_eq!(back.metadata_json::<u32>("step").expect("step"), 12);
-    }
-
-    #[test]
-    fn a_file_cut_at_any_byte_is_an_error() {
-        let folder = tempfile::tempdir().expect("folder");
-        let path = folder.path().join("cut.safetensors");
-        sample().save(&path).expect("save");
-        let whole = std::fs::read(&path).expect("bytes");
-        for length in 0..whole.len() {
-            std::fs::write(&path, &whole[..length]).expect("cut");
-            assert!(TensorFile::load(&path, "sample/1").is_err(), "cut at {length}");
-        }
-    }
-
-    #[test]
-    fn defects_name_the_file_and_the_field() {
-        let folder = tempfile::tempdir().expect("folder");
-        let path = folder.path().join("bad.safetensors");
-        let mut file = sample();
-        file.insert("weights", &[1], &[f32::NAN]);
-        file.save(&path).expect("save");
-        let version = TensorFile::load(&path, "sample/2").expect_err("version").to_string();
-        assert!(version.contains("bad.safetensors") && version.contains("sample/1"), "{version}");
-        let back = TensorFile::load(&path, "sample/1").expect("load");
-        for (error, field) in [
-            (back.values("weights").map(|_| ()).expect_err("nan"), "weights"),
-            (back.values("absent").map(|_| ()).expect_err("absent"), "absent"),
-            (back.rows::<4>("means").map(|_| ()).expect_err("shape"), "means"),
-        ] {
-            let text = error.to_string();
-            assert!(text.contains("bad.safetensors") && text.contains(field), "{text}");
-        }
-    }
-}
+mod tests;

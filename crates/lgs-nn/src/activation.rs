@@ -41,7 +41,7 @@ pub(crate) struct Offset<'a> {
 }
 
 impl<'a> Offset<'a> {
-    /// One row for all rows.
+    /// The same row for all rows.
     pub(crate) fn row(values: &'a [f32]) -> Self {
         Self { values, stride: 0 }
     }

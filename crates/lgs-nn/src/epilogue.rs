@@ -52,7 +52,7 @@ impl Epilogue for AddScaled<'_> {
     }
 }
 
-/// With sums `g`: `e = slope ⊙ g`, and `curvature = curvature ⊙ g` for the backward pass.
+/// Turns sums `g` into `e = slope ⊙ g`, and `curvature` into `curvature ⊙ g` for the backward pass.
 pub(crate) struct Chain<'a> {
     pub(crate) slope: &'a [f32],
     pub(crate) curvature: Option<&'a mut [f32]>,

@@ -4,7 +4,8 @@ use crate::layout::LinearRange;
 use lgs_core::Stream;
 use rand::RngExt;
 
-/// Draws the weights and biases of layers uniformly in ±1/√inputs, layer by layer, each weight before its bias.
+/// Draws the weights and biases of layers uniformly in ±1/√inputs, layer by layer, each weight before its
+/// bias.
 ///
 /// # Panics
 /// If a layer lies outside of `params`.

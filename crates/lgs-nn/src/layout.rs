@@ -5,11 +5,11 @@ use std::ops::Range;
 /// One named array inside the flat parameter vector.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParamRange {
-    /// Its name in files.
+    /// Name of the array in files.
     pub name: String,
     /// `[outputs, inputs]` for a weight, `[outputs]` for a bias.
     pub shape: Vec<usize>,
-    /// Where it lies.
+    /// Place of the array in the vector.
     pub range: Range<usize>,
 }
 
@@ -159,7 +159,7 @@ pub enum Activation {
 /// A network without its parameters' values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MlpShape {
-    /// Its layers.
+    /// The layers.
     pub layout: MlpLayout,
     /// Columns, at least one, that each input meets in the layers that read inputs. Columns that none meets
     /// take no part: what belongs to them can enter through the biases.

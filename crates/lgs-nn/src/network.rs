@@ -8,162 +8,11 @@ use crate::activation::{Linear, Offset, Relu, Silu, SiluSlope};
 use crate::buffer::Buffer;
 use crate::epilogue::{Mask, Scale};
 use crate::gradients::MlpGradients;
-use crate::layout::{Activation, LinearRange, MlpShape};
-use crate::packed::{Packed, padded};
+use crate::layer::{Layer, Part};
+use crate::layout::{Activation, MlpShape};
+use crate::packed::padded;
 use crate::product::{Add, Columns, Epilogue, Left, Product, Rows, Set};
-use std::ops::Range;
-
-/// A range of a weight's columns in the forms that products read.
-#[derive(Debug)]
-pub(crate) struct Part {
-    /// `Wᵀ`, `[inputs, outputs]`.
-    pub(crate) forward: Packed,
-    /// `W`, `[outputs, inputs]`.
-    pub(crate) backward: Packed,
-}
-
-impl Part {
-    /// Columns of a layer's weight; depths that are units of hidden layers are padded as those are in memory.
-    fn new(params: &[f32], layer: &LinearRange, columns: Range<usize>, [below, above]: [Units; 2]) -> Self {
-        let weight = &params[layer.weight_range()];
-        let (first, count, outputs) = (columns.start, columns.len(), layer.outputs);
-        let entry = |output: usize, input: usize| {
-            if output < outputs && input < count {
-                weight[output * layer.inputs + first + input]
-            } else {
-                0.0
-            }
-        };
-        Self {
-            forward: Packed::new(below.depth(count), outputs, |input, output| entry(output, input)),
-            backward: Packed::new(above.depth(outputs), count, entry),
-        }
-    }
-}
-
-/// Whether the units on one side of a weight are padded in memory.
-#[derive(Clone, Copy)]
-enum Units {
-    Hidden,
-    Outer,
-}
-
-impl Units {
-    fn depth(self, units: usize) -> usize {
-        match self {
-            Self::Hidden => padded(units),
-            Self::Outer => units,
-        }
-    }
-}
-
-/// A layer with packed weights.
-#[derive(Debug)]
-pub(crate) struct Layer {
-    /// One part per input that it reads.
-    pub(crate) inputs: Vec<Part>,
-    /// The columns of the layer below, where there is one.
-    pub(crate) below: Option<Part>,
-    pub(crate) bias: Buffer,
-}
-
-impl Layer {
-    fn new(shape: &MlpShape, index: usize, params: &[f32]) -> Self {
-        let layout = &shape.layout;
-        let (place, above) = match layout.hidden.get(index) {
-            Some(hidden) => (hidden, Units::Hidden),
-            None => (&layout.head, Units::Outer),
-        };
-        let reads = index < layout.hidden.len() && layout.reads_inputs(index);
-        let inputs = if reads { &shape.inputs[..] } else { &[] };
-        let below = (index > 0).then(|| place.inputs - layout.width()..place.inputs);
-        let mut bias = Buffer::zeros(padded(place.outputs));
-        bias[..place.outputs].copy_from_slice(&params[place.bias_range()]);
-        Self {
-            inputs: inputs
-                .iter()
-                .map(|c| Part::new(params, place, c.clone(), [Units::Outer, above]))
-                .collect(),
-            below: below.map(|columns| Part::new(params, place, columns, [Units::Hidden, above])),
-            bias,
-        }
-    }
-}
-
-/// How much a forward pass keeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keep {
-    /// The result.
-    Result,
-    /// The activations that the backward pass needs as well.
-    Tape,
-}
-
-/// The activations of one hidden layer, `[rows, units]` each; empty where the backward pass needs none.
-#[derive(Debug)]
-pub(crate) struct LayerTape {
-    /// `φ(z)`.
-    pub(crate) h: Buffer,
-    /// `φ'(z)`.
-    pub(crate) slope: Buffer,
-    /// First `φ''(z)`, then `φ''(z) ⊙ g`, then the cotangent of `z`.
-    pub(crate) curvature: Buffer,
-    /// `φ'(z) ⊙ g`.
-    pub(crate) e: Buffer,
-}
-
-/// Activations of one block, kept from a forward pass to the backward pass behind it.
-#[derive(Debug)]
-pub struct Tape {
-    pub(crate) rows: usize,
-    pub(crate) layers: Vec<LayerTape>,
-}
-
-impl Tape {
-    /// For the value of a network at a number of rows.
-    #[must_use]
-    pub fn new(mlp: &Mlp, rows: usize) -> Self {
-        let slope = if mlp.shape.activation == Activation::Relu { 0 } else { rows };
-        Self::sized(mlp, [rows, slope, 0])
-    }
-
-    /// As [`Tape::new`], also for the gradient of the only output by the inputs.
-    #[must_use]
-    pub fn with_curvature(mlp: &Mlp, rows: usize) -> Self {
-        Self::sized(mlp, [rows; 3])
-    }
-
-    fn sized(mlp: &Mlp, [rows, slope, curvature]: [usize; 3]) -> Self {
-        let buffer = |rows: usize| Buffer::zeros(rows * mlp.units);
-        let layer = || LayerTape {
-            h: buffer(rows),
-            slope: buffer(slope),
-            curvature: buffer(curvature),
-            e: buffer(curvature),
-        };
-        Self { rows, layers: mlp.shape.layout.hidden.iter().map(|_| layer()).collect() }
-    }
-}
-
-/// Arrays that calls share and that carry nothing from one to the next.
-#[derive(Debug)]
-pub struct Scratch {
-    /// `[rows, units]` each.
-    pub(crate) hidden: [Buffer; 2],
-    /// A few values per row, `[rows, few]`.
-    pub(crate) narrow: Buffer,
-}
-
-impl Scratch {
-    /// For calls of a network with at most so many rows.
-    #[must_use]
-    pub fn new(mlp: &Mlp, rows: usize) -> Self {
-        let layout = &mlp.shape.layout;
-        let inputs = mlp.shape.inputs.iter().map(Range::len).max().unwrap_or(0);
-        let narrow = Buffer::zeros(rows * padded(inputs.max(layout.head.outputs)));
-        Self { hidden: [(); 2].map(|()| Buffer::zeros(rows * mlp.units)), narrow }
-    }
-}
+use crate::tape::{CallArrays, Keep, LayerTape, Scratch, Tape};
 
 /// A network with packed weights.
 #[derive(Debug)]
@@ -180,7 +29,7 @@ pub struct Mlp {
 pub struct OutputCotangents<'a> {
     /// The inputs, `[features, rows]` each.
     pub inputs: &'a [&'a [f32]],
-    /// Of [`Mlp::output`] with [`Keep::Tape`] for these inputs.
+    /// Activations that [`Mlp::output`] kept with [`Keep::Tape`] for these inputs.
     pub tape: &'a Tape,
     /// `[outputs, rows]`.
     pub v_y: &'a [f32],
@@ -198,7 +47,7 @@ impl Mlp {
         Self { shape, layers, units }
     }
 
-    /// With other biases of the hidden layers, `[layers][outputs]`.
+    /// The network with other biases of the hidden layers, `[layers][outputs]`.
     #[must_use]
     pub fn with_biases(mut self, biases: &[Vec<f32>]) -> Self {
         for (layer, bias) in self.layers.iter_mut().zip(biases) {
@@ -207,7 +56,7 @@ impl Mlp {
         self
     }
 
-    /// Its sizes.
+    /// Sizes of the network.
     #[must_use]
     pub fn shape(&self) -> &MlpShape {
         &self.shape
@@ -222,14 +71,8 @@ impl Mlp {
     ///
     /// # Panics
     /// If lengths do not fit.
-    pub fn output(
-        &self,
-        inputs: &[&[f32]],
-        tape: &mut Tape,
-        scratch: &mut Scratch,
-        keep: Keep,
-        y: &mut [f32],
-    ) {
+    pub fn output(&self, inputs: &[&[f32]], arrays: CallArrays<'_>, keep: Keep, y: &mut [f32]) {
+        let CallArrays { tape, scratch } = arrays;
         let (rows, units) = (tape.rows, self.units);
         for index in 0..self.shape.layout.hidden.len() {
             let (below, rest) = tape.layers.split_at_mut(index);
@@ -256,8 +99,8 @@ impl Mlp {
         }
     }
 
-    /// Backwards through [`Mlp::output`]: adds to `gradients`, and writes the cotangents `[features, rows]` of
-    /// those inputs whose entry in `v_inputs` is not empty.
+    /// The backward pass of [`Mlp::output`]: adds to `gradients` and writes the cotangents `[features, rows]`
+    /// of those inputs whose entry in `v_inputs` is not empty.
     ///
     /// # Panics
     /// If lengths do not fit.
@@ -301,7 +144,8 @@ impl Mlp {
     pub fn evaluate(&self, inputs: &[&[f32]], rows: usize) -> (Vec<f32>, Tape) {
         let (mut tape, mut scratch) = (Tape::new(self, rows), Scratch::new(self, rows));
         let mut y = vec![0.0; self.shape.layout.head.outputs * rows];
-        self.output(inputs, &mut tape, &mut scratch, Keep::Tape, &mut y);
+        let arrays = CallArrays { tape: &mut tape, scratch: &mut scratch };
+        self.output(inputs, arrays, Keep::Tape, &mut y);
         (y, tape)
     }
 

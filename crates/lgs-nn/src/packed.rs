@@ -61,7 +61,7 @@ impl Packed {
         Self { values, depth, columns: padded }
     }
 
-    /// As a right operand.
+    /// The matrix as a right operand.
     pub(crate) fn right(&self) -> Right<'_> {
         Right { values: &self.values, depth: self.depth, columns: self.columns, panel: PANEL }
     }

@@ -14,7 +14,7 @@ pub(crate) trait Epilogue {
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s);
 }
 
-/// How the left operand is read.
+/// A left operand by its layout in memory.
 pub(crate) trait Left: Copy {
     /// `R` rows from `row` on times `V` vectors from `column` on of a panel `[depth, width]` of vectors.
     fn tile<S: Simd, const R: usize, const V: usize>(

@@ -9,9 +9,11 @@ use crate::activation::{SiluCurvature, SiluSlope};
 use crate::buffer::Buffer;
 use crate::epilogue::{AddScaled, Chain, EveryRow, SlopeVjp};
 use crate::gradients::MlpGradients;
+use crate::layer::Part;
 use crate::layout::Activation;
-use crate::network::{Keep, LayerCall, LayerTape, Mlp, Part, Scratch, Tape};
+use crate::network::{LayerCall, Mlp};
 use crate::product::{Columns, Epilogue, Product, Rows};
+use crate::tape::{CallArrays, Keep, LayerTape, Tape};
 use pulp::Arch;
 
 impl Mlp {
@@ -20,14 +22,8 @@ impl Mlp {
     /// # Panics
     /// If lengths do not fit, or the network has several inputs, several outputs, a skip layer or no second
     /// derivative.
-    pub fn input_gradient(
-        &self,
-        x: &[f32],
-        tape: &mut Tape,
-        scratch: &mut Scratch,
-        keep: Keep,
-        gradient: &mut [f32],
-    ) {
+    pub fn input_gradient(&self, x: &[f32], arrays: CallArrays<'_>, keep: Keep, gradient: &mut [f32]) {
+        let CallArrays { tape, scratch } = arrays;
         assert!(self.has_input_gradient(), "a chain of smooth layers from one input to one output");
         let (rows, units, top) = (tape.rows, self.units, tape.layers.len());
         for index in 0..top {
@@ -52,7 +48,8 @@ impl Mlp {
         self.add_pulled_back(&self.layers[0].inputs[0], &tape.layers[0].e, &mut scratch.narrow, gradient);
     }
 
-    /// Backwards through [`Mlp::input_gradient`] with [`Keep::Tape`], whose activations it uses up: adds to
+    /// The backward pass of [`Mlp::input_gradient`] with [`Keep::Tape`], whose activations it uses up: adds
+    /// to
     /// `gradients`, writes the cotangent `v_x` of the input; `[x, v_gradient]` are `[features, rows]` each.
     ///
     /// # Panics
@@ -60,11 +57,11 @@ impl Mlp {
     pub fn input_gradient_vjp(
         &self,
         [x, v_gradient]: [&[f32]; 2],
-        tape: &mut Tape,
-        scratch: &mut Scratch,
+        arrays: CallArrays<'_>,
         gradients: &mut MlpGradients,
         v_x: &mut [f32],
     ) {
+        let CallArrays { tape, scratch } = arrays;
         self.up_the_gradient(v_gradient, tape, &mut scratch.hidden, gradients);
         // The output itself is not part of the result: nothing comes down through the last layer.
         let (layers, units) = (&mut tape.layers, self.units);
@@ -85,7 +82,7 @@ impl Mlp {
         self.add_pulled_back(&self.layers[0].inputs[0], &layers[0].curvature, &mut scratch.narrow, v_x);
     }
 
-    /// From the cotangent of `g_0` to that of `g_L`.
+    /// Carries the cotangent of `g_0` to that of `g_L`.
     fn up_the_gradient(
         &self,
         v_gradient: &[f32],

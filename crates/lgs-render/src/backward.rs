@@ -12,10 +12,19 @@ use lgs_core::Camera;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+/// Cotangents of a rendered image.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageCotangents<'a> {
+    /// Cotangents of the colours, row by row.
+    pub image: &'a [[f32; 3]],
+    /// Cotangents of the transmittance of each pixel.
+    pub transmittance: &'a [f32],
+}
+
 /// Pulls cotangents of image and transmittance back to the parameters of the Gaussians.
 ///
-/// `splats`, `camera` and `background` must be those of the forward pass. [`RasterizedVjp::update`] does the
-/// same in arrays that are there.
+/// `splats` and `camera` must be those of the forward pass. [`RasterizedVjp::update`] does the same in arrays
+/// that are there.
 ///
 /// # Panics
 /// If a cotangent has another length than the image has pixels.
@@ -23,13 +32,11 @@ use rayon::prelude::*;
 pub fn rasterize_vjp(
     splats: &Splats,
     camera: &Camera,
-    background: [f32; 3],
     forward: &Rasterized,
-    v_image: &[[f32; 3]],
-    v_transmittance: &[f32],
+    v: ImageCotangents<'_>,
 ) -> SplatGradients {
     let mut out = RasterizedVjp::default();
-    out.update(splats, camera, background, forward, v_image, v_transmittance);
+    out.update(splats, camera, forward, v);
     out.gradients
 }
 
@@ -47,51 +54,36 @@ impl RasterizedVjp {
     ///
     /// # Panics
     /// If a cotangent has another length than the image has pixels.
-    pub fn update(
-        &mut self,
-        splats: &Splats,
-        camera: &Camera,
-        background: [f32; 3],
-        forward: &Rasterized,
-        v_image: &[[f32; 3]],
-        v_transmittance: &[f32],
-    ) {
-        assert_eq!(v_image.len(), forward.image.len(), "pixels of the image's cotangent");
-        assert_eq!(v_transmittance.len(), forward.image.len(), "pixels of the transmittance's cotangent");
-        let v = PixelCotangents { background, v_image, v_transmittance };
+    pub fn update(&mut self, splats: &Splats, camera: &Camera, forward: &Rasterized, v: ImageCotangents<'_>) {
+        assert_eq!(v.image.len(), forward.image.len(), "pixels of the image's cotangent");
+        assert_eq!(v.transmittance.len(), forward.image.len(), "pixels of the transmittance's cotangent");
         self.entries.resize_with(forward.tiling.len(), CotangentCell::default);
-        blend_vjp(forward, &v, &self.entries);
+        blend_vjp(forward, v, &self.entries);
         self.gradients.resize(splats);
         pull_back(splats, &View::from(camera), forward, &self.entries, &mut self.gradients);
     }
 }
 
-/// What the caller sends back.
-struct PixelCotangents<'a> {
-    background: [f32; 3],
-    v_image: &'a [[f32; 3]],
-    v_transmittance: &'a [f32],
-}
-
 /// Fills the cotangents of the entries of all tile lists.
-fn blend_vjp(forward: &Rasterized, v: &PixelCotangents, out: &[CotangentCell]) {
+fn blend_vjp(forward: &Rasterized, v: ImageCotangents<'_>, out: &[CotangentCell]) {
     let arch = Arch::new();
     forward.tiles.par_iter().enumerate().with_max_len(1).for_each(|(tile, state)| {
         let list = forward.tile_list(tile);
-        let v = v.of_tile(&list, &state.transmittance, forward.width as usize);
+        let v = v.of_tile(&list, &state.transmittance, forward);
         arch.dispatch(BlendVjp { list, state, v, out });
     });
 }
 
-impl PixelCotangents<'_> {
-    fn of_tile(&self, list: &TileList, transmittance: &Plane, width: usize) -> TileCotangent {
+impl ImageCotangents<'_> {
+    fn of_tile(&self, list: &TileList, transmittance: &Plane, forward: &Rasterized) -> TileCotangent {
+        let width = forward.width as usize;
         let mut v = TileCotangent { color: [Plane::ZERO; 3], remainder: Plane::ZERO };
         for y in 0..list.size[1] {
             let start = (list.origin[1] + y) * width + list.origin[0];
             for x in 0..list.size[0] {
-                let (at, pixel) = (y * TILE + x, self.v_image[start + x]);
-                let mut v_t = self.v_transmittance[start + x];
-                for ((plane, background), value) in v.color.iter_mut().zip(self.background).zip(pixel) {
+                let (at, pixel) = (y * TILE + x, self.image[start + x]);
+                let mut v_t = self.transmittance[start + x];
+                for ((plane, background), value) in v.color.iter_mut().zip(forward.background).zip(pixel) {
                     plane.0[at] = value;
                     v_t += background * value;
                 }

@@ -12,7 +12,7 @@ use crate::tile_list::{BATCH, Batch, Heights, Plane, Splat, TileList, offset_x, 
 use crate::tiles::TILE;
 use pulp::{Simd, WithSimd};
 
-/// What the backward pass needs of the forward one, per pixel of a tile.
+/// State of the forward pass that the backward pass needs, per pixel of a tile.
 #[derive(Clone, Debug)]
 pub(crate) struct TileState {
     /// Final transmittance.
@@ -180,18 +180,19 @@ impl<S: Simd> Pixels<'_, S> {
                 self.transmittance[at] = simd.select_f32s(hit, after, before);
                 let closing = simd.and_m32s(seen, dark);
                 if !none(simd, closing) {
-                    self.close(simd, closing, position, row, at);
+                    self.close(simd, closing, position, at);
                 }
             }
         }
     }
 
     #[inline(always)]
-    fn close(&mut self, simd: S, pixels: S::m32s, position: f32, row: usize, at: usize) {
+    fn close(&mut self, simd: S, pixels: S::m32s, position: f32, at: usize) {
         let infinity = simd.splat_f32s(f32::INFINITY);
         self.stop[at] = simd.select_f32s(pixels, simd.splat_f32s(position), self.stop[at]);
         self.limit[at] = simd.select_f32s(pixels, infinity, self.limit[at]);
         let per_row = TILE / S::F32_LANES;
+        let row = at / per_row;
         let mut open = false;
         for &limit in &self.limit[row * per_row..(row + 1) * per_row] {
             open |= !none(simd, simd.less_than_f32s(limit, infinity));

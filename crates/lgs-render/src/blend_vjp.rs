@@ -67,7 +67,7 @@ impl WithSimd for BlendVjp<'_> {
     }
 }
 
-/// Which rows have pixels that accept light from a position, positions decreasing.
+/// The rows with pixels that accept light from a position, positions decreasing.
 struct LitRows {
     /// Rows and the position from which on they are closed, the last first.
     closed_from: [(f32, u32); TILE],
@@ -113,7 +113,7 @@ impl<S: Simd> Pixels<'_, S> {
         let heights = Heights::new(simd, g);
         let color =
             [simd.splat_f32s(g.channels[0]), simd.splat_f32s(g.channels[1]), simd.splat_f32s(g.channels[2])];
-        let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
+        let zero = simd.splat_f32s(0.0);
         for column in 0..per_row {
             let dx = offset_x(simd, g, column);
             let along = simd.mul_f32s(simd.splat_f32s(g.factor[0]), dx);
@@ -123,25 +123,8 @@ impl<S: Simd> Pixels<'_, S> {
                 let row = take_row(&mut rows);
                 let at = row * per_row + column;
                 let log2_alpha = heights.log2_alpha(simd, along, row);
-                let seen = simd.greater_than_or_equal_f32s(log2_alpha, simd.splat_f32s(ALPHA_MIN.log2()));
-                let hit = simd.and_m32s(seen, simd.less_than_f32s(simd.splat_f32s(position), self.stop[at]));
-                let raw = exp2(simd, log2_alpha);
-                let alpha = simd.select_f32s(hit, simd.min_f32s(raw, simd.splat_f32s(ALPHA_MAX)), zero);
-                let inverse = reciprocal(simd, simd.sub_f32s(one, alpha));
-                let odds = simd.mul_f32s(alpha, inverse);
-                let weight = simd.mul_f32s(odds, self.transmittance[at]);
-                let shade = fma(
-                    simd,
-                    color[2],
-                    self.v[2][at],
-                    fma(simd, color[1], self.v[1][at], simd.mul_f32s(color[0], self.v[0][at])),
-                );
-                let light = simd.mul_f32s(weight, shade);
-                let v = simd.negate_mul_add_f32s(odds, self.behind[at], light);
-                // A clamped alpha does not see the exponent.
-                let v = simd.select_f32s(simd.less_than_f32s(raw, simd.splat_f32s(ALPHA_MAX)), v, zero);
-                self.behind[at] = simd.add_f32s(self.behind[at], light);
-                self.transmittance[at] = simd.mul_f32s(self.transmittance[at], inverse);
+                let hit = simd.less_than_f32s(simd.splat_f32s(position), self.stop[at]);
+                let (weight, v) = self.remove_at(simd, at, color, (log2_alpha, hit));
                 for (sum, v) in v_color.iter_mut().zip(&self.v) {
                     *sum = fma(simd, weight, v[at], *sum);
                 }
@@ -152,6 +135,35 @@ impl<S: Simd> Pixels<'_, S> {
             }
             out.accumulate(&reduce(simd, dx, v_power, v_color));
         }
+    }
+
+    /// Takes a Gaussian of a colour away from the vector of pixels number `at`, where those count that are
+    /// `hit`; gives its weight in them and the cotangent of its exponent.
+    #[inline(always)]
+    fn remove_at(
+        &mut self,
+        simd: S,
+        at: usize,
+        color: [S::f32s; 3],
+        (log2_alpha, hit): (S::f32s, S::m32s),
+    ) -> (S::f32s, S::f32s) {
+        let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
+        let seen = simd.greater_than_or_equal_f32s(log2_alpha, simd.splat_f32s(ALPHA_MIN.log2()));
+        let raw = exp2(simd, log2_alpha);
+        let limit = simd.splat_f32s(ALPHA_MAX);
+        let alpha = simd.select_f32s(simd.and_m32s(seen, hit), simd.min_f32s(raw, limit), zero);
+        let inverse = reciprocal(simd, simd.sub_f32s(one, alpha));
+        let odds = simd.mul_f32s(alpha, inverse);
+        let weight = simd.mul_f32s(odds, self.transmittance[at]);
+        let [red, green, blue] = [self.v[0][at], self.v[1][at], self.v[2][at]];
+        let shade = fma(simd, color[2], blue, fma(simd, color[1], green, simd.mul_f32s(color[0], red)));
+        let light = simd.mul_f32s(weight, shade);
+        let v = simd.negate_mul_add_f32s(odds, self.behind[at], light);
+        // A clamped alpha does not see the exponent.
+        let v = simd.select_f32s(simd.less_than_f32s(raw, limit), v, zero);
+        self.behind[at] = simd.add_f32s(self.behind[at], light);
+        self.transmittance[at] = simd.mul_f32s(self.transmittance[at], inverse);
+        (weight, v)
     }
 }
 

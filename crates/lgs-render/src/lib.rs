@@ -2,14 +2,15 @@
 //!
 //! ```
 //! use lgs_core::{Camera, GaussianCloud};
-//! use lgs_render::{Splats, rasterize, rasterize_vjp};
+//! use lgs_render::{ImageCotangents, Splats, rasterize, rasterize_vjp};
 //! let cloud = GaussianCloud::isotropic(vec![[0.0; 3]], 0.2, [0.9, 0.4, 0.1], 0.8);
 //! let camera = Camera::look_at([0.0, -3.0, 0.0], [0.0; 3], 0.8, 32, 32);
 //! let splats = Splats::from(&cloud);
 //! let drawn = rasterize(&splats, &camera, [1.0; 3]);
 //! assert!(drawn.transmittance[16 * 32 + 16] < 0.3);
 //! let v_image = vec![[1.0; 3]; 32 * 32];
-//! let v = rasterize_vjp(&splats, &camera, [1.0; 3], &drawn, &v_image, &vec![0.0; 32 * 32]);
+//! let v = ImageCotangents { image: &v_image, transmittance: &vec![0.0; 32 * 32] };
+//! let v = rasterize_vjp(&splats, &camera, &drawn, v);
 //! assert!(v.raw_opacities[0] < 0.0, "covering a white background darkens the image");
 //! ```
 //!
@@ -23,6 +24,7 @@ mod extent;
 mod pack;
 mod photometric;
 mod photometric_band;
+mod photometric_compare;
 mod photometric_lines;
 mod photometric_memory;
 mod project;
@@ -40,7 +42,7 @@ mod transpose;
 mod view;
 mod window;
 
-pub use backward::{RasterizedVjp, rasterize_vjp};
+pub use backward::{ImageCotangents, RasterizedVjp, rasterize_vjp};
 pub use photometric::{
     DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp,
 };

@@ -26,16 +26,10 @@ const MIN_BAND_ROWS: usize = 48;
 /// The photometric loss of a rendered image.
 ///
 /// # Panics
-/// If an image has not `width · height` pixels.
+/// If an image has not the number of pixels of `size`, width and height.
 #[must_use]
-pub fn photometric(
-    rendered: &[[f32; 3]],
-    target: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    lambda: f32,
-) -> f32 {
-    let sums = Pair::new(rendered, target, width, height).sums();
+pub fn photometric(rendered: &[[f32; 3]], target: &[[f32; 3]], size: [usize; 2], lambda: f32) -> f32 {
+    let sums = Pair::new(rendered, target, size).sums();
     (1.0 - lambda) * sums.mean_absolute + lambda * (1.0 - sums.ssim)
 }
 
@@ -43,24 +37,23 @@ pub fn photometric(
 /// an array that is there.
 ///
 /// # Panics
-/// If an image has not `width · height` pixels.
+/// If an image has not the number of pixels of `size`, width and height.
 #[must_use]
 pub fn photometric_vjp(
     rendered: &[[f32; 3]],
     target: &[[f32; 3]],
-    width: usize,
-    height: usize,
+    size: [usize; 2],
     lambda: f32,
 ) -> (f32, Vec<[f32; 3]>) {
     let mut out = PhotometricVjp::default();
-    let loss = out.update(rendered, target, width, height, lambda);
+    let loss = out.update(rendered, target, size, lambda);
     (loss, out.gradient)
 }
 
 /// The gradient of the photometric loss, in an array that is kept from call to call.
 #[derive(Clone, Debug, Default)]
 pub struct PhotometricVjp {
-    /// By the rendered image.
+    /// Gradient by the rendered image.
     pub gradient: Vec<[f32; 3]>,
 }
 
@@ -68,16 +61,15 @@ impl PhotometricVjp {
     /// Replaces the gradient by that of [`photometric_vjp`], and gives the loss.
     ///
     /// # Panics
-    /// If an image has not `width · height` pixels.
+    /// If an image has not the number of pixels of `size`, width and height.
     pub fn update(
         &mut self,
         rendered: &[[f32; 3]],
         target: &[[f32; 3]],
-        width: usize,
-        height: usize,
+        size: [usize; 2],
         lambda: f32,
     ) -> f32 {
-        let pair = Pair::new(rendered, target, width, height);
+        let pair = Pair::new(rendered, target, size);
         self.gradient.resize(rendered.len(), [0.0; 3]);
         let sums = pair.sums_vjp(1.0 - lambda, -lambda, &mut self.gradient);
         (1.0 - lambda) * sums.mean_absolute + lambda * (1.0 - sums.ssim)
@@ -91,7 +83,7 @@ impl PhotometricVjp {
 #[must_use]
 pub fn ssim(a: &Image, b: &Image) -> f32 {
     assert_eq!((a.width, a.height), (b.width, b.height), "sizes of the images");
-    Pair::new(&a.pixels, &b.pixels, a.width as usize, a.height as usize).sums().ssim
+    Pair::new(&a.pixels, &b.pixels, [a.width as usize, a.height as usize]).sums().ssim
 }
 
 /// Structural similarity and its gradient by `a`.
@@ -103,7 +95,7 @@ pub fn ssim_vjp(a: &Image, b: &Image) -> (f32, Vec<[f32; 3]>) {
     assert_eq!((a.width, a.height), (b.width, b.height), "sizes of the images");
     let mut v = vec![[0.0; 3]; a.pixels.len()];
     let sums =
-        Pair::new(&a.pixels, &b.pixels, a.width as usize, a.height as usize).sums_vjp(0.0, 1.0, &mut v);
+        Pair::new(&a.pixels, &b.pixels, [a.width as usize, a.height as usize]).sums_vjp(0.0, 1.0, &mut v);
     (sums.ssim, v)
 }
 
@@ -146,7 +138,7 @@ pub(crate) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], width: usize, height: usize) -> Self {
+    fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], [width, height]: [usize; 2]) -> Self {
         assert_eq!(a.len(), width * height, "pixels of the first image");
         assert_eq!(b.len(), width * height, "pixels of the second image");
         Self { a: a.as_flattened(), b: b.as_flattened(), row: 3 * width, height }
@@ -222,7 +214,7 @@ mod tests {
         let run = |compute: &dyn Fn(Band<'_>) -> Vec<[f64; 2]>| {
             let mut v = vec![0.0; 3 * width * height];
             let sums = compute(Band {
-                pair: Pair::new(&a, &b, width, height),
+                pair: Pair::new(&a, &b, [width, height]),
                 rows: 0..height,
                 weights: [0.8, -0.2],
                 v: &mut v,

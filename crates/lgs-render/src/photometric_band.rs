@@ -7,26 +7,23 @@
 //! slopes go back the same way: along rows, transposed, down columns. `RADIUS` rows and pixels behind what
 //! enters means are known, twice as far the gradient.
 
-use crate::pack::Pack;
 use crate::photometric::{CHANNELS, Pair};
+use crate::photometric_compare::ComparedPixels;
 use crate::photometric_lines::{Behind, Cells, Channel, PIXELS, Plane, Rows, WAITING, Waiting, behind};
-use crate::photometric_memory::{Memory, ask, read};
+use crate::photometric_memory::{Memory, Wanted, ask, read};
 use crate::simd::{BLOCK, Lanes, V, splat};
-use crate::ssim::{Constants, compare, gain, slope};
+use crate::ssim::{Constants, gain, slope};
 use crate::transpose::{Square, transpose};
 use crate::window::{Nest, Past, RADIUS, STEP, slide};
 use pulp::{Simd, WithSimd};
 use std::cell::Cell;
 use std::ops::Range;
 
-/// Pixels of which SSIM is computed at once.
-const PACK: usize = 4;
-
 /// Some rows of a pair of images; dispatching it gives `[Σ |a - b|, Σ SSIM]` of each row.
 pub(crate) struct Band<'a> {
     pub pair: Pair<'a>,
     pub rows: Range<usize>,
-    /// Of the two terms in the gradient, per value.
+    /// Weights of the two terms in the gradient, per value.
     pub weights: [f32; 2],
     /// Gradient of the rows; empty if not asked for.
     pub v: &'a mut [f32],
@@ -62,7 +59,7 @@ impl WithSimd for Band<'_> {
     }
 }
 
-/// What does not change from step to step.
+/// Constants of a band.
 struct Loss<S: Simd> {
     simd: S,
     nest: Nest<S>,
@@ -92,39 +89,39 @@ impl<S: Simd> Loss<S> {
     }
 }
 
-/// What lies between the images and the gradient.
+/// State and buffers between the images and the gradient.
 #[derive(Default)]
 struct Stream {
-    /// What windows leave behind: of p, m, p² and m² down columns, by sixteen floats of a row.
+    /// State of the windows of p, m, p² and m² down columns, per sixteen floats of a row.
     down: Vec<[Past; 4]>,
-    /// Of slopes down columns, by sixteen floats of a row.
+    /// State of the windows of slopes down columns, per sixteen floats of a row.
     back_down: Vec<[Past; 3]>,
-    /// By sixteen floats of a row, p and m of the last rows that entered: their gradient comes with the next
+    /// Per sixteen floats of a row, p and m of the last rows that entered: their gradient comes with the next
     /// ones'.
     kept: Vec<[[Lanes; 2]; 2 * RADIUS]>,
-    /// Of p, m, p² and m² along rows, by channel.
+    /// State of the windows of p, m, p² and m² along rows, per channel.
     along: [[Past; 4]; CHANNELS],
-    /// Of slopes along rows, by channel.
+    /// State of the windows of slopes along rows, per channel.
     back_along: [[Past; 3]; CHANNELS],
-    /// By pixel and channel: p, m, p² and m², windowed down columns, then along rows; slopes; slopes,
+    /// Per pixel and channel: p, m, p² and m², windowed down columns, then along rows; slopes; slopes,
     /// windowed along rows.
     cells: Cells,
     /// Slopes, windowed along rows, of pixels whose squares are not complete.
     waiting: Waiting,
-    /// Of two blocks, by sixteen floats and row, p and m.
+    /// The images p and m of two blocks, per sixteen floats and row.
     images: [[[Square; 2]; CHANNELS]; 2],
-    /// By row, sixteen floats of p, m, p² or m², windowed; of the gradient.
+    /// Sixteen floats of each row: of p, m, p² or m², windowed, or of the gradient.
     square: Square,
-    /// By row, slopes of sixteen floats.
+    /// Slopes of sixteen floats of each row.
     slopes: [[Lanes; 3]; STEP],
-    /// By row, `Σ |a - b|`.
+    /// The sum `Σ |a - b|` of each row.
     absolute: Square,
-    /// By row, `Σ SSIM`.
+    /// The sum `Σ SSIM` of each row.
     similarity: [f64; STEP],
 }
 
 impl Stream {
-    /// For a new band.
+    /// Clears the state for a new band.
     fn begin(&mut self, row: usize) {
         let blocks = row.div_ceil(CHANNELS * PIXELS);
         self.down.clear();
@@ -152,8 +149,8 @@ impl Stream {
             } else {
                 self.cells.as_flattened_mut().fill([Lanes::ZERO; 4]);
             }
-            self.compare(loss, &weight, first / CHANNELS * PIXELS, memory.with_gradient());
-            if memory.with_gradient() && first > 0 {
+            self.compare(loss, &weight, first / CHANNELS * PIXELS, memory.wanted());
+            if memory.wanted() == Wanted::Gradient && first > 0 {
                 for column in first - CHANNELS..first {
                     self.leave(loss, memory, leaving, column);
                 }
@@ -198,11 +195,12 @@ impl Stream {
     /// Windows along rows, turns means into SSIM, which is summed, and into slopes, which are windowed in
     /// turn.
     #[inline(always)]
-    fn compare<S: Simd>(&mut self, loss: &Loss<S>, weight: &Lanes, pixel: usize, with_gradient: bool) {
+    fn compare<S: Simd>(&mut self, loss: &Loss<S>, weight: &Lanes, pixel: usize, wanted: Wanted) {
         let (simd, cells) = (loss.simd, &mut self.cells);
         let [start, end] = [0, loss.width].map(|x| (x + RADIUS).saturating_sub(pixel).min(PIXELS));
         let mut inside = [0.0; PIXELS];
         inside[start..end].fill(1.0);
+        let compared = ComparedPixels { constants: &loss.constants, inside: &inside };
         let mut totals = Lanes::ZERO;
         for channel in 0..CHANNELS {
             for index in 0..BLOCK / S::F32_LANES {
@@ -210,11 +208,10 @@ impl Stream {
                     let mut line = Channel { cells: &mut *cells, channel, plane };
                     slide(simd, &loss.nest, &mut self.along[channel][plane], &mut line, index);
                 }
-                let total =
-                    compare_pixels(&loss.constants, cells, channel, &inside, weight.get(simd, index), index);
+                let total = compared.pixels(cells, channel, weight.get(simd, index), index);
                 totals.set(index, totals.get(simd, index) + total);
             }
-            if !with_gradient {
+            if wanted == Wanted::Value {
                 continue;
             }
             if end - start < PIXELS {
@@ -280,33 +277,4 @@ fn down<S: Simd, const SQUARED: bool>(loss: &Loss<S>, rows: &Square, past: &mut 
     for index in 0..BLOCK / S::F32_LANES {
         slide(loss.simd, &loss.nest, past, &mut Rows::<SQUARED> { rows, square }, index);
     }
-}
-
-/// SSIM of some pixels of a channel, summed where they are inside; slopes take the place of means.
-#[inline(always)]
-fn compare_pixels<S: Simd>(
-    constants: &Constants<S>,
-    cells: &mut Cells,
-    channel: usize,
-    inside: &[f32; PIXELS],
-    weight: V<S>,
-    index: usize,
-) -> V<S> {
-    let mut total = weight.of(0.0);
-    for first in (0..PIXELS).step_by(PACK) {
-        let mut packed = [Pack([weight; PACK]); 4];
-        for plane in 0..4 {
-            for i in 0..PACK {
-                packed[plane].0[i] = cells[first + i][channel][plane].get(weight.simd, index);
-            }
-        }
-        let (ssim, by) = compare(constants, packed, weight);
-        for i in 0..PACK {
-            total = ssim.0[i].mul_add(weight.of(inside[first + i]), total);
-            for plane in 0..3 {
-                cells[first + i][channel][plane].set(index, by[plane].0[i]);
-            }
-        }
-    }
-    total
 }

@@ -12,10 +12,10 @@ pub(crate) const PIXELS: usize = STEP;
 /// Pixels whose windowed slopes wait for the rest of their squares.
 pub(crate) const WAITING: usize = PIXELS - 2 * RADIUS;
 
-/// By pixel and channel, values of sixteen rows in four planes.
+/// Values of sixteen rows in four planes, per pixel and channel.
 pub(crate) type Cells = [[[Lanes; 4]; CHANNELS]; PIXELS];
 
-/// By pixel and channel, windowed slopes of sixteen rows.
+/// Windowed slopes of sixteen rows, per pixel and channel.
 pub(crate) type Waiting = [[[Lanes; 3]; CHANNELS]; WAITING];
 
 /// The plane of cells where windowed slopes of a plane go: the last one is free, then that of the slopes

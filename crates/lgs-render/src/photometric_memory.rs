@@ -1,4 +1,4 @@
-//! What a band of the photometric loss reads from memory and writes to it.
+//! Reads and writes of a band of the photometric loss.
 //!
 //! Sixteen rows of each of three images are more than the processor looks ahead in by itself. Memory is
 //! therefore asked for what will be touched next.
@@ -11,8 +11,17 @@ use lgs_core::prefetch::prefetch;
 use pulp::Simd;
 use std::ops::Range;
 
-/// How many floats before they are needed memory is asked for them.
+/// Distance, in floats, at which memory is prefetched.
 const AHEAD: usize = 2 * BLOCK;
+
+/// The results that a call asks for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// The loss alone.
+    Value,
+    /// The loss and its gradient.
+    Gradient,
+}
 
 /// A band of two images and of the gradient.
 pub(crate) struct Memory<'a> {
@@ -21,7 +30,7 @@ pub(crate) struct Memory<'a> {
     rows: Range<usize>,
     /// Gradient of the rows; empty if not asked for.
     v: &'a mut [f32],
-    /// By row, `Σ |a - b|` and `Σ SSIM`.
+    /// The sums `Σ |a - b|` and `Σ SSIM` of each row.
     pub sums: Vec<[f64; 2]>,
 }
 
@@ -31,19 +40,19 @@ impl<'a> Memory<'a> {
         Self { pair, rows, v, sums }
     }
 
-    /// Whether the gradient is asked for.
+    /// The gradient if there is an array for it.
     #[inline(always)]
-    pub(crate) fn with_gradient(&self) -> bool {
-        !self.v.is_empty()
+    pub(crate) fn wanted(&self) -> Wanted {
+        if self.v.is_empty() { Wanted::Value } else { Wanted::Gradient }
     }
 
-    /// How far outside of the band rows are needed.
+    /// Number of rows outside of the band that are needed on each side.
     #[inline(always)]
     pub(crate) fn reach(&self) -> usize {
-        if self.with_gradient() { 2 * RADIUS } else { RADIUS }
+        if self.wanted() == Wanted::Gradient { 2 * RADIUS } else { RADIUS }
     }
 
-    /// Of `STEP` rows those that lie in the image, at most `margin` rows outside of the band.
+    /// The range, among `STEP` rows, of those in the image and at most `margin` rows outside of the band.
     #[inline(always)]
     pub(crate) fn needed(&self, first: isize, margin: usize) -> Range<usize> {
         let [start, end] =
@@ -52,7 +61,7 @@ impl<'a> Memory<'a> {
         start..end
     }
 
-    /// Those of `STEP` rows of both images that are needed; others are empty.
+    /// The needed ones of `STEP` rows of both images; others are empty.
     pub(crate) fn images(&self, first: isize) -> [[&'a [f32]; STEP]; 2] {
         let mut rows = [[&[][..]; STEP]; 2];
         for row in self.needed(first, self.reach()) {

@@ -9,11 +9,13 @@
 //! of squares, `-½ dᵀ Σ⁻¹ d = -(u² + w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that it can never
 //! be positive.
 
+mod lanes;
+
 use crate::extent::pixel_box;
-use crate::sh::Basis;
-use crate::simd::{BLOCK, Lanes, V, splat};
+use crate::simd::{BLOCK, V, splat};
 use crate::splats::Splats;
 use crate::view::View;
+use lanes::{ImageBlock, Inputs};
 use pulp::{Simd, WithSimd};
 
 /// Low-pass filter added to the diagonal of the image covariance, square pixels.
@@ -67,7 +69,7 @@ pub(crate) struct ProjectChunk<'a> {
     pub view: &'a View,
     /// Index of the first one.
     pub first: usize,
-    /// What is invisible becomes zero.
+    /// The projected Gaussians; invisible ones become zero.
     pub out: &'a mut [Projected],
     /// Projected centres, zero for what is behind the near plane.
     pub means2d: &'a mut [[f32; 2]],
@@ -86,8 +88,9 @@ impl WithSimd for ProjectChunk<'_> {
             let first = self.first + block * BLOCK;
             let inputs = Inputs::load(self.splats, first, out.len());
             let mut image = ImageBlock::default();
+            let projection = Projection { simd, inputs: &inputs, view: self.view };
             for index in 0..BLOCK / S::F32_LANES {
-                project(simd, &inputs, self.view, index, self.splats.active_degree, &mut image);
+                projection.project(index, self.splats.active_degree, &mut image);
             }
             out.fill(Projected::default());
             means2d.fill([0.0; 2]);
@@ -109,197 +112,97 @@ impl WithSimd for ProjectChunk<'_> {
     }
 }
 
-/// A block of raw parameters, lane by lane.
-struct Inputs {
-    mean: [Lanes; 3],
-    rotation: [Lanes; 4],
-    log_scale: [Lanes; 3],
-    raw_opacity: Lanes,
+/// The projection of a block in a view.
+#[derive(Clone, Copy)]
+struct Projection<'a, S: Simd> {
+    simd: S,
+    inputs: &'a Inputs,
+    view: &'a View,
 }
 
-impl Inputs {
+impl<S: Simd> Projection<'_, S> {
+    /// Projects vector number `index` of the block.
     #[inline(always)]
-    fn load(splats: &Splats, first: usize, count: usize) -> Self {
-        let zero = Lanes::ZERO;
-        let mut out = Self { mean: [zero; 3], rotation: [zero; 4], log_scale: [zero; 3], raw_opacity: zero };
-        let range = first..first + count;
-        transpose(&splats.means[range.clone()], &mut out.mean);
-        transpose(&splats.rotations[range.clone()], &mut out.rotation);
-        transpose(&splats.log_scales[range.clone()], &mut out.log_scale);
-        out.raw_opacity.0[..count].copy_from_slice(&splats.raw_opacities[range]);
+    fn project(self, index: usize, degree: usize, out: &mut ImageBlock) {
+        let Self { simd, inputs, view } = self;
+        let mean = [
+            inputs.mean[0].get(simd, index),
+            inputs.mean[1].get(simd, index),
+            inputs.mean[2].get(simd, index),
+        ];
+        let [x, y, z] = self.camera_mean(mean);
+        let inverse_depth = splat(simd, 1.0) / z;
+        let slopes = [x * inverse_depth, y * inverse_depth];
+
+        let m = self.image_axes(index, slopes, inverse_depth);
+        let (m0, m1) = (dot(m[0], m[0]), dot(m[1], m[1]));
+        let (a, b, c) = (m0 + splat(simd, BLUR), dot(m[0], m[1]), m1 + splat(simd, BLUR));
+        let n = cross(m[0], m[1]);
+        let determinant = (m0 + m1).mul_add(splat(simd, BLUR), dot(n, n) + splat(simd, BLUR * BLUR));
+
+        // The conic's factors in base 2.
+        let base2 = (0.5 * std::f32::consts::LOG2_E).sqrt();
+        let along = splat(simd, base2) * (c / determinant).sqrt();
+        let log2_opacity = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
+        // Squared Mahalanobis radius of the ellipse: 2 ln(255 o).
+        let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0))
+            * splat(simd, 2.0 * std::f32::consts::LN_2);
+
+        let principal = [splat(simd, view.principal[0]), splat(simd, view.principal[1])];
+        out.mean[0].set(index, slopes[0].mul_add(splat(simd, view.focal[0]), principal[0]));
+        out.mean[1].set(index, slopes[1].mul_add(splat(simd, view.focal[1]), principal[1]));
+        out.factor[0].set(index, along);
+        out.factor[1].set(index, -(along * b / c));
+        out.factor[2].set(index, splat(simd, base2) / c.sqrt());
+        out.log2_opacity.set(index, log2_opacity);
+        out.depth.set(index, z);
+        out.set_extent(index, [a, b, c], determinant, reach);
+        let direction = std::array::from_fn(|i| mean[i] - splat(simd, view.center[i]));
+        out.basis.evaluate(simd, index, direction, degree);
+    }
+
+    #[inline(always)]
+    fn camera_mean(self, mean: [V<S>; 3]) -> [V<S>; 3] {
+        let Self { simd, view, .. } = self;
+        let mut out = mean;
+        for ((out, row), &translation) in out.iter_mut().zip(&view.rotation).zip(&view.translation) {
+            *out = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean)
+                + splat(simd, translation);
+        }
         out
     }
-}
 
-#[inline(always)]
-fn transpose<const N: usize>(rows: &[[f32; N]], out: &mut [Lanes; N]) {
-    for (lane, row) in rows.iter().enumerate().take(BLOCK) {
-        for axis in 0..N {
-            out[axis].0[lane] = row[axis];
-        }
-    }
-}
-
-/// What projection computes for a block, lane by lane; the fields of [`Projected`].
-struct ImageBlock {
-    mean: [Lanes; 2],
-    factor: [Lanes; 3],
-    log2_opacity: Lanes,
-    depth: Lanes,
-    half: [Lanes; 2],
-    rightmost: Lanes,
-    /// Three standard deviations along the longer axis, pixels.
-    radius: Lanes,
-    determinant: Lanes,
-    basis: Basis,
-}
-
-impl Default for ImageBlock {
+    /// `M = J W R S`.
     #[inline(always)]
-    fn default() -> Self {
-        let zero = Lanes::ZERO;
-        Self {
-            mean: [zero; 2],
-            factor: [zero; 3],
-            log2_opacity: zero,
-            depth: zero,
-            half: [zero; 2],
-            rightmost: zero,
-            radius: zero,
-            determinant: zero,
-            basis: Basis::ZERO,
+    fn image_axes(self, index: usize, slopes: [V<S>; 2], inverse_depth: V<S>) -> [[V<S>; 3]; 2] {
+        let Self { simd, inputs, view } = self;
+        let axes = rotation_columns([
+            inputs.rotation[0].get(simd, index),
+            inputs.rotation[1].get(simd, index),
+            inputs.rotation[2].get(simd, index),
+            inputs.rotation[3].get(simd, index),
+        ]);
+        let scales = [
+            inputs.log_scale[0].get(simd, index).exp(),
+            inputs.log_scale[1].get(simd, index).exp(),
+            inputs.log_scale[2].get(simd, index).exp(),
+        ];
+        let mut m = [[splat(simd, 0.0); 3]; 2];
+        for i in 0..2 {
+            let limit = view.tangent_limit[i];
+            let tangent = slopes[i].max(splat(simd, -limit)).min(splat(simd, limit));
+            let focal = splat(simd, view.focal[i]) * inverse_depth;
+            let mut world = [splat(simd, 0.0); 3];
+            for (k, world) in world.iter_mut().enumerate() {
+                *world =
+                    (splat(simd, view.rotation[i][k]) - tangent * splat(simd, view.rotation[2][k])) * focal;
+            }
+            for j in 0..3 {
+                m[i][j] = dot(world, axes[j]) * scales[j];
+            }
         }
+        m
     }
-}
-
-impl ImageBlock {
-    /// A lane, still without its colour; `None` up to the near plane.
-    #[inline(always)]
-    fn get(&self, lane: usize, near: f32) -> Option<Projected> {
-        let depth = self.depth.0[lane];
-        // Written so that NaN is culled as well.
-        (depth > near).then_some(Projected {
-            mean: [self.mean[0].0[lane], self.mean[1].0[lane]],
-            factor: [self.factor[0].0[lane], self.factor[1].0[lane], self.factor[2].0[lane]],
-            log2_opacity: self.log2_opacity.0[lane],
-            color: [0.0; 3],
-            depth,
-            reach: self.log2_opacity.0[lane] + LOG2_255,
-            half: [self.half[0].0[lane], self.half[1].0[lane]],
-            rightmost: self.rightmost.0[lane],
-        })
-    }
-
-    /// The extent on the image of an ellipse with the covariance `[[a, b], [b, c]]` and the squared
-    /// Mahalanobis radius `reach`.
-    #[inline(always)]
-    fn set_extent<S: Simd>(
-        &mut self,
-        simd: S,
-        index: usize,
-        [a, b, c]: [V<S>; 3],
-        determinant: V<S>,
-        reach: V<S>,
-    ) {
-        // Relative slack for ellipses much larger than the image.
-        self.half[0].set(index, (reach * a).sqrt() * splat(simd, 1.0 + 1e-5));
-        self.half[1].set(index, (reach * c).sqrt() * splat(simd, 1.0 + 1e-5));
-        self.rightmost.set(index, b * (reach / a).sqrt());
-        let half_trace = splat(simd, 0.5) * (a + c);
-        let longest = half_trace + (half_trace * half_trace - determinant).max(splat(simd, 0.1)).sqrt();
-        self.radius.set(index, splat(simd, 3.0) * longest.sqrt());
-        self.determinant.set(index, determinant);
-    }
-}
-
-/// Vector number `index` of a block.
-#[inline(always)]
-fn project<S: Simd>(
-    simd: S,
-    inputs: &Inputs,
-    view: &View,
-    index: usize,
-    degree: usize,
-    out: &mut ImageBlock,
-) {
-    let mean =
-        [inputs.mean[0].get(simd, index), inputs.mean[1].get(simd, index), inputs.mean[2].get(simd, index)];
-    let [x, y, z] = camera_mean(simd, view, mean);
-    let inverse_depth = splat(simd, 1.0) / z;
-    let slopes = [x * inverse_depth, y * inverse_depth];
-
-    let m = image_axes(simd, inputs, view, index, slopes, inverse_depth);
-    let (m0, m1) = (dot(m[0], m[0]), dot(m[1], m[1]));
-    let (a, b, c) = (m0 + splat(simd, BLUR), dot(m[0], m[1]), m1 + splat(simd, BLUR));
-    let n = cross(m[0], m[1]);
-    let determinant = (m0 + m1).mul_add(splat(simd, BLUR), dot(n, n) + splat(simd, BLUR * BLUR));
-
-    // The conic's factors in base 2.
-    let base2 = (0.5 * std::f32::consts::LOG2_E).sqrt();
-    let along = splat(simd, base2) * (c / determinant).sqrt();
-    let log2_opacity = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
-    // Squared Mahalanobis radius of the ellipse: 2 ln(255 o).
-    let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0))
-        * splat(simd, 2.0 * std::f32::consts::LN_2);
-
-    let principal = [splat(simd, view.principal[0]), splat(simd, view.principal[1])];
-    out.mean[0].set(index, slopes[0].mul_add(splat(simd, view.focal[0]), principal[0]));
-    out.mean[1].set(index, slopes[1].mul_add(splat(simd, view.focal[1]), principal[1]));
-    out.factor[0].set(index, along);
-    out.factor[1].set(index, -(along * b / c));
-    out.factor[2].set(index, splat(simd, base2) / c.sqrt());
-    out.log2_opacity.set(index, log2_opacity);
-    out.depth.set(index, z);
-    out.set_extent(simd, index, [a, b, c], determinant, reach);
-    let direction = std::array::from_fn(|i| mean[i] - splat(simd, view.center[i]));
-    out.basis.evaluate(simd, index, direction, degree);
-}
-
-#[inline(always)]
-fn camera_mean<S: Simd>(simd: S, view: &View, mean: [V<S>; 3]) -> [V<S>; 3] {
-    let mut out = mean;
-    for ((out, row), &translation) in out.iter_mut().zip(&view.rotation).zip(&view.translation) {
-        *out = dot([splat(simd, row[0]), splat(simd, row[1]), splat(simd, row[2])], mean)
-            + splat(simd, translation);
-    }
-    out
-}
-
-/// `M = J W R S`.
-#[inline(always)]
-fn image_axes<S: Simd>(
-    simd: S,
-    inputs: &Inputs,
-    view: &View,
-    index: usize,
-    slopes: [V<S>; 2],
-    inverse_depth: V<S>,
-) -> [[V<S>; 3]; 2] {
-    let axes = rotation_columns([
-        inputs.rotation[0].get(simd, index),
-        inputs.rotation[1].get(simd, index),
-        inputs.rotation[2].get(simd, index),
-        inputs.rotation[3].get(simd, index),
-    ]);
-    let scales = [
-        inputs.log_scale[0].get(simd, index).exp(),
-        inputs.log_scale[1].get(simd, index).exp(),
-        inputs.log_scale[2].get(simd, index).exp(),
-    ];
-    let mut m = [[splat(simd, 0.0); 3]; 2];
-    for i in 0..2 {
-        let limit = view.tangent_limit[i];
-        let tangent = slopes[i].max(splat(simd, -limit)).min(splat(simd, limit));
-        let focal = splat(simd, view.focal[i]) * inverse_depth;
-        let mut world = [splat(simd, 0.0); 3];
-        for (k, world) in world.iter_mut().enumerate() {
-            *world = (splat(simd, view.rotation[i][k]) - tangent * splat(simd, view.rotation[2][k])) * focal;
-        }
-        for j in 0..3 {
-            m[i][j] = dot(world, axes[j]) * scales[j];
-        }
-    }
-    m
 }
 
 /// The columns of the rotation of a raw quaternion; a (near) zero one is the identity.

@@ -26,12 +26,13 @@ pub struct Rasterized {
     pub height: u32,
     /// Colour over the background, row by row; not clamped.
     pub image: Vec<[f32; 3]>,
-    /// What is left of the background in each pixel, in [0, 1].
+    /// Transmittance left for the background in each pixel, in [0, 1].
     pub transmittance: Vec<f32>,
     /// Projected centres, pixels; zero for Gaussians behind the near plane.
     pub means2d: Vec<[f32; 2]>,
     /// Three standard deviations, rounded up to pixels; 0 for a Gaussian that cannot touch the image.
     pub radii: Vec<u32>,
+    pub(crate) background: [f32; 3],
     pub(crate) projected: Vec<Projected>,
     pub(crate) tiling: Tiling,
     pub(crate) tiles: Vec<TileState>,
@@ -89,7 +90,8 @@ impl Rasterized {
         (self.width, self.height) = (camera.width, camera.height);
         self.project(splats, &view);
         self.tiling.update(&self.projected, view.size);
-        self.blend(background);
+        self.background = background;
+        self.blend();
     }
 
     /// Projects every Gaussian.
@@ -110,8 +112,8 @@ impl Rasterized {
     }
 
     /// Blends every tile, each into its own part of the image.
-    fn blend(&mut self, background: [f32; 3]) {
-        let (arch, size) = (Arch::new(), self.size());
+    fn blend(&mut self) {
+        let (arch, size, background) = (Arch::new(), self.size(), self.background);
         let Self { image, transmittance, projected, tiling, tiles, .. } = self;
         image.resize(size[0] * size[1], [0.0; 3]);
         transmittance.resize(size[0] * size[1], 0.0);

@@ -98,6 +98,12 @@ fn columns<const N: usize>(tensor: &Tensor<2>) -> [Tensor<2>; N] {
     std::array::from_fn(|i| tensor.clone().slice([0..rows, i..i + 1]))
 }
 
+/// Rotation rows and translation from world to camera axes.
+fn camera_rows(camera: &Camera) -> ([[f32; 3]; 3], [f32; 3]) {
+    let m = camera.camera_from_world.transpose().to_cols_array_2d();
+    ([0, 1, 2].map(|i| [m[i][0], m[i][1], m[i][2]]), [m[0][3], m[1][3], m[2][3]])
+}
+
 fn project(
     splats: &SplatTensors,
     camera: &Camera,
@@ -105,19 +111,46 @@ fn project(
     active_degree: usize,
 ) -> ImagePlane {
     let device = splats.means.device();
-    let m = camera.camera_from_world.transpose().to_cols_array_2d();
-    let rotation = [0, 1, 2].map(|i| [m[i][0], m[i][1], m[i][2]]);
+    let (rotation, translation) = camera_rows(camera);
     let means = splats.means.clone().select(0, order.clone());
-    let camera_means = means.clone().matmul(row(rotation, &device).transpose())
-        + row([[m[0][3], m[1][3], m[2][3]]], &device);
-    let [x, y, z] = columns::<3>(&camera_means);
+    let camera_means = means.clone().matmul(row(rotation, &device).transpose()) + row([translation], &device);
+    let camera_means = columns::<3>(&camera_means);
+    let rows = image_axes(splats, camera, order, &camera_means);
+    let [x, y, z] = camera_means;
+    let inner = |a: &[Tensor<2>; 3], b: &[Tensor<2>; 3]| {
+        (0..3).map(|j| a[j].clone() * b[j].clone()).reduce(|s, t| s + t).expect("three terms")
+    };
+    let [probe_x, probe_y] = columns::<2>(&splats.means2d_probe.clone().select(0, order.clone()));
+    let n = order.dims()[0];
+    ImagePlane {
+        pixel: [
+            (x / z.clone()).mul_scalar(camera.fx).add_scalar(camera.cx) + probe_x,
+            (y / z).mul_scalar(camera.fy).add_scalar(camera.cy) + probe_y,
+        ],
+        covariance: [
+            inner(&rows[0], &rows[0]).add_scalar(BLUR),
+            inner(&rows[0], &rows[1]),
+            inner(&rows[1], &rows[1]).add_scalar(BLUR),
+        ],
+        opacity: activation::sigmoid(splats.raw_opacities.clone().select(0, order.clone())).reshape([n, 1]),
+        color: color(&means, camera, splats.sh.clone().select(0, order.clone()), active_degree),
+    }
+}
 
+/// The rows of `J W R S`, entries `[n, 1]`, of Gaussians with means in camera axes.
+fn image_axes(
+    splats: &SplatTensors,
+    camera: &Camera,
+    order: &Tensor<1, Int>,
+    [x, y, z]: &[Tensor<2>; 3],
+) -> [[Tensor<2>; 3]; 2] {
+    let (rotation, _) = camera_rows(camera);
     let scales = columns::<3>(&splats.log_scales.clone().select(0, order.clone()).exp());
     let turned = rotation_columns(&splats.rotations.clone().select(0, order.clone()));
     let limit = [camera.width as f32 / (2.0 * camera.fx), camera.height as f32 / (2.0 * camera.fy)]
         .map(|tangent| 1.3 * tangent);
-    let rows: [[Tensor<2>; 3]; 2] = std::array::from_fn(|i| {
-        let (focal, coordinate) = ([camera.fx, camera.fy][i], [&x, &y][i]);
+    std::array::from_fn(|i| {
+        let (focal, coordinate) = ([camera.fx, camera.fy][i], [x, y][i]);
         let tangent = (coordinate.clone() / z.clone()).clamp(-limit[i], limit[i]);
         // Row i of J W R S; `world[k]` is component k of row i of J W.
         let world: [Tensor<2>; 3] = std::array::from_fn(|k| {
@@ -130,26 +163,7 @@ fn project(
                 + world[2].clone() * turned[2][j].clone();
             along * scales[j].clone()
         })
-    });
-    let inner = |a: &[Tensor<2>; 3], b: &[Tensor<2>; 3]| {
-        (0..3).map(|j| a[j].clone() * b[j].clone()).reduce(|s, t| s + t).expect("three terms")
-    };
-    let probe = columns::<2>(&splats.means2d_probe.clone().select(0, order.clone()));
-    let n = order.dims()[0];
-    let [probe_x, probe_y] = probe;
-    ImagePlane {
-        pixel: [
-            (x.clone() / z.clone()).mul_scalar(camera.fx).add_scalar(camera.cx) + probe_x,
-            (y.clone() / z.clone()).mul_scalar(camera.fy).add_scalar(camera.cy) + probe_y,
-        ],
-        covariance: [
-            inner(&rows[0], &rows[0]).add_scalar(BLUR),
-            inner(&rows[0], &rows[1]),
-            inner(&rows[1], &rows[1]).add_scalar(BLUR),
-        ],
-        opacity: activation::sigmoid(splats.raw_opacities.clone().select(0, order.clone())).reshape([n, 1]),
-        color: color(&means, camera, splats.sh.clone().select(0, order.clone()), active_degree),
-    }
+    })
 }
 
 /// Entries of the rotation matrices of raw quaternions, columns `[n, 1]`.

@@ -1,4 +1,4 @@
-//! What goes into the rasterizer and what comes out of its backward pass: parallel arrays, borrowed and
+//! Inputs of the rasterizer and results of its backward pass: parallel arrays, borrowed and
 //! owned.
 
 use lgs_core::{GaussianCloud, sh_coefficients};
@@ -75,17 +75,17 @@ impl<'a> From<&'a GaussianCloud> for Splats<'a> {
 /// Cotangents of every input of the rasterizer; zero for what was not drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SplatGradients {
-    /// By the centres, per world unit.
+    /// Gradient by the centres, per world unit.
     pub means: Vec<[f32; 3]>,
-    /// By the raw quaternions.
+    /// Gradient by the raw quaternions.
     pub rotations: Vec<[f32; 4]>,
-    /// By the log scales.
+    /// Gradient by the log scales.
     pub log_scales: Vec<[f32; 3]>,
-    /// By the opacity logits.
+    /// Gradient by the opacity logits.
     pub raw_opacities: Vec<f32>,
-    /// By the spherical-harmonic coefficients, `[n, K, 3]`.
+    /// Gradient by the spherical-harmonic coefficients, `[n, K, 3]`.
     pub sh: Vec<f32>,
-    /// By the projected centres, per pixel: the statistic that drives densification.
+    /// Gradient by the projected centres, per pixel: the statistic that drives densification.
     pub means2d: Vec<[f32; 2]>,
 }
 

@@ -20,7 +20,7 @@ pub(crate) const BATCH: usize = 64;
 const CENTRES: Lanes =
     Lanes([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5, 12.5, 13.5, 14.5, 15.5]);
 
-/// One value per pixel of a tile, row by row.
+/// A value per pixel of a tile, row by row.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Plane(pub [f32; PIXELS]);
@@ -33,7 +33,7 @@ impl Plane {
         &self.0.as_chunks::<TILE>().0[row]
     }
 
-    /// As vectors, `TILE / lanes` to a row.
+    /// The plane as vectors, `TILE / lanes` to a row.
     #[inline(always)]
     pub(crate) fn vectors<S: Simd>(&mut self) -> &mut [S::f32s] {
         S::as_mut_simd_f32s(&mut self.0).0
@@ -181,7 +181,7 @@ fn half_chord<S: Simd>(reach: V<S>, w: V<S>) -> V<S> {
     (reach - w * w).max(reach.of(0.0)).sqrt()
 }
 
-/// What varies between the rows of a tile for one Gaussian.
+/// Values of one Gaussian that vary between the rows of a tile.
 pub(crate) struct Heights {
     /// `d_y`.
     pub dy: Lanes,

@@ -1,4 +1,4 @@
-//! Which Gaussians touch which tile, nearest first.
+//! Lists of the Gaussians that touch each tile, nearest first.
 //!
 //! 1. Chunks of the Gaussians, in parallel, find the exact span of tiles of each Gaussian in each row of
 //!    tiles (`extent`) and count the tiles.
@@ -101,7 +101,8 @@ impl Tiling {
         let numbered = first[..projected.len()].par_chunks_mut(chunk).zip(gaussians).enumerate();
         let dealt = chunks.par_iter_mut().zip(projected.par_chunks(chunk)).zip(numbered).with_max_len(1);
         dealt.for_each(|((spans, projected), (number, (first, gaussians)))| {
-            spans.deal(projected, (number * chunk) as u32, *columns, first, gaussians, unsorted);
+            let numbered = NumberedChunk { projected, index: (number * chunk) as u32, first, gaussians };
+            spans.deal(numbered, *columns, unsorted);
         });
     }
 
@@ -143,9 +144,9 @@ struct Span {
 #[derive(Debug, Default)]
 struct Spans {
     spans: Vec<Span>,
-    /// By Gaussian: number of spans.
+    /// Number of spans of each Gaussian.
     lengths: Vec<u16>,
-    /// By tile: number of Gaussians, and then where the chunk's part of the list goes on.
+    /// Number of Gaussians of each tile, and later the place at which the chunk's part of the list goes on.
     next: Vec<u32>,
     /// Number of entries, and that of the first one.
     entries: u32,
@@ -199,6 +200,17 @@ fn push_spans(g: &Projected, size: [usize; 2], out: &mut Vec<Span>) {
     }
 }
 
+/// A chunk of Gaussians whose entries are being numbered.
+struct NumberedChunk<'a> {
+    projected: &'a [Projected],
+    /// Index of the first Gaussian.
+    index: u32,
+    /// Receives the number of each Gaussian's first entry.
+    first: &'a mut [u32],
+    /// Receives the Gaussian of each entry.
+    gaussians: &'a mut [u32],
+}
+
 impl Spans {
     /// Ends a Gaussian, whose spans begin at `before`.
     #[inline(always)]
@@ -212,17 +224,9 @@ impl Spans {
         self.lengths.push((self.spans.len() - before) as u16);
     }
 
-    /// Writes the chunk's Gaussians, the first of which has the index `index`, into the lists, and numbers
-    /// their entries.
-    fn deal(
-        &mut self,
-        projected: &[Projected],
-        index: u32,
-        columns: usize,
-        first: &mut [u32],
-        gaussians: &mut [u32],
-        lists: &[AtomicU64],
-    ) {
+    /// Writes the chunk's Gaussians into the lists, and numbers their entries.
+    fn deal(&mut self, chunk: NumberedChunk<'_>, columns: usize, lists: &[AtomicU64]) {
+        let NumberedChunk { projected, index, first, gaussians } = chunk;
         let (mut spans, mut gaussians) = (self.spans.iter(), gaussians.iter_mut());
         let mut entry = self.first;
         for (((g, &count), first), index) in projected.iter().zip(&self.lengths).zip(first).zip(index..) {

@@ -74,7 +74,7 @@ impl View {
     }
 }
 
-/// What lies between the parameters of a Gaussian and its image covariance.
+/// Intermediate matrices between the parameters of a Gaussian and its image covariance.
 pub(crate) struct Chain {
     pub camera_mean: [f32; 3],
     pub rotation: Mat3,

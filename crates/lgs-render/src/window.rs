@@ -38,9 +38,9 @@ pub(crate) fn weights() -> [f32; SIZE] {
 /// Factors of the nested sum, from the outermost on.
 #[derive(Clone, Copy)]
 pub(crate) struct Nest<S: Simd> {
-    /// Of `c₁ x`: a₀ - a₁, a₁ - a₂ and a₂, which are positive.
+    /// Coefficients of `c₁ x`: a₀ - a₁, a₁ - a₂ and a₂, which are positive.
     near: [V<S>; 3],
-    /// Of what is nested: b₀ and b₁.
+    /// Coefficients of the nested sums: b₀ and b₁.
     far: [V<S>; 2],
 }
 
@@ -81,17 +81,17 @@ pub(crate) trait Line {
     fn set<S: Simd>(&mut self, i: usize, index: usize, value: V<S>);
 }
 
-/// What a sequence leaves for its next step: vectors, then middle sums. All zero, it follows zeros.
+/// State of a sequence between two steps: vectors, then middle sums; all zero after zeros.
 pub(crate) type Past = [Lanes; KEPT + CARRIED];
 
 /// The nested sums around the `STEP` vectors that lie `RADIUS` before those that enter.
 #[inline(always)]
 pub(crate) fn slide<S: Simd>(simd: S, nest: &Nest<S>, past: &mut Past, line: &mut impl Line, index: usize) {
     let mut carry = Carry::resume(simd, nest, past, index);
-    carry.advance::<0>(simd, nest, past, line, index);
-    carry.advance::<GROUP>(simd, nest, past, line, index);
-    carry.advance::<{ 2 * GROUP }>(simd, nest, past, line, index);
-    carry.advance::<{ 3 * GROUP }>(simd, nest, past, line, index);
+    carry.advance::<0>(nest, past, line, index);
+    carry.advance::<GROUP>(nest, past, line, index);
+    carry.advance::<{ 2 * GROUP }>(nest, past, line, index);
+    carry.advance::<{ 3 * GROUP }>(nest, past, line, index);
     for i in 0..CARRIED {
         past[KEPT + i].set(index, carry.middle[i]);
     }
@@ -100,7 +100,7 @@ pub(crate) fn slide<S: Simd>(simd: S, nest: &Nest<S>, past: &mut Past, line: &mu
 /// Results at a time: the compiler lays out so many one after the other.
 const GROUP: usize = STEP / 4;
 
-/// What results share with the next ones.
+/// Partial sums that consecutive results share.
 struct Carry<S: Simd> {
     /// The last two vectors.
     x: [V<S>; 2],
@@ -133,13 +133,12 @@ impl<S: Simd> Carry<S> {
     #[inline(always)]
     fn advance<const FROM: usize>(
         &mut self,
-        simd: S,
         nest: &Nest<S>,
         past: &mut Past,
         line: &mut impl Line,
         index: usize,
     ) {
-        let zero = self.x[0];
+        let (zero, simd) = (self.x[0], self.x[0].simd);
         let [mut x, mut between] = [[zero; 2 + GROUP]; 2];
         let [mut inner, mut middle, mut outer] = [[zero; CARRIED + GROUP]; 3];
         x[..2].copy_from_slice(&self.x);

@@ -1,20 +1,14 @@
-//! What the rasterizer does at the edges of its input, and that it does not depend on threads.
+//! The rasterizer at the edges of its input: nothing to draw, extreme sizes, values that are not finite.
+
+#[path = "common/random_scene.rs"]
+mod random_scene;
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
-use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, stream};
+use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
 use lgs_render::tensor::SplatTensors;
-use lgs_render::{
-    ALPHA_MAX, PhotometricVjp, Rasterized, RasterizedVjp, SplatGradients, Splats, photometric_vjp, rasterize,
-    rasterize_vjp,
-};
-use rand::RngExt;
-
-const BACKGROUND: [f32; 3] = [0.2, 0.5, 0.8];
-
-fn camera(width: u32, height: u32) -> Camera {
-    Camera::look_at([0.3, -3.2, 1.1], [0.0; 3], 0.7, width, height)
-}
+use lgs_render::{ALPHA_MAX, SplatGradients};
+use random_scene::{BACKGROUND, camera, draw, gradients, random_cloud};
 
 /// At the origin, looking along z, with a field of view of 53°.
 fn axis_camera(size: u32) -> Camera {
@@ -30,36 +24,6 @@ fn axis_camera(size: u32) -> Camera {
         camera_from_world,
         near: DEFAULT_NEAR,
     }
-}
-
-fn random_cloud(count: usize, seed: u64) -> GaussianCloud {
-    let mut rng = stream(seed, "behaviour", 0);
-    let mut uniform = |low: f32, high: f32| rng.random_range(low..high);
-    let mut cloud = GaussianCloud { sh_degree: 1, ..GaussianCloud::default() };
-    for _ in 0..count {
-        cloud.means.push(std::array::from_fn(|_| uniform(-1.0, 1.0)));
-        cloud.rotations.push(std::array::from_fn(|_| uniform(-1.0, 1.0)));
-        cloud.log_scales.push(std::array::from_fn(|_| uniform(-3.5, -1.5)));
-        cloud.raw_opacities.push(uniform(-3.0, 5.0));
-        cloud.sh.extend((0..12).map(|_| uniform(-0.6, 0.6)));
-    }
-    cloud
-}
-
-fn draw(cloud: &GaussianCloud, camera: &Camera) -> Rasterized {
-    rasterize(&Splats::from(cloud), camera, BACKGROUND)
-}
-
-/// Cotangents of image and transmittance.
-fn cotangents(camera: &Camera) -> (Vec<[f32; 3]>, Vec<f32>) {
-    let v_image: Vec<[f32; 3]> =
-        (0..camera.pixels()).map(|i| [0, 1, 2].map(|c| ((i * 7 + c) % 11) as f32 / 11.0 - 0.4)).collect();
-    (v_image, (0..camera.pixels()).map(|i| (i % 5) as f32 / 5.0 - 0.5).collect())
-}
-
-fn gradients(cloud: &GaussianCloud, camera: &Camera, drawn: &Rasterized) -> SplatGradients {
-    let (v_image, v_transmittance) = cotangents(camera);
-    rasterize_vjp(&Splats::from(cloud), camera, BACKGROUND, drawn, &v_image, &v_transmittance)
 }
 
 fn assert_finite(v: &SplatGradients) {
@@ -233,46 +197,6 @@ fn what_is_not_beyond_the_near_plane_is_neither_drawn_nor_changed() {
 }
 
 #[test]
-fn one_thread_and_many_give_the_same_bits() {
-    let (cloud, camera) = (random_cloud(900, 5), camera(150, 90));
-    let target = vec![[0.4, 0.3, 0.6]; camera.pixels()];
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| {
-            let drawn = draw(&cloud, &camera);
-            let v = gradients(&cloud, &camera, &drawn);
-            let loss = photometric_vjp(&drawn.image, &target, 150, 90, 0.2);
-            (drawn.image, drawn.transmittance, drawn.radii, v, loss)
-        })
-    };
-    let one = run(1);
-    assert!(one == run(2) && one == run(5));
-}
-
-#[test]
-fn arrays_of_an_earlier_call_do_not_change_a_result() {
-    let (mut drawn, mut pulled, mut loss) =
-        (Rasterized::default(), RasterizedVjp::default(), PhotometricVjp::default());
-    for (count, width, height) in [(900, 150, 90), (30, 40, 170), (400, 97, 33)] {
-        let (cloud, camera) = (random_cloud(count, 6), camera(width, height));
-        let (v_image, v_transmittance) = cotangents(&camera);
-        let anew = draw(&cloud, &camera);
-        drawn.update(&Splats::from(&cloud), &camera, BACKGROUND);
-        pulled.update(&Splats::from(&cloud), &camera, BACKGROUND, &drawn, &v_image, &v_transmittance);
-        assert!(drawn.image == anew.image && drawn.transmittance == anew.transmittance);
-        assert!(drawn.radii == anew.radii && drawn.means2d == anew.means2d);
-        assert!(pulled.gradients == gradients(&cloud, &camera, &anew));
-
-        let target = vec![[0.4, 0.3, 0.6]; camera.pixels()];
-        let value = loss.update(&drawn.image, &target, width as usize, height as usize, 0.2);
-        assert!(
-            (value, loss.gradient.clone())
-                == photometric_vjp(&anew.image, &target, width as usize, height as usize, 0.2)
-        );
-    }
-}
-
-#[test]
 fn evaluated_pairs_are_a_part_of_those_of_the_tiles() {
     let small = GaussianCloud::isotropic(vec![[0.0; 3]], 0.02, [0.5; 3], 0.9);
     let drawn = draw(&small, &camera(64, 64));
@@ -280,24 +204,4 @@ fn evaluated_pairs_are_a_part_of_those_of_the_tiles() {
     let wide = GaussianCloud::isotropic(vec![[0.0; 3]], 40.0, [0.5; 3], 0.9);
     let drawn = draw(&wide, &camera(37, 21));
     assert_eq!((drawn.evaluated_pairs(), drawn.listed_pairs()), (37 * 21, 37 * 21));
-}
-
-#[test]
-fn the_photometric_loss_and_its_gradient_have_the_same_bits_with_any_number_of_threads() {
-    let (width, height) = (37, 331);
-    let image = |phase: usize| -> Vec<[f32; 3]> {
-        (0..width * height)
-            .map(|i| [0, 1, 2].map(|c| ((i * 31 + i / width + 7 * c + phase * i) % 97) as f32 / 97.0))
-            .collect()
-    };
-    let (rendered, target) = (image(0), image(5));
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let (loss, gradient) = pool.install(|| photometric_vjp(&rendered, &target, width, height, 0.2));
-        (loss.to_bits(), gradient.as_flattened().iter().map(|v| v.to_bits()).collect::<Vec<_>>())
-    };
-    let one = run(1);
-    for threads in [2, 3, 5, 16] {
-        assert_eq!(run(threads), one, "{threads} threads");
-    }
 }

@@ -1,4 +1,4 @@
-//! Agreement with the independent float64 implementation, as the contract asks: values and gradients.
+//! Agreement with an independent implementation in double precision: values and gradients.
 
 mod common;
 
@@ -7,7 +7,10 @@ use common::{Vector, vectors};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_core::{Image, stream};
 use lgs_render::tensor::SplatTensors;
-use lgs_render::{Splats, photometric, photometric_vjp, psnr, rasterize, rasterize_vjp, ssim, ssim_vjp};
+use lgs_render::{
+    ImageCotangents, SplatGradients, Splats, photometric, photometric_vjp, psnr, rasterize, rasterize_vjp,
+    ssim, ssim_vjp,
+};
 use rand::RngExt;
 
 const MAX_ABS: f64 = 2e-4;
@@ -43,14 +46,22 @@ fn check_kernel(vector: &Vector) {
     check("transmittance", &drawn.transmittance, "final_transmittance");
     check("means2d", drawn.means2d.as_flattened(), "means2d");
 
-    let v = rasterize_vjp(
-        &splats,
-        &camera,
-        background,
-        &drawn,
-        &vector.rows::<3>("loss_weight_image"),
-        &vector.get("loss_weight_transmittance"),
+    check_gradients(
+        vector,
+        &rasterize_vjp(
+            &splats,
+            &camera,
+            &drawn,
+            ImageCotangents {
+                image: &vector.rows::<3>("loss_weight_image"),
+                transmittance: &vector.get("loss_weight_transmittance"),
+            },
+        ),
     );
+}
+
+fn check_gradients(vector: &Vector, v: &SplatGradients) {
+    let name = &vector.name;
     let check = |what: &str, found: &[f32]| {
         assert_gradient_close(&format!("{name}: {what}"), found, &vector.get(what))
     };
@@ -206,10 +217,10 @@ fn the_photometric_loss_of_the_slice_kernel_is_that_of_the_reference_at_any_size
         let a = tensor(&rendered).require_grad();
         let expected = lgs_render::reference::photometric_loss(&a, &tensor(&target), 0.2);
         let grads = expected.clone().backward();
-        let (loss, v) = photometric_vjp(&rendered, &target, width, height, 0.2);
+        let (loss, v) = photometric_vjp(&rendered, &target, [width, height], 0.2);
         let name = format!("{width}×{height}");
         assert_values_close(&name, &[loss], &values(expected), 1e-5, RELATIVE_L2);
-        assert_eq!(loss, photometric(&rendered, &target, width, height, 0.2), "{name}");
+        assert_eq!(loss, photometric(&rendered, &target, [width, height], 0.2), "{name}");
         assert_gradient_close(&name, v.as_flattened(), &values(a.grad(&grads).expect("a gradient")));
     }
 }

@@ -1,7 +1,7 @@
 //! Finite differences of the whole rasterizer and of the photometric loss.
 
 use lgs_core::{Camera, GaussianCloud, stream};
-use lgs_render::{Splats, photometric, photometric_vjp, rasterize, rasterize_vjp};
+use lgs_render::{ImageCotangents, Splats, photometric, photometric_vjp, rasterize, rasterize_vjp};
 use rand::RngExt;
 
 const BACKGROUND: [f32; 3] = [0.9, 0.5, 0.1];
@@ -69,7 +69,8 @@ fn gradients_match_difference_quotients() {
     let (probe, cloud) = (Probe::new(), soft_cloud());
     let splats = Splats::from(&cloud);
     let drawn = rasterize(&splats, &probe.camera, BACKGROUND);
-    let v = rasterize_vjp(&splats, &probe.camera, BACKGROUND, &drawn, &probe.v_image, &probe.v_transmittance);
+    let v = ImageCotangents { image: &probe.v_image, transmittance: &probe.v_transmittance };
+    let v = rasterize_vjp(&splats, &probe.camera, &drawn, v);
     check("means", v.means.as_flattened(), 1e-2, |c| c.means.as_flattened_mut());
     check("rotations", v.rotations.as_flattened(), 1e-2, |c| c.rotations.as_flattened_mut());
     check("log_scales", v.log_scales.as_flattened(), 1e-2, |c| c.log_scales.as_flattened_mut());
@@ -85,13 +86,13 @@ fn the_gradient_of_the_photometric_loss_matches_difference_quotients() {
         (0..width * height).map(|_| std::array::from_fn(|_| rng.random_range(0.0..1.0))).collect()
     };
     let (a, b) = (image(), image());
-    let (loss, v) = photometric_vjp(&a, &b, width, height, 0.2);
-    assert_eq!(loss, photometric(&a, &b, width, height, 0.2));
+    let (loss, v) = photometric_vjp(&a, &b, [width, height], 0.2);
+    assert_eq!(loss, photometric(&a, &b, [width, height], 0.2));
     for i in (0..a.len() * 3).step_by(7) {
         let moved = |d: f32| {
             let mut other = a.clone();
             other.as_flattened_mut()[i] += d;
-            f64::from(photometric(&other, &b, width, height, 0.2))
+            f64::from(photometric(&other, &b, [width, height], 0.2))
         };
         let slope = ((moved(2e-3) - moved(-2e-3)) / 4e-3) as f32;
         assert!((slope - v.as_flattened()[i]).abs() < 1e-4, "value {i}: {slope} {}", v.as_flattened()[i]);

@@ -12,7 +12,7 @@ pub(crate) struct Axis {
     ticks: Vec<f64>,
     digits: usize,
     logarithmic: bool,
-    /// What is along it, with its unit.
+    /// The quantity along it, with its unit.
     pub(crate) label: String,
 }
 
@@ -31,19 +31,19 @@ impl Axis {
         Self { low, high, ticks, digits, logarithmic: false, label: label.to_owned() }
     }
 
-    /// The same without its label.
+    /// This axis without its label.
     pub(crate) fn unnamed(mut self) -> Self {
         self.label.clear();
         self
     }
 
-    /// The same without numbers.
+    /// This axis without numbers.
     pub(crate) fn unnumbered(mut self) -> Self {
         self.ticks.clear();
         self
     }
 
-    /// Where its numbers stand.
+    /// Values at which its numbers stand.
     pub(crate) fn ticks(&self) -> &[f64] {
         &self.ticks
     }
@@ -78,7 +78,7 @@ impl Axis {
         Self { low: range.start, high: range.end, ticks, digits, logarithmic: true, label: label.to_owned() }
     }
 
-    /// Where a value lies, 0 at the low end and 1 at the high one.
+    /// Position of a value along the axis, 0 at the low end and 1 at the high one.
     pub(crate) fn fraction(&self, value: f64) -> f64 {
         if self.logarithmic {
             (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()

@@ -21,7 +21,7 @@ use crate::style::{load_letters, px};
 /// Canvas units per pixel of the PNG, each way.
 const SAMPLES: usize = 2;
 
-/// What plotters says when it cannot draw.
+/// The error of plotters when it cannot draw.
 pub(crate) type Fault<B> = DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
 
 /// A canvas or a part of it.
@@ -29,10 +29,7 @@ pub(crate) type Area<B> = DrawingArea<B, Shift>;
 
 /// Something that can be drawn on any canvas.
 pub(crate) trait Drawing {
-    /// Width and height, shown pixels.
-    fn size(&self) -> [f64; 2];
-
-    /// What lies below the drawing.
+    /// Images that lie below the drawing.
     fn pictures(&self) -> Vec<Picture> {
         Vec::new()
     }
@@ -48,7 +45,7 @@ pub(crate) struct Picture {
     pub(crate) at: [f64; 2],
     /// Width and height, shown pixels.
     pub(crate) size: [f64; 2],
-    /// What it shows.
+    /// The image.
     pub(crate) image: Image,
 }
 
@@ -57,7 +54,7 @@ pub(crate) struct Picture {
 pub struct Figure {
     /// Name of its files, without extension.
     pub name: String,
-    /// What it shows, one or two sentences.
+    /// Description for the reader, one or two sentences.
     pub caption: String,
     /// Width and height, shown pixels.
     pub size: [u32; 2],
@@ -68,24 +65,32 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Draws a figure.
-    pub(crate) fn of(name: &str, caption: &str, drawing: &impl Drawing) -> Result<Self, ReportError> {
+    /// Draws a figure of a width and height in shown pixels.
+    pub(crate) fn of(
+        (name, caption): (&str, &str),
+        shown: [f64; 2],
+        drawing: &impl Drawing,
+    ) -> Result<Self, ReportError> {
         load_letters()?;
         let fault = |reason: String| ReportError::Drawing { figure: name.to_owned(), reason };
-        let shown = drawing.size();
-        let size = [px(shown[0]).max(1) as usize, px(shown[1]).max(1) as usize];
         let pictures = drawing.pictures();
         Ok(Self {
             name: name.to_owned(),
             caption: caption.to_owned(),
             size: shown.map(|s| s.round() as u32),
-            svg: svg(drawing, &pictures, size).map_err(fault)?,
-            png: png(drawing, &pictures, size).map_err(fault)?,
+            svg: svg(drawing, &pictures, shown).map_err(fault)?,
+            png: png(drawing, &pictures, shown).map_err(fault)?,
         })
     }
 }
 
-fn svg(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result<String, String> {
+/// Width and height on the canvas of a size in shown pixels.
+fn canvas_size(shown: [f64; 2]) -> [usize; 2] {
+    shown.map(|side| px(side).max(1) as usize)
+}
+
+fn svg(drawing: &impl Drawing, pictures: &[Picture], shown: [f64; 2]) -> Result<String, String> {
+    let size = canvas_size(shown);
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, (size[0] as u32, size[1] as u32)).into_drawing_area();
@@ -93,7 +98,6 @@ fn svg(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result
         area.present().map_err(|e| e.to_string())?;
     }
     let (_, body) = text.split_once(">\n").ok_or("the drawing is empty")?;
-    let shown = drawing.size();
     let mut whole = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" viewBox=\"0 0 {} \
             {}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
@@ -111,7 +115,8 @@ fn svg(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result
     Ok(whole + body)
 }
 
-fn png(drawing: &impl Drawing, pictures: &[Picture], size: [usize; 2]) -> Result<Vec<u8>, String> {
+fn png(drawing: &impl Drawing, pictures: &[Picture], shown: [f64; 2]) -> Result<Vec<u8>, String> {
+    let size = canvas_size(shown);
     let mut pixels = vec![255_u8; 3 * size[0] * size[1]];
     for picture in pictures {
         paste(&mut pixels, size, picture);

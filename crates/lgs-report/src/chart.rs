@@ -10,7 +10,7 @@ use plotters_backend::DrawingBackend;
 use crate::axis::Axis;
 use crate::canvas::{Area, Fault};
 use crate::clip::clipped;
-use crate::style::{FAINT, GRID, INK, WINDOW, filled, letters, line, px};
+use crate::style::{FAINT, GRID, INK, filled, letters, line, px};
 
 /// A chart on two [`Axis`].
 pub(crate) type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
@@ -37,25 +37,31 @@ impl Frame {
     }
 }
 
-/// Opens a chart whose plot fills a frame, and draws grid, axes and labels; `grid` is left out over pictures.
+/// Opens a chart whose plot fills a frame; nothing is drawn yet.
 pub(crate) fn open<'a, B: DrawingBackend>(
     area: &'a Area<B>,
     frame: Frame,
     axes: [&Axis; 2],
-    grid: bool,
 ) -> Result<Chart<'a, B>, Fault<B>> {
     let (width, height) = area.dim_in_pixel();
     let [left, top] = frame.at.map(px);
     let [right, bottom] = [width as i32 - left - px(frame.size[0]), height as i32 - top - px(frame.size[1])];
-    let mut chart = ChartBuilder::on(area)
+    ChartBuilder::on(area)
         .margin_top(top)
         .margin_right(right.max(0))
         .x_label_area_size(bottom.max(0))
         .y_label_area_size(left)
-        .build_cartesian_2d(axes[0].clone(), axes[1].clone())?;
-    if grid {
-        chart.configure_mesh().disable_axes().bold_line_style(line(GRID, 0.75)).max_light_lines(0).draw()?;
-    }
+        .build_cartesian_2d(axes[0].clone(), axes[1].clone())
+}
+
+/// Opens a chart and draws its grid.
+pub(crate) fn open_with_grid<'a, B: DrawingBackend>(
+    area: &'a Area<B>,
+    frame: Frame,
+    axes: [&Axis; 2],
+) -> Result<Chart<'a, B>, Fault<B>> {
+    let mut chart = open(area, frame, axes)?;
+    chart.configure_mesh().disable_axes().bold_line_style(line(GRID, 0.75)).max_light_lines(0).draw()?;
     Ok(chart)
 }
 
@@ -73,14 +79,14 @@ pub(crate) fn border<B: DrawingBackend>(
     for &tick in ticks[0] {
         let at = left + x.fraction(tick) * width;
         segment(area, [[at, top + height], [at, top + height + 4.0]], line(FAINT, 0.75))?;
-        write(area, &x.written(tick), [at, top + height + 7.0], TEXT, INK, (HPos::Center, VPos::Top))?;
+        write(area, &x.written(tick), [at, top + height + 7.0], (TEXT, INK), (HPos::Center, VPos::Top))?;
     }
     for &tick in ticks[1] {
         let at = top + (1.0 - y.fraction(tick)) * height;
         segment(area, [[left - 4.0, at], [left, at]], line(FAINT, 0.75))?;
-        write(area, &y.written(tick), [left - 7.0, at], TEXT, INK, (HPos::Right, VPos::Center))?;
+        write(area, &y.written(tick), [left - 7.0, at], (TEXT, INK), (HPos::Right, VPos::Center))?;
     }
-    write(area, &x.label, [left + 0.5 * width, top + height + 25.0], TEXT, INK, (HPos::Center, VPos::Top))?;
+    write(area, &x.label, [left + 0.5 * width, top + height + 25.0], (TEXT, INK), (HPos::Center, VPos::Top))?;
     if !y.label.is_empty() {
         let style =
             letters(TEXT, INK).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
@@ -103,13 +109,12 @@ pub(crate) fn segment<B: DrawingBackend>(
     area.draw(&PathElement::new(ends.map(canvas).to_vec(), style))
 }
 
-/// Text at a place in shown pixels.
+/// Text of a size and colour at a place in shown pixels, aligned to it.
 pub(crate) fn write<B: DrawingBackend>(
     area: &Area<B>,
     text: &str,
     at: [f64; 2],
-    size: f64,
-    colour: RGBColor,
+    (size, colour): (f64, RGBColor),
     (horizontal, vertical): (HPos, VPos),
 ) -> Result<(), Fault<B>> {
     area.draw(&Text::new(
@@ -133,7 +138,7 @@ pub(crate) fn path<B: DrawingBackend>(
     Ok(())
 }
 
-/// The same with gaps: `dash` shown pixels on and off.
+/// A line through points of the chart with gaps: `dash` shown pixels on and off.
 pub(crate) fn dashed<B: DrawingBackend>(
     chart: &Chart<'_, B>,
     (frame, axes): (Frame, [&Axis; 2]),
@@ -200,9 +205,16 @@ pub(crate) fn arrow<B: DrawingBackend>(
     area.draw(&Polygon::new(vec![canvas(to), side(1.0), side(-1.0)], filled(colour)))
 }
 
-/// Shades the captured window of a chart over time.
-pub(crate) fn shade<B: DrawingBackend>(chart: &Chart<'_, B>, from: f64, to: f64) -> Result<(), Fault<B>> {
+/// Shades a stretch of time of a chart, as far as the chart shows it.
+pub(crate) fn shade<B: DrawingBackend>(
+    chart: &Chart<'_, B>,
+    [from, to]: [f64; 2],
+    colour: RGBColor,
+) -> Result<(), Fault<B>> {
     let (x, y) = (chart.x_range(), chart.y_range());
+    if to <= x.start || from >= x.end {
+        return Ok(());
+    }
     let corners = [(from.max(x.start), y.start), (to.min(x.end), y.end)];
-    chart.plotting_area().draw(&Rectangle::new(corners, filled(WINDOW)))
+    chart.plotting_area().draw(&Rectangle::new(corners, filled(colour)))
 }

@@ -20,7 +20,7 @@ pub enum ReportError {
     Drawing {
         /// Name of the figure.
         figure: String,
-        /// What plotters says.
+        /// The message of plotters.
         reason: String,
     },
     /// The metrics of a run are damaged.
@@ -28,7 +28,7 @@ pub enum ReportError {
     Metrics {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The parser's message.
         reason: String,
     },
 }

@@ -37,8 +37,17 @@ pub(crate) fn page(title: &str, body: &str) -> String {
     )
 }
 
-/// A table whose first row, if `header`, holds the names of its columns; empty without rows.
-pub(crate) fn table(caption: &str, rows: &[Vec<String>], header: bool) -> String {
+/// The first row of a table.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FirstRow {
+    /// The names of the columns.
+    Names,
+    /// Values like those of the other rows.
+    Values,
+}
+
+/// A table with a caption; empty without rows.
+pub(crate) fn table(caption: &str, rows: &[Vec<String>], first: FirstRow) -> String {
     if rows.is_empty() {
         return String::new();
     }
@@ -49,7 +58,7 @@ pub(crate) fn table(caption: &str, rows: &[Vec<String>], header: bool) -> String
     };
     let mut text = format!("{caption}<div class=\"wide\"><table>\n");
     for (index, row) in rows.iter().enumerate() {
-        let tag = if header && index == 0 { "th" } else { "td" };
+        let tag = if first == FirstRow::Names && index == 0 { "th" } else { "td" };
         let cells: String = row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
         text.push_str(&format!("<tr>{cells}</tr>\n"));
     }
@@ -88,13 +97,13 @@ mod tests {
     #[test]
     fn text_from_outside_is_no_markup() {
         let rows = vec![vec!["<b>".to_owned(), "1".to_owned()]];
-        let page = page("a <script> & b", &table("x < y", &rows, false));
+        let page = page("a <script> & b", &table("x < y", &rows, FirstRow::Values));
         assert!(
             page.contains("a &lt;script&gt; &amp; b")
                 && page.contains("<td>&lt;b&gt;</td>")
                 && page.contains("x &lt; y"),
             "{page}"
         );
-        assert_eq!(table("nothing", &[], true), "");
+        assert_eq!(table("nothing", &[], FirstRow::Names), "");
     }
 }

@@ -9,7 +9,7 @@ use crate::canvas::{Area, Fault};
 use crate::chart::{TEXT, arrow, canvas, segment, write};
 use crate::style::{INK, UNIT, filled, letters, line, px};
 
-/// How a series is marked in a legend.
+/// The mark of a series in a legend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mark {
     /// A line of a width.
@@ -49,7 +49,7 @@ pub(crate) fn legend<B: DrawingBackend>(
                 filled(*colour),
             ))?,
         }
-        write(area, text, [x + SWATCH + 5.0, y], TEXT, INK, (HPos::Left, VPos::Center))?;
+        write(area, text, [x + SWATCH + 5.0, y], (TEXT, INK), (HPos::Left, VPos::Center))?;
         let (width, _) = area.estimate_text_size(text, &letters(TEXT, INK))?;
         x += SWATCH + 5.0 + f64::from(width) / UNIT + 16.0;
     }

@@ -5,17 +5,10 @@ use lgs_eval::physics::Truth;
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 
-/// Objects that are drawn at most, largest first.
-const OBJECTS: usize = 6;
-
-/// Particles over all objects, about.
-const PARTICLES: usize = 36;
-
-/// Steps of the motion between drawn positions.
-const STRIDE: usize = 3;
-
-/// Times at which the source model, whose positions come from a large network, is asked.
-const SOURCE_TIMES: usize = 61;
+use crate::thresholds::{
+    DRAWN_OBJECTS, DRAWN_PARTICLES, DRAWN_STRIDE, PARTICLES_PER_OBJECT, SOURCE_TIMES, STEP_TOLERANCE,
+    TRUTH_TIMES,
+};
 
 /// A particle followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +27,7 @@ pub(crate) struct Tracks {
     pub(crate) positions: Vec<Vec<[f32; 3]>>,
 }
 
-/// The particles and where each model has them.
+/// The particles, and their paths in each model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Paths {
     pub(crate) particles: Vec<Particle>,
@@ -86,9 +79,10 @@ fn chosen(scene: &LagrangianScene) -> Vec<Particle> {
     let mut objects: Vec<usize> =
         (0..scene.objects.len()).filter(|&o| !scene.objects[o].members.is_empty()).collect();
     objects.sort_by_key(|&o| (std::cmp::Reverse(scene.objects[o].members.len()), o));
-    objects.truncate(OBJECTS);
+    objects.truncate(DRAWN_OBJECTS);
     objects.sort_unstable();
-    let each = (PARTICLES / objects.len().max(1)).clamp(6, 18);
+    let [fewest, most] = PARTICLES_PER_OBJECT;
+    let each = (DRAWN_PARTICLES / objects.len().max(1)).clamp(fewest, most);
     objects
         .into_iter()
         .flat_map(|object| {
@@ -128,13 +122,13 @@ pub(crate) fn spread(points: &[[f32; 3]], count: usize) -> Vec<usize> {
 
 fn lagrangian(scene: &LagrangianScene, motion: &mut Motion<'_>, particles: &[Particle]) -> Tracks {
     let dt = f64::from(scene.motion.dt);
-    let steps = |time: f64| (time / dt + 1e-3).floor() as usize;
+    let steps = |time: f64| (time / dt + STEP_TOLERANCE).floor() as usize;
     let window = f64::from(scene.motion.time_window);
     let (back, ahead) = (steps(window), steps(3.0 * window));
     let mut tracks = Tracks { times: Vec::new(), positions: vec![Vec::new(); particles.len()] };
     for (count, backwards) in [(back, true), (ahead, false)] {
         let states = if backwards { motion.past_states(count) } else { motion.states(count) };
-        let mut rows: Vec<usize> = (0..=count).step_by(STRIDE).chain([count]).collect();
+        let mut rows: Vec<usize> = (0..=count).step_by(DRAWN_STRIDE).chain([count]).collect();
         rows.dedup();
         if backwards {
             rows.remove(0);
@@ -167,7 +161,7 @@ fn followed_by_source(source: &dyn SourceModel, starts: &[[f32; 3]], window: f64
 fn carried(truth: &Truth<'_>, starts: &[[f32; 3]], window: f64) -> Tracks {
     let points = truth.matches(starts);
     let mut tracks = Tracks { times: Vec::new(), positions: vec![Vec::new(); starts.len()] };
-    for time in spaced(-window, 3.0 * window, 101) {
+    for time in spaced(-window, 3.0 * window, TRUTH_TIMES) {
         let Some(at) = truth.at(time as f32) else { continue };
         tracks.times.push(time);
         for ((path, &start), &point) in tracks.positions.iter_mut().zip(starts).zip(&points) {

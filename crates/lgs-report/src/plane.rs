@@ -1,16 +1,7 @@
 //! The plane in which a motion is best seen: the two directions in which paths vary most.
 
 use crate::axis::number;
-
-/// Weight of the shape against the motion: it decides only where the motion alone leaves the plane open, as
-/// for a straight fall.
-const SHAPE: f64 = 1e-3;
-
-/// Vertical part of the plane from which its upward direction is that of the world's z.
-const UPRIGHT: f64 = 0.5;
-
-/// Components of a direction below which it is written without them.
-const SMALL: f64 = 0.1;
+use crate::thresholds::{SHAPE_WEIGHT, SMALL_COMPONENT, UPRIGHT};
 
 /// A plane with two orthonormal directions, world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +28,7 @@ impl Plane {
         for path in paths {
             let center = mean(&mut path.iter().filter(finite));
             for p in path.iter().filter(finite) {
-                for (from, weight) in [(center, 1.0), (origin, SHAPE)] {
+                for (from, weight) in [(center, 1.0), (origin, SHAPE_WEIGHT)] {
                     let d: [f64; 3] = std::array::from_fn(|c| f64::from(p[c]) - from[c]);
                     (0..3).for_each(|i| (0..3).for_each(|j| covariance[i][j] += weight * d[i] * d[j]));
                 }
@@ -81,8 +72,11 @@ fn oriented(first: [f64; 3], second: [f64; 3]) -> Plane {
     } else {
         let horizontal = [first[0], second[0]];
         let length = horizontal[0].hypot(horizontal[1]);
-        let (c, s) =
-            if length > SMALL { (horizontal[0] / length, horizontal[1] / length) } else { (1.0, 0.0) };
+        let (c, s) = if length > SMALL_COMPONENT {
+            (horizontal[0] / length, horizontal[1] / length)
+        } else {
+            (1.0, 0.0)
+        };
         let (right, mut up) = (in_plane(c, s), in_plane(-s, c));
         let largest = up[if up[1].abs() >= up[2].abs() { 1 } else { 2 }];
         if largest < 0.0 {
@@ -99,8 +93,8 @@ fn oriented(first: [f64; 3], second: [f64; 3]) -> Plane {
 
 fn written(d: [f64; 3]) -> String {
     let mut text = String::new();
-    let alone = d.iter().filter(|v| v.abs() >= SMALL).count() == 1;
-    for (value, name) in d.into_iter().zip(["x", "y", "z"]).filter(|(v, _)| v.abs() >= SMALL) {
+    let alone = d.iter().filter(|v| v.abs() >= SMALL_COMPONENT).count() == 1;
+    for (value, name) in d.into_iter().zip(["x", "y", "z"]).filter(|(v, _)| v.abs() >= SMALL_COMPONENT) {
         let sign = match (text.is_empty(), value < 0.0) {
             (true, true) => "−",
             (true, false) => "",

@@ -2,47 +2,22 @@
 
 use std::path::Path;
 
-use lgs_core::Camera;
-use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::ply::write_ply;
-use lgs_data::synth::GroundTruth;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_eval::table::{physics_rows, split_rows};
 use lgs_eval::{Cost, Footprint, Metrics};
-use lgs_model::source::SourceModel;
-use lgs_model::{LagrangianScene, Motion};
+use lgs_model::Motion;
 
 use crate::canvas::Figure;
 use crate::error::ReportError;
-use crate::figures::{Curve, coloured_partition, run_figures};
-use crate::html;
+use crate::figures::{coloured_partition, run_figures};
+use crate::html::{self, FirstRow};
+use crate::law_section::law_sections;
+use crate::subject::RunSubject;
 
 /// Folder of the figures, inside of the run.
 pub const FIGURES: &str = "figures";
-
-/// A run as a report sees it.
-#[derive(Clone, Copy)]
-pub struct RunSubject<'a> {
-    /// Title of the page.
-    pub title: &'a str,
-    /// The Lagrangian scene.
-    pub scene: &'a LagrangianScene,
-    /// The model it was distilled from.
-    pub source: Option<&'a dyn SourceModel>,
-    /// True images; without them there is no strip of extrapolation.
-    pub dataset: Option<&'a Dataset>,
-    /// True motion.
-    pub truth: Option<&'a GroundTruth>,
-    /// Views to draw from where there is no dataset.
-    pub cameras: &'a [Camera],
-    /// What was measured.
-    pub metrics: &'a Metrics,
-    /// PSNR by step of every stage that renders.
-    pub training: &'a [Curve],
-    /// `config.toml`.
-    pub config: &'a str,
-}
 
 /// Draws all figures and writes them, the colour-coded splat file and `report.html` into a run's folder;
 /// figures of an earlier report that this run has no longer are removed.
@@ -94,7 +69,7 @@ pub const FIGURE_NAMES: [&str; 9] = [
     "training",
 ];
 
-/// The page.
+/// The page of a run with its figures.
 #[must_use]
 pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     let metrics = subject.metrics;
@@ -106,14 +81,14 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
         foreground; over what differs from the background), SSIM and LPIPS without \
         unit.",
         &split_rows(metrics),
-        true,
+        FirstRow::Names,
     ));
     ["extrapolation", "psnr"].iter().for_each(|name| body.push_str(&figure(name)));
     body.push_str("<h2>Motion</h2>\n");
     body.push_str(&html::table(
         "Errors relative to path length; times in units of the captured sequence.",
         &physics_rows(metrics),
-        false,
+        FirstRow::Values,
     ));
     ["trajectories", "position-error", "potential", "beta-sweep", "time-reversal"]
         .iter()
@@ -122,11 +97,11 @@ pub fn run_html(subject: &RunSubject<'_>, figures: &[Figure]) -> String {
     body.push_str(&html::table(
         "Centre at t = 0 in world units, mean velocity in world units per unit of time.",
         &object_rows(metrics),
-        true,
+        FirstRow::Names,
     ));
-    body.push_str(&figure("partition"));
+    body.push_str(&(figure("partition") + &law_sections(metrics)));
     body.push_str("<h2>Training</h2>\n");
-    body.push_str(&html::table("", &cost_rows(&metrics.cost), true));
+    body.push_str(&html::table("", &cost_rows(&metrics.cost), FirstRow::Names));
     body.push_str(&figure("training"));
     if !subject.config.is_empty() {
         body.push_str(&format!(

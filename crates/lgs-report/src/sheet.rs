@@ -6,15 +6,13 @@ use lgs_core::Image;
 use plotters::style::{FontDesc, FontFamily, FontStyle};
 
 use crate::style::{LOWER, load_letters};
+use crate::thresholds::LARGE_FRAME;
 
 /// Height of a line of letters, pixels, beside small and large frames.
 const LETTERS: [usize; 2] = [13, 22];
 
 /// Space around frames and letters, pixels.
 const MARGIN: usize = 4;
-
-/// Frame width from which letters are large.
-const LARGE_FRAME: u32 = 160;
 
 const PAPER: [f32; 3] = [1.0; 3];
 const INK: [f32; 3] = [0.1; 3];

@@ -16,20 +16,22 @@ use crate::error::ReportError;
 /// curves.
 pub(crate) const UNIT: f64 = 4.0;
 
-/// The source model.
+/// Colour of the source model.
 pub(crate) const SOURCE: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
-/// The Lagrangian scene.
+/// Colour of the Lagrangian scene.
 pub(crate) const LAGRANGIAN: RGBColor = RGBColor(0x00, 0x72, 0xb2);
-/// What really happened.
+/// Colour of the truth.
 pub(crate) const TRUTH: RGBColor = RGBColor(0x1a, 0x1a, 0x1a);
 /// Letters and axes.
 pub(crate) const INK: RGBColor = RGBColor(0x33, 0x33, 0x33);
-/// What stays in the background: grids, notes, what stands still.
+/// Colour of notes, borders and everything static.
 pub(crate) const FAINT: RGBColor = RGBColor(0x8a, 0x8a, 0x8a);
 /// Lines of a grid.
 pub(crate) const GRID: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
 /// The captured window.
 pub(crate) const WINDOW: RGBColor = RGBColor(0xee, 0xf1, 0xf4);
+/// Times at which no forecast is trusted.
+pub(crate) const UNTRUSTED: RGBColor = RGBColor(0xfa, 0xe6, 0xde);
 /// Paper.
 pub(crate) const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
 

@@ -8,23 +8,10 @@ use lgs_eval::{Metrics, SplitScore};
 use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::figures::suite_figure;
-use crate::html;
+use crate::html::{self, FirstRow};
 use crate::run_page::FIGURES;
-
-/// Splits that are compared, in the order of time.
-pub(crate) const SPLITS: [&str; 4] = ["val", "test", "long", "past"];
-
-/// Runs up to which their strips are shown too: with more, the page becomes too large to open.
-const STRIPS: usize = 16;
-
-/// A run in a suite.
-#[derive(Clone, Debug)]
-pub(crate) struct Cell {
-    pub(crate) name: String,
-    pub(crate) folder: PathBuf,
-    /// Nothing for a run that has not been evaluated.
-    pub(crate) metrics: Option<Metrics>,
-}
+use crate::suite_cell::{Cell, SPLITS};
+use crate::thresholds::RUNS_WITH_STRIPS;
 
 /// Writes a page over runs, given by a name and their folder, from the `metrics.json` of each; runs without
 /// one are listed as missing.
@@ -56,7 +43,11 @@ pub fn suite_html(title: &str, cells: &[(String, PathBuf)]) -> Result<String, Re
         ));
     }
     body.push_str("<h2>Images</h2>\n");
-    body.push_str(&html::table("PSNR in dB, source model → Lagrangian scene.", &image_rows(&cells), true));
+    body.push_str(&html::table(
+        "PSNR in dB, source model → Lagrangian scene.",
+        &image_rows(&cells),
+        FirstRow::Names,
+    ));
     if let Some(figure) = suite_figure(&cells)? {
         body.push_str(&chart(&figure));
     }
@@ -64,9 +55,9 @@ pub fn suite_html(title: &str, cells: &[(String, PathBuf)]) -> Result<String, Re
     body.push_str(&html::table(
         "Trajectory error over path length at the last time known.",
         &motion_rows(&cells),
-        true,
+        FirstRow::Names,
     ));
-    if cells.len() <= STRIPS {
+    if cells.len() <= RUNS_WITH_STRIPS {
         cells.iter().for_each(|cell| body.push_str(&strip(cell)));
     }
     Ok(html::page(title, &body))

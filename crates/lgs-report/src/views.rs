@@ -1,5 +1,4 @@
-//! What figures of images are taken from: a camera, frames of it spread over time, and images of the right
-//! size.
+//! The material of figures of images: a camera, frames of it spread over time, and images of the right size.
 
 use std::collections::BTreeMap;
 

@@ -110,7 +110,8 @@ struct Known<'a> {
 
 /// Evaluates and reports; the names of the figures.
 fn report(folder: &Path, scene: &LagrangianScene, known: Known<'_>) -> Vec<String> {
-    let subject = Subject { scene, source: known.source, dataset: known.dataset, truth: known.truth };
+    let Known { source, dataset, truth } = known;
+    let subject = Subject { scene, source, dataset, truth, laws: &[] };
     let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
     std::fs::write(folder.join("metrics.json"), serde_json::to_vec(&metrics).expect("JSON"))
         .expect("metrics");

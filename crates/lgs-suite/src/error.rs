@@ -1,4 +1,4 @@
-//! What can be wrong with a suite.
+//! Errors of reading, planning and running a suite.
 
 use std::path::{Path, PathBuf};
 
@@ -14,39 +14,39 @@ pub enum SuiteError {
     #[error("there is no suite file, and no bundled suite of that name ({known}): {reason}: \
         {}", path.display())]
     Read {
-        /// What was asked for.
+        /// The name or path that was asked for.
         path: PathBuf,
-        /// Why it is no file.
+        /// The reason why it is no file.
         reason: std::io::Error,
         /// Names of the bundled suites.
         known: String,
     },
-    /// Not TOML, or a key that does not exist.
+    /// The file is not TOML, or has a key that does not exist.
     #[error("{reason}: {origin}")]
     Syntax {
         /// The file.
         origin: String,
-        /// What the parser says; an unknown key comes with the known ones.
+        /// The parser's message; an unknown key comes with the known ones.
         reason: String,
     },
-    /// A name that does not exist.
+    /// A name does not exist.
     #[error("unknown {what} `{name}`; known: {known}: {origin}")]
     Unknown {
-        /// Scene, method, variant.
+        /// The kind of name: scene, method or variant.
         what: &'static str,
         /// The name.
         name: String,
-        /// All that exist.
+        /// All names that exist.
         known: String,
         /// The file.
         origin: String,
     },
-    /// A value that cannot be.
+    /// A key has a value that it cannot have.
     #[error("`{key}`: {reason}: {origin}")]
     Invalid {
         /// The key.
         key: &'static str,
-        /// Why.
+        /// The reason.
         reason: String,
         /// The file.
         origin: String,
@@ -56,7 +56,7 @@ pub enum SuiteError {
     Settings {
         /// The cell.
         cell: String,
-        /// What is wrong.
+        /// The error of the configuration.
         reason: ConfigError,
         /// The file.
         origin: String,
@@ -71,11 +71,11 @@ pub enum SuiteError {
         /// The file.
         origin: String,
     },
-    /// The folder of a cell holds a run of other settings.
+    /// The folder of a cell has a run of other settings.
     #[error("the folder holds a run with other settings than the suite's; remove it or choose another \
         output folder: {}", .0.display())]
     OtherSettings(PathBuf),
-    /// A cell whose source comes from another one that has not been run.
+    /// The cell continues from the source of another one that has not been run.
     #[error(
         "cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that \
             one first"
@@ -83,15 +83,15 @@ pub enum SuiteError {
     NoSource {
         /// The cell.
         cell: usize,
-        /// The one with the source.
+        /// The cell with the source.
         leader: usize,
-        /// Its name.
+        /// Name of that cell.
         name: String,
     },
-    /// A run folder.
+    /// A run folder can't be read or written.
     #[error(transparent)]
     Train(#[from] TrainError),
-    /// A file.
+    /// A file can't be read or written.
     #[error(transparent)]
     File(#[from] FileError),
 }

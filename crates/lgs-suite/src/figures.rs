@@ -3,7 +3,7 @@
 use lgs_eval::{Metrics, SplitScore};
 use serde::Serialize;
 
-/// Which of a run's two models.
+/// One of a run's two models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
@@ -48,27 +48,27 @@ pub(crate) const TEST_SCORES: [(&str, &str, usize, Read); 5] = [
 ];
 
 /// Which of the paper's scores each of [`TEST_SCORES`] stands beside: its PSNR is that of the mean squared
-/// error, its LPIPS that of inputs in [0, 1] (§7.2).
+/// error, its LPIPS that of inputs in [0, 1] (method §7).
 pub(crate) const PUBLISHED_SCORE: [Option<usize>; 5] = [None, Some(0), Some(1), None, Some(2)];
 
-/// How scenes are put together.
+/// The way in which the figures of scenes become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Over {
     /// Mean over all scenes; none may lack the figure.
     Every,
     /// Mean over the scenes that have the figure.
     Having,
-    /// Largest of the scenes that have the figure.
+    /// Largest figure of the scenes that have it.
     Largest,
 }
 
-/// How a number is printed.
+/// The way in which a number is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "as", content = "digits")]
 pub enum Format {
-    /// With so many decimals.
+    /// A number with so many decimals.
     Number(usize),
-    /// The same, with a sign.
+    /// A number with so many decimals and its sign.
     Signed(usize),
     /// A fraction as a percentage with so many decimals.
     Percent(usize),
@@ -90,12 +90,12 @@ pub(crate) struct TextFigure {
 /// The stage of a run's cost that trains the source.
 const SOURCE_STAGE: &str = "source";
 
-/// Only of the Lagrangian model.
+/// The value for the Lagrangian model, nothing for the source.
 fn lagrangian(model: Model, value: Option<f64>) -> Option<f64> {
     value.filter(|_| model == Model::Lagrangian)
 }
 
-/// The figures of the paper's text (§9.4), and the errors against the truth that only synthetic scenes have.
+/// The figures of the paper's text, and the errors against the truth that only synthetic scenes have.
 pub(crate) const TEXT_FIGURES: [TextFigure; 12] = [
     TextFigure {
         id: "extent_ratio_largest",
@@ -202,7 +202,7 @@ fn gap(metrics: &Metrics, read: fn(&SplitScore) -> Option<f64>) -> Option<f64> {
 }
 
 /// The error at the latest time that has one.
-fn last_trajectory_error(metrics: &Metrics) -> Option<f64> {
+pub(crate) fn last_trajectory_error(metrics: &Metrics) -> Option<f64> {
     let timed = metrics
         .physics
         .trajectory_error

@@ -16,7 +16,8 @@ use lgs_train::source::SourceConfig;
 use serde::Serialize;
 
 use crate::error::SuiteError;
-use crate::suite::{Folders, Scenes, Suite};
+use crate::scenes::{Folders, Scenes};
+use crate::suite::Suite;
 
 /// One run of a suite.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +57,7 @@ pub struct Plan {
     data: Option<PathBuf>,
 }
 
-/// What a source depends on beside the scene.
+/// All that a source depends on beside the scene.
 #[derive(Serialize)]
 struct SourceKey<'a> {
     seed: u64,
@@ -146,8 +147,8 @@ impl Plan {
         }
     }
 
-    /// What is missing for the suite to run: scenes' folders that are absent, with what they should hold.
-    /// Synthetic scenes are never missing.
+    /// A message that names the scenes' folders that the suite needs and that are absent; nothing if there
+    /// are none. Synthetic scenes are never missing.
     #[must_use]
     pub fn missing_data(&self) -> Option<String> {
         let Scenes::Folders(folders) = &self.suite.data else { return None };
@@ -243,7 +244,7 @@ mod tests {
                     .join(format!("../../configs/freegave/{}.toml", cell.scene));
                 let mut source =
                     TrainConfig::resolve(plan.suite.preset, Some(&file), &[]).expect("settings").source;
-                // A truncated window ends the deformation 0.05 before its end (G53).
+                // A truncated window ends the deformation 0.05 before its end, as FreeGave trains it.
                 let until = cell.config.data.train_before;
                 if let Some(velocity) = source.velocity.as_mut().filter(|_| until > 0.0) {
                     velocity.max_time = ((until - 0.05) * 100.0).round() / 100.0;

@@ -1,5 +1,5 @@
-//! The paper's own numbers (`reference-systems.md` §9), to stand beside ours where the suite is the published
-//! one.
+//! The paper's own numbers (its Tables 1 to 3 and its text), to stand beside ours where the suite is the
+//! published one.
 
 use serde::{Deserialize, Serialize};
 

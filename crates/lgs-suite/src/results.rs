@@ -1,4 +1,4 @@
-//! What the cells of a suite have left, and means over scenes and seeds.
+//! The metrics of a suite's cells, and means over scenes and seeds.
 
 use lgs_eval::Metrics;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::figures::{Model, Over};
 use crate::plan::{Cell, Plan};
 
-/// Mean and spread over seeds of what scenes give together.
+/// Mean and spread over seeds of a figure that is already taken over scenes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// Mean over seeds; nothing if no seed is complete.
@@ -18,7 +18,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of one value per complete seed.
+    /// The summary of one value per complete seed.
     pub(crate) fn of(values: &[f64]) -> Self {
         let n = values.len();
         if n == 0 {

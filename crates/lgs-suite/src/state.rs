@@ -1,4 +1,4 @@
-//! What a cell's folder says of it.
+//! The state of a cell, read from its folder.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use lgs_train::RunFolder;
 use crate::error::SuiteError;
 use crate::plan::{Cell, Plan};
 
-/// How far a cell is.
+/// The state of a cell's run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CellState {
     /// Nothing is there.
@@ -35,10 +35,10 @@ impl CellState {
 }
 
 impl Plan {
-    /// How far a cell is.
+    /// The state of a cell's run.
     ///
     /// # Errors
-    /// If its folder holds a run of another configuration, or one that cannot be read.
+    /// If its folder has a run of another configuration, or one that cannot be read.
     pub fn state(&self, cell: &Cell) -> Result<CellState, SuiteError> {
         let root = self.run_folder(cell);
         if !root.join("config.toml").exists() {

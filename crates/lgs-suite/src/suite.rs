@@ -28,12 +28,12 @@ use std::path::Path;
 
 use lgs_data::synth::SynthOptions;
 use lgs_train::Preset;
-use serde::Deserialize;
 
 use crate::bundled::bundled_suites;
 use crate::error::{SuiteError, listed};
 use crate::methods::Method;
 use crate::published::Published;
+use crate::scenes::Scenes;
 use crate::suite_check::Check;
 use crate::suite_file::{File, Override};
 use crate::variants::Variant;
@@ -47,7 +47,7 @@ pub struct Suite {
     pub title: String,
     /// Scenes by name, in order.
     pub scenes: Vec<String>,
-    /// Where the scenes come from.
+    /// The origin of the scenes.
     pub data: Scenes,
     /// Source models, in order.
     pub methods: Vec<Method>,
@@ -66,26 +66,6 @@ pub struct Suite {
     laws_by_seed: bool,
     settings: Vec<String>,
     overrides: Vec<Override>,
-}
-
-/// Where a suite's scenes come from.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Scenes {
-    /// Made from the catalogue of synthetic scenes.
-    Synthetic(SynthOptions),
-    /// Datasets in the D-NeRF layout, one folder each.
-    Folders(Folders),
-}
-
-/// Datasets on disk.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Folders {
-    /// Folder that holds one folder per scene, if none is given at the command line; relative to where the
-    /// program is called.
-    pub path: String,
-    /// What the folder should hold, for the message that it is absent.
-    pub about: String,
 }
 
 impl Suite {

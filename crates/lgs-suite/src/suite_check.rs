@@ -6,13 +6,13 @@ use lgs_data::synth;
 
 use crate::error::{SuiteError, listed};
 use crate::methods::{Method, method, methods};
-use crate::suite::{Folders, Scenes};
+use crate::scenes::{Folders, Scenes};
 use crate::suite_file::{File, Override, OwnVariant, Synthetic};
 use crate::variants::{FULL, Variant, known_variants};
 
 /// Checks of a file.
 pub(crate) struct Check<'a> {
-    /// What messages call the file.
+    /// Name of the file in messages.
     pub(crate) origin: &'a str,
 }
 

@@ -7,7 +7,7 @@ use lgs_train::Preset;
 use serde::Deserialize;
 
 use crate::published::Published;
-use crate::suite::Folders;
+use crate::scenes::Folders;
 use crate::variants::VariantTable;
 
 /// Settings of some cells.
@@ -46,7 +46,7 @@ pub(crate) struct File {
     pub(crate) overrides: Vec<Override>,
 }
 
-/// How synthetic scenes are made.
+/// The options of synthetic scenes.
 #[derive(Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Synthetic {

@@ -36,12 +36,12 @@ pub struct Row {
 /// A figure in a table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Entry {
-    /// Ours.
+    /// Our figure.
     #[serde(flatten)]
     pub summary: Summary,
-    /// The paper's.
+    /// The paper's figure.
     pub paper: Option<f64>,
-    /// How both are printed.
+    /// The format of both.
     pub format: Format,
 }
 

@@ -3,7 +3,7 @@
 use crate::figures::Format;
 use crate::tables::{Entry, Table};
 
-/// What stands for a missing figure.
+/// The text in place of a missing figure.
 const MISSING: &str = "n/a";
 
 /// A table as Markdown, with its title above and its notes below.
@@ -104,7 +104,7 @@ fn printed(table: &Table, entry: &Entry) -> impl Iterator<Item = String> {
 }
 
 impl Format {
-    /// For what is never negative.
+    /// This format without a sign, for values that are never negative.
     fn unsigned(self) -> Self {
         if let Self::Signed(digits) = self { Self::Number(digits) } else { self }
     }

@@ -6,25 +6,31 @@ pub use crate::figures::Format;
 pub use crate::table::{Entry, Row, Table};
 
 use crate::figures::{Model, Over, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
+use crate::law_tables::{law_tables, systems};
 use crate::published::{self, Published};
 use crate::results::{Results, Summary};
+use crate::thresholds::NO_CHANGE;
 use crate::variants::{FULL, Variant, VariantTable};
 
 /// All tables of a suite that have rows.
 #[must_use]
 pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
+    let [laws, no_laws] = law_tables(results);
     let tables = [
         extrapolation(results),
         windows(results),
         ablations(results),
+        systems(results),
         figures(results),
         splits(results),
         scenes(results),
+        laws,
+        no_laws,
     ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
-/// What a row of a pair is about.
+/// The subject of a row: one of the two models, or their difference.
 #[derive(Clone, Copy)]
 enum Side {
     Of(Model),
@@ -43,7 +49,7 @@ impl Side {
         }
     }
 
-    /// How its figures are printed.
+    /// The format of its figures.
     fn format(self, digits: usize) -> Format {
         match self {
             Self::Of(_) => Format::Number(digits),
@@ -157,14 +163,11 @@ fn ablations(results: &Results<'_>) -> Table {
 /// Says where a variant costs nothing, and why that may be.
 fn remark(variant: &Variant, method: &str, change: Summary) -> Option<String> {
     let loss = -change.mean?;
-    let within = change.spread.unwrap_or(0.0).max(NOTHING);
+    let within = change.spread.unwrap_or(0.0).max(NO_CHANGE);
     let why = if variant.remark.is_empty() { String::new() } else { format!(": {}", variant.remark) };
     (loss <= within)
         .then(|| format!("{} ({method}): no loss beyond the spread of seeds{why}.", variant.title))
 }
-
-/// A change of PSNR that is none, dB.
-const NOTHING: f64 = 0.05;
 
 /// The figures of the paper's text.
 fn figures(results: &Results<'_>) -> Table {
@@ -266,7 +269,7 @@ fn split_psnr(split: &str, side: Side) -> impl Fn(&Metrics) -> Option<f64> {
     }
 }
 
-/// What holds of every table.
+/// The notes that belong below every table.
 fn common_notes(results: &Results<'_>) -> Vec<String> {
     let plan = results.plan();
     let (done, all, seeds) = (results.done(), plan.cells.len(), plan.suite.seeds.len());

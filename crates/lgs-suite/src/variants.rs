@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which table a variant is a row of.
+/// The table that a variant is a row of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VariantTable {
@@ -12,6 +12,9 @@ pub enum VariantTable {
     /// Parts left out or changed (the paper's Table 3): the Lagrangian model.
     #[default]
     Ablations,
+    /// Other systems than the full method's, such as networks in place of terms: side by side with the
+    /// source.
+    Systems,
 }
 
 /// Named settings.
@@ -21,7 +24,7 @@ pub struct Variant {
     pub name: String,
     /// Name in tables.
     pub title: String,
-    /// Where it is shown.
+    /// The table that it is a row of.
     pub table: VariantTable,
     /// Its settings.
     pub settings: Vec<String>,

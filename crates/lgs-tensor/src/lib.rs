@@ -17,7 +17,7 @@ use burn::backend::{Autodiff, Backend};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// What a kernel needs beside its differentiable tensors: sizes, times, a camera.
+/// The constants of a call beside its differentiable tensors: sizes, times, a camera.
 pub trait Call: Clone + Debug + Send + 'static {}
 
 impl<T: Clone + Debug + Send + 'static> Call for T {}

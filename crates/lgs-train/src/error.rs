@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lgs_data::files::FileError;
 use lgs_model::TensorFileError;
+use lgs_model::source::SourceKind;
 
 /// The reason why a training run stopped.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +47,9 @@ pub enum TrainError {
     /// The dataset has no training images.
     #[error("the split `train` is empty: {0}")]
     NoFrames(PathBuf),
+    /// The kind of source model can only be imported.
+    #[error("a source `{}` is not trained from images", .0.name())]
+    NotTrained(SourceKind),
     /// A value became NaN or infinite.
     #[error("step {step} of stage `{stage}`: the loss is not finite; a smaller learning rate may help")]
     NonFinite {
@@ -95,7 +99,44 @@ impl TrainError {
             | Self::NoFrames(path)
             | Self::Mismatch { path, .. }
             | Self::Occupied(path) => Some(path),
-            Self::Distill(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => None,
+            Self::Distill(_) | Self::NotTrained(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => {
+                None
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_end_with_the_path_that_they_expose() {
+        let path = || PathBuf::from("run/file");
+        let denied = || FileError::new("read file", Path::new("run/file"), std::io::Error::other("denied"));
+        let mismatch = TrainError::Mismatch {
+            path: path(),
+            what: "dataset",
+            expected: "a".to_owned(),
+            found: "b".to_owned(),
+        };
+        let import = TrainError::Import { path: path(), expected: "a".to_owned(), found: "b".to_owned() };
+        let missing = TensorFileError::Missing { path: path(), field: "means".to_owned() };
+        let syntax = crate::config::ConfigError::Syntax { path: path(), reason: "no value".to_owned() };
+        let all = [
+            mismatch,
+            import,
+            TrainError::NoFrames(path()),
+            TrainError::Occupied(path()),
+            denied().into(),
+            missing.into(),
+            TensorFileError::from(denied()).into(),
+            syntax.into(),
+        ];
+        for error in all {
+            assert_eq!(error.path(), Some(Path::new("run/file")), "{error}");
+            assert!(error.to_string().ends_with(": run/file"), "{error}");
+        }
+        assert_eq!(TrainError::NonFinite { stage: "source", step: 3 }.path(), None);
     }
 }

@@ -18,6 +18,7 @@ pub mod events;
 mod import;
 mod layers;
 mod pipeline;
+mod preset;
 mod resolve;
 mod run_folder;
 pub mod source;
@@ -25,6 +26,7 @@ pub mod stages;
 mod thresholds;
 pub mod tracks;
 mod trainable_cloud;
+mod training_loop;
 mod view;
 
 pub use checkpoint::Stage;

@@ -10,13 +10,14 @@ use lgs_model::{LagrangianScene, ObjectModel, save_scene, scene_from_tensors, sc
 use crate::TrainError;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
-use crate::driver::{Control, Driver, Progress, SceneTrainer, Trainer};
+use crate::driver::{Control, Progress, SceneTrainer, Trainer};
 use crate::import::imported_source;
 use crate::run_folder::RunFolder;
 use crate::source::SourceTrainer;
 use crate::stages::{
     FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene,
 };
+use crate::training_loop::TrainingLoop;
 
 /// The models of a finished run.
 pub struct Trained {
@@ -81,7 +82,7 @@ impl Pipeline<'_> {
         }
         let mut trainer =
             SourceTrainer::new(self.dataset, &self.config.source, self.config.seed, self.device)?;
-        self.driver().drive(&mut trainer, latest, control)?;
+        self.training_loop().drive(&mut trainer, latest, control)?;
         let source = trainer.model();
         self.run.write_source(&*source, trainer.step_index(), self.dataset)?;
         Ok(source)
@@ -104,14 +105,14 @@ impl Pipeline<'_> {
                 continue;
             }
             let mut trainer = self.trainer(stage, scene);
-            self.driver().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
+            self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
         }
         Ok(scene)
     }
 
-    fn driver(&self) -> Driver<'_> {
-        Driver { run: self.run, config: self.config, checkpoints: &self.checkpoints }
+    fn training_loop(&self) -> TrainingLoop<'_> {
+        TrainingLoop { run: self.run, config: self.config, checkpoints: &self.checkpoints }
     }
 
     /// Whether there is anything to tune on; without, training ends with stage 1.
@@ -143,7 +144,7 @@ impl Pipeline<'_> {
             let loss = p.loss.unwrap_or(0.0);
             (control.progress)(Progress { stage: Stage::Distill, step, steps, loss, psnr: None, gaussians });
         })?;
-        let path = self.run.root().join("distillation.json");
+        let path = self.run.distillation_path();
         let json = serde_json::to_vec_pretty(&initial.reports)
             .map_err(|e| FileError::new("write file", &path, e.into()))?;
         write_atomically(&path, |w| w.write_all(&json))?;

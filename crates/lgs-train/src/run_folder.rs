@@ -104,6 +104,12 @@ impl RunFolder {
         self.root.join("checkpoints")
     }
 
+    /// The report of stage 1, a list of what it found for each object.
+    #[must_use]
+    pub fn distillation_path(&self) -> PathBuf {
+        self.root().join("distillation.json")
+    }
+
     /// The file of the source model, by its kind.
     #[must_use]
     pub fn source_path(&self, kind: SourceKind) -> PathBuf {

@@ -36,9 +36,6 @@ pub(crate) const MAX_STRETCH: f32 = 3.0;
 pub(crate) const WINDOW_FRONT: f32 = 0.05;
 /// Length of each end of the whole window whose frames are repeated, as a fraction of the window.
 pub(crate) const WINDOW_EDGE: f32 = 0.1;
-/// One in so many Gaussians contributes to the agreement of velocity field and deformation: the mean over a
-/// quarter of thousands of Gaussians stands for all, at a quarter of the cost.
-pub(crate) const AGREEMENT_STRIDE: usize = 4;
 
 // Priors of the motion
 

@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
-use lgs_model::source::SourceKind;
+use lgs_model::source::{SourceKind, load_source};
+use lgs_train::source::SourceTrainer;
 use lgs_train::{
-    Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, train,
+    Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, Trainer, train,
 };
 
 fn tiny_dataset(folder: &Path) -> Dataset {
@@ -197,4 +198,24 @@ fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
     std::fs::write(&checkpoint, &bytes[..bytes.len() / 2]).expect("cut");
     let error = run(&path, &dataset, SourceKind::Freegave, None).err().expect("damaged").to_string();
     assert!(error.contains("0-source-0000003.safetensors"), "{error}");
+}
+
+#[test]
+fn every_kind_of_source_model_learns_from_images_and_survives_its_file() {
+    let folder = tempfile::tempdir().expect("folder");
+    let dataset = tiny_dataset(folder.path());
+    let device = DeviceName::Cpu.device();
+    for kind in SourceKind::ALL.into_iter().filter(|kind| kind.is_trained()) {
+        let config = tiny_config(kind);
+        let mut trainer = SourceTrainer::new(&dataset, &config.source, 3, &device).expect("trainer");
+        let losses: Vec<f32> = (0..trainer.steps()).map(|_| trainer.step().loss).collect();
+        let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
+        let (first, last) = (mean(&losses[..10]), mean(&losses[losses.len() - 10..]));
+        assert!(last < 0.8 * first, "{}: {first} {last}", kind.name());
+        let (model, path) = (trainer.model(), folder.path().join(kind.name()));
+        assert_eq!((model.kind(), model.len()), (kind, trainer.gaussians()));
+        model.save(&path).expect("save");
+        let read = load_source(&path).expect("load");
+        assert_eq!((read.kind(), read.cloud_at(0.4)), (kind, model.cloud_at(0.4)));
+    }
 }

@@ -35,7 +35,7 @@ pub(super) struct Ablations {
 enum Policy {
     /// As integrated; alignment moves positions only (the paper)
     Keep,
-    /// What the aligned positions moved by
+    /// Displacements of the aligned positions over the step
     FromPositions,
     /// Those of the neighbourhood's rigid motion
     Rigid,

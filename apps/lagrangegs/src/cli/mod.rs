@@ -14,6 +14,7 @@ mod export;
 mod failure;
 mod frames;
 mod info;
+mod laws;
 mod output;
 mod profile;
 mod progress;

@@ -53,7 +53,7 @@ pub(super) struct Args {
 pub(super) enum ModelName {
     /// The Lagrangian scene
     Lagrangian,
-    /// What it was distilled from
+    /// The source model that it was distilled from
     Source,
 }
 

@@ -8,12 +8,14 @@ use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_data::synth::GroundTruth;
+use lgs_eval::laws::ObjectLaw;
 use lgs_eval::{Cost, Subject};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
 use super::failure::At;
+use super::laws::laws_of;
 use super::progress::Task;
 
 /// File of the time and memory that training took, beside the models.
@@ -74,6 +76,7 @@ pub(crate) struct Evidence {
     source: Option<Box<dyn SourceModel>>,
     dataset: Option<Dataset>,
     truth: Option<GroundTruth>,
+    laws: Vec<Option<ObjectLaw>>,
 }
 
 impl Evidence {
@@ -82,7 +85,7 @@ impl Evidence {
         let options = load_options(&run.config, splits);
         let dataset = root.map(|root| load_dataset(root, &options)).transpose()?;
         let truth = root.map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
-        Ok(Self { source: run.source()?, dataset, truth })
+        Ok(Self { source: run.source()?, dataset, truth, laws: laws_of(run) })
     }
 
     /// The run's scene beside it, as evaluation and report take both.
@@ -92,6 +95,7 @@ impl Evidence {
             source: self.source.as_deref(),
             dataset: self.dataset.as_ref(),
             truth: self.truth.as_ref(),
+            laws: &self.laws,
         }
     }
 }

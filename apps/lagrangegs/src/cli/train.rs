@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use lgs_data::dataset::DatasetFormat;
-use lgs_model::source::imported_kind;
+use lgs_model::source::{SourceKind, imported_kind};
 use lgs_train::config::Preset;
 use lgs_train::{RunFolder, TrainConfig};
 
@@ -27,9 +28,11 @@ pub(super) struct Args {
     /// Folder of the run, new or (with --resume) one that was begun
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
-    /// Model that learns the motion from the images [default: defgs]
-    #[arg(long, value_enum, value_name = "SOURCE")]
-    source: Option<Source>,
+    /// Model that learns the motion from the images: Deformable 3D Gaussians (defgs), a deformation that a
+    /// field of rigid velocities carries on (freegave), constant velocities (linear), or trajectories from
+    /// elsewhere (frames) [default: defgs]
+    #[arg(long, value_name = "SOURCE", value_parser = source_kind())]
+    source: Option<SourceKind>,
     /// Take the source model from here instead of training it: a folder of .ply frames, a .safetensors of
     /// trajectories, or an output folder of the DefGS authors' program; without a dataset, stage 1 is all
     /// that is done
@@ -57,32 +60,18 @@ pub(super) struct Args {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Source {
-    /// Deformable 3D Gaussians
-    Defgs,
-    /// A deformation that a field of rigid velocities carries on
-    Freegave,
-    /// Trajectories from elsewhere
-    Frames,
-}
-
-impl Source {
-    /// Its name in configurations.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Defgs => "defgs",
-            Self::Freegave => "freegave",
-            Self::Frames => "frames",
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum PresetName {
     /// Minutes on two processor cores
     Quick,
     /// As published; hours to days on a processor
     Paper,
+}
+
+/// Parses the name of a kind of source model.
+fn source_kind() -> impl TypedValueParser<Value = SourceKind> {
+    let kind = |name: String| SourceKind::ALL.into_iter().find(|kind| kind.name() == name);
+    PossibleValuesParser::new(SourceKind::ALL.map(SourceKind::name))
+        .map(move |name| kind(name).unwrap_or_default())
 }
 
 fn key_value(text: &str) -> Result<String, String> {
@@ -111,7 +100,7 @@ impl Args {
     /// Dataset, and what to import: the one path of `--source frames PATH` is the frames.
     fn paths(&self) -> (Option<&Path>, Option<&Path>) {
         match (self.data.as_deref(), self.import.as_deref()) {
-            (frames, None) if self.source == Some(Source::Frames) => (None, frames),
+            (frames, None) if self.source == Some(SourceKind::Frames) => (None, frames),
             paths => paths,
         }
     }
@@ -123,7 +112,7 @@ impl Args {
         };
         // An official model is a source that could have been trained here, whatever it is called.
         let kind = match (imported_kind(import), self.source) {
-            (found, None | Some(Source::Frames)) => found.name(),
+            (found, None | Some(SourceKind::Frames)) => found.name(),
             (_, Some(named)) => named.name(),
         };
         let path = std::path::absolute(import).at(import)?;

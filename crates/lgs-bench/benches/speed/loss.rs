@@ -27,9 +27,9 @@ pub(crate) fn run(machine: &Machine) {
         REPEATS,
         [
             &mut || triad.run(),
-            &mut || calls(|| photometric(&rendered, &target, EDGE, EDGE, LAMBDA)),
-            &mut || calls(|| pulled.update(&rendered, &target, EDGE, EDGE, LAMBDA)),
-            &mut || calls(|| photometric_vjp(&rendered, &target, EDGE, EDGE, LAMBDA)),
+            &mut || calls(|| photometric(&rendered, &target, [EDGE, EDGE], LAMBDA)),
+            &mut || calls(|| pulled.update(&rendered, &target, [EDGE, EDGE], LAMBDA)),
+            &mut || calls(|| photometric_vjp(&rendered, &target, [EDGE, EDGE], LAMBDA)),
         ],
     );
     let pass = size_of_val(&rendered[..]) as f64 * memory / Triad::BYTES;

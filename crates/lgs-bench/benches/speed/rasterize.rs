@@ -8,7 +8,9 @@ use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, percent, section};
 use lgs_bench::{Beside, REPEATS, Tile, medians_in_turns};
 use lgs_core::{Camera, GaussianCloud};
-use lgs_render::{Rasterized, RasterizedVjp, SplatGradients, Splats, rasterize, rasterize_vjp};
+use lgs_render::{
+    ImageCotangents, Rasterized, RasterizedVjp, SplatGradients, Splats, rasterize, rasterize_vjp,
+};
 use std::sync::Mutex;
 
 const GAUSSIANS: usize = 50_000;
@@ -33,6 +35,10 @@ impl Case {
         Self { cloud, camera, v_image, v_transmittance: vec![0.1; pixels], kept: Mutex::default() }
     }
 
+    fn cotangents(&self) -> ImageCotangents<'_> {
+        ImageCotangents { image: &self.v_image, transmittance: &self.v_transmittance }
+    }
+
     fn forward(&self) {
         let (drawn, _) = &mut *self.kept.lock().expect("no panic before");
         drawn.update(&Splats::from(&self.cloud), &self.camera, BACKGROUND);
@@ -41,21 +47,14 @@ impl Case {
     fn both(&self) {
         self.forward();
         let (drawn, pulled) = &mut *self.kept.lock().expect("no panic before");
-        pulled.update(
-            &Splats::from(&self.cloud),
-            &self.camera,
-            BACKGROUND,
-            drawn,
-            &self.v_image,
-            &self.v_transmittance,
-        );
+        pulled.update(&Splats::from(&self.cloud), &self.camera, drawn, self.cotangents());
     }
 
     /// Forward and backward with results in arrays of their own.
     fn both_anew(&self) -> SplatGradients {
         let splats = Splats::from(&self.cloud);
         let drawn = rasterize(&splats, &self.camera, BACKGROUND);
-        rasterize_vjp(&splats, &self.camera, BACKGROUND, &drawn, &self.v_image, &self.v_transmittance)
+        rasterize_vjp(&splats, &self.camera, &drawn, self.cotangents())
     }
 }
 

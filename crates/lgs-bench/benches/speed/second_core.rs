@@ -1,4 +1,4 @@
-//! What a second core brings.
+//! Gain by a second core.
 
 use crate::alignment::case;
 use crate::particles::{cotangents, points, system};

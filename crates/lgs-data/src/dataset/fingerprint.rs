@@ -4,7 +4,8 @@
 //! It is independent of the options the set is loaded with. It guards against resuming a run on other data by
 //! mistake.
 
-use super::{DatasetError, DatasetFormat};
+use super::error::DatasetError;
+use super::formats::DatasetFormat;
 use crate::files;
 use crate::hash::ContentHash;
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! A frame as a format's reader describes it: everything about an image except its pixels.
 
-use super::{DatasetError, Problem};
+use super::error::{DatasetError, Problem};
 use glam::Mat4;
 use lgs_core::{Camera, DEFAULT_NEAR};
 use serde::Deserialize;

@@ -1,6 +1,6 @@
 //! Decoding and resizing of images.
 
-use super::{DatasetError, Problem};
+use super::error::{DatasetError, Problem};
 use crate::files::FileError;
 use image::{ImageReader, Rgba, Rgba32FImage, RgbaImage, imageops};
 use std::path::Path;

@@ -11,7 +11,7 @@
 //! something there, which is an opaque pixel, or, in an image without transparency, one that differs from the
 //! background. Their colour is the mean of what those images show.
 
-use super::{Dataset, Frame};
+use super::set::{Dataset, Frame};
 use crate::ply::Points;
 use crate::thresholds::{
     BACKGROUND_TOLERANCE, CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, SURROUNDINGS,
@@ -71,6 +71,25 @@ impl Dataset {
         points
     }
 
+    /// The width, world units, that a pixel of the median training camera covers at the centre of
+    /// [`Self::scene_box`].
+    #[must_use]
+    pub fn pixel_size(&self) -> f32 {
+        pixel_size_at(&self.cameras("train"), self.scene_box().center)
+    }
+
+    /// Radius of the training cameras around their mean, times 1.1; thresholds of
+    /// densification are in this unit.
+    #[must_use]
+    pub fn extent(&self) -> f32 {
+        let split = if self.splits.contains_key("train") {
+            Some("train")
+        } else {
+            self.splits.keys().next().map(String::as_str)
+        };
+        camera_extent(self.split(split.unwrap_or("train")))
+    }
+
     /// The cube that the training cameras look at.
     #[must_use]
     pub fn scene_box(&self) -> SceneBox {
@@ -98,7 +117,7 @@ impl Dataset {
 }
 
 /// The median over cameras of a pixel's width at the depth of a point, world units; 0 without cameras.
-pub(super) fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
+fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
     let mut sizes: Vec<f32> = frames
         .iter()
         .map(|frame| frame.camera.pixel_from_world(point).1.max(0.0) / frame.camera.fx)
@@ -108,7 +127,7 @@ pub(super) fn pixel_size_at(frames: &[&Frame], point: [f32; 3]) -> f32 {
 }
 
 /// 1.1 times the largest distance of a camera from the mean of all.
-pub(super) fn camera_extent(frames: &[Frame]) -> f32 {
+fn camera_extent(frames: &[Frame]) -> f32 {
     let centers: Vec<Vec3> = frames.iter().map(|frame| Vec3::from(frame.camera.center_in_world())).collect();
     let mean = centers.iter().fold(Vec3::ZERO, |sum, &c| sum + c) / centers.len().max(1) as f32;
     EXTENT_FACTOR * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)

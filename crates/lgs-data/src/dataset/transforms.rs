@@ -1,8 +1,8 @@
 //! The JSON that D-NeRF, Blender and nerfstudio share: intrinsics of the file, and frames with a path, a pose
 //! (camera-to-world, OpenGL axes) and perhaps a time and intrinsics of their own.
 
+use super::error::{DatasetError, Problem};
 use super::frame_spec::{FrameSpec, Intrinsics};
-use super::{DatasetError, Problem};
 use crate::cameras::is_rotation;
 use crate::files;
 use glam::Mat3;

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use super::{FrameSequence, FramesError, FramesProblem, nearest_to_start, times};
+use super::error::{FramesError, FramesProblem};
+use super::sequence::{FrameSequence, nearest_to_start};
+use super::times;
 use crate::files::FileError;
 use crate::ply::read_ply;
 

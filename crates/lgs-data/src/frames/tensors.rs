@@ -6,7 +6,8 @@ use lgs_core::{GaussianCloud, sh_coefficients};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
-use super::{FrameSequence, FramesError, FramesProblem, nearest_to_start};
+use super::error::{FramesError, FramesProblem};
+use super::sequence::{FrameSequence, nearest_to_start};
 use crate::files::{FileError, read_bytes, write_atomically};
 
 /// Reads frames from a safetensors file.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::ply::write_ply;
+use lgs_core::GaussianCloud;
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, serialize_to_file};
 use std::fs;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{FramesError, FramesProblem};
+use super::error::{FramesError, FramesProblem};
 use crate::files::read_bytes;
 
 /// Pairs every frame with its time; `names` are those of all frames in their order.

@@ -1,6 +1,6 @@
 //! The text header of a polygon file: format, elements and their properties.
 
-use super::PlyProblem;
+use super::error::PlyProblem;
 use crate::thresholds::MAX_HEADER;
 
 /// The storage of the values.

@@ -3,7 +3,7 @@
 //! The number of bytes (or words, in an ASCII file) is compared with what the header announces before
 //! anything is allocated, so a header that lies about its count costs nothing.
 
-use super::PlyProblem;
+use super::error::PlyProblem;
 use super::header::{Encoding, Header, Property, Scalar};
 
 /// Words of an ASCII file or rows of a binary one.

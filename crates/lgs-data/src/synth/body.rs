@@ -1,6 +1,7 @@
 //! Rigid bodies made of textured solids, the scenes they form, and what a ray sees in one.
 
-use super::motion::{Motion, Pose};
+use super::motion::Motion;
+use super::pose::Pose;
 use super::shape::{Ray, Shape};
 use super::texture::Texture;
 use crate::edit::MotionEdit;

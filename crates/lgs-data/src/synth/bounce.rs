@@ -1,6 +1,6 @@
 //! A ball that bounces on a level floor, in closed form from impact to impact.
 
-use super::motion::Pose;
+use super::pose::Pose;
 use crate::edit::MotionEdit;
 use crate::thresholds::REST_FLIGHT;
 use glam::{DMat3, DVec3};

@@ -4,7 +4,9 @@ use super::tests::{make, small};
 use super::*;
 use crate::dataset::{Dataset, LoadOptions};
 use crate::edit::MotionEdit;
+use serde_json::Value;
 use std::fs;
+use std::path::PathBuf;
 
 /// FNV-1a of the files that the first seven scenes have always had, in order.
 fn digest(folder: &Path) -> u64 {

@@ -1,15 +1,14 @@
 //! Motions that no autonomous law explains: their paths are functions of time.
 
 use super::draws::Draws;
-use super::motion::Pose;
+use super::pose::Pose;
+use crate::thresholds::GRAB_DURATION;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
 /// Number of waves of a random smooth function.
 const WAVES: usize = 4;
-/// Time in which a grabbed body gives up the velocity of its free flight.
-const GRAB: f64 = 0.04;
 
 /// A random smooth function of time: a sum of waves of different frequencies.
 #[derive(Clone, Copy, Debug)]
@@ -96,7 +95,7 @@ impl Guided {
                 }
                 let slope = DVec3::from_array(path.each_ref().map(|p| p.slope(0.0)));
                 let given_up = *velocity - gravity * grabbed * DVec3::Z - slope;
-                let slowed = GRAB * (1.0 - (-since / GRAB).exp()) * given_up;
+                let slowed = GRAB_DURATION * (1.0 - (-since / GRAB_DURATION).exp()) * given_up;
                 Pose::rigid(DMat3::IDENTITY, free(*grabbed) + slowed + along(path, since))
             }
             Self::Gait { walk, joint, swing, lag } => {

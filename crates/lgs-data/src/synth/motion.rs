@@ -1,39 +1,15 @@
-//! How bodies move: laws in closed form, simulated laws, impacts and motions given by time. Each gives the
+//! Motions of bodies: laws in closed form, simulated laws, impacts and motions given by time. Each gives the
 //! pose of a body at any time, also before zero, and what the same start would do under an edit.
 
 use super::bounce::Bounce;
 use super::guided::Guided;
+use super::pose::Pose;
 use super::simulation::Simulation;
 use crate::edit::MotionEdit;
 use crate::thresholds::PENDULUM_STEP;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
 use std::sync::Arc;
-
-/// Where a body is: a point `p` of the body lies at `linear · p + position`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pose {
-    /// A rotation, and for a body that deforms a stretch on top.
-    pub(super) linear: DMat3,
-    /// The inverse of `linear`.
-    pub(super) inverse: DMat3,
-    pub(super) position: DVec3,
-    /// Bound of how much `linear` lengthens any vector.
-    pub(super) stretch: f64,
-}
-
-impl Pose {
-    /// A rotation and a displacement.
-    pub(super) fn rigid(rotation: DMat3, position: DVec3) -> Self {
-        Self { linear: rotation, inverse: rotation.transpose(), position, stretch: 1.0 }
-    }
-
-    /// An invertible linear map and a displacement.
-    pub(super) fn affine(linear: DMat3, position: DVec3) -> Self {
-        let squares: f64 = linear.to_cols_array().iter().map(|v| v * v).sum();
-        Self { linear, inverse: linear.inverse(), position, stretch: squares.sqrt() }
-    }
-}
 
 /// The motion of a body.
 ///
@@ -113,7 +89,7 @@ impl Motion {
 
     /// Name and constants, for `scene.json`.
     ///
-    /// `constants` holds the numbers that a recovered law is compared with; `kind` says whether the law
+    /// `constants` are the numbers that a recovered law is compared with; `kind` says whether the law
     /// conserves, dissipates or drives.
     pub(super) fn describe(&self) -> Value {
         let mut description = self.law();

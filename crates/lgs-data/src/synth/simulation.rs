@@ -1,7 +1,7 @@
 //! Paths of laws by the classical fourth-order Runge–Kutta method, in both directions from t = 0.
 
 use super::laws::Law;
-use super::motion::Pose;
+use super::pose::Pose;
 use crate::thresholds::SIMULATION_STEP;
 
 /// Steps that are kept: to the ends of the ground truth.

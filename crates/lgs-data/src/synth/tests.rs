@@ -1,8 +1,10 @@
 use super::*;
 use crate::dataset::{Dataset, LoadOptions};
 use glam::DVec3;
+use serde_json::Value;
 use shape::{Ray, Shape};
 use std::fs;
+use std::path::PathBuf;
 
 /// Options of the smallest dataset that has everything.
 pub(super) fn small() -> SynthOptions {

@@ -1,7 +1,8 @@
 //! True tracks of surface points as frames of Gaussians, for judging stage 1 without images.
 
+use super::options::TrackOptions;
 use super::scenes::Scene;
-use super::{TrackOptions, truth};
+use super::truth;
 use crate::frames::FrameSequence;
 use glam::DQuat;
 use lgs_core::{GaussianCloud, stream};

@@ -4,8 +4,8 @@
 //! for what stands still), and `scene.json` with the law. Edited splits have files of their own,
 //! `ground_truth_edit-….safetensors`, with the same points.
 
-use super::SynthError;
 use super::body::{Part, Stage};
+use super::error::SynthError;
 use crate::files::{self, FileError};
 use glam::DVec3;
 use lgs_core::stream;

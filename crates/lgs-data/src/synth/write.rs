@@ -1,7 +1,7 @@
 //! A scene as a dataset folder.
 //!
 //! Everything goes into a temporary folder beside the destination, which is renamed when it is complete; a
-//! destination that holds anything is refused. Times are multiples of 1/60. With V training views (3 held-out
+//! destination that is not empty is refused. Times are multiples of 1/60. With V training views (3 held-out
 //! ones are added):
 //!
 //! | split | times | views |
@@ -19,11 +19,13 @@
 //! Scenes that no law explains have none.
 
 use super::body::Stage;
+use super::error::SynthError;
+use super::law_file::law;
+use super::options::SynthOptions;
 use super::scenes::Scene;
 use super::trace::{self, Backdrop};
 use super::truth;
 use super::view::{HELD_OUT, View};
-use super::{SynthError, SynthOptions, law};
 use crate::dataset::Progress;
 use crate::edit::MotionEdit;
 use crate::files::{self, FileError};

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 pub use ops::{AccelerationCall, AlignCall, DynamicsKernels, DynamicsOps};
 
-/// What a rollout needs beside tensors; the fields are those of [`crate::RolloutSpec`] and [`crate::System`].
+/// The constants of a rollout; the fields are those of [`crate::RolloutSpec`] and [`crate::System`].
 #[derive(Clone, Debug)]
 pub struct RolloutCall {
     /// Kinds, sizes and normalisation of the system.
@@ -25,13 +25,13 @@ pub struct RolloutCall {
     pub dt: f32,
     /// Number of full steps.
     pub steps: usize,
-    /// One more, shorter step.
+    /// Length of one more, shorter step.
     pub last_dt: Option<f32>,
     /// Manipulations.
     pub edit: Edit,
     /// Supports of the local rigid alignment.
     pub supports: Option<Arc<Supports>>,
-    /// What alignment does to velocities.
+    /// Treatment of velocities at an alignment.
     pub velocity_policy: VelocityPolicy,
 }
 

@@ -10,7 +10,7 @@ use burn::backend::{Autodiff, Backend, Flex, backend_extension};
 use lgs_tensor::{Kernel, fused};
 use std::sync::Arc;
 
-/// What accelerations need beside tensors.
+/// The constants of a call of accelerations.
 #[derive(Clone, Debug)]
 pub struct AccelerationCall {
     /// Kinds, sizes and normalisation of the system.
@@ -19,7 +19,7 @@ pub struct AccelerationCall {
     pub edit: Edit,
 }
 
-/// What an alignment needs beside tensors.
+/// The constants of a call of the alignment.
 #[derive(Clone, Debug)]
 pub struct AlignCall {
     /// Supports of the local rigid alignment.

@@ -1,6 +1,8 @@
-//! What several test binaries share: conformance vectors, random particles, comparisons.
+//! Helpers of several test binaries: conformance vectors, random particles, comparisons.
 #![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 #![allow(dead_code, reason = "each test binary uses a part of it")]
+
+pub(crate) mod motions;
 
 use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, System, SystemConfig};
 use rand::RngExt;

@@ -10,16 +10,16 @@ use lgs_model::TensorFileError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WeightsError {
-    /// The file to import.
+    /// The file to import can't be read.
     #[error(transparent)]
     Checkpoint(#[from] PthError),
-    /// A stored file.
+    /// A stored file can't be read.
     #[error(transparent)]
     Stored(#[from] TensorFileError),
-    /// A file or folder that can't be read or written.
+    /// A file or folder can't be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// None of the networks.
+    /// The file holds the weights of none of the networks.
     #[error(
         "expected torchvision's VGG-16 or AlexNet (`features.0.weight`) or LPIPS linear weights \
             (`lin0.model.1.weight`), \
@@ -29,21 +29,21 @@ pub enum WeightsError {
     Unknown {
         /// The file.
         path: PathBuf,
-        /// What it holds.
+        /// Names of the first tensors in it.
         found: String,
     },
-    /// Contents that do not match the hash in the file's own name.
+    /// The contents do not match the hash in the file's own name.
     #[error("the name says that the SHA-256 hash starts with {expected}, found {found}: the download is \
         damaged: {}", path.display())]
     Hash {
         /// The file.
         path: PathBuf,
-        /// From the name.
+        /// First digits of the hash, from the file's name.
         expected: String,
-        /// Of the contents.
+        /// The same digits of the hash of the contents.
         found: String,
     },
-    /// Weights of LPIPS 0.0.
+    /// The weights are those of LPIPS 0.0.
     #[error("expected the linear weights of LPIPS 0.1, found those of 0.0, which give other figures: \
         {}", path.display())]
     Superseded {

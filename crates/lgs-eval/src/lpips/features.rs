@@ -11,15 +11,16 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::Image;
 use lgs_model::TensorFileError;
 
-use super::InputRange;
+use super::input_range::InputRange;
 use super::store::Weights;
 use super::trunk::{Convolution, POOL_STRIDE, Step, Trunk};
 
-/// Mean and deviation of photographs' channels, in [−1, 1] (§7.4).
+/// Mean of photographs' channels in [−1, 1], as LPIPS has it.
 const SHIFT: [f32; 3] = [-0.030, -0.088, -0.188];
+/// Deviation of photographs' channels in [−1, 1], as LPIPS has it.
 const SCALE: [f32; 3] = [0.458, 0.448, 0.450];
 
-/// Added to the length of a feature vector before dividing by it (§7.4).
+/// Added to the length of a feature vector before dividing by it, as LPIPS has it.
 const LENGTH_FLOOR: f32 = 1e-10;
 
 /// An LPIPS network.

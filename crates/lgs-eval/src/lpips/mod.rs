@@ -1,5 +1,5 @@
-//! LPIPS: the distance of two images in the features of a network trained on photographs (reference §7.4;
-//! Zhang et al. 2018, version 0.1).
+//! LPIPS: the distance of two images in the features of a network trained on photographs (Zhang et
+//! al. 2018, version 0.1; method §7).
 //!
 //! Both images are shifted and scaled per channel, pass the convolutions of VGG-16 or AlexNet, and at five
 //! depths the feature vectors of every pixel are brought to unit length; their squared differences are
@@ -7,25 +7,18 @@
 //!
 //! The networks' weights are not ours to ship. [`store`] keeps what a user imports once and says what content
 //! it had; without weights a figure is absent, never estimated. The published figures feed images in [0, 1]
-//! to a network that expects [−1, 1] (§7.1), so both conventions are computed and named: see
+//! to a network that expects [−1, 1] (method §7), so both conventions are computed and named: see
 //! [`PerceptualScore`].
 
 mod error;
 mod features;
+mod input_range;
 mod perceptual;
 pub mod store;
 mod trunk;
 mod weight_kind;
 
 pub use features::Lpips;
+pub use input_range::InputRange;
 pub use perceptual::{Perceptual, PerceptualScore};
 pub use trunk::Trunk;
-
-/// What the network is given for an image in [0, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InputRange {
-    /// Values in [−1, 1], as the network expects.
-    Symmetric,
-    /// The values in [0, 1] as they are, as the public evaluation scripts of FreeGave and DefGS do.
-    Unnormalised,
-}

@@ -22,12 +22,12 @@ pub struct PerceptualScore {
 pub struct Perceptual {
     vgg: Option<Lpips>,
     alex: Option<Lpips>,
-    /// Where their weights came from.
+    /// The files that their weights were imported from.
     pub origins: Vec<Origin>,
 }
 
 impl Perceptual {
-    /// Loads what a store holds onto a device; a network needs both of its files.
+    /// Loads a store's networks onto a device; a network needs both of its files.
     ///
     /// # Errors
     /// If a stored file can't be read or is damaged.

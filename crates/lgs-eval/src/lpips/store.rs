@@ -26,10 +26,10 @@ const SUPERSEDED: [&str; 2] = [
     "18720f55913d0af89042f13faa7e536a6ce1444a0914e6db9461355ece1e8cd5",
 ];
 
-/// Where stored weights came from.
+/// The file that stored weights were imported from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
-    /// What they are for.
+    /// The part of a network that they are for.
     pub kind: WeightKind,
     /// Name of the imported file.
     pub file: String,
@@ -45,7 +45,7 @@ pub struct Origin {
 #[derive(Clone, Debug)]
 pub struct Weights {
     file: TensorFile,
-    /// Where they came from.
+    /// The file that they were imported from.
     pub origin: Origin,
 }
 
@@ -101,8 +101,9 @@ impl WeightStore {
     /// Imports a PyTorch checkpoint.
     ///
     /// # Errors
-    /// If it can't be read, holds none of the networks, a tensor is absent, misshapen or not finite, its
-    /// contents do not match the hash in its name, it is of LPIPS 0.0, or the folder can't be written.
+    /// If it can't be read, has the weights of none of the networks, a tensor is absent, misshapen or not
+    /// finite, its contents do not match the hash in its name, it is of LPIPS 0.0, or the folder can't be
+    /// written.
     pub fn import(&self, path: &Path) -> Result<Origin, WeightsError> {
         let dict = StateDict::open(path)?;
         let kind = WeightKind::of(&dict).ok_or_else(|| unknown(path, &dict))?;

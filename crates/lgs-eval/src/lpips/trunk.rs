@@ -1,7 +1,5 @@
 //! The two feature networks, as torchvision numbers and shapes their layers.
 
-use super::store::WeightKind;
-
 /// A feature network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trunk {
@@ -123,14 +121,6 @@ impl Trunk {
                 fits
             })
         })
-    }
-
-    /// The files that make this network.
-    pub(super) fn files(self) -> [WeightKind; 2] {
-        match self {
-            Self::Vgg => [WeightKind::VggTrunk, WeightKind::VggLinear],
-            Self::Alex => [WeightKind::AlexTrunk, WeightKind::AlexLinear],
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::trunk::{Convolution, Trunk};
 
-/// What a file of weights is for.
+/// The network, and the part of it, that a file of weights is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WeightKind {
@@ -72,7 +72,7 @@ impl WeightKind {
         trunk.convolutions().flat_map(both).collect()
     }
 
-    /// What a checkpoint must be meant for, by the tensors that tell the networks apart.
+    /// The kind of weights in a checkpoint, told by the tensors in which the networks differ.
     pub(super) fn of(dict: &StateDict) -> Option<Self> {
         if let Some(shape) = dict.shape("features.0.weight") {
             // The first convolution's kernel: 11 × 11 or 3 × 3.
@@ -80,5 +80,15 @@ impl WeightKind {
         }
         let shape = dict.shape("lin1.model.1.weight")?;
         Some(if shape.get(1) == Some(&192) { Self::AlexLinear } else { Self::VggLinear })
+    }
+}
+
+impl Trunk {
+    /// The files that make this network.
+    pub(super) fn files(self) -> [WeightKind; 2] {
+        match self {
+            Self::Vgg => [WeightKind::VggTrunk, WeightKind::VggLinear],
+            Self::Alex => [WeightKind::AlexTrunk, WeightKind::AlexLinear],
+        }
     }
 }

@@ -1,8 +1,8 @@
-//! Cycle error (G45): forward from 0 to τ_max, then back to 0 with one of the reversals.
+//! Cycle error (method §7): forward from 0 to τ_max, then back to 0 with one of the reversals.
 //!
 //! `Σ‖q₀ − q̂₀‖ / Σ path length` over moving Gaussians, the path being that of the way forward. `NegatedStep`
-//! is expected at `2h/(T + h)` for a fall from rest and `hω·(…)` for a rotation (reference section 8.6);
-//! `Exact` without alignment at rounding level.
+//! is expected to be off by `2h/(T + h)` for a fall from rest over a time T in steps of h, `Exact` without
+//! alignment by rounding alone.
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ParticleDynamics};
@@ -14,9 +14,9 @@ use crate::metrics::CycleError;
 /// Whether local rigid alignment takes part in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Alignment {
-    /// As the scene has it.
+    /// Alignment as the scene has it.
     OfScene,
-    /// Off, both ways.
+    /// No alignment, forward and back.
     Off,
 }
 

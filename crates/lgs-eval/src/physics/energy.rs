@@ -1,4 +1,4 @@
-//! Energy: the mean of U + T over moving Gaussians (unit mass each, G41), along a rollout to 3 τ_max.
+//! Energy: the mean of U + T over moving Gaussians (unit mass each), along a rollout to 3 τ_max.
 //!
 //! U has an arbitrary constant, so changes are relative to the largest mean kinetic energy on the way. With γ
 //! = 0 the system is conservative and the drift is the integrator's and the alignment's; with γ = 1 it

@@ -1,4 +1,4 @@
-//! Falling time against the potential's scale (G43): `t ∝ β^−½` for a fall from rest.
+//! Falling time against the potential's scale (method §7): `t ∝ β^−½` for a fall from rest.
 //!
 //! The fall is that of the mean height (world z) of all moving Gaussians; the time is when it has dropped by
 //! 70 % of the drop seen in the captured window at β = 1, linear between steps. A scene counts as falling if,
@@ -14,24 +14,10 @@ use lgs_model::{LagrangianScene, Motion, SceneState};
 use super::{centroid, distance, long_steps, window_steps};
 use crate::finite;
 use crate::metrics::FallTime;
+use crate::thresholds::{DOWNWARD, DROP_FRACTION, FALL_STEPS, MOSTLY_DOWN, NEARLY_AT_REST, STATE_STRIDE};
 
-/// The scales of the potential.
+/// Scales β of the potential at which a fall is timed.
 pub const SCALES: [f32; 7] = [0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0];
-
-/// Part of the observed drop that is timed.
-const DROP_FRACTION: f64 = 0.7;
-
-/// Vertical part of the mean acceleration, over its length, from which motion counts as falling.
-const DOWNWARDS: f64 = 0.8;
-
-/// Drop over path length from which motion counts as falling.
-const MOSTLY_DOWN: f64 = 0.8;
-
-/// Vertical speed at the start over that at the window's end, up to which a fall starts at rest.
-const NEARLY_AT_REST: f64 = 0.25;
-
-/// Steps between looks at a fall.
-const STEPS_AT_A_TIME: usize = 25;
 
 /// The regression with force scale γ; empty where nothing falls from rest.
 #[must_use]
@@ -73,13 +59,13 @@ fn observed_drop(scene: &LagrangianScene) -> Option<f64> {
 fn accelerates_downwards(motion: &mut Motion<'_>) -> bool {
     let mut sum = [0.0_f64; 3];
     let (steps, objects) = (window_steps(&motion.scene().motion), motion.scene().objects.len());
-    for step in (0..=steps).step_by(5) {
+    for step in (0..=steps).step_by(STATE_STRIDE) {
         for a in (0..objects).flat_map(|object| motion.fields(object, step).conservative) {
             (0..3).for_each(|c| sum[c] += f64::from(a[c]));
         }
     }
     let norm = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
-    -sum[2] > DOWNWARDS * norm
+    -sum[2] > DOWNWARD * norm
 }
 
 /// When the mean height has dropped by `drop`; nothing if it does not within 3 τ_max.
@@ -89,7 +75,7 @@ fn fall_time(scene: &LagrangianScene, edit: Edit, drop: f64) -> Option<f64> {
     let mut steps = 0;
     // A little at a time: a rollout is the cost, and a strong pull is over soon.
     while steps < last {
-        steps = (steps + STEPS_AT_A_TIME).min(last);
+        steps = (steps + FALL_STEPS).min(last);
         let heights: Vec<f64> = motion.states(steps).iter().map(|s| centroid(&s.q)[2]).collect();
         let dropped: Vec<f64> = heights.iter().map(|h| heights[0] - h).collect();
         if let Some(step) = crossing(&dropped, drop) {

@@ -1,4 +1,4 @@
-//! How much of the acceleration is force and how much is potential (G42), and what each object does.
+//! How much of the acceleration is force and how much is potential, and a summary of each object.
 //!
 //! Scaling the potential means something only where Q is small, since Q can contain a gradient.
 
@@ -7,9 +7,7 @@ use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel, SceneState};
 use super::{centroid, length, window_steps};
 use crate::finite;
 use crate::metrics::ObjectSummary;
-
-/// Every how many steps states are looked at.
-const STRIDE: usize = 5;
+use crate::thresholds::STATE_STRIDE;
 
 /// Sums of magnitudes at the states visited.
 #[derive(Clone, Copy, Default)]
@@ -43,7 +41,7 @@ fn ratio(m: Magnitudes) -> Option<f64> {
 
 fn magnitudes(motion: &mut Motion<'_>, object: usize, steps: usize) -> Magnitudes {
     let mut sum = Magnitudes::default();
-    for step in (0..=steps).step_by(STRIDE) {
+    for step in (0..=steps).step_by(STATE_STRIDE) {
         let ObjectFields { conservative, force, .. } = motion.fields(object, step);
         sum.force += force.iter().map(|&f| length(f)).sum::<f64>();
         sum.gradient += conservative.iter().map(|&g| length(g)).sum::<f64>();
@@ -68,5 +66,6 @@ fn summary(
         center: start.map(|c| c as f32),
         mean_velocity: std::array::from_fn(|c| ((end[c] - start[c]) / span) as f32),
         force_ratio: ratio(m),
+        law: None,
     }
 }

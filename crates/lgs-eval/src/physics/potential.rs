@@ -3,7 +3,7 @@
 //!
 //! Both are taken over the states that moving Gaussians visit in the captured window, at α = β = γ = 1. What
 //! acts besides the potential is not counted: a law that puts part of the acceleration into Q is off here
-//! even if its motion is right (G42); for harmonic laws `net_error` says so. The constants of the truth are
+//! even if its motion is right; for harmonic laws `net_error` says so. The constants of the truth are
 //! those of `scene.json`.
 
 use std::collections::BTreeMap;
@@ -16,16 +16,10 @@ use crate::finite;
 use crate::metrics::{ObjectPotential, PotentialAgainstTruth};
 
 pub use super::true_force::TrueForce;
-
-/// Every how many steps states are looked at.
-const STRIDE: usize = 5;
-
-/// Part of the mean variance that is added to every variance of the positions, so that flat motions have a
-/// regression.
-const RIDGE: f64 = 1e-9;
+use crate::thresholds::{CURVATURE_RIDGE, STATE_STRIDE};
 
 /// The true label of each object of a scene: that of most true points nearest to its Gaussians at t = 0;
-/// nothing for what stands still.
+/// nothing for an object that is static in truth.
 #[must_use]
 pub fn true_labels(scene: &LagrangianScene, truth: &Truth<'_>) -> Vec<Option<i32>> {
     let nearest = truth.matches(&scene.dynamic_gaussians.means);
@@ -77,7 +71,7 @@ pub fn potential_against_truth(
     })
 }
 
-/// Positions, −∇U and −∇U + Q of an object at the states looked at.
+/// Positions, −∇U and −∇U + Q of an object at the states that are measured.
 struct Visited {
     positions: Vec<[f64; 3]>,
     conservative: Vec<[f64; 3]>,
@@ -111,7 +105,7 @@ fn visited(motion: &mut Motion<'_>, object: usize) -> Visited {
     let mut all = Visited { positions: Vec::new(), conservative: Vec::new(), net: Vec::new() };
     let (steps, rows) =
         (window_steps(&motion.scene().motion), motion.scene().objects[object].members.clone());
-    for step in (0..=steps).step_by(STRIDE) {
+    for step in (0..=steps).step_by(STATE_STRIDE) {
         let ObjectFields { conservative, force, .. } = motion.fields(object, step);
         let q = &motion.states(step)[step].q[rows.clone()];
         all.positions.extend(q.iter().map(|p| p.map(f64::from)));
@@ -139,7 +133,7 @@ fn curvatures(
             }
         }
     }
-    let ridge = RIDGE * (qq[0][0] + qq[1][1] + qq[2][2]) / 3.0;
+    let ridge = CURVATURE_RIDGE * (qq[0][0] + qq[1][1] + qq[2][2]) / 3.0;
     (0..3).for_each(|i| qq[i][i] += ridge);
     let inverse = inverse_of(&qq)?;
     let slope = |i: usize, j: usize| (0..3).map(|k| aq[i][k] * inverse[k][j]).sum::<f64>();

@@ -14,6 +14,7 @@ use super::truth::Truth;
 use super::{distance, mean, percentile};
 use crate::finite;
 use crate::metrics::TrajectoryDetail;
+use crate::thresholds::TIME_TOLERANCE;
 
 /// Times of the report, in units of the captured sequence.
 pub const TIMES: [f32; 5] = [-0.75, 0.75, 1.0, 1.5, 2.25];
@@ -31,7 +32,7 @@ pub fn trajectory_errors(
     let (low, high) = scene.motion.time_range();
     let (mut errors, mut details) = (BTreeMap::new(), BTreeMap::new());
     for t in TIMES {
-        let allowed = t >= low - 1e-4 && t <= high + 1e-4;
+        let allowed = t >= low - TIME_TOLERANCE && t <= high + TIME_TOLERANCE;
         let found = truth.filter(|_| allowed).and_then(|truth| trajectory_error(scene, motion, truth, t));
         errors.insert(format!("{t:?}"), found.map(|(error, _)| error));
         if let Some((_, detail)) = found {

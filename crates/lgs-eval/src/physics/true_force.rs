@@ -2,14 +2,16 @@
 
 use serde_json::Value;
 
+use crate::thresholds::{INDEPENDENT, NEARLY_VERTICAL};
+
 /// The conservative acceleration of a true object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrueForce {
-    /// The same everywhere, world units per squared unit of time.
+    /// A uniform acceleration, world units per squared unit of time.
     Uniform([f64; 3]),
     /// Towards a centre or an axis, `−ω²` times the distance.
     Harmonic {
-        /// Where it vanishes.
+        /// The position at which it vanishes.
         center: [f64; 3],
         /// ω², per squared unit of time.
         curvature: f64,
@@ -32,7 +34,7 @@ impl TrueForce {
             "uniform gravity" => Some(Self::Uniform([0.0, 0.0, -law["g"].as_f64()?])),
             "uniform rotation" => {
                 let axis = *orthonormal(&[vector("axis")?]).first()?;
-                let helper = if axis[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+                let helper = if axis[2].abs() < NEARLY_VERTICAL { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
                 let directions =
                     orthonormal(&[axis, helper, cross(axis, helper)]).into_iter().skip(1).collect();
                 Some(Self::Harmonic {
@@ -84,7 +86,7 @@ fn orthonormal(vectors: &[[f64; 3]]) -> Vec<[f64; 3]> {
             let along = dot(r, *e);
             std::array::from_fn(|c| r[c] - along * e[c])
         });
-        if norm(rest) > 1e-6 * norm(*v) && norm(rest) > 0.0 {
+        if norm(rest) > INDEPENDENT * norm(*v) && norm(rest) > 0.0 {
             basis.push(rest.map(|c| c / norm(rest)));
         }
     }

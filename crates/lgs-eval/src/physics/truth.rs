@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use lgs_core::linear::{Mat3, add, mat_vec, sub};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::kabsch;
+use lgs_mechanics::bands::Verdict;
 
-use super::{centroid, distance};
-
-/// How far outside its sampled times the truth may be asked, units of time.
-const TIME_TOLERANCE: f32 = 1e-4;
+use super::numbers::{centroid, distance};
+use crate::thresholds::TIME_TOLERANCE;
 
 /// Ground-truth points with their state at t = 0.
 pub struct Truth<'a> {
@@ -21,7 +20,7 @@ pub struct Truth<'a> {
 pub struct TruthAt {
     /// Points, in the order of the file.
     pub points: Vec<[f32; 3]>,
-    /// Rotation of each object by its label; what stands still (−1) has one too.
+    /// Rotation of each object by its label; static parts (−1) have one too.
     rotations: BTreeMap<i32, Mat3>,
 }
 
@@ -45,7 +44,7 @@ impl<'a> Truth<'a> {
         &self.start
     }
 
-    /// Object label of a point, −1 for what stands still.
+    /// Object label of a point, −1 for static parts.
     #[must_use]
     pub fn object(&self, point: usize) -> i32 {
         self.truth.object[point]
@@ -57,7 +56,13 @@ impl<'a> Truth<'a> {
         self.truth.law["objects"].get(usize::try_from(object).ok()?)
     }
 
-    /// Whether each point belongs to something that moves.
+    /// Verdict on its motions that a synthetic scene expects, if `scene.json` tells.
+    #[must_use]
+    pub fn expected_verdict(&self) -> Option<Verdict> {
+        serde_json::from_value(self.truth.law.get("expected")?.clone()).ok()
+    }
+
+    /// Whether each point belongs to a dynamic object.
     #[must_use]
     pub fn moving(&self) -> Vec<bool> {
         self.truth.object.iter().map(|&object| object >= 0).collect()

@@ -1,7 +1,7 @@
 //! Explanation of one object's motion: law, start, rivals, noise, bands and verdict from its configurations
 //! over time.
 //!
-//! [`explain`] is the one entry for every kind of [`Coordinates`](crate::coordinates::Coordinates);
+//! [`explain`] is the one entry for every kind of [`Coordinates`];
 //! [`crate::choose::candidates`] lists laws for each of them.
 
 mod bodies;

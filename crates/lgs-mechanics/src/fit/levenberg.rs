@@ -61,7 +61,8 @@ pub struct Settings {
     pub iterations: usize,
     /// Residual in units of the noise beyond which the loss grows linearly (Huber); infinite for squares.
     pub threshold: f64,
-    /// The search ends when a step lowers the loss by less than this, in units of χ².
+    /// The search ends when a step lowers the loss by less than this, in units of χ², or when several steps
+    /// after each other lower it by less than a ten-thousandth of itself.
     pub tolerance: f64,
 }
 
@@ -127,6 +128,11 @@ fn step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64, held: &[bo
     damped.cholesky().map(|factor| factor.solve(&right))
 }
 
+/// Part of the loss that a step must gain, and steps after each other that may fail to: where χ² is ten
+/// thousand, a change by one decides nothing, unless it leads away from a saddle.
+const LEAST_GAIN: f64 = 1e-4;
+const SLOW_STEPS: usize = 5;
+
 /// Least values of the damping at which a step counts as having failed.
 const LARGEST_DAMPING: f64 = 1e10;
 
@@ -154,7 +160,7 @@ pub fn minimise(problem: &dyn Problem, start: &[f64], settings: &Settings) -> Op
     let mut values = moved(start, &zero, unknowns);
     let mut linear = problem.linearised(&values)?;
     let mut loss = loss_of(&linear.0, settings.threshold);
-    let mut damping = 1e-3;
+    let (mut damping, mut slow) = (1e-3, 0);
     for _ in 0..settings.iterations {
         let (matrix, gradient) = normal_equations(&linear, unknowns, settings.threshold);
         let held = held(&values, &gradient, unknowns);
@@ -170,7 +176,8 @@ pub fn minimise(problem: &dyn Problem, start: &[f64], settings: &Settings) -> Op
         (values, loss) = (better, better_loss);
         linear = problem.linearised(&values)?;
         damping = damping.max(1e-12);
-        if gain < settings.tolerance {
+        slow = if gain < LEAST_GAIN * loss { slow + 1 } else { 0 };
+        if gain < settings.tolerance || slow == SLOW_STEPS {
             break;
         }
     }

@@ -5,7 +5,8 @@ use std::fmt::Debug;
 use std::ops::{Index, IndexMut};
 
 /// Effect of a term on the energy of a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// The force is the negative gradient of an energy; scaled by β in edits.
     Conserves,

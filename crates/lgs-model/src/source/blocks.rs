@@ -41,7 +41,7 @@ pub(super) struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
-    /// Of a network whose parameters are the first of those given.
+    /// The pass of a network whose parameters are the first of those given.
     pub(super) fn new(input: &DeformInput<'a>) -> Self {
         let DeformInput { config, frame, params, time, .. } = *input;
         let layout = config.layout();

@@ -1,5 +1,5 @@
-//! Sizes and choices of the deformation network (method §3.1, §3.2), and where each parameter lies in the flat
-//! vector.
+//! Sizes and choices of the deformation network (method §3.1, §3.2), and where each parameter lies in the
+//! flat vector.
 
 use std::fmt::Display;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pose::DELTAS;
 
-/// How the network's third output changes a Gaussian's scale.
+/// Meaning of the network's third output for a Gaussian's scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ScaleMode {
@@ -22,7 +22,7 @@ pub enum ScaleMode {
     Fixed,
 }
 
-/// What the network's first two outputs do to a Gaussian.
+/// Meaning of the network's first two outputs for a Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MotionHead {
@@ -35,11 +35,11 @@ pub enum MotionHead {
     Rigid,
 }
 
-/// How the output layer starts.
+/// Initial values of the output layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HeadInit {
-    /// As every other layer, uniform in ±1/√fan_in: DefGS.
+    /// Uniform in ±1/√fan_in as every other layer: DefGS.
     Uniform,
     /// A hundredth of that: motion starts near rest.
     Small,
@@ -68,11 +68,11 @@ pub struct DeformationConfig {
     /// Features of each Gaussian that enter beside position and time (paper: 0; FreeGave: 16, or 32 indoors).
     /// DefGS has none.
     pub code: usize,
-    /// What moves (paper: displacement).
+    /// Meaning of the first two outputs (paper: displacement).
     pub motion_head: MotionHead,
-    /// What happens to scales (paper: additive).
+    /// Meaning of the third output (paper: additive).
     pub scale_mode: ScaleMode,
-    /// How the output layer starts (paper: uniform).
+    /// Initial values of the output layer (paper: uniform).
     pub head_init: HeadInit,
     /// Outputs are multiplied by `gain_start + gain_slope · t`: at t = 0 by this (paper: 1). Small, motion
     /// starts near the canonical Gaussians; 0 pins them to the first frame, which few images then hold in
@@ -157,7 +157,7 @@ impl DeformationConfig {
         Self { code: 8, ..Self::quick() }
     }
 
-    /// What is wrong with the sizes, as (field, reason).
+    /// Checks the sizes; a refusal is (field, reason).
     ///
     /// # Errors
     /// The first field out of range.
@@ -189,13 +189,13 @@ impl DeformationConfig {
         if self.time_features > 0 { self.time_features } else { encoded_width(1, self.time_frequencies) }
     }
 
-    /// What the outputs are multiplied by at a time.
+    /// The factor of the outputs at a time.
     #[must_use]
     pub fn gain(&self, time: f32) -> f32 {
         self.gain_start + self.gain_slope * time
     }
 
-    /// Where the parameters lie.
+    /// Places of the parameters in the flat vector.
     #[must_use]
     pub fn layout(&self) -> NetworkLayout {
         NetworkLayout::new(self)
@@ -249,8 +249,8 @@ impl NetworkLayout {
         Self { time, mlp, columns, len }
     }
 
-    /// The network proper, with positions and, where there are any, codes as its inputs: the time acts through
-    /// the biases.
+    /// The network proper, with positions and, where there are any, codes as its inputs: the time acts
+    /// through the biases.
     pub(super) fn shape(&self) -> MlpShape {
         let [position, time, code] = self.columns;
         let codes = position + time..position + time + code;

@@ -1,33 +1,45 @@
 //! DefGS: canonical Gaussians and a network that displaces, turns and scales them at a time
 //! (method §3.1).
 //!
-//! Our rasterizer normalises quaternions, so what is drawn at time t is `normalise(q/‖q‖ + Δr)`, and baking a
-//! time is exact by plain normalisation. (The authors' rasterizer does not.) A scale that the network pushes to zero or below is drawn, and baked, at
-//! [`DEFORMED_SCALE_FLOOR`].
+//! Our rasterizer normalises quaternions (the authors' does not), so the Gaussians drawn at time t have the
+//! rotations `normalise(q/‖q‖ + Δr)`, and a cloud with these rotations looks the same. A scale that the
+//! network pushes to zero or below is replaced by [`DEFORMED_SCALE_FLOOR`].
 
 use std::path::Path;
 
+use burn::tensor::Tensor;
 use lgs_core::GaussianCloud;
 use lgs_core::linear::quat_normalize;
 use serde::{Deserialize, Serialize};
 
-use super::SourceModel;
 use super::config::{DeformationConfig, ScaleMode};
-use super::file::{SourceError, SourceKind};
+use super::error::SourceError;
+use super::kind::{Imports, Kind, SourceKind, Training};
+use super::model::SourceModel;
+use super::motion::{Captured, Moment, MotionConfig, SourceMotion};
 use super::network::{Deformation, InputFrame};
 use super::pose::DELTAS;
+use super::tensor::{DeformSpec, deform};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::{TensorFile, TensorFileError};
 
 /// Smallest standard deviation after an additive change, world units: keeps logarithms finite.
 pub const DEFORMED_SCALE_FLOOR: f32 = 1e-6;
 
+pub(super) const KIND: Kind = Kind {
+    name: "defgs",
+    format: "lagrangegs-defgs/1",
+    read: |file, path| Ok(Box::new(DefGs::from_tensors(file, path)?)),
+    imports: Imports::Possible,
+    training: Some(Training { validate, motion }),
+};
+
 /// A trained DefGS model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DefGs {
     /// Gaussians before deformation.
     pub canonical: GaussianCloud,
-    /// What moves them.
+    /// The network that moves them.
     pub deformation: Deformation,
 }
 
@@ -125,6 +137,50 @@ impl DefGs {
         canonical.validate().map_err(|source| SourceError::Cloud { path: path.to_owned(), source })?;
         let deformation = Deformation::read_from(file, "deformation")?;
         Ok(Self { canonical, deformation })
+    }
+}
+
+fn validate(config: &MotionConfig<'_>) -> Result<(), (String, String)> {
+    config.without_velocity()?;
+    let refused = |(field, reason)| (format!("deformation.{field}"), reason);
+    config.deformation.validate().map_err(refused)?;
+    match config.deformation.code {
+        0 => Ok(()),
+        _ => Err(("deformation.code".to_owned(), "the source `defgs` has no code".to_owned())),
+    }
+}
+
+fn motion(config: &MotionConfig<'_>, captured: Captured) -> Box<dyn SourceMotion> {
+    Box::new(DeformationMotion { config: config.deformation.clone(), frame: captured.frame })
+}
+
+/// The deformation network in training.
+struct DeformationMotion {
+    config: DeformationConfig,
+    frame: InputFrame,
+}
+
+impl SourceMotion for DeformationMotion {
+    fn init(&self, seed: u64) -> Vec<f32> {
+        Deformation::init(self.config.clone(), self.frame, seed).params
+    }
+
+    fn parameters(&self) -> usize {
+        self.config.layout().len
+    }
+
+    fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
+        let spec = DeformSpec { config: self.config.clone(), frame: self.frame, time: at.time };
+        deform(network, means, rotations, spec)
+    }
+
+    fn scale_mode(&self) -> ScaleMode {
+        self.config.scale_mode
+    }
+
+    fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel> {
+        let deformation = Deformation { config: self.config.clone(), frame: self.frame, params };
+        Box::new(DefGs { canonical, deformation })
     }
 }
 

@@ -12,14 +12,23 @@ use lgs_core::GaussianCloud;
 use lgs_core::linear::quat_normalize;
 use lgs_data::frames::FrameSequence;
 
-use super::SourceModel;
-use super::file::{SourceError, SourceKind};
+use super::error::SourceError;
+use super::kind::{Imports, Kind, SourceKind};
+use super::model::SourceModel;
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::TensorFile;
 
 /// Cosine of half an angle from which two rotations count as equal: the arc between them has no direction in
 /// single precision.
 const SAME_ROTATION: f32 = 0.999_999;
+
+pub(super) const KIND: Kind = Kind {
+    name: "frames",
+    format: "lagrangegs-frames/1",
+    read: |file, path| Ok(Box::new(ImportedFrames::from_tensors(file, path)?)),
+    imports: Imports::Possible,
+    training: None,
+};
 
 /// Gaussians at several times.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,16 +3,21 @@
 //!
 //! A [`SourceModel`] answers where every Gaussian is at a time of the captured window; nothing else of it is
 //! used downstream, so a learned deformation ([`DefGs`]), another method or trajectories from a file are
-//! interchangeable. A new kind needs a [`SourceKind`], an implementation of the trait, and a line in
-//! [`load_source`]. The deformation network ([`network`]) runs as one fused operation on slices; [`tensor`]
-//! makes it differentiable inside Burn, and [`mod@reference`] is its twin in plain tensor operations.
+//! interchangeable. A new kind is a file with an implementation of the trait, that of [`SourceMotion`] if it
+//! can be trained, a variant of [`SourceKind`], and its line in the list of kinds below. The deformation
+//! network ([`network`]) runs as one fused operation on slices; [`tensor`] makes it differentiable inside
+//! Burn, and [`mod@reference`] is its twin in plain tensor operations.
 
 mod blocks;
 mod config;
 mod defgs;
+mod error;
 mod file;
 pub mod freegave;
 mod imported;
+mod kind;
+mod model;
+mod motion;
 pub mod network;
 mod official;
 pub mod pose;
@@ -24,59 +29,28 @@ mod time_part;
 
 pub use config::{DeformationConfig, HeadInit, MotionHead, NetworkLayout, ScaleMode};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
-pub use file::{SourceError, SourceKind, import_source, imported_kind, load_source};
-pub use freegave::{FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
+pub use error::SourceError;
+pub use file::{import_source, imported_kind, load_source};
+pub use freegave::{AdvectionConfig, FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
 pub use imported::ImportedFrames;
+pub use kind::SourceKind;
+pub use model::SourceModel;
+pub use motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
 pub use network::{Deformation, InputFrame};
 pub use official::{is_official_defgs, read_official_defgs};
 pub use pose::DELTAS;
 
-use std::path::Path;
+use kind::Kind;
 
-use lgs_core::GaussianCloud;
+impl SourceKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Defgs, Self::Freegave, Self::Frames];
 
-use crate::tensor_file::TensorFile;
-
-/// A model of moving Gaussians that can be asked for any time of the captured window (times are in units of
-/// the sequence, see `docs`).
-pub trait SourceModel: Send + Sync {
-    /// What it is.
-    fn kind(&self) -> SourceKind;
-
-    /// Number of Gaussians; the same, and in the same order, at every time.
-    fn len(&self) -> usize;
-
-    /// Whether there are none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// All Gaussians as they are drawn at a time: unit quaternions, logarithms of positive scales.
-    fn cloud_at(&self, time: f32) -> GaussianCloud;
-
-    /// Their centres alone, `[n]`, world units.
-    fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
-
-    /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians
-    /// rest.
-    fn time_range(&self) -> Option<[f32; 2]> {
-        None
-    }
-
-    /// Whether a time is within [`Self::time_range`], rounding aside.
-    fn covers(&self, time: f32) -> bool {
-        const ROUNDING: f32 = 1e-4;
-        self.time_range().is_none_or(|[first, last]| time > first - ROUNDING && time < last + ROUNDING)
-    }
-
-    /// The whole model in the format of its kind, to be read by [`load_source`].
-    fn to_tensors(&self) -> TensorFile;
-
-    /// Writes the model, atomically.
-    ///
-    /// # Errors
-    /// If the file cannot be written.
-    fn save(&self, path: &Path) -> Result<(), SourceError> {
-        Ok(self.to_tensors().save(path)?)
+    fn kind(self) -> &'static Kind {
+        match self {
+            Self::Defgs => &defgs::KIND,
+            Self::Freegave => &freegave::KIND,
+            Self::Frames => &imported::KIND,
+        }
     }
 }

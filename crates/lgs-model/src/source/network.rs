@@ -3,8 +3,8 @@
 //!
 //! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in
 //! order, so the result does not depend on the number of threads. The backward pass uses the activations that
-//! the forward pass kept. The encoding sees positions as constants (DefGS detaches them, method §3.1); gradients reach positions
-//! and quaternions where the pose is applied to them.
+//! the forward pass kept. The encoding sees positions as constants (DefGS detaches them, method §3.1);
+//! gradients reach positions and quaternions where the pose is applied to them.
 
 use std::ops::Range;
 
@@ -133,16 +133,16 @@ pub struct DeformInput<'a> {
 /// Gradients by parameters and canonical Gaussians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeformGradients {
-    /// By the parameters `[P]`.
+    /// Gradient by the parameters `[P]`.
     pub params: Vec<f32>,
-    /// By the canonical centres, `[n]`; not through the encoding.
+    /// Gradient by the canonical centres, `[n]`; not through the encoding.
     pub means: Vec<[f32; 3]>,
-    /// By the canonical quaternions, `[n]`.
+    /// Gradient by the canonical quaternions, `[n]`.
     pub rotations: Vec<[f32; 4]>,
 }
 
 impl DeformGradients {
-    /// Of rows `[v_x, v_q, unused]` per Gaussian.
+    /// Gradients from rows `[v_x, v_q, unused]` per Gaussian.
     pub(super) fn new(params: Vec<f32>, rows: &PoseRows) -> Self {
         let (means, rotations) = rows.iter().map(|r| ([r[0], r[1], r[2]], [r[3], r[4], r[5], r[6]])).unzip();
         Self { params, means, rotations }
@@ -152,7 +152,7 @@ impl DeformGradients {
 /// The values of a forward pass that the backward pass needs.
 #[derive(Debug, Default)]
 pub struct Kept {
-    /// One per block of Gaussians.
+    /// Activations of each block of Gaussians.
     blocks: Vec<Activations>,
 }
 

@@ -106,7 +106,7 @@ pub(super) fn encoded_positions(
     )
 }
 
-/// What stands for the time at the network's input, `[n, features]`.
+/// Features of the time at the network's input, `[n, features]`.
 fn time_features(config: &DeformationConfig, params: &Tensor<1>, time: f32, n: usize) -> Tensor<2> {
     let encoding = encode(&[time], config.time_frequencies);
     let width = encoding.len();

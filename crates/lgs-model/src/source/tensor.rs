@@ -12,7 +12,7 @@ use std::sync::Arc;
 use super::config::DeformationConfig;
 use super::network::{DeformInput, InputFrame, Kept, deform as deform_rows, deform_kept, deform_vjp};
 
-/// What a call needs beside tensors.
+/// The constants of a call.
 #[derive(Clone, Debug)]
 pub struct DeformSpec {
     /// Sizes.
@@ -23,8 +23,8 @@ pub struct DeformSpec {
     pub time: f32,
 }
 
-/// Backends that can run the network: kernels from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`
-/// to pose rows `[n, DELTAS]`.
+/// Backends that can run the network: kernels from parameters `[P]`, centres `[n, 3]` and quaternions
+/// `[n, 4]` to pose rows `[n, DELTAS]`.
 pub trait DeformationKernels: Kernel<DeformSpec, 3> {}
 
 impl<B: Kernel<DeformSpec, 3>> DeformationKernels for B {}

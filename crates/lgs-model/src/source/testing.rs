@@ -1,4 +1,4 @@
-//! What the tests of fused networks share: Gaussians, cotangents, and the comparison of an operation with its
+//! Helpers of the tests of fused networks: Gaussians, cotangents, and the comparison of an operation with its
 //! twin.
 
 use burn::tensor::{Device, Tensor, TensorData};

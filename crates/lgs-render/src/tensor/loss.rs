@@ -9,7 +9,7 @@ use burn::backend::{Autodiff, Backend, Flex, TensorMetadata, backend_extension};
 use lgs_tensor::flex::{rows, tensor};
 use lgs_tensor::{Kernel, fused};
 
-/// What the loss compares an image with, a constant.
+/// The constant that the loss compares an image with.
 #[derive(Clone, Debug)]
 pub struct PhotometricCall<B: Backend> {
     /// The true image `[H, W, 3]`.
@@ -42,7 +42,7 @@ impl Kernel<PhotometricCall<Self>, 1> for Flex {
         let _span = tracing::trace_span!("photometric loss").entered();
         let (image, target) = (image.to_contiguous(), call.target.to_contiguous());
         let shape = image.shape();
-        let loss = photometric(rows(&image), rows(&target), shape[1], shape[0], call.lambda);
+        let loss = photometric(rows(&image), rows(&target), [shape[1], shape[0]], call.lambda);
         tensor(vec![loss], [1])
     }
 
@@ -53,7 +53,7 @@ impl Kernel<PhotometricCall<Self>, 1> for Flex {
         let _span = tracing::trace_span!("photometric loss and gradient").entered();
         let (image, target) = (image.to_contiguous(), call.target.to_contiguous());
         let shape = image.shape();
-        let (loss, v) = photometric_vjp(rows(&image), rows(&target), shape[1], shape[0], call.lambda);
+        let (loss, v) = photometric_vjp(rows(&image), rows(&target), [shape[1], shape[0]], call.lambda);
         (tensor(vec![loss], [1]), tensor(v.into_flattened(), [shape[0], shape[1], 3]))
     }
 

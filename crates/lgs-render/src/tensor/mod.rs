@@ -38,7 +38,7 @@ pub struct SplatTensors {
 pub struct RasterTensors {
     /// Colour over the background `[H, W, 3]`, not clamped.
     pub image: Tensor<3>,
-    /// What is left of the background `[H, W]`.
+    /// Transmittance left for the background `[H, W]`.
     pub transmittance: Tensor<2>,
     /// Three standard deviations of each Gaussian, rounded up to pixels `[n]`; 0 where it cannot touch the
     /// image.

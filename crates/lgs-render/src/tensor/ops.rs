@@ -1,6 +1,6 @@
 //! The rasterizer as a backend extension: the kernel's call, the CPU implementation, the operation.
 
-use crate::backward::rasterize_vjp;
+use crate::backward::{ImageCotangents, rasterize_vjp};
 use crate::rasterize::{Rasterized, rasterize};
 use crate::splats::Splats;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
@@ -35,7 +35,7 @@ impl<B: Backend> SplatPrimitives<B> {
     }
 }
 
-/// What a call needs beside tensors.
+/// The constants of a call.
 #[derive(Clone, Copy, Debug)]
 pub struct ViewSpec {
     /// The camera.
@@ -69,7 +69,7 @@ pub trait RasterOps: Backend {
     fn rasterize(#[extension_type] splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self>;
 }
 
-/// What a forward pass on the CPU keeps.
+/// The state that a forward pass on the CPU keeps.
 #[derive(Clone, Debug)]
 pub struct RasterKept {
     inputs: [FloatTensor<Flex>; 6],
@@ -111,7 +111,8 @@ impl Kernel<ViewSpec, 6> for Flex {
         let inputs = splats(&kept.inputs, view.active_degree);
         let (n, coefficients) = (inputs.len(), inputs.sh_coefficients);
         let forward = &kept.forward;
-        let v = rasterize_vjp(&inputs, &view.camera, view.background, forward, &v_image, &v_transmittance);
+        let v = ImageCotangents { image: &v_image, transmittance: &v_transmittance };
+        let v = rasterize_vjp(&inputs, &view.camera, forward, v);
         [
             tensor_of_rows(v.means),
             tensor_of_rows(v.rotations),

@@ -1,5 +1,5 @@
 //! Falling time against the scale of the potential, both logarithmic: from rest, theory says an exponent of
-//! −½ (gap G43).
+//! −½ (method §7).
 
 use lgs_eval::{FallTime, Physics};
 use plotters::style::RGBColor;
@@ -7,16 +7,14 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, number, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, border, dashed, dots, open, path};
+use crate::chart::{Frame, border, dashed, dots, open_with_grid, path};
 use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::style::{LAGRANGIAN, TRUTH, line};
+use crate::thresholds::CURVE_PIECES as CURVE;
 
 const SIZE: [f64; 2] = [620.0, 400.0];
 const FRAME: Frame = Frame { at: [76.0, 44.0], size: [530.0, 306.0] };
-
-/// Pieces of a power law, straight only where both axes are logarithmic.
-const CURVE: usize = 60;
 
 /// Room beyond the first and the last scale, as a factor.
 const MARGIN: f64 = 1.15;
@@ -62,7 +60,7 @@ pub(crate) fn figure(physics: &Physics) -> Result<Option<Figure>, ReportError> {
         number(slope, 4)
     );
     let drawing = BetaSweep { fit: power(slope), theory: power(-0.5), points, axes, slope };
-    Figure::of("beta-sweep", &caption, &drawing).map(Some)
+    Figure::of(("beta-sweep", &caption), SIZE, &drawing).map(Some)
 }
 
 /// Scales and times, by scale.
@@ -78,13 +76,9 @@ fn measured(fall: &FallTime) -> Vec<(f64, f64)> {
 }
 
 impl Drawing for BetaSweep {
-    fn size(&self) -> [f64; 2] {
-        SIZE
-    }
-
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let [x, y] = &self.axes;
-        let chart = open(area, FRAME, [x, y], true)?;
+        let chart = open_with_grid(area, FRAME, [x, y])?;
         path(&chart, &self.fit, line(LAGRANGIAN, 1.6))?;
         dashed(&chart, (FRAME, [x, y]), &self.theory, (line(TRUTH, 1.6), 6.0))?;
         dots(&chart, &self.points, 4.0, LAGRANGIAN)?;

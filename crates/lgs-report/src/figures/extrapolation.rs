@@ -11,10 +11,8 @@ use crate::axis::number;
 use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::style::{LAGRANGIAN, SOURCE, TRUTH};
+use crate::thresholds::EXTRAPOLATION_COLUMNS;
 use crate::views::{drawn, longest_view, of_width, resized, spread_in_time};
-
-/// Columns at most.
-const COLUMNS: usize = 9;
 
 const CAPTION: &str = "One view over time; under every image its PSNR. The models were trained on times of \
     the observed window alone.";
@@ -29,7 +27,7 @@ pub(crate) fn figure(
     let (low, high) = scene.motion.time_range();
     let reachable: Vec<&Frame> =
         longest_view(dataset).into_iter().filter(|f| (low - 1e-4..=high + 1e-4).contains(&f.time)).collect();
-    let frames = spread_in_time(&reachable, COLUMNS);
+    let frames = spread_in_time(&reachable, EXTRAPOLATION_COLUMNS);
     let Some(first) = frames.first() else { return Ok(None) };
     let background = scene.background;
     let camera = of_width(&first.camera, image_width(frames.len()));
@@ -57,7 +55,7 @@ pub(crate) fn figure(
         rows,
         aspect: f64::from(camera.height) / f64::from(camera.width),
     };
-    Figure::of("extrapolation", CAPTION, &strip).map(Some)
+    Figure::of(("extrapolation", CAPTION), strip.size(), &strip).map(Some)
 }
 
 /// Picks a model's score of an image.

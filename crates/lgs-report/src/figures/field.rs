@@ -10,13 +10,12 @@ use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
 use crate::plane::Plane;
 use crate::style::pale;
+use crate::thresholds::POTENTIAL_GRID as GRID;
 
 /// Levels of the colour map.
 pub(super) const LEVELS: usize = 24;
 /// Strength of the map's colours, so that arrows stand out.
 const STRENGTH: f64 = 0.55;
-/// Points of the grid on which U is evaluated, each way.
-const GRID: usize = 97;
 
 /// A force at a place, in the plane's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +23,7 @@ pub(super) struct ForceArrow {
     pub(super) place: [f64; 2],
     /// −∇U.
     pub(super) learned: [f64; 2],
-    /// What the truth has there, where it is known.
+    /// The true force there, where it is known.
     pub(super) truth: Option<[f64; 2]>,
 }
 
@@ -32,7 +31,7 @@ pub(super) struct ForceArrow {
 pub(super) struct Field {
     /// U above its minimum on the grid, bottom row first.
     values: Vec<f64>,
-    /// Its range.
+    /// The largest of these values.
     pub(super) highest: f64,
     pub(super) arrows: Vec<ForceArrow>,
 }

@@ -14,18 +14,19 @@ mod trajectories;
 
 pub use partition::coloured_partition;
 pub(crate) use suite::suite_figure;
-pub use training::Curve;
 
 use lgs_core::Camera;
 use lgs_dynamics::{Edit, Reversal};
+use lgs_eval::laws::trusted_times;
 use lgs_eval::physics::Truth;
 use lgs_eval::physics::potential::true_forces;
 use lgs_model::Motion;
 
+use self::over_time::Span;
 use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::paths::Paths;
-use crate::run_page::RunSubject;
+use crate::subject::RunSubject;
 use crate::views::longest_view;
 
 /// All figures that a run has something for, in the order of the page.
@@ -41,6 +42,7 @@ pub fn run_figures(subject: &RunSubject<'_>) -> Result<Vec<Figure>, ReportError>
     let forces = truth.as_ref().map(|t| true_forces(scene, t)).unwrap_or_default();
     let coloured = coloured_partition(scene, &mut motion);
     let window = f64::from(scene.motion.time_window);
+    let span = Span { window, trusted: trusted_times(&subject.metrics.physics.objects, window) };
     let images = match subject.dataset {
         Some(dataset) => {
             extrapolation::figure((scene, &mut motion), subject.source, dataset, subject.metrics)?
@@ -49,9 +51,9 @@ pub fn run_figures(subject: &RunSubject<'_>) -> Result<Vec<Figure>, ReportError>
     };
     let figures = [
         images,
-        over_time::psnr(subject.metrics, window)?,
+        over_time::psnr(subject.metrics, span)?,
         if paths.particles.is_empty() { None } else { trajectories::figure(&paths)? },
-        over_time::position_error(&paths)?,
+        over_time::position_error(&paths, span)?,
         potential::figure(scene, &paths, &forces)?,
         beta_sweep::figure(&subject.metrics.physics)?,
         reversal::figure((scene, &mut motion), subject.dataset, subject.cameras)?,

@@ -10,11 +10,11 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, TEXT, border, dots, open, path, shade, write};
+use crate::chart::{Frame, TEXT, border, dots, open, open_with_grid, path, shade, write};
 use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::paths::{Paths, Tracks};
-use crate::style::{FAINT, LAGRANGIAN, SOURCE, line};
+use crate::style::{FAINT, LAGRANGIAN, SOURCE, UNTRUSTED, WINDOW, line};
 
 const SIZE: [f64; 2] = [820.0, 350.0];
 const FRAME: Frame = Frame { at: [76.0, 56.0], size: [730.0, 244.0] };
@@ -33,6 +33,28 @@ struct Line {
     dotted: bool,
 }
 
+/// The times that a model knows.
+#[derive(Clone, Copy)]
+pub(crate) struct Span {
+    /// End of the captured window, which begins at 0.
+    pub(crate) window: f64,
+    /// First and last time of trust in the forecasts of all objects; nothing where the scene says none.
+    pub(crate) trusted: Option<[f64; 2]>,
+}
+
+impl Span {
+    /// Stretches of time before and after those of trust.
+    fn untrusted(&self) -> Option<[[f64; 2]; 2]> {
+        self.trusted.map(|[from, to]| [[f64::NEG_INFINITY, from], [to, f64::INFINITY]])
+    }
+
+    /// A caption, with a word on shaded times beyond trust.
+    fn caption(&self, caption: &str) -> String {
+        let beyond = " Red: times at which the forecast of some object is not trusted.";
+        format!("{caption}{}", if self.trusted.is_some() { beyond } else { "" })
+    }
+}
+
 /// A stretch of time with a name.
 struct Stretch {
     name: String,
@@ -43,12 +65,12 @@ struct OverTime {
     lines: Vec<Line>,
     stretches: Vec<Stretch>,
     axes: [Axis; 2],
-    window: f64,
+    span: Span,
     entries: Vec<(Mark, RGBColor, String)>,
 }
 
 /// PSNR by time; nothing without frames.
-pub(crate) fn psnr(metrics: &Metrics, window: f64) -> Result<Option<Figure>, ReportError> {
+pub(crate) fn psnr(metrics: &Metrics, span: Span) -> Result<Option<Figure>, ReportError> {
     let mut lines = Vec::new();
     let mut stretches = Vec::new();
     for (name, frames) in drawn_splits(metrics) {
@@ -65,13 +87,13 @@ pub(crate) fn psnr(metrics: &Metrics, window: f64) -> Result<Option<Figure>, Rep
     }
     let caption = "PSNR over all images of a time, by split; shaded: the captured window. Outside of it \
         the source model guesses, and the Lagrangian scene goes on.";
-    chart("psnr", caption, lines, (stretches, window), |values| {
+    chart(("psnr", caption), lines, (stretches, span), |values| {
         padded(values, 0.08).map(|v| Axis::linear(v, 6, "PSNR (dB)"))
     })
 }
 
 /// Mean distance of particles to where the truth has them; nothing without a truth.
-pub(crate) fn position_error(paths: &Paths) -> Result<Option<Figure>, ReportError> {
+pub(crate) fn position_error(paths: &Paths, span: Span) -> Result<Option<Figure>, ReportError> {
     let Some(truth) = paths.truth.as_ref() else { return Ok(None) };
     let of = |tracks: &Tracks, colour| Line { colour, points: distances(tracks, truth), dotted: false };
     let mut lines: Vec<Line> = paths.source.iter().map(|tracks| of(tracks, SOURCE)).collect();
@@ -81,14 +103,13 @@ pub(crate) fn position_error(paths: &Paths) -> Result<Option<Figure>, ReportErro
     let axis = |values: &mut dyn Iterator<Item = f64>| {
         padded(values, 0.0).map(|v| Axis::decades(v.start / 1.5..v.end * 1.5, "distance (world units)"))
     };
-    chart("position-error", caption, lines, (Vec::new(), paths.window), axis)
+    chart(("position-error", caption), lines, (Vec::new(), span), axis)
 }
 
 fn chart(
-    name: &str,
-    caption: &str,
+    (name, caption): (&str, &str),
     lines: Vec<Line>,
-    (stretches, window): (Vec<Stretch>, f64),
+    (stretches, span): (Vec<Stretch>, Span),
     axis: impl Fn(&mut dyn Iterator<Item = f64>) -> Option<Axis>,
 ) -> Result<Option<Figure>, ReportError> {
     let lines: Vec<Line> = lines.into_iter().filter(|l| !l.points.is_empty()).collect();
@@ -102,7 +123,8 @@ fn chart(
     }
     entries.push(named(LAGRANGIAN, "Lagrangian"));
     let axes = [Axis::linear(times, 10, TIME), y];
-    Figure::of(name, caption, &OverTime { lines, stretches, axes, window, entries }).map(Some)
+    let caption = span.caption(caption);
+    Figure::of((name, &caption), SIZE, &OverTime { lines, stretches, axes, span, entries }).map(Some)
 }
 
 /// Splits in the order of time, one of those inside the window.
@@ -168,15 +190,14 @@ fn place(sorted: &[f64], value: f64) -> Option<(usize, f64)> {
 }
 
 impl Drawing for OverTime {
-    fn size(&self) -> [f64; 2] {
-        SIZE
-    }
-
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let [x, y] = &self.axes;
-        let chart = open(area, FRAME, [x, y], false)?;
-        shade(&chart, 0.0, self.window)?;
-        let chart = open(area, FRAME, [x, y], true)?;
+        let chart = open(area, FRAME, [x, y])?;
+        shade(&chart, [0.0, self.span.window], WINDOW)?;
+        for stretch in self.span.untrusted().into_iter().flatten() {
+            shade(&chart, stretch, UNTRUSTED)?;
+        }
+        let chart = open_with_grid(area, FRAME, [x, y])?;
         for series in &self.lines {
             path(&chart, &series.points, line(series.colour, 2.0))?;
             if series.dotted {
@@ -191,8 +212,7 @@ impl Drawing for OverTime {
                 area,
                 &stretch.name,
                 [middle, FRAME.at[1] - 6.0],
-                TEXT,
-                FAINT,
+                (TEXT, FAINT),
                 (HPos::Center, VPos::Bottom),
             )?;
         }
@@ -208,6 +228,21 @@ mod tests {
         let score =
             FrameModelScore { psnr: Some(psnr), psnr_foreground: None, ssim: None, foreground_ratio: None };
         FrameMetrics { name: "a".into(), time, camera: 0, source: None, lagrangian: score }
+    }
+
+    #[test]
+    fn times_beyond_trust_are_shaded_and_named_where_a_scene_says_some() {
+        let mut metrics = Metrics::default();
+        metrics.frames.insert("long".to_owned(), vec![frame(0.5, 30.0), frame(2.0, 20.0)]);
+        let drawn = |trusted| psnr(&metrics, Span { window: 0.75, trusted }).expect("drawn").expect("frames");
+        let (silent, known) = (drawn(None), drawn(Some([-0.5, 1.5])));
+        assert!(!silent.caption.contains("trusted") && known.caption.contains("not trusted"));
+        let red = format!("#{:02X}{:02X}{:02X}", UNTRUSTED.0, UNTRUSTED.1, UNTRUSTED.2);
+        assert!(
+            !silent.svg.contains(&red) && known.svg.matches(&red).count() == 1,
+            "only after: {}",
+            known.svg
+        );
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! The partition into objects: every Gaussian in the colour of its object, what stands still in grey, as an
-//! image and as a splat file.
+//! The partition into objects: every Gaussian in the colour of its object, static ones in grey, as an image
+//! and as a splat file.
 
 use lgs_core::{Camera, GaussianCloud};
 use lgs_model::{LagrangianScene, Motion};
@@ -16,7 +16,7 @@ use crate::views::{drawn, of_width};
 
 /// Coefficient of the constant harmonic.
 const HARMONIC_0: f32 = 0.282_094_8;
-/// What stands still.
+/// Colour of static Gaussians.
 const STILL: RGBColor = RGBColor(0xb8, 0xb8, 0xb8);
 /// Width of an image, shown pixels.
 const IMAGE: f64 = 396.0;
@@ -70,23 +70,20 @@ pub(crate) fn figure(
     }
     let caption = "The Lagrangian scene at t = 0 and the objects that it consists of, with their numbers \
         of Gaussians; the same colours are in partition.ply.";
+    let lines = entries.len().div_ceil(ENTRIES) as f64;
+    let size = [2.0 * IMAGE + GAP + 16.0, TOP + height + 12.0 + 20.0 * lines];
     let drawing = Partition { pictures: vec![picture(&cloud, 0), picture(coloured, 1)], height, entries };
-    Figure::of("partition", caption, &drawing).map(Some)
+    Figure::of(("partition", caption), size, &drawing).map(Some)
 }
 
 impl Drawing for Partition {
-    fn size(&self) -> [f64; 2] {
-        let lines = self.entries.len().div_ceil(ENTRIES) as f64;
-        [2.0 * IMAGE + GAP + 16.0, TOP + self.height + 12.0 + 20.0 * lines]
-    }
-
     fn pictures(&self) -> Vec<Picture> {
         self.pictures.clone()
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         for (picture, (title, colour)) in self.pictures.iter().zip([("scene", INK), ("objects", FAINT)]) {
-            write(area, title, [picture.at[0], TOP - 8.0], TITLE, colour, (HPos::Left, VPos::Bottom))?;
+            write(area, title, [picture.at[0], TOP - 8.0], (TITLE, colour), (HPos::Left, VPos::Bottom))?;
         }
         for (row, entries) in self.entries.chunks(ENTRIES).enumerate() {
             legend(area, [8.0, TOP + self.height + 18.0 + 20.0 * row as f64], entries)?;

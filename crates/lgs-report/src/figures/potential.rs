@@ -17,11 +17,7 @@ use crate::legend::{Mark, legend};
 use crate::paths::Paths;
 use crate::plane::Plane;
 use crate::style::{FAINT, INK, LAGRANGIAN, PAPER, TRUTH, filled, line, pale};
-
-/// Panels at most.
-const PANELS: usize = 4;
-/// Distance of arrows, shown pixels.
-const SPACING: f64 = 40.0;
+use crate::thresholds::{ARROW_SPACING, POTENTIAL_PANELS};
 
 const LEFT: f64 = 76.0;
 const TOP: f64 = 58.0;
@@ -40,7 +36,6 @@ struct Panel {
 
 struct Potential {
     panels: Vec<Panel>,
-    size: [f64; 2],
 }
 
 /// The figure; nothing without dynamic Gaussians. `forces` are the true ones, by object.
@@ -49,7 +44,7 @@ pub(crate) fn figure(
     paths: &Paths,
     forces: &[Option<TrueForce>],
 ) -> Result<Option<Figure>, ReportError> {
-    let objects: Vec<usize> = paths.objects().into_iter().take(PANELS).collect();
+    let objects: Vec<usize> = paths.objects().into_iter().take(POTENTIAL_PANELS).collect();
     if objects.is_empty() {
         return Ok(None);
     }
@@ -78,7 +73,7 @@ pub(crate) fn figure(
             Axes in world units, U in squared world units per squared time.",
         if known { " (blue) over the true one (black)" } else { "" }
     );
-    Figure::of("potential", &caption, &Potential { panels, size }).map(Some)
+    Figure::of(("potential", &caption), size, &Potential { panels }).map(Some)
 }
 
 fn panel(
@@ -99,7 +94,7 @@ fn panel(
         &object.dynamics,
         truth,
         (&plane, &x, &y),
-        [width, height].map(|s| (s / SPACING) as usize),
+        [width, height].map(|s| (s / ARROW_SPACING) as usize),
     )?;
     let labels = plane.labels();
     Some(Panel {
@@ -130,13 +125,13 @@ impl Panel {
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let (frame, [x, y]) = (self.frame, &self.axes);
-        let chart = open(area, frame, [x, y], false)?;
+        let chart = open(area, frame, [x, y])?;
         for points in &self.paths {
             path(&chart, points, line(PAPER, 0.8))?;
             path(&chart, &points[self.observed.clone()], line(PAPER, 2.0))?;
         }
         let strongest = self.field.strongest();
-        let scale = if strongest > 0.0 { 0.85 * SPACING / strongest } else { 0.0 };
+        let scale = if strongest > 0.0 { 0.85 * ARROW_SPACING / strongest } else { 0.0 };
         for ForceArrow { place, learned, truth } in &self.field.arrows {
             let middle = frame.place(x, y, *place);
             let end = |force: &[f64; 2], part: f64| {
@@ -156,7 +151,7 @@ impl Panel {
             self.paths.iter().filter_map(|p| p.get(self.observed.start)).copied().collect();
         dots(&chart, &starts, 2.4, PAPER)?;
         border(area, frame, [x, y], [x.ticks(), y.ticks()])?;
-        write(area, &self.title, [frame.at[0], frame.at[1] - 8.0], TITLE, INK, (HPos::Left, VPos::Bottom))?;
+        write(area, &self.title, [frame.at[0], frame.at[1] - 8.0], (TITLE, INK), (HPos::Left, VPos::Bottom))?;
         self.bar(area)
     }
 
@@ -175,17 +170,13 @@ impl Panel {
         for &tick in axis.ticks() {
             let at = top + (1.0 - axis.fraction(tick)) * height;
             segment(area, [[x + 12.0, at], [x + 16.0, at]], line(FAINT, 0.75))?;
-            write(area, &axis.written(tick), [x + 19.0, at], TEXT, INK, (HPos::Left, VPos::Center))?;
+            write(area, &axis.written(tick), [x + 19.0, at], (TEXT, INK), (HPos::Left, VPos::Center))?;
         }
-        write(area, "U", [x + 6.0, top - 8.0], TITLE, INK, (HPos::Center, VPos::Bottom))
+        write(area, "U", [x + 6.0, top - 8.0], (TITLE, INK), (HPos::Center, VPos::Bottom))
     }
 }
 
 impl Drawing for Potential {
-    fn size(&self) -> [f64; 2] {
-        self.size
-    }
-
     fn pictures(&self) -> Vec<Picture> {
         self.panels.iter().map(Panel::picture).collect()
     }

@@ -1,5 +1,5 @@
-//! Time reversal: the motion forward and backward from t = 0, with velocity arrows (gap G63: the state's v
-//! forward, −v stepping back).
+//! Time reversal: the motion forward and backward from t = 0, with velocity arrows (the state's v forward, −v
+//! stepping back).
 
 use lgs_core::Camera;
 use lgs_data::dataset::{Dataset, Frame};
@@ -12,18 +12,10 @@ use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::paths::spread;
 use crate::style::{LAGRANGIAN, TRUTH};
+use crate::thresholds::{LONG_ARROW, NOT_LONGER, REVERSAL_COLUMNS as COLUMNS, SHORT_TIME, VELOCITY_ARROWS};
 use crate::views::{drawn, longest_view, of_width, resized};
 
-/// Columns, t = 0 among them.
-const COLUMNS: usize = 6;
-/// Arrows over all objects, about.
-const ARROWS: usize = 12;
-/// Length of a fast arrow, as a part of the image's width.
-const LONG: f64 = 0.16;
-/// Part of the arrows that are no longer than that: a few near the camera may be.
-const MOST: f64 = 0.8;
-
-/// Stepping back.
+/// Colour of the way back.
 const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
 
 const CAPTION: &str = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, \
@@ -48,7 +40,7 @@ pub(crate) fn figure(
         .chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even })
         .collect();
     let rows_of_arrows = followed(scene);
-    let scale = LONG / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
+    let scale = LONG_ARROW / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
     let mut row = |title: &str, colour, sign: f32| {
         let mut cell = |&time: &f32| {
             let state = motion.state_at(sign * time);
@@ -69,7 +61,7 @@ pub(crate) fn figure(
     let labels = times.into_iter().map(label).collect();
     let aspect = f64::from(camera.height) / f64::from(camera.width);
     let strip = Strip { labels, groups: Vec::new(), rows, aspect };
-    Figure::of("time-reversal", CAPTION, &strip).map(Some)
+    Figure::of(("time-reversal", CAPTION), strip.size(), &strip).map(Some)
 }
 
 /// The frames nearest to the mirrored times, from among those before the first image.
@@ -97,7 +89,7 @@ fn true_cell(frame: &Frame, scene: &LagrangianScene, camera: &Camera) -> Cell {
 
 /// Rows of the moving Gaussians that carry an arrow.
 fn followed(scene: &LagrangianScene) -> Vec<usize> {
-    let each = (ARROWS / scene.objects.len().max(1)).max(2);
+    let each = (VELOCITY_ARROWS / scene.objects.len().max(1)).max(2);
     let of = |object: &lgs_model::ObjectModel| {
         let first = object.members.start;
         spread(&scene.dynamic_gaussians.means[object.members.clone()], each)
@@ -126,23 +118,21 @@ fn in_view(part: [f64; 2]) -> bool {
     part.iter().all(|p| (0.0..=1.0).contains(p))
 }
 
-/// A speed in the image that [`MOST`] do not exceed, parts of its width per unit of time.
+/// A speed in the image that [`NOT_LONGER`] do not exceed, parts of its width per unit of time.
 fn fast(motion: &mut Motion<'_>, times: &[f32], rows: &[usize], camera: &Camera) -> f64 {
-    /// Units of time over which a displacement stands for the velocity.
-    const SHORT: f64 = 1e-2;
     let mut speeds = Vec::new();
     for &time in times {
         for sign in [1.0, -1.0] {
             let state = motion.state_at(sign * time);
             for &row in rows {
-                let [from, to] = arrow(&state, row, camera, SHORT);
+                let [from, to] = arrow(&state, row, camera, SHORT_TIME);
                 if in_view(from) {
-                    speeds.push((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT);
+                    speeds.push((to[0] - from[0]).hypot(to[1] - from[1]) / SHORT_TIME);
                 }
             }
         }
     }
     speeds.retain(|s| s.is_finite());
     speeds.sort_by(f64::total_cmp);
-    speeds.get((MOST * speeds.len() as f64) as usize).copied().unwrap_or(0.0)
+    speeds.get((NOT_LONGER * speeds.len() as f64) as usize).copied().unwrap_or(0.0)
 }

@@ -64,6 +64,13 @@ pub(crate) fn image_width(columns: usize) -> u32 {
 }
 
 impl Strip {
+    /// Width and height, shown pixels.
+    pub(crate) fn size(&self) -> [f64; 2] {
+        let [_, bottom] = self.at(self.rows.len(), 0);
+        let [right, _] = self.at(0, self.labels.len());
+        [right + 8.0, bottom + 3.0]
+    }
+
     fn top(&self) -> f64 {
         TOP[usize::from(!self.groups.is_empty())]
     }
@@ -94,12 +101,6 @@ impl Strip {
 }
 
 impl Drawing for Strip {
-    fn size(&self) -> [f64; 2] {
-        let [_, bottom] = self.at(self.rows.len(), 0);
-        let [right, _] = self.at(0, self.labels.len());
-        [right + 8.0, bottom + 3.0]
-    }
-
     fn pictures(&self) -> Vec<Picture> {
         self.cells()
             .map(|(at, _, cell)| Picture { at, size: self.cell(), image: cell.image.clone() })
@@ -110,7 +111,7 @@ impl Drawing for Strip {
         let [width, height] = self.cell();
         for (column, label) in self.labels.iter().enumerate() {
             let [x, y] = self.at(0, column);
-            write(area, label, [x + 0.5 * width, y - 5.0], TEXT - 1.0, INK, (HPos::Center, VPos::Bottom))?;
+            write(area, label, [x + 0.5 * width, y - 5.0], (TEXT - 1.0, INK), (HPos::Center, VPos::Bottom))?;
         }
         for group in &self.groups {
             self.draw_group(area, group)?;
@@ -118,7 +119,7 @@ impl Drawing for Strip {
         for (row, content) in self.rows.iter().enumerate() {
             let [x, y] = self.at(row, 0);
             let at = [x - 8.0, y + 0.5 * height];
-            write(area, &content.title, at, TITLE, content.colour, (HPos::Right, VPos::Center))?;
+            write(area, &content.title, at, (TITLE, content.colour), (HPos::Right, VPos::Center))?;
         }
         for (at, row, cell) in self.cells() {
             self.draw_cell(area, at, (row, cell))?;
@@ -134,7 +135,7 @@ impl Strip {
         let (y, colour) = (self.top() - 22.0, if group.strong { INK } else { FAINT });
         segment(area, [[from, y], [to - GAP, y]], line(colour, if group.strong { 2.5 } else { 1.0 }))?;
         let at = [0.5 * (from + to - GAP), y - 5.0];
-        write(area, &group.name, at, TEXT, colour, (HPos::Center, VPos::Bottom))
+        write(area, &group.name, at, (TEXT, colour), (HPos::Center, VPos::Bottom))
     }
 
     /// Border, arrows and note of an image at a place.
@@ -155,6 +156,6 @@ impl Strip {
             arrow(area, ends.map(place), 1.7, row.colour)?;
         }
         let below = [x + 0.5 * width, y + height + 2.0];
-        write(area, &cell.note, below, TEXT - 2.0, FAINT, (HPos::Center, VPos::Top))
+        write(area, &cell.note, below, (TEXT - 2.0, FAINT), (HPos::Center, VPos::Top))
     }
 }

@@ -10,7 +10,7 @@ use crate::chart::{Frame, TEXT, TITLE, border, dots, open, path, write};
 use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::style::{FAINT, GRID, INK, LAGRANGIAN, SOURCE, line};
-use crate::suite_page::{Cell, SPLITS};
+use crate::suite_cell::{Cell, SPLITS};
 
 const WIDTH: f64 = 820.0;
 /// Upper left corner of the first split's plot, shown pixels.
@@ -59,13 +59,10 @@ pub(crate) fn suite_figure(cells: &[Cell]) -> Result<Option<Figure>, ReportError
         y: Axis::linear(0.0..cells.len() as f64, 1, ""),
         splits,
     };
-    Figure::of(
-        "suite",
-        "PSNR of every run, by split; a line joins the source model with the Lagrangian \
-        scene distilled from it.",
-        &drawing,
-    )
-    .map(Some)
+    let caption = "PSNR of every run, by split; a line joins the source model with the Lagrangian \
+        scene distilled from it.";
+    let size = [WIDTH, CORNER[1] + drawing.panel()[1] + 50.0];
+    Figure::of(("suite", caption), size, &drawing).map(Some)
 }
 
 impl Suite {
@@ -76,24 +73,20 @@ impl Suite {
 }
 
 impl Drawing for Suite {
-    fn size(&self) -> [f64; 2] {
-        [WIDTH, CORNER[1] + self.panel()[1] + 50.0]
-    }
-
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let dot = |colour, text: &str| (Mark::Dot, colour, text.to_owned());
         legend(area, [CORNER[0], 16.0], &[dot(SOURCE, "source"), dot(LAGRANGIAN, "Lagrangian")])?;
         let height = |run: usize| self.names.len() as f64 - run as f64 - 0.5;
         for (run, name) in self.names.iter().enumerate() {
             let y = CORNER[1] + LINE * (run as f64 + 0.5);
-            write(area, name, [CORNER[0] - 10.0, y], TEXT - 1.0, INK, (HPos::Right, VPos::Center))?;
+            write(area, name, [CORNER[0] - 10.0, y], (TEXT - 1.0, INK), (HPos::Right, VPos::Center))?;
         }
         for (column, (split, scores)) in self.splits.iter().enumerate() {
             let frame = Frame {
                 at: [CORNER[0] + column as f64 * (self.panel()[0] + GAP), CORNER[1]],
                 size: self.panel(),
             };
-            let chart = open(area, frame, [&self.x, &self.y], false)?;
+            let chart = open(area, frame, [&self.x, &self.y])?;
             for &tick in self.x.ticks() {
                 path(&chart, &[(tick, 0.0), (tick, self.names.len() as f64)], line(GRID, 0.75))?;
             }
@@ -108,7 +101,7 @@ impl Drawing for Suite {
             }
             border(area, frame, [&self.x, &self.y], [self.x.ticks(), &[]])?;
             let above = [frame.at[0] + 0.5 * frame.size[0], CORNER[1] - 8.0];
-            write(area, split, above, TITLE, INK, (HPos::Center, VPos::Bottom))?;
+            write(area, split, above, (TITLE, INK), (HPos::Center, VPos::Bottom))?;
         }
         Ok(())
     }

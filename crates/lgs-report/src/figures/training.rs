@@ -6,27 +6,14 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, TEXT, border, open, path, segment, write};
+use crate::chart::{Frame, TEXT, border, open_with_grid, path, segment, write};
 use crate::error::ReportError;
 use crate::style::{FAINT, INK, LAGRANGIAN, SOURCE, line, pale};
+use crate::subject::Curve;
+use crate::thresholds::{MEANS_PER_STAGE, NARROWEST_STAGE};
 
 const SIZE: [f64; 2] = [820.0, 320.0];
 const FRAME: Frame = Frame { at: [76.0, 36.0], size: [730.0, 234.0] };
-
-/// Points of a stage that are averaged into one of the bold line, as a divisor of all.
-const AVERAGED: usize = 25;
-
-/// Width of a short stage, as a part of all steps.
-const NARROWEST: f64 = 0.22;
-
-/// PSNR of training images in one stage.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curve {
-    /// Name of the stage.
-    pub stage: String,
-    /// Steps of the stage, and PSNR in dB.
-    pub points: Vec<(f64, f64)>,
-}
 
 /// A stage's place on the common axis.
 struct Stage {
@@ -55,7 +42,7 @@ pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
     let all: f64 = drawn.iter().map(|d| d.1).sum();
     let mut from = 0.0;
     for (curve, last) in drawn {
-        let width = (last / all).max(NARROWEST);
+        let width = (last / all).max(NARROWEST_STAGE);
         let points = curve.points.iter().map(|p| (from + width * p.0 / last, p.1)).collect();
         let colour = if stages.is_empty() && curve.stage == "source" { SOURCE } else { LAGRANGIAN };
         stages.push(Stage {
@@ -76,12 +63,12 @@ pub(crate) fn figure(curves: &[Curve]) -> Result<Option<Figure>, ReportError> {
     ];
     let caption = "PSNR of the training images drawn at each step, stage after stage; bold: mean over \
         neighbouring steps.";
-    Figure::of("training", caption, &Training { stages, axes }).map(Some)
+    Figure::of(("training", caption), SIZE, &Training { stages, axes }).map(Some)
 }
 
 /// Means over runs of neighbouring points.
 fn averaged(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let run = points.len().div_ceil(AVERAGED).max(1);
+    let run = points.len().div_ceil(MEANS_PER_STAGE).max(1);
     let mean = |values: &[(f64, f64)], pick: fn(&(f64, f64)) -> f64| {
         values.iter().map(pick).sum::<f64>() / values.len() as f64
     };
@@ -89,13 +76,9 @@ fn averaged(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 impl Drawing for Training {
-    fn size(&self) -> [f64; 2] {
-        SIZE
-    }
-
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let [x, y] = &self.axes;
-        let chart = open(area, FRAME, [x, y], true)?;
+        let chart = open_with_grid(area, FRAME, [x, y])?;
         for stage in &self.stages {
             path(&chart, &stage.points, line(pale(stage.colour, 0.35), 0.8))?;
             path(&chart, &averaged(&stage.points), line(stage.colour, 2.0))?;
@@ -109,16 +92,14 @@ impl Drawing for Training {
                 area,
                 &stage.name,
                 [middle, FRAME.at[1] - 8.0],
-                TEXT,
-                stage.colour,
+                (TEXT, stage.colour),
                 (HPos::Center, VPos::Bottom),
             )?;
             write(
                 area,
                 &stage.steps,
                 [middle, FRAME.at[1] + FRAME.size[1] + 7.0],
-                TEXT,
-                INK,
+                (TEXT, INK),
                 (HPos::Center, VPos::Top),
             )?;
         }

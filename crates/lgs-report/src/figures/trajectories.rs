@@ -7,7 +7,7 @@ use plotters_backend::DrawingBackend;
 
 use crate::axis::{Axis, number, padded};
 use crate::canvas::{Area, Drawing, Fault, Figure};
-use crate::chart::{Frame, TITLE, border, dots, open, path, write};
+use crate::chart::{Frame, TITLE, border, dots, open_with_grid, path, write};
 use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::paths::{Paths, Tracks};
@@ -25,6 +25,13 @@ struct Panel<'a> {
     title: &'static str,
     colour: RGBColor,
     tracks: &'a Tracks,
+}
+
+/// The axes of a panel that have numbers and a name: panels side by side share the vertical one.
+#[derive(Clone, Copy)]
+enum Numbers {
+    BothAxes,
+    HorizontalAxis,
 }
 
 struct Trajectories<'a> {
@@ -66,8 +73,8 @@ pub(crate) fn figure(paths: &Paths) -> Result<Option<Figure>, ReportError> {
         number(-paths.window, 2),
         number(3.0 * paths.window, 2)
     );
-    Figure::of("trajectories", &caption, &Trajectories { paths, panels, plane, axes, panel: [width, height] })
-        .map(Some)
+    let drawing = Trajectories { paths, panels, plane, axes, panel: [width, height] };
+    Figure::of(("trajectories", &caption), [WIDTH, TOP + height + 48.0], &drawing).map(Some)
 }
 
 /// Ranges widened until one unit is as long on both axes of a panel of this width, and the panel's height.
@@ -107,10 +114,10 @@ impl Trajectories<'_> {
         area: &Area<B>,
         frame: Frame,
         panel: &Panel<'_>,
-        first: bool,
+        axes: Numbers,
     ) -> Result<(), Fault<B>> {
         let [x, y] = &self.axes;
-        let chart = open(area, frame, [x, y], true)?;
+        let chart = open_with_grid(area, frame, [x, y])?;
         let track = |particle: usize| -> Vec<(f64, (f64, f64))> {
             let positions = panel.tracks.positions[particle].iter().map(|&p| self.plane.project(p));
             panel.tracks.times.iter().copied().zip(positions).collect()
@@ -129,30 +136,28 @@ impl Trajectories<'_> {
             path(&chart, &observed, line(colour, 1.8))?;
             dots(&chart, &observed[..observed.len().min(1)], 2.2, colour)?;
         }
-        let numbers = if first { y.ticks() } else { &[] };
-        let label = if first { y.clone() } else { y.clone().unnamed() };
+        let (numbers, label): (&[f64], Axis) = match axes {
+            Numbers::BothAxes => (y.ticks(), y.clone()),
+            Numbers::HorizontalAxis => (&[], y.clone().unnamed()),
+        };
         border(area, frame, [x, &label], [x.ticks(), numbers])?;
         write(
             area,
             panel.title,
             [frame.at[0] + 0.5 * frame.size[0], frame.at[1] - 8.0],
-            TITLE,
-            panel.colour,
+            (TITLE, panel.colour),
             (HPos::Center, VPos::Bottom),
         )
     }
 }
 
 impl Drawing for Trajectories<'_> {
-    fn size(&self) -> [f64; 2] {
-        [WIDTH, TOP + self.panel[1] + 48.0]
-    }
-
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         legend(area, [LEFT, 16.0], &self.entries())?;
         for (index, panel) in self.panels.iter().enumerate() {
             let at = [LEFT + index as f64 * (self.panel[0] + GAP), TOP];
-            self.draw_panel(area, Frame { at, size: self.panel }, panel, index == 0)?;
+            let axes = if index == 0 { Numbers::BothAxes } else { Numbers::HorizontalAxis };
+            self.draw_panel(area, Frame { at, size: self.panel }, panel, axes)?;
         }
         Ok(())
     }

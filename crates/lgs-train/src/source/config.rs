@@ -1,9 +1,8 @@
 //! Settings of source training; their values are in `presets`, groups of them in `config_groups`.
 
-use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
+use lgs_model::source::{AdvectionConfig, DeformationConfig, MotionConfig, SourceKind, VelocityConfig};
 use serde::{Deserialize, Serialize};
 
-use super::advection::AdvectionConfig;
 use super::config_groups::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
@@ -93,6 +92,15 @@ impl Default for SourceConfig {
 }
 
 impl SourceConfig {
+    /// The settings of the motion.
+    pub(super) fn motion(&self) -> MotionConfig<'_> {
+        MotionConfig {
+            deformation: &self.deformation,
+            velocity: self.velocity.as_ref(),
+            advection: self.advection.as_ref(),
+        }
+    }
+
     /// The configuration for images of a width, with every count of iterations multiplied out.
     #[must_use]
     pub fn stretched(&self, width: u32) -> Self {

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::config::SourceConfig;
-
 /// The frames that the static warm-up sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -56,12 +54,6 @@ pub struct LearningRates {
     pub deformation_steps: usize,
 }
 
-impl Default for LearningRates {
-    fn default() -> Self {
-        SourceConfig::quick().learning_rates
-    }
-}
-
 /// Densification: where Gaussians are cloned, split and removed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -96,12 +88,6 @@ pub struct DensifyConfig {
     pub max_gaussians: usize,
 }
 
-impl Default for DensifyConfig {
-    fn default() -> Self {
-        SourceConfig::quick().densify
-    }
-}
-
 /// A prior that neighbouring Gaussians keep their distances, so that those that no image shows move with
 /// those that images show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -115,12 +101,6 @@ pub struct RigidityConfig {
     pub robust_scale: f32,
 }
 
-impl Default for RigidityConfig {
-    fn default() -> Self {
-        SourceConfig::quick().rigidity
-    }
-}
-
 /// A prior for sets with few images of each moment: Gaussians follow the paths that the silhouettes of still
 /// cameras give (`crate::tracks`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -131,10 +111,4 @@ pub struct GuideConfig {
     pub weight: f32,
     /// Paths are looked for in sets with fewer training images than this per distinct time.
     pub below_images_per_time: f32,
-}
-
-impl Default for GuideConfig {
-    fn default() -> Self {
-        SourceConfig::quick().guide
-    }
 }

@@ -4,7 +4,6 @@
 //! A step of [`SourceTrainer`] is one iteration: pick a frame, draw the deformed Gaussians, go back through
 //! loss, rasterizer and network, densify, and take one step of Adam per parameter group.
 
-mod advection;
 mod config;
 mod config_groups;
 mod densify;
@@ -22,7 +21,6 @@ mod statistics;
 mod trainer;
 mod validate;
 
-pub use advection::AdvectionConfig;
 pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
 pub use config_groups::{

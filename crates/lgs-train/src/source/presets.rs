@@ -2,14 +2,13 @@
 //! `quick` ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
 use lgs_core::DEFAULT_NEAR;
-use lgs_model::source::{DeformationConfig, SourceKind, VelocityConfig};
+use lgs_model::source::{AdvectionConfig, DeformationConfig, SourceKind, VelocityConfig};
 
-use super::advection::AdvectionConfig;
 use super::config::SourceConfig;
 use super::config_groups::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
-use crate::config::Preset;
+use crate::preset::Preset;
 
 /// Near plane of FreeGave as published, world units.
 const FREEGAVE_NEAR: f32 = 0.8;
@@ -19,12 +18,11 @@ impl SourceConfig {
     #[must_use]
     pub fn preset(kind: SourceKind, preset: Preset) -> Self {
         match (kind, preset) {
-            (SourceKind::Defgs, Preset::Quick) => Self::quick(),
-            (SourceKind::Defgs, Preset::Paper) => Self::paper(),
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
-            // Nothing is trained.
-            (SourceKind::Frames, _) => Self { kind, ..Self::quick() },
+            // The settings of `frames` have no effect: nothing is trained.
+            (SourceKind::Frames, _) | (_, Preset::Quick) => Self { kind, ..Self::quick() },
+            (_, Preset::Paper) => Self { kind, ..Self::paper() },
         }
     }
 
@@ -213,5 +211,29 @@ impl DensifyConfig {
             white_reset_at: 500,
             max_gaussians: 0,
         }
+    }
+}
+
+impl Default for LearningRates {
+    fn default() -> Self {
+        SourceConfig::quick().learning_rates
+    }
+}
+
+impl Default for DensifyConfig {
+    fn default() -> Self {
+        SourceConfig::quick().densify
+    }
+}
+
+impl Default for RigidityConfig {
+    fn default() -> Self {
+        SourceConfig::quick().rigidity
+    }
+}
+
+impl Default for GuideConfig {
+    fn default() -> Self {
+        SourceConfig::quick().guide
     }
 }

@@ -2,11 +2,11 @@
 //! surroundings, paths of silhouettes.
 
 use burn::tensor::{Device, Tensor};
+use lgs_model::source::Moment;
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
 use super::guide::Guide;
-use super::motion::Moment;
 use super::rigidity::NeighborGraph;
 use super::static_regulariser;
 use crate::cloud_tensors::host_rows;

@@ -2,14 +2,13 @@
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::{InputFrame, SourceModel};
+use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
 use super::density::{DensityControl, Replaced};
 use super::guide::Guide;
 use super::initial::initial_cloud;
-use super::motion::{Canonical, Captured, Moment, SourceMotion, source_motion};
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
 use crate::TrainError;
@@ -38,7 +37,7 @@ impl<'a> SourceTrainer<'a> {
     /// A fresh start. The configuration must have been validated.
     ///
     /// # Errors
-    /// If the dataset has no training frames.
+    /// If the dataset has no training frames, or the kind of source model is not trained from images.
     pub fn new(
         dataset: &'a Dataset,
         config: &SourceConfig,
@@ -58,7 +57,9 @@ impl<'a> SourceTrainer<'a> {
             InputFrame::IDENTITY
         };
         let order = FrameOrder::new(frames, &config, seed);
-        let motion = source_motion(&config, Captured { frame, time_window: order.span().1, seed });
+        let captured = Captured { frame, time_window: order.span().1, seed };
+        let motion =
+            config.kind.motion(&config.motion(), captured).ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
         let cloud = TrainableCloud::new(&cloud, device);
         Ok(Self {
@@ -67,7 +68,7 @@ impl<'a> SourceTrainer<'a> {
             background: dataset.background,
             iteration: 0,
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
-            network: AdamGroup::new(network, [motion.len()], device),
+            network: AdamGroup::new(network, [motion.parameters()], device),
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
@@ -195,7 +196,7 @@ impl Trainer for SourceTrainer<'_> {
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
         self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?;
-        self.network = AdamGroup::read_from(file, "network", [Some(self.motion.len())], &self.device)?;
+        self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
         let round = Round {

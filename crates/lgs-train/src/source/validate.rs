@@ -1,7 +1,5 @@
 //! Checks of the settings of source training.
 
-use lgs_model::source::{FreeGaveConfig, SourceKind};
-
 use super::config::SourceConfig;
 
 /// A key below `source` and what is wrong with its value.
@@ -13,7 +11,7 @@ impl SourceConfig {
     /// # Errors
     /// The first value out of range.
     pub fn validate(&self) -> Result<(), (String, String)> {
-        self.validate_motion()?;
+        self.kind.validate(&self.import, &self.motion())?;
         self.validate_rates()?;
         self.validate_counts()?;
         let weights = [
@@ -58,34 +56,6 @@ impl SourceConfig {
             let limit = if value < least { format!("below {least}") } else { format!("above {most}") };
             require((least..=most).contains(&value), key, format_args!("{value} is {limit}"))
         })
-    }
-
-    /// Checks the networks that move the Gaussians, and that the kind of source has these.
-    fn validate_motion(&self) -> Result<(), (String, String)> {
-        let deformation = self.deformation.clone();
-        let imported = !self.import.is_empty();
-        match (self.kind, &self.velocity, &self.advection) {
-            (SourceKind::Defgs, None, None) => {
-                deformation.validate().map_err(|(field, reason)| (format!("deformation.{field}"), reason))?;
-                require(
-                    deformation.code == 0,
-                    "deformation.code",
-                    format_args!("the source `defgs` has no code"),
-                )
-            }
-            (SourceKind::Frames, None, None) => {
-                require(imported, "import", format_args!("the source `frames` needs a file or folder"))
-            }
-            (SourceKind::Freegave, Some(velocity), Some(advection)) => {
-                require(!imported, "import", format_args!("a source `freegave` can only be trained"))?;
-                FreeGaveConfig { deformation, velocity: velocity.clone() }.validate()?;
-                advection.validate().map_err(|(field, reason)| (format!("advection.{field}"), reason))
-            }
-            _ => Err((
-                "kind".to_owned(),
-                "`velocity` and `advection` belong to the source `freegave`, and to no other".to_owned(),
-            )),
-        }
     }
 }
 

@@ -127,7 +127,8 @@ fn dynamics(object: Distilled, options: &MotionOptions) -> Dynamics {
             let (supports, velocity_policy) = alignment(&object, options);
             Dynamics::Particles(ParticleDynamics { system: object.system, supports, velocity_policy })
         }
-        Distilled::Generalised(DistilledLaw { law, start, .. }) => {
+        Distilled::Generalised(object) => {
+            let DistilledLaw { law, start, .. } = *object;
             Dynamics::Generalised(GeneralisedDynamics { law, start })
         }
     }

@@ -64,7 +64,7 @@ pub(super) fn observe(
     Observation {
         normals: bodies.iter().map(normal).collect(),
         squared_error: product(&residuals, &residuals),
-        loss: photometric(&drawn, &truth.pixels, truth.width as usize, truth.height as usize, SSIM_WEIGHT),
+        loss: photometric(&drawn, &truth.pixels, [truth.width as usize, truth.height as usize], SSIM_WEIGHT),
     }
 }
 

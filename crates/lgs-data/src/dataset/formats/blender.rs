@@ -1,8 +1,8 @@
 //! The D-NeRF ("Blender") layout: every `transforms_<split>.json` of the folder is a split, and its frames
 //! name images beside it. A frame needs `file_path`, `time` and `transform_matrix`.
 
-use super::FormatReader;
-use crate::dataset::DatasetError;
+use super::reader::FormatReader;
+use crate::dataset::error::DatasetError;
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile};
 use crate::edit::MotionEdit;

@@ -8,11 +8,13 @@
 
 mod blender;
 mod nerfstudio;
+mod reader;
 
+use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
-use crate::dataset::{DatasetError, Problem};
 use crate::edit::MotionEdit;
 use crate::ply::{self, Points};
+use reader::FormatReader;
 use std::path::{Path, PathBuf};
 
 /// A layout of image sets.
@@ -23,53 +25,6 @@ pub enum DatasetFormat {
     Blender,
     /// nerfstudio sets: one `transforms.json`; pinhole cameras without distortion.
     Nerfstudio,
-}
-
-/// The reader of one format. All paths are those of files in the folder `root`.
-pub(super) trait FormatReader: Sync {
-    /// The format's name on the command line and in configurations, lower case.
-    fn name(&self) -> &'static str;
-
-    /// The file by which the format is known, for messages.
-    fn marker(&self) -> &'static str;
-
-    /// Whether the folder holds a set in this format.
-    fn is_at(&self, root: &Path) -> bool;
-
-    /// Names of all splits in the folder; `train` need not be among them.
-    ///
-    /// # Errors
-    /// If what lists the splits cannot be read.
-    fn splits(&self, root: &Path) -> Result<Vec<String>, DatasetError>;
-
-    /// The file that describes a split, or that would describe it if the split existed. Its bytes are part
-    /// of the set's fingerprint.
-    fn split_file(&self, root: &Path, split: &str) -> PathBuf;
-
-    /// The frames of a split in file order: images, times, cameras, masks. Several frames may share a time.
-    ///
-    /// # Errors
-    /// If a file is unreadable or malformed, or a frame lacks a value or has one that cannot be; an empty
-    /// split is an error too.
-    fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError>;
-
-    /// The edit that a split shows, where its images are of the same start under other physics. Default:
-    /// no split shows one.
-    ///
-    /// # Errors
-    /// If what says so is unreadable or malformed.
-    fn edit(&self, root: &Path, split: &str) -> Result<Option<MotionEdit>, DatasetError> {
-        let _ = (root, split);
-        Ok(None)
-    }
-
-    /// The file of points that the set ships, if it ships one. Default: `points3d.ply`.
-    ///
-    /// # Errors
-    /// If what names the file cannot be read.
-    fn points_file(&self, root: &Path) -> Result<Option<PathBuf>, DatasetError> {
-        Ok(Some(root.join("points3d.ply")).filter(|path| path.exists()))
-    }
 }
 
 impl DatasetFormat {

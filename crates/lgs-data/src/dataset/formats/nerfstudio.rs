@@ -14,10 +14,10 @@
 //! static captures, the others are in `train`, and there is no `test`; fewer than eight images are all in
 //! `train`.
 
-use super::FormatReader;
+use super::reader::FormatReader;
+use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile, TransformsFrame};
-use crate::dataset::{DatasetError, Problem};
 use crate::thresholds::VALIDATION_STEP;
 use serde::Deserialize;
 use serde_json::{Map, Value};

@@ -4,6 +4,7 @@ use super::*;
 use image::{Rgba, RgbaImage};
 use serde_json::{Value, json};
 use std::fs;
+use std::path::Path;
 
 const POSE: [[f64; 4]; 4] =
     [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, -4.0], [0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]];

@@ -1,7 +1,7 @@
 //! A rigid body that turns freely or about a fixed point: Euler's equations.
 
-use super::super::motion::Pose;
-use super::{Law, joined, vector};
+use super::super::pose::Pose;
+use super::law::{Law, joined, vector};
 use crate::edit::MotionEdit;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};

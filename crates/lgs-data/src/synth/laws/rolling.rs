@@ -1,7 +1,7 @@
 //! A ball that rolls without slipping.
 
-use super::super::motion::Pose;
-use super::Law;
+use super::super::pose::Pose;
+use super::law::Law;
 use crate::edit::MotionEdit;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};

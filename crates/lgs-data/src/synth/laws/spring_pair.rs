@@ -1,7 +1,7 @@
 //! Two bodies joined by a spring, thrown.
 
-use super::super::motion::Pose;
-use super::{Law, joined, vector};
+use super::super::pose::Pose;
+use super::law::{Law, joined, vector};
 use crate::edit::MotionEdit;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};

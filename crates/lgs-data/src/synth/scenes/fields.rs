@@ -6,7 +6,7 @@ use super::super::laws::{Field, Point, SpringPair};
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::{Entry, alone, framed, simulated};
+use super::entry::{Entry, alone, framed, simulated};
 use glam::{DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 5] = [

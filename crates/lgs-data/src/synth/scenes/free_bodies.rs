@@ -8,7 +8,7 @@ use super::super::motion::Motion;
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::{Entry, alone, framed, simulated};
+use super::entry::{Entry, alone, framed, simulated};
 use glam::{DMat3, DQuat, DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 5] = [

@@ -6,7 +6,7 @@ use super::super::motion::Motion;
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::{Entry, alone, framed, ring};
+use super::entry::{Entry, alone, framed, ring};
 use glam::{DMat3, DQuat, DVec3, dvec3};
 use std::f64::consts::TAU;
 

@@ -6,7 +6,7 @@ use super::super::motion::Motion;
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::Entry;
+use super::entry::Entry;
 use glam::{DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 1] = [Entry::new(

@@ -7,7 +7,7 @@ use super::super::motion::Motion;
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::{Entry, alone, framed};
+use super::entry::{Entry, alone, framed};
 use glam::{DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 3] = [

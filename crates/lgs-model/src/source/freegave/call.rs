@@ -59,7 +59,7 @@ pub(super) struct Partial {
     deformation: MlpGradients,
     code: MlpGradients,
     segment: MlpGradients,
-    /// By the motion bases, `[times, k]`.
+    /// Gradients by the motion bases, `[times, k]`.
     bases: Vec<Twist>,
 }
 

@@ -10,7 +10,7 @@ use crate::source::config::{DeformationConfig, NetworkLayout, within};
 /// Hidden units of the segment head, as a multiple of the code's length (method §3.2).
 const SEGMENT_FACTOR: usize = 4;
 
-/// How the rotation of a Gaussian that the velocity field carries is accumulated (method §3.2).
+/// Accumulation of the rotation of a Gaussian that the velocity field carries (method §3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RotationForm {
@@ -43,7 +43,7 @@ pub struct VelocityConfig {
     pub max_time: f32,
     /// Steps of the integration per unit of time (paper: 60).
     pub fps: f32,
-    /// How rotations are accumulated (paper: reference).
+    /// Accumulation of rotations (paper: reference).
     pub rotation: RotationForm,
     /// A Gaussian that stays within this distance of where it is at t = 0 does not move at all when drawn,
     /// world units (paper: 0.01).
@@ -118,7 +118,7 @@ pub struct FreeGaveConfig {
 }
 
 impl FreeGaveConfig {
-    /// What is wrong with the values, as (field, reason).
+    /// Checks the values; a refusal is (field, reason).
     ///
     /// # Errors
     /// The first field out of range.
@@ -139,7 +139,7 @@ impl FreeGaveConfig {
         self.deformation.code
     }
 
-    /// Where the parameters lie.
+    /// Places of the parameters in the flat vector.
     #[must_use]
     pub fn layout(&self) -> FreeGaveLayout {
         FreeGaveLayout::new(self)

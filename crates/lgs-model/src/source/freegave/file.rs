@@ -8,8 +8,8 @@ use super::config::FreeGaveConfig;
 use super::model::FreeGave;
 use super::network::FreeGaveNetworks;
 use crate::scene::{insert_cloud, read_cloud};
-use crate::source::SourceModel;
-use crate::source::file::SourceError;
+use crate::source::error::SourceError;
+use crate::source::model::SourceModel;
 use crate::source::network::InputFrame;
 use crate::tensor_file::TensorFile;
 

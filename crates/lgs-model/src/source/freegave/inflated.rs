@@ -1,4 +1,4 @@
-//! What the published renderer draws for a quaternion that is not of unit length: the covariance of
+//! The shape that the published renderer draws for a quaternion that is not of unit length: the covariance of
 //! another ellipsoid.
 
 use lgs_core::linear::{Mat3, mat_mul, matrix_from_quat, quat_from_matrix, quat_normalize, transpose};

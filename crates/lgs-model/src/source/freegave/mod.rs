@@ -6,16 +6,21 @@
 //! operation on slices ([`network`]), which [`tensor`] makes differentiable inside Burn; [`mod@reference`] is
 //! its twin in plain tensor operations.
 
+mod advection;
+mod advection_config;
 mod call;
 mod config;
 mod file;
 mod inflated;
 mod model;
+mod motion;
 pub mod network;
 pub mod reference;
 pub mod tensor;
 pub mod twist;
 
+pub use advection_config::AdvectionConfig;
 pub use config::{FreeGaveConfig, FreeGaveLayout, RotationForm, VelocityConfig};
 pub use model::FreeGave;
+pub(super) use motion::KIND;
 pub use network::{Advection, FreeGaveNetworks, Learns};

@@ -9,16 +9,16 @@ use super::config::RotationForm;
 use super::file::to_tensors;
 use super::inflated::drawn_shape;
 use super::network::{Advection, AdvectionInput, FreeGaveNetworks, carry};
-use crate::source::SourceModel;
 use crate::source::defgs::compose;
-use crate::source::file::SourceKind;
+use crate::source::kind::SourceKind;
+use crate::source::model::SourceModel;
 use crate::source::pose::DELTAS;
 use crate::tensor_file::TensorFile;
 
 /// Interval of the times at which a Gaussian is asked whether it stays where it is (method §3.2).
 const STILL_INTERVAL: f32 = 0.01;
 
-/// Opacity logit of what is not drawn.
+/// Opacity logit of Gaussians that are not drawn.
 const NOT_DRAWN: f32 = -30.0;
 
 /// A trained FreeGave model.
@@ -26,16 +26,16 @@ const NOT_DRAWN: f32 = -30.0;
 pub struct FreeGave {
     /// Gaussians before deformation.
     pub canonical: GaussianCloud,
-    /// What moves them.
+    /// The networks that move them.
     pub networks: FreeGaveNetworks,
-    /// End of the captured window: what keeps still until then never moves.
+    /// End of the captured window: a Gaussian that keeps still until then never moves.
     pub time_window: f32,
     /// Poses at t = 0 of the Gaussians that never move; worked out when first asked.
     still: OnceLock<Vec<Option<[f32; DELTAS]>>>,
 }
 
 impl FreeGave {
-    /// A model of its parts.
+    /// A model from its parts.
     #[must_use]
     pub fn new(canonical: GaussianCloud, networks: FreeGaveNetworks, time_window: f32) -> Self {
         Self { canonical, networks, time_window, still: OnceLock::new() }

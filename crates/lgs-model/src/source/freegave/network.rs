@@ -2,10 +2,10 @@
 //! in, pose rows out.
 //!
 //! Gaussians run in blocks of fixed size; the weight gradients of a few blocks are kept apart and summed in
-//! order, so the result does not depend on the number of threads. Gradients (method §3.2): positions pass theirs
-//! straight to the deformation, as if what the velocity field adds were constant, and the velocity field gets
-//! its own through that addition, as if the start of it were constant. What enters the encoding is a
-//! constant.
+//! order, so the result does not depend on the number of threads. Gradients (method §3.2): those of positions
+//! pass straight to the deformation, as if the displacement by the velocity field were constant, and the
+//! velocity field gets its own through that displacement, as if its start were constant. Positions are
+//! constants to the encoding.
 
 use std::ops::Range;
 
@@ -44,11 +44,11 @@ pub enum Learns {
     /// All networks and the Gaussians.
     #[default]
     All,
-    /// Those of the velocity field; the deformation and the Gaussians are constants.
+    /// The parameters of the velocity field; the deformation and the Gaussians are constants.
     Velocity,
 }
 
-/// From when to when a call carries Gaussians.
+/// The times between which a call carries Gaussians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advection {
     /// Time that the deformation network is asked for.
@@ -59,7 +59,7 @@ pub struct Advection {
     pub longest_step: f32,
     /// Whether Gaussians also turn while they are carried.
     pub turns: bool,
-    /// Which networks gradients reach.
+    /// The parameters that gradients reach.
     pub learns: Learns,
 }
 

@@ -14,7 +14,7 @@ use super::config::FreeGaveConfig;
 use super::network::{Advection, AdvectionInput, Kept, carry as carry_rows, carry_kept, carry_vjp};
 use crate::source::network::InputFrame;
 
-/// What a call needs beside tensors.
+/// The constants of a call.
 #[derive(Clone, Debug)]
 pub struct AdvectionSpec {
     /// Sizes.
@@ -25,8 +25,8 @@ pub struct AdvectionSpec {
     pub advection: Advection,
 }
 
-/// Backends that can run the networks: kernels from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`
-/// to pose rows `[n, DELTAS]`.
+/// Backends that can run the networks: kernels from parameters `[P]`, centres `[n, 3]` and quaternions
+/// `[n, 4]` to pose rows `[n, DELTAS]`.
 pub trait FreeGaveKernels: Kernel<AdvectionSpec, 3> {}
 
 impl<B: Kernel<AdvectionSpec, 3>> FreeGaveKernels for B {}

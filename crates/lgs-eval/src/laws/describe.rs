@@ -1,0 +1,118 @@
+//! A law in generalised coordinates as a record: names, values and units.
+
+use lgs_mechanics::Law;
+use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::terms::{Entry, Parameter, Quantity, Space};
+
+use super::record::{LawParameter, LawTerm, ObjectLaw};
+
+impl ObjectLaw {
+    /// The record of a law: coordinates and terms with values, deviations and units. Trust, rivals and band
+    /// are left out.
+    #[must_use]
+    pub fn describing(law: &Law, verdict: Verdict) -> Self {
+        let all: Vec<LawParameter> =
+            law.table().iter().enumerate().map(|(index, entry)| parameter(law, index, entry)).collect();
+        let term = |(index, term): (usize, &lgs_mechanics::terms::Term)| LawTerm {
+            name: term.kind.name().to_owned(),
+            port: term.port.name().to_owned(),
+            role: term.kind.role(),
+            parameters: all[law.range(index)].to_vec(),
+        };
+        let of_terms: usize = (0..law.terms.len()).map(|index| law.range(index).len()).sum();
+        Self {
+            coordinates: law.coordinates.name().to_owned(),
+            kinetic: all[..all.len() - of_terms].to_vec(),
+            terms: law.terms.iter().enumerate().map(term).collect(),
+            verdict,
+            ..Self::default()
+        }
+    }
+}
+
+fn parameter(law: &Law, index: usize, (parameter, space): &(Parameter, Space)) -> LawParameter {
+    LawParameter {
+        name: parameter.name.clone(),
+        value: law.parameters[index],
+        deviation: law.deviations.get(index).copied(),
+        unit: unit_text(parameter, *space),
+    }
+}
+
+/// The unit of a parameter in a space, such as `u/t²`: `u` is the world's unit of length, `t` the unit of
+/// time. Angles are in radians, which are left out of compound units.
+#[must_use]
+pub fn unit_text(parameter: &Parameter, space: Space) -> String {
+    let angular = matches!(space.quantity, Quantity::Angle | Quantity::Rate);
+    if angular && parameter.entry == Entry::Place {
+        return "rad".to_owned();
+    }
+    let length = if angular { 0.0 } else { parameter.unit.length };
+    let powers = [("u", length), ("t", parameter.unit.time)];
+    let part = |sign: f64| -> String {
+        powers
+            .iter()
+            .filter(|(_, power)| sign * power > 0.0)
+            .map(|(name, p)| powered(name, sign * p))
+            .collect()
+    };
+    match (part(1.0), part(-1.0)) {
+        (above, below) if below.is_empty() => above,
+        (above, below) if above.is_empty() => format!("1/{below}"),
+        (above, below) => format!("{above}/{below}"),
+    }
+}
+
+/// A unit with an exponent above zero.
+fn powered(unit: &str, power: f64) -> String {
+    let raised = [(1.0, ""), (2.0, "²"), (3.0, "³"), (4.0, "⁴")].into_iter().find(|(p, _)| *p == power);
+    raised.map_or_else(|| format!("{unit}^{power}"), |(_, sign)| format!("{unit}{sign}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_mechanics::coordinates::{Coordinates, Hinge, Port};
+    use lgs_mechanics::terms::{Role, Term};
+
+    #[test]
+    fn a_law_is_described_with_values_deviations_and_units() {
+        let term = |name| Term::named(name, Port::Whole).expect(name);
+        let terms = vec![term("uniform-field"), term("quadratic-drag")];
+        let law = Law::new(Coordinates::Point, terms, vec![0.0, 0.1, -0.98, 0.5], 0.01).expect("law");
+        let law = Law { deviations: vec![0.01, 0.02, 0.03, 0.04], ..law };
+        let record = ObjectLaw::describing(&law, Verdict::Explained);
+        assert_eq!((record.coordinates.as_str(), record.kinetic.len(), record.terms.len()), ("point", 0, 2));
+        let [field, drag] = &record.terms[..] else { panic!("two terms") };
+        assert_eq!(
+            (field.name.as_str(), field.port.as_str(), field.role),
+            ("uniform-field", "whole", Role::Conserves)
+        );
+        assert_eq!((field.parameters[2].value, field.parameters[2].deviation), (-0.98, Some(0.03)));
+        assert_eq!((field.parameters[0].unit.as_str(), drag.parameters[0].unit.as_str()), ("u/t²", "1/u"));
+        assert_eq!(drag.role, Role::Dissipates);
+    }
+
+    #[test]
+    fn angles_have_no_length() {
+        let hinge = Hinge { axis: [0.0, 0.0, 1.0], pivot: [0.0; 3] };
+        let fourier = Term::named("fourier", Port::Whole).expect("term");
+        let unknown = vec![0.0; 2];
+        let law = Law::new(Coordinates::Hinge(hinge), vec![fourier], unknown, 0.01).expect("law");
+        let record = ObjectLaw::describing(&law, Verdict::Described);
+        let units: Vec<&str> = record.terms[0].parameters.iter().map(|p| p.unit.as_str()).collect();
+        assert!(units.iter().all(|unit| ["rad", "1/t²"].contains(unit)), "{units:?}");
+        assert!(record.terms[0].parameters.iter().all(|p| p.deviation.is_none()));
+    }
+
+    #[test]
+    fn powers_are_written_as_a_reader_expects_them() {
+        let unit = |length: i32, time: i32| unit_text(&Parameter::linear("k", length, time), Space::PLACE);
+        assert_eq!(
+            [unit(0, 0), unit(1, 0), unit(0, -2), unit(-2, -2), unit(3, -2)],
+            ["", "u", "1/t²", "1/u²t²", "u³/t²"]
+        );
+        let root = unit_text(&Parameter::linear("k", 3, -2).root(2.0), Space::PLACE);
+        assert_eq!(root, "u^1.5/t");
+    }
+}

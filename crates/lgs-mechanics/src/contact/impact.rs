@@ -1,0 +1,117 @@
+//! Impacts: sudden changes of velocity, and where they are in a track.
+
+use crate::MechanicsError;
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// A sudden change of velocity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Impact {
+    /// Time, in the units of the law.
+    pub time: f64,
+    /// Change of the velocity, `[freedoms]`, or of the centre's alone, `[3]`, where it was read from a track.
+    pub change: Vec<f64>,
+}
+
+/// Checks that events have the size of the coordinates, are finite, and their times ascend.
+pub(crate) fn check_order(events: &[Impact], freedoms: usize) -> Result<(), MechanicsError> {
+    for (index, event) in events.iter().enumerate() {
+        if event.change.len() != freedoms {
+            let what = format!("change of velocity of event {index}");
+            return Err(MechanicsError::Size { what, expected: freedoms, found: event.change.len() });
+        }
+        let numbers = event.change.iter().chain([&event.time]);
+        if let Some(&value) = numbers.clone().find(|value| !value.is_finite()) {
+            let (what, allowed) = (format!("a number of event {index}"), "a finite number".to_owned());
+            return Err(MechanicsError::OutOfBounds { what, value, allowed });
+        }
+        let before = index.checked_sub(1).map(|last| events[last].time);
+        if let Some(before) = before.filter(|before| *before >= event.time) {
+            return Err(MechanicsError::OutOfOrder { index, time: event.time, before });
+        }
+    }
+    Ok(())
+}
+
+/// Samples on either side of an impact from which its velocities are read.
+const SIDE: usize = 5;
+/// Fewest samples of a side: a parabola leaves one of them over.
+const FEWEST: usize = 4;
+/// Jump of the velocity over its own noise that is an impact: of normal noise, fewer than one in 10⁸ is.
+const JUMP: f64 = 6.0;
+/// Median length of a vector of three normal numbers.
+const MEDIAN: f64 = 1.538;
+
+/// A jump of the velocity between two samples.
+struct Jump {
+    /// The sample before it.
+    before: usize,
+    time: f64,
+    change: DVec3,
+    /// Length over the deviation that noise of unit deviation makes.
+    size: f64,
+}
+
+/// Impacts in a path of a body's centre at ascending times, found where the velocities of parabolas through
+/// the samples before and after differ by far more than elsewhere along the path.
+#[must_use]
+pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
+    let count = times.len().min(centers.len());
+    let last = count.saturating_sub(FEWEST);
+    let mut jumps: Vec<Jump> = (FEWEST - 1..last).filter_map(|k| jump(times, centers, k, count)).collect();
+    let mut sizes: Vec<f64> = jumps.iter().map(|jump| jump.size).collect();
+    sizes.sort_by(f64::total_cmp);
+    // Most places are no impacts: their median jump is noise, or what parabolas leave of a smooth path.
+    let Some(median) = sizes.get(sizes.len() / 2) else { return Vec::new() };
+    let least = JUMP * median / MEDIAN;
+    jumps.retain(|jump| jump.size > least);
+    jumps.sort_by(|a, b| b.size.total_cmp(&a.size));
+    let mut found: Vec<Jump> = Vec::new();
+    for jump in jumps {
+        if found.iter().all(|other| other.before.abs_diff(jump.before) >= SIDE) {
+            found.push(jump);
+        }
+    }
+    found.sort_by_key(|jump| jump.before);
+    found.iter().map(|jump| Impact { time: jump.time, change: jump.change.to_array().to_vec() }).collect()
+}
+
+/// The jump between samples `k` and `k + 1`.
+fn jump(times: &[f64], centers: &[[f64; 3]], k: usize, count: usize) -> Option<Jump> {
+    let middle = 0.5 * (times[k] + times[k + 1]);
+    let side = |range: Range<usize>| parabola(&times[range.clone()], &centers[range], middle);
+    let (before, speed_before, noise_before) = side((k + 1).saturating_sub(SIDE)..k + 1)?;
+    let (after, speed_after, noise_after) = side(k + 1..(k + 1 + SIDE).min(count))?;
+    let change = speed_after - speed_before;
+    let apart = (after - before).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
+    let time = (middle - apart).clamp(times[k], times[k + 1]);
+    let size = change.length() / (noise_before + noise_after).sqrt();
+    Some(Jump { before: k, time, change, size })
+}
+
+/// Position and velocity at a time of the parabola through samples, and the variance of its velocity for
+/// noise of unit variance.
+fn parabola(times: &[f64], centers: &[[f64; 3]], at: f64) -> Option<(DVec3, DVec3, f64)> {
+    let basis = DMatrix::from_fn(times.len(), 3, |row, power| (times[row] - at).powi(power as i32));
+    let inverse = basis.tr_mul(&basis).try_inverse()?;
+    let component = |axis: usize| {
+        let values = DVector::from_iterator(centers.len(), centers.iter().map(|center| center[axis]));
+        &inverse * basis.tr_mul(&values)
+    };
+    let found = [0, 1, 2].map(component);
+    let row = |power: usize| DVec3::from_array([0, 1, 2].map(|axis| found[axis][power]));
+    Some((row(0), row(1), inverse[(1, 1)]))
+}
+
+/// Ranges of samples between impacts: nothing is smooth across one.
+#[must_use]
+pub fn pieces(times: &[f64], impacts: &[Impact]) -> Vec<Range<usize>> {
+    let at = |impact: &Impact| times.partition_point(|time| *time <= impact.time);
+    let mut bounds: Vec<usize> = impacts.iter().map(at).collect();
+    bounds.insert(0, 0);
+    bounds.push(times.len());
+    bounds.windows(2).map(|pair| pair[0]..pair[1]).filter(|range| !range.is_empty()).collect()
+}

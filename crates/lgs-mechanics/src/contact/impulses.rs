@@ -1,0 +1,151 @@
+//! Impulses at the contact points of a body.
+
+use super::Contact;
+use crate::coordinates::{State, quaternion};
+use glam::{DMat3, DVec3};
+
+/// A body in world axes: mass 1, inertia in principal axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Body {
+    rotation: DMat3,
+    center: DVec3,
+    /// Inverse moments of inertia; zero for a point, which does not turn.
+    inverse: DVec3,
+    /// Angular velocity, world axes.
+    spin: DVec3,
+    velocity: DVec3,
+}
+
+/// A contact point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    /// Height of its surface over the plane.
+    pub(super) gap: f64,
+    /// From the centre to the surface, world axes.
+    arm: DVec3,
+    /// Normal velocity that the impulses must leave at least.
+    pub(super) least: f64,
+    /// Impulse along the normal, then across it.
+    normal: f64,
+    across: DVec3,
+}
+
+impl Body {
+    pub(super) fn new(state: &State, moments: Option<[f64; 3]>) -> Self {
+        match moments {
+            Some(moments) => {
+                let rotation = DMat3::from_quat(quaternion(&state.x));
+                Self {
+                    rotation,
+                    center: DVec3::from_slice(&state.x[4..]),
+                    inverse: DVec3::from_array(moments).recip(),
+                    spin: rotation * DVec3::from_slice(&state.v),
+                    velocity: DVec3::from_slice(&state.v[3..]),
+                }
+            }
+            None => Self {
+                rotation: DMat3::IDENTITY,
+                center: DVec3::from_slice(&state.x),
+                inverse: DVec3::ZERO,
+                spin: DVec3::ZERO,
+                velocity: DVec3::from_slice(&state.v),
+            },
+        }
+    }
+
+    /// All points that may touch.
+    pub(super) fn touches(&self, contact: &Contact) -> Vec<Touch> {
+        let normal = DVec3::from(contact.plane.normal);
+        let touch = |point: &[f64; 3]| {
+            let arm = self.rotation * DVec3::from(*point) - normal * contact.radius;
+            let gap = contact.plane.height(self.center + arm);
+            Touch { gap, arm, least: 0.0, normal: 0.0, across: DVec3::ZERO }
+        };
+        contact.points.iter().map(touch).collect()
+    }
+
+    /// Smallest height over the plane.
+    pub(super) fn gap(&self, contact: &Contact) -> f64 {
+        self.touches(contact).iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same place with the velocities of another.
+    pub(super) fn with_velocities(&self, other: &Self) -> Self {
+        Self { spin: other.spin, velocity: other.velocity, ..*self }
+    }
+
+    /// Angular velocity, world axes.
+    pub(super) fn spin(&self) -> DVec3 {
+        self.spin
+    }
+
+    /// Velocity of the centre.
+    pub(super) fn velocity(&self) -> DVec3 {
+        self.velocity
+    }
+
+    /// Velocity of a touching point.
+    pub(super) fn velocity_at(&self, touch: &Touch) -> DVec3 {
+        self.velocity + self.spin.cross(touch.arm)
+    }
+
+    /// Changes the velocities by an impulse at a point.
+    fn push(&mut self, arm: DVec3, impulse: DVec3) {
+        self.velocity += impulse;
+        self.spin += self.turned(arm.cross(impulse));
+    }
+
+    /// The inverse inertia in world axes, applied to a vector.
+    fn turned(&self, vector: DVec3) -> DVec3 {
+        self.rotation * (self.inverse * (self.rotation.transpose() * vector))
+    }
+
+    /// Change of a point's velocity along a direction by a unit impulse there.
+    fn response(&self, arm: DVec3, direction: DVec3) -> f64 {
+        1.0 + direction.dot(self.turned(arm.cross(direction)).cross(arm))
+    }
+
+    /// Writes the velocities into a state.
+    pub(super) fn write(&self, state: &mut State) {
+        let turns = state.v.len() - 3;
+        if turns == 3 {
+            state.v[..3].copy_from_slice(&(self.rotation.transpose() * self.spin).to_array());
+        }
+        state.v[turns..].copy_from_slice(&self.velocity.to_array());
+    }
+}
+
+/// Sweeps over the contact points; four corners of a resting cube need about thirty.
+const SWEEPS: usize = 200;
+/// Change of the impulses, relative to their sum, at which they count as found.
+const SOLVED: f64 = 1e-12;
+
+/// Finds impulses by projected Gauss–Seidel: normal ones push only, and only as far as each point's least
+/// velocity asks for; those across the normal oppose sliding within Coulomb's cone.
+pub(super) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
+    let normal = DVec3::from(contact.plane.normal);
+    for _ in 0..SWEEPS {
+        let (mut change, mut sum) = (0.0, 0.0);
+        for touch in touches.iter_mut() {
+            let missing = touch.least - body.velocity_at(touch).dot(normal);
+            let push = (touch.normal + missing / body.response(touch.arm, normal)).max(0.0);
+            let by = push - touch.normal;
+            body.push(touch.arm, normal * by);
+            touch.normal = push;
+            let slide = body.velocity_at(touch).reject_from(normal);
+            let mut across = touch.across;
+            if let Some(direction) = slide.try_normalize() {
+                across -= slide / body.response(touch.arm, direction);
+            }
+            across = across.clamp_length_max(contact.friction * touch.normal);
+            let turned = across - touch.across;
+            body.push(touch.arm, turned);
+            touch.across = across;
+            change += by.abs() + turned.length();
+            sum += push;
+        }
+        if change <= SOLVED * sum {
+            break;
+        }
+    }
+}

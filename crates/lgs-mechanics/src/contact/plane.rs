@@ -1,0 +1,71 @@
+//! Planes, given or fitted.
+
+use crate::MechanicsError;
+use glam::DVec3;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// The plane `n · q = offset`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plane {
+    /// Unit normal, world axes, to the side of the body.
+    pub normal: [f64; 3],
+    /// Distance from the origin along the normal, world units.
+    pub offset: f64,
+}
+
+/// Tolerance of the length of a normal: that of numbers kept in single precision.
+const UNIT_TOLERANCE: f64 = 1e-5;
+
+impl Plane {
+    /// Signed distance of a point.
+    #[must_use]
+    pub fn height(&self, point: DVec3) -> f64 {
+        DVec3::from(self.normal).dot(point) - self.offset
+    }
+
+    /// Checks that the normal has length 1 and all is finite.
+    pub fn check(&self) -> Result<(), MechanicsError> {
+        let length = DVec3::from(self.normal).length();
+        if (length - 1.0).abs() > UNIT_TOLERANCE || !self.offset.is_finite() || length.is_nan() {
+            let (what, allowed) = ("length of a plane's normal".to_owned(), "1".to_owned());
+            return Err(MechanicsError::OutOfBounds { what, value: length, allowed });
+        }
+        Ok(())
+    }
+
+    /// The plane through points at rest, nearest in the mean square, with the body `above` it; `None` for
+    /// fewer than three points or ones along a line.
+    #[must_use]
+    pub fn through(points: &[[f64; 3]], above: [f64; 3]) -> Option<Self> {
+        let count = points.len() as f64;
+        let mean = points.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>() / count;
+        let spread = |p: &[f64; 3]| (Vector3::from(*p) - mean) * (Vector3::from(*p) - mean).transpose();
+        let eigen = points.iter().map(spread).sum::<Matrix3<f64>>().symmetric_eigen();
+        let least = eigen.eigenvalues.imin();
+        let mut sorted: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
+        sorted.sort_by(f64::total_cmp);
+        if points.len() < 3 || sorted[1] <= 1e-12 * sorted[2] {
+            return None;
+        }
+        let normal: Vector3<f64> = eigen.eigenvectors.column(least).into_owned();
+        let side = normal.dot(&(Vector3::from(above) - mean));
+        let normal = if side < 0.0 { -normal } else { normal };
+        Some(Self { normal: normal.into(), offset: normal.dot(&mean) })
+    }
+
+    /// The plane of impacts: its normal along the mean change of the centre's velocity (friction has no
+    /// preferred direction over several impacts), its offset that of the lowest `surface` point at each.
+    #[must_use]
+    pub fn of_impacts(changes: &[[f64; 3]], surfaces: &[Vec<[f64; 3]>]) -> Option<Self> {
+        let normal = changes.iter().map(|change| DVec3::from(*change)).sum::<DVec3>().try_normalize()?;
+        let lowest = |surface: &Vec<[f64; 3]>| {
+            let heights = surface.iter().map(|point| normal.dot(DVec3::from(*point)));
+            heights.min_by(f64::total_cmp)
+        };
+        let heights: Vec<f64> = surfaces.iter().filter_map(lowest).collect();
+        let offset = heights.iter().sum::<f64>() / heights.len() as f64;
+        offset.is_finite().then(|| Self { normal: normal.to_array(), offset })
+    }
+}

@@ -1,0 +1,191 @@
+//! Bodies that fall on a plane: impacts, friction, rest, the way back, and faults of the file.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{law, state};
+use lgs_mechanics::contact::{Contact, Plane, extreme_points, impacts, pieces};
+use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm, Port, State};
+use lgs_mechanics::{Edit, Law, System};
+
+const GRAVITY: f64 = 9.81;
+const HALF: f64 = 0.05;
+
+fn floor(restitution: f64, friction: f64) -> Contact {
+    Contact {
+        plane: Plane { normal: [0.0, 0.0, 1.0], offset: 0.0 },
+        points: vec![[0.0; 3]],
+        radius: 0.1,
+        restitution,
+        friction,
+        resting_speed: Contact::resting_speed(GRAVITY, 1e-4),
+    }
+}
+
+/// A ball of radius 0.1 under gravity.
+fn ball(restitution: f64) -> Law {
+    let mut ball = law(Coordinates::Point, &[], &[("uniform-field", Port::Whole, &[0.0, 0.0, -GRAVITY])]);
+    ball.contact = Some(floor(restitution, 0.2));
+    ball
+}
+
+fn corners() -> Vec<[f64; 3]> {
+    let sign = |bit: usize| if bit == 0 { -HALF } else { HALF };
+    (0..8).map(|k| [sign(k & 1), sign(k & 2), sign(k & 4)]).collect()
+}
+
+/// A cube under gravity.
+fn cube(restitution: f64, friction: f64) -> Law {
+    let inertia = Inertia { form: InertiaForm::Prior, ..Inertia::ball(2.0 / 3.0 * HALF * HALF) };
+    let terms: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Center, &[0.0, 0.0, -GRAVITY])];
+    let mut cube = law(Coordinates::Rigid(inertia), &[], &terms);
+    cube.step = 1.0 / 150.0;
+    cube.contact = Some(Contact { points: corners(), radius: 0.0, ..floor(restitution, friction) });
+    cube
+}
+
+fn thrown_cube() -> State {
+    let q = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.5, -0.4, 0.9);
+    state(&[q.w, q.x, q.y, q.z, 0.0, 0.0, 0.3], &[4.0, -7.0, 3.0, 0.8, 0.1, 0.3])
+}
+
+/// Height of the lowest corner.
+fn lowest(state: &State) -> f64 {
+    let q = glam::DQuat::from_xyzw(state.x[1], state.x[2], state.x[3], state.x[0]);
+    let height = |corner: [f64; 3]| state.x[6] + (q * glam::DVec3::from(corner)).z;
+    corners().into_iter().map(height).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn a_ball_bounces_to_the_height_that_restitution_leaves() {
+    let law = ball(0.8);
+    let start = state(&[0.0, 0.0, 1.1], &[0.5, 0.0, 0.0]);
+    let system = System::new(&law, Edit::NONE);
+    let first = (2.0 / GRAVITY).sqrt();
+    let impacts = system.impacts(&start, 1.2).unwrap();
+    let expected = [first, first * (1.0 + 2.0 * 0.8)];
+    for (impact, expected) in impacts.iter().zip(expected) {
+        assert!((impact.time - expected).abs() < 1e-6, "{impacts:?} for {expected:?}");
+    }
+    let top = first * 1.8;
+    let height = system.states(&start, &[top]).unwrap()[0].x[2] - 0.1;
+    assert!((height - 0.64).abs() < 1e-5, "{height}");
+    let times: Vec<f64> = (0..2000).map(|k| f64::from(k) * 0.01).collect();
+    let states = system.states(&start, &times).unwrap();
+    assert!(states.iter().all(|state| state.x[2] >= 0.1 - 1e-9));
+    let last = &states[1999];
+    assert!((last.x[2] - 0.1).abs() < 1e-9 && last.v.iter().all(|v| v.abs() < 1e-9), "{last:?}");
+}
+
+#[test]
+fn weaker_gravity_meets_the_same_plane() {
+    let law = ball(0.5);
+    let start = state(&[0.0, 0.0, 1.1], &[0.0; 3]);
+    let system = System::new(&law, Edit { potential: 0.25, ..Edit::NONE });
+    let impacts = system.impacts(&start, 1.0).unwrap();
+    assert!((impacts[0].time - 2.0 * (2.0 / GRAVITY).sqrt()).abs() < 1e-6, "{impacts:?}");
+}
+
+#[test]
+fn a_cube_comes_to_rest_on_a_face_and_stays() {
+    for (restitution, friction) in [(0.0, 0.2), (0.3, 0.3), (0.5, 0.8)] {
+        let law = cube(restitution, friction);
+        let times: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.01).collect();
+        let states = System::new(&law, Edit::NONE).states(&thrown_cube(), &times).unwrap();
+        let deepest = states.iter().map(lowest).fold(f64::INFINITY, f64::min);
+        assert!(deepest > -1e-3, "{deepest} at e {restitution}");
+        for pair in states.windows(2) {
+            let [before, after] = [0, 1].map(|k| law.energy(&pair[k]));
+            assert!(after <= before + 1e-4 * before.abs(), "{before} to {after}");
+        }
+        let [rest, last] = [&states[300], &states[399]];
+        assert!((last.x[6] - HALF).abs() < 1e-4, "height {}", last.x[6]);
+        let moved = law.coordinates.difference(&rest.x, &last.x);
+        assert!(moved.iter().all(|d| d.abs() < 1e-5), "{moved:?}");
+    }
+}
+
+#[test]
+fn a_cube_slides_as_far_as_friction_lets_it() {
+    let law = cube(0.0, 0.25);
+    let start = state(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, HALF], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    let last = System::new(&law, Edit::NONE).states(&start, &[2.0]).unwrap().swap_remove(0);
+    let expected = 1.0 / (2.0 * 0.25 * GRAVITY);
+    assert!((last.x[4] / expected - 1.0).abs() < 0.01, "{} for {expected}", last.x[4]);
+    assert!((last.x[6] - HALF).abs() < 1e-6 && last.v.iter().all(|v| v.abs() < 1e-6), "{last:?}");
+}
+
+#[test]
+fn the_way_back_past_an_impact_needs_its_record() {
+    let mut law = ball(0.8);
+    let start = state(&[0.0, 0.0, 1.1], &[0.5, 0.0, 0.0]);
+    let met = System::new(&law, Edit::NONE).impacts(&start, 0.7).unwrap();
+    let later = System::new(&law, Edit::NONE).states(&start, &[0.7]).unwrap().swap_remove(0);
+    let fault = System::new(&law, Edit::NONE).states(&later, &[-0.7]).unwrap_err().to_string();
+    assert!(fault.starts_with("the motion is not determined beyond time -0.2"), "{fault}");
+    law.events = met;
+    law.events[0].time -= 0.7;
+    let back = System::new(&law, Edit::NONE).states(&later, &[-0.7]).unwrap().swap_remove(0);
+    let apart = back.x.iter().zip(&start.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-6, "{back:?}");
+}
+
+#[test]
+fn impacts_are_found_in_a_track() {
+    let law = ball(0.7);
+    let times: Vec<f64> = (0..90).map(|k| f64::from(k) / 60.0).collect();
+    let start = state(&[0.0, 0.0, 1.1], &[0.5, 0.0, 0.0]);
+    let system = System::new(&law, Edit::NONE);
+    let states = system.states(&start, &times).unwrap();
+    let noise = |k: usize, axis: usize| 0.001 * ((k * 7919 + axis * 104_729) as f64 * 0.61).sin();
+    let noisy: Vec<[f64; 3]> =
+        (0..90).map(|k| [0, 1, 2].map(|axis| states[k].x[axis] + noise(k, axis))).collect();
+    let truth: Vec<f64> = system.impacts(&start, 1.4).unwrap().iter().map(|impact| impact.time).collect();
+    let found = impacts(&times, &noisy);
+    assert_eq!(found.len(), truth.len(), "{found:?} for {truth:?}");
+    for (found, truth) in found.iter().zip(&truth) {
+        assert!((found.time - truth).abs() < 1.0 / 60.0, "{found:?} for {truth}");
+    }
+    assert_eq!(pieces(&times, &found).len(), truth.len() + 1);
+    let smooth: Vec<[f64; 3]> = times.iter().map(|t| [(9.0 * t).sin(), (7.0 * t).cos(), t * t]).collect();
+    assert!(impacts(&times, &smooth).is_empty());
+}
+
+#[test]
+fn planes_and_corners_are_found() {
+    let table: Vec<[f64; 3]> = (0..25).map(|k| [f64::from(k % 5), f64::from(k / 5), 0.5]).collect();
+    let plane = Plane::through(&table, [2.0, 2.0, 3.0]).unwrap();
+    assert!((plane.offset - 0.5).abs() < 1e-12 && (plane.normal[2] - 1.0).abs() < 1e-12, "{plane:?}");
+    assert!(Plane::through(&table[..5], [0.0; 3]).is_none());
+    let mut points = corners();
+    points.extend(corners().iter().map(|corner| corner.map(|c| 0.5 * c)));
+    assert_eq!(extreme_points(&points), corners());
+}
+
+#[test]
+fn faults_of_contacts_and_events_are_named() {
+    let mut good = cube(0.3, 0.2);
+    good.events = System::new(&good, Edit::NONE).impacts(&thrown_cube(), 1.0).unwrap();
+    assert!(good.events.len() > 1);
+    let text = serde_json::to_string(&good).unwrap();
+    assert_eq!(serde_json::from_str::<Law>(&text).unwrap(), good);
+    let fault = |spoil: &dyn Fn(&mut Law)| {
+        let mut law = good.clone();
+        spoil(&mut law);
+        let text = serde_json::to_string(&law).unwrap();
+        serde_json::from_str::<Law>(&text).unwrap_err().to_string()
+    };
+    let order = fault(&|law| law.events.swap(0, 1));
+    assert!(order.starts_with("event 1 of a law is at time"), "{order}");
+    let size = fault(&|law| law.events[0].change.truncate(3));
+    assert_eq!(size, "change of velocity of event 0: 6 values expected, 3 found");
+    let elastic = fault(&|law| law.contact.as_mut().unwrap().restitution = 1.5);
+    assert!(elastic.starts_with("a value of a contact is -0.5"), "{elastic}");
+    let tilted = fault(&|law| law.contact.as_mut().unwrap().plane.normal = [0.0, 1.0, 1.0]);
+    assert!(tilted.starts_with("length of a plane's normal is 1.4"), "{tilted}");
+    let empty = fault(&|law| law.contact.as_mut().unwrap().points.clear());
+    assert_eq!(empty, "points of a contact: 1 values expected, 0 found");
+    let mut hinge = law(common::hinge(), &[], &[]);
+    hinge.contact = Some(floor(0.5, 0.5));
+    assert!(hinge.check().unwrap_err().to_string().contains("`contact` cannot act on `plane` of hinge"));
+}

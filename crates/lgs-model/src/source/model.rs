@@ -1,0 +1,53 @@
+//! The interface of source models.
+
+use std::path::Path;
+
+use lgs_core::GaussianCloud;
+
+use super::error::SourceError;
+use super::kind::SourceKind;
+use crate::tensor_file::TensorFile;
+
+/// A model of moving Gaussians that can be asked for any time of the captured window (times are in units of
+/// the sequence, see `docs`).
+pub trait SourceModel: Send + Sync {
+    /// Kind of the model.
+    fn kind(&self) -> SourceKind;
+
+    /// Number of Gaussians; the same, and in the same order, at every time.
+    fn len(&self) -> usize;
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All Gaussians as they are drawn at a time: unit quaternions, logarithms of positive scales.
+    fn cloud_at(&self, time: f32) -> GaussianCloud;
+
+    /// The Gaussians' centres at a time, `[n]`, world units.
+    fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
+
+    /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians
+    /// rest.
+    fn time_range(&self) -> Option<[f32; 2]> {
+        None
+    }
+
+    /// Whether a time is within [`Self::time_range`], rounding aside.
+    fn covers(&self, time: f32) -> bool {
+        const ROUNDING: f32 = 1e-4;
+        self.time_range().is_none_or(|[first, last]| time > first - ROUNDING && time < last + ROUNDING)
+    }
+
+    /// The whole model in the format of its kind, to be read by [`load_source`](super::load_source).
+    fn to_tensors(&self) -> TensorFile;
+
+    /// Writes the model, atomically.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    fn save(&self, path: &Path) -> Result<(), SourceError> {
+        Ok(self.to_tensors().save(path)?)
+    }
+}

@@ -1,0 +1,106 @@
+//! The loop that drives everything that trains step by step: checkpoints, the training curve, progress, and
+//! stopping on request.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use crate::TrainError;
+use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
+use crate::config::TrainConfig;
+use crate::driver::{Control, Progress, StepReport, Trainer};
+use crate::events::{Event, EventLog};
+use crate::run_folder::RunFolder;
+use crate::thresholds::EVENT_INTERVAL;
+
+/// The files of a run that a training loop writes.
+pub(crate) struct TrainingLoop<'a> {
+    pub(crate) run: &'a RunFolder,
+    pub(crate) config: &'a TrainConfig,
+    pub(crate) checkpoints: &'a Checkpoints,
+}
+
+impl TrainingLoop<'_> {
+    /// Runs a trainer to its end, from a checkpoint of its stage if there is one; a checkpoint also marks the
+    /// end.
+    ///
+    /// # Errors
+    /// If a file cannot be read or written, the loss is not finite, or a stop was asked for (after a
+    /// checkpoint).
+    pub(crate) fn drive(
+        &self,
+        trainer: &mut dyn Trainer,
+        from: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<(), TrainError> {
+        let stage = trainer.stage();
+        let _span = span_of(stage).entered();
+        if let Some(checkpoint) = from {
+            trainer.restore(&checkpoint.file, checkpoint.step)?;
+        }
+        let mut events = EventLog::resume(&self.run.events_path(), stage, trainer.step_index())?;
+        let mut timer = CheckpointTimer::new(self.config);
+        while !trainer.is_finished() {
+            if control.stop.load(Ordering::Relaxed) {
+                self.save(trainer)?;
+                return Err(TrainError::Interrupted { stage: stage.name(), step: trainer.step_index() });
+            }
+            let progress = advance(trainer)?;
+            if progress.step.is_multiple_of(EVENT_INTERVAL) {
+                events.append(&Event::of(&progress))?;
+            }
+            (control.progress)(progress);
+            if timer.is_due() {
+                self.save(trainer)?;
+            }
+        }
+        self.save(trainer)
+    }
+
+    fn save(&self, trainer: &dyn Trainer) -> Result<(), TrainError> {
+        self.checkpoints.save(trainer.stage(), trainer.step_index(), trainer.checkpoint()).map(drop)
+    }
+}
+
+/// One step, whose loss has to be finite.
+fn advance(trainer: &mut dyn Trainer) -> Result<Progress, TrainError> {
+    let StepReport { loss, psnr } = trainer.step();
+    let (stage, step) = (trainer.stage(), trainer.step_index());
+    if !loss.is_finite() {
+        return Err(TrainError::NonFinite { stage: stage.name(), step });
+    }
+    let (steps, gaussians) = (trainer.steps(), trainer.gaussians());
+    Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians })
+}
+
+/// The span of a stage, for profiles.
+fn span_of(stage: Stage) -> tracing::Span {
+    match stage {
+        Stage::Source => tracing::trace_span!("source"),
+        Stage::Distill => tracing::trace_span!("distill"),
+        Stage::RefineGaussians => tracing::trace_span!("refine-gaussians"),
+        Stage::FitDynamics => tracing::trace_span!("fit-dynamics"),
+        Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
+        Stage::TuneGaussians => tracing::trace_span!("tune-gaussians"),
+    }
+}
+
+/// Calls for a checkpoint every so many seconds.
+struct CheckpointTimer {
+    interval: Duration,
+    last: Instant,
+}
+
+impl CheckpointTimer {
+    fn new(config: &TrainConfig) -> Self {
+        Self { interval: Duration::from_secs(config.checkpoint_secs), last: Instant::now() }
+    }
+
+    /// Whether one is due; starts anew if so.
+    fn is_due(&mut self) -> bool {
+        let due = self.last.elapsed() >= self.interval;
+        if due {
+            self.last = Instant::now();
+        }
+        due
+    }
+}
