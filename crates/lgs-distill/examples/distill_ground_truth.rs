@@ -84,8 +84,8 @@ fn describe(found: &Distilled) -> String {
     let report = found.report();
     if let Some(found) = &report.generalised {
         let terms: Vec<&str> = found.law.terms.iter().map(|term| term.kind.name()).collect();
-        let (name, verdict) = (found.law.coordinates.name(), found.verdict);
-        return format!("{name}: {}; {verdict:?}, χ² {:.2}", terms.join(" + "), found.chi_square);
+        let (name, verdict) = (found.law.coordinates.name(), found.known.verdict);
+        return format!("{name}: {}; {verdict:?}, χ² {:.2}", terms.join(" + "), found.known.chi_square);
     }
     let Some(terms) = report.terms else { return "networks".into() };
     let mut words = vec![format!("{:?}", report.paths)];

@@ -2,7 +2,9 @@
 
 use crate::math::{narrow, wide};
 use crate::report::DistillReport;
+use glam::{DMat3, DVec3};
 use lgs_dynamics::{RolloutSpec, Supports, System, VelocityPolicy, rollout};
+use lgs_mechanics::bands::Known;
 use lgs_mechanics::coordinates::{Embedding, State};
 use lgs_mechanics::{self as mechanics, Law};
 
@@ -22,6 +24,10 @@ pub struct DistilledLaw {
     pub law: Law,
     /// Configuration and velocity at the first sample.
     pub start: State,
+    /// Rotation and shift of the shape at the first sample.
+    pub base: (DMat3, DVec3),
+    /// How well the law is known.
+    pub known: Known,
     /// `[n]` positions at the first sample, world units.
     pub q0: Vec<[f32; 3]>,
     /// `[n]` velocities at the first sample, world units per unit of time.

@@ -6,11 +6,14 @@ use crate::error::DistillError;
 use crate::laws::generalised::{GeneralisedLaw, Laws, find_law};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
+use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::shared_motion::SharedMotion;
 use crate::particles::distill_particles;
 use crate::progress::DistillProgress;
 use crate::report::{DistillReport, GeneralisedReport};
 use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
+use glam::{DMat3, DVec3};
 use lgs_dynamics::ForceKind;
 use lgs_mechanics::bands::Verdict;
 
@@ -31,7 +34,7 @@ pub fn distill(
         return Err(DistillError::Empty);
     }
     let motion = denoise(trajectories, config);
-    if let Some(law) = law_of(&motion, config, seed).map(|found| found.distilled(&motion, config))
+    if let Some(law) = law_of(&motion, config, seed)
         && law.report.describes_window(config)
     {
         return Ok(Distilled::Generalised(Box::new(law)));
@@ -40,37 +43,61 @@ pub fn distill(
 }
 
 /// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
-fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<GeneralisedLaw> {
-    let shared = motion.shared.as_ref().filter(|_| config.coordinates == CoordinatesKind::Generalised)?;
+fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
+    let shared = &motion.shared.as_ref()?.shared;
+    law_of_motion(shared, DistillReport::of_motion(motion), config, seed)
+}
+
+fn law_of_motion(
+    motion: &SharedMotion,
+    report: DistillReport,
+    config: &DistillConfig,
+    seed: u64,
+) -> Option<DistilledLaw> {
+    if config.coordinates == CoordinatesKind::Particles {
+        return None;
+    }
     let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
-    let found = find_law(&shared.shared, laws, KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed)?;
-    tracing::debug!(law = ?found.law, found.chi_square, ?found.verdict, ?found.trusted, "a law of the motion");
-    Some(found)
+    let found = find_law(motion, laws, KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed)?;
+    tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
+    Some(found.distilled(&motion.shape, &report, config))
+}
+
+/// Finds the law behind the poses of a rigid body at ascending times, the first of which is the start: linear
+/// part and shift that take each of the points `shape` to where it is. `None` if there is no law that stays
+/// with them, or the configuration wants none.
+#[must_use]
+pub fn law_of_poses(
+    times: Vec<f64>,
+    poses: &[(DMat3, DVec3)],
+    shape: Vec<DVec3>,
+    config: &DistillConfig,
+    seed: u64,
+) -> Option<DistilledLaw> {
+    let weights = vec![(shape.len() as f64).recip(); shape.len()];
+    let poses = poses.iter().map(|&(linear, shift)| Pose { linear, shift }).collect();
+    let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
+    let report = DistillReport::of_poses(&motion);
+    law_of_motion(&motion, report, config, seed).filter(|law| law.report.describes_window(config))
 }
 
 impl GeneralisedLaw {
-    fn distilled(self, motion: &ObjectMotion, config: &DistillConfig) -> DistilledLaw {
-        let shape = motion.shared.as_ref().map_or(&[][..], |motion| &motion.shared.shape);
+    fn distilled(self, shape: &[DVec3], before: &DistillReport, config: &DistillConfig) -> DistilledLaw {
         let (q0, v0) = self.initial_states(shape);
         let mut report = DistillReport {
             window_error: self.window_error,
-            generalised: Some(GeneralisedReport {
-                law: self.law.clone(),
-                chi_square: self.chi_square,
-                verdict: self.verdict,
-                trusted: self.trusted,
-                rivals: self.rivals(),
-                band: self.band.clone(),
-            }),
-            ..DistillReport::of_motion(motion)
+            generalised: Some(GeneralisedReport { law: self.law.clone(), known: self.known.clone() }),
+            ..before.clone()
         };
         // Images do not show what is below their resolution, however well the tracks are known.
         let describes = report.describes_window(config);
         if let Some(law) =
-            report.generalised.as_mut().filter(|law| describes && law.verdict == Verdict::Outside)
+            report.generalised.as_mut().filter(|law| describes && law.known.verdict == Verdict::Outside)
         {
-            law.verdict = Verdict::Described;
+            law.known.verdict = Verdict::Described;
         }
-        DistilledLaw { law: self.law, start: self.start, q0, v0, report }
+        let known = report.generalised.as_ref().map(|law| law.known.clone()).unwrap_or_default();
+        let base = (self.base.linear, self.base.shift);
+        DistilledLaw { law: self.law, start: self.start, base, known, q0, v0, report }
     }
 }

@@ -4,12 +4,13 @@ use crate::config::DistillConfig;
 use crate::laws::linear::law::Law;
 use crate::laws::linear::terms::Terms;
 use crate::motion::object_motion::{ObjectMotion, PathKind};
+use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{RESIDUAL_TOLERANCE, UNRESOLVED_ERRORS};
-use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::bands::Known;
 use serde::{Deserialize, Serialize};
 
 /// Figures of one object's stage 1. Lengths are world units, root mean squares over particles.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DistillReport {
     /// Particles.
@@ -49,37 +50,8 @@ pub struct DistillReport {
 pub struct GeneralisedReport {
     /// Coordinates, terms and the values of all parameters with their standard deviations, world units.
     pub law: lgs_mechanics::Law,
-    /// χ² of the whitened poses for each degree of freedom: near 1 for a law that explains them.
-    pub chi_square: f64,
-    /// Whether the law explains the motion.
-    pub verdict: Verdict,
-    /// Times since the first sample between which the forecast is trusted.
-    pub trusted: [f64; 2],
-    /// Laws in the same coordinates that the evidence hardly tells from this one, the likeliest first, this
-    /// one among them.
-    pub rivals: Vec<Rival>,
-    /// The 90 % band around the forecast; empty where no law describes the motion.
-    pub band: PositionBand,
-}
-
-/// A law among its rivals.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Rival {
-    /// Names of its terms, joined by ` + `.
-    pub terms: String,
-    /// Its share of the weights of all.
-    pub weight: f64,
-}
-
-/// Radius around the forecast positions of an object.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PositionBand {
-    /// Times since the first sample, ascending.
-    pub times: Vec<f64>,
-    /// Root mean square over the particles, world units; none where rivals cannot be followed.
-    pub radius: Vec<Option<f64>>,
+    /// How well it is known.
+    pub known: Known,
 }
 
 impl DistillReport {
@@ -91,6 +63,19 @@ impl DistillReport {
         self.window_error <= resolved.max(RESIDUAL_TOLERANCE * self.displacement)
     }
 
+    /// The same for poses without trajectories.
+    pub(crate) fn of_poses(motion: &SharedMotion) -> Self {
+        Self {
+            particles: motion.shape.len(),
+            paths: PathKind::Rigid,
+            independent_noise: 0.0,
+            shared_residual: motion.residual,
+            displacement: motion.rms_displacement(),
+            degree: 0,
+            ..Self::default()
+        }
+    }
+
     /// The part of the report that precedes any fit.
     pub(crate) fn of_motion(motion: &ObjectMotion) -> Self {
         Self {
@@ -100,14 +85,7 @@ impl DistillReport {
             shared_residual: motion.shared.as_ref().map_or(0.0, |motion| motion.shared.residual),
             displacement: motion.displacement,
             degree: motion.degree,
-            terms: None,
-            law: None,
-            generalised: None,
-            rigid_constraint: false,
-            forecast_error: None,
-            window_error: 0.0,
-            networks: false,
-            force_ratio: 0.0,
+            ..Self::default()
         }
     }
 }

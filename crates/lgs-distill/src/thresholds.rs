@@ -11,6 +11,9 @@ pub(crate) const SPACING_TOLERANCE: f64 = 0.02;
 /// Particles of a sample that stands for an object: a median of 400 scatters by 6 % of the spread.
 pub(crate) const SAMPLE_SIZE: usize = 400;
 
+/// Motion that images do not resolve, as a fraction of a pixel.
+pub(crate) const UNRESOLVED_FRACTION: f32 = 0.1;
+
 // Denoising
 
 /// Turns of a robust fit; poses and shape no longer change after two or three.

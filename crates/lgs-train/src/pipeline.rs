@@ -185,7 +185,10 @@ impl Pipeline<'_> {
         let data =
             TrainingData { frames: self.dataset.split("train"), seed: config.seed, device: self.device };
         match stage {
-            Stage::FitDynamics => Box::new(FitDynamics::new(scene, data, &config.fit_dynamics)),
+            Stage::FitDynamics => {
+                let fit = FitDynamics::new(scene, data, &config.fit_dynamics);
+                Box::new(fit.choosing_laws(config.distill.resolving(self.dataset.pixel_size())))
+            }
             Stage::TuneDynamics => Box::new(TuneDynamics::new(scene, data, &config.tune_dynamics)),
             Stage::RefineGaussians => {
                 Box::new(TuneGaussians::refinement(scene, data, &config.refine_gaussians))

@@ -1,46 +1,36 @@
-//! What a run knows of its objects' laws: those of the scene, with the verdicts and bands of stage 1.
+//! What a scene knows of its objects' laws.
 
-use lgs_distill::{CoordinatesKind, DistillReport, GeneralisedReport};
+use lgs_distill::CoordinatesKind;
 use lgs_eval::laws::{ObjectLaw, PositionBand, RivalLaw};
-use lgs_mechanics::bands::Verdict;
-use lgs_model::ObjectModel;
+use lgs_mechanics::bands::{self, Verdict};
+use lgs_model::{GeneralisedDynamics, ObjectModel};
 
 use super::run::Run;
 
-/// A record for every object of a run; none for a run of the paper's particles, or without a report of stage 1.
+/// A record for every object of a run; none for a run of the paper's particles.
 pub(super) fn laws_of(run: &Run) -> Vec<Option<ObjectLaw>> {
     if run.config.distill.coordinates == CoordinatesKind::Particles {
         return Vec::new();
     }
-    let text = std::fs::read(run.folder.distillation_path()).unwrap_or_default();
-    let reports: Vec<DistillReport> = serde_json::from_slice(&text).unwrap_or_default();
-    if reports.len() != run.scene.objects.len() {
-        return Vec::new();
-    }
     let window = f64::from(run.scene.motion.time_window);
-    let objects = run.scene.objects.iter().zip(reports);
-    objects.map(|(object, report)| Some(law_of(object, report, window))).collect()
+    run.scene.objects.iter().map(|object| Some(law_of(object, window))).collect()
 }
 
-fn law_of(object: &ObjectModel, report: DistillReport, window: f64) -> ObjectLaw {
-    let forecast_error = report.forecast_error.map(|error| error / report.displacement);
-    match (object.dynamics.generalised(), report.generalised) {
-        (Some(dynamics), Some(known)) => ObjectLaw { forecast_error, ..known_law(dynamics, known, window) },
-        _ => {
-            let verdict = if object.recording.is_some() { Verdict::Outside } else { Verdict::Described };
-            ObjectLaw { coordinates: "particles".to_owned(), verdict, forecast_error, ..ObjectLaw::default() }
-        }
+fn law_of(object: &ObjectModel, window: f64) -> ObjectLaw {
+    if let Some(dynamics) = object.dynamics.generalised() {
+        return known_law(dynamics, window);
     }
+    let verdict = if object.recording.is_some() { Verdict::Outside } else { Verdict::Described };
+    ObjectLaw { coordinates: "particles".to_owned(), verdict, ..ObjectLaw::default() }
 }
 
-/// The law of the scene, fitted to the images, with what stage 1 knew of it.
-fn known_law(dynamics: &lgs_model::GeneralisedDynamics, known: GeneralisedReport, window: f64) -> ObjectLaw {
-    let rival = |rival: lgs_distill::Rival| RivalLaw { terms: rival.terms, weight: rival.weight };
-    let lgs_distill::PositionBand { times, radius } = known.band;
+fn known_law(GeneralisedDynamics { law, known, .. }: &GeneralisedDynamics, window: f64) -> ObjectLaw {
+    let rival = |rival: &bands::Rival| RivalLaw { terms: rival.terms.clone(), weight: rival.weight };
+    let bands::PositionBand { times, radius } = known.band.clone();
     ObjectLaw {
         trusted: Some(known.trusted).filter(|trusted| trusted[1] > window),
-        rivals: known.rivals.into_iter().map(rival).collect(),
+        rivals: known.rivals.iter().map(rival).collect(),
         band: Some(PositionBand { times, radius }).filter(|band| !band.times.is_empty()),
-        ..ObjectLaw::describing(&dynamics.law, known.verdict)
+        ..ObjectLaw::describing(law, known.verdict)
     }
 }

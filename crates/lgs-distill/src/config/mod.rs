@@ -7,7 +7,7 @@ pub use networks::{MatchingConfig, RolloutConfig};
 pub use partition::{PartitionConfig, PartitionMethod};
 
 use crate::error::DistillError;
-use crate::thresholds::HIGHEST_DEGREE;
+use crate::thresholds::{HIGHEST_DEGREE, UNRESOLVED_FRACTION};
 use lgs_dynamics::{ForceKind, PotentialKind};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
@@ -141,6 +141,14 @@ impl DistillConfig {
             },
             ..Self::default()
         }
+    }
+
+    /// The same for tracks from images, whose pixels span `pixel_size` at the scene (world units): forecasts
+    /// that differ by less than a tenth of one are equally good.
+    #[must_use]
+    pub fn resolving(&self, pixel_size: f32) -> Self {
+        let forecast_tolerance = self.forecast_tolerance + UNRESOLVED_FRACTION * pixel_size;
+        Self { forecast_tolerance, ..self.clone() }
     }
 
     /// Range of smoothing degrees.

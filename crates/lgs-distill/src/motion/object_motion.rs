@@ -7,7 +7,7 @@ use lgs_dynamics::Normalisation;
 use serde::{Deserialize, Serialize};
 
 /// The origin of the smooth paths that an object's law is fitted to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathKind {
     /// One rotation and shift for all particles.
@@ -15,6 +15,7 @@ pub enum PathKind {
     /// One linear map and shift for all particles.
     Affine,
     /// Every particle by itself.
+    #[default]
     Independent,
 }
 

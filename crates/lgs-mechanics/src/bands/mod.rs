@@ -4,8 +4,10 @@
 //! the motions part.
 
 mod draws;
+mod known;
 mod verdict;
 
+pub use known::{Known, PositionBand, Rival};
 pub use verdict::Verdict;
 
 use crate::choose::Choice;

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use lgs_core::linear::{add, scale, sub};
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, Supports, System, VelocityPolicy};
 use lgs_dynamics::{rollout, rollout_reversed};
+use lgs_mechanics::bands::Known;
 use lgs_mechanics::coordinates::{self, Coordinates, Embedding};
 use lgs_mechanics::{Law, MechanicsError};
 
@@ -34,6 +35,8 @@ pub struct GeneralisedDynamics {
     pub law: Law,
     /// Configuration and velocity at t = 0.
     pub start: coordinates::State,
+    /// How well the law is known.
+    pub known: Known,
 }
 
 /// Energies and accelerations of an object's particles at one time.

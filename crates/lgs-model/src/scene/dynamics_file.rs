@@ -16,7 +16,8 @@ const MAX_HIDDEN_LAYERS: usize = 16;
 pub(super) fn insert_dynamics(file: &mut TensorFile, prefix: &str, dynamics: &Dynamics, members: usize) {
     match dynamics {
         Dynamics::Particles(particles) => insert_particles(file, prefix, particles, members),
-        Dynamics::Generalised(GeneralisedDynamics { law, start }) => {
+        Dynamics::Generalised(GeneralisedDynamics { law, start, known }) => {
+            file.set_metadata(&format!("{prefix}.known"), json(known));
             file.set_metadata(&format!("{prefix}.law"), json(law));
             file.set_metadata(&format!("{prefix}.start"), json(start));
         }
@@ -53,7 +54,8 @@ pub(super) fn read_dynamics(
     let start: State = file.metadata_json(&name)?;
     let checked = law.coordinates.check_state(&start);
     checked.map_err(|e| file.field(&name, "a state of the law's coordinates", e.to_string()))?;
-    Ok(Dynamics::Generalised(GeneralisedDynamics { law, start }))
+    let known = file.metadata_json(&format!("{prefix}.known"))?;
+    Ok(Dynamics::Generalised(GeneralisedDynamics { law, start, known }))
 }
 
 fn read_particles(

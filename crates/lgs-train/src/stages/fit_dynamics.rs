@@ -2,10 +2,12 @@
 //! Gaussians fixed.
 
 use lgs_data::dataset::Frame;
+use lgs_distill::DistillConfig;
 use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
 
 use super::TrainingData;
 use super::config::FitDynamicsConfig;
+use super::image_laws::with_laws_of_images;
 use super::newton::Newton;
 use super::spread::spread_over_time;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
@@ -21,6 +23,9 @@ pub struct FitDynamics<'a> {
     config: &'a FitDynamicsConfig,
     step: usize,
     newton: Newton,
+    seed: u64,
+    /// How laws are chosen once more, by the images; not at all without.
+    laws: Option<DistillConfig>,
 }
 
 impl<'a> FitDynamics<'a> {
@@ -28,7 +33,15 @@ impl<'a> FitDynamics<'a> {
     #[must_use]
     pub fn new(scene: LagrangianScene, data: TrainingData<'a>, config: &'a FitDynamicsConfig) -> Self {
         let TrainingData { frames, seed, .. } = data;
-        Self { newton: Newton::new(&scene, seed), scene, frames, config, step: 0 }
+        Self { newton: Newton::new(&scene, seed), scene, frames, config, step: 0, seed, laws: None }
+    }
+}
+
+impl FitDynamics<'_> {
+    /// The same with laws chosen once more by the images, before the first step.
+    #[must_use]
+    pub fn choosing_laws(self, laws: DistillConfig) -> Self {
+        Self { laws: Some(laws), ..self }
     }
 }
 
@@ -52,6 +65,10 @@ impl Trainer for FitDynamics<'_> {
     fn step(&mut self) -> StepReport {
         let count = if self.config.frames == 0 { self.frames.len() } else { self.config.frames };
         let frames = spread_over_time(self.frames, count, [self.step % ROUNDS, ROUNDS]);
+        if let Some(laws) = self.laws.as_ref().filter(|_| self.step == 0) {
+            self.scene = with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed));
+            self.newton = Newton::new(&self.scene, self.seed);
+        }
         let report = self.newton.step(&self.scene, &frames);
         self.step += 1;
         report

@@ -29,9 +29,6 @@ pub struct InitialScene {
     pub reports: Vec<DistillReport>,
 }
 
-/// Motion that images do not resolve, as a fraction of a pixel: forecasts closer than that are equally good.
-const UNRESOLVED_FRACTION: f32 = 0.1;
-
 /// What stage 1 needs beside the source.
 #[derive(Clone, Copy)]
 pub struct InitialSceneRequest<'a> {
@@ -70,9 +67,8 @@ pub fn initialise_scene(
     let cloud = source.cloud_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions, weights: Some(weights) };
-    let forecast_tolerance = request.distill.forecast_tolerance + UNRESOLVED_FRACTION * request.pixel_size;
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
-    let object = DistillConfig { forecast_tolerance, rigid_constraint, ..request.distill.clone() };
+    let object = DistillConfig { rigid_constraint, ..request.distill.resolving(request.pixel_size) };
     let found = find_objects(&trajectories, request.partition)?;
     let partition = found.with_only(&observed_to_move(source, &found, request));
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
@@ -128,8 +124,8 @@ fn dynamics(object: Distilled, options: &MotionOptions) -> Dynamics {
             Dynamics::Particles(ParticleDynamics { system: object.system, supports, velocity_policy })
         }
         Distilled::Generalised(object) => {
-            let DistilledLaw { law, start, .. } = *object;
-            Dynamics::Generalised(GeneralisedDynamics { law, start })
+            let DistilledLaw { law, start, known, .. } = *object;
+            Dynamics::Generalised(GeneralisedDynamics { law, start, known })
         }
     }
 }

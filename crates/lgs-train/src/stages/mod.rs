@@ -7,6 +7,7 @@ mod body;
 mod config;
 mod fit_dynamics;
 mod frame_states;
+mod image_laws;
 mod initial_pose;
 mod initialise_scene;
 mod newton;

@@ -102,7 +102,11 @@ fn derivative(
 }
 
 /// Means and rotations of Gaussians of which some belong to a displaced body.
-fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> (Vec<[f32; 3]>, Vec<[f32; 4]>) {
+pub(super) fn displaced(
+    cloud: &GaussianCloud,
+    body: &Pose,
+    by: &Displacement,
+) -> (Vec<[f32; 3]>, Vec<[f32; 4]>) {
     let [tx, ty, tz, rx, ry, rz] = by.map(|v| v as f32);
     let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
     let (matrix, center) = (matrix_from_quat(turn), add(body.center, [tx, ty, tz]));

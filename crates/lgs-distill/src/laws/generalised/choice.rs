@@ -50,7 +50,7 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     if !found.iter().any(explains) {
         found.extend(choose_free(observed));
     }
-    let (index, judged) = simplest(&found, samples)?;
+    let (index, judged) = simplest(&found, 6 * observed.times.len())?;
     let (system, choice) = found.swap_remove(index);
     let law = &choice.judged[judged];
     let left = samples - unknowns(&system, law);
@@ -84,10 +84,10 @@ fn choose_free(observed: &ObservedPoses) -> Vec<(Configured, Choice)> {
 
 /// The simplest of all laws in all coordinates within [`SLACK`] of the best evidence: indices of the system
 /// and of its law.
-fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usize)> {
+fn simplest(found: &[(Configured, Choice)], values: usize) -> Option<(usize, usize)> {
     let all = found.iter().enumerate().flat_map(|(index, (system, choice))| {
         let evidence = move |judged: &Judged| {
-            judged.fitted.loss + system.chi_square + penalty(unknowns(system, judged), samples)
+            judged.fitted.loss + system.chi_square + penalty(unknowns(system, judged), values)
         };
         (choice.judged.iter().enumerate()).map(move |(at, judged)| (evidence(judged), index, at, judged))
     });
@@ -101,18 +101,16 @@ fn simplest(found: &[(Configured, Choice)], samples: f64) -> Option<(usize, usiz
     let near = all.into_iter().filter(|(evidence, ..)| *evidence <= best + SLACK);
     let order = |(_, index, _, judged): &(f64, usize, usize, &Judged)| {
         let system = &found[*index].0;
-        judged.simplicity + system.constants + 2 * system.coordinates.freedoms()
+        // Simplicity counts unknowns in halves.
+        judged.simplicity + 2 * (system.constants + 2 * system.coordinates.freedoms())
     };
     near.min_by_key(order).map(|(_, index, at, _)| (index, at))
 }
 
-/// The Bayesian penalty of unknowns, with the correction for few samples that Akaike's criterion has (Hurvich
-/// and Tsai 1989): where tracks are so correlated that few samples count, a law with nearly as many unknowns
-/// explains anything.
-pub(super) fn penalty(unknowns: f64, samples: f64) -> f64 {
-    let left = samples - unknowns - 1.0;
-    let correction = if left > 0.0 { 2.0 * unknowns * (unknowns + 1.0) / left } else { f64::INFINITY };
-    unknowns * samples.max(1.0).ln() + correction
+/// The Bayesian penalty of unknowns, for as many values as there are: correlated errors tell little of a law's
+/// constants, but enough of them to forbid one constant for each.
+pub(super) fn penalty(unknowns: f64, values: usize) -> f64 {
+    unknowns * (values.max(1) as f64).ln()
 }
 
 /// Unknowns of a law in its coordinates: constants of the geometry, start and parameters.

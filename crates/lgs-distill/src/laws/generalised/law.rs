@@ -6,9 +6,8 @@ use super::observed::{Laws, ObservedPoses};
 use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::report::{PositionBand, Rival};
 use glam::{DMat3, DVec3};
-use lgs_mechanics::bands::{Band, Verdict, trusted};
+use lgs_mechanics::bands::{Band, Known, PositionBand, Rival, Verdict, trusted};
 use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
 use lgs_mechanics::coordinates::{Embedding, State};
 use lgs_mechanics::{Edit, Law, System};
@@ -37,14 +36,8 @@ pub(crate) struct GeneralisedLaw {
     pub(crate) base: Pose,
     /// Root mean square position error over the window.
     pub(crate) window_error: f64,
-    /// χ² for each degree of freedom.
-    pub(crate) chi_square: f64,
-    /// Whether the law explains the motion.
-    pub(crate) verdict: Verdict,
-    /// Times since the first sample between which the forecast is trusted.
-    pub(crate) trusted: [f64; 2],
-    /// The 90 % band around the forecast.
-    pub(crate) band: PositionBand,
+    /// How well it is known.
+    pub(crate) known: Known,
     /// All laws in the same coordinates.
     pub(crate) choice: Choice,
 }
@@ -68,13 +61,10 @@ pub(crate) fn find_law(
     let base = system.pose_in(&fitted.start.x);
     let mut found = GeneralisedLaw {
         window_error: 0.0,
-        verdict: Verdict::Outside,
-        trusted: [0.0; 2],
-        band: PositionBand::default(),
+        known: Known { chi_square, ..Known::default() },
         law,
         start: fitted.start,
         base,
-        chi_square,
         choice,
     };
     found.window_error = found.error_over(motion)?;
@@ -95,7 +85,7 @@ impl GeneralisedLaw {
     }
 
     /// Laws in the same coordinates with a weight worth telling, the likeliest first.
-    pub(crate) fn rivals(&self) -> Vec<Rival> {
+    fn rivals(&self) -> Vec<Rival> {
         let weighted = self.choice.judged.iter().zip(self.choice.weights());
         let told = weighted.filter(|(_, weight)| *weight >= LEAST_WEIGHT);
         let rival = |(judged, weight): (&Judged, f64)| {
@@ -134,10 +124,11 @@ impl GeneralisedLaw {
     /// The verdict, and the times between which the forecast is trusted: those where the 90 % band over the
     /// law's posterior and its rivals is narrower than a fraction of the path.
     fn judge(&mut self, motion: &SharedMotion, seed: u64) {
-        if self.chi_square > DESCRIBED {
+        self.known.rivals = self.rivals();
+        if self.known.chi_square > DESCRIBED {
             return;
         }
-        self.verdict = Verdict::Described;
+        self.known.verdict = Verdict::Described;
         let window = motion.duration();
         let spacing = window / TIMES_IN_WINDOW as f64;
         let [first, last] = REACH.map(|windows| (windows * TIMES_IN_WINDOW as f64) as i32);
@@ -147,11 +138,11 @@ impl GeneralisedLaw {
         let radius = band.radius(0.9, &|a, b| self.distance(&points, a, b));
         let steps = band.middle.windows(2).map(|pair| self.distance(&points, &pair[0], &pair[1]));
         let path = steps.sum::<f64>() * window / (times[times.len() - 1] - times[0]);
-        self.trusted = trusted(&times, &radius, [0.0, window], TRUSTED_FRACTION * path);
-        if self.trusted[1] >= EXPLAINED_WINDOWS * window {
-            self.verdict = Verdict::Explained;
+        self.known.trusted = trusted(&times, &radius, [0.0, window], TRUSTED_FRACTION * path);
+        if self.known.trusted[1] >= EXPLAINED_WINDOWS * window {
+            self.known.verdict = Verdict::Explained;
         }
         let radius = radius.into_iter().map(|radius| radius.is_finite().then_some(radius)).collect();
-        self.band = PositionBand { times, radius };
+        self.known.band = PositionBand { times, radius };
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
         };
         let choice =
             choose(&laws.candidates(&system.coordinates), &track, &track.scales(&system.coordinates))?;
-        Some(chosen(system, choice, samples))
+        Some(chosen(system, choice, (samples, ENTRIES * times.len())))
     };
     let evidence = |(evidence, _): &(f64, Chosen)| *evidence;
     let all: Vec<(f64, Chosen)> = (1..=MOST_MODES).filter_map(with).collect();
@@ -51,13 +51,13 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
 }
 
 /// A choice with its evidence among numbers of modes, in units of χ².
-fn chosen(system: Configured, choice: Choice, samples: f64) -> (f64, Chosen) {
+fn chosen(system: Configured, choice: Choice, (samples, values): (f64, usize)) -> (f64, Chosen) {
     let law = choice.law();
     let unknowns =
         (system.constants + 2 * system.coordinates.freedoms() + law.fitted.law.parameters.len()) as f64;
     let loss = law.fitted.loss + system.chi_square;
     let chi_square = loss / (samples - unknowns).max(1.0);
-    (loss + penalty(unknowns, samples), Chosen { system, choice, chi_square })
+    (loss + penalty(unknowns, values), Chosen { system, choice, chi_square })
 }
 
 impl Decomposition {

@@ -25,7 +25,7 @@ pub(super) fn units(dynamics: &GeneralisedDynamics, radius: f64) -> Vec<f64> {
 
 /// Changes the geometry by some lengths and angles.
 pub(super) fn change(by: &[f64], dynamics: &mut GeneralisedDynamics) {
-    let GeneralisedDynamics { law, start } = dynamics;
+    let GeneralisedDynamics { law, start, .. } = dynamics;
     match &mut law.coordinates {
         Coordinates::Rigid(_) => {
             // Another point of the body, in its own axes, takes the part of the centre of mass.

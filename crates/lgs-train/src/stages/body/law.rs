@@ -158,7 +158,7 @@ fn sensitivities(dynamics: &GeneralisedDynamics, times: &[f32]) -> Vec<Sensitivi
 /// Units of all unknowns: of the configuration one radius or radian, of its velocity the same over the
 /// captured window, of the parameters as far as stage 1 has left them open.
 fn units(dynamics: &GeneralisedDynamics, radius: f64, time_window: f32) -> Vec<f64> {
-    let GeneralisedDynamics { law, start } = dynamics;
+    let GeneralisedDynamics { law, start, .. } = dynamics;
     let embedding = Embedding::new(&law.coordinates, &start.x);
     let n = start.v.len();
     // A change by one radian moves points at the distance of a radius by a radius.

@@ -18,7 +18,7 @@ pub(super) enum Body {
     /// Particles, with the constants of a linear law.
     Particles(ParticleBody),
     /// A law in generalised coordinates.
-    Law(LawBody),
+    Law(Box<LawBody>),
     /// A recorded motion, of which nothing is to be found.
     Recorded,
 }
@@ -37,7 +37,7 @@ impl Body {
             Dynamics::Particles(particles) => {
                 Self::Particles(ParticleBody::new(scene, object, &particles.system))
             }
-            Dynamics::Generalised(dynamics) => Self::Law(LawBody::new(scene, object, dynamics)),
+            Dynamics::Generalised(dynamics) => Self::Law(Box::new(LawBody::new(scene, object, dynamics))),
         }
     }
 

@@ -1,0 +1,41 @@
+//! What is known of a law beside the law itself.
+
+use super::Verdict;
+use serde::{Deserialize, Serialize};
+
+/// How well a law is known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Known {
+    /// χ² of the whitened track for each degree of freedom: near 1 for a law that explains it.
+    pub chi_square: f64,
+    /// Whether the law explains the motion.
+    pub verdict: Verdict,
+    /// Times since the start between which the forecast is trusted.
+    pub trusted: [f64; 2],
+    /// Laws in the same coordinates that the evidence hardly tells from this one, the likeliest first, this
+    /// one among them.
+    pub rivals: Vec<Rival>,
+    /// The 90 % band around the forecast; empty where no law describes the motion.
+    pub band: PositionBand,
+}
+
+/// A law among its rivals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rival {
+    /// Names of its terms, joined by ` + `.
+    pub terms: String,
+    /// Its share of the weights of all.
+    pub weight: f64,
+}
+
+/// Radius around the forecast positions of an object.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionBand {
+    /// Times since the start, ascending.
+    pub times: Vec<f64>,
+    /// Root mean square over the particles, world units; none where rivals cannot be followed.
+    pub radius: Vec<Option<f64>>,
+}

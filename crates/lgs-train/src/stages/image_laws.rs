@@ -1,0 +1,190 @@
+//! Laws chosen by images (method §6): the poses of a body at the times of the frames, as the images show them,
+//! are free of the errors that a source model makes at the ends of a window, and of its smoothness; a law is
+//! chosen for them as stage 1 chose one for the source's tracks.
+
+use glam::{DMat3, DQuat, DVec3};
+use lgs_core::linear::{norm, quat_mul, solve_positive, sub};
+use lgs_core::{GaussianCloud, psnr_of_mse};
+use lgs_data::dataset::Frame;
+use lgs_distill::{DistillConfig, DistilledLaw, law_of_poses};
+use lgs_dynamics::{Edit, Reversal};
+use lgs_mechanics::coordinates::Coordinates;
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, Motion, ObjectModel};
+use rayon::prelude::*;
+
+use super::initial_pose::mean;
+use super::observation::{Displacement, Normal, Observation, Pose, displaced, observe};
+
+/// Rounds of observation; the second is about poses that the first has put right to a tenth of a pixel.
+const ROUNDS: usize = 2;
+/// Standard deviation of the weak prior on a displacement, in radii and radians: what no image shows, such as
+/// the rotation of a plain ball, stays as the motion had it.
+const PRIOR_DEVIATION: f64 = 0.05;
+/// Errors of neighbouring pixels are correlated: so many count as one independent value.
+const CORRELATED_VALUES: f64 = 100.0;
+
+/// The rigid displacement of a body at a time from where the scene's motion has it.
+#[derive(Clone, Copy)]
+struct Found {
+    turn: DQuat,
+    shift: DVec3,
+}
+
+/// The scene with the laws that the images of some frames show, where there are better ones than it has.
+pub(super) fn with_laws_of_images(
+    scene: LagrangianScene,
+    frames: &[&Frame],
+    (config, seed): (&DistillConfig, u64),
+) -> LagrangianScene {
+    let mut times: Vec<f32> = frames.iter().map(|frame| frame.time).filter(|&time| time >= 0.0).collect();
+    times.sort_by(f32::total_cmp);
+    times.dedup();
+    if times.first() != Some(&0.0) || !scene.objects.iter().any(is_rigid) {
+        return scene;
+    }
+    let found = displacements(&scene, frames, &times);
+    let mut changed = scene.clone();
+    for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| is_rigid(object)) {
+        let (shape, poses) = poses_of(&scene, object, (&times, &found[index]));
+        let at: Vec<f64> = times.iter().map(|&time| f64::from(time)).collect();
+        let law = law_of_poses(at, &poses, shape, config, seed.wrapping_add(index as u64));
+        tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
+        if let Some(law) = law {
+            take(law, &mut changed, index);
+        }
+    }
+    changed
+}
+
+/// Whether an object moves as a rigid body by a law.
+fn is_rigid(object: &ObjectModel) -> bool {
+    let law = object.dynamics.generalised().filter(|_| object.recording.is_none());
+    law.is_some_and(|dynamics| !matches!(dynamics.law.coordinates, Coordinates::Modal(_)))
+}
+
+/// Displacements of all objects, by object and time.
+fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> Vec<Vec<Found>> {
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
+    let clouds: Vec<GaussianCloud> =
+        times.iter().map(|&time| scene.cloud_at(&motion.state_at(time))).collect();
+    let still = Found { turn: DQuat::IDENTITY, shift: DVec3::ZERO };
+    let mut found = vec![vec![still; times.len()]; scene.objects.len()];
+    for _ in 0..ROUNDS {
+        let bodies: Vec<Vec<Pose>> =
+            (0..times.len()).map(|at| bodies_in(scene, &clouds[at], (&found, at))).collect();
+        let moved: Vec<GaussianCloud> =
+            (0..times.len()).map(|at| moved(&clouds[at], scene, (&found, at))).collect();
+        let at = |frame: &Frame| times.partition_point(|&time| time < frame.time.max(0.0));
+        let observed: Vec<Observation> = frames
+            .par_iter()
+            .map(|frame| observe(frame, &moved[at(frame)], &bodies[at(frame)], scene.background))
+            .collect();
+        let values: f64 = frames.iter().map(|frame| 0.75 * frame.rgba.len() as f64).sum();
+        let mse = observed.iter().map(|o| o.squared_error).sum::<f64>() / values;
+        tracing::debug!(psnr = psnr_of_mse(mse), "poses from images");
+        for (object, found) in found.iter_mut().enumerate() {
+            for (time, found) in found.iter_mut().enumerate() {
+                let own = frames.iter().zip(&observed).filter(|(frame, _)| at(frame) == time);
+                let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[object]).collect();
+                let step = solved(&normals, bodies[time][object].radius, 1.0 / (CORRELATED_VALUES * mse));
+                let [tx, ty, tz, rx, ry, rz] = step;
+                found.turn = (DQuat::from_scaled_axis(DVec3::new(rx, ry, rz)) * found.turn).normalize();
+                found.shift += DVec3::new(tx, ty, tz);
+            }
+        }
+    }
+    found
+}
+
+/// The least-squares displacement of all views of a time; none if it is not determined.
+fn solved(normals: &[&Normal], radius: f32, weight: f64) -> Displacement {
+    let (mut a, mut b) = (vec![0.0; 36], vec![0.0; 6]);
+    for normal in normals {
+        for i in 0..6 {
+            b[i] += weight * normal.b[i];
+            (0..6).for_each(|j| a[6 * i + j] += weight * normal.a[i][j]);
+        }
+    }
+    for i in 0..6 {
+        let unit = if i < 3 { f64::from(radius) } else { 1.0 };
+        a[7 * i] += (PRIOR_DEVIATION * unit).powi(-2);
+    }
+    let is_solved = solve_positive(&mut a, &mut b, 6, 1) && b.iter().all(|x| x.is_finite());
+    if is_solved { std::array::from_fn(|i| b[i]) } else { [0.0; 6] }
+}
+
+/// The bodies where they have been found at a time; `cloud` is that of the scene's motion.
+fn bodies_in(
+    scene: &LagrangianScene,
+    cloud: &GaussianCloud,
+    (found, at): (&[Vec<Found>], usize),
+) -> Vec<Pose> {
+    let first = scene.static_gaussians.len();
+    let body = |(object, found): (&ObjectModel, &Vec<Found>)| {
+        let rows = first + object.members.start..first + object.members.end;
+        let own = &cloud.means[rows.clone()];
+        let center = mean(own);
+        let square: f32 = own.iter().map(|&p| norm(sub(p, center)).powi(2)).sum();
+        let radius = (square / (3 * own.len().max(1)) as f32).sqrt().max(f32::MIN_POSITIVE);
+        let center = (wide(center) + found[at].shift).as_vec3().to_array();
+        Pose { rows, center, radius }
+    };
+    scene.objects.iter().zip(found).map(body).collect()
+}
+
+/// A cloud with all bodies where they have been found at a time.
+fn moved(
+    cloud: &GaussianCloud,
+    scene: &LagrangianScene,
+    (found, at): (&[Vec<Found>], usize),
+) -> GaussianCloud {
+    let mut cloud = cloud.clone();
+    let first = scene.static_gaussians.len();
+    for (object, found) in scene.objects.iter().zip(found) {
+        let rows = first + object.members.start..first + object.members.end;
+        let center = mean(&cloud.means[rows.clone()]);
+        let body = Pose { rows, center, radius: 1.0 };
+        let axis = found[at].turn.to_scaled_axis();
+        let [tx, ty, tz] = found[at].shift.to_array();
+        (cloud.means, cloud.rotations) = displaced(&cloud, &body, &[tx, ty, tz, axis.x, axis.y, axis.z]);
+    }
+    cloud
+}
+
+/// The points of an object about their centre, and their poses as the images show them.
+fn poses_of(
+    scene: &LagrangianScene,
+    object: &ObjectModel,
+    (times, found): (&[f32], &[Found]),
+) -> (Vec<DVec3>, Vec<(DMat3, DVec3)>) {
+    let points = &scene.dynamic_gaussians.means[object.members.clone()];
+    let center = wide(mean(points));
+    let shape = points.iter().map(|&p| wide(p) - center).collect();
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
+    let pose = |(&time, found): (&f32, &Found)| {
+        let state = motion.state_at(time);
+        let [w, x, y, z] = state.rotation[object.members.start].map(f64::from);
+        let turn = DQuat::from_xyzw(x, y, z, w).normalize();
+        let at = wide(mean(&state.q[object.members.clone()]));
+        (DMat3::from_quat(found.turn * turn), at + found.shift)
+    };
+    (shape, times.iter().zip(found).map(pose).collect())
+}
+
+/// Gives an object of a scene another law.
+fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usize) {
+    let DistilledLaw { law, start, base, known, q0, v0, .. } = found;
+    let members = scene.objects[object].members.clone();
+    scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&q0);
+    scene.velocities[members.clone()].copy_from_slice(&v0);
+    let turn = DQuat::from_mat3(&base.0).normalize();
+    let turn = [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32);
+    for rotation in &mut scene.dynamic_gaussians.rotations[members] {
+        *rotation = quat_mul(turn, *rotation);
+    }
+    scene.objects[object].dynamics = Dynamics::Generalised(GeneralisedDynamics { law, start, known });
+}
+
+fn wide(p: [f32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
+}
