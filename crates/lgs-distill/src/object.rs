@@ -45,20 +45,21 @@ pub fn distill(
 /// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
 fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let shared = &motion.shared.as_ref()?.shared;
-    law_of_motion(shared, DistillReport::of_motion(motion), config, seed)
+    let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
+    law_of_motion(shared, DistillReport::of_motion(motion), (config, resolution), seed)
 }
 
 fn law_of_motion(
     motion: &SharedMotion,
     report: DistillReport,
-    config: &DistillConfig,
+    (config, resolution): (&DistillConfig, f64),
     seed: u64,
 ) -> Option<DistilledLaw> {
     if config.coordinates == CoordinatesKind::Particles {
         return None;
     }
     let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
-    let found = find_law(motion, laws, KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed)?;
+    let found = find_law(motion, laws, resolution, seed)?;
     tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
     Some(found.distilled(&motion.shape, &report, config))
 }
@@ -78,7 +79,8 @@ pub fn law_of_poses(
     let poses = poses.iter().map(|&(linear, shift)| Pose { linear, shift }).collect();
     let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
     let report = DistillReport::of_poses(&motion);
-    law_of_motion(&motion, report, config, seed).filter(|law| law.report.describes_window(config))
+    // Each pose is seen by itself: its noise is all that there is of errors.
+    law_of_motion(&motion, report, (config, 0.0), seed).filter(|law| law.report.describes_window(config))
 }
 
 impl GeneralisedLaw {
