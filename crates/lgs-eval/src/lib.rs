@@ -16,6 +16,7 @@ pub mod laws;
 pub mod lpips;
 pub mod memory;
 mod metrics;
+mod object_law;
 pub mod physics;
 mod render;
 mod split_score;

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
-use crate::laws::ObjectLaw;
 use crate::lpips::store::Origin;
+use crate::object_law::ObjectLaw;
 
 /// Version of the layout.
 pub(crate) const SCHEMA: u32 = 1;

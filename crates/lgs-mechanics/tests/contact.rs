@@ -4,9 +4,12 @@
 mod common;
 
 use common::{law, state};
-use lgs_mechanics::contact::{Contact, Plane, extreme_points, impacts, pieces};
+use lgs_core::stream;
+use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::contact::{Bounced, Contact, Impact, Plane, extreme_points, fit, impacts, pieces};
 use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm, Port, State};
-use lgs_mechanics::{Edit, Law, System};
+use lgs_mechanics::{Candidate, Edit, Law, System};
+use rand_distr::{Distribution, StandardNormal};
 
 const GRAVITY: f64 = 9.81;
 const HALF: f64 = 0.05;
@@ -149,6 +152,62 @@ fn impacts_are_found_in_a_track() {
     assert_eq!(pieces(&times, &found).len(), truth.len() + 1);
     let smooth: Vec<[f64; 3]> = times.iter().map(|t| [(9.0 * t).sin(), (7.0 * t).cos(), t * t]).collect();
     assert!(impacts(&times, &smooth).is_empty());
+}
+
+/// A law fitted to samples of another with small errors, from a contact without restitution and friction.
+fn refitted(law: &Law, start: &State, until: f64, error: f64) -> Bounced {
+    let times: Vec<f64> = (0..90).map(|k| 0.3 + until * f64::from(k) / 89.0).collect();
+    let since: Vec<f64> = times.iter().map(|time| time - 0.3).collect();
+    let states = System::new(law, Edit::NONE).states(start, &since).unwrap();
+    let mut stream = stream(1, "bounces", 0);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut stream) };
+    let spoiled = |state: &State| {
+        let change: Vec<f64> = state.v.iter().map(|_| error * noise()).collect();
+        law.coordinates.retract(&state.x, &change)
+    };
+    let x: Vec<Vec<f64>> = states.iter().map(spoiled).collect();
+    let candidate = Candidate::new(law.coordinates.clone(), law.terms.clone()).unwrap();
+    let contact = Contact { restitution: 0.0, friction: 0.0, ..law.contact.clone().unwrap() };
+    fit(&candidate, &times, &x, &contact).unwrap()
+}
+
+#[test]
+fn restitution_of_a_ball_is_found() {
+    let ball = ball(0.73);
+    let start = state(&[0.0, 0.0, 1.1], &[4.0, 0.0, 0.0]);
+    let found = refitted(&ball, &start, 1.3, 0.001);
+    let contact = found.law.contact.as_ref().unwrap();
+    assert!(
+        (contact.restitution / 0.73 - 1.0).abs() < 0.02,
+        "{} ± {:?}",
+        contact.restitution,
+        found.deviations
+    );
+    assert!((contact.friction / 0.2 - 1.0).abs() < 0.1, "{} ± {:?}", contact.friction, found.deviations);
+    let truth = System::new(&ball, Edit::NONE).impacts(&start, 1.3).unwrap();
+    assert_eq!(found.law.events.len(), truth.len());
+    let late = |(a, b): (&Impact, &Impact)| (a.time - b.time).abs() > 0.5 * 1.3 / 89.0;
+    assert!(!found.law.events.iter().zip(&truth).any(late), "{:?} for {truth:?}", found.law.events);
+    let (verdict, trusted) = found.verdict(0.04, 0).unwrap();
+    let told = format!("{verdict:?} until {trusted}, {} and {}", found.chi_square, found.error);
+    assert!(verdict == Verdict::Explained && trusted > 2.2, "{told}");
+    let later = System::new(&ball, Edit::NONE).states(&start, &[1.6]).unwrap();
+    let error = found.distance(&later[0], &found.states(&[1.9]).unwrap()[0]);
+    assert!(error < 2.0 * found.radius(&[1.9], 0).unwrap()[0], "{error}");
+}
+
+#[test]
+fn restitution_and_friction_of_a_cube_are_found() {
+    let found = refitted(&cube(0.4, 0.25), &thrown_cube(), 0.5, 0.0003);
+    let contact = found.law.contact.as_ref().unwrap();
+    let told = format!(
+        "{} {} ± {:?}, error {}",
+        contact.restitution, contact.friction, found.deviations, found.error
+    );
+    assert!((contact.restitution - 0.4).abs() < 0.05 && (contact.friction - 0.25).abs() < 0.05, "{told}");
+    assert!((found.law.parameters[2] + GRAVITY).abs() < 0.02 * GRAVITY, "{:?}", found.law.parameters);
+    let rest = found.states(&[6.0]).unwrap().swap_remove(0);
+    assert!((rest.x[6] - HALF).abs() < 1e-4, "{told}, rest {rest:?}");
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn dataset() -> Dataset {
     }
 }
 
-/// What a run has beside its scene.
+/// A run beside its scene: source model, true images and true motion.
 #[derive(Clone, Copy)]
 struct Known<'a> {
     source: Option<&'a dyn SourceModel>,

@@ -2,7 +2,7 @@
 
 use lgs_model::{LagrangianScene, Motion};
 
-use super::record::PositionBand;
+use crate::object_law::PositionBand;
 use crate::physics::{Truth, distance, long_steps};
 use crate::thresholds::STATE_STRIDE;
 

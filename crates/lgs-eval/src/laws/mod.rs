@@ -5,18 +5,15 @@
 //! not there.
 
 mod coverage;
-mod describe;
-mod record;
 mod table;
 
 pub use coverage::{PositionErrors, band_coverage, covered, position_errors};
-pub use describe::unit_text;
-pub use record::{LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw};
 pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows};
 
 use lgs_mechanics::bands::Verdict;
 
 use crate::metrics::ObjectSummary;
+pub use crate::object_law::{LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw, unit_text};
 
 /// First and last time at which the forecasts of all objects with a record are trusted, with the captured
 /// window from 0 to `window` in between; nothing without a record.

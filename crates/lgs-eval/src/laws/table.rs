@@ -3,8 +3,8 @@
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::Role;
 
-use super::record::{LawParameter, LawTerm, ObjectLaw};
 use crate::metrics::{Metrics, Physics};
+use crate::object_law::{LawParameter, LawTerm, ObjectLaw, RivalLaw};
 use crate::physics::trajectory::TIMES;
 
 /// Columns that say something of the object and stand in its first row alone.
@@ -83,7 +83,7 @@ pub fn parameter_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
 #[must_use]
 pub fn rival_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
     let header = (!law.rivals.is_empty()).then(|| vec!["law".to_owned(), "weight".to_owned()]);
-    let row = |rival: &super::RivalLaw| vec![rival.terms.clone(), format!("{:.1} %", 100.0 * rival.weight)];
+    let row = |rival: &RivalLaw| vec![rival.terms.clone(), format!("{:.1} %", 100.0 * rival.weight)];
     header.into_iter().chain(law.rivals.iter().map(row)).collect()
 }
 

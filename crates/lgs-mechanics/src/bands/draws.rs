@@ -11,26 +11,42 @@ use rand_distr::{Distribution, StandardNormal};
 /// posterior inside for each of three parameters, one in 5000 is left.
 const REDRAWS: usize = 64;
 
-/// A source of draws.
-pub(super) struct Draws<'a> {
-    fitted: &'a Fitted,
+/// A normal distribution around zero.
+pub(crate) struct Normal {
     /// A root of the covariance.
     root: DMatrix<f64>,
-    stream: Stream,
 }
 
-impl<'a> Draws<'a> {
-    pub(super) fn new(fitted: &'a Fitted, seed: u64, index: u64) -> Self {
-        let deviations = fitted.covariance.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt());
+impl Normal {
+    pub(crate) fn new(covariance: &DMatrix<f64>) -> Self {
+        let deviations = covariance.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt());
         let size = deviations.len();
-        let part = |i, j| fitted.covariance[(i, j)] / (deviations[i] * deviations[j]);
+        let part = |i, j| covariance[(i, j)] / (deviations[i] * deviations[j]);
         let eigen = DMatrix::from_fn(size, size, part).symmetric_eigen();
         let mut root = eigen.eigenvectors;
         for (i, value) in eigen.eigenvalues.iter().enumerate() {
             root.column_mut(i).scale_mut(value.max(0.0).sqrt());
         }
         deviations.iter().enumerate().for_each(|(i, deviation)| root.row_mut(i).scale_mut(*deviation));
-        Self { fitted, root, stream: stream(seed, "posterior of a law", index) }
+        Self { root }
+    }
+
+    pub(crate) fn draw(&self, stream: &mut Stream) -> DVector<f64> {
+        &self.root * DVector::from_fn(self.root.ncols(), |_, _| StandardNormal.sample(stream))
+    }
+}
+
+/// A source of draws.
+pub(super) struct Draws<'a> {
+    fitted: &'a Fitted,
+    normal: Normal,
+    stream: Stream,
+}
+
+impl<'a> Draws<'a> {
+    pub(super) fn new(fitted: &'a Fitted, seed: u64, index: u64) -> Self {
+        let normal = Normal::new(&fitted.covariance);
+        Self { fitted, normal, stream: stream(seed, "posterior of a law", index) }
     }
 
     /// A law and a start. Parameters keep to the bounds of the fit: draws beyond them are drawn again.
@@ -41,12 +57,12 @@ impl<'a> Draws<'a> {
             let values = fitted.law.parameters.iter().zip(change.iter().skip(2 * n)).map(|(p, d)| p + d);
             values.zip(&fitted.bounds).all(|(value, [lower, upper])| (*lower..=*upper).contains(&value))
         };
-        let mut change = self.change();
+        let mut change = self.normal.draw(&mut self.stream);
         for _ in 0..REDRAWS {
             if inside(&change) {
                 break;
             }
-            change = self.change();
+            change = self.normal.draw(&mut self.stream);
         }
         let x = fitted.law.coordinates.retract(&fitted.start.x, &change.as_slice()[..n]);
         let v = fitted.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
@@ -55,11 +71,5 @@ impl<'a> Draws<'a> {
             *p = (*p + change[2 * n + i]).clamp(*lower, *upper);
         }
         (law, State { x, v })
-    }
-
-    /// A change of start and parameters.
-    fn change(&mut self) -> DVector<f64> {
-        let stream = &mut self.stream;
-        &self.root * DVector::from_fn(self.root.ncols(), |_, _| StandardNormal.sample(stream))
     }
 }

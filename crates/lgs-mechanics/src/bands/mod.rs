@@ -7,6 +7,7 @@ mod draws;
 mod known;
 mod verdict;
 
+pub(crate) use draws::Normal;
 pub use known::{Known, PositionBand, Rival};
 pub use verdict::Verdict;
 
@@ -63,17 +64,27 @@ impl Band {
     /// two states. Infinite where too many draws cannot be followed.
     #[must_use]
     pub fn radius(&self, share: f64, distance: &dyn Fn(&State, &State) -> f64) -> Vec<f64> {
-        let one = |time: usize| {
-            let from = |draw: &Option<Vec<State>>| {
-                draw.as_ref().map_or(f64::INFINITY, |states| distance(&self.middle[time], &states[time]))
-            };
-            let mut distances: Vec<f64> = self.draws.iter().map(from).collect();
-            distances.sort_by(f64::total_cmp);
-            let last = distances.len().saturating_sub(1);
-            distances.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::INFINITY)
-        };
-        (0..self.times.len()).map(one).collect()
+        radius(&self.draws, &self.middle, share, distance)
     }
+}
+
+/// Radius around a motion that holds a share of drawn ones, for each time.
+pub(crate) fn radius(
+    draws: &[Option<Vec<State>>],
+    middle: &[State],
+    share: f64,
+    distance: &dyn Fn(&State, &State) -> f64,
+) -> Vec<f64> {
+    let one = |time: usize| {
+        let from = |draw: &Option<Vec<State>>| {
+            draw.as_ref().map_or(f64::INFINITY, |states| distance(&middle[time], &states[time]))
+        };
+        let mut distances: Vec<f64> = draws.iter().map(from).collect();
+        distances.sort_by(f64::total_cmp);
+        let last = distances.len().saturating_sub(1);
+        distances.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::INFINITY)
+    };
+    (0..middle.len()).map(one).collect()
 }
 
 /// The range of times around a window, [since, until], in which a radius stays within a tolerance; times

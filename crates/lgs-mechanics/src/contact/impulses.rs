@@ -53,6 +53,13 @@ impl Body {
         }
     }
 
+    /// A body at rest in a configuration, quaternion and centre or a centre alone.
+    pub(super) fn at(x: &[f64]) -> Self {
+        let turns = x.len() > 3;
+        let state = State { x: x.to_vec(), v: vec![0.0; if turns { 6 } else { 3 }] };
+        Self::new(&state, turns.then_some([1.0; 3]))
+    }
+
     /// All points that may touch.
     pub(super) fn touches(&self, contact: &Contact) -> Vec<Touch> {
         let normal = DVec3::from(contact.plane.normal);

@@ -6,12 +6,16 @@
 //! close more slowly than the resting speed stay closed, held by impulses in small steps: a body at rest
 //! neither jitters nor sinks.
 
+mod bounced;
 mod collide;
+mod fit;
 mod impact;
 mod impulses;
 mod plane;
 mod points;
 
+pub use bounced::Bounced;
+pub use fit::fit;
 pub use impact::{Impact, impacts, pieces};
 pub use plane::Plane;
 pub use points::extreme_points;
@@ -71,6 +75,12 @@ impl Contact {
             }
         }
         Ok(())
+    }
+
+    /// Height of the lowest point of a body in a configuration, world units.
+    #[must_use]
+    pub fn gap(&self, x: &[f64]) -> f64 {
+        impulses::Body::at(x).gap(self)
     }
 
     /// Largest distance of the surface from the centre.

@@ -7,19 +7,21 @@ use crate::{Candidate, MechanicsError};
 /// Fewest times: position and velocity are two, and a law needs more than an acceleration to fail at.
 const FEWEST: usize = 5;
 
-/// The coordinates of all candidates, whose sizes and those of the track are right.
-pub(super) fn check<'a>(
-    candidates: &'a [Candidate],
+fn size(what: &str, expected: usize, found: usize) -> MechanicsError {
+    MechanicsError::Size { what: what.to_owned(), expected, found }
+}
+
+fn bounds(what: &str, value: f64, allowed: &str) -> MechanicsError {
+    MechanicsError::OutOfBounds { what: what.to_owned(), value, allowed: allowed.to_owned() }
+}
+
+/// Checks that all candidates have the same kind of coordinates and that the track suits them; returns its
+/// configurations with unit quaternions whose signs are continuous.
+pub(crate) fn check_track(
+    candidates: &[Candidate],
     times: &[f64],
     x: &[Vec<f64>],
-    options: &Options,
-) -> Result<&'a Coordinates, MechanicsError> {
-    let size = |what: &str, expected, found| MechanicsError::Size { what: what.to_owned(), expected, found };
-    let bounds = |what: &str, value, allowed: &str| MechanicsError::OutOfBounds {
-        what: what.to_owned(),
-        value,
-        allowed: allowed.to_owned(),
-    };
+) -> Result<Vec<Vec<f64>>, MechanicsError> {
     let first = candidates.first().ok_or_else(|| size("candidates of an explanation", 1, 0))?;
     let coordinates = &first.coordinates;
     if times.len() < FEWEST {
@@ -33,23 +35,28 @@ pub(super) fn check<'a>(
     if let Some(found) = rows.find(|&found| found != coordinates.len()) {
         return Err(size("coordinates of a track", coordinates.len(), found));
     }
-    if !options.levers.is_empty() && options.levers.len() != coordinates.freedoms() {
-        return Err(size("levers", coordinates.freedoms(), options.levers.len()));
-    }
     if let Some(&value) = times.iter().chain(x.iter().flatten()).find(|value| !value.is_finite()) {
         return Err(bounds("a number of a track", value, "a finite number"));
     }
     if let Some(pair) = times.windows(2).find(|pair| pair[1] <= pair[0]) {
         return Err(bounds("a time of a track", pair[1], &format!("more than {}, the one before", pair[0])));
     }
+    Ok(continuous(coordinates, x))
+}
+
+/// Checks the options of an explanation.
+pub(super) fn check_options(coordinates: &Coordinates, options: &Options) -> Result<(), MechanicsError> {
+    if !options.levers.is_empty() && options.levers.len() != coordinates.freedoms() {
+        return Err(size("levers", coordinates.freedoms(), options.levers.len()));
+    }
     if options.tolerance.is_nan() || options.tolerance <= 0.0 {
         return Err(bounds("the tolerance of a forecast", options.tolerance, "a positive number"));
     }
-    Ok(coordinates)
+    Ok(())
 }
 
 /// Configurations with unit quaternions whose signs are continuous.
-pub(super) fn continuous(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn continuous(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut rows = x.to_vec();
     if !coordinates.has_rotation() {
         return rows;

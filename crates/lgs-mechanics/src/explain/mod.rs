@@ -9,6 +9,7 @@ mod forecast;
 mod input;
 
 pub use forecast::Forecast;
+pub(crate) use input::check_track;
 
 use crate::bands::{Band, Verdict, trusted};
 use crate::choose::{Choice, choose};
@@ -79,8 +80,9 @@ pub fn explain(
     x: &[Vec<f64>],
     options: &Options,
 ) -> Result<Explanation, MechanicsError> {
-    let coordinates = input::check(candidates, times, x, options)?;
-    let x = input::continuous(coordinates, x);
+    let x = check_track(candidates, times, x)?;
+    let coordinates = &candidates[0].coordinates;
+    input::check_options(coordinates, options)?;
     let no_fit = || MechanicsError::NoFit { candidates: candidates.len() };
     let (choice, track) = match coordinates {
         Coordinates::Rigid(_) => bodies::choose(candidates, times, &x).ok_or_else(no_fit)?,

@@ -1,5 +1,9 @@
 //! The record of one object's law.
 
+mod describe;
+
+pub use describe::unit_text;
+
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::Role;
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@ use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::{Entry, Parameter, Quantity, Space};
 
-use super::record::{LawParameter, LawTerm, ObjectLaw};
+use super::{LawParameter, LawTerm, ObjectLaw};
 
 impl ObjectLaw {
     /// The record of a law: coordinates and terms with values, deviations and units. Trust, rivals and band

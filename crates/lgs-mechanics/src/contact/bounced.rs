@@ -1,0 +1,114 @@
+//! A law with its contact, and how far it is known.
+
+use crate::bands::{Normal, Verdict, radius};
+use crate::choose::DESCRIBED;
+use crate::coordinates::State;
+use crate::{Edit, Law, MechanicsError, System};
+use lgs_core::stream;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// Motions behind a band, as for laws without contact.
+const DRAWS: usize = 96;
+/// Largest friction: nothing slides on a slope of 60°.
+pub(super) const MOST_FRICTION: f64 = 1.75;
+/// Times of a window at which bands are compared with the tolerance.
+const COMPARED: usize = 20;
+
+/// A law with the contact that was fitted to a track.
+#[derive(Clone, Debug)]
+pub struct Bounced {
+    /// The law with its contact; its events are the impacts of the fitted motion within the track.
+    pub law: Law,
+    /// State at the first time of the track.
+    pub start: State,
+    /// Samples of the free flight before the first impact.
+    pub free: Range<usize>,
+    /// Standard deviations of restitution and friction.
+    pub deviations: [f64; 2],
+    /// Mean distance from the track after the first impact, world units; 0 without any.
+    pub error: f64,
+    /// Whitened χ² of the free flight for each independent sample.
+    pub chi_square: f64,
+    /// Covariance of start, velocity, parameters, restitution and friction.
+    pub(super) covariance: DMatrix<f64>,
+    /// First and last time of the track.
+    pub(super) window: [f64; 2],
+}
+
+impl Bounced {
+    /// The fitted motion at times of the track's clock.
+    pub fn states(&self, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
+        System::new(&self.law, Edit::NONE).states(&self.start, &self.since(times))
+    }
+
+    /// Radius around the fitted motion that holds 90 % of its posterior, for each time, world units; it
+    /// widens at every impact.
+    pub fn radius(&self, times: &[f64], seed: u64) -> Result<Vec<f64>, MechanicsError> {
+        let middle = self.states(times)?;
+        let since = self.since(times);
+        let normal = Normal::new(&self.covariance);
+        let mut stream = stream(seed, "posterior of a contact", 0);
+        let mut draw = || {
+            let (law, start) = self.drawn(&normal.draw(&mut stream));
+            System::new(&law, Edit::NONE).states(&start, &since).ok()
+        };
+        let draws: Vec<Option<Vec<State>>> = (0..DRAWS).map(|_| draw()).collect();
+        Ok(radius(&draws, &middle, 0.9, &|a, b| self.distance(a, b)))
+    }
+
+    /// Distance of two states, world units: root mean square over the points of the body.
+    #[must_use]
+    pub fn distance(&self, a: &State, b: &State) -> f64 {
+        let change = self.law.coordinates.difference(&a.x, &b.x);
+        change
+            .iter()
+            .zip(self.law.coordinates.levers())
+            .map(|(d, lever)| (lever * d).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    /// The verdict, and the time until which the radius stays within `tolerance` times the path moved until
+    /// then: explained needs half a window beyond the track.
+    pub fn verdict(&self, tolerance: f64, seed: u64) -> Result<(Verdict, f64), MechanicsError> {
+        let [first, last] = self.window;
+        let time = |k: usize| first + (last - first) * k as f64 / COMPARED as f64;
+        let times: Vec<f64> = (0..=3 * COMPARED).map(time).collect();
+        let states = self.states(&times)?;
+        let mut path: Vec<f64> = vec![0.0];
+        for pair in states.windows(2) {
+            path.push(path[path.len() - 1] + self.distance(&pair[0], &pair[1]));
+        }
+        let radii = self.radius(&times, seed)?;
+        let good = |k: &usize| radii[*k] <= tolerance * path[(*k).max(COMPARED)];
+        let trusted = (0..times.len()).take_while(good).last().map_or(first, time);
+        let verdict = if self.chi_square > DESCRIBED || self.error > tolerance * path[COMPARED] {
+            Verdict::Outside
+        } else if trusted < time(COMPARED + COMPARED / 2) {
+            Verdict::Described
+        } else {
+            Verdict::Explained
+        };
+        Ok((verdict, trusted))
+    }
+
+    /// Law and start after a change of all unknowns.
+    fn drawn(&self, change: &DVector<f64>) -> (Law, State) {
+        let n = self.start.v.len();
+        let x = self.law.coordinates.retract(&self.start.x, &change.as_slice()[..n]);
+        let v = self.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
+        let mut law = self.law.clone();
+        law.parameters.iter_mut().enumerate().for_each(|(i, p)| *p += change[2 * n + i]);
+        let own = change.len() - 2;
+        if let Some(contact) = &mut law.contact {
+            contact.restitution = (contact.restitution + change[own]).clamp(0.0, 1.0);
+            contact.friction = (contact.friction + change[own + 1]).clamp(0.0, MOST_FRICTION);
+        }
+        (law, State { x, v })
+    }
+
+    fn since(&self, times: &[f64]) -> Vec<f64> {
+        times.iter().map(|time| time - self.window[0]).collect()
+    }
+}
