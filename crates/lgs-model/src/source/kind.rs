@@ -19,6 +19,8 @@ pub enum SourceKind {
     Defgs,
     /// A deformation network that a velocity field carries on ([`super::FreeGave`]).
     Freegave,
+    /// Constant velocities, an affine function of the position ([`super::LinearMotion`]).
+    Linear,
     /// Trajectories from files ([`super::ImportedFrames`]).
     Frames,
 }

@@ -16,6 +16,7 @@ mod file;
 pub mod freegave;
 mod imported;
 mod kind;
+mod linear;
 mod model;
 mod motion;
 pub mod network;
@@ -34,6 +35,7 @@ pub use file::{import_source, imported_kind, load_source};
 pub use freegave::{AdvectionConfig, FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
 pub use imported::ImportedFrames;
 pub use kind::SourceKind;
+pub use linear::LinearMotion;
 pub use model::SourceModel;
 pub use motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
 pub use network::{Deformation, InputFrame};
@@ -44,12 +46,13 @@ use kind::Kind;
 
 impl SourceKind {
     /// Every kind.
-    pub const ALL: [Self; 3] = [Self::Defgs, Self::Freegave, Self::Frames];
+    pub const ALL: [Self; 4] = [Self::Defgs, Self::Freegave, Self::Linear, Self::Frames];
 
     fn kind(self) -> &'static Kind {
         match self {
             Self::Defgs => &defgs::KIND,
             Self::Freegave => &freegave::KIND,
+            Self::Linear => &linear::KIND,
             Self::Frames => &imported::KIND,
         }
     }
