@@ -46,12 +46,12 @@ pub fn distill(
 fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let shared = &motion.shared.as_ref()?.shared;
     let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    law_of_motion(shared, DistillReport::of_motion(motion), (config, resolution), seed)
+    law_of_motion(shared, &DistillReport::of_motion(motion), (config, resolution), seed)
 }
 
 fn law_of_motion(
     motion: &SharedMotion,
-    report: DistillReport,
+    report: &DistillReport,
     (config, resolution): (&DistillConfig, f64),
     seed: u64,
 ) -> Option<DistilledLaw> {
@@ -61,7 +61,7 @@ fn law_of_motion(
     let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
     let found = find_law(motion, laws, resolution, seed)?;
     tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
-    Some(found.distilled(&motion.shape, &report, config))
+    Some(found.distilled(&motion.shape, report, config))
 }
 
 /// Finds the law behind the poses of a rigid body at ascending times, the first of which is the start: linear
@@ -80,7 +80,7 @@ pub fn law_of_poses(
     let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
     let report = DistillReport::of_poses(&motion);
     // Each pose is seen by itself: its noise is all that there is of errors.
-    law_of_motion(&motion, report, (config, 0.0), seed).filter(|law| law.report.describes_window(config))
+    law_of_motion(&motion, &report, (config, 0.0), seed).filter(|law| law.report.describes_window(config))
 }
 
 impl GeneralisedLaw {

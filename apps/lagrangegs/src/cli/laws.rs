@@ -1,7 +1,7 @@
 //! What a scene knows of its objects' laws.
 
 use lgs_distill::CoordinatesKind;
-use lgs_eval::object_law::{ObjectLaw, PositionBand, RivalLaw};
+use lgs_eval::laws::{ObjectLaw, PositionBand, RivalLaw};
 use lgs_mechanics::bands::{self, Verdict};
 use lgs_model::{GeneralisedDynamics, ObjectModel};
 

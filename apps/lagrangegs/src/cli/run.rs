@@ -8,7 +8,7 @@ use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_data::synth::GroundTruth;
-use lgs_eval::object_law::ObjectLaw;
+use lgs_eval::laws::ObjectLaw;
 use lgs_eval::{Cost, Subject};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};

@@ -16,7 +16,7 @@ use particles::ParticleBody;
 /// One object and the units of its unknowns.
 pub(super) enum Body {
     /// Particles, with the constants of a linear law.
-    Particles(ParticleBody),
+    Particles(Box<ParticleBody>),
     /// A law in generalised coordinates.
     Law(Box<LawBody>),
     /// A recorded motion, of which nothing is to be found.
@@ -35,7 +35,7 @@ impl Body {
         match &scene.objects[object].dynamics {
             _ if scene.objects[object].recording.is_some() => Self::Recorded,
             Dynamics::Particles(particles) => {
-                Self::Particles(ParticleBody::new(scene, object, &particles.system))
+                Self::Particles(Box::new(ParticleBody::new(scene, object, &particles.system)))
             }
             Dynamics::Generalised(dynamics) => Self::Law(Box::new(LawBody::new(scene, object, dynamics))),
         }
