@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for scene in &scenes {
         let times: Vec<f64> = (0..=STEPS).map(|i| DT * i as f64).collect();
         let truth = synth::ground_truth(scene, &times, PARTICLES, 0)?;
-        for noise in [0.0, 0.002] {
+        for noise in [0.0, 0.002, 0.004] {
             let clock = std::time::Instant::now();
             let seen = window(&truth.points, noise);
             let found = distill(&seen, &DistillConfig::default(), 1, &mut |_| {})?;

@@ -9,7 +9,7 @@ use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::particles::distill_particles;
-use crate::progress::DistillProgress;
+use crate::progress::{DistillProgress, DistillStage};
 use crate::report::{DistillReport, GeneralisedReport};
 use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
@@ -34,6 +34,7 @@ pub fn distill(
         return Err(DistillError::Empty);
     }
     let motion = denoise(trajectories, config);
+    progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
     if let Some(law) = law_of(&motion, config, seed)
         && law.report.describes_window(config)
     {
@@ -61,6 +62,10 @@ fn law_of_motion(
     let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
     let found = find_law(motion, laws, resolution, seed)?;
     tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
+    // Images put a rigid body right that its tracks have a little wrong, but not a shape.
+    if motion.kind == PoseKind::Affine && found.known.verdict == Verdict::Outside {
+        return None;
+    }
     Some(found.distilled(&motion.shape, report, config))
 }
 

@@ -29,7 +29,6 @@ pub(crate) fn distill_particles(
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<DistilledParticles, DistillError> {
     let of_law = |step| DistillProgress { stage: DistillStage::Law, step, steps: 1, loss: None };
-    progress(of_law(0));
     let object = Object::new(motion, config);
     let law = choose_law(&object.motion, object.support.as_ref(), config);
     progress(of_law(1));

@@ -32,7 +32,7 @@ pub struct DistillReport {
     /// The law in generalised coordinates, if the object follows one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generalised: Option<GeneralisedReport>,
-    /// Whether the object is under the rigid constraint (see [`crate::Distilled::supports`]).
+    /// Whether the object is under the rigid constraint (see [`crate::DistilledParticles::supports`]).
     pub rigid_constraint: bool,
     /// Position error at held-out samples of a fit without them, if it was measured.
     pub forecast_error: Option<f64>,

@@ -118,8 +118,8 @@ pub(crate) const CONSTRAINED_STEPS: usize = 8;
 
 // Scene
 
-/// Errors inside of the window, in units of what the source cannot resolve (a tenth of a pixel), that no image
-/// shows: half a pixel.
+/// Errors inside of the window, in units of what the source cannot resolve (a tenth of a pixel), that no
+/// image shows: half a pixel.
 pub(crate) const UNRESOLVED_ERRORS: f64 = 5.0;
 
 /// An object whose system leaves more than this fraction of its displacement is not described by it.

@@ -37,8 +37,8 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Samples an object's potential on `x` × `y` of a plane, with arrows in so many columns and rows; nothing
-    /// if it is not finite there or no function of a place.
+    /// Samples an object's potential on `x` × `y` of a plane, with arrows in so many columns and rows;
+    /// nothing if it is not finite there or no function of a place.
     pub(super) fn of(
         dynamics: &Dynamics,
         truth: Option<&TrueForce>,

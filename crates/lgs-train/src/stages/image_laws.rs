@@ -1,6 +1,6 @@
-//! Laws chosen by images (method §6): the poses of a body at the times of the frames, as the images show them,
-//! are free of the errors that a source model makes at the ends of a window, and of its smoothness; a law is
-//! chosen for them as stage 1 chose one for the source's tracks.
+//! Laws chosen by images (method §6): the poses of a body at the times of the frames, as the images show
+//! them, are free of the errors that a source model makes at the ends of a window, and of its smoothness; a
+//! law is chosen for them as stage 1 chose one for the source's tracks.
 
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::linear::{norm, quat_mul, solve_positive, sub};

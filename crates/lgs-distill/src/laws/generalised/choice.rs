@@ -11,8 +11,8 @@ use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
 use rayon::prelude::*;
 
-/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit. Tracks of images
-/// are off at the ends of a window by more than their noise.
+/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit. Tracks of
+/// images are off at the ends of a window by more than their noise.
 const MOST_KINEMATIC: f64 = 10.0;
 
 /// A chosen law with its rivals in the same coordinates.
@@ -50,7 +50,7 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     if !found.iter().any(explains) {
         found.extend(choose_free(observed));
     }
-    let (index, judged) = simplest(&found, 6 * observed.times.len())?;
+    let (index, judged) = simplest(&found, samples, 6 * observed.times.len())?;
     let (system, choice) = found.swap_remove(index);
     let law = &choice.judged[judged];
     let left = samples - unknowns(&system, law);
@@ -84,10 +84,17 @@ fn choose_free(observed: &ObservedPoses) -> Vec<(Configured, Choice)> {
 
 /// The simplest of all laws in all coordinates within [`SLACK`] of the best evidence: indices of the system
 /// and of its law.
-fn simplest(found: &[(Configured, Choice)], values: usize) -> Option<(usize, usize)> {
+fn simplest(found: &[(Configured, Choice)], samples: f64, values: usize) -> Option<(usize, usize)> {
+    let chi_square = |system: &Configured, judged: &Judged| judged.fitted.loss + system.chi_square;
+    let least = found
+        .iter()
+        .flat_map(|(system, choice)| choice.judged.iter().map(move |judged| chi_square(system, judged)));
+    // Where no law explains the poses, their noise is larger than it looks: by as much as the best law
+    // leaves.
+    let inflation = (least.fold(f64::INFINITY, f64::min) / samples.max(1.0)).max(1.0);
     let all = found.iter().enumerate().flat_map(|(index, (system, choice))| {
         let evidence = move |judged: &Judged| {
-            judged.fitted.loss + system.chi_square + penalty(unknowns(system, judged), values)
+            chi_square(system, judged) / inflation + penalty(unknowns(system, judged), values)
         };
         (choice.judged.iter().enumerate()).map(move |(at, judged)| (evidence(judged), index, at, judged))
     });
@@ -102,13 +109,13 @@ fn simplest(found: &[(Configured, Choice)], values: usize) -> Option<(usize, usi
     let order = |(_, index, _, judged): &(f64, usize, usize, &Judged)| {
         let system = &found[*index].0;
         // Simplicity counts unknowns in halves.
-        judged.simplicity + 2 * (system.constants + 2 * system.coordinates.freedoms())
+        judged.simplicity + 2 * (system.joint_constants() + 2 * system.coordinates.freedoms())
     };
     near.min_by_key(order).map(|(_, index, at, _)| (index, at))
 }
 
-/// The Bayesian penalty of unknowns, for as many values as there are: correlated errors tell little of a law's
-/// constants, but enough of them to forbid one constant for each.
+/// The Bayesian penalty of unknowns, for as many values as there are: correlated errors tell little of a
+/// law's constants, but enough of them to forbid one constant for each.
 pub(super) fn penalty(unknowns: f64, values: usize) -> f64 {
     unknowns * (values.max(1) as f64).ln()
 }

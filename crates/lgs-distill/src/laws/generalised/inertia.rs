@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 /// times as long as it is thick.
 const LEAST_MOMENT: f64 = 1e-3;
 /// Weight of the particles' inertia against that of the motion, as a fraction of the mean square of the
-/// angular momentum: what the motion does not determine, as in a uniform spin, stays as the particles have it.
+/// angular momentum: what the motion does not determine, as in a uniform spin, stays as the particles have
+/// it.
 const PRIOR_WEIGHT: f64 = 1e-4;
 
 /// Inertia about the centre of particles with these second moments.

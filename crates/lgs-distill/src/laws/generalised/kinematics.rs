@@ -31,6 +31,12 @@ impl Configured {
         Self { coordinates, x, base, constants, chi_square }
     }
 
+    /// Constants by which the coordinates count as simple: those of a joint. A centre of mass is never quite
+    /// at the centre of the particles that are seen, so a law about it is as simple as one about that.
+    pub(super) fn joint_constants(&self) -> usize {
+        if matches!(self.coordinates, Coordinates::Rigid(_)) { 0 } else { self.constants }
+    }
+
     /// The pose of the shape in a configuration.
     pub(super) fn pose_in(&self, x: &[f64]) -> Pose {
         placements(&self.coordinates, &[self.x[0].clone(), x.to_vec()])[1].after(&self.base)

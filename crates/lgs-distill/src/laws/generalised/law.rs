@@ -6,6 +6,7 @@ use super::observed::{Laws, ObservedPoses};
 use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::RESIDUAL_TOLERANCE;
 use glam::{DMat3, DVec3};
 use lgs_mechanics::bands::{Band, Known, PositionBand, Rival, Verdict, trusted};
 use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
@@ -42,13 +43,27 @@ pub(crate) struct GeneralisedLaw {
     pub(crate) choice: Choice,
 }
 
-/// Finds the law of a shared motion whose source does not resolve `resolution`, world units.
+/// Finds the law of a shared motion whose source does not resolve `resolution`, world units. Where no law
+/// explains it, the source makes errors that its roughness does not tell of, and the simplest law within such
+/// errors describes the motion.
 pub(crate) fn find_law(
     motion: &SharedMotion,
     laws: Laws,
     resolution: f64,
     seed: u64,
 ) -> Option<GeneralisedLaw> {
+    let found = law_within(motion, laws, resolution, seed)?;
+    if found.known.chi_square <= DESCRIBED {
+        return Some(found);
+    }
+    let smooth_errors = RESIDUAL_TOLERANCE * motion.rms_displacement();
+    let described = law_within(motion, laws, resolution.max(smooth_errors), seed);
+    let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
+    law.known.verdict = Verdict::Described;
+    Some(law)
+}
+
+fn law_within(motion: &SharedMotion, laws: Laws, resolution: f64, seed: u64) -> Option<GeneralisedLaw> {
     let resolution = resolution.max(STEP_ERROR * motion.rms_displacement());
     let chosen = match motion.kind {
         PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, laws, resolution)),

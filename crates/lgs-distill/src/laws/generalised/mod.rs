@@ -1,4 +1,5 @@
-//! Laws in generalised coordinates for objects whose particles share a rigid or an affine motion (method §4.7 and §5.4).
+//! Laws in generalised coordinates for objects whose particles share a rigid or an affine motion (method §4.7
+//! and §5.4).
 
 mod choice;
 mod geometry;

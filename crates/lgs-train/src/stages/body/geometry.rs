@@ -5,8 +5,8 @@ use glam::{DQuat, DVec3};
 use lgs_mechanics::coordinates::Coordinates;
 use lgs_model::GeneralisedDynamics;
 
-/// Number of unknowns: the centre of mass of a free body and the pivot of a ball joint have three, a hinge has
-/// two for the direction of its axis and two for its place.
+/// Number of unknowns: the centre of mass of a free body and the pivot of a ball joint have three, a hinge
+/// has two for the direction of its axis and two for its place.
 pub(super) fn unknowns(dynamics: &GeneralisedDynamics) -> usize {
     match dynamics.law.coordinates {
         Coordinates::Rigid(_) | Coordinates::Ball(_) => 3,
