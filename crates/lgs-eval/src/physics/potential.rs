@@ -105,13 +105,17 @@ fn visited(motion: &mut Motion<'_>, object: usize) -> Visited {
     let mut all = Visited { positions: Vec::new(), conservative: Vec::new(), net: Vec::new() };
     let (steps, rows) =
         (window_steps(&motion.scene().motion), motion.scene().objects[object].members.clone());
+    let is_body = motion.scene().objects[object].dynamics.generalised().is_some();
+    // A body feels the potential at its centre, particles each at its own place.
+    let seen = |vectors: Vec<[f64; 3]>| if is_body { vec![mean_of(&vectors)] } else { vectors };
+    let wide = |vectors: &[[f32; 3]]| vectors.iter().map(|v| v.map(f64::from)).collect();
     for step in (0..=steps).step_by(STATE_STRIDE) {
         let ObjectFields { conservative, force, .. } = motion.fields(object, step);
-        let q = &motion.states(step)[step].q[rows.clone()];
-        all.positions.extend(q.iter().map(|p| p.map(f64::from)));
-        all.conservative.extend(conservative.iter().map(|a| a.map(f64::from)));
         let net = conservative.iter().zip(&force);
-        all.net.extend(net.map(|(a, f)| std::array::from_fn(|c| f64::from(a[c]) + f64::from(f[c]))));
+        let net = net.map(|(a, f)| std::array::from_fn(|c| f64::from(a[c]) + f64::from(f[c]))).collect();
+        all.positions.extend(seen(wide(&motion.states(step)[step].q[rows.clone()])));
+        all.conservative.extend(seen(wide(&conservative)));
+        all.net.extend(seen(net));
     }
     all
 }
