@@ -91,6 +91,45 @@ pub(crate) const PARAMETER_ROUNDING: f64 = 1e-4;
 /// pixel): a pose is the mean over a body, of which some dozen places are independent.
 pub(crate) const KNOWN_FRACTION: f64 = 0.2;
 
+// Laws in generalised coordinates
+
+/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit. Tracks of
+/// images are off at the ends of a window by more than their noise.
+pub(crate) const MOST_KINEMATIC: f64 = 10.0;
+/// Singular values, as a fraction of the largest, below which a direction is not determined: that of a point
+/// along a fixed axis, of which rounding and noise leave less.
+pub(crate) const UNDETERMINED_DIRECTION: f64 = 1e-4;
+/// Powers of time in the path of a centre of mass by which it is told from other points of a turning body.
+pub(crate) const CENTER_POWERS: usize = 3;
+/// The smallest moment of inertia, as a fraction of the trace of the second moments: that of a needle thirty
+/// times as long as it is thick.
+pub(crate) const LEAST_MOMENT: f64 = 1e-3;
+/// Weight of the particles' inertia against that of the motion, as a fraction of the mean square of the
+/// angular momentum: what the motion does not determine, as in a uniform spin, stays as the particles have
+/// it.
+pub(crate) const PARTICLES_INERTIA_WEIGHT: f64 = 1e-4;
+/// Windows over which the forecast of a law is judged, backward and forward.
+pub(crate) const JUDGED_WINDOWS: [f64; 2] = [-1.0, 3.0];
+/// Times in a window at which bands are computed.
+pub(crate) const TIMES_IN_WINDOW: usize = 16;
+/// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
+pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
+/// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
+pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
+/// Weight below which a rival is not told of.
+pub(crate) const LEAST_WEIGHT: f64 = 0.01;
+/// Error of the integrator over three windows as a fraction of the way, and of tracks in single precision: no
+/// track is known better.
+pub(crate) const STEP_ERROR: f64 = 1e-4;
+/// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
+pub(crate) const MOST_MODES: usize = 4;
+/// Directions of the shape thinner than this part of it have no strain of their own.
+pub(crate) const FLAT_SHAPE: f64 = 1e-3;
+/// Evidence behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
+pub(crate) const NO_RIVAL: f64 = 30.0;
+/// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.
+pub(crate) const AXIS_ROUNDS: usize = 4;
+
 // Descents of laws (Levenberg–Marquardt)
 
 /// Iterations; a descent stops by itself long before.

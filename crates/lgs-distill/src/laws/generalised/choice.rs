@@ -4,16 +4,13 @@
 use super::kinematics::{Configured, free_systems, systems};
 use super::observed::ObservedPoses;
 use super::rigid_law::combined;
+use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::{Choice, Judged, SLACK, choose, simplicity};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
 use rayon::prelude::*;
-
-/// χ² for each sample above which the poses do not have a joint at all: its laws need no fit. Tracks of
-/// images are off at the ends of a window by more than their noise.
-const MOST_KINEMATIC: f64 = 10.0;
 
 /// A chosen law with its rivals in the same coordinates.
 pub(super) struct Chosen {

@@ -1,15 +1,9 @@
 //! Points of a moving body by linear least squares: pivots, centres of mass, radii of rolling.
 
 use crate::motion::pose::Pose;
+use crate::thresholds::{CENTER_POWERS, UNDETERMINED_DIRECTION};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
-
-/// Singular values, as a fraction of the largest, below which a direction is not determined: that of a point
-/// along a fixed axis, of which rounding and noise leave less.
-const UNDETERMINED: f64 = 1e-4;
-
-/// Powers of time in the path of a centre of mass by which it is told from other points of a turning body.
-const POWERS: usize = 3;
 
 /// The point of the body that moves along a smooth path while the body turns about it: `c_k + R_k r` is a
 /// polynomial in time. Particles lie where a body is seen, and their centre is not that of its mass.
@@ -17,7 +11,7 @@ pub(super) fn center_of_mass(poses: &[Pose], times: &[f64]) -> Option<DVec3> {
     let duration = times[times.len() - 1];
     let powers = |k: usize| {
         let time = 2.0 * times[k] / duration - 1.0;
-        (0..POWERS).map(|power| time.powi(power as i32)).collect()
+        (0..CENTER_POWERS).map(|power| time.powi(power as i32)).collect()
     };
     let [r] = body_points(poses, powers)?.1[..] else { return None };
     Some(-r)
@@ -37,7 +31,7 @@ pub(super) fn body_points(poses: &[Pose], f: impl Fn(usize) -> Vec<f64>) -> Opti
         }
     }
     let svd = rows.svd(true, true);
-    let found = svd.solve(&right, UNDETERMINED * svd.singular_values.max()).ok()?;
+    let found = svd.solve(&right, UNDETERMINED_DIRECTION * svd.singular_values.max()).ok()?;
     let vectors: Vec<DVec3> = found.as_slice().chunks_exact(3).map(DVec3::from_slice).collect();
     let (a, r) = vectors.split_at(columns / 3);
     vectors.iter().all(|v| v.is_finite()).then(|| (a.to_vec(), r.to_vec()))

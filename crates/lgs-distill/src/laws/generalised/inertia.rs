@@ -2,17 +2,10 @@
 
 use super::observed::ObservedPoses;
 use crate::math::{principal_axes, skew};
+use crate::thresholds::{LEAST_MOMENT, PARTICLES_INERTIA_WEIGHT};
 use glam::{DMat3, DQuat, DVec3};
 use lgs_mechanics::coordinates::{Inertia, InertiaForm};
 use nalgebra::DMatrix;
-
-/// The smallest moment of inertia, as a fraction of the trace of the second moments: that of a needle thirty
-/// times as long as it is thick.
-const LEAST_MOMENT: f64 = 1e-3;
-/// Weight of the particles' inertia against that of the motion, as a fraction of the mean square of the
-/// angular momentum: what the motion does not determine, as in a uniform spin, stays as the particles have
-/// it.
-const PRIOR_WEIGHT: f64 = 1e-4;
 
 /// Inertia about the centre of particles with these second moments.
 pub(super) fn of_particles(covariance: &DMat3) -> Inertia {
@@ -62,7 +55,7 @@ pub(super) fn of_motion(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -
         right -= row.transpose() * DMatrix::from_column_slice(3, 1, &known.to_array());
     }
     let momentum = turns.iter().zip(&spins).map(|(turn, &spin)| (*turn * (tensor * spin)).length_squared());
-    let ridge = PRIOR_WEIGHT * momentum.sum::<f64>();
+    let ridge = PARTICLES_INERTIA_WEIGHT * momentum.sum::<f64>();
     (0..ENTRIES).for_each(|i| gram[(i, i)] += ridge);
     // A torque or momentum that no arm or spin shows is zero.
     (ENTRIES..unknowns).for_each(|i| gram[(i, i)] += f64::EPSILON * samples as f64);

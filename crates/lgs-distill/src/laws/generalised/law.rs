@@ -6,26 +6,15 @@ use super::observed::{Laws, ObservedPoses};
 use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::RESIDUAL_TOLERANCE;
+use crate::thresholds::{
+    EXPLAINED_WINDOWS, JUDGED_WINDOWS, LEAST_WEIGHT, RESIDUAL_TOLERANCE, STEP_ERROR, TIMES_IN_WINDOW,
+    TRUSTED_FRACTION,
+};
 use glam::{DMat3, DVec3};
 use lgs_mechanics::bands::{Band, Known, PositionBand, Rival, Verdict, trusted};
 use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
 use lgs_mechanics::coordinates::{Embedding, State};
 use lgs_mechanics::{Edit, Law, System};
-
-/// Windows over which the forecast of a law is judged, backward and forward.
-const REACH: [f64; 2] = [-1.0, 3.0];
-/// Times in a window at which bands are computed.
-const TIMES_IN_WINDOW: usize = 16;
-/// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
-const TRUSTED_FRACTION: f64 = 0.04;
-/// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
-const EXPLAINED_WINDOWS: f64 = 1.5;
-/// Weight below which a rival is not told of.
-const LEAST_WEIGHT: f64 = 0.01;
-/// Error of the integrator over three windows as a fraction of the way, and of tracks in single precision: no
-/// track is known better.
-const STEP_ERROR: f64 = 1e-4;
 
 /// A law with its start, and what is known of it.
 pub(crate) struct GeneralisedLaw {
@@ -72,7 +61,7 @@ fn law_within(motion: &SharedMotion, laws: Laws, resolution: f64, seed: u64) -> 
     let Chosen { system, choice, chi_square } = chosen?;
     let fitted = choice.law().fitted.clone();
     let duration = motion.duration();
-    let law = fitted.law.clone().resolved(&fitted.start, REACH[1] * duration, STEP_ERROR).ok()?;
+    let law = fitted.law.clone().resolved(&fitted.start, JUDGED_WINDOWS[1] * duration, STEP_ERROR).ok()?;
     let base = system.pose_in(&fitted.start.x);
     let mut found = GeneralisedLaw {
         window_error: 0.0,
@@ -146,7 +135,7 @@ impl GeneralisedLaw {
         self.known.verdict = Verdict::Described;
         let window = motion.duration();
         let spacing = window / TIMES_IN_WINDOW as f64;
-        let [first, last] = REACH.map(|windows| (windows * TIMES_IN_WINDOW as f64) as i32);
+        let [first, last] = JUDGED_WINDOWS.map(|windows| (windows * TIMES_IN_WINDOW as f64) as i32);
         let times: Vec<f64> = (first..=last).map(|i| f64::from(i) * spacing).collect();
         let Some(band) = Band::new(&self.choice, &times, seed) else { return };
         let points = motion.sigma_points();

@@ -6,18 +6,15 @@ use super::kinematics::Configured;
 use super::observed::Laws;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::{FLAT_SHAPE, MOST_MODES};
 use glam::{DMat3, DVec3};
 use lgs_mechanics::choose::{Choice, choose};
 use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
 use lgs_mechanics::fit::Track;
 use nalgebra::{DMatrix, Matrix3};
 
-/// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
-const MOST_MODES: usize = 4;
 /// Numbers of an affine displacement.
 const ENTRIES: usize = 12;
-/// Directions of the shape thinner than this part of it have no strain of their own.
-const FLAT: f64 = 1e-3;
 
 /// The affine motion about its mean in orthonormal modes, the strongest first.
 struct Decomposition {
@@ -132,7 +129,7 @@ fn mean(poses: &[Pose]) -> Pose {
 /// The symmetric root of second moments, with thin directions thickened so that it can be inverted.
 fn root_of(covariance: &DMat3) -> Option<DMat3> {
     let eigen = Matrix3::from_column_slice(&covariance.to_cols_array()).symmetric_eigen();
-    let least = FLAT * FLAT * eigen.eigenvalues.max();
+    let least = FLAT_SHAPE * FLAT_SHAPE * eigen.eigenvalues.max();
     let roots = eigen.eigenvalues.map(|value| value.max(least).sqrt());
     let root = eigen.eigenvectors * Matrix3::from_diagonal(&roots) * eigen.eigenvectors.transpose();
     let root = DMat3::from_cols_slice(root.as_slice());

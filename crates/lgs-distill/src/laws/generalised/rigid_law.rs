@@ -2,6 +2,7 @@
 //! each other.
 
 use super::choice::judged;
+use crate::thresholds::NO_RIVAL;
 use lgs_mechanics::Law;
 use lgs_mechanics::choose::{Choice, Judged};
 use lgs_mechanics::coordinates::{Coordinates, Inertia, Port, State};
@@ -9,14 +10,11 @@ use lgs_mechanics::fit::Fitted;
 use lgs_mechanics::terms::Term;
 use nalgebra::DMatrix;
 
-/// Evidence behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
-const LEFT_OUT: f64 = 30.0;
-
 /// All laws of the centre with all laws of the rotation.
 pub(super) fn combined(of_center: &Choice, of_spin: &Choice, inertia: &Inertia) -> Option<Choice> {
     let near = |choice: &Choice| -> Vec<Judged> {
         let best = choice.judged.first().map_or(0.0, |judged| judged.evidence);
-        choice.judged.iter().filter(|judged| judged.evidence <= best + LEFT_OUT).cloned().collect()
+        choice.judged.iter().filter(|judged| judged.evidence <= best + NO_RIVAL).cloned().collect()
     };
     let (centers, spins) = (near(of_center), near(of_spin));
     let pairs = centers.iter().flat_map(|center| spins.iter().map(move |spin| (center, spin)));

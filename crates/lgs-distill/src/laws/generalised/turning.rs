@@ -2,13 +2,11 @@
 
 use crate::math::{nearest_rotation, skew};
 use crate::motion::pose::Pose;
+use crate::thresholds::AXIS_ROUNDS;
 use glam::{DMat3, DQuat, DVec3};
 use lgs_mechanics::rotation::{exp, rotation_vector};
 use nalgebra::{DMatrix, Matrix3};
 use std::f64::consts::TAU;
-
-/// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.
-const ROUNDS: usize = 4;
 
 /// An axis in world axes, and the angle about it at each sample: `R_k = exp(θ_k a) B`.
 pub(super) struct Turning {
@@ -23,7 +21,7 @@ impl Turning {
         let mut axis = first_axis(poses)?;
         let mut base = poses[0].linear;
         let mut angles = angles(poses, axis, &base);
-        for _ in 0..ROUNDS {
+        for _ in 0..AXIS_ROUNDS {
             (axis, base) = refined(poses, axis, &base, &angles)?;
             angles = self::angles(poses, axis, &base);
         }
