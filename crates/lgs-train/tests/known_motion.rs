@@ -7,7 +7,13 @@ use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
-use lgs_model::{Dynamics, LagrangianScene, Motion, MotionConfig, ObjectModel, ParticleDynamics};
+use lgs_mechanics::Law;
+use lgs_mechanics::bands::Known;
+use lgs_mechanics::coordinates::{Coordinates, Hinge, Port, State};
+use lgs_mechanics::terms::Term;
+use lgs_model::{
+    Dynamics, GeneralisedDynamics, LagrangianScene, Motion, MotionConfig, ObjectModel, ParticleDynamics,
+};
 use lgs_render::{Splats, rasterize};
 use lgs_train::device::Device;
 use lgs_train::stages::{
@@ -178,4 +184,35 @@ fn refined_gaussians_leave_the_motion_under_a_rigid_constraint_as_it_is() {
     assert!(turned.fold(0.0, f32::max) < 1e-5, "the others turn with it");
     let moved = |i: usize| norm(sub(begun.dynamic_gaussians.means[i], refined.dynamic_gaussians.means[i]));
     assert!((1..5).all(|i| moved(i) > 1e-3), "the others are refined");
+}
+
+/// The same bar on a hinge beside it, with a constant torque.
+fn bar_on_a_hinge(axis: [f64; 3], pivot: [f64; 3], torque: f64) -> LagrangianScene {
+    let terms = vec![Term::named("constant-drive", Port::Whole).expect("a term")];
+    let coordinates = Coordinates::Hinge(Hinge { axis, pivot });
+    let law = Law::new(coordinates, terms, vec![torque], 0.01).expect("a law");
+    let start = State { x: vec![0.0], v: vec![1.5] };
+    let dynamics = GeneralisedDynamics { law, start, known: Known::default() };
+    let mut scene = turning_bar();
+    scene.velocities = dynamics.start_velocities(&scene.dynamic_gaussians.means, Edit::default());
+    scene.objects[0].dynamics = Dynamics::Generalised(dynamics);
+    scene
+}
+
+#[test]
+fn a_hinge_that_is_a_little_wrong_is_put_right_by_the_images() {
+    let truth = bar_on_a_hinge([0.0, 0.0, 1.0], [0.1, -0.2, 0.0], 4.0);
+    let (frames, device) = (images(&truth), DeviceName::Cpu.device());
+    let wrong = bar_on_a_hinge([0.0, 0.05, 0.05_f64.mul_add(-0.05, 1.0).sqrt()], [0.13, -0.18, 0.0], 3.4);
+    let config = FitDynamicsConfig { steps: 5, frames: 0 };
+    let mut stage = FitDynamics::new(wrong, data(&frames, &device), &config);
+    while !stage.is_finished() {
+        stage.step();
+    }
+    let found = stage.scene();
+    let law = &found.objects[0].dynamics.generalised().expect("a law").law;
+    let Coordinates::Hinge(hinge) = &law.coordinates else { panic!("{law:?}") };
+    let off = (hinge.pivot[0] - 0.1).hypot(hinge.pivot[1] + 0.2);
+    assert!(off < 0.012 && hinge.axis[1].abs() < 0.015, "{hinge:?}");
+    assert!((law.parameters[0] - 4.0).abs() < 0.2, "{law:?}");
 }

@@ -9,6 +9,8 @@ mod law;
 mod modal;
 mod observed;
 mod rigid_law;
+#[cfg(test)]
+mod tests;
 mod turning;
 
 pub(crate) use law::{GeneralisedLaw, find_law};
