@@ -3,7 +3,7 @@
 use crate::config::{CoordinatesKind, DistillConfig};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::generalised::{GeneralisedLaw, Laws, find_law};
+use crate::laws::generalised::{GeneralisedLaw, Laws, find_law, law_within};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
@@ -47,20 +47,23 @@ pub fn distill(
 fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let shared = &motion.shared.as_ref()?.shared;
     let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    law_of_motion(shared, &DistillReport::of_motion(motion), (config, resolution), seed)
+    law_of_motion(shared, &DistillReport::of_motion(motion), (config, Some(resolution)), seed)
 }
 
 fn law_of_motion(
     motion: &SharedMotion,
     report: &DistillReport,
-    (config, resolution): (&DistillConfig, f64),
+    (config, resolution): (&DistillConfig, Option<f64>),
     seed: u64,
 ) -> Option<DistilledLaw> {
     if config.coordinates == CoordinatesKind::Particles {
         return None;
     }
     let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
-    let found = find_law(motion, laws, resolution, seed)?;
+    let found = match resolution {
+        Some(resolution) => find_law(motion, laws, resolution, seed)?,
+        None => law_within(motion, laws, 0.0, seed)?,
+    };
     tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
     // Images put a rigid body right that its tracks have a little wrong, but not a shape.
     if motion.kind == PoseKind::Affine && found.known.verdict == Verdict::Outside {
@@ -85,7 +88,7 @@ pub fn law_of_poses(
     let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
     let report = DistillReport::of_poses(&motion);
     // Each pose is seen by itself: its noise is all that there is of errors.
-    law_of_motion(&motion, &report, (config, 0.0), seed).filter(|law| law.report.describes_window(config))
+    law_of_motion(&motion, &report, (config, None), seed).filter(|law| law.report.describes_window(config))
 }
 
 impl GeneralisedLaw {

@@ -52,7 +52,13 @@ pub(crate) fn find_law(
     Some(law)
 }
 
-fn law_within(motion: &SharedMotion, laws: Laws, resolution: f64, seed: u64) -> Option<GeneralisedLaw> {
+/// The same for poses whose errors are those that their scatter tells of.
+pub(crate) fn law_within(
+    motion: &SharedMotion,
+    laws: Laws,
+    resolution: f64,
+    seed: u64,
+) -> Option<GeneralisedLaw> {
     let resolution = resolution.max(STEP_ERROR * motion.rms_displacement());
     let chosen = match motion.kind {
         PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, laws, resolution)),
