@@ -16,6 +16,6 @@
 pub mod cli;
 
 pub use {
-    lgs_core, lgs_data, lgs_distill, lgs_dynamics, lgs_eval, lgs_model, lgs_render, lgs_report, lgs_suite,
-    lgs_train,
+    lgs_core, lgs_data, lgs_distill, lgs_dynamics, lgs_eval, lgs_mechanics, lgs_model, lgs_render,
+    lgs_report, lgs_suite, lgs_train,
 };

@@ -25,6 +25,7 @@ mod subject;
 mod suite_cell;
 mod suite_page;
 mod thresholds;
+mod untrusted_mark;
 mod views;
 
 pub use canvas::Figure;
@@ -33,4 +34,5 @@ pub use figures::{coloured_partition, run_figures};
 pub use run_page::{FIGURE_NAMES, FIGURES, run_html, write_run_report};
 pub use subject::{Curve, RunSubject};
 pub use suite_page::{read_metrics, suite_html, write_suite_report};
+pub use untrusted_mark::mark_untrusted;
 pub use views::{longest_view, spread_in_time};

@@ -61,3 +61,11 @@ pub(crate) const SHORT_TIME: f64 = 1e-2;
 pub(crate) const LARGE_FRAME: u32 = 160;
 /// Most runs of a suite whose images are on its page: with more it becomes too large to open.
 pub(crate) const RUNS_WITH_STRIPS: usize = 16;
+
+// Marks
+
+/// Side of the mark of a frame beyond trust, as a fraction of the frame's width: seen at a glance, and clear
+/// of what is filmed.
+pub(crate) const MARK_FRACTION: f32 = 0.06;
+/// Least side of that mark, pixels.
+pub(crate) const LEAST_MARK: usize = 4;

@@ -7,13 +7,14 @@ use lgs_model::source::{SourceModel, import_source};
 
 use crate::TrainError;
 use crate::config::TrainConfig;
+use crate::thresholds::FEWEST_TIMES;
 
 /// Reads the source model that the configuration names, and checks that stage 1 can work on it with or
 /// without training images to go on with.
 ///
 /// # Errors
 /// If it cannot be read, is of another kind than configured, does not cover t = 0, or neither it nor a
-/// dataset says where the captured window ends.
+/// dataset says where the captured window ends, or has too few times to tell an acceleration from noise.
 pub fn imported_source(config: &TrainConfig, dataset: &Dataset) -> Result<Box<dyn SourceModel>, TrainError> {
     let path = Path::new(&config.source.import);
     let source = import_source(path)?;
@@ -32,6 +33,9 @@ pub fn imported_source(config: &TrainConfig, dataset: &Dataset) -> Result<Box<dy
         None if dataset.split("train").is_empty() => {
             unfit("a dataset to say where the captured window ends", "neither images nor frames".to_owned())
         }
-        _ => Ok(source),
+        _ => match source.known_times().filter(|&count| count < FEWEST_TIMES) {
+            Some(count) => unfit(&format!("at least {FEWEST_TIMES} times"), format!("{count} times")),
+            None => Ok(source),
+        },
     }
 }

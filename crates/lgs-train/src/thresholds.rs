@@ -8,6 +8,12 @@ pub(crate) const KEPT_CHECKPOINTS: usize = 2;
 /// Steps between lines of `events.jsonl`: a stage has hundreds of steps, its curve dozens of points or more.
 pub(crate) const EVENT_INTERVAL: usize = 10;
 
+// Imported tracks
+
+/// Fewest times of tracks from elsewhere: place, velocity and acceleration take three, and two more tell
+/// them from noise.
+pub(crate) const FEWEST_TIMES: usize = 5;
+
 // Adam and the first Gaussians, as 3D Gaussian splatting has them (method §3.4)
 
 /// Summand under Adam's division by the root of the second moment: so small that steps do not depend on the

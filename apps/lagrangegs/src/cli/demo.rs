@@ -22,9 +22,10 @@ use super::device::DeviceArgs;
 use super::eval::measure;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
-use super::render::{Job, orbit, time_label};
+use super::render::{Job, ModelName, orbit, time_label};
 use super::run::{Run, load_dataset, load_options};
 use super::times::Times;
+use super::trust::{Mark, trust_in};
 use super::{synth, training};
 
 /// Azimuth that the demo's pictures are taken from, degrees.
@@ -107,6 +108,8 @@ fn pictures(run: &Run, folder: &Path) -> Result<()> {
         times,
         edit,
         reversal: Reversal::Exact,
+        trust: trust_in(run, ModelName::Lagrangian, edit),
+        mark: Mark::default(),
     };
     job(steps(window, 3.0 * window), Edit::default()).write(&run.scene, &folder.join("future"))?;
     job(steps(-window, 0.0), Edit::default()).write(&run.scene, &folder.join("past"))?;

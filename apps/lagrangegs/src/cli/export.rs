@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use lgs_core::GaussianCloud;
 use lgs_data::ply::write_ply;
 use lgs_dynamics::Edit;
+use lgs_eval::laws::Trust;
 use lgs_model::Motion;
 use lgs_model::source::SourceModel;
 use serde_json::json;
@@ -17,6 +18,7 @@ use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, 
 use super::render::ModelName;
 use super::run::Run;
 use super::times::Times;
+use super::trust::{listed, trust_in, warn_of};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -51,6 +53,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let source = source(args, &run)?;
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
     let files = Files::prepare(args)?;
+    let trust = trust_in(&run, args.model, args.motion.edit());
+    warn_of(&trust, files.times);
     let gaussians = source.as_ref().map_or(run.scene.len(), |source| source.len());
     let cloud_at = |time| match &source {
         Some(source) => source.cloud_at(time),
@@ -61,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         write_ply(&path, cloud).at(&path)
     };
     sweep(cloud_at, files.times, "export", write)?;
-    files.list(gaussians)?;
+    files.list(gaussians, &trust)?;
     let count = files.times.len();
     output::print(&format!("{count} files of {gaussians} Gaussians, {}\n", args.out.display()))
 }
@@ -115,11 +119,11 @@ impl<'a> Files<'a> {
     }
 
     /// Writes the list of the files into their folder.
-    fn list(&self, gaussians: usize) -> Result<()> {
+    fn list(&self, gaussians: usize, trust: &Trust) -> Result<()> {
         if self.is_single {
             return Ok(());
         }
-        let entry = |(index, time): (usize, &f32)| json!({ "file": self.name(index), "time": time });
+        let entry = |(index, &time): (usize, &f32)| listed(&self.name(index), time, trust);
         let files: Vec<_> = self.times.iter().enumerate().map(entry).collect();
         write_list(self.out, &json!({ "gaussians": gaussians, "frames": files }))
     }

@@ -4,6 +4,7 @@
 use anyhow::Result;
 use clap::ValueEnum;
 use lgs_core::GaussianCloud;
+use lgs_data::edit::MotionEdit;
 use lgs_dynamics::{Edit, Reversal};
 use rayon::prelude::*;
 
@@ -13,17 +14,17 @@ use super::thresholds::CLOUDS_AT_ONCE;
 /// Manipulations of a scene's motion, as flags.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct MotionArgs {
-    /// α: multiplies the velocities at t = 0
+    /// α: multiplies the velocities at t = 0; −10 to 10, as the other scales
     #[arg(long, value_name = "ALPHA", default_value_t = 1.0)]
-    #[arg(allow_hyphen_values = true, value_parser = finite)]
+    #[arg(allow_hyphen_values = true, value_parser = edit_scale)]
     velocity_scale: f32,
     /// β: multiplies the potential
     #[arg(long, value_name = "BETA", default_value_t = 1.0)]
-    #[arg(allow_hyphen_values = true, value_parser = finite)]
+    #[arg(allow_hyphen_values = true, value_parser = edit_scale)]
     potential_scale: f32,
     /// γ: multiplies the force
     #[arg(long, value_name = "GAMMA", default_value_t = 1.0)]
-    #[arg(allow_hyphen_values = true, value_parser = finite)]
+    #[arg(allow_hyphen_values = true, value_parser = edit_scale)]
     force_scale: f32,
     /// How times before 0 are reached
     #[arg(long, value_enum, default_value_t = ReversalName::Exact)]
@@ -38,11 +39,10 @@ enum ReversalName {
     NegatedStep,
 }
 
-fn finite(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("expected a finite number".to_owned()),
-    }
+/// Parses a scale of an edit and checks its declared range.
+fn edit_scale(text: &str) -> Result<f32, String> {
+    let value = text.parse::<f64>().map_err(|_| "expected a number".to_owned())?;
+    MotionEdit::checked_scale(value).map(|value| value as f32)
 }
 
 impl MotionArgs {

@@ -26,6 +26,7 @@ mod thresholds;
 mod times;
 mod train;
 mod training;
+mod trust;
 mod weights;
 
 use std::process::ExitCode;

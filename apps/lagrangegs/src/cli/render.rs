@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_data::dataset::DatasetFormat;
 use lgs_dynamics::{Edit, Reversal};
+use lgs_eval::laws::Trust;
 use lgs_model::{LagrangianScene, Motion};
 use lgs_report::sheet::{Row, contact_sheet, evenly};
 use serde_json::json;
@@ -17,6 +18,7 @@ use super::frames::{MotionArgs, file_name, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list, write_png};
 use super::run::{Run, load_dataset, load_options};
 use super::times::Times;
+use super::trust::{Mark, listed, trust_in, warn_of};
 
 /// Columns of the contact sheet.
 const SHEET_COLUMNS: usize = 8;
@@ -38,6 +40,9 @@ pub(super) struct Args {
     model: ModelName,
     #[command(flatten)]
     motion: MotionArgs,
+    /// How to mark frames of times at which the motion of some object is not trusted
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    mark_untrusted: Mark,
     /// Folder to write images into
     #[arg(long)]
     out: PathBuf,
@@ -70,7 +75,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         cameras,
         edit: args.motion.edit(),
         reversal: args.motion.reversal(),
+        trust: trust_in(&run, args.model, args.motion.edit()),
+        mark: args.mark_untrusted,
     };
+    warn_of(&job.trust, &job.times);
     let begun = Instant::now();
     let frames = match args.model {
         ModelName::Lagrangian => job.write(&run.scene, &args.out)?,
@@ -136,6 +144,8 @@ pub(super) struct Job {
     pub(super) cameras: Vec<Camera>,
     pub(super) edit: Edit,
     pub(super) reversal: Reversal,
+    pub(super) trust: Trust,
+    pub(super) mark: Mark,
 }
 
 impl Job {
@@ -156,7 +166,8 @@ impl Job {
         prepare_folder(out)?;
         remove_listed(out)?;
         let images = sweep(cloud_at, &self.times, "rendering", |index, cloud| {
-            let image = lgs_eval::render(cloud, &self.cameras[index], background).image;
+            let mut image = lgs_eval::render(cloud, &self.cameras[index], background).image;
+            self.mark.apply(&self.trust, self.times[index], &mut image);
             write_png(&out.join(file_name(index, self.times[index], "png")), &image)?;
             Ok(image)
         })?;
@@ -166,8 +177,7 @@ impl Job {
     }
 
     fn list(&self) -> serde_json::Value {
-        let frame =
-            |(index, &time): (usize, &f32)| json!({"file": file_name(index, time, "png"), "time": time});
+        let frame = |(index, &time): (usize, &f32)| listed(&file_name(index, time, "png"), time, &self.trust);
         json!({
             "velocity_scale": self.edit.velocity_scale,
             "potential_scale": self.edit.potential_scale,

@@ -1,6 +1,7 @@
 //! The program as a user runs it: arguments in, exit code, stdout and stderr out.
 
 mod bad_input;
+mod bad_laws;
 mod bench;
 mod imported;
 mod program;

@@ -44,6 +44,9 @@ pub enum Problem {
         /// The value in the file.
         found: String,
     },
+    /// The edit that a split shows is none.
+    #[error("`edit`: {0}")]
+    Edit(String),
     /// An image does not decode.
     #[error("can't decode the image: {0}")]
     Image(image::ImageError),

@@ -6,9 +6,11 @@
 
 mod coverage;
 mod table;
+mod trust;
 
 pub use coverage::{PositionErrors, band_coverage, covered, position_errors};
 pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows};
+pub use trust::Trust;
 
 use lgs_mechanics::bands::Verdict;
 

@@ -173,6 +173,13 @@ fn read_object(
     let prefix = format!("object.{index}");
     let rows_name = format!("{prefix}.rows");
     let (_, rows) = file.indices(&rows_name)?;
+    if let &[start, _] = rows
+        && (start as usize) < first_row
+    {
+        let expected = format!("Gaussians of its own, from row {first_row} on");
+        let found = format!("row {start}, which object {} has already", index.saturating_sub(1));
+        return Err(file.field(&rows_name, &expected, found));
+    }
     let members = match rows {
         &[start, end] if start as usize == first_row && start <= end && end as usize <= dynamic_gaussians => {
             start as usize..end as usize

@@ -127,6 +127,10 @@ impl SourceModel for ImportedFrames {
         Some([*self.frames.times.first()?, *self.frames.times.last()?])
     }
 
+    fn known_times(&self) -> Option<usize> {
+        Some(self.frames.times.len())
+    }
+
     fn to_tensors(&self) -> TensorFile {
         let FrameSequence { gaussians, times, positions, rotations } = &self.frames;
         let n = gaussians.len();

@@ -34,6 +34,12 @@ pub trait SourceModel: Send + Sync {
         None
     }
 
+    /// Number of times that the motion is known at, where it comes from frames and not from a function of
+    /// time.
+    fn known_times(&self) -> Option<usize> {
+        None
+    }
+
     /// Whether a time is within [`Self::time_range`], rounding aside.
     fn covers(&self, time: f32) -> bool {
         const ROUNDING: f32 = 1e-4;

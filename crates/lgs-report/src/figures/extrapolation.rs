@@ -6,6 +6,7 @@ use lgs_eval::{FrameMetrics, FrameModelScore, Metrics};
 use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 
+use super::over_time::Span;
 use super::strip::{Cell, Group, Row, Strip, image_width};
 use crate::axis::number;
 use crate::canvas::Figure;
@@ -22,7 +23,7 @@ pub(crate) fn figure(
     (scene, motion): (&LagrangianScene, &mut Motion<'_>),
     source: Option<&dyn SourceModel>,
     dataset: &Dataset,
-    metrics: &Metrics,
+    (metrics, span): (&Metrics, Span),
 ) -> Result<Option<Figure>, ReportError> {
     let (low, high) = scene.motion.time_range();
     let reachable: Vec<&Frame> =
@@ -33,10 +34,8 @@ pub(crate) fn figure(
     let camera = of_width(&first.camera, image_width(frames.len()));
     let view = |cloud: &GaussianCloud, camera: &Camera| drawn(cloud, camera, background);
     let of = |frames: &[&Frame], image: &mut dyn FnMut(&Frame) -> Image, score: Score| -> Vec<Option<Cell>> {
-        frames
-            .iter()
-            .map(|frame| Some(cell(image(frame), score_of(metrics, frame).and_then(score))))
-            .collect()
+        let scored = |frame: &&Frame| Some(cell(image(frame), score_of(metrics, frame).and_then(score)));
+        frames.iter().map(scored).collect()
     };
     let mut rows = Vec::new();
     if let Some(source) = source {
@@ -45,7 +44,8 @@ pub(crate) fn figure(
     }
     let truth = |f: &Frame| resized(&f.composited(background), camera.width, camera.height);
     rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells: of(&frames, &mut { truth }, |_| None) });
-    let mut lagrangian = |f: &Frame| view(&scene.cloud_at(&motion.state_at(f.time)), &camera);
+    let mut lagrangian =
+        |f: &Frame| span.marked(f64::from(f.time), view(&scene.cloud_at(&motion.state_at(f.time)), &camera));
     let cells = of(&frames, &mut lagrangian, |f| Some(f.lagrangian));
     rows.push(Row { title: "Lagrangian".to_owned(), colour: LAGRANGIAN, cells });
     let times: Vec<f64> = frames.iter().map(|f| f64::from(f.time)).collect();

@@ -42,10 +42,12 @@ pub fn run_figures(subject: &RunSubject<'_>) -> Result<Vec<Figure>, ReportError>
     let forces = truth.as_ref().map(|t| true_forces(scene, t)).unwrap_or_default();
     let coloured = coloured_partition(scene, &mut motion);
     let window = f64::from(scene.motion.time_window);
-    let span = Span { window, trusted: trusted_times(&subject.metrics.physics.objects, window) };
+    // An object without a law makes no claim beyond the window.
+    let trusted = trusted_times(&subject.metrics.physics.objects, window).unwrap_or([0.0, window]);
+    let span = Span { window, trusted: (!scene.objects.is_empty()).then_some(trusted) };
     let images = match subject.dataset {
         Some(dataset) => {
-            extrapolation::figure((scene, &mut motion), subject.source, dataset, subject.metrics)?
+            extrapolation::figure((scene, &mut motion), subject.source, dataset, (subject.metrics, span))?
         }
         None => None,
     };
@@ -56,7 +58,7 @@ pub fn run_figures(subject: &RunSubject<'_>) -> Result<Vec<Figure>, ReportError>
         over_time::position_error(&paths, span)?,
         potential::figure(scene, &paths, &forces)?,
         beta_sweep::figure(&subject.metrics.physics)?,
-        reversal::figure((scene, &mut motion), subject.dataset, subject.cameras)?,
+        reversal::figure((scene, &mut motion), subject.dataset, subject.cameras, span)?,
         partition::figure((scene, &mut motion), &coloured, camera(subject))?,
         training::figure(subject.training)?,
     ];

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use lgs_core::Image;
 use lgs_eval::{FrameMetrics, FrameModelScore, Metrics};
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -15,6 +16,7 @@ use crate::error::ReportError;
 use crate::legend::{Mark, legend};
 use crate::paths::{Paths, Tracks};
 use crate::style::{FAINT, LAGRANGIAN, SOURCE, UNTRUSTED, WINDOW, line};
+use crate::untrusted_mark::mark_untrusted;
 
 const SIZE: [f64; 2] = [820.0, 350.0];
 const FRAME: Frame = Frame { at: [76.0, 56.0], size: [730.0, 244.0] };
@@ -25,6 +27,9 @@ const TIME: &str = "time t (captured sequence: 0 … 1)";
 /// Splits whose images are of the captured window: only the first that a run has is drawn, held-out views
 /// before training ones.
 const INSIDE: [&str; 2] = ["val", "train"];
+
+/// Rounding of times that is allowed for, units of time.
+const ROUNDING: f64 = 1e-4;
 
 /// Points joined by a line.
 struct Line {
@@ -38,7 +43,7 @@ struct Line {
 pub(crate) struct Span {
     /// End of the captured window, which begins at 0.
     pub(crate) window: f64,
-    /// First and last time of trust in the forecasts of all objects; nothing where the scene says none.
+    /// First and last time of trust in the forecasts of all objects; nothing where nothing moves.
     pub(crate) trusted: Option<[f64; 2]>,
 }
 
@@ -46,6 +51,14 @@ impl Span {
     /// Stretches of time before and after those of trust.
     fn untrusted(&self) -> Option<[[f64; 2]; 2]> {
         self.trusted.map(|[from, to]| [[f64::NEG_INFINITY, from], [to, f64::INFINITY]])
+    }
+
+    /// An image of a time, marked if the forecast of some object is not trusted then.
+    pub(crate) fn marked(&self, time: f64, mut image: Image) -> Image {
+        if self.trusted.is_some_and(|[from, to]| time < from - ROUNDING || time > to + ROUNDING) {
+            mark_untrusted(&mut image);
+        }
+        image
     }
 
     /// A caption, with a word on shaded times beyond trust.

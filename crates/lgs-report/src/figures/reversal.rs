@@ -6,6 +6,7 @@ use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::{LagrangianScene, Motion, SceneState};
 use plotters::style::RGBColor;
 
+use super::over_time::Span;
 use super::strip::{Cell, Row, Strip, image_width};
 use crate::axis::number;
 use crate::canvas::Figure;
@@ -20,13 +21,14 @@ const BACKWARD: RGBColor = RGBColor(0xcc, 0x79, 0xa7);
 
 const CAPTION: &str = "The Lagrangian scene forward from t = 0 and, with the exact inverse of its steps, \
     backward to times before the first image. Arrows: velocity v forward, −v backward, the direction \
-    of the next step.";
+    of the next step. A red corner: the forecast of some object is not trusted at that time.";
 
 /// The figure; nothing without dynamic Gaussians or without a camera.
 pub(crate) fn figure(
     (scene, motion): (&LagrangianScene, &mut Motion<'_>),
     dataset: Option<&Dataset>,
     cameras: &[Camera],
+    span: Span,
 ) -> Result<Option<Figure>, ReportError> {
     let seen = dataset.map(longest_view).unwrap_or_default();
     let Some(camera) = seen.first().map(|f| f.camera).or(cameras.first().copied()) else { return Ok(None) };
@@ -36,15 +38,15 @@ pub(crate) fn figure(
     let (window, camera) = (scene.motion.time_window, of_width(&camera, image_width(COLUMNS)));
     let even: Vec<f32> = (1..COLUMNS).map(|i| window * i as f32 / (COLUMNS - 1) as f32).collect();
     let frames = past_frames(&seen, window, &even);
-    let times: Vec<f32> = std::iter::once(0.0)
-        .chain(if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even })
-        .collect();
+    let later = if frames.len() == COLUMNS - 1 { frames.iter().map(|f| -f.time).collect() } else { even };
+    let times: Vec<f32> = std::iter::once(0.0).chain(later).collect();
     let rows_of_arrows = followed(scene);
     let scale = LONG_ARROW / fast(motion, &times, &rows_of_arrows, &camera).max(1e-9);
     let mut row = |title: &str, colour, sign: f32| {
         let mut cell = |&time: &f32| {
             let state = motion.state_at(sign * time);
-            let image = drawn(&scene.cloud_at(&state), &camera, scene.background);
+            let cloud = scene.cloud_at(&state);
+            let image = span.marked(f64::from(sign * time), drawn(&cloud, &camera, scene.background));
             let all = rows_of_arrows.iter().map(|&r| arrow(&state, r, &camera, f64::from(sign) * scale));
             let arrows = all.filter(|[from, _]| in_view(*from)).collect();
             Some(Cell { image, note: format!("t = {}", number(f64::from(sign * time), 2)), arrows })
@@ -58,9 +60,8 @@ pub(crate) fn figure(
         let cells = std::iter::once(of(zero)).chain(frames.iter().map(|f| of(Some(f)))).collect();
         rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells });
     }
-    let labels = times.into_iter().map(label).collect();
     let aspect = f64::from(camera.height) / f64::from(camera.width);
-    let strip = Strip { labels, groups: Vec::new(), rows, aspect };
+    let strip = Strip { labels: times.into_iter().map(label).collect(), groups: Vec::new(), rows, aspect };
     Figure::of(("time-reversal", CAPTION), strip.size(), &strip).map(Some)
 }
 

@@ -2,7 +2,7 @@
 //! name images beside it. A frame needs `file_path`, `time` and `transform_matrix`.
 
 use super::reader::FormatReader;
-use crate::dataset::error::DatasetError;
+use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile};
 use crate::edit::MotionEdit;
@@ -58,7 +58,9 @@ impl FormatReader for Blender {
         if !split.starts_with("edit-") {
             return Ok(None);
         }
-        let file: EditedSplit = transforms::read(&self.split_file(root, split))?;
+        let path = self.split_file(root, split);
+        let file: EditedSplit = transforms::read(&path)?;
+        file.edit.check().map_err(|reason| DatasetError::new(&path, Problem::Edit(reason)))?;
         Ok(Some(file.edit))
     }
 }

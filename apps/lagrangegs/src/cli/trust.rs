@@ -1,0 +1,60 @@
+//! Trust in the frames of a sweep: warnings, flags in the list of frames, and a mark in the corner.
+
+use clap::ValueEnum;
+use lgs_core::Image;
+use lgs_dynamics::Edit;
+use lgs_eval::laws::Trust;
+use lgs_report::mark_untrusted;
+use serde_json::{Map, Value, json};
+
+use super::laws::laws_of;
+use super::progress::say;
+use super::render::ModelName;
+use super::run::Run;
+
+/// Where frames of times beyond trust are marked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum Mark {
+    /// A small red triangle in the upper right corner
+    #[default]
+    Corner,
+    /// Not in the frame; the list of frames says it all the same
+    None,
+}
+
+impl Mark {
+    /// Marks a frame unless all is trusted at its time.
+    pub(super) fn apply(self, trust: &Trust, time: f32, frame: &mut Image) {
+        if self == Self::Corner && !trust.untrusted_at(time).is_empty() {
+            mark_untrusted(frame);
+        }
+    }
+}
+
+/// Trust in one of a run's models under an edit.
+pub(super) fn trust_in(run: &Run, model: ModelName, edit: Edit) -> Trust {
+    let window = f64::from(run.scene.motion.time_window);
+    match model {
+        ModelName::Lagrangian => Trust::of_objects(&laws_of(run), run.scene.objects.len(), (window, edit)),
+        ModelName::Source => Trust::Source([0.0, window]),
+    }
+}
+
+/// Says which objects are not trusted at which of the times.
+pub(super) fn warn_of(trust: &Trust, times: &[f32]) {
+    trust.warnings(times).iter().for_each(|warning| say(&format!("warning: {warning}")));
+}
+
+/// The entry of a file in the list of frames: its time, whether all is trusted at it, and if not the numbers
+/// of the objects that are not.
+pub(super) fn listed(file: &str, time: f32, trust: &Trust) -> Value {
+    let untrusted = trust.untrusted_at(time);
+    let mut entry = Map::new();
+    entry.insert("file".to_owned(), json!(file));
+    entry.insert("time".to_owned(), json!(time));
+    entry.insert("trusted".to_owned(), json!(untrusted.is_empty()));
+    if matches!(trust, Trust::Objects(_)) && !untrusted.is_empty() {
+        entry.insert("untrusted_objects".to_owned(), json!(untrusted));
+    }
+    Value::Object(entry)
+}
