@@ -1,7 +1,6 @@
 //! A float RGB image, row by row.
 
-/// Mean squared error below which images count as equal: their PSNR is 100 dB.
-const LEAST_MSE: f64 = 1e-10;
+use crate::thresholds::LEAST_MSE;
 
 /// Peak signal-to-noise ratio, dB, of a mean squared error of values in [0, 1]; 100 dB for equal images.
 #[must_use]

@@ -15,20 +15,24 @@
 
 mod camera;
 mod cloud;
+pub mod geometry;
 mod image;
 pub mod linear;
 mod neighbors;
 pub mod optim;
 pub mod prefetch;
 mod spatial;
+mod statistics;
 mod streams;
 pub mod testing;
+pub mod thresholds;
 
 pub use camera::{Camera, DEFAULT_NEAR};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
 pub use spatial::spatial_order;
+pub use statistics::median;
 pub use streams::{Stream, stream};
 
 /// The zeroth real spherical harmonic, which turns a DC coefficient into a colour: `rgb = 0.5 + SH_C0 · dc`.

@@ -1,4 +1,5 @@
-//! Small fixed-size linear algebra on arrays: quaternions `[w, x, y, z]` and 3×3 matrices stored row by row.
+//! Small linear algebra on arrays in single precision: quaternions `[w, x, y, z]` and 3×3 matrices stored row by
+//! row.
 
 /// A 3×3 matrix, row by row.
 pub type Mat3 = [[f32; 3]; 3];
@@ -114,49 +115,6 @@ pub fn scale(a: [f32; 3], s: f32) -> [f32; 3] {
 #[inline]
 pub fn norm(a: [f32; 3]) -> f32 {
     dot(a, a).sqrt()
-}
-
-/// Solves the symmetric positive definite `a x = b` for `columns` right-hand sides (`b` is `[n, columns]`,
-/// row by row) in place.
-///
-/// `false` if `a` (`[n, n]`, lower triangle used) is not positive definite; `b` then means nothing.
-#[must_use]
-pub fn solve_positive(a: &mut [f64], b: &mut [f64], n: usize, columns: usize) -> bool {
-    for j in 0..n {
-        let mut pivot = a[j * n + j];
-        for k in 0..j {
-            pivot -= a[j * n + k] * a[j * n + k];
-        }
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return false;
-        }
-        let root = pivot.sqrt();
-        a[j * n + j] = root;
-        for i in j + 1..n {
-            let mut value = a[i * n + j];
-            for k in 0..j {
-                value -= a[i * n + k] * a[j * n + k];
-            }
-            a[i * n + j] = value / root;
-        }
-    }
-    for c in 0..columns {
-        for i in 0..n {
-            let mut value = b[i * columns + c];
-            for k in 0..i {
-                value -= a[i * n + k] * b[k * columns + c];
-            }
-            b[i * columns + c] = value / a[i * n + i];
-        }
-        for i in (0..n).rev() {
-            let mut value = b[i * columns + c];
-            for k in i + 1..n {
-                value -= a[k * n + i] * b[k * columns + c];
-            }
-            b[i * columns + c] = value / a[i * n + i];
-        }
-    }
-    true
 }
 
 #[cfg(test)]

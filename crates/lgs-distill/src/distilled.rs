@@ -1,8 +1,8 @@
 //! The result of stage 1 for one object.
 
-use crate::math::{narrow, wide};
 use crate::report::DistillReport;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{narrow, wide};
 use lgs_dynamics::{RolloutSpec, Supports, System, VelocityPolicy, rollout};
 use lgs_mechanics::bands::Known;
 use lgs_mechanics::coordinates::{Embedding, State};

@@ -24,7 +24,6 @@ mod config;
 mod distilled;
 mod error;
 mod laws;
-mod math;
 mod motion;
 mod networks;
 mod object;

@@ -12,13 +12,13 @@ use crate::laws::fitted_law::FittedLaw;
 use crate::laws::linear::law::Law;
 use crate::laws::linear::system::system_of_law;
 use crate::laws::selection::{ChosenLaw, choose_law};
-use crate::math::{narrow, wide};
 use crate::motion::object_motion::ObjectMotion;
 use crate::networks::training::{Baseline, TrainedNetworks, train_networks};
 use crate::networks::velocity_field::VelocityField;
 use crate::progress::{DistillProgress, DistillStage};
 use crate::report::DistillReport;
 use crate::shared_support::SharedSupport;
+use lgs_core::geometry::{narrow, wide};
 use lgs_dynamics::{PotentialKind, System, SystemConfig};
 
 /// Finds the system behind an object's motion; an error if a fit left the finite numbers.

@@ -1,9 +1,9 @@
 //! Closed-form motions and seeded noise for this crate's tests.
 
-use crate::math::{narrow, rotation_by};
 use crate::motion::pose::Pose;
 use crate::trajectories::Trajectories;
 use glam::DVec3;
+use lgs_core::geometry::{narrow, rotation_by};
 use rand::RngExt;
 use rand_distr::{Distribution, Normal};
 

@@ -1,9 +1,10 @@
 //! Positions of many particles at equally spaced times, checked once where they enter.
 
 use crate::error::DistillError;
-use crate::math::{median, wide};
 use crate::thresholds::{FEWEST_SAMPLES, SPACING_TOLERANCE};
 use glam::DVec3;
+use lgs_core::geometry::wide;
+use lgs_core::median;
 
 /// Positions of `n` particles at `T` times, as a source model gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -132,7 +133,7 @@ impl Trajectories {
                 }
             }
         }
-        median(magnitudes) / (0.6745 * 70f64.sqrt())
+        median(magnitudes).unwrap_or(0.0) / (0.6745 * 70f64.sqrt())
     }
 
     /// Root mean square over samples and particles of the displacement from the first sample.

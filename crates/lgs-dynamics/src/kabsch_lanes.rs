@@ -5,12 +5,12 @@
 //! Lanes whose curvature loses its margin or that do not converge are told apart, and go through the scalar
 //! path. A lane's result depends on that lane alone.
 
-use crate::kabsch::{CONVERGED, DEGENERATE, TINY, quaternion};
 use crate::lanes::{GROUP, Lanes, Mask, V, load, splat, store};
+use crate::thresholds::{ALIGNMENT_ITERATIONS, CONVERGED};
+use glam::DMat3;
+use lgs_core::geometry::{components, fit_rotation};
+use lgs_core::thresholds::{LEAST_DETERMINANT, LEAST_PIVOT};
 use pulp::Simd;
-
-/// Iterations before a lane goes to the scalar path.
-const ITERATIONS: usize = 6;
 
 /// Fits rotations to matrices `A`, row by row: unit quaternions.
 #[inline(always)]
@@ -32,10 +32,14 @@ pub(crate) fn fit_group<S: Simd>(simd: S, a: &[Lanes; 9], rotation: &mut [Lanes;
 #[cold]
 #[inline(never)]
 fn fit_lane(a: &[Lanes; 9], rotation: &mut [Lanes; 4], lane: usize) {
-    let matrix = std::array::from_fn(|i| std::array::from_fn(|j| a[3 * i + j].0[lane]));
-    for (values, value) in rotation.iter_mut().zip(quaternion(&matrix)) {
+    for (values, value) in rotation.iter_mut().zip(scalar_fit(a, lane)) {
         values.0[lane] = value;
     }
+}
+
+fn scalar_fit(a: &[Lanes; 9], lane: usize) -> [f64; 4] {
+    let rows: [f64; 9] = std::array::from_fn(|i| a[i].0[lane]);
+    components(fit_rotation(&DMat3::from_cols_array(&rows).transpose()).rotation)
 }
 
 /// Rotations, and 1 in the lanes without a certified one.
@@ -45,7 +49,7 @@ fn newton<S: Simd>(simd: S, a: &[V<S>; 9]) -> ([V<S>; 4], V<S>) {
     let mut rotation = [one, zero, zero, zero];
     let mut k = *a;
     let mut missed = one;
-    for _ in 0..ITERATIONS {
+    for _ in 0..ALIGNMENT_ITERATIONS {
         let (turn, certified) = solve(&k, vex(&k));
         let active = missed.exceeds(zero).and(certified);
         if active.is_empty() {
@@ -77,7 +81,7 @@ pub(crate) fn solve<S: Simd>(k: &[V<S>; 9], b: [V<S>; 3]) -> ([V<S>; 3], Mask<S>
     let (c_yy, c_yz) = (xx * zz - xz * xz, xy * xz - xx * yz);
     let det = xx.mul_add(c_xx, xy.mul_add(c_xy, xz * c_xz));
     let trace = k[0] + k[4] + k[8];
-    let least = (trace * trace.of(DEGENERATE)).max(trace.of(TINY));
+    let least = (trace * trace.of(LEAST_DETERMINANT)).max(trace.of(LEAST_PIVOT));
     let certified = xx.exceeds(least).and(minor.exceeds(least * xx)).and(det.exceeds(least * minor));
     let scale = det.reciprocal();
     let y = [
@@ -208,8 +212,7 @@ mod tests {
         let a = matrices();
         for found in [Arch::new().dispatch(FitGroup(&a)), Scalar.vectorize(FitGroup(&a))] {
             for lane in 0..GROUP {
-                let expected =
-                    quaternion(&std::array::from_fn(|i| std::array::from_fn(|j| a[3 * i + j].0[lane])));
+                let expected = scalar_fit(&a, lane);
                 let along: f64 = (0..4).map(|i| found[i].0[lane] * expected[i]).sum();
                 assert!((along.abs() - 1.0).abs() < 1e-12, "lane {lane}: {along}");
             }

@@ -34,6 +34,7 @@ mod supports;
 mod system;
 pub mod tensor;
 pub mod testing;
+mod thresholds;
 mod twist;
 
 pub use align::{Alignment, align};
@@ -45,5 +46,5 @@ pub use reversal::rollout_reversed;
 pub use rollout::{RolloutGradients, StateCotangents, rollout, rollout_vjp};
 pub use state::{Edit, Reversal, RolloutSpec, State, VelocityPolicy};
 pub use supports::{Supports, SupportsError};
-pub use system::{ForceKind, Normalisation, PotentialKind, System, SystemConfig};
+pub use system::{DAMPING_SHIFT, ForceKind, Normalisation, PotentialKind, System, SystemConfig};
 pub use twist::rigid_velocities;

@@ -10,7 +10,7 @@ use lgs_nn::{MlpLayout, MlpSizes, ParamRange, init_uniform};
 use serde::{Deserialize, Serialize};
 
 /// Shift of the raw damping, so that a zero output means (almost) no damping: `softplus(−6) = 0.0025`.
-pub(crate) const DAMPING_SHIFT: f32 = 6.0;
+pub const DAMPING_SHIFT: f32 = 6.0;
 
 /// Last layer of U at the start, relative to the usual initialisation: motion begins close to straight lines
 /// (method §4.1).

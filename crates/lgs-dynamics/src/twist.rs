@@ -8,8 +8,8 @@
 //! the midpoints exactly, since `(R − 1)(R + 1)⁻¹` is skew (Cayley), and has the same L about both: rigid
 //! motions are fixed points of the policy for steps of any size. Degenerate supports keep v.
 
-use crate::kabsch::Cholesky;
 use crate::supports::Supports;
+use lgs_core::geometry::PositiveFactor;
 use lgs_core::linear::{add, cross, dot, scale, sub};
 use rayon::prelude::*;
 
@@ -22,7 +22,7 @@ struct Twist {
     mean_velocity: [f32; 3],
     spin: [f32; 3],
     /// None where the support is degenerate.
-    inertia: Option<Cholesky>,
+    inertia: Option<PositiveFactor>,
 }
 
 /// Positions before and after a step, and velocities that belong to the first.
@@ -63,7 +63,7 @@ impl Motion<'_> {
             }
         }
         let [xx, yx, yy, zx, zy, zz] = second.map(f64::from);
-        let inertia = Cholesky::new([yy + zz, -yx, xx + zz, -zx, -zy, xx + yy], xx + yy + zz);
+        let inertia = PositiveFactor::new([yy + zz, -yx, xx + zz, -zx, -zy, xx + yy], xx + yy + zz);
         let spin = inertia.map_or([0.0; 3], |i| i.solve(momentum.map(f64::from)).map(|v| v as f32));
         Twist { mean_before, mean, mean_velocity, spin, inertia }
     }

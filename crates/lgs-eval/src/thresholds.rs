@@ -63,5 +63,3 @@ pub(crate) const FALL_STEPS: usize = 25;
 pub(crate) const CURVATURE_RIDGE: f64 = 1e-9;
 /// Fraction of a vector's length that must be left beside the earlier ones for a direction of its own.
 pub(crate) const INDEPENDENT: f64 = 1e-6;
-/// Vertical component of an axis from which another vector than the vertical spans the plane across it.
-pub(crate) const NEARLY_VERTICAL: f64 = 0.9;

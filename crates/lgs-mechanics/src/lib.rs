@@ -63,7 +63,6 @@ mod integrate;
 mod law;
 mod law_file;
 pub mod noise;
-pub mod rotation;
 mod step;
 mod system;
 pub mod terms;

@@ -70,7 +70,7 @@ fn free_motion_and_uniform_spin_are_exact() {
     for (end, time) in System::new(&law, Edit::NONE).states(&start, &MANY).unwrap().iter().zip(MANY) {
         assert!((0..3).all(|i| (end.v[i] - start.v[i]).abs() < 1e-11));
         assert!((4..7).all(|i| (end.x[i] - start.x[i] - time * start.v[i - 1]).abs() < 1e-9));
-        let turned = lgs_mechanics::rotation::exp(DVec3::new(1.0, 2.0, -0.5) * time);
+        let turned = lgs_core::geometry::exp(DVec3::new(1.0, 2.0, -0.5) * time);
         let found = DQuat::from_xyzw(end.x[1], end.x[2], end.x[3], end.x[0]);
         assert!(found.dot(turned).abs() > 1.0 - 1e-12);
     }

@@ -12,7 +12,7 @@
 
 use crate::photometric_band::{Band, steps};
 use crate::window::STEP;
-use lgs_core::Image;
+use lgs_core::{Image, psnr_of_mse};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -111,13 +111,13 @@ pub fn mse(a: &Image, b: &Image) -> f64 {
     total / x.len().max(1) as f64
 }
 
-/// Peak signal-to-noise ratio in decibels for a peak of 1; infinite for equal images.
+/// Peak signal-to-noise ratio in decibels for a peak of 1, as [`psnr_of_mse`].
 ///
 /// # Panics
 /// If the sizes differ.
 #[must_use]
 pub fn psnr(a: &Image, b: &Image) -> f32 {
-    (-10.0 * mse(a, b).log10()) as f32
+    psnr_of_mse(mse(a, b)) as f32
 }
 
 /// The two means that make the loss.

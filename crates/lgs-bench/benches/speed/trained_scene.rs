@@ -5,6 +5,7 @@
 use glam::{Quat, Vec3};
 use lgs_core::{Camera, GaussianCloud, Stream, spatial_order, stream};
 use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
 use std::f32::consts::TAU;
 
 /// Part of the Gaussians that float free of the surfaces.
@@ -44,10 +45,8 @@ pub(crate) fn camera(count: usize) -> Camera {
     Camera::look_at([0.9, -3.0, 1.5], [0.0, 0.0, -0.1], 0.75, size, size)
 }
 
-/// Box–Muller.
 fn normal(rng: &mut Stream) -> f32 {
-    let radius = (-2.0 * rng.random_range(1e-7..1.0_f32).ln()).sqrt();
-    radius * (TAU * rng.random_range(0.0..1.0_f32)).cos()
+    StandardNormal.sample(rng)
 }
 
 fn push_floater(rng: &mut Stream, cloud: &mut GaussianCloud, spacing: f32) {

@@ -5,10 +5,10 @@ use super::scenes::Scene;
 use super::truth;
 use crate::frames::FrameSequence;
 use glam::DQuat;
+use lgs_core::geometry::components;
 use lgs_core::{GaussianCloud, stream};
-use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
-use std::f64::consts::TAU;
 
 /// Times of the captured window, 0 to 0.75.
 const FRAMES: usize = 61;
@@ -51,8 +51,7 @@ fn quaternion(body: &super::body::Body, t: f64) -> [f32; 4] {
     if pose.stretch != 1.0 {
         return [1.0, 0.0, 0.0, 0.0];
     }
-    let q = DQuat::from_mat3(&pose.linear);
-    [q.w, q.x, q.y, q.z].map(|v| v as f32)
+    components(DQuat::from_mat3(&pose.linear)).map(|v| v as f32)
 }
 
 /// Normal noise of every coordinate, independent between points and correlated from frame to frame.
@@ -61,11 +60,7 @@ fn add_noise(positions: &mut [Vec<[f32; 3]>], options: &TrackOptions) {
         return;
     }
     let mut rng = stream(options.seed, "synthetic tracks", 0);
-    let mut normal = move || {
-        let (radius, angle): (f64, f64) =
-            (rng.random_range(f64::MIN_POSITIVE..1.0), rng.random_range(0.0..TAU));
-        (-2.0 * radius.ln()).sqrt() * angle.cos()
-    };
+    let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
     let count = 3 * positions.first().map_or(0, Vec::len);
     let mut noise: Vec<f64> = (0..count).map(|_| normal()).collect();
     for row in positions {

@@ -12,13 +12,13 @@ use super::least_squares::{Minimum, minimise};
 use super::linear::acceleration_match::NormalEquations;
 use super::linear::law::Law;
 use super::rollout::{Rollout, Start};
-use crate::math::{nearest_rotation, rotation_by, skew};
 use crate::motion::curve::Order;
 use crate::motion::pose::{PoseKind, angular_velocity};
 use crate::motion::shared_motion::SharedMotion;
 use crate::motion::smooth_motion::SmoothMotion;
 use crate::shared_support::moments::SupportMoments;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{cross_matrix, nearest_rotation, rotation_by};
 
 /// The fits of one window.
 pub(crate) struct LawFit<'a> {
@@ -127,7 +127,7 @@ impl<'a> LawFit<'a> {
             PoseKind::Rigid => {
                 start.pose.linear = rotation_by(three(6)) * start.pose.linear;
                 let spin = angular_velocity(&self.base.pose.linear, &self.base.rate.linear);
-                start.rate.linear = skew(spin + three(9)) * start.pose.linear;
+                start.rate.linear = cross_matrix(spin + three(9)) * start.pose.linear;
             }
             PoseKind::Affine => {
                 start.pose.linear += DMat3::from_cols_slice(&of_start[6..15]);
@@ -161,7 +161,7 @@ fn smooth_start(motion: &SmoothMotion) -> Start {
     let (mut pose, mut rate) = (motion.at(t0, Order::Value), motion.at(t0, Order::First));
     if motion.shared.kind == PoseKind::Rigid {
         pose.linear = nearest_rotation(&pose.linear);
-        rate.linear = skew(angular_velocity(&pose.linear, &rate.linear)) * pose.linear;
+        rate.linear = cross_matrix(angular_velocity(&pose.linear, &rate.linear)) * pose.linear;
     }
     Start { pose, rate }
 }

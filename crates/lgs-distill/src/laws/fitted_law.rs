@@ -3,10 +3,10 @@
 
 use super::linear::law::Law;
 use super::rollout::{Rollout, Start};
-use crate::math::narrow;
 use crate::motion::shared_motion::SharedMotion;
 use crate::shared_support::moments::SupportMoments;
 use glam::DVec3;
+use lgs_core::geometry::narrow;
 
 /// A law with its initial state.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Levenberg–Marquardt for a dozen or two unknowns, with derivatives by forward differences.
 
-use crate::math::solve_positive;
 use crate::thresholds::{CONVERGED, DIFFERENCE, FIRST_DAMPING, ITERATIONS, SMALLEST_UNKNOWN, TRIALS};
+use lgs_core::geometry::solve_positive;
 use nalgebra::{DMatrix, DVector};
 
 /// Unknowns where a descent stops, and the sum of squares there.

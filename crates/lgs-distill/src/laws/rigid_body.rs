@@ -9,9 +9,9 @@
 //! one U and one Q for all particles.
 
 use super::linear::law::Law;
-use crate::math::{axial, inverse, nearest_rotation, rotation_by, scalar, skew, trace};
 use crate::shared_support::moments::SupportMoments;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{axial, cross_matrix, inverse, nearest_rotation, scalar, trace};
 
 /// State of a rigid body.
 #[derive(Clone, Copy, Debug)]
@@ -74,35 +74,12 @@ impl Body {
 
 /// Rotation over a step, and the spin after it.
 fn turned(law: &Law, covariance: &DMat3, spin: DVec3, dt: f64) -> (DMat3, DVec3) {
-    let turning = skew(spin);
+    let turning = cross_matrix(spin);
     let kicked = turning + dt * (law.position_derivative() + law.velocity_derivative() * turning);
     let momentum = kicked * *covariance;
     let candidate = *covariance + dt * momentum;
     let inertia = scalar(trace(covariance)) - *covariance;
-    (aligned(&candidate), inverse(&inertia).map_or(spin, |inverse| inverse * axial(&momentum)))
-}
-
-/// The rotation that maximises `tr(Rᵀ a)` near the identity: Newton's method for `RᵀA = AᵀR` (method §4.6,
-/// solved for the rotation itself).
-fn aligned(a: &DMat3) -> DMat3 {
-    let (mut rotation, mut angle) = (DMat3::IDENTITY, 1.0);
-    loop {
-        let k = rotation.transpose() * *a;
-        let trace = trace(&k);
-        let system = scalar(trace * (1.0 + 1e-12)) - 0.5 * (k + k.transpose());
-        let Some(inverse) = inverse(&system) else { return nearest_rotation(a) };
-        let turn = inverse * axial(&k);
-        let converges = turn.length() < angle;
-        if !converges {
-            return nearest_rotation(a);
-        }
-        rotation *= rotation_by(turn);
-        angle = turn.length();
-        // Newton's error is the square of the one before.
-        if angle < f64::EPSILON.sqrt() {
-            return rotation;
-        }
-    }
+    (nearest_rotation(&candidate), inverse(&inertia).map_or(spin, |inverse| inverse * axial(&momentum)))
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //! all of them. Low degrees are preferred: the smallest whose score is within a few per cent of the best one,
 //! since derivatives amplify what the extra degrees fit.
 
-use crate::math::solve_positive;
 use crate::thresholds::SCORE_SLACK;
+use lgs_core::geometry::solve_positive;
 use nalgebra::DMatrix;
 
 /// A curve `[0, 1]·span → R^channels` as Chebyshev coefficients.

@@ -1,8 +1,8 @@
 //! Poses of an object, rigid or affine, at a moment and as smooth functions of time.
 
 use super::curve::{Curve, Order};
-use crate::math::axial;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::axial;
 
 /// The maps that poses are taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

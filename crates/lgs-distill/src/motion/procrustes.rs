@@ -8,10 +8,11 @@
 
 use super::pose::{Pose, PoseKind};
 use super::shared_motion::SharedMotion;
-use crate::math::{inverse, median, nearest_rotation, outer, scalar, trace};
 use crate::thresholds::{AFFINE_RIDGE, MOMENTARY_OUTLIER_MEDIANS, OUTLIER_MEDIANS, TURNS};
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{inverse, nearest_rotation, outer, scalar, trace};
+use lgs_core::median;
 
 /// Fits poses, shape and weights to trajectories.
 pub(crate) fn fit_shared_motion(trajectories: &Trajectories, kind: PoseKind) -> SharedMotion {
@@ -129,7 +130,7 @@ fn update_weights(motion: &mut SharedMotion, trajectories: &Trajectories, own_we
 
 /// Weights that fall with squared residuals; at `medians` times the median residual a weight is a quarter.
 fn robust_weights(weights: &[f64], squared: &[f64], medians: f64) -> Vec<f64> {
-    let typical = median(squared.to_vec()).max(1e-24);
+    let typical = median(squared.iter().copied()).unwrap_or(0.0).max(1e-24);
     let factor = |r: f64| (1.0 + r / (medians * medians * typical)).powi(-2);
     normalised(weights.iter().zip(squared).map(|(&w, &r)| w * factor(r)).collect())
 }

@@ -1,8 +1,8 @@
 //! Typical length, speed and acceleration of an object's motion.
 
 use super::paths::Paths;
-use crate::math::narrow;
 use glam::DVec3;
+use lgs_core::geometry::narrow;
 use lgs_dynamics::Normalisation;
 
 /// Scales of the motion of some particles over a window of some duration.

@@ -1,8 +1,8 @@
 //! The motion that all particles of an object share: one pose per sample and one averaged shape.
 
 use super::pose::{Pose, PoseKind};
-use crate::math::{outer, principal_axes};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{outer, principal_axes};
 use std::ops::Range;
 
 /// An object's shared motion.

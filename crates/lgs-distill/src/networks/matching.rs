@@ -5,8 +5,8 @@
 
 use super::descent::{Descent, Tick};
 use crate::config::MatchingConfig;
-use crate::math::narrow;
 use crate::motion::paths::Paths;
+use lgs_core::geometry::narrow;
 use lgs_core::linear;
 use lgs_dynamics::{Edit, ForceKind, System, acceleration_vjp};
 use rand::RngExt;

@@ -5,8 +5,8 @@ use super::descent::{Descent, Tick};
 use super::matching::add_force_penalty;
 use super::velocity_field::{UNKNOWNS, VelocityField};
 use crate::config::RolloutConfig;
-use crate::math::{narrow, wide};
 use crate::motion::paths::Paths;
+use lgs_core::geometry::{narrow, wide};
 use lgs_core::linear;
 use lgs_dynamics::{
     RolloutSpec, State, StateCotangents, Supports, System, VelocityPolicy, rollout, rollout_vjp,

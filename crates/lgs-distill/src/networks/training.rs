@@ -5,13 +5,13 @@ use super::matching::match_accelerations;
 use super::rollouts::{Lesson, Pupil};
 use super::velocity_field::VelocityField;
 use crate::config::DistillConfig;
-use crate::math::wide;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::paths::Paths;
 use crate::progress::{DistillProgress, DistillStage};
 use crate::shared_support::SharedSupport;
 use crate::thresholds::{CONSTRAINED_STEPS, MOST_REACH, NETWORK_GAIN, SAMPLE_SIZE};
 use glam::DVec3;
+use lgs_core::geometry::wide;
 use lgs_dynamics::{Supports, System};
 
 /// The system that networks start from.

@@ -1,8 +1,8 @@
 //! A correction of starting velocities that is linear in the position: twelve unknowns for a whole object, so
 //! that it cannot fit the noise of its particles.
 
-use crate::math::narrow;
 use crate::motion::paths::Paths;
+use lgs_core::geometry::narrow;
 use lgs_core::linear;
 use lgs_dynamics::{State, System};
 

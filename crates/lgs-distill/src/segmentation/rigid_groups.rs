@@ -1,7 +1,6 @@
 //! Groups of particles that share a rigid motion.
 
 use super::partition::largest_first;
-use crate::math::median;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::procrustes::fit_shared_motion;
 use crate::thresholds::{
@@ -9,6 +8,7 @@ use crate::thresholds::{
 };
 use crate::trajectories::Trajectories;
 use glam::DVec3;
+use lgs_core::median;
 
 /// The motion, of several, that explains a particle's path best, and its residual as a part of the residual
 /// at rest; none if rest is better.
@@ -111,7 +111,7 @@ fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option
 
 /// Median of a figure over a sample of a group's members; none for an empty group.
 fn median_over(members: &[usize], figure: impl Fn(usize) -> f64) -> Option<f64> {
-    (!members.is_empty()).then(|| median(sampled(members, SAMPLE_SIZE).map(figure).collect()))
+    median(sampled(members, SAMPLE_SIZE).map(figure))
 }
 
 /// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its

@@ -4,13 +4,13 @@
 //! no principal axis of theirs, the object begins to tumble, whatever the true body does: the masses of a
 //! body are not those of its Gaussians.
 
-use crate::math::{outer, principal_axes};
 use crate::motion::curve::Order;
 use crate::motion::pose::angular_velocity;
 use crate::motion::shared_motion::SharedMotion;
 use crate::motion::smooth_motion::SmoothMotion;
 use crate::thresholds::{BALANCED, CONSIDERED, LEAST_TURN};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{outer, principal_axes};
 
 /// The axis that the motion turns about for the most part, shape axes; none where it hardly turns.
 pub(crate) fn turning_axis(motion: &SmoothMotion) -> Option<DVec3> {

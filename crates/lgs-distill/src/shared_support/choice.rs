@@ -4,13 +4,13 @@
 //! support. Nearest neighbours do not: each small neighbourhood stays rigid, and the object still stretches.
 
 use super::balance::{balance, turning_axis};
-use crate::math::{inverse, scalar};
 use crate::motion::curve::Order;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::motion::smooth_motion::SmoothMotion;
 use crate::thresholds::{LEAST_TURN, LIGHTEST};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{inverse, scalar};
 
 /// Up to `count` particles: farthest-point sampling of the shape, each with the particle nearest to its
 /// mirror image through the steadiest point, balanced afterwards about the axis that the object turns about.
@@ -112,10 +112,10 @@ impl<'a> FarthestPoints<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::rotation_by;
     use crate::motion::pose::PoseKind;
     use crate::motion::procrustes::fit_shared_motion;
     use crate::testing::{block, moved};
+    use lgs_core::geometry::rotation_by;
 
     /// A slanted block turns about the vertical through its middle.
     #[test]

@@ -1,8 +1,8 @@
 //! First and second moments of a shared support, all that Eq. 6 needs to know of it under a law linear in
 //! position and velocity.
 
-use crate::math::outer;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::outer;
 
 /// Moments of a shared support, shape axes.
 #[derive(Clone, Copy, Debug)]

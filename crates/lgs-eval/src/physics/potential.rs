@@ -8,9 +8,10 @@
 
 use std::collections::BTreeMap;
 
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::{inverse, outer, scalar, trace, wide};
 use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel};
 
-use super::true_force::{cross, dot, norm};
 use super::{Truth, window_steps};
 use crate::finite;
 use crate::metrics::{ObjectPotential, PotentialAgainstTruth};
@@ -73,9 +74,9 @@ pub fn potential_against_truth(
 
 /// Positions, −∇U and −∇U + Q of an object at the states that are measured.
 struct Visited {
-    positions: Vec<[f64; 3]>,
-    conservative: Vec<[f64; 3]>,
-    net: Vec<[f64; 3]>,
+    positions: Vec<DVec3>,
+    conservative: Vec<DVec3>,
+    net: Vec<DVec3>,
 }
 
 fn against(visited: &Visited, force: &TrueForce) -> ObjectPotential {
@@ -83,12 +84,12 @@ fn against(visited: &Visited, force: &TrueForce) -> ObjectPotential {
     match force {
         TrueForce::Uniform(g) => {
             let mean = mean_of(&visited.conservative);
-            found.gradient = Some(mean.map(|v| -v));
-            found.magnitude_error = finite(norm(mean) / norm(*g) - 1.0);
+            found.gradient = Some((-mean).to_array());
+            found.magnitude_error = finite(mean.length() / g.length() - 1.0);
             found.direction_error_degrees = finite(angle(mean, *g));
         }
         TrueForce::Harmonic { curvature, directions, .. } => {
-            let of = |accelerations: &[[f64; 3]]| curvatures(&visited.positions, accelerations, directions);
+            let of = |accelerations: &[DVec3]| curvatures(&visited.positions, accelerations, directions);
             if let (Some(own), Some(net)) = (of(&visited.conservative), of(&visited.net)) {
                 let mean = own.iter().sum::<f64>() / own.len() as f64;
                 found.curvature = Some(mean);
@@ -107,14 +108,13 @@ fn visited(motion: &mut Motion<'_>, object: usize) -> Visited {
         (window_steps(&motion.scene().motion), motion.scene().objects[object].members.clone());
     let is_body = motion.scene().objects[object].dynamics.generalised().is_some();
     // A body feels the potential at its centre, particles each at its own place.
-    let seen = |vectors: Vec<[f64; 3]>| if is_body { vec![mean_of(&vectors)] } else { vectors };
-    let wide = |vectors: &[[f32; 3]]| vectors.iter().map(|v| v.map(f64::from)).collect();
+    let seen = |vectors: Vec<DVec3>| if is_body { vec![mean_of(&vectors)] } else { vectors };
+    let all_wide = |vectors: &[[f32; 3]]| vectors.iter().map(|&v| wide(v)).collect();
     for step in (0..=steps).step_by(STATE_STRIDE) {
         let ObjectFields { conservative, force, .. } = motion.fields(object, step);
-        let net = conservative.iter().zip(&force);
-        let net = net.map(|(a, f)| std::array::from_fn(|c| f64::from(a[c]) + f64::from(f[c]))).collect();
-        all.positions.extend(seen(wide(&motion.states(step)[step].q[rows.clone()])));
-        all.conservative.extend(seen(wide(&conservative)));
+        let net = conservative.iter().zip(&force).map(|(&a, &f)| wide(a) + wide(f)).collect();
+        all.positions.extend(seen(all_wide(&motion.states(step)[step].q[rows.clone()])));
+        all.conservative.extend(seen(all_wide(&conservative)));
         all.net.extend(seen(net));
     }
     all
@@ -122,50 +122,26 @@ fn visited(motion: &mut Motion<'_>, object: usize) -> Visited {
 
 /// Minus the slope of the accelerations over the positions (least squares over all three coordinates), along
 /// each direction.
-fn curvatures(
-    positions: &[[f64; 3]],
-    accelerations: &[[f64; 3]],
-    directions: &[[f64; 3]],
-) -> Option<Vec<f64>> {
+fn curvatures(positions: &[DVec3], accelerations: &[DVec3], directions: &[DVec3]) -> Option<Vec<f64>> {
     let (q0, a0) = (mean_of(positions), mean_of(accelerations));
-    let (mut qq, mut aq) = ([[0.0_f64; 3]; 3], [[0.0_f64; 3]; 3]);
-    for (q, a) in positions.iter().zip(accelerations) {
-        for i in 0..3 {
-            for j in 0..3 {
-                qq[i][j] += (q[i] - q0[i]) * (q[j] - q0[j]);
-                aq[i][j] += (a[i] - a0[i]) * (q[j] - q0[j]);
-            }
-        }
+    let (mut qq, mut aq) = (DMat3::ZERO, DMat3::ZERO);
+    for (&q, &a) in positions.iter().zip(accelerations) {
+        qq += outer(q - q0, q - q0);
+        aq += outer(a - a0, q - q0);
     }
-    let ridge = CURVATURE_RIDGE * (qq[0][0] + qq[1][1] + qq[2][2]) / 3.0;
-    (0..3).for_each(|i| qq[i][i] += ridge);
-    let inverse = inverse_of(&qq)?;
-    let slope = |i: usize, j: usize| (0..3).map(|k| aq[i][k] * inverse[k][j]).sum::<f64>();
-    let along =
-        |e: &[f64; 3]| -(0..3).map(|i| (0..3).map(|j| e[i] * slope(i, j) * e[j]).sum::<f64>()).sum::<f64>();
-    let found: Vec<f64> = directions.iter().map(along).collect();
+    let ridge = CURVATURE_RIDGE * trace(&qq) / 3.0;
+    let slope = aq * inverse(&(qq + scalar(ridge)))?;
+    let found: Vec<f64> = directions.iter().map(|&e| -e.dot(slope * e)).collect();
     (!found.is_empty() && found.iter().all(|v| v.is_finite())).then_some(found)
 }
 
-/// The inverse of a symmetric 3×3 matrix by cofactors; nothing for a singular one.
-fn inverse_of(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
-    let minor = |i: usize, j: usize| {
-        let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
-        m[a][c] * m[b][d] - m[a][d] * m[b][c]
-    };
-    let determinant = (0..3).map(|j| m[0][j] * minor(0, j)).sum::<f64>();
-    (determinant > 0.0 && determinant.is_finite())
-        .then(|| std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant)))
-}
-
-fn mean_of(vectors: &[[f64; 3]]) -> [f64; 3] {
-    let n = vectors.len().max(1) as f64;
-    std::array::from_fn(|c| vectors.iter().map(|v| v[c]).sum::<f64>() / n)
+fn mean_of(vectors: &[DVec3]) -> DVec3 {
+    vectors.iter().sum::<DVec3>() / vectors.len().max(1) as f64
 }
 
 /// Angle of two vectors in degrees, exact for small ones.
-fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
-    norm(cross(a, b)).atan2(dot(a, b)).to_degrees()
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
 #[cfg(test)]
@@ -174,24 +150,25 @@ mod tests {
 
     #[test]
     fn the_curvature_of_an_anisotropic_field_is_found_along_each_direction() {
-        let positions: Vec<[f64; 3]> = (0..50)
+        let positions: Vec<DVec3> = (0..50)
             .map(|i| f64::from(i) * 0.37)
-            .map(|t| [t.cos() + 4.0, t.sin(), 0.3 * t.cos() * t.sin()])
+            .map(|t| DVec3::new(t.cos() + 4.0, t.sin(), 0.3 * t.cos() * t.sin()))
             .collect();
-        let accelerations: Vec<[f64; 3]> =
-            positions.iter().map(|q| [1.0 - 4.0 * q[0], -9.0 * q[1] + 0.5, 2.0 * q[2]]).collect();
-        let found =
-            curvatures(&positions, &accelerations, &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).expect("regression");
+        let accelerations: Vec<DVec3> =
+            positions.iter().map(|q| DVec3::new(1.0 - 4.0 * q.x, -9.0 * q.y + 0.5, 2.0 * q.z)).collect();
+        let found = curvatures(&positions, &accelerations, &[DVec3::X, DVec3::Y]).expect("regression");
         assert!((found[0] - 4.0).abs() < 1e-6 && (found[1] - 9.0).abs() < 1e-6, "{found:?}");
-        let flat: Vec<[f64; 3]> = positions.iter().map(|q| [q[0], q[1], 0.0]).collect();
-        let found = curvatures(&flat, &accelerations, &[[0.0, 1.0, 0.0]]).expect("a flat motion");
+        let flat: Vec<DVec3> = positions.iter().map(|q| DVec3::new(q.x, q.y, 0.0)).collect();
+        let found = curvatures(&flat, &accelerations, &[DVec3::Y]).expect("a flat motion");
         assert!((found[0] - 9.0).abs() < 1e-3, "{found:?}");
-        assert_eq!(curvatures(&[[0.0; 3]], &[[0.0; 3]], &[[1.0, 0.0, 0.0]]), None);
+        assert_eq!(curvatures(&[DVec3::ZERO], &[DVec3::ZERO], &[DVec3::X]), None);
     }
 
     #[test]
     fn small_angles_are_exact() {
-        assert!((angle([1e-5, 0.0, -1.0], [0.0, 0.0, -2.0]) - 1e-5_f64.to_degrees()).abs() < 1e-12);
-        assert!((angle([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]) - 180.0).abs() < 1e-9);
+        assert!(
+            (angle(DVec3::new(1e-5, 0.0, -1.0), 2.0 * DVec3::NEG_Z) - 1e-5_f64.to_degrees()).abs() < 1e-12
+        );
+        assert!((angle(DVec3::Z, DVec3::NEG_Z) - 180.0).abs() < 1e-9);
     }
 }

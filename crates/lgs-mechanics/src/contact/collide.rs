@@ -2,11 +2,11 @@
 
 use super::impulses::{Body, Touch, solve};
 use super::{Contact, Impact};
-use crate::coordinates::{State, quaternion};
+use crate::coordinates::State;
 use crate::integrate::{self, NoSolution, Stepper};
 use crate::law::Law;
-use crate::rotation::exp;
 use glam::DVec3;
+use lgs_core::geometry::{exp, quaternion};
 
 /// Parts of a step near the plane: a point that closes slowly is held to an eighth of what it moves in a
 /// step.

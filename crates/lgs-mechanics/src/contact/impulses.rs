@@ -1,8 +1,9 @@
 //! Impulses at the contact points of a body.
 
 use super::Contact;
-use crate::coordinates::{State, quaternion};
+use crate::coordinates::State;
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::quaternion;
 
 /// A body in world axes: mass 1, inertia in principal axes.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use crate::MechanicsError;
 use glam::DVec3;
-use nalgebra::{Matrix3, Vector3};
+use lgs_core::geometry::{outer, principal_axes};
 use serde::{Deserialize, Serialize};
 
 /// The plane `n · q = offset`.
@@ -17,6 +17,10 @@ pub struct Plane {
 
 /// Tolerance of the length of a normal: that of numbers kept in single precision.
 const UNIT_TOLERANCE: f64 = 1e-5;
+
+/// Ratio of the second to the largest moment of points under which they lie along a line: the square of what
+/// single precision leaves of a length.
+const ALONG_A_LINE: f64 = 1e-12;
 
 impl Plane {
     /// Signed distance of a point.
@@ -40,19 +44,15 @@ impl Plane {
     #[must_use]
     pub fn through(points: &[[f64; 3]], above: [f64; 3]) -> Option<Self> {
         let count = points.len() as f64;
-        let mean = points.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>() / count;
-        let spread = |p: &[f64; 3]| (Vector3::from(*p) - mean) * (Vector3::from(*p) - mean).transpose();
-        let eigen = points.iter().map(spread).sum::<Matrix3<f64>>().symmetric_eigen();
-        let least = eigen.eigenvalues.imin();
-        let mut sorted: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
-        sorted.sort_by(f64::total_cmp);
-        if points.len() < 3 || sorted[1] <= 1e-12 * sorted[2] {
+        let mean = points.iter().map(|p| DVec3::from(*p)).sum::<DVec3>() / count;
+        let spread = |p: &[f64; 3]| outer(DVec3::from(*p) - mean, DVec3::from(*p) - mean);
+        let [(most, _), (middle, _), (_, normal)] = principal_axes(&points.iter().map(spread).sum());
+        if points.len() < 3 || middle <= ALONG_A_LINE * most {
             return None;
         }
-        let normal: Vector3<f64> = eigen.eigenvectors.column(least).into_owned();
-        let side = normal.dot(&(Vector3::from(above) - mean));
+        let side = normal.dot(DVec3::from(above) - mean);
         let normal = if side < 0.0 { -normal } else { normal };
-        Some(Self { normal: normal.into(), offset: normal.dot(&mean) })
+        Some(Self { normal: normal.to_array(), offset: normal.dot(mean) })
     }
 
     /// The plane of impacts: its normal along the mean change of the centre's velocity (friction has no

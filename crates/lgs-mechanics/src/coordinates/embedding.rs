@@ -1,8 +1,8 @@
 //! Where the points of an object are in a configuration: `q_i = φ_i(x)`, and how they are turned.
 
-use super::{Coordinates, Modal, Tree, quaternion};
-use crate::rotation::{cross_matrix, exp};
+use super::{Coordinates, Modal, Tree};
 use glam::{DMat3, DQuat, DVec3};
+use lgs_core::geometry::{cross_matrix, exp, fit_rotation, quaternion};
 
 /// An affine map of the points of a body from a reference configuration: `q = linear (X − from) + to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,7 +173,7 @@ impl Modal {
         let (linear, shift) = self.sum(reference);
         let (next, to) = self.sum(x);
         let linear = (DMat3::IDENTITY + next) * (DMat3::IDENTITY + linear).inverse();
-        Placement { linear, rotation: nearest_rotation(&linear), from: shift, to }
+        Placement { linear, rotation: fit_rotation(&linear).rotation, from: shift, to }
     }
 
     fn rate(&self, reference: &[f64], change: &[f64]) -> PlacementRate {
@@ -181,20 +181,4 @@ impl Modal {
         let (rate, to) = self.sum(change);
         PlacementRate { linear: rate * (DMat3::IDENTITY + linear).inverse(), from, to }
     }
-}
-
-/// Iterations of the polar decomposition; it is quadratic, and at rounding after eight for moderate strains.
-const POLAR_ITERATIONS: usize = 12;
-
-/// The rotation of the polar decomposition, by averaging with the inverse transpose.
-fn nearest_rotation(linear: &DMat3) -> DQuat {
-    let mut rotation = *linear;
-    for _ in 0..POLAR_ITERATIONS {
-        let inverse = rotation.inverse();
-        if !inverse.is_finite() {
-            return DQuat::IDENTITY;
-        }
-        rotation = (rotation + inverse.transpose()) * 0.5;
-    }
-    DQuat::from_mat3(&rotation).normalize()
 }

@@ -1,8 +1,8 @@
 //! Kinetic energy, and the positions of ports.
 
-use super::layout::quaternion;
 use super::{Coordinates, Port, State};
 use glam::DVec3;
+use lgs_core::geometry::quaternion;
 
 impl Coordinates {
     /// Kinetic energy per mass; `p` are the law's parameters.

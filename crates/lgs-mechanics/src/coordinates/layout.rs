@@ -2,9 +2,9 @@
 
 use super::{Coordinates, Inertia, InertiaForm, Port, Site, State};
 use crate::error::MechanicsError;
-use crate::rotation::{rotate_by, rotation_vector};
 use crate::terms::{Parameter, Quantity, Space};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
+use lgs_core::geometry::{components, quaternion, rotate_by, rotation_vector};
 
 impl Coordinates {
     /// Name in files and tables.
@@ -152,7 +152,7 @@ impl Coordinates {
             return add(x, change);
         }
         let turned = rotate_by(quaternion(x), DVec3::from_slice(change));
-        let mut moved = vec![turned.w, turned.x, turned.y, turned.z];
+        let mut moved = components(turned).to_vec();
         moved.extend(add(&x[4..], &change[3..]));
         moved
     }
@@ -192,11 +192,6 @@ impl Coordinates {
 
 /// Tolerance on the length of a quaternion in a state: that of numbers kept in single precision.
 const UNIT_TOLERANCE: f64 = 1e-5;
-
-/// The quaternion at the beginning of a configuration.
-pub(crate) fn quaternion(x: &[f64]) -> DQuat {
-    DQuat::from_xyzw(x[1], x[2], x[3], x[0])
-}
 
 impl Coordinates {
     /// Checks that axes and quaternions have unit length, moments and radii are positive, and all is finite.

@@ -29,7 +29,6 @@ mod tree;
 pub use embedding::{Embedding, Placement, PlacementRate};
 pub use inertia::{Inertia, InertiaForm};
 pub use joint::{Ball, Hinge, Rolling, Slider};
-pub(crate) use layout::quaternion;
 pub use modal::{AffineMode, Modal};
 pub use port::Port;
 pub(crate) use port::Site;

@@ -5,28 +5,24 @@ use super::levenberg::{Problem, Settings, Unknown, minimise};
 use super::regression::{Regression, regress};
 use crate::terms::{Entry, Scales};
 use crate::{Candidate, FreeParameter};
-use nalgebra::{DVector, Matrix3, Vector3};
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::{inverse, outer, principal_axes, scalar};
+use nalgebra::DVector;
 
 /// Scales of a path: its root mean square extent in each direction makes the axes, twice the largest one the
 /// length.
 pub(super) fn scales_of(places: &[&[f64]], times: &[f64]) -> Scales {
-    let point = |p: &&[f64]| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0));
+    let point = |p: &&[f64]| DVec3::from(std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)));
     let count = places.len().max(1) as f64;
-    let mean = places.iter().map(point).sum::<Vector3<f64>>() / count;
-    let spread: Matrix3<f64> = places.iter().map(|p| (point(p) - mean) * (point(p) - mean).transpose()).sum();
-    let eigen = (spread / count).symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let axis = |i: usize| {
-        let column = eigen.eigenvectors.column(order[i]);
-        [column[0], column[1], column[2]]
-    };
-    let length = 2.0 * eigen.eigenvalues[order[0]].max(0.0).sqrt();
+    let mean = places.iter().map(point).sum::<DVec3>() / count;
+    let spread: DMat3 = places.iter().map(|p| outer(point(p) - mean, point(p) - mean)).sum();
+    let axes = principal_axes(&(spread * count.recip()));
+    let length = 2.0 * axes[0].0.max(0.0).sqrt();
     Scales {
         length: length.max(f64::MIN_POSITIVE),
         time: duration(times),
-        origin: mean.into(),
-        axes: [axis(0), axis(1), axis(2)],
+        origin: mean.to_array(),
+        axes: axes.map(|(_, axis)| axis.to_array()),
     }
 }
 
@@ -37,16 +33,15 @@ pub(super) fn duration(times: &[f64]) -> f64 {
 
 /// The point nearest to the lines along the accelerations of a path in space, the centre of a central force.
 fn meeting_point(track: &Track) -> Option<[f64; 3]> {
-    let mut matrix = Matrix3::zeros();
-    let mut right = Vector3::zeros();
+    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for (state, acceleration) in &track.smooth {
-        let a = Vector3::from_column_slice(acceleration);
-        let across = Matrix3::identity() * a.norm_squared() - a * a.transpose();
+        let a = DVec3::from_slice(acceleration);
+        let across = scalar(a.length_squared()) - outer(a, a);
         matrix += across;
-        right += across * Vector3::from_column_slice(&state.x);
+        right += across * DVec3::from_slice(&state.x);
     }
-    let point = matrix.try_inverse()? * right;
-    point.iter().all(|p| p.is_finite()).then(|| point.into())
+    let point = inverse(&matrix)? * right;
+    point.is_finite().then(|| point.to_array())
 }
 
 /// Distance in extents of the path at which centres are tried along its principal axes.

@@ -10,12 +10,12 @@ use super::Tangent;
 use super::field::{Applied, Linearised, applied_terms};
 use super::kick_drift::KickField;
 use super::ports::{BodyPort, Moved};
-use crate::coordinates::{Coordinates, State, quaternion};
+use crate::coordinates::{Coordinates, State};
 use crate::law::Law;
-use crate::rotation::{exp, right_jacobian, rotate_by};
 use crate::system::Edit;
 use crate::terms::{At, Derivatives};
 use glam::{DMat3, DQuat, DVec3};
+use lgs_core::geometry::{components, exp, quaternion, right_jacobian, rotate_by};
 
 /// Terms that act on a rigid body.
 #[derive(Debug)]
@@ -185,8 +185,7 @@ fn put(rows: &mut [f64], column: usize, columns: usize, value: DVec3) {
 }
 
 fn put_rotation(x: &mut [f64], rotation: DQuat) {
-    let rotation = rotation.normalize();
-    x[..4].copy_from_slice(&[rotation.w, rotation.x, rotation.y, rotation.z]);
+    x[..4].copy_from_slice(&components(rotation.normalize()));
 }
 
 /// The matrix of three rows and columns of a block.

@@ -5,10 +5,10 @@
 
 use super::body_field::matrix;
 use super::field::{Applied, Linearised};
-use crate::coordinates::{Port, quaternion};
-use crate::rotation::cross_matrix;
+use crate::coordinates::Port;
 use crate::terms::{Block, Derivatives};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{cross_matrix, quaternion};
 
 /// State of a body as vectors.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,8 @@
 use super::Noise;
 use super::polynomial::Window;
 use super::spacing::Spacing;
-use crate::coordinates::{Coordinates, State, quaternion};
+use crate::coordinates::{Coordinates, State};
+use lgs_core::geometry::quaternion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Values of ρ that are tried, `0, 0.05, … 0.95`. Beyond the last, noise and motion cannot be told apart in a

@@ -6,11 +6,12 @@
     reason = "each test file compiles this module for itself"
 )]
 
+use lgs_core::geometry::exp;
+use lgs_mechanics::Law;
 use lgs_mechanics::coordinates::{
     AffineMode, Ball, Coordinates, Hinge, Inertia, InertiaForm, Modal, Port, State, Tree,
 };
 use lgs_mechanics::terms::Term;
-use lgs_mechanics::{Law, rotation};
 
 /// A law of terms given by name, port and parameters; `own` are the coordinates' parameters.
 pub fn law(coordinates: Coordinates, own: &[f64], terms: &[(&str, Port, &[f64])]) -> Law {
@@ -50,7 +51,7 @@ pub fn modes() -> Coordinates {
 
 /// A quaternion away from the identity, in the order of configurations.
 pub fn tilted() -> [f64; 4] {
-    let q = rotation::exp(glam::DVec3::new(0.3, -0.5, 0.8));
+    let q = exp(glam::DVec3::new(0.3, -0.5, 0.8));
     [q.w, q.x, q.y, q.z]
 }
 

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use lgs_core::Image;
+use lgs_core::geometry::wide;
 use lgs_eval::physics::potential::TrueForce;
 use lgs_model::Dynamics;
 use plotters::style::RGBColor;
@@ -108,8 +109,8 @@ fn force_arrows(
     let gradients = dynamics.potential_gradients_at(&positions)?;
     let arrow = |((&place, &q), g): ((&[f64; 2], &[f32; 3]), &[f32; 3])| ForceArrow {
         place,
-        learned: plane.direction(g.map(|c| -f64::from(c))),
-        truth: truth.map(|t| plane.direction(t.at(q.map(f64::from)))),
+        learned: plane.direction(-wide(*g)),
+        truth: truth.map(|t| plane.direction(t.at(wide(q)))),
     };
     Some(places.iter().zip(&positions).zip(&gradients).map(arrow).collect())
 }

@@ -5,7 +5,7 @@
 //! children inherit the attributes it looks at.
 
 use lgs_core::linear::{mat_vec, matrix_from_quat, quat_normalize};
-use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
 
 use super::config_groups::DensifyConfig;
 use crate::thresholds::{FEWEST_GAUSSIANS, SPLIT_SHRINK};
@@ -91,19 +91,13 @@ pub(super) fn new_shapes(
     for _ in 0..2 {
         for i in clones..means.len() {
             let draw: [f32; 3] =
-                std::array::from_fn(|axis| standard_normal(random) * log_scales[i][axis].exp());
+                log_scales[i].map(|s| s.exp() * Distribution::<f32>::sample(&StandardNormal, random));
             let offset = mat_vec(&matrix_from_quat(quat_normalize(rotations[i])), draw);
             new_means.push(std::array::from_fn(|axis| means[i][axis] + offset[axis]));
             new_scales.push(log_scales[i].map(|s| s - SPLIT_SHRINK.ln()));
         }
     }
     (new_means, new_scales)
-}
-
-/// A draw of N(0, 1) by the Box–Muller transform.
-fn standard_normal(random: &mut lgs_core::Stream) -> f32 {
-    let (u, v): (f32, f32) = (1.0 - random.random::<f32>(), random.random());
-    (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
 }
 
 #[cfg(test)]

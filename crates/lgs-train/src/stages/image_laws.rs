@@ -3,13 +3,15 @@
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::linear::{norm, quat_mul, solve_positive, sub};
+use lgs_core::geometry::{components, exp, quaternion, solve_positive, wide};
+use lgs_core::linear::{norm, quat_mul, sub};
 use lgs_core::{GaussianCloud, psnr_of_mse};
 use lgs_data::dataset::Frame;
 use lgs_distill::{DistillConfig, DistilledLaw, law_of_poses};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::coordinates::Coordinates;
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, Motion, ObjectModel};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::initial_pose::mean;
@@ -88,7 +90,7 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
                 let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[object]).collect();
                 let step = solved(&normals, bodies[time][object].radius, 1.0 / (CORRELATED_VALUES * mse));
                 let [tx, ty, tz, rx, ry, rz] = step;
-                found.turn = (DQuat::from_scaled_axis(DVec3::new(rx, ry, rz)) * found.turn).normalize();
+                found.turn = (exp(DVec3::new(rx, ry, rz)) * found.turn).normalize();
                 found.shift += DVec3::new(tx, ty, tz);
             }
         }
@@ -98,19 +100,19 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
 
 /// The least-squares displacement of all views of a time; none if it is not determined.
 fn solved(normals: &[&Normal], radius: f32, weight: f64) -> Displacement {
-    let (mut a, mut b) = (vec![0.0; 36], vec![0.0; 6]);
+    let (mut a, mut b) = (DMatrix::zeros(6, 6), DMatrix::zeros(6, 1));
     for normal in normals {
         for i in 0..6 {
             b[i] += weight * normal.b[i];
-            (0..6).for_each(|j| a[6 * i + j] += weight * normal.a[i][j]);
+            (0..6).for_each(|j| a[(i, j)] += weight * normal.a[i][j]);
         }
     }
     for i in 0..6 {
         let unit = if i < 3 { f64::from(radius) } else { 1.0 };
-        a[7 * i] += (PRIOR_DEVIATION * unit).powi(-2);
+        a[(i, i)] += (PRIOR_DEVIATION * unit).powi(-2);
     }
-    let is_solved = solve_positive(&mut a, &mut b, 6, 1) && b.iter().all(|x| x.is_finite());
-    if is_solved { std::array::from_fn(|i| b[i]) } else { [0.0; 6] }
+    let found = solve_positive(a, &b).filter(|found| found.iter().all(|x| x.is_finite()));
+    found.map_or([0.0; 6], |found| std::array::from_fn(|i| found[i]))
 }
 
 /// The bodies where they have been found at a time; `cloud` is that of the scene's motion.
@@ -163,8 +165,7 @@ fn poses_of(
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     let pose = |(&time, found): (&f32, &Found)| {
         let state = motion.state_at(time);
-        let [w, x, y, z] = state.rotation[object.members.start].map(f64::from);
-        let turn = DQuat::from_xyzw(x, y, z, w).normalize();
+        let turn = quaternion(&state.rotation[object.members.start].map(f64::from)).normalize();
         let at = wide(mean(&state.q[object.members.clone()]));
         (DMat3::from_quat(found.turn * turn), at + found.shift)
     };
@@ -177,14 +178,9 @@ fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usize) {
     let members = scene.objects[object].members.clone();
     scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&q0);
     scene.velocities[members.clone()].copy_from_slice(&v0);
-    let turn = DQuat::from_mat3(&base.0).normalize();
-    let turn = [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32);
+    let turn = components(DQuat::from_mat3(&base.0).normalize()).map(|c| c as f32);
     for rotation in &mut scene.dynamic_gaussians.rotations[members] {
         *rotation = quat_mul(turn, *rotation);
     }
     scene.objects[object].dynamics = Dynamics::Generalised(GeneralisedDynamics { law, start, known });
-}
-
-fn wide(p: [f32; 3]) -> DVec3 {
-    DVec3::from_array(p.map(f64::from))
 }

@@ -4,7 +4,9 @@
 //! initial velocity and law can only be as good as a motion from that pose allows, whatever the images say.
 
 use burn::tensor::{Device, Tensor};
-use lgs_core::linear::{add, cross, scale, solve_positive, sub};
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::{PositiveFactor, outer, scalar, trace, wide};
+use lgs_core::linear::{add, cross, scale, sub};
 use lgs_model::{TensorFile, TensorFileError};
 
 use crate::adam::AdamGroup;
@@ -99,18 +101,15 @@ pub(super) fn mean(points: &[[f32; 3]]) -> [f32; 3] {
 
 /// The angular velocity of particles as a whole, by least squares; zero where it is undetermined.
 pub(super) fn spin(offsets: &[[f32; 3]], velocities: &[[f32; 3]]) -> [f32; 3] {
-    let (mut inertia, mut momentum) = ([0.0; 9], [0.0; 3]);
+    let (mut inertia, mut momentum) = (DMat3::ZERO, DVec3::ZERO);
     for (&offset, &velocity) in offsets.iter().zip(velocities) {
-        let r = offset.map(f64::from);
-        let square: f64 = r.iter().map(|x| x * x).sum();
-        for i in 0..3 {
-            for j in 0..3 {
-                inertia[3 * i + j] += if i == j { square } else { 0.0 } - r[i] * r[j];
-            }
-            momentum[i] += f64::from(cross(offset, velocity)[i]);
-        }
+        let r = wide(offset);
+        inertia += scalar(r.length_squared()) - outer(r, r);
+        momentum += wide(cross(offset, velocity));
     }
-    if solve_positive(&mut inertia, &mut momentum, 3, 1) { momentum.map(|v| v as f32) } else { [0.0; 3] }
+    let [x, y, z] = [inertia.x_axis, inertia.y_axis, inertia.z_axis];
+    let factor = PositiveFactor::new([x.x, x.y, y.y, x.z, y.z, z.z], trace(&inertia));
+    factor.map_or([0.0; 3], |factor| factor.solve(momentum.to_array()).map(|v| v as f32))
 }
 
 #[cfg(test)]

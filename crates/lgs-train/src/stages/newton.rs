@@ -6,11 +6,13 @@
 //! ([`Body::responses`]) bring all times together. What no image determines, such as the stiffness that keeps
 //! a rotor's blades on their circles, stays where stage 1 found it by the trajectories that it followed.
 
-use lgs_core::linear::{norm, solve_positive, sub};
-use lgs_core::{Camera, GaussianCloud, psnr_of_mse, stream};
+use lgs_core::geometry::solve_positive;
+use lgs_core::linear::{norm, sub};
+use lgs_core::{Camera, GaussianCloud, median, psnr_of_mse, stream};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::body::{Body, Response, part_of};
@@ -118,7 +120,7 @@ impl Newton {
             .map(|(frame, o)| (&responses[times.index(frame)], &o.normals[object]))
             .collect();
         let pixels = frames.iter().zip(&evidence).map(|(f, (at, _))| pixel_at(&f.camera, at.center));
-        let pixel = median(pixels.collect());
+        let pixel = median(pixels).unwrap_or(0.0).max(f64::MIN_POSITIVE);
         let trajectories = tracing::trace_span!("trajectories")
             .in_scope(|| self.bodies[object].information_of_trajectories(&self.parts[object], &times.0));
         let weights = Weights {
@@ -194,13 +196,13 @@ fn solve(
     weights: &Weights,
 ) -> Vec<f64> {
     let n = change.len();
-    let (mut a, mut b) = (vec![0.0; n * n], vec![0.0; n]);
+    let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 1));
     for (response, normal) in evidence {
         for (i, left) in response.by_unknown.iter().enumerate() {
             let pushed: [f64; 6] = std::array::from_fn(|c| (0..6).map(|r| left[r] * normal.a[r][c]).sum());
             b[i] += weights.image * dot(left, &normal.b);
             for (j, right) in response.by_unknown.iter().enumerate() {
-                a[i * n + j] += weights.image * dot(&pushed, right);
+                a[(i, j)] += weights.image * dot(&pushed, right);
             }
         }
     }
@@ -208,11 +210,12 @@ fn solve(
         for j in 0..n {
             let prior = if i == j { PRIOR_DEVIATION.powi(-2) } else { 0.0 };
             let stiffness = weights.trajectory * trajectories[i * n + j] + prior;
-            a[i * n + j] += stiffness;
+            a[(i, j)] += stiffness;
             b[i] -= stiffness * change[j];
         }
     }
-    if solve_positive(&mut a, &mut b, n, 1) && b.iter().all(|x| x.is_finite()) { b } else { vec![0.0; n] }
+    let found = solve_positive(a, &b).filter(|found| found.iter().all(|x| x.is_finite()));
+    found.map_or_else(|| vec![0.0; n], |found| found.as_slice().to_vec())
 }
 
 /// The distinct times of frames, ascending.
@@ -255,11 +258,6 @@ fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 /// What a pixel spans at a point, world units.
 fn pixel_at(camera: &Camera, point: [f32; 3]) -> f64 {
     f64::from(norm(sub(point, camera.center_in_world())) / camera.fx)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0).max(f64::MIN_POSITIVE)
 }
 
 /// Name of an object's changes in a checkpoint.

@@ -1,7 +1,10 @@
 //! A smooth path in space from cones of view: the Chebyshev polynomial that passes nearest to the rays of its
 //! blobs, which are found and fitted in turns, with less weight for what lies farther off.
 
-use lgs_core::linear::{dot, norm, scale, solve_positive, sub};
+use lgs_core::geometry::solve_positive;
+use lgs_core::linear::{dot, norm, scale, sub};
+use lgs_core::median;
+use nalgebra::DMatrix;
 
 use super::silhouettes::Silhouette;
 use crate::thresholds::{CURVE_DEGREE, CURVE_RIDGE, CURVE_TURNS, GATES, RAY_SCALE, WIDE_TURNS};
@@ -32,19 +35,17 @@ impl Curve {
     /// The polynomial nearest to points at times.
     pub(super) fn through(moments: &[f32], points: &[[f32; 3]]) -> Option<Self> {
         let span = (moments[0], moments[moments.len() - 1]);
-        let mut gram = vec![0.0; TERMS * TERMS];
-        let mut rhs = vec![0.0; TERMS * 3];
+        let (mut gram, mut rhs) = (DMatrix::zeros(TERMS, TERMS), DMatrix::zeros(TERMS, 3));
         for (&t, p) in moments.iter().zip(points) {
             let basis = basis(span, t);
             for i in 0..TERMS {
-                (0..TERMS).for_each(|j| gram[i * TERMS + j] += basis[i] * basis[j]);
-                (0..3).for_each(|axis| rhs[3 * i + axis] += basis[i] * f64::from(p[axis]));
+                (0..TERMS).for_each(|j| gram[(i, j)] += basis[i] * basis[j]);
+                (0..3).for_each(|axis| rhs[(i, axis)] += basis[i] * f64::from(p[axis]));
             }
         }
-        solve_positive(&mut gram, &mut rhs, TERMS, 3).then(|| Self {
-            span,
-            coefficients: std::array::from_fn(|i| std::array::from_fn(|axis| rhs[3 * i + axis])),
-        })
+        let found = solve_positive(gram, &rhs)?;
+        let coefficients = std::array::from_fn(|i| std::array::from_fn(|axis| found[(i, axis)]));
+        Some(Self { span, coefficients })
     }
 
     /// The position at a time, world units; beyond the observed times that of the nearest end.
@@ -101,8 +102,7 @@ impl Curve {
     /// Weighted least squares of the distances from the rays of the blobs.
     fn nearest_to(&self, silhouettes: &[Silhouette], sightings: &[Sighting], radius: f32) -> Option<Self> {
         const N: usize = 3 * TERMS;
-        let mut gram = vec![0.0; N * N];
-        let mut rhs = vec![0.0; N];
+        let (mut gram, mut rhs) = (DMatrix::zeros(N, N), DMatrix::zeros(N, 1));
         for sighting in sightings {
             let silhouette = &silhouettes[sighting.silhouette];
             let (eye, ray) = (silhouette.camera.center_in_world(), silhouette.blobs[sighting.blob].direction);
@@ -116,7 +116,7 @@ impl Curve {
                     rhs[a * TERMS + i] += weight * basis[i] * target;
                     for b in 0..3 {
                         for j in 0..TERMS {
-                            gram[(a * TERMS + i) * N + b * TERMS + j] +=
+                            gram[(a * TERMS + i, b * TERMS + j)] +=
                                 weight * across(a, b) * basis[i] * basis[j];
                         }
                     }
@@ -124,13 +124,12 @@ impl Curve {
             }
         }
         for k in 0..N {
-            gram[k * N + k] +=
+            gram[(k, k)] +=
                 CURVE_RIDGE * sightings.len() as f64 * ((k % TERMS) as f64).powi(6) + f64::MIN_POSITIVE;
         }
-        solve_positive(&mut gram, &mut rhs, N, 1).then(|| Self {
-            span: self.span,
-            coefficients: std::array::from_fn(|i| std::array::from_fn(|a| rhs[a * TERMS + i])),
-        })
+        let found = solve_positive(gram, &rhs)?;
+        let coefficients = std::array::from_fn(|i| std::array::from_fn(|a| found[a * TERMS + i]));
+        Some(Self { span: self.span, coefficients })
     }
 }
 
@@ -147,9 +146,7 @@ fn basis((start, end): (f32, f32), time: f32) -> [f64; TERMS] {
 
 /// The median of some values; none without values.
 pub(super) fn median_of(values: impl Iterator<Item = f32>) -> Option<f32> {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied()
+    median(values.map(f64::from)).map(|value| value as f32)
 }
 
 #[cfg(test)]

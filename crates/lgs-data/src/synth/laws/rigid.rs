@@ -4,6 +4,7 @@ use super::super::pose::Pose;
 use super::law::{Law, joined, vector};
 use crate::edit::MotionEdit;
 use glam::{DMat3, DQuat, DVec3};
+use lgs_core::geometry::{components, quaternion};
 use serde_json::{Value, json};
 
 /// Rotation with principal moments of inertia along the body's axes, about a point that moves evenly.
@@ -28,14 +29,13 @@ pub(in super::super) struct RigidBody {
 impl RigidBody {
     /// The rotation in a state, of unit length.
     fn rotation(state: &[f64]) -> DQuat {
-        DQuat::from_xyzw(state[1], state[2], state[3], state[0]).normalize()
+        quaternion(state).normalize()
     }
 }
 
 impl Law for RigidBody {
     fn start(&self) -> Vec<f64> {
-        let q = self.rotation;
-        [vec![q.w, q.x, q.y, q.z], joined(&[self.spin, self.origin])].concat()
+        [components(self.rotation).to_vec(), joined(&[self.spin, self.origin])].concat()
     }
 
     fn rate(&self, state: &[f64]) -> Vec<f64> {
@@ -69,7 +69,6 @@ impl Law for RigidBody {
 
     fn describe(&self, _: usize) -> Value {
         let i = self.inertia;
-        let q = self.rotation;
         json!({
             "law": self.law, "kind": "conservative", "coordinates": self.coordinates,
             "constants": {
@@ -78,7 +77,7 @@ impl Law for RigidBody {
             },
             "origin": self.origin.to_array(), "drift": self.drift.to_array(),
             "spin_body": self.spin.to_array(),
-            "rotation": [q.w, q.x, q.y, q.z],
+            "rotation": components(self.rotation),
             "conservative": ["weight_over_inertia"], "nonconservative": [],
         })
     }

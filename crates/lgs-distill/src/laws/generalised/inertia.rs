@@ -1,9 +1,11 @@
 //! Moments of inertia: those of the particles' second moments, and those that the motion itself shows.
 
 use super::observed::ObservedPoses;
-use crate::math::{principal_axes, skew};
 use crate::thresholds::{LEAST_MOMENT, PARTICLES_INERTIA_WEIGHT};
 use glam::{DMat3, DQuat, DVec3};
+use lgs_core::geometry::{
+    components, cross_matrix, principal_axes, quaternion, scalar, solve_positive, symmetric, trace,
+};
 use lgs_mechanics::coordinates::{Inertia, InertiaForm};
 use nalgebra::DMatrix;
 
@@ -11,7 +13,7 @@ use nalgebra::DMatrix;
 pub(super) fn of_particles(covariance: &DMat3) -> Inertia {
     let [(first, _), (second, _), (third, _)] = principal_axes(covariance);
     let sum = first + second + third;
-    let tensor = DMat3::from_diagonal(DVec3::splat(sum)) - *covariance;
+    let tensor = scalar(sum) - *covariance;
     of_tensor(&tensor, LEAST_MOMENT * sum)
 }
 
@@ -21,15 +23,14 @@ fn of_tensor(tensor: &DMat3, least: f64) -> Inertia {
     let frame = DQuat::from_mat3(&DMat3::from_cols(y.cross(z), y, z)).normalize();
     Inertia {
         form: InertiaForm::Prior,
-        frame: [frame.w, frame.x, frame.y, frame.z],
+        frame: components(frame),
         moments: [first, middle, last].map(|moment| moment.max(least)),
     }
 }
 
 /// The tensor of an inertia in the axes of the shape.
 fn tensor_of(inertia: &Inertia) -> DMat3 {
-    let [w, x, y, z] = inertia.frame;
-    let frame = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w));
+    let frame = DMat3::from_quat(quaternion(&inertia.frame));
     frame * DMat3::from_diagonal(DVec3::from_array(inertia.moments)) * frame.transpose()
 }
 
@@ -59,21 +60,15 @@ pub(super) fn of_motion(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -
     (0..ENTRIES).for_each(|i| gram[(i, i)] += ridge);
     // A torque or momentum that no arm or spin shows is zero.
     (ENTRIES..unknowns).for_each(|i| gram[(i, i)] += f64::EPSILON * samples as f64);
-    let found = crate::math::solve_positive(gram, &right)?;
-    let change = tensor_from(&found.as_slice()[..ENTRIES]);
+    let found = solve_positive(gram, &right)?;
+    let change = symmetric(&found.as_slice()[..ENTRIES]);
     let fitted = tensor + tensor * change + change.transpose() * tensor;
-    let sum = fitted.x_axis.x + fitted.y_axis.y + fitted.z_axis.z;
+    let sum = trace(&fitted);
     (fitted.is_finite() && sum > 0.0).then(|| of_tensor(&fitted, LEAST_MOMENT * sum))
 }
 
 /// Unknown entries of a symmetric matrix.
 const ENTRIES: usize = 6;
-
-/// The symmetric matrix of its entries xx yy zz xy xz yz.
-fn tensor_from(entries: &[f64]) -> DMat3 {
-    let [xx, yy, zz, xy, xz, yz] = std::array::from_fn(|i| entries[i]);
-    DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
-}
 
 /// Derivatives of `R J ω − L − impulse × g` by the relative change of J, by L and by g.
 fn equation(turn: &DMat3, spin: DVec3, impulse: DVec3, tensor: &DMat3) -> DMatrix<f64> {
@@ -82,11 +77,11 @@ fn equation(turn: &DMat3, spin: DVec3, impulse: DVec3, tensor: &DMat3) -> DMatri
     for entry in 0..ENTRIES {
         entries.fill(0.0);
         entries[entry] = 1.0;
-        let change = tensor_from(&entries);
+        let change = symmetric(&entries);
         let column = *turn * ((*tensor * change + change.transpose() * *tensor) * spin);
         (0..3).for_each(|i| row[(i, entry)] = column[i]);
     }
-    let by_weight = skew(impulse);
+    let by_weight = cross_matrix(impulse);
     for i in 0..3 {
         row[(i, ENTRIES + i)] = -1.0;
         (0..3).for_each(|j| row[(i, ENTRIES + 3 + j)] = -by_weight.col(j)[i]);

@@ -5,7 +5,8 @@ use super::inertia::of_motion;
 use super::observed::{ObservedPoses, mean_pose};
 use super::turning::Turning;
 use crate::motion::pose::Pose;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::quaternion;
 use lgs_mechanics::coordinates::{Ball, Coordinates, Embedding, Hinge, Inertia, InertiaForm, Rolling};
 
 /// A system of coordinates with the configuration at each sample.
@@ -155,15 +156,11 @@ fn rolling(observed: &ObservedPoses, turning: &Turning) -> Option<Configured> {
 /// A body that turns about a fixed point, given with the vector from there to the centre in shape axes.
 fn balls(observed: &ObservedPoses, (pivot, arm): (DVec3, DVec3)) -> Vec<Configured> {
     // The moments about the pivot (Steiner), as far as they lie along the principal axes of the centre.
-    let frame = |inertia: &Inertia| {
-        let [w, x, y, z] = inertia.frame;
-        DQuat::from_xyzw(x, y, z, w)
-    };
-    let own = frame(&observed.inertia).inverse() * arm;
+    let own = quaternion(&observed.inertia.frame).inverse() * arm;
     let moments = |i: usize| observed.inertia.moments[i] + own.length_squared() - own[i] * own[i];
     let about_pivot = Inertia { moments: std::array::from_fn(moments), ..observed.inertia };
     let ball = |(inertia, axes): KnownInertia| {
-        let arm = frame(&inertia).inverse() * arm;
+        let arm = quaternion(&inertia.frame).inverse() * arm;
         let coordinates = Coordinates::Ball(Ball { pivot: pivot.to_array(), arm: arm.to_array(), inertia });
         let x = observed.configurations(&inertia).iter().map(|x| x[..4].to_vec()).collect();
         Configured::new(observed, coordinates, x, 3 + POSE - 3 + axes)

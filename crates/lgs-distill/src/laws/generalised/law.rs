@@ -3,7 +3,6 @@
 use super::choice::{Chosen, choose_law};
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
-use crate::math::narrow;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{
@@ -11,6 +10,7 @@ use crate::thresholds::{
     TRUSTED_FRACTION,
 };
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::narrow;
 use lgs_mechanics::bands::{Band, Known, PositionBand, Rival, Verdict, trusted};
 use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
 use lgs_mechanics::coordinates::{Embedding, State};

@@ -8,10 +8,11 @@ use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{FLAT_SHAPE, MOST_MODES};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{outer, principal_axes};
 use lgs_mechanics::choose::{Choice, choose};
 use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
 use lgs_mechanics::fit::Track;
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::DMatrix;
 
 /// Numbers of an affine displacement.
 const ENTRIES: usize = 12;
@@ -128,11 +129,9 @@ fn mean(poses: &[Pose]) -> Pose {
 
 /// The symmetric root of second moments, with thin directions thickened so that it can be inverted.
 fn root_of(covariance: &DMat3) -> Option<DMat3> {
-    let eigen = Matrix3::from_column_slice(&covariance.to_cols_array()).symmetric_eigen();
-    let least = FLAT_SHAPE * FLAT_SHAPE * eigen.eigenvalues.max();
-    let roots = eigen.eigenvalues.map(|value| value.max(least).sqrt());
-    let root = eigen.eigenvectors * Matrix3::from_diagonal(&roots) * eigen.eigenvectors.transpose();
-    let root = DMat3::from_cols_slice(root.as_slice());
+    let axes = principal_axes(covariance);
+    let least = FLAT_SHAPE * FLAT_SHAPE * axes[0].0;
+    let root: DMat3 = axes.iter().map(|&(value, axis)| value.max(least).sqrt() * outer(axis, axis)).sum();
     (root.is_finite() && root.determinant() > 0.0).then_some(root)
 }
 

@@ -1,10 +1,10 @@
 //! The poses of a rigid body over time, with their noise.
 
 use super::inertia::of_particles;
-use crate::math::trace;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use glam::{DMat3, DQuat, DVec3};
+use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::candidates;
 use lgs_mechanics::coordinates::{Coordinates, Inertia, State};
@@ -101,11 +101,6 @@ fn coarsen(noise: &mut [Noise], resolution: f64) {
     noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
 }
 
-/// The quaternion that begins a list (w, x, y, z).
-fn quaternion(list: &[f64]) -> DQuat {
-    DQuat::from_xyzw(list[1], list[2], list[3], list[0])
-}
-
 /// Quaternions of the principal axes, and centres.
 fn configurations(poses: &[Pose], inertia: &Inertia) -> Vec<Vec<f64>> {
     let frame = quaternion(&inertia.frame);
@@ -114,7 +109,7 @@ fn configurations(poses: &[Pose], inertia: &Inertia) -> Vec<Vec<f64>> {
         let turn = DQuat::from_mat3(&pose.linear) * frame;
         // A quaternion and its negative are the same rotation; paths of them must not jump.
         last = if turn.dot(last) < 0.0 { -turn } else { turn };
-        [vec![last.w, last.x, last.y, last.z], pose.shift.to_array().to_vec()].concat()
+        [components(last).as_slice(), &pose.shift.to_array()].concat()
     };
     poses.iter().map(one).collect()
 }
@@ -124,5 +119,5 @@ pub(super) fn mean_pose(poses: &[Pose]) -> Pose {
     let n = poses.len().max(1) as f64;
     let linear = poses.iter().map(|pose| pose.linear).sum::<DMat3>() * n.recip();
     let shift = poses.iter().map(|pose| pose.shift).sum::<DVec3>() / n;
-    Pose { linear: crate::math::nearest_rotation(&linear), shift }
+    Pose { linear: nearest_rotation(&linear), shift }
 }

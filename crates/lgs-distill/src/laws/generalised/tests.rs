@@ -3,11 +3,11 @@
 use super::geometry::{center_of_mass, pivot};
 use super::turning::Turning;
 use super::{Laws, find_law};
-use crate::math::rotation_by;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::testing::block;
 use glam::DVec3;
+use lgs_core::geometry::rotation_by;
 use lgs_mechanics::coordinates::Coordinates;
 
 const SAMPLES: usize = 61;

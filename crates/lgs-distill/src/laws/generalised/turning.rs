@@ -1,10 +1,11 @@
 //! Rotations about one fixed axis.
 
-use crate::math::{nearest_rotation, skew};
 use crate::motion::pose::Pose;
 use crate::thresholds::AXIS_ROUNDS;
 use glam::{DMat3, DQuat, DVec3};
-use lgs_mechanics::rotation::{exp, rotation_vector};
+use lgs_core::geometry::{
+    cross_matrix, nearest_rotation, rotation_by, rotation_vector, scalar, solve_positive,
+};
 use nalgebra::{DMatrix, Matrix3};
 use std::f64::consts::TAU;
 
@@ -64,10 +65,10 @@ fn refined(poses: &[Pose], axis: DVec3, base: &DMat3, angles: &[f64]) -> Option<
     let mut gram = DMatrix::<f64>::zeros(5, 5);
     let mut right = DMatrix::<f64>::zeros(5, 1);
     for (pose, &angle) in poses.iter().zip(angles) {
-        let turn = DMat3::from_quat(exp(axis * angle));
+        let turn = rotation_by(axis * angle);
         let left = rotation_vector(DQuat::from_mat3(&(pose.linear * (turn * *base).transpose())));
         let (sine, cosine) = angle.sin_cos();
-        let by_axis = DMat3::from_diagonal(DVec3::splat(sine)) + skew(axis) * (1.0 - cosine);
+        let by_axis = scalar(sine) + cross_matrix(axis) * (1.0 - cosine);
         let columns = [by_axis * first, by_axis * second, turn.x_axis, turn.y_axis, turn.z_axis];
         for direction in [first, second] {
             let row = DMatrix::from_fn(1, 5, |_, column| columns[column].dot(direction));
@@ -78,8 +79,8 @@ fn refined(poses: &[Pose], axis: DVec3, base: &DMat3, angles: &[f64]) -> Option<
     // A turn of the base about the axis is an angle, and none of them.
     let ridge = f64::EPSILON.sqrt() * gram.trace();
     (0..5).for_each(|i| gram[(i, i)] += ridge);
-    let found = crate::math::solve_positive(gram, &right)?;
+    let found = solve_positive(gram, &right)?;
     let axis = (axis + first * found[0] + second * found[1]).try_normalize()?;
-    let change = exp(DVec3::new(found[2], found[3], found[4]));
-    Some((axis, nearest_rotation(&(DMat3::from_quat(change) * *base))))
+    let change = rotation_by(DVec3::new(found[2], found[3], found[4]));
+    Some((axis, nearest_rotation(&(change * *base))))
 }

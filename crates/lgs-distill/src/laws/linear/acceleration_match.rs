@@ -2,9 +2,9 @@
 
 use super::law::Law;
 use super::terms::{ALL_UNKNOWNS, Terms, design};
-use crate::math::solve_positive;
 use crate::thresholds::ACCELERATION_RIDGE;
 use glam::DVec3;
+use lgs_core::geometry::solve_positive;
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Normal equations of the linear law with every term.

@@ -5,8 +5,8 @@
 //! [`super::terms::Terms`] says which parts a law has; a law with few parts extrapolates far better than one
 //! whose extra parts have fitted noise.
 
-use crate::math::{principal_axes, scalar, skew};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{cross_matrix, principal_axes, scalar};
 use serde::{Deserialize, Serialize};
 
 /// Constants of a law (world units and axes).
@@ -53,7 +53,7 @@ impl Law {
     /// Derivative of the acceleration by the velocity.
     #[inline]
     pub(crate) fn velocity_derivative(&self) -> DMat3 {
-        skew(self.gyration) - scalar(self.damping)
+        cross_matrix(self.gyration) - scalar(self.damping)
     }
 
     /// The velocity that Eq. 5 starts from so that its positions pass through `q` with the derivative

@@ -5,14 +5,11 @@
 //! ready to learn a remainder.
 
 use super::law::Law;
-use super::terms::symmetric;
-use crate::math::wide;
 use glam::DVec3;
-use lgs_dynamics::{ForceKind, PotentialKind, System, SystemConfig};
+use lgs_core::geometry::{symmetric, wide};
+use lgs_dynamics::{DAMPING_SHIFT, ForceKind, PotentialKind, System, SystemConfig};
 use std::ops::Range;
 
-/// Shift of the raw damping in a structured force, `d = (σ_a/σ_v) softplus(d̂ − 6)`.
-const DAMPING_SHIFT: f64 = 6.0;
 /// Raw damping of a law without any: softplus(−12) = 6e-6, a hundredth of a per cent over any window; not so
 /// low that it cannot learn.
 const NO_DAMPING: f64 = -6.0;
@@ -46,8 +43,8 @@ pub(crate) fn set_law(system: &mut System, law: &Law) {
         let rate = acceleration / speed;
         let damping = law.damping / rate;
         // softplus⁻¹(x) = ln(eˣ − 1)
-        let raw =
-            if damping > 1e-5 { DAMPING_SHIFT + damping + (-(-damping).exp()).ln_1p() } else { NO_DAMPING };
+        let shift = f64::from(DAMPING_SHIFT);
+        let raw = if damping > 1e-5 { shift + damping + (-(-damping).exp()).ln_1p() } else { NO_DAMPING };
         set(system, &force_bias(&config), |i| (if i == 0 { raw } else { law.gyration[i - 1] / rate }) as f32);
     }
 }
@@ -71,7 +68,7 @@ pub(crate) fn law_of_system(system: &System) -> Law {
         && let [raw, x, y, z] = values(&force_bias(&config))[..]
     {
         let rate = acceleration / speed;
-        law.damping = rate * (raw - DAMPING_SHIFT).exp().ln_1p();
+        law.damping = rate * (raw - f64::from(DAMPING_SHIFT)).exp().ln_1p();
         law.gyration = rate * DVec3::new(x, y, z);
     }
     law
@@ -107,7 +104,7 @@ fn set(system: &mut System, name: &str, value: impl Fn(usize) -> f32) {
 mod tests {
     use super::*;
     use crate::laws::linear::law::example;
-    use crate::math::narrow;
+    use lgs_core::geometry::narrow;
     use lgs_dynamics::{Edit, Normalisation};
 
     #[test]

@@ -2,8 +2,8 @@
 //! it and name no term.
 
 use super::law::Law;
-use crate::math::{outer, principal_axes, scalar, trace};
 use glam::{DMat3, DVec3};
+use lgs_core::geometry::{outer, principal_axes, scalar, symmetric, trace};
 use lgs_dynamics::{ForceKind, Normalisation};
 use serde::{Deserialize, Serialize};
 
@@ -220,12 +220,6 @@ impl Stiffness {
         };
         [Self::Isotropic, Self::Axial].into_iter().find(|&form| holds(form)).unwrap_or(Self::Full)
     }
-}
-
-/// The symmetric matrix of its entries xx yy zz xy xz yz.
-pub(crate) fn symmetric(entries: &[f64]) -> DMat3 {
-    let [xx, yy, zz, xy, xz, yz] = std::array::from_fn(|i| entries[i]);
-    DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
 }
 
 /// `[m]×² = m mᵀ − |m|² I`.

@@ -1,7 +1,8 @@
 //! The geometry of generalised coordinates as unknowns: where a body's centre of mass, its pivot or its axis
 //! lies. The particles stay where they are at t = 0.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
+use lgs_core::geometry::quaternion;
 use lgs_mechanics::coordinates::Coordinates;
 use lgs_model::GeneralisedDynamics;
 
@@ -29,7 +30,7 @@ pub(super) fn change(by: &[f64], dynamics: &mut GeneralisedDynamics) {
     match &mut law.coordinates {
         Coordinates::Rigid(_) => {
             // Another point of the body, in its own axes, takes the part of the centre of mass.
-            let (offset, turn) = (DVec3::from_slice(by), quaternion(&start.x));
+            let (offset, turn) = (DVec3::from_slice(by), quaternion(&start.x).normalize());
             let spin = DVec3::from_slice(&start.v);
             add(&mut start.x[4..], turn * offset);
             add(&mut start.v[3..], turn * spin.cross(offset));
@@ -37,7 +38,7 @@ pub(super) fn change(by: &[f64], dynamics: &mut GeneralisedDynamics) {
         Coordinates::Ball(ball) => {
             let offset = DVec3::from_slice(by);
             add(&mut ball.pivot, offset);
-            add(&mut ball.arm, -(quaternion(&start.x).inverse() * offset));
+            add(&mut ball.arm, -(quaternion(&start.x).normalize().inverse() * offset));
         }
         Coordinates::Hinge(hinge) => {
             let axis = DVec3::from_array(hinge.axis);
@@ -47,10 +48,6 @@ pub(super) fn change(by: &[f64], dynamics: &mut GeneralisedDynamics) {
         }
         _ => {}
     }
-}
-
-fn quaternion(x: &[f64]) -> DQuat {
-    DQuat::from_xyzw(x[1], x[2], x[3], x[0]).normalize()
 }
 
 fn add(values: &mut [f64], change: DVec3) {

@@ -1,6 +1,24 @@
 //! Rotation vectors and quaternions, accurate for small angles.
 
+use super::cross_matrix;
 use glam::{DMat3, DQuat, DVec3};
+
+/// The quaternion that a list begins with: w, x, y, z.
+///
+/// # Panics
+/// If the list has fewer than four values.
+#[inline]
+#[must_use]
+pub fn quaternion(list: &[f64]) -> DQuat {
+    DQuat::from_xyzw(list[1], list[2], list[3], list[0])
+}
+
+/// The components w, x, y, z of a quaternion.
+#[inline]
+#[must_use]
+pub fn components(rotation: DQuat) -> [f64; 4] {
+    [rotation.w, rotation.x, rotation.y, rotation.z]
+}
 
 /// The quaternion of a rotation vector.
 #[must_use]
@@ -28,10 +46,10 @@ pub fn rotation_vector(rotation: DQuat) -> DVec3 {
     xyz * part
 }
 
-/// `[a]×`, the matrix of the cross product.
+/// The rotation matrix of a rotation vector.
 #[must_use]
-pub fn cross_matrix(a: DVec3) -> DMat3 {
-    DMat3::from_cols(DVec3::new(0.0, a.z, -a.y), DVec3::new(-a.z, 0.0, a.x), DVec3::new(a.y, -a.x, 0.0))
+pub fn rotation_by(vector: DVec3) -> DMat3 {
+    DMat3::from_quat(exp(vector))
 }
 
 /// The right Jacobian of the exponential: `exp(u + δ) ≈ exp(u) exp(J δ)`.
