@@ -39,8 +39,8 @@ mod thresholds;
 mod trajectories;
 
 pub use config::{
-    CoordinatesKind, DistillConfig, MatchingConfig, PartitionConfig, PartitionMethod, RolloutConfig,
-    SharedMotionKind,
+    Alignment, CoordinatesKind, DistillConfig, DynamicsKind, MatchingConfig, PartitionConfig,
+    PartitionMethod, RolloutConfig, SharedMotionKind, TargetKind,
 };
 pub use distilled::{Distilled, DistilledLaw, DistilledParticles};
 pub use error::DistillError;

@@ -1,6 +1,6 @@
 //! Stage 1 for one object: from its trajectories to its dynamics.
 
-use crate::config::{CoordinatesKind, DistillConfig};
+use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
 use crate::laws::generalised::{GeneralisedLaw, Laws, find_law, law_within};
@@ -8,6 +8,7 @@ use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
+use crate::networks::per_particle::distill_networks;
 use crate::particles::distill_particles;
 use crate::progress::{DistillProgress, DistillStage};
 use crate::report::{DistillReport, GeneralisedReport};
@@ -18,7 +19,7 @@ use lgs_dynamics::ForceKind;
 use lgs_mechanics::bands::Verdict;
 
 /// Finds the dynamics behind an object's trajectories: a law in generalised coordinates if one describes its
-/// motion, else a system of particles.
+/// motion, else a system of particles; or the paper's networks, if the configuration asks for them.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -32,6 +33,10 @@ pub fn distill(
     trajectories.validate()?;
     if trajectories.is_empty() {
         return Err(DistillError::Empty);
+    }
+    if config.dynamics == DynamicsKind::Networks {
+        let found = distill_networks(trajectories, config, seed, progress)?;
+        return Ok(Distilled::Particles(Box::new(found)));
     }
     let motion = denoise(trajectories, config);
     progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });

@@ -1,9 +1,8 @@
 //! The dynamics of an object of particles (Eq. 4 to 6): from its denoised motion to U, Q and the initial
 //! state.
 //!
-//! For particles that share a motion a linear law is chosen by forecasts and fitted by
-//! rollouts; networks learn what it leaves if that is worth it (or everything, in the paper's configuration),
-//! and stay only if they forecast or describe the motion better.
+//! For particles that share a motion a linear law is chosen by forecasts and fitted by rollouts; networks learn
+//! what it leaves if that is worth it, and stay only if they forecast or describe the motion better.
 
 use crate::config::DistillConfig;
 use crate::distilled::DistilledParticles;
@@ -13,6 +12,7 @@ use crate::laws::linear::law::Law;
 use crate::laws::linear::system::system_of_law;
 use crate::laws::selection::{ChosenLaw, choose_law};
 use crate::motion::object_motion::ObjectMotion;
+use crate::networks::force_ratio::force_ratio;
 use crate::networks::training::{Baseline, TrainedNetworks, train_networks};
 use crate::networks::velocity_field::VelocityField;
 use crate::progress::{DistillProgress, DistillStage};
@@ -36,7 +36,7 @@ pub(crate) fn distill_particles(
         Some(chosen) => object.of_law(chosen, seed),
         None => object.without_law(seed),
     };
-    if object.is_unexplained(&distilled.report) {
+    if config.neural_remainder && object.is_unexplained(&distilled.report) {
         object.add_networks(&mut distilled, seed, progress);
     }
     if let Some(constrained) = law.and_then(|law| law.constrained).filter(|_| !distilled.report.networks) {
@@ -164,8 +164,6 @@ impl<'a> Object<'a> {
         let states = || self.motion.validation.iter().flat_map(|&j| samples().map(move |s| (j, s)));
         let q: Vec<_> = states().map(|(j, s)| narrow(paths.position(j, s))).collect();
         let v: Vec<_> = states().map(|(j, s)| narrow(paths.velocity(j, s))).collect();
-        let size = |rows: &[[f32; 3]]| rows.iter().map(|&r| wide(r).length_squared()).sum::<f64>().sqrt();
-        let (force, gradient) = (size(&system.forces(&q, &v)), size(&system.potential_gradients(&q)));
-        if gradient > 0.0 { force / gradient } else { force }
+        force_ratio(system, &q, &v)
     }
 }

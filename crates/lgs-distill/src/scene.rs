@@ -1,6 +1,6 @@
 //! Stage 1 for a whole scene: every object by itself, and the objects that no system follows given up.
 
-use crate::config::DistillConfig;
+use crate::config::{DistillConfig, DynamicsKind};
 use crate::distilled::Distilled;
 use crate::error::DistillError;
 use crate::object::distill;
@@ -25,6 +25,7 @@ pub struct SceneDistillation {
 /// A group of particles that no system follows is no object, nor is one that its system forecasts badly while
 /// the motions of others explain it roughly: its particles go to the others or to rest, and all is distilled
 /// again, until something follows every object or none. The partition returned is the one that came of it.
+/// Objects of the paper's networks all stay.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -45,6 +46,9 @@ pub fn distill_objects(
             let mut tell = |p| progress(object, partition.objects, p);
             let distilled = distill(&trajectories.select(&members), config, own_seed, &mut tell)?;
             objects.push((members, distilled));
+        }
+        if config.dynamics == DynamicsKind::Networks {
+            return Ok(SceneDistillation { partition, objects });
         }
         let kept = kept_objects(trajectories, &partition, &objects);
         if !kept.contains(&false) || !kept.contains(&true) {

@@ -169,3 +169,8 @@ pub(crate) const POOR_FORECAST_FRACTION: f64 = 0.07;
 /// … is a part of others that the source follows badly, if their motions leave less than this fraction of the
 /// residual at rest.
 pub(crate) const LEFT_BY_OTHERS_FRACTION: f64 = 0.6;
+
+// The paper's networks
+
+/// First samples that a particle's starting velocity is read from: a parabola leaves three of them over.
+pub(crate) const VELOCITY_SAMPLES: usize = 6;

@@ -1,12 +1,12 @@
-//! Tables of the laws that scenes found: verdicts, bands and edits by scene, and systems side by side.
+//! Tables of the laws that scenes found: verdicts, bands and edits by scene.
 
 use lgs_eval::laws::{ObjectLaw, is_right};
 use lgs_eval::{Metrics, Verdict};
 
-use crate::figures::{Format, Model, Over, Read, last_trajectory_error, split_score};
+use crate::figures::{Format, Over, last_trajectory_error};
 use crate::results::Results;
 use crate::table::{Entry, Row, Table};
-use crate::variants::{FULL, Variant, VariantTable};
+use crate::variants::FULL;
 
 /// Reads a figure of a run's laws.
 type ReadLaw = fn(&Metrics) -> Option<f64>;
@@ -20,16 +20,6 @@ const LAW_FIGURES: [(&str, usize, ReadLaw); 6] = [
     ("trajectory error", 2, last_trajectory_error),
     ("edits, t = 1", 2, |m| {
         mean(m.physics.edited_trajectory_error.values().filter_map(|by_time| *by_time.get("1.0")?))
-    }),
-];
-
-/// Figures of a system: title, format, reading.
-const SYSTEM_FIGURES: [(&str, Format, Read); 4] = [
-    ("PSNR val", Format::Number(2), |m, model| split_score(m, "val", model)?.psnr),
-    ("PSNR test", Format::Number(2), |m, model| split_score(m, "test", model)?.psnr),
-    ("PSNR long", Format::Number(2), |m, model| split_score(m, "long", model)?.psnr),
-    ("trajectory error", Format::Percent(2), |m, model| {
-        last_trajectory_error(m).filter(|_| model == Model::Lagrangian)
     }),
 ];
 
@@ -99,31 +89,6 @@ fn of_class(
         .noted([note.to_owned()])
 }
 
-/// Source and systems side by side: the variants of this table in their order, then the full method.
-pub(crate) fn systems(results: &Results<'_>) -> Table {
-    let suite = &results.plan().suite;
-    let listed: Vec<&Variant> = suite.variants.iter().filter(|v| v.table == VariantTable::Systems).collect();
-    let full = suite.variants.iter().filter(|v| v.name == FULL && !listed.is_empty());
-    let shown: Vec<&Variant> = listed.iter().copied().chain(full).collect();
-    let mut rows = Vec::new();
-    for method in suite.methods.iter().filter(|_| !shown.is_empty()) {
-        let row = |title: &str, variant: &str, model: Model| Row {
-            labels: vec![title.to_owned(), method.title.to_owned()],
-            entries: SYSTEM_FIGURES
-                .map(|(_, format, read)| {
-                    let summary = results.over_scenes(method.name, variant, Over::Having, |m| read(m, model));
-                    Entry { summary, paper: None, format }
-                })
-                .to_vec(),
-        };
-        rows.push(row("source", FULL, Model::Source));
-        rows.extend(shown.iter().map(|v| row(&v.title, &v.name, Model::Lagrangian)));
-    }
-    let columns = SYSTEM_FIGURES.map(|(title, ..)| title.to_owned()).to_vec();
-    let title = format!("{}: systems side by side", suite.title);
-    Table::new("systems", title, &["system", "source"], columns, rows)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,8 +97,7 @@ mod tests {
     use std::path::Path;
 
     const SUITE: &str = "name = \"s\"\ntitle = \"S\"\nscenes = [\"kepler\", \"led\"]\nmethods = [\"defgs\"]\n\
-        variants = [\"mine\"]\nseeds = [0]\n[synthetic]\n[variant.mine]\ntitle = \"networks\"\n\
-        table = \"systems\"\nsettings = [\"last_stage=1\"]\n";
+        seeds = [0]\n[synthetic]\n";
 
     fn run(expected: Verdict, coverage: f64) -> Metrics {
         let law = ObjectLaw {
@@ -175,11 +139,9 @@ mod tests {
     }
 
     #[test]
-    fn without_records_there_are_no_rows_and_systems_stand_side_by_side() {
+    fn without_records_there_are_no_rows() {
         let plan = plan();
         let results = Results::new(&plan, plan.cells.iter().map(|_| Some(Metrics::default())).collect());
         assert!(law_tables(&results).iter().all(|table| table.rows.is_empty()));
-        let rows: Vec<String> = systems(&results).rows.iter().map(|row| row.labels[0].clone()).collect();
-        assert_eq!(rows, ["source", "networks", "full"]);
     }
 }

@@ -91,17 +91,17 @@ impl<'a> Results<'a> {
         Summary::of(&self.plan.suite.seeds.iter().filter_map(of_seed).collect::<Vec<_>>())
     }
 
-    /// A variant's figure minus that of `full`, scene by scene and seed by seed.
-    pub(crate) fn against_full(
+    /// A variant's figure minus that of another, scene by scene and seed by seed.
+    pub(crate) fn difference(
         &self,
         method: &str,
-        variant: &str,
+        (variant, other): (&str, &str),
         read: impl Fn(&Metrics) -> Option<f64>,
     ) -> Summary {
         let of_seed = |&seed: &u64| {
             let change = |scene: &str| {
                 let of = |variant| self.metrics(scene, method, variant, seed).and_then(&read);
-                Some(of(variant)? - of(crate::variants::FULL)?)
+                Some(of(variant)? - of(other)?)
             };
             together(&self.scenes().map(change).collect::<Vec<_>>(), Over::Every)
         };

@@ -5,22 +5,27 @@ use lgs_eval::Metrics;
 pub use crate::figures::Format;
 pub use crate::table::{Entry, Row, Table};
 
-use crate::figures::{Model, Over, PUBLISHED_SCORE, Read, TEST_SCORES, TEXT_FIGURES, split_score};
-use crate::law_tables::{law_tables, systems};
-use crate::published::{self, Published};
+use crate::figures::{Model, Over, PUBLISHED_SCORE, TEST_SCORES, TEXT_FIGURES, split_score};
+use crate::law_tables::law_tables;
+use crate::part_tables::{ablations, parts_of_networks};
+use crate::published;
 use crate::results::{Results, Summary};
-use crate::thresholds::NO_CHANGE;
+use crate::rows::{Side, common_notes, test_columns, test_entries};
+use crate::system_tables::system_tables;
 use crate::variants::{FULL, Variant, VariantTable};
 
 /// All tables of a suite that have rows.
 #[must_use]
 pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
     let [laws, no_laws] = law_tables(results);
+    let [systems, systems_by_scene] = system_tables(results);
     let tables = [
         extrapolation(results),
         windows(results),
         ablations(results),
-        systems(results),
+        systems,
+        systems_by_scene,
+        parts_of_networks(results),
         figures(results),
         splits(results),
         scenes(results),
@@ -28,68 +33,6 @@ pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
         no_laws,
     ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
-}
-
-/// The subject of a row: one of the two models, or their difference.
-#[derive(Clone, Copy)]
-enum Side {
-    Of(Model),
-    Difference,
-}
-
-impl Side {
-    const ALL: [Self; 3] = [Self::Of(Model::Source), Self::Of(Model::Lagrangian), Self::Difference];
-
-    /// Its label for a method.
-    fn label(self, method: &str) -> String {
-        match self {
-            Self::Of(Model::Source) => method.to_owned(),
-            Self::Of(Model::Lagrangian) => format!("Lagrangian ({method})"),
-            Self::Difference => "difference".to_owned(),
-        }
-    }
-
-    /// The format of its figures.
-    fn format(self, digits: usize) -> Format {
-        match self {
-            Self::Of(_) => Format::Number(digits),
-            Self::Difference => Format::Signed(digits),
-        }
-    }
-
-    fn read(self, metrics: &Metrics, read: Read) -> Option<f64> {
-        match self {
-            Self::Of(model) => read(metrics, model),
-            Self::Difference => Some(read(metrics, Model::Lagrangian)? - read(metrics, Model::Source)?),
-        }
-    }
-
-    /// The paper's scores.
-    fn published(self, column: Published, method: &str, variant: &str) -> Option<published::Scores> {
-        let of = |model| published::scores(column, method, variant, model);
-        match self {
-            Self::Of(model) => of(model),
-            Self::Difference => {
-                let (lagrangian, source) = (of(Model::Lagrangian)?, of(Model::Source)?);
-                Some(std::array::from_fn(|i| lagrangian[i] - source[i]))
-            }
-        }
-    }
-}
-
-/// Scores on the test split of one side of a method's variant.
-fn test_entries(results: &Results<'_>, method: &str, variant: &str, side: Side) -> Vec<Entry> {
-    let scores = results.plan().suite.published.and_then(|column| side.published(column, method, variant));
-    let entry = |(i, &(_, _, digits, read)): (usize, &(&str, &str, usize, Read))| Entry {
-        summary: results.over_scenes(method, variant, Over::Every, |m| side.read(m, read)),
-        paper: PUBLISHED_SCORE[i].and_then(|score| scores.map(|scores| scores[score])),
-        format: side.format(digits),
-    };
-    TEST_SCORES.iter().enumerate().map(entry).collect()
-}
-
-fn test_columns() -> Vec<String> {
-    TEST_SCORES.iter().map(|(_, title, _, _)| (*title).to_owned()).collect()
 }
 
 /// The paper's Table 1.
@@ -133,40 +76,6 @@ fn windows(results: &Results<'_>) -> Table {
     let title = format!("{}: truncated training windows, same test split", suite.title);
     Table::new("windows", title, &["window", "method"], test_columns(), rows.collect())
         .noted(common_notes(results))
-}
-
-/// The paper's Table 3.
-fn ablations(results: &Results<'_>) -> Table {
-    let suite = &results.plan().suite;
-    let (_, _, _, psnr) = TEST_SCORES[0];
-    let variants: Vec<&Variant> =
-        suite.variants.iter().filter(|v| v.table == VariantTable::Ablations).collect();
-    let (mut rows, mut notes) = (Vec::new(), common_notes(results));
-    for method in suite.methods.iter().filter(|_| variants.len() > 1) {
-        for variant in &variants {
-            let mut entries = test_entries(results, method.name, &variant.name, Side::Of(Model::Lagrangian));
-            let change = results.against_full(method.name, &variant.name, |m| psnr(m, Model::Lagrangian));
-            entries.push(Entry { summary: change, paper: None, format: Format::Signed(3) });
-            notes.extend(if variant.name == FULL { None } else { remark(variant, method.title, change) });
-            rows.push(Row {
-                labels: vec![variant.title.clone(), format!("Lagrangian ({})", method.title)],
-                entries,
-            });
-        }
-    }
-    let mut columns = test_columns();
-    columns.push("PSNR − full".to_owned());
-    let title = format!("{}: ablations of the Lagrangian model", suite.title);
-    Table::new("ablations", title, &["variant", "method"], columns, rows).noted(notes)
-}
-
-/// Says where a variant costs nothing, and why that may be.
-fn remark(variant: &Variant, method: &str, change: Summary) -> Option<String> {
-    let loss = -change.mean?;
-    let within = change.spread.unwrap_or(0.0).max(NO_CHANGE);
-    let why = if variant.remark.is_empty() { String::new() } else { format!(": {}", variant.remark) };
-    (loss <= within)
-        .then(|| format!("{} ({method}): no loss beyond the spread of seeds{why}.", variant.title))
 }
 
 /// The figures of the paper's text.
@@ -267,27 +176,4 @@ fn split_psnr(split: &str, side: Side) -> impl Fn(&Metrics) -> Option<f64> {
             Side::Difference => Some(of(Model::Lagrangian)? - of(Model::Source)?),
         }
     }
-}
-
-/// The notes that belong below every table.
-fn common_notes(results: &Results<'_>) -> Vec<String> {
-    let plan = results.plan();
-    let (done, all, seeds) = (results.done(), plan.cells.len(), plan.suite.seeds.len());
-    let mut notes = vec![match seeds {
-        1 => "Mean over scenes; one seed, so no spread.".to_owned(),
-        _ => format!(
-            "Mean over scenes, then over {seeds} seeds; ± is the sample standard deviation over seeds."
-        ),
-    }];
-    let scored_otherwise = results.scored_otherwise();
-    if scored_otherwise > 0 {
-        notes.push(format!(
-            "{scored_otherwise} runs were measured at another resolution than the suite's: \
-            remove their metrics.json."
-        ));
-    }
-    if done < all {
-        notes.push(format!("{done} of {all} runs are done; n/a where a scene or a seed is missing."));
-    }
-    notes
 }

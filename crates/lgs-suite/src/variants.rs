@@ -15,6 +15,8 @@ pub enum VariantTable {
     /// Other systems than the full method's, such as networks in place of terms: side by side with the
     /// source.
     Systems,
+    /// Parts left out of the paper's networks (the paper's Table 3 to the letter), beside [`PUBLISHED`].
+    Networks,
 }
 
 /// Named settings.
@@ -36,6 +38,8 @@ pub struct Variant {
 
 /// Name of the variant that changes nothing; every suite has it first.
 pub(crate) const FULL: &str = "full";
+/// Name of the variant that is the paper's system.
+pub(crate) const PUBLISHED: &str = "networks";
 
 /// A variant as it is listed here: name, title, settings, remark.
 type Listed = (&'static str, &'static str, &'static [&'static str], &'static str);
@@ -47,7 +51,7 @@ const WINDOWS: [(&str, &str, &str, &str); 2] = [
     ("before-0.3", "t < 0.3", "data.train_before=0.3", "source.velocity.max_time=0.25"),
 ];
 
-const ABLATIONS: [Listed; 9] = [
+const ABLATIONS: [Listed; 8] = [
     (
         "without-stage-3",
         "without stage 3",
@@ -93,12 +97,35 @@ const ABLATIONS: [Listed; 9] = [
         &["partition.method=k-means"],
         "with the right number of clusters both partitions find the same bodies",
     ),
+];
+
+/// The settings of the paper's system.
+const NETWORKS: &str = "distill.dynamics=networks";
+/// The settings that the variants of the paper's system add.
+const MATCHING: &str = "distill.matching.steps=600";
+const DENOISED: [&str; 2] = ["distill.rollout.targets=denoised", "distill.shared_motion=auto"];
+const STRUCTURED: &str = "distill.force=structured";
+
+const SYSTEMS: [Listed; 6] = [
+    (PUBLISHED, "networks as published", &[NETWORKS], ""),
+    ("networks-matching", "networks, accelerations matched first", &[NETWORKS, MATCHING], ""),
+    ("networks-denoised", "networks, trajectories denoised", &[NETWORKS, DENOISED[0], DENOISED[1]], ""),
+    ("networks-structured", "networks, structured force", &[NETWORKS, STRUCTURED], ""),
     (
-        "networks",
-        "the paper's networks, no linear law",
-        &["distill.potential=mlp", "distill.force=mlp", "distill.hidden=128"],
-        "free-form networks can express every law that the linear one can",
+        "networks-improved",
+        "networks improved (all three)",
+        &[NETWORKS, MATCHING, DENOISED[0], DENOISED[1], STRUCTURED],
+        "",
     ),
+    ("terms", "terms", &["distill.dynamics=terms", "distill.neural_remainder=false"], ""),
+];
+
+/// The rows of the paper's Table 3 to the letter; without alignment is without Eq. 6, and nothing else.
+const PARTS: [Listed; 4] = [
+    ("networks-without-stage-3", "without stage 3", &[NETWORKS, "last_stage=2"], ""),
+    ("networks-without-stages-2-3", "without stages 2, 3", &[NETWORKS, "last_stage=1"], ""),
+    ("networks-without-alignment", "without alignment (Eq. 6)", &[NETWORKS, "motion.alignment=false"], ""),
+    ("networks-without-force", "without force Q", &[NETWORKS, "distill.force=none"], ""),
 ];
 
 const POLICY: &str = "objects under the rigid constraint have a policy of their own; the choice concerns \
@@ -107,20 +134,43 @@ const POLICY: &str = "objects under the rigid constraint have a policy of their 
 /// The variants that suite files can name without defining them.
 #[must_use]
 pub fn known_variants() -> Vec<Variant> {
-    let ablation = |(name, title, settings, remark): Listed| Variant {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        table: VariantTable::Ablations,
-        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-        of_method: Vec::new(),
-        remark: remark.to_owned(),
+    let listed = |table| {
+        move |(name, title, settings, remark): Listed| Variant {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            table,
+            settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+            of_method: Vec::new(),
+            remark: remark.to_owned(),
+        }
     };
+    let ablation = listed(VariantTable::Ablations);
     let window = |(name, title, setting, of_freegave)| Variant {
-        table: VariantTable::Windows,
         settings: vec![String::from(setting)],
         of_method: vec![("freegave", of_freegave)],
-        ..ablation((name, title, &[], ""))
+        ..listed(VariantTable::Windows)((name, title, &[], ""))
     };
     let full = ablation((FULL, "full", &[], ""));
-    std::iter::once(full).chain(WINDOWS.map(window)).chain(ABLATIONS.map(ablation)).collect()
+    let others = WINDOWS.map(window).into_iter().chain(ABLATIONS.map(ablation));
+    let systems = SYSTEMS.map(listed(VariantTable::Systems));
+    let parts = PARTS.map(listed(VariantTable::Networks));
+    std::iter::once(full).chain(others).chain(systems).chain(parts).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_train::{Preset, TrainConfig};
+
+    #[test]
+    fn every_variant_is_a_configuration_of_its_own() {
+        for preset in [Preset::Quick, Preset::Paper] {
+            let of = |variant: &Variant| TrainConfig::resolve(preset, None, &variant.settings);
+            let all: Vec<TrainConfig> =
+                known_variants().iter().map(|variant| of(variant).expect(&variant.name)).collect();
+            let quick = preset == Preset::Quick;
+            let twins = (0..all.len()).filter(|&i| all[..i].contains(&all[i])).count();
+            assert!(twins == 0 || !quick, "{twins} variants change nothing");
+        }
+    }
 }

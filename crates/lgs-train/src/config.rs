@@ -3,7 +3,7 @@
 
 use lgs_data::dataset::DatasetFormat;
 use lgs_data::hash::ContentHash;
-use lgs_distill::{DistillConfig, PartitionConfig};
+use lgs_distill::{DistillConfig, DynamicsKind, PartitionConfig};
 use lgs_model::source::SourceKind;
 use serde::{Deserialize, Serialize};
 
@@ -123,15 +123,15 @@ pub struct TrainConfig {
 }
 
 impl TrainConfig {
-    /// The defaults of a preset, with a DefGS source.
+    /// The defaults of a preset, with a DefGS source and the preset's own dynamics.
     #[must_use]
     pub fn preset(preset: Preset) -> Self {
-        Self::of(preset, SourceKind::Defgs)
+        Self::of(preset, SourceKind::default(), preset.dynamics())
     }
 
-    /// The defaults of a preset with a kind of source.
+    /// The defaults of a preset with a kind of source and of dynamics.
     #[must_use]
-    pub fn of(preset: Preset, source: SourceKind) -> Self {
+    pub fn of(preset: Preset, source: SourceKind, dynamics: DynamicsKind) -> Self {
         let quick = Self {
             preset,
             seed: 0,
@@ -147,16 +147,39 @@ impl TrainConfig {
             tune_dynamics: TuneDynamicsConfig::default(),
             tune_gaussians: TuneGaussiansConfig::default(),
         };
+        let chosen = match dynamics {
+            DynamicsKind::Terms => quick,
+            DynamicsKind::Networks => quick.with_networks(),
+        };
         match preset {
-            Preset::Quick => quick,
-            Preset::Paper => Self {
-                motion: MotionOptions::paper(),
+            Preset::Quick => chosen,
+            Preset::Paper => chosen.trained_long(),
+        }
+    }
+
+    /// The paper's networks in the place of laws: nothing but the paper's own three stages.
+    fn with_networks(self) -> Self {
+        Self {
+            motion: MotionOptions::paper(),
+            distill: DistillConfig::networks(),
+            refine_gaussians: self.refine_gaussians.left_out(),
+            fit_dynamics: FitDynamicsConfig::paper(),
+            tune_dynamics: TuneDynamicsConfig::networks(),
+            ..self
+        }
+    }
+
+    /// The published lengths and rates of the stages.
+    fn trained_long(self) -> Self {
+        let tune_gaussians = TuneGaussiansConfig::paper();
+        match self.distill.dynamics {
+            DynamicsKind::Terms => Self { refine_gaussians: tune_gaussians.clone(), tune_gaussians, ..self },
+            DynamicsKind::Networks => Self {
                 distill: DistillConfig::paper(),
-                refine_gaussians: TuneGaussiansConfig { iterations: 0, ..TuneGaussiansConfig::paper() },
-                fit_dynamics: FitDynamicsConfig::paper(),
+                refine_gaussians: tune_gaussians.clone().left_out(),
                 tune_dynamics: TuneDynamicsConfig::paper(),
-                tune_gaussians: TuneGaussiansConfig::paper(),
-                ..quick
+                tune_gaussians,
+                ..self
             },
         }
     }

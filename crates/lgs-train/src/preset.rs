@@ -1,5 +1,6 @@
 //! Presets of a configuration.
 
+use lgs_distill::DynamicsKind;
 use serde::{Deserialize, Serialize};
 
 /// Sets of defaults.
@@ -9,22 +10,25 @@ pub enum Preset {
     /// Minutes on two CPU cores.
     #[default]
     Quick,
-    /// The published values (those that the paper and its supplement print), wherever measurement has not
-    /// found better ones. The exceptions, with the published value in brackets:
+    /// The paper's system at the published lengths: its networks (`distill.dynamics`), its three stages, and
+    /// the published values of the source. The grouping into objects, which the paper leaves open, is ours:
     ///
-    /// - `partition.smoothing_degree` 6 (0): a source's jitter makes walls move and cuts links of one body.
-    /// - `partition.regroup_rounds` 4 (0): the graph joins a body with what wobbles beside it, and parts it
-    ///   where nothing is observed.
-    /// - `partition.unseen_motion` 0.6 (0): plain surfaces of a source slide along themselves, which no image
+    /// - `partition.smoothing_degree` 6: a source's jitter makes walls move and cuts links of one body.
+    /// - `partition.regroup_rounds` 4: the graph joins a body with what wobbles beside it, and parts it where
+    ///   nothing is observed.
+    /// - `partition.unseen_motion` 0.6: plain surfaces of a source slide along themselves, which no image
     ///   tells from rest.
-    /// - `partition.negligible_motion` 0.08 (0): surroundings of a trained source are never quite static.
-    /// - `distill.shared_motion` auto (none): particles of one body denoise each other.
-    /// - `distill.matching.steps` 3000 (0): accelerations are matched state by state before rollouts refine
-    ///   the networks; 0 is the paper's way (Eq. 7 alone).
-    /// - `distill.matching.force_penalty` 1e-3 (1e-4): second differences are noisier than positions.
-    /// - `distill.rollout.steps`, `.learning_rate`, `.particles` 400, 1e-4, 512 (10 000, 1e-3, 4 096):
-    ///   rollouts only refine what matching has found.
-    /// - `distill.rollout.velocity_learning_rate` 1e-3 (1e-2): one linear field corrects starting velocities,
-    ///   not one vector per particle.
+    /// - `partition.negligible_motion` 0.08: surroundings of a trained source are never quite static.
     Paper,
+}
+
+impl Preset {
+    /// What moves objects unless the configuration says so.
+    #[must_use]
+    pub fn dynamics(self) -> DynamicsKind {
+        match self {
+            Self::Quick => DynamicsKind::Terms,
+            Self::Paper => DynamicsKind::Networks,
+        }
+    }
 }

@@ -34,18 +34,22 @@ impl TrainConfig {
         Self::from_table(preset, given)
     }
 
-    /// Lays settings over the preset and the kind of source that they name, `preset` if they name none.
+    /// Lays settings over the preset and the kinds of source and dynamics that they name, `preset` and its
+    /// own kinds if they name none.
     pub(crate) fn from_table(preset: Preset, mut given: Table) -> Result<Self, ConfigError> {
         let whole = |e: &dyn Display| invalid("configuration", e);
         let preset = choice(given.get("preset"), "preset", "`quick` or `paper`")?.unwrap_or(preset);
         let kind = given.get("source").and_then(|source| source.get("kind"));
         let kind = choice(kind, "source.kind", &known_kinds())?.unwrap_or_default();
+        let dynamics = given.get("distill").and_then(|distill| distill.get("dynamics"));
+        let dynamics = choice(dynamics, "distill.dynamics", "`terms` or `networks`")?;
+        let dynamics = dynamics.unwrap_or_else(|| preset.dynamics());
         if let Some(stage) = given.get_mut("last_stage") {
             let text = stage.as_str().map_or_else(|| stage.to_string(), str::to_owned);
             let named = text.parse::<LastStage>().map_err(|reason| invalid("last_stage", &reason))?;
             *stage = Value::String(named.name().to_owned());
         }
-        let mut merged = Table::try_from(Self::of(preset, kind)).map_err(|e| whole(&e))?;
+        let mut merged = Table::try_from(Self::of(preset, kind, dynamics)).map_err(|e| whole(&e))?;
         merge(&mut merged, &given, "")?;
         let config: Self =
             Value::Table(merged).try_into().map_err(|e: toml::de::Error| whole(&e.message()))?;

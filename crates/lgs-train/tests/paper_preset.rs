@@ -1,6 +1,8 @@
 //! The preset `paper` holds the published values; what differs is listed at `Preset::Paper`.
 
-use lgs_distill::PartitionMethod;
+use lgs_distill::{
+    DistillConfig, DynamicsKind, PartitionMethod, RolloutConfig, SharedMotionKind, TargetKind,
+};
 use lgs_dynamics::{ForceKind, PotentialKind, VelocityPolicy};
 use lgs_model::source::SourceKind;
 use lgs_train::config::LastStage;
@@ -24,6 +26,20 @@ fn networks_and_motion_are_as_published() {
     assert_eq!(config.motion.velocity_policy, VelocityPolicy::Keep);
     assert_eq!((config.last_stage, config.data.train_before), (LastStage::TuneGaussians, 0.0));
     assert_eq!((distill.rollout.force_penalty, distill.rollout.first_horizon), (1e-4, 10));
+}
+
+#[test]
+fn stage_1_is_eq_7_alone() {
+    let distill = paper().distill;
+    assert_eq!((distill.dynamics, distill.rollout.targets), (DynamicsKind::Networks, TargetKind::Source));
+    assert_eq!((distill.matching.steps, distill.shared_motion), (0, SharedMotionKind::None));
+    assert!(!distill.rigid_constraint, "Eq. 6 with nearest neighbours alone");
+    let rollout = &distill.rollout;
+    assert_eq!((rollout.steps, rollout.particles, rollout.window_steps), (10_000, 4_096, 15));
+    assert_eq!((rollout.learning_rate, rollout.velocity_learning_rate), (1e-3, 1e-2));
+    let quick = TrainConfig::of(Preset::Quick, SourceKind::Defgs, DynamicsKind::Networks);
+    let lengths = RolloutConfig { steps: 10_000, particles: 4_096, ..quick.distill.rollout.clone() };
+    assert_eq!(DistillConfig { rollout: lengths, ..quick.distill }, distill, "shorter, and else the same");
 }
 
 #[test]
@@ -91,5 +107,5 @@ fn the_source_is_as_published() {
     );
     assert_eq!((densify.opacity_reset_interval, densify.white_reset_at), (3_000, 500));
     assert_eq!(source.near, 0.2);
-    assert_eq!(TrainConfig::of(Preset::Paper, SourceKind::Freegave).source.near, 0.8);
+    assert_eq!(TrainConfig::of(Preset::Paper, SourceKind::Freegave, DynamicsKind::Networks).source.near, 0.8);
 }

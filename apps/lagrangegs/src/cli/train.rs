@@ -41,6 +41,9 @@ pub(super) struct Args {
     /// Defaults to start from [default: quick]
     #[arg(long, value_enum, value_name = "PRESET")]
     preset: Option<PresetName>,
+    /// What moves objects [default: terms, with the preset `paper` networks]
+    #[arg(long, value_enum, value_name = "DYNAMICS")]
+    dynamics: Option<DynamicsName>,
     /// TOML file laid over the preset
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -65,6 +68,14 @@ enum PresetName {
     Quick,
     /// As published; hours to days on a processor
     Paper,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DynamicsName {
+    /// Coordinates, terms and a neural remainder, chosen by evidence
+    Terms,
+    /// The paper's networks U and Q of every particle
+    Networks,
 }
 
 /// Parses the name of a kind of source model.
@@ -128,6 +139,8 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
     };
     let mut sets = args.source_settings()?;
     sets.extend(args.format.map(|format| format!("data.format={}", format.name())));
+    let name = |dynamics: DynamicsName| Some(dynamics.to_possible_value()?.get_name().to_owned());
+    sets.extend(args.dynamics.and_then(name).map(|name| format!("distill.dynamics={name}")));
     sets.extend(args.ablations.settings());
     sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));

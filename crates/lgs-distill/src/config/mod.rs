@@ -3,7 +3,7 @@
 mod networks;
 mod partition;
 
-pub use networks::{MatchingConfig, RolloutConfig};
+pub use networks::{Alignment, MatchingConfig, RolloutConfig, TargetKind};
 pub use partition::{PartitionConfig, PartitionMethod};
 
 use crate::error::DistillError;
@@ -28,6 +28,17 @@ pub enum SharedMotionKind {
     None,
 }
 
+/// What moves objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DynamicsKind {
+    /// Laws made of terms, chosen by evidence, and networks for what they leave.
+    #[default]
+    Terms,
+    /// The paper's networks U and Q of every particle, learned by Eq. 7.
+    Networks,
+}
+
 /// The coordinates in which objects move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -39,10 +50,15 @@ pub enum CoordinatesKind {
     Particles,
 }
 
-/// Stage 1 for one object. The default is the `quick` preset; [`Self::paper`] is the paper's system.
+/// Stage 1 for one object. The default is the `quick` preset; [`Self::networks`] is the paper's system.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DistillConfig {
+    /// What moves objects: `terms`, or `networks` as published. It also decides the defaults of other keys
+    /// (see [`Self::networks`]).
+    pub dynamics: DynamicsKind,
+    /// With `terms`: whether networks learn what laws of particles leave of an object's motion.
+    pub neural_remainder: bool,
     /// Coordinates in which laws are looked for.
     pub coordinates: CoordinatesKind,
     /// Form of U.
@@ -88,11 +104,16 @@ pub struct DistillConfig {
     pub matching: MatchingConfig,
     /// Rollout distillation.
     pub rollout: RolloutConfig,
+    /// Alignment inside of the rollouts of the paper's networks, as the scene will have it; none without.
+    #[serde(skip)]
+    pub alignment: Option<Alignment>,
 }
 
 impl Default for DistillConfig {
     fn default() -> Self {
         Self {
+            dynamics: DynamicsKind::Terms,
+            neural_remainder: true,
             coordinates: CoordinatesKind::Generalised,
             potential: PotentialKind::QuadraticMlp,
             force: ForceKind::Structured,
@@ -112,35 +133,38 @@ impl Default for DistillConfig {
             remainder_threshold: 0.04,
             matching: MatchingConfig::default(),
             rollout: RolloutConfig::default(),
+            alignment: None,
         }
     }
 }
 
 impl DistillConfig {
-    /// The paper's networks (three hidden layers of 128, free-form U and Q), trained long.
+    /// The paper's networks, in minutes on two processor cores: three hidden layers of 128, free-form U and
+    /// Q, Eq. 7 alone on the source's own trajectories, no law and no constraint beside Eq. 6. Variants add
+    /// acceleration matching (`matching.steps`), denoising (`rollout.targets`, `shared_motion`) or the
+    /// structured force (`force`).
     #[must_use]
-    pub fn paper() -> Self {
+    pub fn networks() -> Self {
         Self {
+            dynamics: DynamicsKind::Networks,
             coordinates: CoordinatesKind::Particles,
             potential: PotentialKind::Mlp,
             force: ForceKind::Mlp,
             hidden: 128,
-            matching: MatchingConfig {
-                steps: 3000,
-                batch: 512,
-                learning_rate: 2e-3,
-                force_penalty: 1e-3,
-                particles: 4096,
-            },
-            rollout: RolloutConfig {
-                steps: 400,
-                particles: 512,
-                learning_rate: 1e-4,
-                first_horizon: 10,
-                ..RolloutConfig::default()
-            },
+            shared_motion: SharedMotionKind::None,
+            rigid_constraint: false,
+            matching: MatchingConfig { steps: 0, ..MatchingConfig::default() },
+            rollout: RolloutConfig::networks(),
             ..Self::default()
         }
+    }
+
+    /// The same, trained long.
+    #[must_use]
+    pub fn paper() -> Self {
+        let networks = Self::networks();
+        let rollout = RolloutConfig { steps: 10_000, particles: 4096, ..networks.rollout.clone() };
+        Self { rollout, ..networks }
     }
 
     /// The same for tracks from images, whose pixels span `pixel_size` at the scene (world units): forecasts
@@ -178,6 +202,12 @@ impl DistillConfig {
         ];
         for (field, count, least) in counts {
             at_least(field, count, least)?;
+        }
+        let is_mixed =
+            self.dynamics == DynamicsKind::Networks && self.coordinates != CoordinatesKind::Particles;
+        if is_mixed {
+            let expected = "`particles`, which the networks move".to_owned();
+            return Err(out_of_range("coordinates", expected, &"`generalised`"));
         }
         within("highest_degree", self.highest_degree, 0..=HIGHEST_DEGREE)?;
         within("held_out", self.held_out, f32::MIN_POSITIVE..=0.5)?;

@@ -8,6 +8,7 @@ use super::curve::{Curve, Order};
 use super::smooth_motion::SmoothMotion;
 use crate::trajectories::Trajectories;
 use glam::DVec3;
+use lgs_core::geometry::narrow;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 
@@ -68,6 +69,12 @@ impl Paths {
     /// Position at a sample.
     pub(crate) fn position(&self, particle: usize, sample: usize) -> DVec3 {
         self.rows[particle][sample + 1]
+    }
+
+    /// Positions of all particles at all samples, `[T][n]`.
+    pub(crate) fn positions(&self) -> Vec<Vec<[f32; 3]>> {
+        let row = |sample: usize| (0..self.len()).map(|j| narrow(self.position(j, sample))).collect();
+        (0..self.samples()).map(row).collect()
     }
 
     /// Velocity that Eq. 5 has at a sample.

@@ -19,7 +19,7 @@ fn presets_round_trip_through_toml() {
         .into_iter()
         .flat_map(|preset| SourceKind::ALL.map(|kind| (preset, kind)));
     for (preset, kind) in all {
-        let mut config = TrainConfig::of(preset, kind);
+        let mut config = TrainConfig::of(preset, kind, preset.dynamics());
         if kind == SourceKind::Frames {
             config.source.import = "frames".to_owned();
         }
@@ -29,6 +29,24 @@ fn presets_round_trip_through_toml() {
         assert_eq!(back.hash(), config.hash());
     }
     assert_ne!(TrainConfig::preset(Preset::Quick).hash(), TrainConfig::preset(Preset::Paper).hash());
+}
+
+#[test]
+fn dynamics_decide_the_defaults_of_stages_and_any_key_can_be_set_on_top() {
+    let networks = quick(&["distill.dynamics=networks"]).expect("networks");
+    assert_eq!(networks, TrainConfig::of(Preset::Quick, SourceKind::Defgs, DynamicsKind::Networks));
+    assert_eq!(networks.source, TrainConfig::preset(Preset::Quick).source);
+    assert_eq!((networks.distill.matching.steps, networks.fit_dynamics.steps), (0, 0));
+    let matched = quick(&["distill.dynamics=networks", "distill.matching.steps=9"]).expect("matching");
+    let mut expected = networks.clone();
+    expected.distill.matching.steps = 9;
+    assert_eq!(matched, expected);
+    let error = quick(&["distill.dynamics=networks", "distill.coordinates=generalised"]).expect_err("mixed");
+    assert!(error.to_string().contains("`coordinates` is `generalised`"), "{error}");
+    let error = quick(&["distill.dynamics=magic"]).expect_err("unknown").to_string();
+    assert!(error.contains("`terms` or `networks`"), "{error}");
+    let long = TrainConfig::of(Preset::Paper, SourceKind::Defgs, DynamicsKind::Terms);
+    assert_eq!((long.distill.dynamics, long.fit_dynamics.steps), (DynamicsKind::Terms, 3));
 }
 
 #[test]

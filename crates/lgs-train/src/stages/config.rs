@@ -1,7 +1,5 @@
-//! Settings of the Lagrangian stages: integration, photometric tuning of the dynamics, refinement of the
-//! Gaussians.
+//! Settings of stages 2 and 3: photometric tuning of the dynamics, refinement of the Gaussians.
 
-use lgs_dynamics::VelocityPolicy;
 use serde::{Deserialize, Serialize};
 
 use crate::source::stretch_factor;
@@ -9,50 +7,6 @@ use crate::trainable_cloud::CloudRates;
 
 /// The direction-dependent part of colours learns slower than the constant one by this (method §3.4).
 const SH_REST_DIVISOR: f64 = 20.0;
-
-/// Integration and alignment of the learned motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MotionOptions {
-    /// Time step Δτ. Default 0.01.
-    pub dt: f32,
-    /// Local rigid alignment (Eq. 6). Without it (ablation) candidates are final, Gaussians keep the
-    /// orientation they have at t = 0, and no object follows a rigid constraint. Default true.
-    pub alignment: bool,
-    /// Neighbours in a support of the alignment, the particle itself not counted; 0 is no alignment.
-    /// Default 19.
-    pub alignment_neighbors: usize,
-    /// Velocities after alignment: `keep` (the paper), `from-positions` or `rigid` (method §4.6).
-    /// On long rollouts of trained scenes the first two are equally accurate, and only the first returns
-    /// exactly.
-    pub velocity_policy: VelocityPolicy,
-}
-
-impl Default for MotionOptions {
-    fn default() -> Self {
-        Self { dt: 0.01, alignment: true, alignment_neighbors: 19, velocity_policy: VelocityPolicy::Keep }
-    }
-}
-
-impl MotionOptions {
-    /// As published.
-    #[must_use]
-    pub fn paper() -> Self {
-        Self::default()
-    }
-
-    /// Checks the step.
-    ///
-    /// # Errors
-    /// The key and the reason.
-    pub fn validate(&self) -> Result<(), (&'static str, String)> {
-        if self.dt > 0.0 && self.dt <= 0.1 {
-            Ok(())
-        } else {
-            Err(("dt", format!("{} is not in (0, 0.1]", self.dt)))
-        }
-    }
-}
 
 /// What of the initial velocity is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -143,19 +97,31 @@ impl Default for TuneDynamicsConfig {
 }
 
 impl TuneDynamicsConfig {
-    /// As published.
+    /// The paper's stage 2, in minutes on two processor cores: every particle's own velocity, truncated
+    /// backpropagation, a frame per step.
+    #[must_use]
+    pub fn networks() -> Self {
+        Self {
+            iterations: 400,
+            frames_per_step: 1,
+            learning_rate: 2e-4,
+            velocity_learning_rate: 2e-3,
+            pose_learning_rate: 0.0,
+            initial_velocity: InitialVelocity::Free,
+            window_steps: 15,
+            ..Self::default()
+        }
+    }
+
+    /// The same as published.
     #[must_use]
     pub fn paper() -> Self {
         Self {
             iterations: 5_000,
-            frames_per_step: 1,
             learning_rate: 1e-4,
             velocity_learning_rate: 1e-3,
-            pose_learning_rate: 0.0,
-            initial_velocity: InitialVelocity::Free,
-            window_steps: 15,
             subset: 8_192,
-            ..Self::default()
+            ..Self::networks()
         }
     }
 
@@ -229,6 +195,12 @@ impl TuneGaussiansConfig {
             opacities_learning_rate: 5e-3,
             ..Self::default()
         }
+    }
+
+    /// The same with no step.
+    #[must_use]
+    pub fn left_out(self) -> Self {
+        Self { iterations: 0, ..self }
     }
 
     /// Learning rates of the Gaussians' attributes before their decay.

@@ -16,7 +16,7 @@ use lgs_model::{
     Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics, Recording,
 };
 
-use super::config::MotionOptions;
+use super::motion_options::MotionOptions;
 use super::observed_motion::observed_to_move;
 use super::recorder::Recorder;
 use crate::TrainError;
@@ -68,7 +68,11 @@ pub fn initialise_scene(
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions, weights: Some(weights) };
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
-    let object = DistillConfig { rigid_constraint, ..request.distill.resolving(request.pixel_size) };
+    let object = DistillConfig {
+        rigid_constraint,
+        alignment: request.motion.alignment(),
+        ..request.distill.resolving(request.pixel_size)
+    };
     let found = find_objects(&trajectories, request.partition)?;
     let partition = found.with_only(&observed_to_move(source, &found, request));
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
@@ -136,8 +140,8 @@ fn alignment(object: &DistilledParticles, options: &MotionOptions) -> (Option<Su
     if object.shared_support.is_some() {
         return (Some(object.supports(0)), VelocityPolicy::Rigid);
     }
-    let aligned = options.alignment && options.alignment_neighbors > 0 && object.q0.len() > 1;
-    (aligned.then(|| object.supports(options.alignment_neighbors + 1)), options.velocity_policy)
+    let aligned = options.alignment().filter(|_| object.q0.len() > 1);
+    (aligned.map(|alignment| object.supports(alignment.support)), options.velocity_policy)
 }
 
 /// Some rows of a cloud, in spatial order.

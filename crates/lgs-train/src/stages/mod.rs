@@ -10,6 +10,7 @@ mod frame_states;
 mod image_laws;
 mod initial_pose;
 mod initialise_scene;
+mod motion_options;
 mod newton;
 mod object_tensors;
 mod observation;
@@ -20,11 +21,10 @@ mod subset;
 mod tune_dynamics;
 mod tune_gaussians;
 
-pub use config::{
-    FitDynamicsConfig, InitialVelocity, MotionOptions, TuneDynamicsConfig, TuneGaussiansConfig,
-};
+pub use config::{FitDynamicsConfig, InitialVelocity, TuneDynamicsConfig, TuneGaussiansConfig};
 pub use fit_dynamics::FitDynamics;
 pub use initialise_scene::{InitialScene, InitialSceneRequest, initialise_scene};
+pub use motion_options::MotionOptions;
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
 
