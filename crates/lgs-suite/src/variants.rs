@@ -15,7 +15,7 @@ pub enum VariantTable {
     /// Other systems than the full method's, such as networks in place of terms: side by side with the
     /// source.
     Systems,
-    /// Parts left out of the paper's networks (the paper's Table 3 to the letter), beside [`PUBLISHED`].
+    /// Parts left out of the paper's networks (the paper's Table 3 to the letter), beside the row `networks`.
     Networks,
 }
 
