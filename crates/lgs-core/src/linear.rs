@@ -1,5 +1,5 @@
-//! Small linear algebra on arrays in single precision: quaternions `[w, x, y, z]` and 3×3 matrices stored row by
-//! row.
+//! Small linear algebra on arrays in single precision: quaternions `[w, x, y, z]` and 3×3 matrices stored row
+//! by row.
 
 /// A 3×3 matrix, row by row.
 pub type Mat3 = [[f32; 3]; 3];

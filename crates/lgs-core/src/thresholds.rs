@@ -1,17 +1,18 @@
 //! Constants that decide something in this crate, each with its reason.
 
 /// Least determinant of a symmetric 3×3 matrix over the cube of its scale. For the curvature of a fitted
-/// rotation it is about (s₂ + s₃)/s₁ of the signed singular values, where coordinates in single precision leave
-/// about 1e-7 of noise.
+/// rotation it is about (s₂ + s₃)/s₁ of the signed singular values, where coordinates in single precision
+/// leave about 1e-7 of noise.
 pub const LEAST_DETERMINANT: f64 = 1e-6;
 
 /// Least pivot of a positive definite matrix, whatever its scale: squares of lengths that single precision
 /// still holds.
 pub const LEAST_PIVOT: f64 = 1e-30;
 
-/// How strongly a degenerate fit is drawn to the identity, over its norm: rotations that the points leave open
-/// are not made, and those that they show lose less than single precision shows of a length.
+/// How strongly a degenerate fit is drawn to the identity, over its norm: rotations that the points leave
+/// open are not made, and those that they show lose less than single precision shows of a length.
 pub(crate) const DEGENERATE_PULL: f64 = 1e-5;
 
-/// Mean squared error below which images count as equal, 100 dB: one value of 150,000 is off by a step of 255.
+/// Mean squared error below which images count as equal, 100 dB: one value of 150,000 is off by a step of
+/// 255.
 pub(crate) const LEAST_MSE: f64 = 1e-10;

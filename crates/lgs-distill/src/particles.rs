@@ -1,8 +1,8 @@
 //! The dynamics of an object of particles (Eq. 4 to 6): from its denoised motion to U, Q and the initial
 //! state.
 //!
-//! For particles that share a motion a linear law is chosen by forecasts and fitted by rollouts; networks learn
-//! what it leaves if that is worth it, and stay only if they forecast or describe the motion better.
+//! For particles that share a motion a linear law is chosen by forecasts and fitted by rollouts; networks
+//! learn what it leaves if that is worth it, and stay only if they forecast or describe the motion better.
 
 use crate::config::DistillConfig;
 use crate::distilled::DistilledParticles;

@@ -1,8 +1,8 @@
 //! The rotation that fits one point set to another, on arrays, and its derivative (Eq. 6, method §4.6).
 //!
 //! The fit is that of [`lgs_core::geometry::fit_rotation`], in f64. The derivative needs no singular vectors.
-//! Alignment runs the same method on many supports in SIMD lanes ([`crate::kabsch_lanes`]) and comes here with
-//! those whose rotation the lanes can't certify.
+//! Alignment runs the same method on many supports in SIMD lanes ([`crate::kabsch_lanes`]) and comes here
+//! with those whose rotation the lanes can't certify.
 
 use glam::DMat3;
 use lgs_core::geometry::{axial, cross_matrix, fit_rotation, nearest_rotation};

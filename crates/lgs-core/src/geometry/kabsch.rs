@@ -1,11 +1,11 @@
-//! The rotation that fits one point set to another (Kabsch, orthogonal Procrustes), with the curvature that its
-//! derivative needs.
+//! The rotation that fits one point set to another (Kabsch, orthogonal Procrustes), with the curvature that
+//! its derivative needs.
 //!
-//! `R = argmax tr(RᵀA)` over SO(3) is found by Newton's method from the identity: with `K = RᵀA`, the gradient
-//! in body axes is `axial(K)` and the negative Hessian `M = tr(K) I − sym(K)`. A stationary point with `M`
-//! positive definite is the global maximum (the others are saddles), so success is certified; otherwise the
-//! quaternion is the eigenvector of the largest eigenvalue of a 4×4 matrix (Horn 1987). Derivative: method
-//! §4.6.
+//! `R = argmax tr(RᵀA)` over SO(3) is found by Newton's method from the identity: with `K = RᵀA`, the
+//! gradient in body axes is `axial(K)` and the negative Hessian `M = tr(K) I − sym(K)`. A stationary point
+//! with `M` positive definite is the global maximum (the others are saddles), so success is certified;
+//! otherwise the quaternion is the eigenvector of the largest eigenvalue of a 4×4 matrix (Horn 1987).
+//! Derivative: method §4.6.
 
 use super::{PositiveFactor, axial, scalar, trace};
 use crate::thresholds::{DEGENERATE_PULL, LEAST_PIVOT};

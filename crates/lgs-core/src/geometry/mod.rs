@@ -1,5 +1,5 @@
-//! Vectors, matrices and rotations in double precision: small functions on `glam` and `nalgebra`, of which the
-//! workspace has no second set.
+//! Vectors, matrices and rotations in double precision: small functions on `glam` and `nalgebra`, of which
+//! the workspace has no second set.
 //!
 //! Positions and quaternions in single precision, as kernels and files have them, are arrays
 //! ([`crate::linear`]). Rigid fits, least squares and mechanics are small problems that difference close
