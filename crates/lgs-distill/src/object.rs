@@ -3,7 +3,7 @@
 use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::generalised::{GeneralisedLaw, Laws, find_law, law_within};
+use crate::laws::generalised::{Errors, GeneralisedLaw, Laws, find_law, law_within};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
@@ -52,23 +52,21 @@ pub fn distill(
 fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let shared = &motion.shared.as_ref()?.shared;
     let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    law_of_motion(shared, &DistillReport::of_motion(motion), (config, Some(resolution)), seed)
+    let find = |laws| find_law(shared, laws, resolution, seed);
+    law_of_motion(shared, &DistillReport::of_motion(motion), config, find)
 }
 
 fn law_of_motion(
     motion: &SharedMotion,
     report: &DistillReport,
-    (config, resolution): (&DistillConfig, Option<f64>),
-    seed: u64,
+    config: &DistillConfig,
+    find: impl FnOnce(Laws) -> Option<GeneralisedLaw>,
 ) -> Option<DistilledLaw> {
     if config.coordinates == CoordinatesKind::Particles {
         return None;
     }
     let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
-    let found = match resolution {
-        Some(resolution) => find_law(motion, laws, resolution, seed)?,
-        None => law_within(motion, laws, 0.0, seed)?,
-    };
+    let found = find(laws)?;
     tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
     // Images put a rigid body right that its tracks have a little wrong, but not a shape.
     if motion.kind == PoseKind::Affine && found.known.verdict == Verdict::Outside {
@@ -77,23 +75,32 @@ fn law_of_motion(
     Some(found.distilled(&motion.shape, report, config))
 }
 
-/// Finds the law behind the poses of a rigid body at ascending times, the first of which is the start: linear
-/// part and shift that take each of the points `shape` to where it is. `None` if there is no law that stays
-/// with them, or the configuration wants none.
+/// Poses of a rigid body, each seen by itself.
+#[derive(Clone, Debug)]
+pub struct BodyPoses {
+    /// Ascending times, normalised; the first is the start.
+    pub times: Vec<f64>,
+    /// Linear part and shift that take each point of the shape to where it is, one for each time.
+    pub poses: Vec<(DMat3, DVec3)>,
+    /// Points of the body.
+    pub shape: Vec<DVec3>,
+    /// Size of errors that the poses have in common with their neighbours in time, world units, as far as it
+    /// is known; 0 if there are none.
+    pub slow_error: f64,
+}
+
+/// Finds the law behind the poses of a rigid body. `None` if there is no law that stays with them, or the
+/// configuration wants none.
 #[must_use]
-pub fn law_of_poses(
-    times: Vec<f64>,
-    poses: &[(DMat3, DVec3)],
-    shape: Vec<DVec3>,
-    config: &DistillConfig,
-    seed: u64,
-) -> Option<DistilledLaw> {
+pub fn law_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
+    let BodyPoses { times, poses, shape, slow_error } = observed;
     let weights = vec![(shape.len() as f64).recip(); shape.len()];
-    let poses = poses.iter().map(|&(linear, shift)| Pose { linear, shift }).collect();
+    let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
     let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
     let report = DistillReport::of_poses(&motion);
-    // Each pose is seen by itself: its noise is all that there is of errors.
-    law_of_motion(&motion, &report, (config, None), seed).filter(|law| law.report.describes_window(config))
+    let errors = Errors { resolution: 0.0, slow: slow_error };
+    let find = |laws| law_within(&motion, laws, errors, seed);
+    law_of_motion(&motion, &report, config, find).filter(|law| law.report.describes_window(config))
 }
 
 impl GeneralisedLaw {

@@ -99,8 +99,13 @@ pub(crate) const MOST_KINEMATIC: f64 = 10.0;
 /// Singular values, as a fraction of the largest, below which a direction is not determined: that of a point
 /// along a fixed axis, of which rounding and noise leave less.
 pub(crate) const UNDETERMINED_DIRECTION: f64 = 1e-4;
-/// Powers of time in the path of a centre of mass by which it is told from other points of a turning body.
-pub(crate) const CENTER_POWERS: usize = 3;
+/// Coefficients of the paths, polynomials in time, by which a centre of mass is told from other points of a
+/// turning body: a straight line and a parabola.
+pub(crate) const CENTER_COEFFICIENTS: [usize; 2] = [2, 3];
+/// Distance of the centre of the particles from a hinge's axis, in radii of the body, below which the body
+/// counts as balanced and weight has no torque: the centre of what is seen is that of the mass to about as
+/// much.
+pub(crate) const LEAST_ARM: f64 = 0.1;
 /// The smallest moment of inertia, as a fraction of the trace of the second moments: that of a needle thirty
 /// times as long as it is thick.
 pub(crate) const LEAST_MOMENT: f64 = 1e-3;
@@ -125,7 +130,7 @@ pub(crate) const STEP_ERROR: f64 = 1e-4;
 pub(crate) const MOST_MODES: usize = 4;
 /// Directions of the shape thinner than this part of it have no strain of their own.
 pub(crate) const FLAT_SHAPE: f64 = 1e-3;
-/// Evidence behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
+/// Score behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
 pub(crate) const NO_RIVAL: f64 = 30.0;
 /// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.
 pub(crate) const AXIS_ROUNDS: usize = 4;

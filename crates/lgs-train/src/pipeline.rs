@@ -108,7 +108,26 @@ impl Pipeline<'_> {
             self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
         }
-        Ok(scene)
+        Ok(self.with_laws_of_tuned_gaussians(scene))
+    }
+
+    /// The scene with laws chosen a last time by the images, now that the Gaussians are those of stage 3:
+    /// what they had wrong before was error of the poses.
+    fn with_laws_of_tuned_gaussians(&self, scene: LagrangianScene) -> LagrangianScene {
+        let is_fitted = !self.is_left_out(Stage::FitDynamics, &scene);
+        if !is_fitted || self.is_left_out(Stage::TuneGaussians, &scene) {
+            return scene;
+        }
+        self.fit_dynamics(scene).with_laws_of_images()
+    }
+
+    fn fit_dynamics(&self, scene: LagrangianScene) -> FitDynamics<'_> {
+        let fit = FitDynamics::new(scene, self.training_data(), &self.config.fit_dynamics);
+        fit.choosing_laws(self.config.distill.resolving(self.dataset.pixel_size()))
+    }
+
+    fn training_data(&self) -> TrainingData<'_> {
+        TrainingData { frames: self.dataset.split("train"), seed: self.config.seed, device: self.device }
     }
 
     fn training_loop(&self) -> TrainingLoop<'_> {
@@ -182,13 +201,9 @@ impl Pipeline<'_> {
     /// A stage after stage 1, at its first step.
     fn trainer(&self, stage: Stage, scene: LagrangianScene) -> Box<dyn SceneTrainer + '_> {
         let config = self.config;
-        let data =
-            TrainingData { frames: self.dataset.split("train"), seed: config.seed, device: self.device };
+        let data = self.training_data();
         match stage {
-            Stage::FitDynamics => {
-                let fit = FitDynamics::new(scene, data, &config.fit_dynamics);
-                Box::new(fit.choosing_laws(config.distill.resolving(self.dataset.pixel_size())))
-            }
+            Stage::FitDynamics => Box::new(self.fit_dynamics(scene)),
             Stage::TuneDynamics => Box::new(TuneDynamics::new(scene, data, &config.tune_dynamics)),
             Stage::RefineGaussians => {
                 Box::new(TuneGaussians::refinement(scene, data, &config.refine_gaussians))

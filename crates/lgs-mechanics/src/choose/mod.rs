@@ -1,4 +1,4 @@
-//! Choice of a law: the simplest within one slack of the best evidence.
+//! Choice of a law: the best evidence, with prior odds for simple laws.
 //!
 //! The evidence is the Bayesian information criterion in units of χ², with residuals whitened by the noise of
 //! the track and samples counted as far as they are independent.
@@ -13,9 +13,9 @@ use crate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
 
-/// Difference of evidence, in units of χ², within which the simpler law is taken: by Jeffreys' scale, `e⁵` to
-/// one is strong evidence and 10 is its χ².
-pub const SLACK: f64 = 10.0;
+/// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
+/// a law with one unknown more is, before anything is seen, `e` times less likely.
+pub const PARSIMONY: f64 = 1.0;
 
 /// Softness τ of the weights `exp(−ΔE / 2 τ)`: evidence that is itself estimated is trusted by half.
 pub const SOFTNESS: f64 = 2.0;
@@ -36,14 +36,22 @@ pub struct Judged {
     pub fitted: Fitted,
     /// χ² and the penalty of its parameters; the smaller the better.
     pub evidence: f64,
-    /// What a choice between laws that the evidence cannot tell apart prefers: the smaller the simpler.
+    /// Unknowns in halves, with surcharges of terms without an energy: the smaller the simpler.
     pub simplicity: usize,
+}
+
+impl Judged {
+    /// Evidence and prior odds together, in units of χ²; the smaller the likelier.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        self.evidence + PARSIMONY * self.simplicity as f64
+    }
 }
 
 /// All candidates that could be fitted, and the law chosen among them.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// Fitted candidates, the best evidence first.
+    /// Fitted candidates, the best score first.
     pub judged: Vec<Judged>,
     /// Place of the chosen one in `judged`.
     pub chosen: usize,
@@ -61,8 +69,8 @@ impl Choice {
     /// Weight of each fitted candidate in forecasts; they add up to 1.
     #[must_use]
     pub fn weights(&self) -> Vec<f64> {
-        let best = self.judged[0].evidence;
-        let weight = |judged: &Judged| (-(judged.evidence - best) / (2.0 * SOFTNESS)).exp();
+        let best = self.judged[0].score();
+        let weight = |judged: &Judged| (-(judged.score() - best) / (2.0 * SOFTNESS)).exp();
         let total: f64 = self.judged.iter().map(weight).sum();
         self.judged.iter().map(|judged| weight(judged) / total).collect()
     }
@@ -153,11 +161,8 @@ pub(crate) fn judge(
     Some(Judged { index, fitted, evidence, simplicity: simplicity(candidate) })
 }
 
-/// Chooses the simplest within the slack of the best.
+/// Chooses the best score.
 pub(crate) fn among(mut judged: Vec<Judged>, samples: f64) -> Option<Choice> {
-    judged.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
-    let best = judged.first()?.evidence;
-    let near = judged.iter().enumerate().filter(|(_, j)| j.evidence <= best + SLACK);
-    let chosen = near.min_by_key(|(_, j)| j.simplicity)?.0;
-    Some(Choice { judged, chosen, samples })
+    judged.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    (!judged.is_empty()).then_some(Choice { judged, chosen: 0, samples })
 }

@@ -23,8 +23,9 @@ pub struct Fitted {
     pub bounds: Vec<[f64; 2]>,
 }
 
-/// Standard deviation of the prior of a fitted centre, in extents of the path.
-const CENTRE_PRIOR: f64 = 3.0;
+/// Standard deviation of the prior of a fitted centre about the middle of the path, in extents of the path: a
+/// centre far outside of the path acts as a uniform field does, which has fewer unknowns.
+const CENTRE_PRIOR: f64 = 1.0;
 
 /// Start and parameters as unknowns: changes of the first configuration, then velocities and parameters.
 pub(super) struct Shooting<'a> {
@@ -116,13 +117,17 @@ fn unknowns(candidate: &Candidate, scales: &Scales) -> (Vec<Unknown>, Vec<(usize
     let sizes: Vec<f64> = (0..n).map(|i| if i < turns { 1.0 } else { scales.length }).collect();
     let mut unknowns: Vec<Unknown> = sizes.iter().map(|&size| free(size)).collect();
     unknowns.extend(sizes.iter().map(|&size| free(size / scales.time)));
+    // Along one axis the path has a middle and an extent, whatever is measured along it.
+    let along_one_axis = (n == 1).then_some((scales.origin[0], scales.length));
+    let constants = candidate.starts(scales).swap_remove(0);
     let mut priors = Vec::new();
-    for parameter in candidate.parameters(scales) {
+    for (parameter, constant) in candidate.parameters(scales).into_iter().zip(constants) {
         if parameter.entry == Entry::Place {
-            priors.push((unknowns.len(), parameter.origin, CENTRE_PRIOR * parameter.scale));
+            let (middle, extent) = along_one_axis.unwrap_or((parameter.origin, parameter.scale));
+            priors.push((unknowns.len(), middle, CENTRE_PRIOR * extent));
         }
         let (lower, upper) = match parameter.entry {
-            Entry::Constant => (parameter.origin, parameter.origin),
+            Entry::Constant => (constant, constant),
             _ => (parameter.lower, parameter.upper),
         };
         unknowns.push(Unknown { scale: parameter.scale, lower, upper });

@@ -1,10 +1,14 @@
 //! Settings of stages 2 and 3: photometric tuning of the dynamics, refinement of the Gaussians.
 
+use lgs_data::dataset::Frame;
 use serde::{Deserialize, Serialize};
 
+use super::spread::spread_over_time;
 use crate::source::stretch_factor;
 use crate::trainable_cloud::CloudRates;
 
+/// Steps after which the fit of the dynamics sees the same frames again.
+const ROUNDS: usize = 3;
 /// The direction-dependent part of colours learns slower than the constant one by this (method §3.4).
 const SH_REST_DIVISOR: f64 = 20.0;
 
@@ -40,6 +44,12 @@ impl FitDynamicsConfig {
     #[must_use]
     pub fn paper() -> Self {
         Self { steps: 0, ..Self::default() }
+    }
+
+    /// The frames that a step sees.
+    pub(super) fn observed<'a>(&self, frames: &'a [Frame], step: usize) -> Vec<&'a Frame> {
+        let count = if self.frames == 0 { frames.len() } else { self.frames };
+        spread_over_time(frames, count, [step % ROUNDS, ROUNDS])
     }
 }
 

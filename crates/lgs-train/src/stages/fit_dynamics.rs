@@ -9,12 +9,8 @@ use super::TrainingData;
 use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
 use super::newton::Newton;
-use super::spread::spread_over_time;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::driver::{SceneTrainer, StepReport, Trainer};
-
-/// Steps after which the same frames are seen again.
-const ROUNDS: usize = 3;
 
 /// The fit of a scene's dynamics.
 pub struct FitDynamics<'a> {
@@ -43,6 +39,16 @@ impl FitDynamics<'_> {
     pub fn choosing_laws(self, laws: DistillConfig) -> Self {
         Self { laws: Some(laws), ..self }
     }
+
+    /// The scene with its laws as the images of the first step show them, without any step.
+    #[must_use]
+    pub fn with_laws_of_images(self) -> LagrangianScene {
+        let frames = self.config.observed(self.frames, 0);
+        match &self.laws {
+            Some(laws) => with_laws_of_images(self.scene, &frames, (laws, self.seed)),
+            None => self.scene,
+        }
+    }
 }
 
 impl Trainer for FitDynamics<'_> {
@@ -63,8 +69,7 @@ impl Trainer for FitDynamics<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        let count = if self.config.frames == 0 { self.frames.len() } else { self.config.frames };
-        let frames = spread_over_time(self.frames, count, [self.step % ROUNDS, ROUNDS]);
+        let frames = self.config.observed(self.frames, self.step);
         if let Some(laws) = self.laws.as_ref().filter(|_| self.step == 0) {
             self.scene = with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed));
             self.newton = Newton::new(&self.scene, self.seed);

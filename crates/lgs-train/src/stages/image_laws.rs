@@ -7,7 +7,7 @@ use lgs_core::geometry::{components, exp, quaternion, solve_positive, wide};
 use lgs_core::linear::{norm, quat_mul, sub};
 use lgs_core::{GaussianCloud, psnr_of_mse};
 use lgs_data::dataset::Frame;
-use lgs_distill::{DistillConfig, DistilledLaw, law_of_poses};
+use lgs_distill::{BodyPoses, DistillConfig, DistilledLaw, law_of_poses};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::coordinates::Coordinates;
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, Motion, ObjectModel};
@@ -30,6 +30,9 @@ const CORRELATED_VALUES: f64 = 100.0;
 struct Found {
     turn: DQuat,
     shift: DVec3,
+    /// Mean square error of the displacement by what each half of the views shows, world units; 0 where there
+    /// are no halves.
+    square_error: f64,
 }
 
 /// The scene with the laws that the images of some frames show, where there are better ones than it has.
@@ -47,9 +50,8 @@ pub(super) fn with_laws_of_images(
     let found = displacements(&scene, frames, &times);
     let mut changed = scene.clone();
     for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| is_rigid(object)) {
-        let (shape, poses) = poses_of(&scene, object, (&times, &found[index]));
-        let at: Vec<f64> = times.iter().map(|&time| f64::from(time)).collect();
-        let law = law_of_poses(at, &poses, shape, config, seed.wrapping_add(index as u64));
+        let poses = poses_of(&scene, object, (&times, &found[index]));
+        let law = law_of_poses(poses, config, seed.wrapping_add(index as u64));
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
         if let Some(law) = law {
             take(law, &mut changed, index);
@@ -69,7 +71,7 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     let clouds: Vec<GaussianCloud> =
         times.iter().map(|&time| scene.cloud_at(&motion.state_at(time))).collect();
-    let still = Found { turn: DQuat::IDENTITY, shift: DVec3::ZERO };
+    let still = Found { turn: DQuat::IDENTITY, shift: DVec3::ZERO, square_error: 0.0 };
     let mut found = vec![vec![still; times.len()]; scene.objects.len()];
     for _ in 0..ROUNDS {
         let bodies: Vec<Vec<Pose>> =
@@ -88,17 +90,33 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
             for (time, found) in found.iter_mut().enumerate() {
                 let own = frames.iter().zip(&observed).filter(|(frame, _)| at(frame) == time);
                 let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[object]).collect();
-                let step = solved(&normals, bodies[time][object].radius, 1.0 / (CORRELATED_VALUES * mse));
-                let [tx, ty, tz, rx, ry, rz] = step;
-                found.turn = (exp(DVec3::new(rx, ry, rz)) * found.turn).normalize();
-                found.shift += DVec3::new(tx, ty, tz);
+                found.refine(&normals, bodies[time][object].radius, 1.0 / (CORRELATED_VALUES * mse));
             }
         }
     }
     found
 }
 
-/// The least-squares displacement of all views of a time; none if it is not determined.
+impl Found {
+    /// Adds the displacement that the views of a time ask for; `weight` is that of a squared difference.
+    fn refine(&mut self, normals: &[&Normal], radius: f32, weight: f64) {
+        let [tx, ty, tz, rx, ry, rz] = solved(normals, radius, weight);
+        self.turn = (exp(DVec3::new(rx, ry, rz)) * self.turn).normalize();
+        self.shift += DVec3::new(tx, ty, tz);
+        if normals.len() > 1 {
+            let half =
+                |first: usize| -> Vec<&Normal> { normals.iter().skip(first).step_by(2).copied().collect() };
+            let [even, odd] = [0, 1].map(|first| solved(&half(first), radius, weight));
+            let square = |i: usize| {
+                let unit = if i < 3 { 1.0 } else { f64::from(radius) };
+                (0.5 * unit * (even[i] - odd[i])).powi(2)
+            };
+            self.square_error = (0..6).map(square).sum::<f64>() / 6.0;
+        }
+    }
+}
+
+/// The least-squares displacement of the views of a time; none if it is not determined.
 fn solved(normals: &[&Normal], radius: f32, weight: f64) -> Displacement {
     let (mut a, mut b) = (DMatrix::zeros(6, 6), DMatrix::zeros(6, 1));
     for normal in normals {
@@ -153,12 +171,9 @@ fn moved(
     cloud
 }
 
-/// The points of an object about their centre, and their poses as the images show them.
-fn poses_of(
-    scene: &LagrangianScene,
-    object: &ObjectModel,
-    (times, found): (&[f32], &[Found]),
-) -> (Vec<DVec3>, Vec<(DMat3, DVec3)>) {
+/// The points of an object about their centre, and their poses as the images show them. Views that disagree
+/// tell of errors of the Gaussians, which are much the same at neighbouring times.
+fn poses_of(scene: &LagrangianScene, object: &ObjectModel, (times, found): (&[f32], &[Found])) -> BodyPoses {
     let points = &scene.dynamic_gaussians.means[object.members.clone()];
     let center = wide(mean(points));
     let shape = points.iter().map(|&p| wide(p) - center).collect();
@@ -169,7 +184,13 @@ fn poses_of(
         let at = wide(mean(&state.q[object.members.clone()]));
         (DMat3::from_quat(found.turn * turn), at + found.shift)
     };
-    (shape, times.iter().zip(found).map(pose).collect())
+    let square_error = found.iter().map(|found| found.square_error).sum::<f64>() / found.len().max(1) as f64;
+    BodyPoses {
+        times: times.iter().map(|&time| f64::from(time)).collect(),
+        poses: times.iter().zip(found).map(pose).collect(),
+        shape,
+        slow_error: square_error.sqrt(),
+    }
 }
 
 /// Gives an object of a scene another law.

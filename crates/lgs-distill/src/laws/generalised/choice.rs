@@ -6,7 +6,7 @@ use super::observed::ObservedPoses;
 use super::rigid_law::combined;
 use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, Judged, SLACK, choose, simplicity};
+use lgs_mechanics::choose::{Choice, Judged, PARSIMONY, choose, simplicity};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
@@ -47,7 +47,7 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     if !found.iter().any(explains) {
         found.extend(choose_free(observed));
     }
-    let (index, judged) = simplest(&found, samples, 6 * observed.times.len())?;
+    let (index, judged) = best_of(&found, samples, 6 * observed.times.len())?;
     let (system, choice) = found.swap_remove(index);
     let law = &choice.judged[judged];
     let left = samples - unknowns(&system, law);
@@ -55,33 +55,28 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     Some(Chosen { system, choice: Choice { chosen: judged, ..choice }, chi_square })
 }
 
-/// The laws of a free body: those of its centre, of which there are two, with those of its rotation, of which
-/// there is one for each inertia.
+/// The laws of a free body: those of each of its centres with those of its rotation, of which there is one
+/// for each inertia.
 fn choose_free(observed: &ObservedPoses) -> Vec<(Configured, Choice)> {
     let systems = free_systems(observed);
-    let centers = systems.first().map(|systems| systems.each_ref().map(Option::as_ref));
-    let of_centers: Vec<Option<Choice>> = centers
-        .unwrap_or_default()
-        .par_iter()
-        .map(|system| choose_center(observed, &(*system)?.x, 4))
-        .collect();
-    let of_inertia = |systems: [Option<Configured>; 2]| {
-        let Some(Coordinates::Rigid(inertia)) = systems[0].as_ref().map(|system| system.coordinates.clone())
-        else {
-            return Vec::new();
-        };
-        let of_spin = systems[0].as_ref().and_then(|system| choose_spin(observed, &system.x, inertia));
-        let together = |(system, of_center): (Option<Configured>, &Option<Choice>)| {
-            Some((system?, combined(of_center.as_ref()?, of_spin.as_ref()?, &inertia)?))
+    let centers = systems.first().map_or(&[][..], Vec::as_slice);
+    let of_centers: Vec<Option<Choice>> =
+        centers.par_iter().map(|system| choose_center(observed, &system.x, 4)).collect();
+    let of_inertia = |systems: Vec<Configured>| {
+        let Coordinates::Rigid(inertia) = systems[0].coordinates else { return Vec::new() };
+        let of_spin = choose_spin(observed, &systems[0].x, inertia);
+        let together = |(system, of_center): (Configured, &Option<Choice>)| {
+            let choice = combined(of_center.as_ref()?, of_spin.as_ref()?, &inertia)?;
+            Some((system, choice))
         };
         systems.into_iter().zip(&of_centers).filter_map(together).collect()
     };
     systems.into_par_iter().flat_map_iter(of_inertia).collect()
 }
 
-/// The simplest of all laws in all coordinates within [`SLACK`] of the best evidence: indices of the system
-/// and of its law.
-fn simplest(found: &[(Configured, Choice)], samples: f64, values: usize) -> Option<(usize, usize)> {
+/// The best score of all laws in all coordinates (see [`Judged::score`]): indices of the system and of its
+/// law.
+fn best_of(found: &[(Configured, Choice)], samples: f64, values: usize) -> Option<(usize, usize)> {
     let chi_square = |system: &Configured, judged: &Judged| judged.fitted.loss + system.chi_square;
     let least = found
         .iter()
@@ -89,26 +84,24 @@ fn simplest(found: &[(Configured, Choice)], samples: f64, values: usize) -> Opti
     // Where no law explains the poses, their noise is larger than it looks: by as much as the best law
     // leaves.
     let inflation = (least.fold(f64::INFINITY, f64::min) / samples.max(1.0)).max(1.0);
-    let all = found.iter().enumerate().flat_map(|(index, (system, choice))| {
-        let evidence = move |judged: &Judged| {
-            chi_square(system, judged) / inflation + penalty(unknowns(system, judged), values)
-        };
-        (choice.judged.iter().enumerate()).map(move |(at, judged)| (evidence(judged), index, at, judged))
-    });
-    let all: Vec<_> = all.filter(|(evidence, ..)| evidence.is_finite()).collect();
-    let best = all.iter().map(|(evidence, ..)| *evidence).fold(f64::INFINITY, f64::min);
-    for (evidence, index, _, judged) in &all {
-        let terms: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
-        let coordinates = found[*index].0.coordinates.name();
-        tracing::debug!(coordinates, ?terms, behind = evidence - best, "evidence of a law");
-    }
-    let near = all.into_iter().filter(|(evidence, ..)| *evidence <= best + SLACK);
-    let order = |(_, index, _, judged): &(f64, usize, usize, &Judged)| {
-        let system = &found[*index].0;
+    let score = |system: &Configured, judged: &Judged| {
+        let evidence = chi_square(system, judged) / inflation + penalty(unknowns(system, judged), values);
         // Simplicity counts unknowns in halves.
-        judged.simplicity + 2 * (system.joint_constants() + 2 * system.coordinates.freedoms())
+        let of_system = 2 * (system.joint_constants() + 2 * system.coordinates.freedoms());
+        evidence + PARSIMONY * (judged.simplicity + of_system) as f64
     };
-    near.min_by_key(order).map(|(_, index, at, _)| (index, at))
+    let mut best: Option<(f64, usize, usize)> = None;
+    for (index, (system, choice)) in found.iter().enumerate() {
+        for (at, judged) in choice.judged.iter().enumerate() {
+            let score = score(system, judged);
+            let terms: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
+            tracing::debug!(coordinates = system.coordinates.name(), ?terms, score, "score of a law");
+            if score.is_finite() && best.is_none_or(|(least, ..)| score < least) {
+                best = Some((score, index, at));
+            }
+        }
+    }
+    best.map(|(_, index, at)| (index, at))
 }
 
 /// The Bayesian penalty of unknowns, for as many values as there are: correlated errors tell little of a
@@ -151,9 +144,20 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })
 }
 
+/// Laws along a joint. A body that is balanced on its hinge has no weight to turn it, unless nothing else
+/// describes how it turns.
 fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
     let track = observed.along(joint, Track::new(joint, &observed.times, x));
-    choose(&observed.laws.candidates(joint), &track, &track.scales(joint))
+    let of = |list: &[Candidate]| choose(list, &track, &track.scales(joint));
+    let all = observed.laws.candidates(joint);
+    let is_balanced = matches!(joint, Coordinates::Hinge(hinge) if observed.is_balanced_on(hinge));
+    if is_balanced {
+        let has_weight = |c: &&Candidate| c.terms.iter().any(|term| term.kind.name().starts_with("fourier"));
+        let weightless: Vec<Candidate> = all.iter().filter(|c| !has_weight(c)).cloned().collect();
+        let found = of(&weightless).filter(Choice::describes);
+        return found.or_else(|| of(&all));
+    }
+    of(&all)
 }
 
 fn acts_on(candidate: &Candidate, port: Port) -> bool {

@@ -1,17 +1,18 @@
 //! Points of a moving body by linear least squares: pivots, centres of mass, radii of rolling.
 
 use crate::motion::pose::Pose;
-use crate::thresholds::{CENTER_POWERS, UNDETERMINED_DIRECTION};
+use crate::thresholds::UNDETERMINED_DIRECTION;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// The point of the body that moves along a smooth path while the body turns about it: `c_k + R_k r` is a
-/// polynomial in time. Particles lie where a body is seen, and their centre is not that of its mass.
-pub(super) fn center_of_mass(poses: &[Pose], times: &[f64]) -> Option<DVec3> {
+/// polynomial in time with so many coefficients. Particles lie where a body is seen, and their centre is not
+/// that of its mass.
+pub(super) fn center_of_mass(poses: &[Pose], times: &[f64], coefficients: usize) -> Option<DVec3> {
     let duration = times[times.len() - 1];
     let powers = |k: usize| {
         let time = 2.0 * times[k] / duration - 1.0;
-        (0..CENTER_POWERS).map(|power| time.powi(power as i32)).collect()
+        (0..coefficients).map(|power| time.powi(power as i32)).collect()
     };
     let [r] = body_points(poses, powers)?.1[..] else { return None };
     Some(-r)

@@ -5,6 +5,7 @@ use super::inertia::of_motion;
 use super::observed::{ObservedPoses, mean_pose};
 use super::turning::Turning;
 use crate::motion::pose::Pose;
+use crate::thresholds::CENTER_COEFFICIENTS;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 use lgs_mechanics::coordinates::{Ball, Coordinates, Embedding, Hinge, Inertia, InertiaForm, Rolling};
@@ -82,13 +83,14 @@ pub(super) fn systems(observed: &ObservedPoses) -> Vec<Configured> {
     all
 }
 
-/// The systems of a free body: for each inertia, one about the centre of the particles, and one about the
-/// centre of mass that the poses show.
-pub(super) fn free_systems(observed: &ObservedPoses) -> Vec<[Option<Configured>; 2]> {
-    let center = center_of_mass(&observed.poses, &observed.times);
-    let of_inertia = |inertia: &KnownInertia| {
-        [Some(rigid(observed, inertia, None)), center.map(|center| rigid(observed, inertia, Some(center)))]
-    };
+/// The systems of a free body: for each inertia, one about the centre of the particles, and one about each
+/// centre of mass that the poses suggest.
+pub(super) fn free_systems(observed: &ObservedPoses) -> Vec<Vec<Configured>> {
+    let shown = |coefficients| center_of_mass(&observed.poses, &observed.times, coefficients);
+    let mut centers = vec![None];
+    centers.extend(CENTER_COEFFICIENTS.into_iter().filter_map(shown).map(Some));
+    let of_inertia =
+        |inertia: &KnownInertia| centers.iter().map(|&center| rigid(observed, inertia, center)).collect();
     inertias(observed, &observed.inertia, DVec3::ZERO).iter().map(of_inertia).collect()
 }
 

@@ -41,27 +41,50 @@ pub(crate) fn find_law(
     resolution: f64,
     seed: u64,
 ) -> Option<GeneralisedLaw> {
-    let found = law_within(motion, laws, resolution, seed)?;
+    let found = law_within(motion, laws, Errors::resolving(resolution), seed)?;
     if found.known.chi_square <= DESCRIBED {
         return Some(found);
     }
     let smooth_errors = RESIDUAL_TOLERANCE * motion.rms_displacement();
-    let described = law_within(motion, laws, resolution.max(smooth_errors), seed);
+    let described = law_within(motion, laws, Errors::resolving(resolution.max(smooth_errors)), seed);
     let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
     law.known.verdict = Verdict::Described;
     Some(law)
 }
 
-/// The same for poses whose errors are those that their scatter tells of.
+/// Errors of poses beside those that their scatter tells of, world units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Errors {
+    /// Length that their source does not resolve: no pose is known better.
+    pub(crate) resolution: f64,
+    /// Size of errors that change slowly from pose to pose, and may or may not be there.
+    pub(crate) slow: f64,
+}
+
+impl Errors {
+    fn resolving(resolution: f64) -> Self {
+        Self { resolution, slow: 0.0 }
+    }
+}
+
+/// The same for poses with known errors.
 pub(crate) fn law_within(
     motion: &SharedMotion,
     laws: Laws,
-    resolution: f64,
+    errors: Errors,
     seed: u64,
 ) -> Option<GeneralisedLaw> {
-    let resolution = resolution.max(STEP_ERROR * motion.rms_displacement());
+    let resolution = errors.resolution.max(STEP_ERROR * motion.rms_displacement());
     let chosen = match motion.kind {
-        PoseKind::Rigid => choose_law(&ObservedPoses::new(motion, laws, resolution)),
+        PoseKind::Rigid => {
+            let mut observed = ObservedPoses::new(motion, laws, resolution);
+            let chosen = choose_law(&observed)?;
+            if observed.allow_for(errors.slow, chosen.chi_square) {
+                choose_law(&observed)
+            } else {
+                Some(chosen)
+            }
+        }
         PoseKind::Affine => choose_modal(motion, laws, resolution),
     };
     let Chosen { system, choice, chi_square } = chosen?;

@@ -13,5 +13,5 @@ mod rigid_law;
 mod tests;
 mod turning;
 
-pub(crate) use law::{GeneralisedLaw, find_law, law_within};
+pub(crate) use law::{Errors, GeneralisedLaw, find_law, law_within};
 pub(crate) use observed::Laws;

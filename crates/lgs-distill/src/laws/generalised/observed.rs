@@ -3,11 +3,12 @@
 use super::inertia::of_particles;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::LEAST_ARM;
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::candidates;
-use lgs_mechanics::coordinates::{Coordinates, Inertia, State};
+use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia, State};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
 use lgs_mechanics::terms::Role;
@@ -44,6 +45,8 @@ pub(super) struct ObservedPoses {
     /// Root mean square distance of the particles from the centre.
     radius: f64,
     resolution: f64,
+    /// Factor of the variance of the noise, for errors that the scatter of the poses does not tell of.
+    inflation: f64,
 }
 
 impl ObservedPoses {
@@ -58,7 +61,17 @@ impl ObservedPoses {
         let radius = trace(&motion.covariance()).sqrt();
         coarsen(&mut track.noise[..3], resolution / radius.max(f64::MIN_POSITIVE));
         coarsen(&mut track.noise[3..], resolution);
-        Self { times, poses: motion.poses.clone(), inertia, track, laws, rigid, radius, resolution }
+        Self {
+            times,
+            poses: motion.poses.clone(),
+            inertia,
+            track,
+            laws,
+            rigid,
+            radius,
+            resolution,
+            inflation: 1.0,
+        }
     }
 
     /// χ² of other poses at the same times, whitened.
@@ -92,13 +105,42 @@ impl ObservedPoses {
     pub(super) fn along(&self, joint: &Coordinates, mut track: Track) -> Track {
         let radius = if matches!(joint, Coordinates::Hinge(_)) { self.radius } else { 1.0 };
         coarsen(&mut track.noise, self.resolution / radius.max(f64::MIN_POSITIVE));
+        inflate(&mut track.noise, self.inflation);
         track
+    }
+
+    /// Enlarges the noise such that a law whose χ² for each sample is given leaves 1, if errors of this size
+    /// (world units) that change slowly can be the reason; returns whether they can.
+    pub(super) fn allow_for(&mut self, slow_error: f64, chi_square: f64) -> bool {
+        let turn = slow_error / self.radius.max(f64::MIN_POSITIVE);
+        let errors = [[turn; 3], [slow_error; 3]].concat();
+        let ratios = self.track.noise.iter().zip(errors).map(|(noise, e)| (e / noise.deviation).powi(2));
+        let most = 1.0 + ratios.sum::<f64>() / self.track.noise.len() as f64;
+        if chi_square <= 1.0 || chi_square > most {
+            return false;
+        }
+        inflate(&mut self.track.noise, chi_square);
+        self.inflation *= chi_square;
+        true
+    }
+
+    /// Whether the centre of the particles lies on a hinge's axis, as far as particles tell.
+    pub(super) fn is_balanced_on(&self, hinge: &Hinge) -> bool {
+        let axis = DVec3::from_array(hinge.axis);
+        let arm = |pose: &Pose| (pose.shift - DVec3::from_array(hinge.pivot)).reject_from(axis).length();
+        let mean = self.poses.iter().map(arm).sum::<f64>() / self.poses.len() as f64;
+        mean <= LEAST_ARM * self.radius
     }
 }
 
 /// Adds a standard deviation to a noise.
 fn coarsen(noise: &mut [Noise], resolution: f64) {
     noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
+}
+
+/// Enlarges the variance of a noise by a factor.
+fn inflate(noise: &mut [Noise], factor: f64) {
+    noise.iter_mut().for_each(|noise| noise.deviation *= factor.sqrt());
 }
 
 /// Quaternions of the principal axes, and centres.

@@ -13,8 +13,8 @@ use nalgebra::DMatrix;
 /// All laws of the centre with all laws of the rotation.
 pub(super) fn combined(of_center: &Choice, of_spin: &Choice, inertia: &Inertia) -> Option<Choice> {
     let near = |choice: &Choice| -> Vec<Judged> {
-        let best = choice.judged.first().map_or(0.0, |judged| judged.evidence);
-        choice.judged.iter().filter(|judged| judged.evidence <= best + NO_RIVAL).cloned().collect()
+        let best = choice.judged.first().map_or(0.0, Judged::score);
+        choice.judged.iter().filter(|judged| judged.score() <= best + NO_RIVAL).cloned().collect()
     };
     let (centers, spins) = (near(of_center), near(of_spin));
     let pairs = centers.iter().flat_map(|center| spins.iter().map(move |spin| (center, spin)));
@@ -23,7 +23,7 @@ pub(super) fn combined(of_center: &Choice, of_spin: &Choice, inertia: &Inertia) 
         Some(judged(index, [center, spin], fitted))
     };
     let mut all: Vec<Judged> = pairs.enumerate().filter_map(fitted).collect();
-    all.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    all.sort_by(|a, b| a.score().total_cmp(&b.score()));
     let samples = of_center.samples + of_spin.samples;
     (!all.is_empty()).then_some(Choice { judged: all, chosen: 0, samples })
 }

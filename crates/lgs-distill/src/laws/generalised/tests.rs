@@ -50,7 +50,7 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
         let center = DVec3::new(0.5 * t, 0.0, t - 0.6 * t * t);
         Pose { linear, shift: center - linear * offset }
     };
-    let found = center_of_mass(&motion(thrown).poses, &times()).expect("a centre");
+    let found = center_of_mass(&motion(thrown).poses, &times(), 3).expect("a centre");
     assert!(found.truncate().distance(offset.truncate()) < 1e-6, "{found}");
     let law = find_law(&motion(thrown), Laws::All, 0.0, 1).expect("a law").law;
     assert_eq!(law.terms.iter().map(|term| term.kind.name()).collect::<Vec<_>>(), ["uniform-field"]);

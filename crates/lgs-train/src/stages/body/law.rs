@@ -4,6 +4,7 @@
 use glam::Vec3;
 use lgs_core::linear::{quat_mul, scale, sub};
 use lgs_mechanics::coordinates::Embedding;
+use lgs_mechanics::terms::Entry;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
@@ -15,6 +16,9 @@ use crate::stages::initial_pose::{mean, spin};
 const UNIT_IN_DEVIATIONS: f64 = 30.0;
 /// Unit of a parameter without a known deviation, as a part of its value.
 const UNIT_IN_VALUES: f64 = 0.3;
+
+/// Least unit of a parameter that is fitted: rounding must not make it zero.
+const LEAST_UNIT: f64 = 1e-150;
 
 /// Step of the central differences by an unknown of the geometry, in its unit.
 const PROBE: f64 = 0.01;
@@ -156,7 +160,7 @@ fn sensitivities(dynamics: &GeneralisedDynamics, times: &[f32]) -> Vec<Sensitivi
 }
 
 /// Units of all unknowns: of the configuration one radius or radian, of its velocity the same over the
-/// captured window, of the parameters as far as stage 1 has left them open.
+/// captured window, of the parameters as far as stage 1 has left them open; constants have none.
 fn units(dynamics: &GeneralisedDynamics, radius: f64, time_window: f32) -> Vec<f64> {
     let GeneralisedDynamics { law, start, .. } = dynamics;
     let embedding = Embedding::new(&law.coordinates, &start.x);
@@ -172,11 +176,13 @@ fn units(dynamics: &GeneralisedDynamics, radius: f64, time_window: f32) -> Vec<f
         (0..n).map(|freedom| radius / length_of(freedom).max(f64::MIN_POSITIVE)).collect();
     let mut units = of_start.clone();
     units.extend(of_start.iter().map(|unit| unit / f64::from(time_window)));
-    let parameters = law.parameters.iter().enumerate().map(|(i, value)| match law.deviations.get(i) {
-        Some(&deviation) if deviation > 0.0 => UNIT_IN_DEVIATIONS * deviation,
-        _ => UNIT_IN_VALUES * value.abs(),
-    });
-    units.extend(parameters.map(|unit| unit.max(f64::MIN_POSITIVE.sqrt())));
+    let table = law.table();
+    let unit = |(i, value): (usize, &f64)| match law.deviations.get(i) {
+        _ if table[i].0.entry == Entry::Constant => 0.0,
+        Some(&deviation) if deviation > 0.0 => (UNIT_IN_DEVIATIONS * deviation).max(LEAST_UNIT),
+        _ => (UNIT_IN_VALUES * value.abs()).max(LEAST_UNIT),
+    };
+    units.extend(law.parameters.iter().enumerate().map(unit));
     units.extend(geometry::units(dynamics, radius));
     units
 }
