@@ -11,10 +11,14 @@ use crate::coordinates::State;
 use crate::terms::Scales;
 use nalgebra::{DMatrix, DVector};
 
-/// Largest change of a residual, in units of its noise, by which a step may err: a hundredth in χ².
+/// Largest change of a residual by which a step may err, in units of its noise, or of the root mean square of
+/// all residuals where a motion is far from the track: a hundredth in χ².
 const STEP_ERROR: f64 = 0.1;
 /// Error of a step of fourth order over its difference to two half steps.
 const ERROR_OF_DIFFERENCE: f64 = 16.0 / 15.0;
+/// Root mean square residual, in units of the noise, of a motion that is far from the track whatever its
+/// steps are: it gets no steps finer than those of first values.
+const FAR: f64 = 10.0;
 /// How often a fit is repeated with steps that its own motion asks for.
 const REFINEMENTS: usize = 3;
 
@@ -71,7 +75,7 @@ impl<'a> Segments<'a> {
     }
 
     /// Takes the longest step, the interval between samples halved at most `finest` times, that resolves the
-    /// motion; returns how often it was halved.
+    /// motion, or the longest one for a motion far from the track; returns how often it was halved.
     fn resolve(&mut self, values: &[f64], finest: u32) -> u32 {
         let interval = self.parts.first().map_or(1.0, |part| interval(&part.track.times));
         self.set_step(interval);
@@ -79,8 +83,9 @@ impl<'a> Segments<'a> {
         for halvings in 0..finest {
             self.set_step(interval * 0.5_f64.powi(halvings as i32 + 1));
             let fine = self.residuals(values);
-            let change = coarse.as_ref().zip(fine.as_ref()).map(|(coarse, fine)| (coarse - fine).amax());
-            if change.is_some_and(|change| ERROR_OF_DIFFERENCE * change <= STEP_ERROR) {
+            let is_resolved = coarse.as_ref().zip(fine.as_ref()).is_some_and(|(a, b)| is_resolved(a, b));
+            let is_hopeless = halvings >= COARSE && fine.as_ref().is_none_or(|fine| size(fine) > FAR);
+            if is_resolved || is_hopeless {
                 self.set_step(interval * 0.5_f64.powi(halvings as i32));
                 return halvings;
             }
@@ -103,6 +108,16 @@ impl<'a> Segments<'a> {
         }
         Some(minimum)
     }
+}
+
+/// Whether residuals with a step and with half of it differ so little that the longer one will do.
+fn is_resolved(coarse: &DVector<f64>, fine: &DVector<f64>) -> bool {
+    ERROR_OF_DIFFERENCE * (coarse - fine).amax() <= STEP_ERROR * size(fine).max(1.0)
+}
+
+/// Root mean square of residuals.
+fn size(residuals: &DVector<f64>) -> f64 {
+    (residuals.norm_squared() / residuals.len().max(1) as f64).sqrt()
 }
 
 impl Problem for Segments<'_> {

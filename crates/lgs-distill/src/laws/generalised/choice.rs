@@ -45,7 +45,9 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
         }
     }
     if !found.iter().any(explains) {
-        found.extend(choose_free(observed));
+        let of_point = found.iter().find(|(system, _)| system.coordinates == Coordinates::Point);
+        let of_point = of_point.map(|(_, choice)| choice.clone());
+        found.extend(choose_free(observed, of_point));
     }
     let (index, judged) = best_of(&found, samples, 6 * observed.times.len())?;
     let (system, choice) = found.swap_remove(index);
@@ -56,12 +58,15 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
 }
 
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one
-/// for each inertia.
-fn choose_free(observed: &ObservedPoses) -> Vec<(Configured, Choice)> {
+/// for each inertia. Those of the first centre are the ones of a point, where these are known.
+fn choose_free(observed: &ObservedPoses, of_point: Option<Choice>) -> Vec<(Configured, Choice)> {
     let systems = free_systems(observed);
     let centers = systems.first().map_or(&[][..], Vec::as_slice);
-    let of_centers: Vec<Option<Choice>> =
-        centers.par_iter().map(|system| choose_center(observed, &system.x, 4)).collect();
+    let of_center = |(index, system): (usize, &Configured)| match &of_point {
+        Some(choice) if index == 0 => Some(choice.clone()),
+        _ => choose_center(observed, &system.x, 4),
+    };
+    let of_centers: Vec<Option<Choice>> = centers.par_iter().enumerate().map(of_center).collect();
     let of_inertia = |systems: Vec<Configured>| {
         let Coordinates::Rigid(inertia) = systems[0].coordinates else { return Vec::new() };
         let of_spin = choose_spin(observed, &systems[0].x, inertia);

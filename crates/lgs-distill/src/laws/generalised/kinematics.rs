@@ -84,11 +84,16 @@ pub(super) fn systems(observed: &ObservedPoses) -> Vec<Configured> {
 }
 
 /// The systems of a free body: for each inertia, one about the centre of the particles, and one about each
-/// centre of mass that the poses suggest.
+/// centre of mass that the poses suggest, where their noise tells it from the others.
 pub(super) fn free_systems(observed: &ObservedPoses) -> Vec<Vec<Configured>> {
     let shown = |coefficients| center_of_mass(&observed.poses, &observed.times, coefficients);
+    let noise = observed.noise_of_place();
     let mut centers = vec![None];
-    centers.extend(CENTER_COEFFICIENTS.into_iter().filter_map(shown).map(Some));
+    for center in CENTER_COEFFICIENTS.into_iter().filter_map(shown) {
+        if centers.iter().all(|other: &Option<DVec3>| other.unwrap_or_default().distance(center) > noise) {
+            centers.push(Some(center));
+        }
+    }
     let of_inertia =
         |inertia: &KnownInertia| centers.iter().map(|&center| rigid(observed, inertia, center)).collect();
     inertias(observed, &observed.inertia, DVec3::ZERO).iter().map(of_inertia).collect()

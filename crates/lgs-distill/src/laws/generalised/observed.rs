@@ -96,6 +96,11 @@ impl ObservedPoses {
         self.track.smooth.iter().map(at).unzip()
     }
 
+    /// Standard deviation of the place of the body, world units.
+    pub(super) fn noise_of_place(&self) -> f64 {
+        self.track.noise[3..].iter().map(|noise| noise.deviation).fold(0.0, f64::hypot)
+    }
+
     /// Configurations of a body with another inertia.
     pub(super) fn configurations(&self, inertia: &Inertia) -> Vec<Vec<f64>> {
         configurations(&self.poses, inertia)
