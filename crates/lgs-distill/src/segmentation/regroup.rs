@@ -3,9 +3,10 @@
 //! The graph of neighbours joins an object to whatever wobbles beside it, and parts one body into pieces that
 //! do not touch. Here every object's rigid motion is fitted robustly, objects that move alike are merged, and
 //! each moving particle goes to the motion that explains its path best, or to rest if that does. Particles
-//! that no motion explains are grouped anew among themselves. A scene that is one object with nothing static
-//! beside it is left as it is.
+//! that no motion explains are grouped anew among themselves. At last the pieces of bodies that deform are
+//! put together. A scene that is one object with nothing static beside it is left as it is.
 
+use super::deforming::merge_pieces;
 use super::graph::components;
 use super::partition::Partition;
 use super::rigid_groups::{distinct_motions, median_fraction_left, motion_of, nearest_motion};
@@ -43,6 +44,7 @@ pub(crate) fn regroup(
         };
         groups = regrouping.round(groups, tolerance);
     }
+    let groups = merge_pieces(trajectories, groups, config.neighbors);
     Ok(Partition::of_groups(groups, trajectories.len()))
 }
 

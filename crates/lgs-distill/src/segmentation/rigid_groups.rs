@@ -88,8 +88,7 @@ impl RigidGroup {
         let poses = motion_of(trajectories, &both.collect::<Vec<_>>());
         let is_explained = |group: &Self| {
             let (own, rest) = group.residuals(trajectories);
-            let joint = median_residual(trajectories, &group.members, Some(&poses));
-            joint <= MERGED_RESIDUAL * own + RESIDUAL_TOLERANCE * rest
+            explains(median_residual(trajectories, &group.members, Some(&poses)), [own, rest])
         };
         if !is_explained(self) || !is_explained(other) {
             return None;
@@ -99,13 +98,19 @@ impl RigidGroup {
     }
 }
 
+/// Whether a motion that leaves `joint` of a group's paths explains it about as well as the group's own
+/// motion, given with what rest leaves.
+pub(super) fn explains(joint: f64, [own, rest]: [f64; 2]) -> bool {
+    joint <= MERGED_RESIDUAL * own + RESIDUAL_TOLERANCE * rest
+}
+
 /// Up to about `count` members, evenly spread over the list.
-fn sampled(members: &[usize], count: usize) -> impl Iterator<Item = usize> {
+pub(super) fn sampled(members: &[usize], count: usize) -> impl Iterator<Item = usize> {
     members.iter().copied().step_by(members.len().div_ceil(count).max(1))
 }
 
 /// Median residual over a group's members.
-fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
+pub(super) fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
     median_over(members, |i| residual(trajectories, i, poses)).unwrap_or(0.0)
 }
 

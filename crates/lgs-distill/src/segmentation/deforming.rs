@@ -1,0 +1,115 @@
+//! Bodies that deform: groups that touch, and whose paths one affine motion explains.
+//!
+//! Rigid motions part a body that bends or stretches into pieces. An affine motion has as many unknowns as two
+//! rigid ones, so where it explains each of two pieces about as well as the piece's own rigid motion does, the
+//! pieces are one body.
+
+use super::rigid_groups::{explains, median_residual, motion_of, sampled};
+use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::procrustes::fit_shared_motion;
+use crate::thresholds::SAMPLE_SIZE;
+use crate::trajectories::Trajectories;
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::inverse;
+use lgs_core::median;
+
+/// A group of particles with the residuals that its own motion and rest leave of their paths.
+struct Piece {
+    members: Vec<usize>,
+    /// Median residuals of the members, with the group's motion and at rest.
+    left: [f64; 2],
+}
+
+/// The groups with those that are pieces of one deforming body put together.
+pub(super) fn merge_pieces(
+    trajectories: &Trajectories,
+    groups: Vec<Vec<usize>>,
+    neighbors: usize,
+) -> Vec<Vec<usize>> {
+    let own = |members: Vec<usize>| {
+        let poses = motion_of(trajectories, &members);
+        let left = [Some(poses.as_slice()), None].map(|p| median_residual(trajectories, &members, p));
+        Piece { members, left }
+    };
+    let mut pieces: Vec<Piece> = groups.into_iter().map(own).collect();
+    while let Some((a, b, both)) = first_pair(trajectories, &pieces, neighbors) {
+        pieces[a] = both;
+        pieces.remove(b);
+    }
+    pieces.into_iter().map(|piece| piece.members).collect()
+}
+
+/// The first two pieces, by their order, that touch and are parts of one body, and that body.
+fn first_pair(
+    trajectories: &Trajectories,
+    pieces: &[Piece],
+    neighbors: usize,
+) -> Option<(usize, usize, Piece)> {
+    let touching = touching(trajectories, pieces, neighbors);
+    touching.into_iter().find_map(|(a, b)| Some((a, b, together(trajectories, &pieces[a], &pieces[b])?)))
+}
+
+/// Pairs of pieces of which a particle is among the nearest neighbours of a particle of the other at the first
+/// sample, in order.
+fn touching(trajectories: &Trajectories, pieces: &[Piece], neighbors: usize) -> Vec<(usize, usize)> {
+    let (mut starts, mut owners) = (Vec::new(), Vec::new());
+    for (own, piece) in pieces.iter().enumerate() {
+        starts.extend(piece.members.iter().map(|&i| trajectories.positions[0][i]));
+        owners.extend(std::iter::repeat_n(own, piece.members.len()));
+    }
+    let (near, row) = lgs_core::k_nearest(&starts, neighbors);
+    let mut pairs = std::collections::BTreeSet::new();
+    for (row, &own) in near.chunks_exact(row.max(1)).zip(&owners) {
+        for &other in row {
+            let other = owners[other as usize];
+            if other != own {
+                pairs.insert((own.min(other), own.max(other)));
+            }
+        }
+    }
+    pairs.into_iter().collect()
+}
+
+/// Two pieces as one body, if an affine motion explains both.
+fn together(trajectories: &Trajectories, a: &Piece, b: &Piece) -> Option<Piece> {
+    // Equally many of each decide, so that the larger piece does not outvote the smaller one.
+    let half = |piece: &Piece| sampled(&piece.members, SAMPLE_SIZE / 2).collect::<Vec<_>>();
+    let chosen = [half(a), half(b)].concat();
+    let poses = fit_shared_motion(&trajectories.select(&chosen), PoseKind::Affine).poses;
+    let motion = AffineMotion::new(&poses)?;
+    let joint = [a, b].map(|piece| motion.median_residual(trajectories, &piece.members));
+    tracing::debug!(?joint, a = ?a.left, b = ?b.left, "one deforming body?");
+    if !explains(joint[0], a.left) || !explains(joint[1], b.left) {
+        return None;
+    }
+    let members = [a.members.as_slice(), &b.members].concat();
+    let left =
+        [motion.median_residual(trajectories, &members), median_residual(trajectories, &members, None)];
+    Some(Piece { members, left })
+}
+
+/// Affine poses with what the best place of a particle in them takes.
+struct AffineMotion<'a> {
+    poses: &'a [Pose],
+    inverse_gram: DMat3,
+}
+
+impl<'a> AffineMotion<'a> {
+    fn new(poses: &'a [Pose]) -> Option<Self> {
+        let gram: DMat3 = poses.iter().map(|pose| pose.linear.transpose() * pose.linear).sum();
+        Some(Self { poses, inverse_gram: inverse(&gram)? })
+    }
+
+    /// Median over a sample of the members of the root mean square distance of a path from that of the
+    /// particle's best place in the motion.
+    fn median_residual(&self, trajectories: &Trajectories, members: &[usize]) -> f64 {
+        let one = |i: usize| {
+            let seen = || self.poses.iter().enumerate().map(|(s, pose)| (pose, trajectories.at(s, i)));
+            let place: DVec3 =
+                self.inverse_gram * seen().map(|(p, x)| p.linear.transpose() * (x - p.shift)).sum::<DVec3>();
+            let squares = seen().map(|(pose, x)| pose.apply(place).distance_squared(x));
+            (squares.sum::<f64>() / self.poses.len() as f64).sqrt()
+        };
+        median(sampled(members, SAMPLE_SIZE).map(one)).unwrap_or(0.0)
+    }
+}
