@@ -1,8 +1,8 @@
 //! Bodies that deform: groups that touch, and whose paths one affine motion explains.
 //!
-//! Rigid motions part a body that bends or stretches into pieces. An affine motion has as many unknowns as two
-//! rigid ones, so where it explains each of two pieces about as well as the piece's own rigid motion does, the
-//! pieces are one body.
+//! Rigid motions part a body that bends or stretches into pieces. An affine motion has as many unknowns as
+//! two rigid ones, so where it explains each of two pieces about as well as the piece's own rigid motion
+//! does, the pieces are one body.
 
 use super::rigid_groups::{explains, median_residual, motion_of, sampled};
 use crate::motion::pose::{Pose, PoseKind};
@@ -49,8 +49,8 @@ fn first_pair(
     touching.into_iter().find_map(|(a, b)| Some((a, b, together(trajectories, &pieces[a], &pieces[b])?)))
 }
 
-/// Pairs of pieces of which a particle is among the nearest neighbours of a particle of the other at the first
-/// sample, in order.
+/// Pairs of pieces of which a particle is among the nearest neighbours of a particle of the other at the
+/// first sample, in order.
 fn touching(trajectories: &Trajectories, pieces: &[Piece], neighbors: usize) -> Vec<(usize, usize)> {
     let (mut starts, mut owners) = (Vec::new(), Vec::new());
     for (own, piece) in pieces.iter().enumerate() {
