@@ -5,8 +5,7 @@ use crate::align_vjp::AlignmentVjp;
 use crate::aligned::{AlignedDrift, Step};
 use crate::batch::{Pool, acceleration_vjp_grouped, group_gradients};
 use crate::field::{Field, Gradients};
-use crate::rollout::{RolloutGradients, StateCotangents};
-use crate::state::{RolloutSpec, State, VelocityPolicy};
+use crate::state::{RolloutGradients, RolloutSpec, State, StateCotangents, VelocityPolicy};
 use crate::supports::Supports;
 use lgs_core::linear::{add, quat_mul, scale};
 

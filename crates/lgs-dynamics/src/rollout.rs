@@ -10,31 +10,9 @@ use crate::aligned_vjp::aligned_vjp;
 use crate::batch::{Pool, group_gradients, group_size};
 use crate::block::{Vec3Rows, WIDTH, ZERO_ROWS, add_scaled, gather, gather_or_zero, scatter};
 use crate::field::{Field, Gradients, Workspace};
-use crate::state::{RolloutSpec, State};
+use crate::state::{RolloutGradients, RolloutSpec, State, StateCotangents};
 use crate::system::System;
 use rayon::prelude::*;
-
-/// Cotangents of one state; empty arrays are zero.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct StateCotangents {
-    /// Cotangents of positions `[n, 3]`.
-    pub q: Vec<[f32; 3]>,
-    /// Cotangents of velocities `[n, 3]`.
-    pub v: Vec<[f32; 3]>,
-    /// Cotangents of rotations `[n, 4]`.
-    pub rotation: Vec<[f32; 4]>,
-}
-
-/// Gradients through a rollout.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RolloutGradients {
-    /// Gradient by the flat parameter vector.
-    pub params: Vec<f32>,
-    /// Gradient by the starting positions `[n, 3]`.
-    pub q0: Vec<[f32; 3]>,
-    /// Gradient by the starting velocities `[n, 3]`, before they are scaled by α.
-    pub v0: Vec<[f32; 3]>,
-}
 
 /// The states of a rollout: the start (its velocities scaled by α), then one per step.
 #[must_use]

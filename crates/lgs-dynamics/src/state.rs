@@ -145,6 +145,28 @@ impl<'a> RolloutSpec<'a> {
     }
 }
 
+/// Cotangents of one state; empty arrays are zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StateCotangents {
+    /// Cotangents of positions `[n, 3]`.
+    pub q: Vec<[f32; 3]>,
+    /// Cotangents of velocities `[n, 3]`.
+    pub v: Vec<[f32; 3]>,
+    /// Cotangents of rotations `[n, 4]`.
+    pub rotation: Vec<[f32; 4]>,
+}
+
+/// Gradients through a rollout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RolloutGradients {
+    /// Gradient by the flat parameter vector.
+    pub params: Vec<f32>,
+    /// Gradient by the starting positions `[n, 3]`.
+    pub q0: Vec<[f32; 3]>,
+    /// Gradient by the starting velocities `[n, 3]`, before they are scaled by α.
+    pub v0: Vec<[f32; 3]>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,7 +5,8 @@
 //! in the order w, x, y, z; the table is the plane z = 0.
 #![allow(clippy::unwrap_used, reason = "an example")]
 
-use lgs_mechanics::contact::{Bounced, Contact, Plane, fit};
+use lgs_mechanics::collisions::{Bounced, fit};
+use lgs_mechanics::contact::{Contact, Plane};
 use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm, Port, State};
 use lgs_mechanics::terms::Term;
 use lgs_mechanics::{Candidate, MechanicsError};

@@ -108,7 +108,7 @@ impl Candidate {
     /// [inertial force](Self::inertial_force). Parameters that do not enter linearly have the values in `p`.
     #[must_use]
     pub fn design(&self, p: &[f64], state: &State) -> DMatrix<f64> {
-        integrate::design(self, p, state)
+        integrate::design((&self.coordinates, &self.terms), p, state)
     }
 
     /// The left side of the equation of motion, `M a + ∂(M v)/∂x v − ½ ∂(v·M v)/∂x`, for an acceleration `a`

@@ -3,14 +3,11 @@
 use crate::contact::{self, Contact, Impact};
 use crate::coordinates::{Coordinates, State};
 use crate::error::MechanicsError;
-use crate::law_file::LawFile;
 use crate::terms::{self, Parameter, Role, Space, Term};
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A law of motion. Its parameters are those of the coordinates' kinetic energy, then those of each term.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "LawFile", into = "LawFile")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Law {
     /// Coordinates of the object.
     pub coordinates: Coordinates,

@@ -16,7 +16,8 @@ use crate::coordinates::{Coordinates, Port};
 use crate::error::MechanicsError;
 use crate::law::{Law, check_term, ranges, space_of};
 use crate::terms::{Entry, Parameter, Term};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// Values by name.
@@ -25,7 +26,7 @@ type Values = BTreeMap<String, f64>;
 /// A law as it stands in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct LawFile {
+struct LawFile {
     step: f64,
     coordinates: Coordinates,
     /// Parameters of the coordinates.
@@ -49,6 +50,18 @@ struct TermFile {
     parameters: Values,
     #[serde(default, skip_serializing_if = "Values::is_empty")]
     deviations: Values,
+}
+
+impl Serialize for Law {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        LawFile::from(self.clone()).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Law {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        LawFile::deserialize(deserializer)?.try_into().map_err(D::Error::custom)
+    }
 }
 
 impl From<Law> for LawFile {

@@ -54,8 +54,10 @@
 pub mod bands;
 mod candidate;
 pub mod choose;
+pub mod collisions;
 pub mod contact;
 pub mod coordinates;
+mod edit;
 mod error;
 pub mod explain;
 pub mod fit;
@@ -63,6 +65,7 @@ mod integrate;
 mod law;
 mod law_file;
 pub mod noise;
+mod parameter;
 mod step;
 mod system;
 pub mod terms;
@@ -70,6 +73,7 @@ pub mod terms;
 mod testing;
 
 pub use candidate::{Candidate, FreeParameter};
+pub use edit::Edit;
 pub use error::MechanicsError;
 pub use law::Law;
-pub use system::{Edit, Sensitivity, System};
+pub use system::{Sensitivity, System};

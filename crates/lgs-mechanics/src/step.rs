@@ -1,9 +1,10 @@
 //! The step that resolves a motion.
 
 use crate::coordinates::State;
+use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::law::Law;
-use crate::system::{Edit, System};
+use crate::system::System;
 
 /// Times at which two steps are compared.
 const COMPARED: usize = 8;

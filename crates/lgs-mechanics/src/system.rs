@@ -1,54 +1,19 @@
 //! The motion of a law: states at any time, forward and backward, under an edit, and their derivatives.
 
+mod collide;
 mod differences;
+mod sensitivity;
 
-use crate::contact::{Collider, Impact, Moment};
+pub use sensitivity::Sensitivity;
+
+use crate::contact::Impact;
 use crate::coordinates::State;
+use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::integrate::{self, NoSolution, Stepper, Tangent};
 use crate::law::Law;
-use crate::terms::Role;
+use collide::{Collider, Moment};
 use nalgebra::DMatrix;
-
-/// Scales of an edited motion (Eq. 9): α of the velocity at t = 0, β of the forces that have an energy, γ of
-/// all others.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edit {
-    /// α.
-    pub velocity: f64,
-    /// β.
-    pub potential: f64,
-    /// γ.
-    pub force: f64,
-}
-
-impl Edit {
-    /// The motion as it is.
-    pub const NONE: Self = Self { velocity: 1.0, potential: 1.0, force: 1.0 };
-
-    /// The factor of a term.
-    pub(crate) fn factor(&self, role: Role) -> f64 {
-        if role == Role::Conserves { self.potential } else { self.force }
-    }
-}
-
-impl Default for Edit {
-    fn default() -> Self {
-        Self::NONE
-    }
-}
-
-/// A state and its derivatives by all unknowns, columns: changes of the start's configuration `[n]`, of its
-/// velocity `[n]`, and of the law's parameters `[m]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sensitivity {
-    /// The state.
-    pub state: State,
-    /// Change of the configuration (as by `Coordinates::retract`), `[n, 2 n + m]`.
-    pub position: DMatrix<f64>,
-    /// Change of the velocity, `[n, 2 n + m]`.
-    pub velocity: DMatrix<f64>,
-}
 
 /// A law under an edit, started at t = 0.
 ///
@@ -97,7 +62,8 @@ impl<'a> System<'a> {
     /// with a contact are central differences, which hold as long as the order of impacts stays.
     pub fn sensitivities(&self, start: &State, times: &[f64]) -> Result<Vec<Sensitivity>, MechanicsError> {
         if self.law.contact.is_some() {
-            return differences::of(self.law, &self.edit, start, times);
+            let motion = |law: &Law, start: &State| System::new(law, self.edit).states(start, times);
+            return differences::of(&motion, self.law, start);
         }
         let stepper = integrate::stepper(self.law, &self.edit);
         let (n, m) = (self.law.coordinates.freedoms(), self.law.parameters.len());

@@ -1,28 +1,16 @@
-//! Networks with packed weights: values, and their backward pass.
-//!
-//! Every elementwise operation is the end of a matrix product, so an activation is written once and read once
-//! per use. Weights are packed once per network, in both directions, with the units of hidden layers padded
-//! to whole vectors.
+//! Values of networks, and their backward pass. Every elementwise operation is the end of a matrix product,
+//! so an activation is written once and read once per use.
 
 use crate::activation::{Linear, Offset, Relu, Silu, SiluSlope};
 use crate::buffer::Buffer;
 use crate::epilogue::{Mask, Scale};
 use crate::gradients::MlpGradients;
-use crate::layer::{Layer, Part};
-use crate::layout::{Activation, MlpShape};
+use crate::layer::Part;
+use crate::layout::Activation;
+use crate::mlp::Mlp;
 use crate::packed::padded;
 use crate::product::{Add, Columns, Epilogue, Left, Product, Rows, Set};
 use crate::tape::{CallArrays, Keep, LayerTape, Scratch, Tape};
-
-/// A network with packed weights.
-#[derive(Debug)]
-pub struct Mlp {
-    pub(crate) shape: MlpShape,
-    /// Hidden layers, then the head.
-    pub(crate) layers: Vec<Layer>,
-    /// Units of a hidden layer in memory.
-    pub(crate) units: usize,
-}
 
 /// A block whose activations are kept, and the cotangent of its outputs.
 #[derive(Clone, Copy, Debug)]
@@ -36,37 +24,6 @@ pub struct OutputCotangents<'a> {
 }
 
 impl Mlp {
-    /// Packs the weights and biases that a shape finds in the parameter vector.
-    ///
-    /// # Panics
-    /// If a layer lies outside of `params`.
-    #[must_use]
-    pub fn new(shape: MlpShape, params: &[f32]) -> Self {
-        let (depth, units) = (shape.layout.hidden.len(), padded(shape.layout.width()));
-        let layers = (0..=depth).map(|index| Layer::new(&shape, index, params)).collect();
-        Self { shape, layers, units }
-    }
-
-    /// The network with other biases of the hidden layers, `[layers][outputs]`.
-    #[must_use]
-    pub fn with_biases(mut self, biases: &[Vec<f32>]) -> Self {
-        for (layer, bias) in self.layers.iter_mut().zip(biases) {
-            layer.bias[..bias.len()].copy_from_slice(bias);
-        }
-        self
-    }
-
-    /// Sizes of the network.
-    #[must_use]
-    pub fn shape(&self) -> &MlpShape {
-        &self.shape
-    }
-
-    pub(crate) fn head(&self) -> (&Layer, &Part) {
-        let head = &self.layers[self.layers.len() - 1];
-        (head, head.below.as_ref().expect("a network has at least one hidden layer"))
-    }
-
     /// The outputs `[outputs, rows]` for inputs `[features, rows]` each.
     ///
     /// # Panics

@@ -2,7 +2,7 @@
 
 use crate::buffer::Buffer;
 use crate::layout::Activation;
-use crate::network::Mlp;
+use crate::mlp::Mlp;
 use crate::packed::padded;
 use std::ops::Range;
 

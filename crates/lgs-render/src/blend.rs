@@ -6,7 +6,7 @@
 //! the forward pass. Rows, and then the tile, are left when all their pixels are closed.
 
 use crate::exponential::exp2;
-use crate::project::{ALPHA_MAX, ALPHA_MIN, Projected, TRANSMITTANCE_STOP};
+use crate::projected::{ALPHA_MAX, ALPHA_MIN, Projected, TRANSMITTANCE_STOP};
 use crate::simd::{fma, none};
 use crate::tile_list::{BATCH, Batch, Heights, Plane, Splat, TileList, offset_x, take_row};
 use crate::tiles::TILE;

@@ -10,8 +10,8 @@
 
 use crate::blend::TileState;
 use crate::exponential::exp2;
-use crate::project::{ALPHA_MAX, ALPHA_MIN};
 use crate::project_vjp::{CotangentCell, ImageCotangent};
+use crate::projected::{ALPHA_MAX, ALPHA_MIN};
 use crate::simd::{fma, reciprocal};
 use crate::tile_list::{BATCH, Batch, Heights, Plane, Splat, TileList, offset_x, take_row};
 use crate::tiles::TILE;
@@ -197,7 +197,8 @@ fn reduce<S: Simd>(
 mod tests {
     use super::*;
     use crate::blend::{Blend, TileImage};
-    use crate::project::{ProjectChunk, Projected};
+    use crate::project::ProjectChunk;
+    use crate::projected::Projected;
     use crate::splats::Splats;
     use crate::tiles::Tiling;
     use crate::view::View;

@@ -4,7 +4,7 @@
 //! ± √(reach - w²) / f₀`, and an ellipse and a band of rows are convex, so that the extent over a band is the
 //! exact set of tiles it reaches there.
 
-use crate::project::Projected;
+use crate::projected::Projected;
 
 /// Widening of extents, pixels: keeps rounding from dropping a pixel that the blending test would accept.
 pub(crate) const MARGIN: f32 = 1e-2;
@@ -41,4 +41,11 @@ pub(crate) fn pixel_columns(g: &Projected, top: f32, bottom: f32, width: usize) 
     // Relative slack for ellipses much larger than the image.
     let slack = 1e-5 * (right - left).abs();
     pixel_range(g.mean[0] + left - slack, g.mean[0] + right + slack, width)
+}
+
+/// Whether alpha reaches 1/255 at a pixel of the image, going by the bounding box; false if a value is NaN.
+#[inline(always)]
+pub(crate) fn can_be_seen(g: &Projected, size: [usize; 2]) -> bool {
+    let representable = g.factor[0] > 0.0 && g.factor[1].is_finite() && g.factor[2] > 0.0;
+    g.reach > 0.0 && representable && pixel_box(g, size).is_some()
 }

@@ -23,12 +23,9 @@ pub mod exponential;
 mod extent;
 mod pack;
 mod photometric;
-mod photometric_band;
-mod photometric_compare;
-mod photometric_lines;
-mod photometric_memory;
 mod project;
 mod project_vjp;
+mod projected;
 mod rasterize;
 pub mod reference;
 mod sh;
@@ -46,6 +43,6 @@ pub use backward::{ImageCotangents, RasterizedVjp, rasterize_vjp};
 pub use photometric::{
     DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp,
 };
-pub use project::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
+pub use projected::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
 pub use rasterize::{Rasterized, rasterize};
 pub use splats::{SplatGradients, Splats};

@@ -5,21 +5,27 @@
 //! needs four windowed means: of a, b, a² + b² and ab (the two variances occur only as a sum). Its gradient
 //! windows three maps again; the window is its own transpose.
 //!
-//! Bands of rows are streamed in parallel (`photometric_band`), so that images are read once, the gradient is
+//! Bands of rows are streamed in parallel (`band`), so that images are read once, the gradient is
 //! written once, and what lies between never leaves the cache. There is a band for each thread. Bands overlap
 //! by recomputation, so that nothing that a row becomes depends on where its band begins; sums are kept per
 //! row and added in order.
 
-use crate::photometric_band::{Band, steps};
+mod band;
+mod compare;
+mod lines;
+mod memory;
+mod pair;
+
 use crate::window::STEP;
 use lgs_core::{Image, psnr_of_mse};
 use pulp::Arch;
 use rayon::prelude::*;
 
+use band::{Band, steps};
+use pair::Pair;
+
 /// Weight of the structural term in training.
 pub const DEFAULT_LAMBDA: f32 = 0.2;
-/// Floats of a pixel.
-pub(crate) const CHANNELS: usize = 3;
 /// Fewest rows of a band: below this the overlap costs more than the parallelism gains.
 const MIN_BAND_ROWS: usize = 48;
 
@@ -127,30 +133,7 @@ struct Sums {
     ssim: f32,
 }
 
-/// Two images as interleaved rows.
-#[derive(Clone, Copy)]
-pub(crate) struct Pair<'a> {
-    a: &'a [f32],
-    b: &'a [f32],
-    /// Floats of a row: three times the width.
-    pub row: usize,
-    pub height: usize,
-}
-
-impl<'a> Pair<'a> {
-    fn new(a: &'a [[f32; 3]], b: &'a [[f32; 3]], [width, height]: [usize; 2]) -> Self {
-        assert_eq!(a.len(), width * height, "pixels of the first image");
-        assert_eq!(b.len(), width * height, "pixels of the second image");
-        Self { a: a.as_flattened(), b: b.as_flattened(), row: 3 * width, height }
-    }
-
-    /// A row of both images.
-    #[inline(always)]
-    pub(crate) fn at(&self, y: usize) -> [&'a [f32]; 2] {
-        let floats = y * self.row..(y + 1) * self.row;
-        [&self.a[floats.clone()], &self.b[floats]]
-    }
-
+impl Pair<'_> {
     /// Rows of a band: one per thread, of heights with which the threads have as few steps as can be, and
     /// finish together.
     fn band_rows(&self) -> usize {

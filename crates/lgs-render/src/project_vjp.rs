@@ -1,6 +1,6 @@
 //! The vector–Jacobian product of `project`, one Gaussian at a time.
 
-use crate::project::Projected;
+use crate::projected::Projected;
 use crate::sh;
 use crate::splats::Splats;
 use crate::view::{Chain, TINY_QUATERNION, View};

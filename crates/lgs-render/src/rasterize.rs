@@ -5,7 +5,8 @@
 //! fixed order.
 
 use crate::blend::{Blend, CountPairs, TileState};
-use crate::project::{ProjectChunk, Projected};
+use crate::project::ProjectChunk;
+use crate::projected::Projected;
 use crate::splats::Splats;
 use crate::tile_list::TileList;
 use crate::tiles::{TILE, Tiling};

@@ -5,7 +5,7 @@
 //! culling, depth order, which pairs reach 1/255, where blending stops — is a mask of constants, as in the
 //! fast kernel.
 
-use crate::project::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
+use crate::projected::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
 use crate::sh::{C1, C2, C3};
 use crate::tensor::SplatTensors;
 use crate::window::{RADIUS, weights};

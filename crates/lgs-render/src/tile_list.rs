@@ -6,7 +6,7 @@
 //! found for a vector of Gaussians at a time.
 
 use crate::extent::{MARGIN, SLACK};
-use crate::project::Projected;
+use crate::projected::Projected;
 use crate::simd::{BLOCK, Lanes, V, splat};
 use crate::tiles::{Member, TILE};
 use pulp::Simd;

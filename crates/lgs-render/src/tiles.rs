@@ -12,7 +12,7 @@
 //! beginning to its end, and in a fixed order. All arrays are kept from call to call.
 
 use crate::extent::{pixel_box, pixel_columns};
-use crate::project::Projected;
+use crate::projected::Projected;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -22,9 +22,10 @@ use super::device::DeviceArgs;
 use super::eval::measure;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
-use super::render::{Job, ModelName, orbit, time_label};
+use super::render::{Job, orbit, time_label};
 use super::run::{Run, load_dataset, load_options};
 use super::times::Times;
+use super::trust::ModelName;
 use super::trust::{Mark, trust_in};
 use super::{synth, training};
 

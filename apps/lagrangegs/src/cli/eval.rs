@@ -8,11 +8,12 @@ use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
 
 use super::device::DeviceArgs;
+use super::evidence::Evidence;
 use super::failure::At;
 use super::output;
 use super::progress::Task;
 use super::report::write_report;
-use super::run::{Evidence, Run};
+use super::run::Run;
 use super::weights::perceptual;
 
 #[derive(Debug, clap::Args)]

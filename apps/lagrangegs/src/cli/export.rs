@@ -15,9 +15,9 @@ use serde_json::json;
 use super::failure::At;
 use super::frames::{MotionArgs, file_name, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list};
-use super::render::ModelName;
 use super::run::Run;
 use super::times::Times;
+use super::trust::ModelName;
 use super::trust::{listed, trust_in, warn_of};
 
 #[derive(Debug, clap::Args)]

@@ -10,6 +10,7 @@ mod camera;
 mod demo;
 mod device;
 mod eval;
+mod evidence;
 mod export;
 mod failure;
 mod frames;

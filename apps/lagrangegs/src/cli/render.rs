@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
 use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_data::dataset::DatasetFormat;
 use lgs_dynamics::{Edit, Reversal};
@@ -18,7 +17,7 @@ use super::frames::{MotionArgs, file_name, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list, write_png};
 use super::run::{Run, load_dataset, load_options};
 use super::times::Times;
-use super::trust::{Mark, listed, trust_in, warn_of};
+use super::trust::{Mark, ModelName, listed, trust_in, warn_of};
 
 /// Columns of the contact sheet.
 const SHEET_COLUMNS: usize = 8;
@@ -52,14 +51,6 @@ pub(super) struct Args {
     /// Dataset, if it is no longer where training found it
     #[arg(long, value_name = "DATA")]
     data: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum ModelName {
-    /// The Lagrangian scene
-    Lagrangian,
-    /// The source model that it was distilled from
-    Source,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {

@@ -9,10 +9,11 @@ use lgs_report::{Curve, FIGURES, RunSubject, read_metrics, write_run_report};
 use lgs_train::checkpoint::Stage;
 use lgs_train::events::Event;
 
+use super::evidence::Evidence;
 use super::failure::At;
 use super::output;
 use super::progress::Task;
-use super::run::{Evidence, Run};
+use super::run::Run;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

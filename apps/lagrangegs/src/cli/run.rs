@@ -7,15 +7,12 @@ use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
-use lgs_data::synth::GroundTruth;
-use lgs_eval::laws::ObjectLaw;
-use lgs_eval::{Cost, Subject};
+use lgs_eval::Cost;
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
 use super::failure::At;
-use super::laws::laws_of;
 use super::progress::Task;
 
 /// File of the time and memory that training took, beside the models.
@@ -67,36 +64,6 @@ impl Run {
     /// The time and memory that training took.
     pub(crate) fn cost(&self) -> Cost {
         read_cost(self.folder.root())
-    }
-}
-
-/// The models and data that a run is measured with beside its scene: its source model, its dataset, and the
-/// ground truth that the dataset ships.
-pub(crate) struct Evidence {
-    source: Option<Box<dyn SourceModel>>,
-    dataset: Option<Dataset>,
-    truth: Option<GroundTruth>,
-    laws: Vec<Option<ObjectLaw>>,
-}
-
-impl Evidence {
-    /// Reads what there is: the images of some splits (default: all) of the dataset in a folder.
-    pub(crate) fn load(run: &Run, root: Option<&Path>, splits: Option<Vec<String>>) -> Result<Self> {
-        let options = load_options(&run.config, splits);
-        let dataset = root.map(|root| load_dataset(root, &options)).transpose()?;
-        let truth = root.map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
-        Ok(Self { source: run.source()?, dataset, truth, laws: laws_of(run) })
-    }
-
-    /// The run's scene beside it, as evaluation and report take both.
-    pub(crate) fn subject<'a>(&'a self, run: &'a Run) -> Subject<'a> {
-        Subject {
-            scene: &run.scene,
-            source: self.source.as_deref(),
-            dataset: self.dataset.as_ref(),
-            truth: self.truth.as_ref(),
-            laws: &self.laws,
-        }
     }
 }
 

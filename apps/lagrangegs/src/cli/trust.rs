@@ -9,8 +9,15 @@ use serde_json::{Map, Value, json};
 
 use super::laws::laws_of;
 use super::progress::say;
-use super::render::ModelName;
 use super::run::Run;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ModelName {
+    /// The Lagrangian scene
+    Lagrangian,
+    /// The source model that it was distilled from
+    Source,
+}
 
 /// Where frames of times beyond trust are marked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -7,7 +7,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, section};
 use lgs_bench::{Beside, Panels, median_secs};
-use lgs_model::source::network::{DeformInput, deform, deform_kept, deform_vjp};
+use lgs_model::source::DeformInput;
+use lgs_model::source::network::{deform, deform_kept, deform_vjp};
 use lgs_model::source::reference::{self, ReferenceInput};
 use lgs_model::source::{DELTAS, Deformation, DeformationConfig, InputFrame};
 

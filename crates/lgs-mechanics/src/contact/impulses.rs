@@ -1,13 +1,13 @@
 //! Impulses at the contact points of a body.
 
-use super::Contact;
+use super::surfaces::Contact;
 use crate::coordinates::State;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 
 /// A body in world axes: mass 1, inertia in principal axes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Body {
+pub(crate) struct Body {
     rotation: DMat3,
     center: DVec3,
     /// Inverse moments of inertia; zero for a point, which does not turn.
@@ -19,20 +19,20 @@ pub(super) struct Body {
 
 /// A contact point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Touch {
+pub(crate) struct Touch {
     /// Height of its surface over the plane.
-    pub(super) gap: f64,
+    pub(crate) gap: f64,
     /// From the centre to the surface, world axes.
     arm: DVec3,
     /// Normal velocity that the impulses must leave at least.
-    pub(super) least: f64,
+    pub(crate) least: f64,
     /// Impulse along the normal, then across it.
     normal: f64,
     across: DVec3,
 }
 
 impl Body {
-    pub(super) fn new(state: &State, moments: Option<[f64; 3]>) -> Self {
+    pub(crate) fn new(state: &State, moments: Option<[f64; 3]>) -> Self {
         match moments {
             Some(moments) => {
                 let rotation = DMat3::from_quat(quaternion(&state.x));
@@ -55,14 +55,14 @@ impl Body {
     }
 
     /// A body at rest in a configuration, quaternion and centre or a centre alone.
-    pub(super) fn at(x: &[f64]) -> Self {
+    pub(crate) fn at(x: &[f64]) -> Self {
         let turns = x.len() > 3;
         let state = State { x: x.to_vec(), v: vec![0.0; if turns { 6 } else { 3 }] };
         Self::new(&state, turns.then_some([1.0; 3]))
     }
 
     /// All points that may touch.
-    pub(super) fn touches(&self, contact: &Contact) -> Vec<Touch> {
+    pub(crate) fn touches(&self, contact: &Contact) -> Vec<Touch> {
         let normal = DVec3::from(contact.plane.normal);
         let touch = |point: &[f64; 3]| {
             let arm = self.rotation * DVec3::from(*point) - normal * contact.radius;
@@ -73,27 +73,27 @@ impl Body {
     }
 
     /// Smallest height over the plane.
-    pub(super) fn gap(&self, contact: &Contact) -> f64 {
+    pub(crate) fn gap(&self, contact: &Contact) -> f64 {
         self.touches(contact).iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min)
     }
 
     /// The same place with the velocities of another.
-    pub(super) fn with_velocities(&self, other: &Self) -> Self {
+    pub(crate) fn with_velocities(&self, other: &Self) -> Self {
         Self { spin: other.spin, velocity: other.velocity, ..*self }
     }
 
     /// Angular velocity, world axes.
-    pub(super) fn spin(&self) -> DVec3 {
+    pub(crate) fn spin(&self) -> DVec3 {
         self.spin
     }
 
     /// Velocity of the centre.
-    pub(super) fn velocity(&self) -> DVec3 {
+    pub(crate) fn velocity(&self) -> DVec3 {
         self.velocity
     }
 
     /// Velocity of a touching point.
-    pub(super) fn velocity_at(&self, touch: &Touch) -> DVec3 {
+    pub(crate) fn velocity_at(&self, touch: &Touch) -> DVec3 {
         self.velocity + self.spin.cross(touch.arm)
     }
 
@@ -114,12 +114,20 @@ impl Body {
     }
 
     /// Writes the velocities into a state.
-    pub(super) fn write(&self, state: &mut State) {
+    pub(crate) fn write(&self, state: &mut State) {
         let turns = state.v.len() - 3;
         if turns == 3 {
             state.v[..3].copy_from_slice(&(self.rotation.transpose() * self.spin).to_array());
         }
         state.v[turns..].copy_from_slice(&self.velocity.to_array());
+    }
+}
+
+impl Contact {
+    /// Height of the lowest point of a body in a configuration, world units.
+    #[must_use]
+    pub fn gap(&self, x: &[f64]) -> f64 {
+        Body::at(x).gap(self)
     }
 }
 
@@ -130,7 +138,7 @@ const SOLVED: f64 = 1e-12;
 
 /// Finds impulses by projected Gauss–Seidel: normal ones push only, and only as far as each point's least
 /// velocity asks for; those across the normal oppose sliding within Coulomb's cone.
-pub(super) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
+pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
     let normal = DVec3::from(contact.plane.normal);
     for _ in 0..SWEEPS {
         let (mut change, mut sum) = (0.0, 0.0);

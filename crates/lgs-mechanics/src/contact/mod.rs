@@ -6,86 +6,16 @@
 //! close more slowly than the resting speed stay closed, held by impulses in small steps: a body at rest
 //! neither jitters nor sinks.
 
-mod bounced;
-mod collide;
-mod fit;
 mod impact;
 mod impulses;
 mod plane;
 mod points;
+mod surfaces;
 
-pub use bounced::Bounced;
-pub use fit::fit;
 pub use impact::{Impact, impacts, pieces};
 pub use plane::Plane;
 pub use points::extreme_points;
+pub use surfaces::Contact;
 
-pub(crate) use collide::{Collider, Moment};
 pub(crate) use impact::check_order;
-
-use crate::MechanicsError;
-use crate::coordinates::Coordinates;
-use serde::{Deserialize, Serialize};
-
-/// The plane that a body collides with, and how.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Contact {
-    /// The plane; the body is on the side that its normal points to.
-    pub plane: Plane,
-    /// Points of the body that may touch, from its centre, principal axes, world units.
-    pub points: Vec<[f64; 3]>,
-    /// Radius of the spheres around the points, world units: 0 for corners.
-    #[serde(default)]
-    pub radius: f64,
-    /// Restitution: normal velocity after an impact over the one before, 0 to 1.
-    pub restitution: f64,
-    /// Coulomb's coefficient of friction.
-    pub friction: f64,
-    /// Speed of approach below which a contact stays closed, world units per time: that of a fall by less
-    /// than the noise of the track, see [`Contact::resting_speed`].
-    pub resting_speed: f64,
-}
-
-impl Contact {
-    /// Speed of a fall by the length `noise` under an acceleration: bounces below it cannot be seen.
-    #[must_use]
-    pub fn resting_speed(acceleration: f64, noise: f64) -> f64 {
-        (2.0 * acceleration * noise).sqrt()
-    }
-
-    /// Checks that coordinates can collide and that all values make sense.
-    pub fn check(&self, coordinates: &Coordinates) -> Result<(), MechanicsError> {
-        if !matches!(coordinates, Coordinates::Point | Coordinates::Rigid(_)) {
-            let (term, port) = ("contact".to_owned(), "plane");
-            return Err(MechanicsError::NoSuchPort { term, port, coordinates: coordinates.name() });
-        }
-        self.plane.check()?;
-        if self.points.is_empty() {
-            let what = "points of a contact".to_owned();
-            return Err(MechanicsError::Size { what, expected: 1, found: 0 });
-        }
-        let all = [self.radius, self.friction, self.resting_speed];
-        let numbers = self.points.iter().flatten().map(|value| value.abs()).chain(all);
-        for value in numbers.chain([self.restitution, 1.0 - self.restitution]) {
-            if !(value >= 0.0 && value.is_finite()) {
-                let what = "a value of a contact".to_owned();
-                let allowed = "at least 0, a restitution at most 1".to_owned();
-                return Err(MechanicsError::OutOfBounds { what, value, allowed });
-            }
-        }
-        Ok(())
-    }
-
-    /// Height of the lowest point of a body in a configuration, world units.
-    #[must_use]
-    pub fn gap(&self, x: &[f64]) -> f64 {
-        impulses::Body::at(x).gap(self)
-    }
-
-    /// Largest distance of the surface from the centre.
-    pub(crate) fn extent(&self) -> f64 {
-        let length = |point: &[f64; 3]| point.iter().map(|p| p * p).sum::<f64>().sqrt();
-        self.points.iter().map(length).fold(0.0, f64::max) + self.radius
-    }
-}
+pub(crate) use impulses::{Body, Touch, solve};

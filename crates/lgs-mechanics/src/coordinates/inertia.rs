@@ -1,6 +1,6 @@
 //! Moments of inertia of a body, up to their scale.
 
-use crate::terms::Parameter;
+use crate::parameter::Parameter;
 use serde::{Deserialize, Serialize};
 
 /// Which moments of inertia are fitted.

@@ -2,7 +2,7 @@
 
 use super::{Coordinates, Inertia, InertiaForm, Port, Site, State};
 use crate::error::MechanicsError;
-use crate::terms::{Parameter, Quantity, Space};
+use crate::parameter::{Parameter, Quantity, Space};
 use glam::DVec3;
 use lgs_core::geometry::{components, quaternion, rotate_by, rotation_vector};
 

@@ -12,7 +12,7 @@
 //! body's link and the second one's centre at zero angles. Gravity is a Fourier term on each angle.
 
 use super::State;
-use crate::terms::Parameter;
+use crate::parameter::Parameter;
 use serde::{Deserialize, Serialize};
 
 /// Two bodies on parallel hinges.

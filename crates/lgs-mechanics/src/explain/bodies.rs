@@ -38,7 +38,7 @@ pub(super) fn choose(list: &[Candidate], times: &[f64], x: &[Vec<f64>]) -> Optio
         let turn = fitted(&mut turns, turn, &turning);
         let translation = fitted(&mut moves, translation, &moving);
         if let (Some(turn), Some(translation)) = (turn, translation) {
-            judged.extend(joined(index, candidate, [&turn, &translation]));
+            judged.extend(joined_law(index, candidate, [&turn, &translation]));
         }
     }
     among(judged, samples).map(|choice| (choice, whole))
@@ -101,8 +101,9 @@ fn places(candidate: &Candidate) -> [Vec<usize>; 2] {
     [turn, translation]
 }
 
-/// The fit of the whole body from those of its halves.
-fn joined(index: usize, candidate: &Candidate, [turn, translation]: [&Judged; 2]) -> Option<Judged> {
+/// The fit of a law of the whole body from those of its rotation, as a ball joint without an arm, and of its
+/// centre, as a point; `None` if its parameters are out of range.
+pub fn joined_law(index: usize, candidate: &Candidate, [turn, translation]: [&Judged; 2]) -> Option<Judged> {
     let places = places(candidate);
     let size = places.iter().map(Vec::len).sum();
     let mut covariance = DMatrix::zeros(size, size);

@@ -1,6 +1,6 @@
 //! Checks of what an explanation is asked for.
 
-use super::Options;
+use super::options::Options;
 use crate::coordinates::Coordinates;
 use crate::{Candidate, MechanicsError};
 

@@ -3,6 +3,7 @@
 //! All residuals are in units of the tracks' own noise, see [`crate::noise`], so no number here depends
 //! on units of the world.
 
+mod fitted;
 mod levenberg;
 mod regression;
 mod segments;
@@ -10,89 +11,11 @@ mod shooting;
 mod starts;
 #[cfg(test)]
 mod tests;
+mod track;
 
+pub use fitted::{Fitted, shoot};
 pub use levenberg::{Minimum, Problem, Settings, Unknown, finite_differences, minimise};
 pub use regression::{Regression, regress};
 pub use segments::approach;
-pub use shooting::{Fitted, shoot};
 pub use starts::first_values;
-
-use crate::coordinates::{Coordinates, State};
-use crate::noise::{Noise, SmoothPath, Spacing};
-use crate::terms::Scales;
-
-/// Configurations of one object over time with their noise and a smooth path through them.
-#[derive(Clone, Debug)]
-pub struct Track {
-    /// Times in ascending order, normalised time.
-    pub times: Vec<f64>,
-    /// Configurations, one for each time.
-    pub x: Vec<Vec<f64>>,
-    /// Noise of each component of the change of a configuration.
-    pub noise: Vec<Noise>,
-    /// Distances of the samples in time.
-    pub spacing: Spacing,
-    /// Configuration, velocity and acceleration of the smooth path at each time.
-    pub smooth: Vec<(State, Vec<f64>)>,
-}
-
-impl Track {
-    /// Estimates the noise of configurations and the smooth path through them.
-    #[must_use]
-    pub fn new(coordinates: &Coordinates, times: &[f64], x: &[Vec<f64>]) -> Self {
-        let path = SmoothPath::fit(times, x);
-        let smooth = path.states(coordinates, times);
-        Self {
-            times: times.to_vec(),
-            x: x.to_vec(),
-            noise: path.noise_of_changes(coordinates),
-            spacing: Spacing::of(times),
-            smooth,
-        }
-    }
-
-    /// The part of the track in a range of samples, with the same noise and smooth path; its times count from
-    /// its first sample.
-    #[must_use]
-    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let first = self.times[range.start];
-        Self {
-            times: self.times[range.clone()].iter().map(|time| time - first).collect(),
-            x: self.x[range.clone()].to_vec(),
-            noise: self.noise.clone(),
-            spacing: self.spacing.part(range.clone()),
-            smooth: self.smooth[range].to_vec(),
-        }
-    }
-
-    /// Scales of the path: extent, duration, centre and principal axes. Rotations have no extent of their
-    /// own: that of a ball joint is its arm.
-    #[must_use]
-    pub fn scales(&self, coordinates: &Coordinates) -> Scales {
-        let states = self.smooth.iter().map(|(state, _)| state.x.as_slice());
-        let places: Vec<&[f64]> = match coordinates {
-            Coordinates::Ball(ball) => {
-                let length = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
-                let length = if length > 0.0 { length } else { 1.0 };
-                return Scales { length, time: starts::duration(&self.times), ..Scales::UNIT };
-            }
-            Coordinates::Rigid(_) => states.map(|x| &x[4..]).collect(),
-            Coordinates::Pair => states.flat_map(|x| [&x[..3], &x[3..]]).collect(),
-            _ => states.collect(),
-        };
-        starts::scales_of(&places, &self.times)
-    }
-
-    /// Weights of the components of each sample, `[T][n]`, see [`Noise::weights`].
-    #[must_use]
-    pub fn weights(&self) -> Vec<Vec<f64>> {
-        let columns: Vec<Vec<f64>> = self.noise.iter().map(|noise| noise.weights(&self.spacing)).collect();
-        (0..self.times.len()).map(|k| columns.iter().map(|column| column[k]).collect()).collect()
-    }
-
-    /// Number of samples that count as independent, summed over components.
-    #[must_use]
-    pub fn independent_samples(&self) -> f64 {
-        self.noise.iter().map(|noise| self.spacing.shares(noise.correlation).iter().sum::<f64>()).sum()
-    }
-}
+pub use track::Track;

@@ -4,7 +4,7 @@
 //! of the smooth path cancel. Bumps and their slopes vanish at their ends, which all lie inside the window:
 //! the accelerations at the window's own ends, the least certain ones, have no weight.
 
-use super::Track;
+use super::track::Track;
 use crate::Candidate;
 use nalgebra::{DMatrix, DVector};
 

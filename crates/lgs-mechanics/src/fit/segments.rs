@@ -3,9 +3,9 @@
 //! Over a short segment a motion follows its start closely, so that the loss has few minima; the parameters
 //! found there are the first values of longer segments, until one covers the track.
 
-use super::Track;
 use super::levenberg::{Minimum, Problem, Settings, Unknown, minimise};
 use super::shooting::{Shooting, interval};
+use super::track::Track;
 use crate::Candidate;
 use crate::coordinates::State;
 use crate::terms::Scales;

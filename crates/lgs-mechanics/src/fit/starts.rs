@@ -1,35 +1,13 @@
 //! Starting values: scales of a path, the point where accelerations meet, and regression from several places.
 
-use super::Track;
 use super::levenberg::{Problem, Settings, Unknown, minimise};
 use super::regression::{Regression, regress};
+use super::track::Track;
 use crate::terms::{Entry, Scales};
 use crate::{Candidate, FreeParameter};
 use glam::{DMat3, DVec3};
-use lgs_core::geometry::{inverse, outer, principal_axes, scalar};
+use lgs_core::geometry::{inverse, outer, scalar};
 use nalgebra::DVector;
-
-/// Scales of a path: its root mean square extent in each direction makes the axes, twice the largest one the
-/// length.
-pub(super) fn scales_of(places: &[&[f64]], times: &[f64]) -> Scales {
-    let point = |p: &&[f64]| DVec3::from(std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0)));
-    let count = places.len().max(1) as f64;
-    let mean = places.iter().map(point).sum::<DVec3>() / count;
-    let spread: DMat3 = places.iter().map(|p| outer(point(p) - mean, point(p) - mean)).sum();
-    let axes = principal_axes(&(spread * count.recip()));
-    let length = 2.0 * axes[0].0.max(0.0).sqrt();
-    Scales {
-        length: length.max(f64::MIN_POSITIVE),
-        time: duration(times),
-        origin: mean.to_array(),
-        axes: axes.map(|(_, axis)| axis.to_array()),
-    }
-}
-
-/// Time from the first to the last sample.
-pub(super) fn duration(times: &[f64]) -> f64 {
-    times.last().zip(times.first()).map_or(1.0, |(last, first)| last - first)
-}
 
 /// The point nearest to the lines along the accelerations of a path in space, the centre of a central force.
 fn meeting_point(track: &Track) -> Option<[f64; 3]> {

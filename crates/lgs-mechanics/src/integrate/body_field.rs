@@ -6,15 +6,15 @@
 //! momentum in world axes is kept to rounding, a body with two or three equal moments moves exactly, and the
 //! drift by `−h` is the inverse.
 
-use super::Tangent;
-use super::field::{Applied, Linearised, applied_terms};
-use super::kick_drift::KickField;
+use super::applied::{Applied, applied_terms};
+use super::kick_field::{KickField, Linearised};
 use super::ports::{BodyPort, Moved};
+use super::stepper::Tangent;
 use crate::coordinates::{Coordinates, State};
+use crate::edit::Edit;
 use crate::law::Law;
-use crate::system::Edit;
 use crate::terms::{At, Derivatives};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 use lgs_core::geometry::{components, exp, quaternion, right_jacobian, rotate_by};
 
 /// Terms that act on a rigid body.
@@ -186,9 +186,4 @@ fn put(rows: &mut [f64], column: usize, columns: usize, value: DVec3) {
 
 fn put_rotation(x: &mut [f64], rotation: DQuat) {
     x[..4].copy_from_slice(&components(rotation.normalize()));
-}
-
-/// The matrix of three rows and columns of a block.
-pub(super) fn matrix(block: &crate::terms::Block) -> DMat3 {
-    DMat3::from_cols_array_2d(&std::array::from_fn(|column| std::array::from_fn(|row| block[(row, column)])))
 }

@@ -1,6 +1,6 @@
 //! Fourth order by composition of symmetric steps.
 
-use super::{NoSolution, Stepper, Tangent};
+use super::stepper::{NoSolution, Stepper, Tangent};
 use crate::coordinates::State;
 
 /// `1 / (4 − ∛4)`: with two such parts, one of `1 − 4 s`, and two again, the third-order error of a symmetric

@@ -1,7 +1,6 @@
 //! The equation of motion as a linear regression.
 
 use super::ports::{BodyPort, Moved};
-use crate::candidate::Candidate;
 use crate::coordinates::{Coordinates, State, Tree};
 use crate::law::{ranges, space_of};
 use crate::terms::{At, Block, Term};
@@ -9,10 +8,13 @@ use glam::DVec3;
 use nalgebra::DMatrix;
 
 /// Columns of all terms at a state, `[n, columns]`.
-pub(crate) fn design(candidate: &Candidate, p: &[f64], state: &State) -> DMatrix<f64> {
-    let coordinates = &candidate.coordinates;
+pub(crate) fn design(
+    (coordinates, terms): (&Coordinates, &[Term]),
+    p: &[f64],
+    state: &State,
+) -> DMatrix<f64> {
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    for (term, range) in candidate.terms.iter().zip(ranges(coordinates, &candidate.terms)) {
+    for (term, range) in terms.iter().zip(ranges(coordinates, terms)) {
         let own = &p[range];
         if coordinates.has_rotation() {
             columns.extend(body_columns(coordinates, term, own, state));

@@ -1,45 +1,13 @@
 //! The acceleration of vector coordinates and its derivatives.
 
-use super::Tangent;
-use super::kick_drift::{KickField, add_scaled};
+use super::applied::{Applied, applied_terms};
+use super::kick_field::{KickField, Linearised};
+use super::solve::add_scaled;
+use super::stepper::Tangent;
 use crate::coordinates::{Coordinates, Site, State, Tree};
-use crate::law::{Law, ranges, space_of};
-use crate::system::Edit;
-use crate::terms::{At, Block, Derivatives, TermKind};
-use std::ops::Range;
-
-/// A term, ready to be applied.
-#[derive(Debug)]
-pub(crate) struct Applied {
-    pub(crate) kind: &'static dyn TermKind,
-    pub(crate) parameters: Range<usize>,
-    /// β or γ.
-    pub(crate) factor: f64,
-    pub(crate) dimension: usize,
-    pub(crate) sites: Vec<Site>,
-}
-
-/// All terms of a law under an edit.
-pub(crate) fn applied_terms(law: &Law, edit: &Edit) -> Vec<Applied> {
-    let ranges = ranges(&law.coordinates, &law.terms);
-    let apply = |(term, parameters): (&crate::terms::Term, Range<usize>)| Applied {
-        kind: term.kind,
-        parameters,
-        factor: edit.factor(term.kind.role()),
-        dimension: space_of(&law.coordinates, term).dimension,
-        sites: law.coordinates.sites(term.port),
-    };
-    law.terms.iter().zip(ranges).map(apply).collect()
-}
-
-/// Acceleration and derivatives at one state.
-#[derive(Debug, Default)]
-pub(crate) struct Linearised {
-    pub(crate) a: Vec<f64>,
-    pub(crate) x: Block,
-    pub(crate) v: Block,
-    pub(crate) p: Block,
-}
+use crate::edit::Edit;
+use crate::law::Law;
+use crate::terms::{At, Derivatives};
 
 /// The acceleration field of a law in vector coordinates.
 #[derive(Debug)]

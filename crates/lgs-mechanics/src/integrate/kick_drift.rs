@@ -8,35 +8,15 @@
 //! Where forces depend on the velocity the second half is implicit, solved by Newton's method to rounding, so
 //! that the step by `−h` is the exact inverse.
 
-use super::field::Linearised;
-use super::{NoSolution, Stepper, Tangent, solve};
+use super::kick_field::{KickField, Linearised};
+use super::solve::{self, add_scaled, finite, norm};
+use super::stepper::{NoSolution, Stepper, Tangent};
 use crate::coordinates::State;
 
 /// Newton steps of the implicit kick; linear forces need one, smooth ones four.
 const NEWTON_STEPS: usize = 50;
 /// Relative change at which the velocity counts as solved: a few units of rounding.
 const SOLVED: f64 = 4.0 * f64::EPSILON;
-
-/// Forces as accelerations, and the motion without any force.
-pub(crate) trait KickField {
-    /// Degrees of freedom.
-    fn freedoms(&self) -> usize;
-
-    /// Whether any force depends on the velocity.
-    fn depends_on_velocity(&self) -> bool;
-
-    /// Writes the acceleration by forces, `[freedoms]`.
-    fn acceleration(&mut self, x: &[f64], v: &[f64], a: &mut [f64]);
-
-    /// Writes the acceleration by forces and its derivatives.
-    fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised);
-
-    /// The exact or a symmetric motion without forces.
-    fn drift(&self, state: &mut State, h: f64);
-
-    /// Carries the tangent along, from the state before the drift.
-    fn drift_tangent(&self, state: &State, tangent: &mut Tangent, h: f64);
-}
 
 /// The scheme for constant kinetic energy, and for rotations with a drift of their own.
 #[derive(Debug)]
@@ -129,21 +109,4 @@ impl<F: KickField> Stepper for KickDrift<F> {
         self.kick_tangent(tangent, 0.5 * h, false);
         self.solve_velocity(0.5 * h, &mut tangent.v)
     }
-}
-
-/// `to += s from`.
-pub(super) fn add_scaled(to: &mut [f64], from: &[f64], s: f64) {
-    if s != 0.0 {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to += s * from);
-    }
-}
-
-/// Largest absolute entry.
-pub(super) fn norm(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
-}
-
-/// Refuses numbers that are not finite.
-pub(super) fn finite(values: &[f64]) -> Result<(), NoSolution> {
-    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(NoSolution) }
 }

@@ -7,9 +7,10 @@
 //! The mean velocity is solved for by Newton's method to rounding: with `x̄ = x + h/2 v̄` it is
 //! `v̄ = v + h/2 a(x̄, v̄)`.
 
-use super::field::{Linearised, VectorField};
-use super::kick_drift::{KickField, add_scaled, finite, norm};
-use super::{NoSolution, Stepper, Tangent, solve};
+use super::field::VectorField;
+use super::kick_field::{KickField, Linearised};
+use super::solve::{self, add_scaled, finite, norm};
+use super::stepper::{NoSolution, Stepper, Tangent};
 use crate::coordinates::State;
 use crate::terms::Block;
 

@@ -3,8 +3,8 @@
 //! A change of rotation is a rotation vector `δ` in body axes, so that `d(Rᵀu) = [Rᵀu]× δ` for a fixed `u`
 //! and `d(R b) = −R [b]× δ` for a fixed `b`.
 
-use super::body_field::matrix;
-use super::field::{Applied, Linearised};
+use super::applied::Applied;
+use super::kick_field::Linearised;
 use crate::coordinates::Port;
 use crate::terms::{Block, Derivatives};
 use glam::{DMat3, DVec3};
@@ -151,4 +151,9 @@ fn add(block: &mut Block, (row, column): (usize, usize), value: DMat3) {
     for j in 0..3 {
         (0..3).for_each(|i| block[(row + i, column + j)] += value.col(j)[i]);
     }
+}
+
+/// The matrix of three rows and columns of a block.
+fn matrix(block: &Block) -> DMat3 {
+    DMat3::from_cols_array_2d(&std::array::from_fn(|column| std::array::from_fn(|row| block[(row, column)])))
 }

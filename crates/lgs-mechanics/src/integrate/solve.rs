@@ -1,6 +1,6 @@
-//! Small linear systems inside of a step.
+//! Small vectors and linear systems inside of a step.
 
-use super::NoSolution;
+use super::stepper::NoSolution;
 use crate::terms::Block;
 
 /// Solves `(I − s A) u = r` for all columns of `r` (`[n, columns]`, row by row), in place.
@@ -47,4 +47,21 @@ pub(crate) fn in_place(a: &mut Block, n: usize, r: &mut [f64]) -> Result<(), NoS
         }
     }
     Ok(())
+}
+
+/// `to += s from`.
+pub(super) fn add_scaled(to: &mut [f64], from: &[f64], s: f64) {
+    if s != 0.0 {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to += s * from);
+    }
+}
+
+/// Largest absolute entry.
+pub(super) fn norm(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+/// Refuses numbers that are not finite.
+pub(super) fn finite(values: &[f64]) -> Result<(), NoSolution> {
+    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(NoSolution) }
 }

@@ -1,6 +1,6 @@
 //! Derivatives of motions with impacts, by central differences.
 
-use super::{Edit, Sensitivity, System};
+use super::sensitivity::Sensitivity;
 use crate::coordinates::State;
 use crate::error::MechanicsError;
 use crate::law::Law;
@@ -10,24 +10,22 @@ use nalgebra::DMatrix;
 /// are equal.
 const DIFFERENCE: f64 = 6e-6;
 
-/// States with their derivatives by start and parameters.
-pub(super) fn of(
-    law: &Law,
-    edit: &Edit,
-    start: &State,
-    times: &[f64],
-) -> Result<Vec<Sensitivity>, MechanicsError> {
+/// The motion of a law from a start.
+type Motion<'a> = dyn Fn(&Law, &State) -> Result<Vec<State>, MechanicsError> + 'a;
+
+/// The states of a motion with their derivatives by start and parameters.
+pub(super) fn of(motion: &Motion<'_>, law: &Law, start: &State) -> Result<Vec<Sensitivity>, MechanicsError> {
     let n = law.coordinates.freedoms();
     let columns = 2 * n + law.parameters.len();
     let zeros = DMatrix::zeros(n, columns);
-    let states = System::new(law, *edit).states(start, times)?;
+    let states = motion(law, start)?;
     let unmoved = |state| Sensitivity { state, position: zeros.clone(), velocity: zeros.clone() };
     let mut found: Vec<Sensitivity> = states.into_iter().map(unmoved).collect();
     for column in 0..columns {
         let step = DIFFERENCE * size(law, start, column);
         let [above, below] = [step, -step].map(|step| {
             let (law, start) = moved(law, start, column, step);
-            System::new(&law, *edit).states(&start, times)
+            motion(&law, &start)
         });
         for (sample, (above, below)) in found.iter_mut().zip(above?.iter().zip(&below?)) {
             let change = law.coordinates.difference(&below.x, &above.x);

@@ -2,8 +2,8 @@
 //! `U = k rⁿ⁺¹/(n + 1)`, or `k ln r` for `n = −1`.
 
 use super::kind::{At, Derivatives, Role, TermKind, default_start};
-use super::parameter::{Parameter, Quantity, Scales, Space};
 use super::quadratic::dot;
+use crate::parameter::{Parameter, Quantity, Scales, Space};
 
 /// The kind `central-power`: the exponent is fitted.
 pub(super) const POWER: Central = Central { name: "central-power", exponent: None };

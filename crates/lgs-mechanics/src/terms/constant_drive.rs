@@ -4,7 +4,7 @@
 //! energy for ever, so a law with it is *driven*.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Quantity, Space, axis_name};
+use crate::parameter::{Parameter, Quantity, Space, axis_name};
 
 /// The kind `constant-drive`.
 pub(super) const CONSTANT_DRIVE: ConstantDrive = ConstantDrive;

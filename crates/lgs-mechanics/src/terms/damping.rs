@@ -1,8 +1,8 @@
 //! Damping with a matrix: `Q = −D w` with `D` positive semidefinite, as for coupled modes.
 
 use super::kind::{At, Block, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Scales, Space};
 use super::quadratic::Form;
+use crate::parameter::{Parameter, Scales, Space};
 
 /// The kind `damping-positive`.
 pub(super) const DAMPING: Damping = Damping;

@@ -5,8 +5,8 @@
 //! slides.
 
 use super::kind::{At, Derivatives, Role, TermKind, default_start};
-use super::parameter::{Entry, Parameter, Scales, Space};
 use super::quadratic::dot;
+use crate::parameter::{Entry, Parameter, Scales, Space};
 
 /// The kind `dry-friction`.
 pub(super) const DRY_FRICTION: DryFriction = DryFriction;

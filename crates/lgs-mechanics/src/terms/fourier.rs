@@ -2,7 +2,7 @@
 //! `U = −s cos θ − c sin θ`; a second harmonic describes two equal sides.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Quantity, Space};
+use crate::parameter::{Parameter, Quantity, Space};
 
 /// The kind `fourier`: the first harmonic.
 pub(super) const FIRST: Fourier = Fourier { name: "fourier", harmonics: 1 };

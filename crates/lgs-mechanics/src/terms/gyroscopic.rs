@@ -2,7 +2,7 @@
 //! of a uniform magnetic field (up to the charge's sign). Its power is zero.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Space, axis_name};
+use crate::parameter::{Parameter, Space, axis_name};
 
 /// The kind `gyroscopic`.
 pub(super) const GYROSCOPIC: Gyroscopic = Gyroscopic;

@@ -1,6 +1,6 @@
 //! The interface of a kind of term.
 
-use super::parameter::{Entry, Parameter, Scales, Space};
+use crate::parameter::{Entry, Parameter, Scales, Space};
 use std::fmt::Debug;
 use std::ops::{Index, IndexMut};
 

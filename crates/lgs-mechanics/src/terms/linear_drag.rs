@@ -1,7 +1,7 @@
 //! Linear drag: `Q = −d w` with one rate `d ≥ 0` for all directions.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Space};
+use crate::parameter::{Parameter, Space};
 
 /// The kind `linear-drag`.
 pub(super) const LINEAR_DRAG: LinearDrag = LinearDrag;

@@ -15,7 +15,6 @@ mod fourier;
 mod gyroscopic;
 mod kind;
 mod linear_drag;
-mod parameter;
 mod placed;
 mod polynomial;
 mod quadratic;
@@ -27,8 +26,8 @@ mod spring;
 mod tests;
 mod uniform_field;
 
+pub use crate::parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
 pub use kind::{At, Block, Derivatives, Role, TermKind};
-pub use parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
 pub use placed::Term;
 
 /// Every kind of term, in the order in which files and tables name them.

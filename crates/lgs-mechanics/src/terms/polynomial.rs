@@ -3,7 +3,7 @@
 //! it; kinds with fewer parameters come before them.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Space, axis_name};
+use crate::parameter::{Parameter, Space, axis_name};
 
 /// The kind `polynomial-three`.
 pub(super) const CUBIC: Polynomial = Polynomial { name: "polynomial-three", degree: 3 };

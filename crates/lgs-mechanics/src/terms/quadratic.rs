@@ -1,7 +1,7 @@
 //! Symmetric matrices with few parameters: the forms that stiffness and damping share.
 
 use super::kind::Block;
-use super::parameter::{Parameter, Space, axis_name};
+use crate::parameter::{Parameter, Space, axis_name};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Form of a symmetric matrix `K`.

@@ -1,8 +1,8 @@
 //! Quadratic drag: `Q = −k |w| w`, as of a fast body in air.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Space};
 use super::quadratic::dot;
+use crate::parameter::{Parameter, Space};
 
 /// The kind `quadratic-drag`.
 pub(super) const QUADRATIC_DRAG: QuadraticDrag = QuadraticDrag;

@@ -2,8 +2,8 @@
 //! `U = ½ k |o|² + ½ a (ê · o)² + ¼ (u · o)⁴` with `o = y − c` and `ê = u/|u|`, the double well of `a < −k`.
 
 use super::kind::{At, Block, Derivatives, Role, TermKind, default_start};
-use super::parameter::{Parameter, Quantity, Scales, Space, axis_name};
 use super::quadratic::dot;
+use crate::parameter::{Parameter, Quantity, Scales, Space, axis_name};
 
 /// The kind `quartic-radial`.
 pub(super) const RADIAL: Radial = Radial;

@@ -1,8 +1,8 @@
 //! Spring with a rest length, to a point or between two: `U = ½ k (r − L)²`, `r = |y − c|`.
 
 use super::kind::{At, Block, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Quantity, Scales, Space};
 use super::quadratic::dot;
+use crate::parameter::{Parameter, Quantity, Scales, Space};
 
 /// The kind `spring-length`.
 pub(super) const REST_LENGTH: RestLength = RestLength;

@@ -5,8 +5,8 @@
 //! stiffness with its equilibrium.
 
 use super::kind::{At, Block, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Scales, Space};
 use super::quadratic::{Form, full_matrix};
+use crate::parameter::{Parameter, Scales, Space};
 use nalgebra::{DMatrix, DVector};
 
 /// The kind `spring`: the same stiffness in all directions.

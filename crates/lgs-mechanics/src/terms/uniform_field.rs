@@ -1,8 +1,8 @@
 //! Uniform field: `U = −g · y`, the same acceleration `g` everywhere.
 
 use super::kind::{At, Derivatives, Role, TermKind};
-use super::parameter::{Parameter, Space, axis_name};
 use super::quadratic::dot;
+use crate::parameter::{Parameter, Space, axis_name};
 
 /// The kind `uniform-field`.
 pub(super) const UNIFORM_FIELD: UniformField = UniformField;

@@ -4,9 +4,9 @@
 use lgs_nn::encoding::encode_into;
 use lgs_nn::{Mlp, MlpGradients, OutputCotangents, Scratch, Tape};
 
-use super::config::{DeformationConfig, NetworkLayout};
-use super::network::{DeformInput, InputFrame};
-use super::pose::{DELTAS, pose, pose_vjp};
+use super::config::{DELTAS, DeformationConfig, NetworkLayout};
+use super::input::{DeformInput, InputFrame};
+use super::pose::{pose, pose_vjp};
 use super::time_part::TimePart;
 
 /// The values of a block that its backward pass needs.

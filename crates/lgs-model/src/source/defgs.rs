@@ -12,13 +12,14 @@ use lgs_core::GaussianCloud;
 use lgs_core::linear::quat_normalize;
 use serde::{Deserialize, Serialize};
 
-use super::config::{DeformationConfig, ScaleMode};
+use super::config::{DELTAS, DeformationConfig, ScaleMode};
 use super::error::SourceError;
-use super::kind::{Imports, Kind, SourceKind, Training};
+use super::input::InputFrame;
+use super::kind::SourceKind;
 use super::model::SourceModel;
 use super::motion::{Captured, Moment, MotionConfig, SourceMotion};
-use super::network::{Deformation, InputFrame};
-use super::pose::DELTAS;
+use super::network::Deformation;
+use super::registry::{Imports, Kind, Training};
 use super::tensor::{DeformSpec, deform};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::{TensorFile, TensorFileError};

@@ -13,8 +13,9 @@ use lgs_core::linear::quat_normalize;
 use lgs_data::frames::FrameSequence;
 
 use super::error::SourceError;
-use super::kind::{Imports, Kind, SourceKind};
+use super::kind::SourceKind;
 use super::model::SourceModel;
+use super::registry::{Imports, Kind};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::TensorFile;
 

@@ -12,10 +12,11 @@ use lgs_core::linear::{add, mat_vec, quat_normalize, scale, sub};
 
 use super::config::ScaleMode;
 use super::error::SourceError;
-use super::kind::{Imports, Kind, SourceKind, Training};
+use super::input::InputFrame;
+use super::kind::SourceKind;
 use super::model::SourceModel;
 use super::motion::{Captured, Moment, MotionConfig, SourceMotion};
-use super::network::InputFrame;
+use super::registry::{Imports, Kind, Training};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::TensorFile;
 

@@ -15,6 +15,7 @@ mod error;
 mod file;
 pub mod freegave;
 mod imported;
+mod input;
 mod kind;
 mod linear;
 mod model;
@@ -23,26 +24,30 @@ pub mod network;
 mod official;
 pub mod pose;
 pub mod reference;
+mod registry;
 pub mod tensor;
 #[cfg(test)]
 mod testing;
 mod time_part;
 
-pub use config::{DeformationConfig, HeadInit, MotionHead, NetworkLayout, ScaleMode};
+pub use config::{
+    AdvectionConfig, DELTAS, DeformationConfig, HeadInit, MotionHead, NetworkLayout, RotationForm, ScaleMode,
+    VelocityConfig,
+};
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
 pub use error::SourceError;
 pub use file::{import_source, imported_kind, load_source};
-pub use freegave::{AdvectionConfig, FreeGave, FreeGaveConfig, RotationForm, VelocityConfig};
+pub use freegave::{FreeGave, FreeGaveConfig};
 pub use imported::ImportedFrames;
+pub use input::{DeformInput, InputFrame};
 pub use kind::SourceKind;
 pub use linear::LinearMotion;
 pub use model::SourceModel;
 pub use motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
-pub use network::{Deformation, InputFrame};
+pub use network::Deformation;
 pub use official::{is_official_defgs, read_official_defgs};
-pub use pose::DELTAS;
 
-use kind::Kind;
+use registry::Kind;
 
 impl SourceKind {
     /// Every kind.

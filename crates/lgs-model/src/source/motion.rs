@@ -4,10 +4,9 @@
 use burn::tensor::Tensor;
 use lgs_core::GaussianCloud;
 
-use super::config::{DeformationConfig, ScaleMode};
-use super::freegave::{AdvectionConfig, VelocityConfig};
+use super::config::{AdvectionConfig, DeformationConfig, ScaleMode, VelocityConfig};
+use super::input::InputFrame;
 use super::model::SourceModel;
-use super::network::InputFrame;
 
 /// A frame's time and the state of the training schedule.
 #[derive(Clone, Copy)]

@@ -11,51 +11,16 @@ use std::ops::Range;
 use lgs_core::Stream;
 use lgs_nn::{LinearRange, MlpGradients, init_uniform};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::blocks::{Activations, Block, Pass, encoded};
-use super::config::{DeformationConfig, HeadInit};
-use super::pose::DELTAS;
+use super::config::{DELTAS, DeformationConfig, HeadInit};
+use super::input::{DeformInput, InputFrame};
 
 /// Gaussians per block: activations of a small network stay in the second-level cache.
 pub(super) const BLOCK: usize = 256;
 
 /// Blocks whose weight gradients are accumulated together; bounds the memory of the partial sums.
 const BLOCKS_PER_PARTIAL: usize = 4;
-
-/// The affine map applied to positions before encoding: `(x − center) / scale`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct InputFrame {
-    /// World units.
-    pub center: [f32; 3],
-    /// World units.
-    pub scale: f32,
-}
-
-impl InputFrame {
-    /// Positions as they are.
-    pub const IDENTITY: Self = Self { center: [0.0; 3], scale: 1.0 };
-
-    /// The values of a frame that is not a map, for messages.
-    pub(super) fn defect(&self) -> Option<String> {
-        let Self { center, scale } = *self;
-        let sound = scale > 0.0 && scale.is_finite() && center.iter().all(|v| v.is_finite());
-        (!sound).then(|| format!("{scale} and {center:?}"))
-    }
-
-    /// Centre and half extent of a box around points (the identity if there are none or they coincide).
-    #[must_use]
-    pub fn around(points: &[[f32; 3]]) -> Self {
-        let low = points.iter().fold([f32::MAX; 3], |a, p| std::array::from_fn(|i| a[i].min(p[i])));
-        let high = points.iter().fold([f32::MIN; 3], |a, p| std::array::from_fn(|i| a[i].max(p[i])));
-        let scale = (0..3).map(|i| 0.5 * (high[i] - low[i])).fold(0.0, f32::max);
-        if scale.is_finite() && scale > 1e-6 {
-            Self { center: std::array::from_fn(|i| 0.5 * (low[i] + high[i])), scale }
-        } else {
-            Self::IDENTITY
-        }
-    }
-}
 
 /// A deformation network with its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,23 +76,6 @@ pub(super) fn initial_params(
         params[head.range()].iter_mut().for_each(|p| *p *= factor);
     }
     params
-}
-
-/// The network, the Gaussians and the time of a call.
-#[derive(Clone, Copy)]
-pub struct DeformInput<'a> {
-    /// Sizes.
-    pub config: &'a DeformationConfig,
-    /// The map of positions before encoding.
-    pub frame: InputFrame,
-    /// Parameters `[P]`.
-    pub params: &'a [f32],
-    /// Canonical centres `[n]`.
-    pub means: &'a [[f32; 3]],
-    /// Canonical quaternions `[n]`, of any length but zero.
-    pub rotations: &'a [[f32; 4]],
-    /// Time of the frame.
-    pub time: f32,
 }
 
 /// Gradients by parameters and canonical Gaussians.

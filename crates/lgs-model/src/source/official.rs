@@ -13,11 +13,11 @@ use lgs_data::pth::{PthError, StateDict};
 use lgs_nn::ParamRange;
 use lgs_nn::encoding::encoded_width;
 
-use super::config::{DeformationConfig, HeadInit, MotionHead, ScaleMode};
+use super::config::{DELTAS, DeformationConfig, HeadInit, MotionHead, ScaleMode};
 use super::defgs::DefGs;
 use super::error::SourceError;
-use super::network::{Deformation, InputFrame};
-use super::pose::DELTAS;
+use super::input::InputFrame;
+use super::network::Deformation;
 
 /// Heads in the order of a pose row, with their outputs.
 const HEADS: [(&str, usize); 3] = [("gaussian_warp", 3), ("gaussian_rotation", 4), ("gaussian_scaling", 3)];

@@ -9,11 +9,8 @@
 
 use lgs_core::linear::{add, cross, dot, quat_conjugate, quat_mul, scale, sub};
 
-use super::config::MotionHead;
-use super::network::InputFrame;
-
-/// Numbers per row, raw or pose.
-pub const DELTAS: usize = 10;
+use super::config::{DELTAS, MotionHead};
+use super::input::InputFrame;
 
 /// Below this squared angle the rotation's coefficients come from their series, whose next term is beyond
 /// single precision.

@@ -7,7 +7,7 @@ use lgs_nn::encoding::encode;
 use lgs_nn::{LinearRange, MlpLayout};
 
 use super::config::{DeformationConfig, MotionHead};
-use super::network::InputFrame;
+use super::input::InputFrame;
 
 fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
     let weight: Tensor<2> =

@@ -10,7 +10,8 @@ use lgs_tensor::{Kernel, fused};
 use std::sync::Arc;
 
 use super::config::DeformationConfig;
-use super::network::{DeformInput, InputFrame, Kept, deform as deform_rows, deform_kept, deform_vjp};
+use super::input::{DeformInput, InputFrame};
+use super::network::{Kept, deform as deform_rows, deform_kept, deform_vjp};
 
 /// The constants of a call.
 #[derive(Clone, Debug)]

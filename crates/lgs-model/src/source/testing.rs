@@ -4,8 +4,8 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 
-use super::network::InputFrame;
-use super::pose::DELTAS;
+use super::config::DELTAS;
+use super::input::InputFrame;
 
 /// A frame that is not the identity.
 pub(super) const FRAME: InputFrame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };

@@ -1,6 +1,6 @@
 //! Blocks of Gaussians, lane by lane: parameters before projection and the image plane after it.
 
-use super::{LOG2_255, Projected};
+use crate::projected::{LOG2_255, Projected};
 use crate::sh::Basis;
 use crate::simd::{BLOCK, Lanes, V, splat};
 use crate::splats::Splats;

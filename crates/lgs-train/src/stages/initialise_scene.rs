@@ -17,7 +17,7 @@ use lgs_model::{
 };
 
 use super::motion_options::MotionOptions;
-use super::observed_motion::observed_to_move;
+use super::observed_motion::{TrainingFrames, observed_to_move};
 use super::recorder::Recorder;
 use crate::TrainError;
 
@@ -74,7 +74,9 @@ pub fn initialise_scene(
         ..request.distill.resolving(request.pixel_size)
     };
     let found = find_objects(&trajectories, request.partition)?;
-    let partition = found.with_only(&observed_to_move(source, &found, request));
+    let training = TrainingFrames { frames: request.frames, background: request.background };
+    let seen = observed_to_move(source, &found, training, request.partition.unseen_motion);
+    let partition = found.with_only(&seen);
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
     let recorder = Recorder { source, trajectories: &trajectories, config: &object };
     Ok(assemble(&cloud, distilled, request, &recorder))

@@ -11,7 +11,6 @@ use lgs_model::source::SourceModel;
 use lgs_render::{Splats, mse, rasterize};
 use rayon::prelude::*;
 
-use super::initialise_scene::InitialSceneRequest;
 use super::spread::spread_over_time;
 
 /// Training frames that are compared, spread evenly over the window.
@@ -20,22 +19,31 @@ const OBSERVED_FRAMES: usize = 24;
 /// rise of any object.
 const OBSERVED_FRACTION: f64 = 0.1;
 
+/// The training frames that tell what is seen to move.
+#[derive(Clone, Copy)]
+pub(super) struct TrainingFrames<'a> {
+    pub(super) frames: &'a [Frame],
+    /// Colour behind the Gaussians.
+    pub(super) background: [f32; 3],
+}
+
 /// For every object of a partition of the source's Gaussians, whether its rest would show in the training
-/// frames.
+/// frames: would raise their error by the fraction `tolerance` (0: everything counts as seen to move).
 pub(super) fn observed_to_move(
     source: &dyn SourceModel,
     partition: &Partition,
-    request: &InitialSceneRequest<'_>,
+    training: TrainingFrames<'_>,
+    tolerance: f32,
 ) -> Vec<bool> {
-    let tolerance = f64::from(request.partition.unseen_motion);
-    let frames = spread_over_time(request.frames, OBSERVED_FRAMES, [1, 2]);
+    let tolerance = f64::from(tolerance);
+    let frames = spread_over_time(training.frames, OBSERVED_FRAMES, [1, 2]);
     if tolerance <= 0.0 || frames.is_empty() {
         return vec![true; partition.objects];
     }
     let start = source.cloud_at(0.0);
     let members: Vec<Vec<usize>> = (0..partition.objects).map(|object| partition.members(object)).collect();
     let errors: Vec<Vec<f64>> =
-        frames.par_iter().map(|frame| errors(source, &start, &members, frame, request.background)).collect();
+        frames.par_iter().map(|frame| errors(source, &start, &members, frame, training.background)).collect();
     let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
     let moving = total(0);
     let rises: Vec<f64> =
@@ -81,9 +89,8 @@ fn errors(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stages::MotionOptions;
     use lgs_core::Camera;
-    use lgs_distill::{DistillConfig, PartitionConfig};
+    use lgs_distill::PartitionConfig;
     use lgs_model::source::ImportedFrames;
 
     /// Two balls that slide as far as each other, of which the second has the colour of the background.
@@ -127,25 +134,11 @@ mod tests {
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
         let partition = Partition { object: vec![0, 1], objects: 2 };
-        let (config, distill, motion) =
-            (PartitionConfig::default(), DistillConfig::default(), MotionOptions::default());
-        let request = InitialSceneRequest {
-            partition: &config,
-            distill: &distill,
-            motion: &motion,
-            time_window: 1.0,
-            pixel_size: 0.0,
-            background: [1.0; 3],
-            frames: &frames,
-            seed: 0,
-        };
-        assert_eq!(observed_to_move(&source, &partition, &request), [true, false]);
+        let training = TrainingFrames { frames: &frames, background: [1.0; 3] };
+        let tolerance = PartitionConfig::default().unseen_motion;
+        assert_eq!(observed_to_move(&source, &partition, training, tolerance), [true, false]);
         let alone = Partition { object: vec![-1, 0], objects: 1 };
-        assert_eq!(observed_to_move(&source, &alone, &request), [true], "nothing shows more");
-        let off = PartitionConfig { unseen_motion: 0.0, ..config.clone() };
-        assert_eq!(
-            observed_to_move(&source, &partition, &InitialSceneRequest { partition: &off, ..request }),
-            [true, true]
-        );
+        assert_eq!(observed_to_move(&source, &alone, training, tolerance), [true], "nothing shows more");
+        assert_eq!(observed_to_move(&source, &partition, training, 0.0), [true, true], "everything counts");
     }
 }

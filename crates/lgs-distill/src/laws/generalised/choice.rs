@@ -6,7 +6,7 @@ use super::observed::ObservedPoses;
 use super::rigid_law::combined;
 use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, Judged, PARSIMONY, choose, simplicity};
+use lgs_mechanics::choose::{Choice, Judged, PARSIMONY, choose};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
@@ -167,14 +167,4 @@ fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f6
 
 fn acts_on(candidate: &Candidate, port: Port) -> bool {
     candidate.terms.iter().any(|term| term.port == port)
-}
-
-/// The unknowns that make a law less simple, for laws put together from two.
-pub(super) fn judged(index: usize, parts: [&Judged; 2], fitted: lgs_mechanics::fit::Fitted) -> Judged {
-    let [a, b] = parts;
-    let simplicity = match Candidate::new(fitted.law.coordinates.clone(), fitted.law.terms.clone()) {
-        Ok(candidate) => simplicity(&candidate),
-        Err(_) => a.simplicity + b.simplicity,
-    };
-    Judged { index, fitted, evidence: a.evidence + b.evidence, simplicity }
 }

@@ -1,6 +1,5 @@
 //! Moments of inertia: those of the particles' second moments, and those that the motion itself shows.
 
-use super::observed::ObservedPoses;
 use crate::thresholds::{LEAST_MOMENT, PARTICLES_INERTIA_WEIGHT};
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{
@@ -36,26 +35,31 @@ fn tensor_of(inertia: &Inertia) -> DMat3 {
 
 /// The inertia that explains a motion about a point, at which `arm` (shape axes) leads to the centre of mass:
 /// the angular momentum `R J ω` changes only by the weight's torque, `R J ω = L + ∫ R a dt × g`, which is
-/// linear in the six entries of J, in L and in g. The scale is that of `prior`.
-pub(super) fn of_motion(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -> Option<Inertia> {
-    let (turns, spins) = observed.turning();
+/// linear in the six entries of J, in L and in g. The scale is that of `prior`. The motion is given by its
+/// times, by the rotations of the shape, and by its angular velocities in its own axes.
+pub(super) fn of_motion(
+    times: &[f64],
+    (turns, spins): (&[DMat3], &[DVec3]),
+    prior: &Inertia,
+    arm: DVec3,
+) -> Option<Inertia> {
     let tensor = tensor_of(prior);
     let mut impulse = DVec3::ZERO;
     let unknowns = ENTRIES + 6;
-    let samples = observed.times.len();
+    let samples = times.len();
     let mut gram = DMatrix::<f64>::zeros(unknowns, unknowns);
     let mut right = DMatrix::<f64>::zeros(unknowns, 1);
     for k in 0..samples {
         if k > 0 {
             let mean = 0.5 * (turns[k] + turns[k - 1]);
-            impulse += mean * arm * (observed.times[k] - observed.times[k - 1]);
+            impulse += mean * arm * (times[k] - times[k - 1]);
         }
         let row = equation(&turns[k], spins[k], impulse, &tensor);
         let known = turns[k] * (tensor * spins[k]);
         gram += row.transpose() * &row;
         right -= row.transpose() * DMatrix::from_column_slice(3, 1, &known.to_array());
     }
-    let momentum = turns.iter().zip(&spins).map(|(turn, &spin)| (*turn * (tensor * spin)).length_squared());
+    let momentum = turns.iter().zip(spins).map(|(turn, &spin)| (*turn * (tensor * spin)).length_squared());
     let ridge = PARTICLES_INERTIA_WEIGHT * momentum.sum::<f64>();
     (0..ENTRIES).for_each(|i| gram[(i, i)] += ridge);
     // A torque or momentum that no arm or spin shows is zero.

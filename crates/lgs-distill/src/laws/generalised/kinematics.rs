@@ -108,7 +108,8 @@ fn inertias(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -> Vec<KnownI
     let with = |form| Inertia { form, ..*prior };
     let forms = [InertiaForm::Isotropic, InertiaForm::Prior, InertiaForm::Free];
     let mut all: Vec<KnownInertia> = forms.map(|form| (with(form), 0)).to_vec();
-    let found = of_motion(observed, prior, arm);
+    let (turns, spins) = observed.turning();
+    let found = of_motion(&observed.times, (&turns, &spins), prior, arm);
     all.extend(found.map(|inertia| (Inertia { form: InertiaForm::Free, ..inertia }, 3)));
     all
 }

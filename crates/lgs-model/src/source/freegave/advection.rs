@@ -4,9 +4,8 @@
 use lgs_core::stream;
 use rand::RngExt;
 
-use super::advection_config::AdvectionConfig;
-use super::config::VelocityConfig;
-use super::network::{Advection, Learns};
+use super::input::{Advection, Learns};
+use crate::source::config::{AdvectionConfig, VelocityConfig};
 use crate::source::motion::Moment;
 
 /// The advection of a training step (method §3.2): from a time before or after that of the frame, or from T*

@@ -6,11 +6,12 @@ use lgs_nn::encoding::encode_into;
 use lgs_nn::{Activation, Mlp, MlpGradients, MlpLayout, MlpShape, OutputCotangents, Scratch, Tape};
 use rayon::prelude::*;
 
-use super::network::{AdvectionInput, Learns};
+use super::input::{AdvectionInput, Learns};
 use super::twist::{TWIST, Twist, integrate, integrate_vjp, rotation, steps, twist_times};
 use crate::source::blocks::{Activations, Block, Pass, encoded};
-use crate::source::network::{BLOCK, DeformInput};
-use crate::source::pose::DELTAS;
+use crate::source::config::DELTAS;
+use crate::source::input::DeformInput;
+use crate::source::network::BLOCK;
 
 /// Motion bases at all times of the integration.
 #[derive(Debug, Default)]

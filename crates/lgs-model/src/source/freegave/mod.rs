@@ -7,11 +7,11 @@
 //! its twin in plain tensor operations.
 
 mod advection;
-mod advection_config;
 mod call;
 mod config;
 mod file;
 mod inflated;
+pub mod input;
 mod model;
 mod motion;
 pub mod network;
@@ -19,8 +19,8 @@ pub mod reference;
 pub mod tensor;
 pub mod twist;
 
-pub use advection_config::AdvectionConfig;
-pub use config::{FreeGaveConfig, FreeGaveLayout, RotationForm, VelocityConfig};
+pub use config::{FreeGaveConfig, FreeGaveLayout};
+pub use input::{Advection, AdvectionInput, Learns};
 pub use model::FreeGave;
 pub(super) use motion::KIND;
-pub use network::{Advection, FreeGaveNetworks, Learns};
+pub use network::FreeGaveNetworks;

@@ -1,18 +1,20 @@
 //! A trained FreeGave model: where its Gaussians are at any time (method §3.2).
 
+use std::path::Path;
 use std::sync::OnceLock;
 
 use lgs_core::GaussianCloud;
 use lgs_core::linear::{norm, sub};
 
-use super::config::RotationForm;
-use super::file::to_tensors;
+use super::file::{from_tensors, to_tensors};
 use super::inflated::drawn_shape;
-use super::network::{Advection, AdvectionInput, FreeGaveNetworks, carry};
+use super::input::{Advection, AdvectionInput};
+use super::network::{FreeGaveNetworks, carry};
+use crate::source::config::{DELTAS, RotationForm};
 use crate::source::defgs::compose;
+use crate::source::error::SourceError;
 use crate::source::kind::SourceKind;
 use crate::source::model::SourceModel;
-use crate::source::pose::DELTAS;
 use crate::tensor_file::TensorFile;
 
 /// Interval of the times at which a Gaussian is asked whether it stays where it is (method §3.2).
@@ -39,6 +41,14 @@ impl FreeGave {
     #[must_use]
     pub fn new(canonical: GaussianCloud, networks: FreeGaveNetworks, time_window: f32) -> Self {
         Self { canonical, networks, time_window, still: OnceLock::new() }
+    }
+
+    /// Reads what [`SourceModel::save`] wrote to `path`.
+    ///
+    /// # Errors
+    /// If sizes or arrays are absent, do not fit or are not finite.
+    pub fn from_tensors(file: &TensorFile, path: &Path) -> Result<Self, SourceError> {
+        from_tensors(file, path).map(|(canonical, networks, window)| Self::new(canonical, networks, window))
     }
 
     /// Pose rows at a time by the render step alone.
@@ -109,15 +119,16 @@ impl SourceModel for FreeGave {
     }
 
     fn to_tensors(&self) -> TensorFile {
-        to_tensors(self)
+        to_tensors(&self.canonical, &self.networks, self.time_window)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::freegave::{FreeGaveConfig, VelocityConfig};
-    use crate::source::network::InputFrame;
+    use crate::source::config::VelocityConfig;
+    use crate::source::freegave::FreeGaveConfig;
+    use crate::source::input::InputFrame;
     use crate::source::{DeformationConfig, HeadInit, ScaleMode, load_source};
 
     fn model(rotation: RotationForm) -> FreeGave {

@@ -7,15 +7,15 @@ use lgs_core::{GaussianCloud, stream};
 use rand::RngExt;
 
 use super::advection::training_advection;
-use super::advection_config::AdvectionConfig;
 use super::config::FreeGaveConfig;
+use super::input::{Advection, Learns};
 use super::model::FreeGave;
-use super::network::{Advection, FreeGaveNetworks, Learns};
+use super::network::FreeGaveNetworks;
 use super::tensor::{AdvectionSpec, carry};
-use crate::source::config::ScaleMode;
-use crate::source::kind::{Imports, Kind, Training};
+use crate::source::config::{AdvectionConfig, ScaleMode};
 use crate::source::model::SourceModel;
 use crate::source::motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
+use crate::source::registry::{Imports, Kind, Training};
 use crate::thresholds::AGREEMENT_STRIDE;
 
 pub(in crate::source) const KIND: Kind = Kind {

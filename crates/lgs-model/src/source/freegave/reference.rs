@@ -6,9 +6,9 @@ use burn::tensor::{Tensor, TensorData};
 use lgs_nn::encoding::encode;
 
 use super::config::FreeGaveConfig;
-use super::network::Advection;
+use super::input::Advection;
 use super::twist::{TWIST, steps, twist_times};
-use crate::source::network::InputFrame;
+use crate::source::input::InputFrame;
 use crate::source::reference::{ReferenceInput, columns, cross, deform_with_codes, encoded_positions, mlp};
 
 /// Inputs of [`carry`].
@@ -70,7 +70,8 @@ fn velocity(twist: &Tensor<2>, p: &Tensor<2>) -> Tensor<2> {
 #[cfg(test)]
 mod tests {
     use super::super::config::VelocityConfig;
-    use super::super::network::{AdvectionInput, FreeGaveNetworks, Learns, carry_kept, carry_vjp};
+    use super::super::input::{AdvectionInput, Learns};
+    use super::super::network::{FreeGaveNetworks, carry_kept, carry_vjp};
     use super::super::tensor::{self, AdvectionSpec};
     use super::*;
     use crate::source::testing::{FRAME, compare_twins, gaussians, weights};

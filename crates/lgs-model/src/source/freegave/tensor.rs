@@ -11,8 +11,9 @@ use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
 use lgs_tensor::{Kernel, fused};
 
 use super::config::FreeGaveConfig;
-use super::network::{Advection, AdvectionInput, Kept, carry as carry_rows, carry_kept, carry_vjp};
-use crate::source::network::InputFrame;
+use super::input::{Advection, AdvectionInput};
+use super::network::{Kept, carry as carry_rows, carry_kept, carry_vjp};
+use crate::source::input::InputFrame;
 
 /// The constants of a call.
 #[derive(Clone, Debug)]

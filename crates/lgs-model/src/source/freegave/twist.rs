@@ -5,7 +5,7 @@
 
 use lgs_core::linear::{Mat3, add, cross, mat_mul, norm, quat_mul, quat_normalize, scale, sub};
 
-use super::config::RotationForm;
+use crate::source::config::RotationForm;
 
 /// Numbers per twist: `u` (3), and `−ω` (3).
 pub const TWIST: usize = 6;

@@ -3,7 +3,7 @@
 //! Sixteen rows of each of three images are more than the processor looks ahead in by itself. Memory is
 //! therefore asked for what will be touched next.
 
-use crate::photometric::Pair;
+use super::pair::Pair;
 use crate::simd::{BLOCK, Lanes, V};
 use crate::transpose::Square;
 use crate::window::{RADIUS, STEP};
@@ -16,7 +16,7 @@ const AHEAD: usize = 2 * BLOCK;
 
 /// The results that a call asks for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Wanted {
+pub(super) enum Wanted {
     /// The loss alone.
     Value,
     /// The loss and its gradient.
@@ -24,7 +24,7 @@ pub(crate) enum Wanted {
 }
 
 /// A band of two images and of the gradient.
-pub(crate) struct Memory<'a> {
+pub(super) struct Memory<'a> {
     pair: Pair<'a>,
     /// Rows of the band.
     rows: Range<usize>,
@@ -35,26 +35,26 @@ pub(crate) struct Memory<'a> {
 }
 
 impl<'a> Memory<'a> {
-    pub(crate) fn new(pair: Pair<'a>, rows: Range<usize>, v: &'a mut [f32]) -> Self {
+    pub(super) fn new(pair: Pair<'a>, rows: Range<usize>, v: &'a mut [f32]) -> Self {
         let sums = vec![[0.0; 2]; rows.len()];
         Self { pair, rows, v, sums }
     }
 
     /// The gradient if there is an array for it.
     #[inline(always)]
-    pub(crate) fn wanted(&self) -> Wanted {
+    pub(super) fn wanted(&self) -> Wanted {
         if self.v.is_empty() { Wanted::Value } else { Wanted::Gradient }
     }
 
     /// Number of rows outside of the band that are needed on each side.
     #[inline(always)]
-    pub(crate) fn reach(&self) -> usize {
+    pub(super) fn reach(&self) -> usize {
         if self.wanted() == Wanted::Gradient { 2 * RADIUS } else { RADIUS }
     }
 
     /// The range, among `STEP` rows, of those in the image and at most `margin` rows outside of the band.
     #[inline(always)]
-    pub(crate) fn needed(&self, first: isize, margin: usize) -> Range<usize> {
+    pub(super) fn needed(&self, first: isize, margin: usize) -> Range<usize> {
         let [start, end] =
             [self.rows.start.saturating_sub(margin), self.pair.height.min(self.rows.end + margin)];
         let [start, end] = [start, end].map(|y| (y as isize - first).clamp(0, STEP as isize) as usize);
@@ -62,7 +62,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The needed ones of `STEP` rows of both images; others are empty.
-    pub(crate) fn images(&self, first: isize) -> [[&'a [f32]; STEP]; 2] {
+    pub(super) fn images(&self, first: isize) -> [[&'a [f32]; STEP]; 2] {
         let mut rows = [[&[][..]; STEP]; 2];
         for row in self.needed(first, self.reach()) {
             for (rows, image) in rows.iter_mut().zip(self.pair.at((first + row as isize) as usize)) {
@@ -73,7 +73,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Sets one of the sums of those of `STEP` rows that are in the band.
-    pub(crate) fn set_sums(&mut self, first: isize, which: usize, sums: &[f64; STEP]) {
+    pub(super) fn set_sums(&mut self, first: isize, which: usize, sums: &[f64; STEP]) {
         for row in self.needed(first, 0) {
             self.sums[(first + row as isize) as usize - self.rows.start][which] = sums[row];
         }
@@ -82,7 +82,7 @@ impl<'a> Memory<'a> {
     /// Writes sixteen floats, or as many as there are, of those of `STEP` rows of the gradient that are in
     /// the band.
     #[inline(always)]
-    pub(crate) fn write(&mut self, first: isize, at: usize, square: &Square) {
+    pub(super) fn write(&mut self, first: isize, at: usize, square: &Square) {
         for row in self.needed(first, 0) {
             let start = ((first + row as isize) as usize - self.rows.start) * self.pair.row;
             let v = &mut self.v[start + at.min(self.pair.row)..start + self.pair.row];
@@ -95,7 +95,7 @@ impl<'a> Memory<'a> {
 
     /// Asks for what follows sixteen floats of some of `STEP` rows of the gradient.
     #[inline(always)]
-    pub(crate) fn ask<S: Simd>(&self, simd: S, first: isize, rows: Range<usize>, at: usize) {
+    pub(super) fn ask<S: Simd>(&self, simd: S, first: isize, rows: Range<usize>, at: usize) {
         for row in rows {
             let y = first + row as isize - self.rows.start as isize;
             prefetch::<S, f32, true>(
@@ -108,7 +108,7 @@ impl<'a> Memory<'a> {
 
 /// Sixteen floats of a row, or as many as there are and zeros.
 #[inline(always)]
-pub(crate) fn read<S: Simd>(simd: S, row: &[f32], at: usize, index: usize) -> V<S> {
+pub(super) fn read<S: Simd>(simd: S, row: &[f32], at: usize, index: usize) -> V<S> {
     match row.get(at..at + BLOCK) {
         Some(floats) => V { simd, value: S::as_simd_f32s(floats).0[index] },
         None => the_rest(row, at).get(simd, index),
@@ -125,7 +125,7 @@ fn the_rest(row: &[f32], at: usize) -> Lanes {
 
 /// Asks for what follows sixteen floats of some rows.
 #[inline(always)]
-pub(crate) fn ask<S: Simd>(simd: S, [a, b]: &[[&[f32]; STEP]; 2], rows: Range<usize>, at: usize) {
+pub(super) fn ask<S: Simd>(simd: S, [a, b]: &[[&[f32]; STEP]; 2], rows: Range<usize>, at: usize) {
     for row in rows {
         prefetch::<S, f32, false>(simd, a[row].get(at + AHEAD));
         prefetch::<S, f32, false>(simd, b[row].get(at + AHEAD));

@@ -1,32 +1,32 @@
 //! The sequences that the photometric loss windows: down columns of sixteen floats side by side, along rows
 //! with sixteen rows side by side.
 
-use crate::photometric::CHANNELS;
+use super::pair::CHANNELS;
 use crate::simd::{BLOCK, Lanes, V};
 use crate::transpose::{self, Square};
 use crate::window::{Line, RADIUS, STEP};
 use pulp::Simd;
 
 /// Pixels that enter at a time: whole squares.
-pub(crate) const PIXELS: usize = STEP;
+pub(super) const PIXELS: usize = STEP;
 /// Pixels whose windowed slopes wait for the rest of their squares.
-pub(crate) const WAITING: usize = PIXELS - 2 * RADIUS;
+pub(super) const WAITING: usize = PIXELS - 2 * RADIUS;
 
 /// Values of sixteen rows in four planes, per pixel and channel.
-pub(crate) type Cells = [[[Lanes; 4]; CHANNELS]; PIXELS];
+pub(super) type Cells = [[[Lanes; 4]; CHANNELS]; PIXELS];
 
 /// Windowed slopes of sixteen rows, per pixel and channel.
-pub(crate) type Waiting = [[[Lanes; 3]; CHANNELS]; WAITING];
+pub(super) type Waiting = [[[Lanes; 3]; CHANNELS]; WAITING];
 
 /// The plane of cells where windowed slopes of a plane go: the last one is free, then that of the slopes
 /// before.
 #[inline(always)]
-pub(crate) fn behind(plane: usize) -> usize {
+pub(super) fn behind(plane: usize) -> usize {
     (plane + 3) % 4
 }
 
 /// Rows, or their squares; results go elsewhere.
-pub(crate) struct Rows<'a, const SQUARED: bool> {
+pub(super) struct Rows<'a, const SQUARED: bool> {
     pub rows: &'a Square,
     pub square: &'a mut Square,
 }
@@ -45,7 +45,7 @@ impl<const SQUARED: bool> Line for Rows<'_, SQUARED> {
 }
 
 /// A plane of cells.
-pub(crate) struct Plane<T> {
+pub(super) struct Plane<T> {
     pub cells: T,
     pub plane: usize,
 }
@@ -70,7 +70,7 @@ impl<const PLANES: usize> Line for Plane<&mut [[Lanes; PLANES]; STEP]> {
 }
 
 /// A plane of a channel of cells.
-pub(crate) struct Channel<'a> {
+pub(super) struct Channel<'a> {
     pub cells: &'a mut Cells,
     pub channel: usize,
     pub plane: usize,
@@ -89,7 +89,7 @@ impl Line for Channel<'_> {
 }
 
 /// A plane of slopes; results go `2 RADIUS` pixels back, to the plane that is free.
-pub(crate) struct Behind<'a> {
+pub(super) struct Behind<'a> {
     pub slopes: Channel<'a>,
     pub waiting: &'a mut Waiting,
 }
@@ -97,7 +97,7 @@ pub(crate) struct Behind<'a> {
 impl Behind<'_> {
     /// First are the results that waited.
     #[inline(always)]
-    pub(crate) fn begin<S: Simd>(&mut self, simd: S, index: usize) {
+    pub(super) fn begin<S: Simd>(&mut self, simd: S, index: usize) {
         let Channel { cells, channel, plane } = &mut self.slopes;
         for i in 0..WAITING {
             let waited = self.waiting[i][*channel][*plane].get(simd, index);

@@ -1,7 +1,6 @@
 //! Motion with collisions.
 
-use super::impulses::{Body, Touch, solve};
-use super::{Contact, Impact};
+use crate::contact::{Body, Contact, Impact, Touch, solve};
 use crate::coordinates::State;
 use crate::integrate::{self, NoSolution, Stepper};
 use crate::law::Law;

@@ -7,10 +7,10 @@
 //! slopes go back the same way: along rows, transposed, down columns. `RADIUS` rows and pixels behind what
 //! enters means are known, twice as far the gradient.
 
-use crate::photometric::{CHANNELS, Pair};
-use crate::photometric_compare::ComparedPixels;
-use crate::photometric_lines::{Behind, Cells, Channel, PIXELS, Plane, Rows, WAITING, Waiting, behind};
-use crate::photometric_memory::{Memory, Wanted, ask, read};
+use super::compare::ComparedPixels;
+use super::lines::{Behind, Cells, Channel, PIXELS, Plane, Rows, WAITING, Waiting, behind};
+use super::memory::{Memory, Wanted, ask, read};
+use super::pair::{CHANNELS, Pair};
 use crate::simd::{BLOCK, Lanes, V, splat};
 use crate::ssim::{Constants, gain, slope};
 use crate::transpose::{Square, transpose};
@@ -20,7 +20,7 @@ use std::cell::Cell;
 use std::ops::Range;
 
 /// Some rows of a pair of images; dispatching it gives `[Σ |a - b|, Σ SSIM]` of each row.
-pub(crate) struct Band<'a> {
+pub(super) struct Band<'a> {
     pub pair: Pair<'a>,
     pub rows: Range<usize>,
     /// Weights of the two terms in the gradient, per value.
@@ -30,7 +30,7 @@ pub(crate) struct Band<'a> {
 }
 
 /// Steps of a band, with its gradient.
-pub(crate) fn steps(start: usize, end: usize) -> usize {
+pub(super) fn steps(start: usize, end: usize) -> usize {
     (end + 2 * RADIUS - start.saturating_sub(2 * RADIUS)).div_ceil(STEP)
 }
 

@@ -1,7 +1,7 @@
 //! SSIM and its slopes from windowed means.
 
+use super::lines::{Cells, PIXELS};
 use crate::pack::Pack;
-use crate::photometric_lines::{Cells, PIXELS};
 use crate::simd::V;
 use crate::ssim::{Constants, compare};
 use pulp::Simd;
@@ -10,7 +10,7 @@ use pulp::Simd;
 const PACK: usize = 4;
 
 /// Sixteen pixels that are compared; those count that are inside of the image.
-pub(crate) struct ComparedPixels<'a, S: Simd> {
+pub(super) struct ComparedPixels<'a, S: Simd> {
     pub constants: &'a Constants<S>,
     /// The number 1 inside of the image, 0 outside.
     pub inside: &'a [f32; PIXELS],
@@ -19,7 +19,7 @@ pub(crate) struct ComparedPixels<'a, S: Simd> {
 impl<S: Simd> ComparedPixels<'_, S> {
     /// The sum of a channel's SSIM; slopes take the place of means.
     #[inline(always)]
-    pub(crate) fn pixels(&self, cells: &mut Cells, channel: usize, weight: V<S>, index: usize) -> V<S> {
+    pub(super) fn pixels(&self, cells: &mut Cells, channel: usize, weight: V<S>, index: usize) -> V<S> {
         let mut total = weight.of(0.0);
         for first in (0..PIXELS).step_by(PACK) {
             let mut packed = [Pack([weight; PACK]); 4];

@@ -1,51 +1,12 @@
 //! Sizes and choices of the deformation network (method §3.1, §3.2), and where each parameter lies in the
 //! flat vector.
 
-use std::fmt::Display;
-
 use lgs_nn::encoding::encoded_width;
 use lgs_nn::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, ParamRange};
 use serde::{Deserialize, Serialize};
 
-use super::pose::DELTAS;
-
-/// Meaning of the network's third output for a Gaussian's scale.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ScaleMode {
-    /// `exp(log_scale) + Δs`, floored: DefGS.
-    Additive,
-    /// `exp(log_scale + Δs)`.
-    Exponent,
-    /// The scale never changes: a rigid body's Gaussians only move and turn, which is what a Lagrangian scene
-    /// can represent.
-    Fixed,
-}
-
-/// Meaning of the network's first two outputs for a Gaussian.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MotionHead {
-    /// A displacement, and a change of the quaternion: DefGS.
-    Displacement,
-    /// A displacement, and a quaternion of any length that turns the Gaussian: FreeGave.
-    Turn,
-    /// A rotation about the scene's centre and a translation, which also turn the Gaussian: all of a rigid
-    /// body share one output (in the spirit of DefGS's six-DoF option, without its singularity at rest).
-    Rigid,
-}
-
-/// Initial values of the output layer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum HeadInit {
-    /// Uniform in ±1/√fan_in as every other layer: DefGS.
-    Uniform,
-    /// A hundredth of that: motion starts near rest.
-    Small,
-    /// Zero: motion starts at rest.
-    Zero,
-}
+use super::heads::{DELTAS, HeadInit, MotionHead, ScaleMode};
+use super::ranges::within;
 
 /// The deformation network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -202,19 +163,6 @@ impl DeformationConfig {
     }
 }
 
-/// Whether values lie between their bounds, each given as (field, value, least, most).
-///
-/// # Errors
-/// The first field out of range, and the reason.
-pub(super) fn within<T: PartialOrd + Display>(
-    ranges: &[(&'static str, T, T, T)],
-) -> Result<(), (&'static str, String)> {
-    match ranges.iter().find(|(_, value, low, high)| !(low <= value && value <= high)) {
-        Some((field, value, low, high)) => Err((field, format!("{value} is not between {low} and {high}"))),
-        None => Ok(()),
-    }
-}
-
 /// Places of all layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkLayout {
@@ -251,7 +199,7 @@ impl NetworkLayout {
 
     /// The network proper, with positions and, where there are any, codes as its inputs: the time acts
     /// through the biases.
-    pub(super) fn shape(&self) -> MlpShape {
+    pub(in crate::source) fn shape(&self) -> MlpShape {
         let [position, time, code] = self.columns;
         let codes = position + time..position + time + code;
         let inputs = [0..position, codes].into_iter().filter(|columns| !columns.is_empty()).collect();

@@ -1,7 +1,7 @@
 //! Fits through impacts: start and law from the free flight, then restitution and friction with all of them.
 
 use super::bounced::{Bounced, MOST_FRICTION};
-use super::{Contact, impacts};
+use crate::contact::{Contact, impacts};
 use crate::coordinates::State;
 use crate::explain::check_track;
 use crate::fit::{Fitted, Minimum, Problem, Settings, Track, Unknown, first_values, minimise, shoot};

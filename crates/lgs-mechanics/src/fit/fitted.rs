@@ -1,0 +1,67 @@
+//! A candidate fitted to a whole track.
+
+use super::levenberg::{Minimum, Problem, Settings};
+use super::segments::Segments;
+use super::track::Track;
+use crate::coordinates::State;
+use crate::terms::Scales;
+use crate::{Candidate, Law};
+use nalgebra::DMatrix;
+
+/// A candidate fitted to a track.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The law.
+    pub law: Law,
+    /// State at time 0.
+    pub start: State,
+    /// χ² of the track, robust and whitened, with the prior of centres.
+    pub loss: f64,
+    /// Covariance of changes of the start's configuration, of its velocity and of the parameters.
+    pub covariance: DMatrix<f64>,
+    /// Smallest and largest allowed value of each parameter.
+    pub bounds: Vec<[f64; 2]>,
+}
+
+/// Fits a candidate from a start and first values of its parameters.
+///
+/// Times of the track count from 0, where the start lies; `None` if no motion could be followed.
+#[must_use]
+pub fn shoot(
+    candidate: &Candidate,
+    track: &Track,
+    (scales, start): (&Scales, &State),
+    parameters: &[f64],
+    settings: &Settings,
+) -> Option<Fitted> {
+    let track = track.part(0..track.times.len());
+    let mut segments =
+        Segments::new(candidate, std::slice::from_ref(&track), scales, std::slice::from_ref(start));
+    let values = segments.values(parameters);
+    let Minimum { values, loss, information } = segments.minimise(&values, settings, FINEST)?;
+    let covariance = inverse(&information)?;
+    let problem = &segments.parts[0];
+    let n = start.v.len();
+    let mut law = problem.law(&values)?;
+    let variance = |i: usize| covariance[(2 * n + i, 2 * n + i)].max(0.0).sqrt();
+    law.deviations = (0..law.parameters.len()).map(variance).collect();
+    let start = problem.start(&values);
+    let bounds = problem.unknowns()[2 * n..].iter().map(|unknown| [unknown.lower, unknown.upper]).collect();
+    Some(Fitted { law, start, loss, covariance, bounds })
+}
+
+/// Halvings of the step, from the interval between samples, after which a motion counts as unresolved: a law
+/// that changes within a 64th of the interval cannot be read from the samples.
+const FINEST: u32 = 6;
+
+/// Inverse of a positive semidefinite matrix; directions without information get none.
+fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let diagonal: Vec<f64> = matrix.diagonal().iter().map(|d| d.max(f64::MIN_POSITIVE).sqrt()).collect();
+    let scaled =
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / (diagonal[i] * diagonal[j]));
+    let inverse = scaled.pseudo_inverse(1e-12).ok()?;
+    let finite = inverse.iter().all(|v| v.is_finite());
+    finite.then(|| {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] / (diagonal[i] * diagonal[j]))
+    })
+}

@@ -1,0 +1,35 @@
+//! Accelerations by forces, and the motion without any.
+
+use super::stepper::Tangent;
+use crate::coordinates::State;
+use crate::terms::Block;
+
+/// Acceleration and derivatives at one state.
+#[derive(Debug, Default)]
+pub(crate) struct Linearised {
+    pub(crate) a: Vec<f64>,
+    pub(crate) x: Block,
+    pub(crate) v: Block,
+    pub(crate) p: Block,
+}
+
+/// Forces as accelerations, and the motion without any force.
+pub(crate) trait KickField {
+    /// Degrees of freedom.
+    fn freedoms(&self) -> usize;
+
+    /// Whether any force depends on the velocity.
+    fn depends_on_velocity(&self) -> bool;
+
+    /// Writes the acceleration by forces, `[freedoms]`.
+    fn acceleration(&mut self, x: &[f64], v: &[f64], a: &mut [f64]);
+
+    /// Writes the acceleration by forces and its derivatives.
+    fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised);
+
+    /// The exact or a symmetric motion without forces.
+    fn drift(&self, state: &mut State, h: f64);
+
+    /// Carries the tangent along, from the state before the drift.
+    fn drift_tangent(&self, state: &State, tangent: &mut Tangent, h: f64);
+}
