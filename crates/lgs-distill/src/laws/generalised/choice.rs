@@ -46,8 +46,8 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     }
     if !found.iter().any(explains) {
         let of_point = found.iter().find(|(system, _)| system.coordinates == Coordinates::Point);
-        let of_point = of_point.map(|(_, choice)| choice.clone());
-        found.extend(choose_free(observed, of_point));
+        let free = choose_free(observed, of_point.map(|(_, choice)| choice));
+        found.extend(free);
     }
     let (index, judged) = best_of(&found, samples, 6 * observed.times.len())?;
     let (system, choice) = found.swap_remove(index);
@@ -59,10 +59,10 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
 
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one
 /// for each inertia. Those of the first centre are the ones of a point, where these are known.
-fn choose_free(observed: &ObservedPoses, of_point: Option<Choice>) -> Vec<(Configured, Choice)> {
+fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Configured, Choice)> {
     let systems = free_systems(observed);
     let centers = systems.first().map_or(&[][..], Vec::as_slice);
-    let of_center = |(index, system): (usize, &Configured)| match &of_point {
+    let of_center = |(index, system): (usize, &Configured)| match of_point {
         Some(choice) if index == 0 => Some(choice.clone()),
         _ => choose_center(observed, &system.x, 4),
     };
