@@ -72,6 +72,12 @@ impl LinearRange {
     }
 }
 
+/// Names, shapes and ranges of the parameters of named layers.
+#[must_use]
+pub fn params_of(layers: Vec<(String, &LinearRange)>) -> Vec<ParamRange> {
+    layers.into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
+}
+
 /// Sizes of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MlpSizes {

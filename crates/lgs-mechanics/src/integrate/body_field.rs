@@ -81,10 +81,7 @@ impl KickField for BodyField<'_> {
 
     fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised) {
         let n = self.freedoms;
-        out.a.resize(n, 0.0);
-        out.x.reset(n, n);
-        out.v.reset(n, n);
-        out.p.reset(n, self.parameters.len());
+        out.reset(n, self.parameters.len());
         self.acceleration(x, v, &mut out.a);
         let moved = Moved::new(x, v);
         for (term, port) in &self.terms {

@@ -74,10 +74,7 @@ impl KickField for VectorField<'_> {
 
     fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised) {
         let n = self.freedoms;
-        out.a.resize(n, 0.0);
-        out.x.reset(n, n);
-        out.v.reset(n, n);
-        out.p.reset(n, self.parameters.len());
+        out.reset(n, self.parameters.len());
         for term in &self.terms {
             for site in &term.sites {
                 let y = read(site, x, term.dimension, &mut self.y);

@@ -13,6 +13,16 @@ pub(crate) struct Linearised {
     pub(crate) p: Block,
 }
 
+impl Linearised {
+    /// Zeros for a number of freedoms and of parameters.
+    pub(crate) fn reset(&mut self, freedoms: usize, parameters: usize) {
+        self.a.resize(freedoms, 0.0);
+        self.x.reset(freedoms, freedoms);
+        self.v.reset(freedoms, freedoms);
+        self.p.reset(freedoms, parameters);
+    }
+}
+
 /// Forces as accelerations, and the motion without any force.
 pub(crate) trait KickField {
     /// Degrees of freedom.

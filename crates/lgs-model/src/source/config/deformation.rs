@@ -2,7 +2,7 @@
 //! flat vector.
 
 use lgs_nn::encoding::encoded_width;
-use lgs_nn::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, ParamRange};
+use lgs_nn::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, ParamRange, params_of};
 use serde::{Deserialize, Serialize};
 
 use super::heads::{DELTAS, HeadInit, MotionHead, ScaleMode};
@@ -216,7 +216,7 @@ impl NetworkLayout {
     /// Names, shapes and ranges of all parameters.
     #[must_use]
     pub fn params(&self) -> Vec<ParamRange> {
-        self.linears().into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
+        params_of(self.linears())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sizes and choices of FreeGave's networks (method §3.2), and where each parameter lies in the flat vector.
 
 use lgs_nn::encoding::encoded_width;
-use lgs_nn::{LinearRange, MlpLayout, MlpSizes, ParamRange};
+use lgs_nn::{LinearRange, MlpLayout, MlpSizes, ParamRange, params_of};
 use serde::{Deserialize, Serialize};
 
 use super::twist::TWIST;
@@ -94,7 +94,7 @@ impl FreeGaveLayout {
     /// Names, shapes and ranges of all parameters.
     #[must_use]
     pub fn params(&self) -> Vec<ParamRange> {
-        self.linears().into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
+        params_of(self.linears())
     }
 }
 

@@ -69,11 +69,12 @@ fn velocity(twist: &Tensor<2>, p: &Tensor<2>) -> Tensor<2> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::config::VelocityConfig;
     use super::super::input::{AdvectionInput, Learns};
     use super::super::network::{FreeGaveNetworks, carry_kept, carry_vjp};
     use super::super::tensor::{self, AdvectionSpec};
     use super::*;
+    use crate::source::config::VelocityConfig;
+    use crate::source::network::DeformGradients;
     use crate::source::testing::{FRAME, compare_twins, gaussians, weights};
     use crate::source::{DeformationConfig, HeadInit, MotionHead};
     use std::sync::Arc;
@@ -123,23 +124,23 @@ mod tests {
         compare(&paper, 100, advection);
     }
 
+    /// Gradients of a weighted sum of the pose rows of some Gaussians.
+    fn carried_back(networks: &FreeGaveNetworks, count: usize, advection: Advection) -> DeformGradients {
+        let (means, rotations) = gaussians(count);
+        let FreeGaveNetworks { config, frame, params } = networks;
+        let (means, rotations) = (means.as_slice(), rotations.as_slice());
+        let input = AdvectionInput { config, frame: *frame, params, means, rotations, advection };
+        carry_vjp(input, &carry_kept(input).1, weights(count).as_chunks().0)
+    }
+
     #[test]
     fn the_velocity_field_can_learn_alone() {
         let config = config(MotionHead::Rigid);
         let layout = config.layout();
         let networks = FreeGaveNetworks::init(config.clone(), InputFrame::IDENTITY, 5);
-        let (means, rotations) = gaussians(300);
         let gradients = |learns| {
             let advection = Advection { from: 0.4, to: 0.55, longest_step: 0.06, turns: false, learns };
-            let input = AdvectionInput {
-                config: &config,
-                frame: networks.frame,
-                params: &networks.params,
-                means: &means,
-                rotations: &rotations,
-                advection,
-            };
-            carry_vjp(input, &carry_kept(input).1, weights(300).as_chunks().0)
+            carried_back(&networks, 300, advection)
         };
         let (all, alone) = (gradients(Learns::All), gradients(Learns::Velocity));
         let (code, segment) = (layout.deformation.len, layout.segment.hidden[0].weight);
@@ -160,21 +161,11 @@ mod tests {
     fn gradients_are_the_same_for_any_number_of_threads() {
         let config = config(MotionHead::Rigid);
         let networks = FreeGaveNetworks::init(config.clone(), InputFrame::IDENTITY, 5);
-        let (means, rotations) = gaussians(3000);
-        let weights = weights(3000);
         let advection =
             Advection { from: 0.4, to: 0.55, longest_step: 0.06, turns: true, learns: Learns::All };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            let input = AdvectionInput {
-                config: &config,
-                frame: networks.frame,
-                params: &networks.params,
-                means: &means,
-                rotations: &rotations,
-                advection,
-            };
-            pool.install(|| carry_vjp(input, &carry_kept(input).1, weights.as_chunks().0))
+            pool.install(|| carried_back(&networks, 3000, advection))
         };
         let one = run(1);
         assert!(one.params.iter().any(|v| *v != 0.0));
