@@ -78,6 +78,26 @@ impl Law {
         ranges(&self.coordinates, &self.terms).swap_remove(term)
     }
 
+    /// Multiplies the strength of each term by a factor: its energy or force, wherever the body is.
+    ///
+    /// # Errors
+    /// If there are not as many factors as terms, or one is negative or not finite.
+    pub fn scale_terms(&mut self, factors: &[f64]) -> Result<(), MechanicsError> {
+        if factors.len() != self.terms.len() {
+            let what = "factors of the terms".to_owned();
+            return Err(MechanicsError::Size { what, expected: self.terms.len(), found: factors.len() });
+        }
+        for (index, (term, &factor)) in self.terms.iter().zip(factors).enumerate() {
+            if !(factor >= 0.0 && factor.is_finite()) {
+                return Err(out_of_bounds(&format!("the factor of term {index}"), factor, "at least 0"));
+            }
+            let parameters = term.kind.parameters(space_of(&self.coordinates, term));
+            let values = &mut self.parameters[ranges(&self.coordinates, &self.terms).swap_remove(index)];
+            values.iter_mut().zip(parameters).for_each(|(value, p)| *value = p.scaled(*value, factor));
+        }
+        Ok(())
+    }
+
     /// Whether a term may add energy.
     #[must_use]
     pub fn is_driven(&self) -> bool {

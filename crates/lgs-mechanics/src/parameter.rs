@@ -36,6 +36,9 @@ pub struct Parameter {
     pub bounds: [f64; 2],
     /// How it enters.
     pub entry: Entry,
+    /// The force is proportional to this power of it, together with the other parameters that have a power;
+    /// 0 for the others.
+    pub power: f64,
 }
 
 /// Half width of the region in which a fitted centre is sought, in extents of the path: a centre further away
@@ -52,13 +55,14 @@ impl Parameter {
             unit: Unit { length: f64::from(length), time: f64::from(time) },
             bounds,
             entry: Entry::Linear,
+            power: 1.0,
         }
     }
 
     /// A parameter that enters in any other way, without bounds.
     #[must_use]
     pub fn nonlinear(name: impl Into<String>, length: i32, time: i32) -> Self {
-        Self { entry: Entry::Nonlinear, ..Self::linear(name, length, time) }
+        Self { entry: Entry::Nonlinear, power: 0.0, ..Self::linear(name, length, time) }
     }
 
     /// Coordinate `axis` of a fitted point; angles lie within a turn of the origin.
@@ -66,14 +70,20 @@ impl Parameter {
     pub fn place(name: &str, axis: usize, space: Space) -> Self {
         let reach = if space.quantity == Quantity::Angle { std::f64::consts::TAU } else { PLACE_REACH };
         let name = format!("{name}-{}", axis_name(space.dimension, axis));
-        Self { entry: Entry::Place, ..Self::linear(name, 1, 0) }.within(-reach, reach)
+        Self { entry: Entry::Place, power: 0.0, ..Self::linear(name, 1, 0) }.within(-reach, reach)
     }
 
     /// The parameter whose power `degree` this one describes.
     #[must_use]
     pub fn root(self, degree: f64) -> Self {
         let unit = Unit { length: self.unit.length / degree, time: self.unit.time / degree };
-        Self { unit, entry: Entry::Nonlinear, ..self }
+        Self { unit, entry: Entry::Nonlinear, power: degree, ..self }
+    }
+
+    /// Its value once the force is multiplied by a factor, which is not negative.
+    #[must_use]
+    pub fn scaled(&self, value: f64, factor: f64) -> f64 {
+        if self.power > 0.0 { value * factor.powf(1.0 / self.power) } else { value }
     }
 
     /// The same with bounds in units of its scale.

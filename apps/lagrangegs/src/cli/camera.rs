@@ -86,6 +86,11 @@ impl Orbit {
         }
     }
 
+    /// The point that all cameras look at.
+    pub(crate) fn center(&self) -> [f32; 3] {
+        self.center
+    }
+
     /// The camera at an azimuth, counted from +x towards +y.
     pub(crate) fn at(&self, azimuth_degrees: f32) -> Camera {
         let (s, c) = azimuth_degrees.to_radians().sin_cos();

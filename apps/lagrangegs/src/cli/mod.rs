@@ -28,6 +28,7 @@ mod times;
 mod train;
 mod training;
 mod trust;
+mod view;
 mod weights;
 
 use std::process::ExitCode;
@@ -63,6 +64,8 @@ enum Command {
     Report(report::Args),
     /// Render a run at any times, from any camera, under edited physics
     Render(render::Args),
+    /// Look at a run in the browser: any time, any camera, any physics
+    View(view::Args),
     /// Write splat files, one per time, same order and count
     Export(export::Args),
     /// Run a suite of scenes, methods, seeds and ablations, and make its tables
@@ -87,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Eval(args) => eval::run(args),
         Command::Report(args) => report::run(args),
         Command::Render(args) => render::run(args),
+        Command::View(args) => view::run(args),
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),

@@ -169,6 +169,16 @@ fn parameters_give_back_themselves_from_the_coefficients_of_their_force() {
 }
 
 #[test]
+fn scaled_parameters_scale_the_force() {
+    each(|kind, space, [p, y, w]| {
+        let scale = |(parameter, value): (Parameter, &f64)| parameter.scaled(*value, 0.3);
+        let scaled: Vec<f64> = kind.parameters(space).into_iter().zip(p).map(scale).collect();
+        let pair = [force(kind, [&scaled, y, w]), force(kind, [p, y, w])];
+        pair[0].iter().zip(&pair[1]).for_each(|(a, b)| assert_close(*a, 0.3 * b, kind.name()));
+    });
+}
+
+#[test]
 fn starts_lie_within_the_bounds() {
     let scales = Scales { length: 0.3, time: 0.8, origin: [4.0, -1.0, 2.0], ..Scales::UNIT };
     for kind in kinds() {

@@ -18,7 +18,8 @@ const CHUNK_STEPS: usize = 25;
 /// The motion of a scene under an edit: states on the step grid, computed when first asked for and kept.
 pub struct Motion<'a> {
     scene: Cow<'a, LagrangianScene>,
-    edit: Edit,
+    /// One for each object.
+    edits: Vec<Edit>,
     reversal: Reversal,
     forward: Vec<SceneState>,
     backward: Vec<SceneState>,
@@ -29,12 +30,15 @@ impl<'a> Motion<'a> {
     /// negative times. The scales mean the velocity at t = 0, see [`LagrangianScene::start_velocities`].
     #[must_use]
     pub fn new(scene: &'a LagrangianScene, edit: Edit, reversal: Reversal) -> Self {
-        Self::of(Cow::Borrowed(scene), edit, reversal)
+        let edits = vec![edit; scene.objects.len()];
+        Self::of(Cow::Borrowed(scene), edits, reversal)
     }
 
-    fn of(scene: Cow<'a, LagrangianScene>, edit: Edit, reversal: Reversal) -> Self {
-        let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), scene.start_velocities(edit));
-        Self { scene, edit, reversal, forward: vec![start.clone()], backward: vec![start] }
+    fn of(scene: Cow<'a, LagrangianScene>, edits: Vec<Edit>, reversal: Reversal) -> Self {
+        assert_eq!(edits.len(), scene.objects.len(), "edits of the objects");
+        let velocities = scene.start_velocities_of(&edits);
+        let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), velocities);
+        Self { scene, edits, reversal, forward: vec![start.clone()], backward: vec![start] }
     }
 
     /// The scene.
@@ -57,6 +61,12 @@ impl<'a> Motion<'a> {
         rest.unwrap_or_else(|| state.clone())
     }
 
+    /// Numbers of steps that are kept, backwards and forwards in time.
+    #[must_use]
+    pub fn kept_steps(&self) -> [usize; 2] {
+        [self.backward.len() - 1, self.forward.len() - 1]
+    }
+
     /// States on the grid of steps from 0 to `steps · dt`.
     pub fn states(&mut self, steps: usize) -> &[SceneState] {
         self.extend(steps, Direction::Forward);
@@ -77,7 +87,7 @@ impl<'a> Motion<'a> {
         let (state, t) = (&self.forward[steps], self.grid_time(steps, Direction::Forward));
         let ObjectModel { members, dynamics, .. } = &self.scene.objects[object];
         let points = &self.scene.dynamic_gaussians.means[members.clone()];
-        dynamics.fields(points, &part_of(state, members), (self.edit, t))
+        dynamics.fields(points, &part_of(state, members), (self.edits[object], t))
     }
 
     fn states_of(&self, direction: Direction) -> &Vec<SceneState> {
@@ -112,26 +122,21 @@ impl<'a> Motion<'a> {
         Stretch { from, dt, steps, reversal: (direction == Direction::Backward).then_some(self.reversal) }
     }
 
-    /// Whether an object's recording is played: an edited motion is that of the dynamics.
-    fn plays(&self, object: &ObjectModel) -> bool {
-        object.recording.is_some() && self.edit == Edit::default()
-    }
-
     /// The states after each step of a stretch from `start`.
     fn advance(&self, start: &SceneState, stretch: Stretch) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..stretch.steps).map(|_| SceneState::default()).collect();
-        for object in &self.scene.objects {
+        for (object, &edit) in self.scene.objects.iter().zip(&self.edits) {
             let members = &object.members;
+            // An edited motion is that of the dynamics, also where there is a recording.
+            let plays = object.recording.is_some() && edit == Edit::default();
             let path = match &object.dynamics {
-                Dynamics::Particles(particles) if self.plays(object) => {
-                    played(object, particles, (&part_of(start, members), stretch, self.edit))
+                Dynamics::Particles(particles) if plays => {
+                    played(object, particles, (&part_of(start, members), stretch, edit))
                 }
-                Dynamics::Particles(particles) => {
-                    particles.advance(&part_of(start, members), stretch, self.edit)
-                }
+                Dynamics::Particles(particles) => particles.advance(&part_of(start, members), stretch, edit),
                 Dynamics::Generalised(generalised) => {
                     let points = &self.scene.dynamic_gaussians.means[members.clone()];
-                    let configurations = generalised.states(self.edit, &stretch.times());
+                    let configurations = generalised.states(edit, &stretch.times());
                     configurations.iter().map(|state| generalised.placed(points, state)).collect()
                 }
             };
@@ -149,7 +154,17 @@ impl Motion<'static> {
     /// The unedited motion of a scene that it keeps.
     #[must_use]
     pub fn owned(scene: LagrangianScene) -> Self {
-        Self::of(Cow::Owned(scene), Edit::default(), Reversal::default())
+        let edits = vec![Edit::default(); scene.objects.len()];
+        Self::with_edits(scene, edits, Reversal::default())
+    }
+
+    /// The motion of a scene that it keeps, with an edit for each object.
+    ///
+    /// # Panics
+    /// If there are not as many edits as objects.
+    #[must_use]
+    pub fn with_edits(scene: LagrangianScene, edits: Vec<Edit>, reversal: Reversal) -> Self {
+        Self::of(Cow::Owned(scene), edits, reversal)
     }
 }
 
@@ -178,7 +193,12 @@ impl LagrangianScene {
     /// are the stored velocities, bit for bit.
     #[must_use]
     pub fn start_velocities(&self, edit: Edit) -> Vec<[f32; 3]> {
-        let of_object = |ObjectModel { members, dynamics, .. }: &ObjectModel| {
+        self.start_velocities_of(&vec![edit; self.objects.len()])
+    }
+
+    /// The same with an edit for each object.
+    fn start_velocities_of(&self, edits: &[Edit]) -> Vec<[f32; 3]> {
+        let of_object = |(ObjectModel { members, dynamics, .. }, &edit): (&ObjectModel, &Edit)| {
             let q = &self.dynamic_gaussians.means[members.clone()];
             let stored = &self.velocities[members.clone()];
             match dynamics {
@@ -189,7 +209,7 @@ impl LagrangianScene {
                 Dynamics::Generalised(generalised) => generalised.start_velocities(q, edit),
             }
         };
-        self.objects.iter().flat_map(of_object).collect()
+        self.objects.iter().zip(edits).flat_map(of_object).collect()
     }
 }
 

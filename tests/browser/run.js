@@ -1,0 +1,39 @@
+// A run of a falling ball from true trajectories, and a viewer of it.
+
+import { spawn, spawnSync } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import readline from 'node:readline';
+
+const built = new URL('../../target/release/lagrangegs', import.meta.url).pathname;
+const program = process.env.LAGRANGEGS ?? built;
+
+function call(...words) {
+  const done = spawnSync(program, words, { encoding: 'utf8' });
+  if (done.status !== 0) throw new Error(`lagrangegs ${words.join(' ')}: ${done.stderr}`);
+}
+
+/** A folder with a dataset and a run. */
+export function makeRun() {
+  const folder = mkdtempSync(join(tmpdir(), 'lagrangegs-browser-'));
+  const names = ['data', 'tracks.safetensors', 'falling ball'];
+  const [data, tracks, run] = names.map((name) => join(folder, name));
+  call('synth', 'falling-ball', '--out', data, '--size', '96', '--views', '4', '--train-fps', '10');
+  call('synth', 'falling-ball', '--tracks', '--out', tracks);
+  call('train', data, '--out', run, '--source', 'frames', '--import', tracks);
+  return { folder, data, run, remove: () => rmSync(folder, { recursive: true, force: true }) };
+}
+
+/** A viewer of a run, once it listens. */
+export async function startViewer(run, ...words) {
+  const child = spawn(program, ['view', run, ...words], { stdio: ['ignore', 'pipe', 'pipe'] });
+  let errors = '';
+  child.stderr.on('data', (text) => { errors += text; });
+  const url = await new Promise((resolve, reject) => {
+    readline.createInterface({ input: child.stdout }).once('line', resolve);
+    child.once('exit', (code) => reject(new Error(`the viewer ended with ${code}: ${errors}`)));
+  });
+  const stop = () => new Promise((resolve) => { child.once('exit', resolve); child.kill('SIGINT'); });
+  return { url, stop };
+}
