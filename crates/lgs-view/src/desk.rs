@@ -1,7 +1,7 @@
 //! Requests that wait to be drawn, and answers that wait to be sent.
 //!
-//! Of every pane of every page the newest request alone waits. Pages take turns, and a page whose last picture
-//! is still to be sent has to wait, so that a slow connection costs the others nothing.
+//! Of every pane of every page the newest request alone waits. Pages take turns, and a page whose last
+//! picture is still to be sent has to wait, so that a slow connection costs the others nothing.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

@@ -1,8 +1,8 @@
 //! Who may talk to the server.
 //!
 //! On a loopback address the `Host` of a request has to be a loopback name, so that no foreign name that was
-//! pointed at this machine (DNS rebinding) reaches it. Elsewhere a token is asked for. A request that says where it comes
-//! from has to come from the page itself, so that no other site opens a socket.
+//! pointed at this machine (DNS rebinding) reaches it. Elsewhere a token is asked for. A request that says
+//! where it comes from has to come from the page itself, so that no other site opens a socket.
 
 use axum::http::{HeaderMap, Uri, header};
 use std::net::IpAddr;

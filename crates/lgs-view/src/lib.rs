@@ -1,11 +1,11 @@
 //! A viewer of Lagrangian scenes: a web server that renders with the project's own renderer, and a page that
 //! steers it with mouse, touch and keys.
 //!
-//! The page opens a WebSocket and sends requests as JSON (`protocol`); pictures come back as JPEG or PNG. One thread draws
-//! (`worker`); of every pane the newest request alone waits (`desk`), pages take turns, and a slow connection
-//! delays nobody else. Rollouts are kept per edit within a bound of memory and grow by a few steps at a time
-//! (`motions`), so that no request waits for a whole rollout: the picture follows the motion as it is rolled
-//! out.
+//! The page opens a WebSocket and sends requests as JSON (`protocol`); pictures come back as JPEG or PNG. One
+//! thread draws (`worker`); of every pane the newest request alone waits (`desk`), pages take turns, and a
+//! slow connection delays nobody else. Rollouts are kept per edit within a bound of memory and grow by a few
+//! steps at a time (`motions`), so that no request waits for a whole rollout: the picture follows the motion
+//! as it is rolled out.
 //!
 //! Invariants: a picture of quality `exact` has the very pixels that rendering the same view writes; nothing
 //! on disk is served, the page's files are part of the program; off loopback addresses every request needs a
@@ -20,6 +20,7 @@ mod motions;
 mod page;
 mod protocol;
 mod server;
+mod shared;
 mod socket;
 mod subject;
 mod thresholds;

@@ -16,6 +16,7 @@ use crate::desk::Desk;
 use crate::error::ViewError;
 use crate::guard::{COOKIE, Guard, token_in};
 use crate::page;
+use crate::shared::Shared;
 use crate::socket;
 use crate::subject::Subject;
 use crate::thresholds::LARGEST_MESSAGE;
@@ -55,15 +56,6 @@ impl Stopper {
     pub fn stop(&self) {
         self.0.send_replace(true);
     }
-}
-
-/// What all requests share.
-pub(crate) struct Shared {
-    pub(crate) desk: Desk,
-    pub(crate) hello: String,
-    pub(crate) most_pages: usize,
-    pub(crate) stop: watch::Receiver<bool>,
-    guard: Guard,
 }
 
 impl Server {

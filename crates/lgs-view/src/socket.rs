@@ -8,7 +8,7 @@ use futures_util::{SinkExt, StreamExt};
 
 use crate::desk::{Desk, Letter, Outbox, Page};
 use crate::protocol::Ask;
-use crate::server::Shared;
+use crate::shared::Shared;
 use crate::thresholds::MOST_PANES;
 
 /// Serves a page until it leaves, breaks the rules, or the server stops.
