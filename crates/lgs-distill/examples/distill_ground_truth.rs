@@ -57,10 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// The samples of the window with independent normal noise.
 fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
     let mut rng = lgs_core::stream(7, "noise", 0);
-    let mut normal = || {
-        let (u, v): (f32, f32) = (rng.random_range(1e-7..1.0), rng.random_range(0.0..1.0));
-        (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
-    };
+    let mut normal = || -> f32 { rng.sample(rand_distr::StandardNormal) };
     let times = (0..WINDOW).map(|i| (DT * i as f64) as f32).collect();
     let positions = points[..WINDOW]
         .iter()

@@ -71,6 +71,7 @@ mod system;
 pub mod terms;
 #[cfg(test)]
 mod testing;
+mod thresholds;
 
 pub use candidate::{Candidate, FreeParameter};
 pub use edit::Edit;

@@ -1,5 +1,6 @@
 //! Parameters of terms: names, units, scales and bounds, and the spaces that terms act on.
 
+use crate::thresholds::PLACE_REACH;
 use serde::{Deserialize, Serialize};
 
 /// Physical dimension of a parameter: `lengthᵃ · timeᵇ`, where `length` is the unit of the space that the
@@ -40,10 +41,6 @@ pub struct Parameter {
     /// 0 for the others.
     pub power: f64,
 }
-
-/// Half width of the region in which a fitted centre is sought, in extents of the path: a centre further away
-/// acts like a uniform field.
-const PLACE_REACH: f64 = 8.0;
 
 impl Parameter {
     /// A parameter to which the force is proportional, without bounds.

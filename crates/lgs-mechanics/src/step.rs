@@ -5,19 +5,14 @@ use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::law::Law;
 use crate::system::System;
-
-/// Times at which two steps are compared.
-const COMPARED: usize = 8;
-/// Halvings after which a motion counts as not resolved: a step of a four-thousandth.
-const MOST_HALVINGS: usize = 12;
-/// Error of a step of fourth order over its difference to two half steps.
-const ERROR_OF_DIFFERENCE: f64 = 16.0 / 15.0;
+use crate::thresholds::{COMPARED_STATES, ERROR_OF_DIFFERENCE, MOST_HALVINGS};
 
 impl Law {
     /// The same law with the longest step, among its own and its halves, whose error over `duration` from
     /// `start` stays below `tolerance` times the farthest that the configuration gets from it.
     pub fn resolved(mut self, start: &State, duration: f64, tolerance: f64) -> Result<Self, MechanicsError> {
-        let times: Vec<f64> = (1..=COMPARED).map(|i| duration * i as f64 / COMPARED as f64).collect();
+        let times: Vec<f64> =
+            (1..=COMPARED_STATES).map(|i| duration * i as f64 / COMPARED_STATES as f64).collect();
         let mut coarse = System::new(&self, Edit::NONE).states(start, &times);
         for _ in 0..MOST_HALVINGS {
             let mut half = self.clone();

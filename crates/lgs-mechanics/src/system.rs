@@ -12,6 +12,7 @@ use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::integrate::{self, NoSolution, Stepper, Tangent};
 use crate::law::Law;
+use crate::thresholds::ON_GRID;
 use collide::{Collider, Moment};
 use nalgebra::DMatrix;
 
@@ -24,9 +25,6 @@ pub struct System<'a> {
     law: &'a Law,
     edit: Edit,
 }
-
-/// Part of a step below which a time counts as on the grid.
-const ON_GRID: f64 = 1e-6;
 
 impl<'a> System<'a> {
     /// The motion of a law under an edit.

@@ -3,13 +3,10 @@
 use crate::Law;
 use crate::coordinates::State;
 use crate::fit::Fitted;
+use crate::thresholds::REDRAWS;
 use lgs_core::{Stream, stream};
 use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal};
-
-/// Draws beyond the bounds of a parameter after which the nearest allowed values are taken: with half of the
-/// posterior inside for each of three parameters, one in 5000 is left.
-const REDRAWS: usize = 64;
 
 /// A normal distribution around zero.
 pub(crate) struct Normal {

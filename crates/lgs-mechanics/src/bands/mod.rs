@@ -13,11 +13,9 @@ pub use verdict::Verdict;
 
 use crate::choose::Choice;
 use crate::coordinates::State;
+use crate::thresholds::DRAWS;
 use crate::{Edit, System};
 use draws::Draws;
-
-/// Draws of all candidates together: the 90 % radius is then known to about 3 %.
-const DRAWS: usize = 96;
 
 /// Motions drawn from the posterior over all candidates.
 #[derive(Clone, Debug)]

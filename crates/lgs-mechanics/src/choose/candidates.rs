@@ -3,6 +3,7 @@
 use crate::Candidate;
 use crate::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port};
 use crate::terms::{Role, Term};
+use crate::thresholds::{GYROSCOPIC, WITHOUT_ENERGY};
 
 /// Laws of a point, or of the centre of a body.
 const OF_A_POINT: &[&[&str]] = &[
@@ -150,13 +151,6 @@ fn of_a_body(coordinates: &Coordinates, inertia: &Inertia, others: &[Vec<Term>])
 fn product(first: &[Vec<Term>], second: &[Vec<Term>]) -> Vec<Vec<Term>> {
     first.iter().flat_map(|a| second.iter().map(|b| [a.as_slice(), b].concat())).collect()
 }
-
-/// Surcharge of a gyroscopic term, in halves of an unknown: a circling point can be held by a spring (four
-/// unknowns) or by a gyroscopic force (three), and the spring comes first.
-const GYROSCOPIC: usize = 3;
-/// Surcharge of every other term without an energy, in halves of an unknown: of two laws with as many
-/// unknowns, the conservative one is the simpler.
-const WITHOUT_ENERGY: usize = 1;
 
 /// Number of unknowns, in halves, and the surcharges of terms without an energy.
 #[must_use]

@@ -12,6 +12,7 @@ pub use candidates::{candidates, simplicity};
 use crate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
+use crate::thresholds::{GOOD, SHOTS};
 
 /// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
 /// a law with one unknown more is, before anything is seen, `e` times less likely.
@@ -23,9 +24,6 @@ pub const SOFTNESS: f64 = 2.0;
 /// χ² for each independent sample up to which a law describes a window. Over random laws of a point it is at
 /// most 1.6 for the right law, and at least 2.9 for smooth random paths that stand out of their noise.
 pub const DESCRIBED: f64 = 2.0;
-
-/// First values of a candidate from which shooting starts.
-const SHOTS: usize = 3;
 
 /// A candidate that was fitted to a track.
 #[derive(Clone, Debug)]
@@ -88,9 +86,6 @@ impl Choice {
         self.law().fitted.loss / self.samples.max(1.0)
     }
 }
-
-/// χ² per independent sample below which a fit needs no other first values: it explains the track.
-const GOOD: f64 = 1.2;
 
 /// How hard a fit of a candidate is tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,17 +3,11 @@
 use crate::bands::{Normal, Verdict, radius};
 use crate::choose::DESCRIBED;
 use crate::coordinates::State;
+use crate::thresholds::{COMPARED_TIMES, DRAWS, MOST_FRICTION};
 use crate::{Edit, Law, MechanicsError, System};
 use lgs_core::stream;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
-
-/// Motions behind a band, as for laws without contact.
-const DRAWS: usize = 96;
-/// Largest friction: nothing slides on a slope of 60°.
-pub(super) const MOST_FRICTION: f64 = 1.75;
-/// Times of a window at which bands are compared with the tolerance.
-const COMPARED: usize = 20;
 
 /// A law with the contact that was fitted to a track.
 #[derive(Clone, Debug)]
@@ -73,19 +67,19 @@ impl Bounced {
     /// then: explained needs half a window beyond the track.
     pub fn verdict(&self, tolerance: f64, seed: u64) -> Result<(Verdict, f64), MechanicsError> {
         let [first, last] = self.window;
-        let time = |k: usize| first + (last - first) * k as f64 / COMPARED as f64;
-        let times: Vec<f64> = (0..=3 * COMPARED).map(time).collect();
+        let time = |k: usize| first + (last - first) * k as f64 / COMPARED_TIMES as f64;
+        let times: Vec<f64> = (0..=3 * COMPARED_TIMES).map(time).collect();
         let states = self.states(&times)?;
         let mut path: Vec<f64> = vec![0.0];
         for pair in states.windows(2) {
             path.push(path[path.len() - 1] + self.distance(&pair[0], &pair[1]));
         }
         let radii = self.radius(&times, seed)?;
-        let good = |k: &usize| radii[*k] <= tolerance * path[(*k).max(COMPARED)];
+        let good = |k: &usize| radii[*k] <= tolerance * path[(*k).max(COMPARED_TIMES)];
         let trusted = (0..times.len()).take_while(good).last().map_or(first, time);
-        let verdict = if self.chi_square > DESCRIBED || self.error > tolerance * path[COMPARED] {
+        let verdict = if self.chi_square > DESCRIBED || self.error > tolerance * path[COMPARED_TIMES] {
             Verdict::Outside
-        } else if trusted < time(COMPARED + COMPARED / 2) {
+        } else if trusted < time(COMPARED_TIMES + COMPARED_TIMES / 2) {
             Verdict::Described
         } else {
             Verdict::Explained

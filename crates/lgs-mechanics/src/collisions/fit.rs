@@ -1,29 +1,17 @@
 //! Fits through impacts: start and law from the free flight, then restitution and friction with all of them.
 
-use super::bounced::{Bounced, MOST_FRICTION};
+use super::bounced::Bounced;
 use crate::contact::{Contact, impacts};
 use crate::coordinates::State;
 use crate::explain::check_track;
 use crate::fit::{Fitted, Minimum, Problem, Settings, Track, Unknown, first_values, minimise, shoot};
+use crate::thresholds::{
+    CONTACT_ITERATIONS, CONTACT_PASSES, CONTACT_SPREAD, FEWEST_TIMES, FRICTIONS, MOST_FRICTION, NEAR_PLANE,
+    RESTITUTIONS,
+};
 use crate::{Candidate, Edit, Law, MechanicsError, System};
 use nalgebra::DVector;
 use std::ops::Range;
-
-/// Height over the extent of a body at which an observed pose counts as touching: no better are plane and
-/// shape known.
-const NEAR: f64 = 0.01;
-/// Fewest samples of a free flight.
-const FEWEST: usize = 5;
-
-/// Values of restitution that are tried first, and of friction.
-const RESTITUTIONS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
-const FRICTIONS: [f64; 9] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1];
-/// Deviation of restitution and friction where the track does not tell them: both lie between 0 and about 1.
-const SPREAD: f64 = 0.5;
-/// Fits of all unknowns, each weighing the later samples by the error that the one before has left.
-const PASSES: usize = 2;
-/// Linearisations of the fit of all unknowns together.
-const ITERATIONS: usize = 12;
 
 /// Fits a candidate with a contact, whose restitution and friction are to be found, to configurations at
 /// ascending times.
@@ -50,7 +38,7 @@ pub fn fit(
         let met = System::new(&law, Edit::NONE).impacts(&fitted.start, since[free.end - 1])?;
         let kept = met.first().map_or(free.end, |impact| since.partition_point(|time| *time <= impact.time));
         // A flight that goes through the plane holds samples of its impact.
-        if (FEWEST..free.end).contains(&kept) {
+        if (FEWEST_TIMES..free.end).contains(&kept) {
             free.end = kept;
             continue;
         }
@@ -66,7 +54,7 @@ fn first_touch(candidate: &Candidate, (times, x): (&[f64], &[Vec<f64>]), contact
     let centers: Vec<[f64; 3]> = x.iter().map(|x| [x[place], x[place + 1], x[place + 2]]).collect();
     let jump = impacts(times, &centers).first().map_or(f64::INFINITY, |impact| impact.time);
     let before = times.partition_point(|time| *time <= jump);
-    let near = NEAR * contact.extent();
+    let near = NEAR_PLANE * contact.extent();
     let touch = x.iter().position(|x| contact.gap(x) <= near).unwrap_or(before);
     before.min(touch)
 }
@@ -169,11 +157,11 @@ impl Bouncing {
     fn minimum(&mut self, seen: usize) -> Option<(Minimum, f64)> {
         let (pair, mut error) = self.coarse()?;
         self.middle = pair;
-        let settings = Settings { iterations: ITERATIONS, ..Settings::default() };
+        let settings = Settings { iterations: CONTACT_ITERATIONS, ..Settings::default() };
         let later = (self.x.len() - seen).max(1) as f64;
         let mut values = self.values(pair);
         let mut minimum = None;
-        for _ in 0..PASSES {
+        for _ in 0..CONTACT_PASSES {
             // Errors after an impact are those of the model of contact, which all later samples share.
             self.later = if error > 0.0 { 1.0 / (error * later.sqrt()) } else { 0.0 };
             let found = minimise(&*self, &values, &settings)?;
@@ -227,7 +215,8 @@ impl Problem for Bouncing {
             }
         }
         let own = &values[values.len() - 2..];
-        residuals.extend(own.iter().zip(self.middle).map(|(value, middle)| (value - middle) / SPREAD));
+        residuals
+            .extend(own.iter().zip(self.middle).map(|(value, middle)| (value - middle) / CONTACT_SPREAD));
         Some(DVector::from_vec(residuals))
     }
 }

@@ -1,6 +1,7 @@
 //! Impacts: sudden changes of velocity, and where they are in a track.
 
 use crate::MechanicsError;
+use crate::thresholds::{FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, MEDIAN_OF_THREE};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -36,15 +37,6 @@ pub(crate) fn check_order(events: &[Impact], freedoms: usize) -> Result<(), Mech
     Ok(())
 }
 
-/// Samples on either side of an impact from which its velocities are read.
-const SIDE: usize = 5;
-/// Fewest samples of a side: a parabola leaves one of them over.
-const FEWEST: usize = 4;
-/// Jump of the velocity over its own noise that is an impact: of normal noise, fewer than one in 10⁸ is.
-const JUMP: f64 = 6.0;
-/// Median length of a vector of three normal numbers.
-const MEDIAN: f64 = 1.538;
-
 /// A jump of the velocity between two samples.
 struct Jump {
     /// The sample before it.
@@ -60,18 +52,19 @@ struct Jump {
 #[must_use]
 pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
     let count = times.len().min(centers.len());
-    let last = count.saturating_sub(FEWEST);
-    let mut jumps: Vec<Jump> = (FEWEST - 1..last).filter_map(|k| jump(times, centers, k, count)).collect();
+    let last = count.saturating_sub(FEWEST_OF_SIDE);
+    let mut jumps: Vec<Jump> =
+        (FEWEST_OF_SIDE - 1..last).filter_map(|k| jump(times, centers, k, count)).collect();
     let mut sizes: Vec<f64> = jumps.iter().map(|jump| jump.size).collect();
     sizes.sort_by(f64::total_cmp);
     // Most places are no impacts: their median jump is noise, or what parabolas leave of a smooth path.
     let Some(median) = sizes.get(sizes.len() / 2) else { return Vec::new() };
-    let least = JUMP * median / MEDIAN;
+    let least = IMPACT_JUMP * median / MEDIAN_OF_THREE;
     jumps.retain(|jump| jump.size > least);
     jumps.sort_by(|a, b| b.size.total_cmp(&a.size));
     let mut found: Vec<Jump> = Vec::new();
     for jump in jumps {
-        if found.iter().all(|other| other.before.abs_diff(jump.before) >= SIDE) {
+        if found.iter().all(|other| other.before.abs_diff(jump.before) >= IMPACT_SIDE) {
             found.push(jump);
         }
     }
@@ -83,8 +76,8 @@ pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
 fn jump(times: &[f64], centers: &[[f64; 3]], k: usize, count: usize) -> Option<Jump> {
     let middle = 0.5 * (times[k] + times[k + 1]);
     let side = |range: Range<usize>| parabola(&times[range.clone()], &centers[range], middle);
-    let (before, speed_before, noise_before) = side((k + 1).saturating_sub(SIDE)..k + 1)?;
-    let (after, speed_after, noise_after) = side(k + 1..(k + 1 + SIDE).min(count))?;
+    let (before, speed_before, noise_before) = side((k + 1).saturating_sub(IMPACT_SIDE)..k + 1)?;
+    let (after, speed_after, noise_after) = side(k + 1..(k + 1 + IMPACT_SIDE).min(count))?;
     let change = speed_after - speed_before;
     let apart = (after - before).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
     let time = (middle - apart).clamp(times[k], times[k + 1]);

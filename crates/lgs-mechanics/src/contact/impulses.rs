@@ -2,6 +2,7 @@
 
 use super::surfaces::Contact;
 use crate::coordinates::State;
+use crate::thresholds::{SOLVED_IMPULSE, SWEEPS};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 
@@ -131,11 +132,6 @@ impl Contact {
     }
 }
 
-/// Sweeps over the contact points; four corners of a resting cube need about thirty.
-const SWEEPS: usize = 200;
-/// Change of the impulses, relative to their sum, at which they count as found.
-const SOLVED: f64 = 1e-12;
-
 /// Finds impulses by projected Gauss–Seidel: normal ones push only, and only as far as each point's least
 /// velocity asks for; those across the normal oppose sliding within Coulomb's cone.
 pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
@@ -160,7 +156,7 @@ pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
             change += by.abs() + turned.length();
             sum += push;
         }
-        if change <= SOLVED * sum {
+        if change <= SOLVED_IMPULSE * sum {
             break;
         }
     }

@@ -1,6 +1,7 @@
 //! Planes, given or fitted.
 
 use crate::MechanicsError;
+use crate::thresholds::{ALONG_A_LINE, UNIT_TOLERANCE};
 use glam::DVec3;
 use lgs_core::geometry::{outer, principal_axes};
 use serde::{Deserialize, Serialize};
@@ -14,13 +15,6 @@ pub struct Plane {
     /// Distance from the origin along the normal, world units.
     pub offset: f64,
 }
-
-/// Tolerance of the length of a normal: that of numbers kept in single precision.
-const UNIT_TOLERANCE: f64 = 1e-5;
-
-/// Ratio of the second to the largest moment of points under which they lie along a line: the square of what
-/// single precision leaves of a length.
-const ALONG_A_LINE: f64 = 1e-12;
 
 impl Plane {
     /// Signed distance of a point.

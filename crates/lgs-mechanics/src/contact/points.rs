@@ -1,9 +1,7 @@
 //! Extreme points of a hull.
 
+use crate::thresholds::DIRECTIONS;
 use glam::DVec3;
-
-/// Directions in which the farthest point is sought.
-const DIRECTIONS: usize = 512;
 
 /// The points that lie farthest in some direction, in their order: corners of the hull, at most as many as
 /// there are directions spread evenly over the sphere (about 5° apart).

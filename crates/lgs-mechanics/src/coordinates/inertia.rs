@@ -1,6 +1,7 @@
 //! Moments of inertia of a body, up to their scale.
 
 use crate::parameter::Parameter;
+use crate::thresholds::MOST_LOG_FACTOR;
 use serde::{Deserialize, Serialize};
 
 /// Which moments of inertia are fitted.
@@ -27,9 +28,6 @@ pub struct Inertia {
     /// Moments about the principal axes per mass, length², sorted either way: the second is the middle one.
     pub moments: [f64; 3],
 }
-
-/// Bound of the logarithm of a moment over its prior: a factor of five.
-const MOST_LOG_FACTOR: f64 = 1.6;
 
 impl Inertia {
     /// Equal moments in the axes of the shape.

@@ -3,6 +3,7 @@
 use super::{Coordinates, Inertia, InertiaForm, Port, Site, State};
 use crate::error::MechanicsError;
 use crate::parameter::{Parameter, Quantity, Space};
+use crate::thresholds::UNIT_TOLERANCE;
 use glam::DVec3;
 use lgs_core::geometry::{components, quaternion, rotate_by, rotation_vector};
 
@@ -189,9 +190,6 @@ impl Coordinates {
         Ok(())
     }
 }
-
-/// Tolerance on the length of a quaternion in a state: that of numbers kept in single precision.
-const UNIT_TOLERANCE: f64 = 1e-5;
 
 impl Coordinates {
     /// Checks that axes and quaternions have unit length, moments and radii are positive, and all is finite.

@@ -1,5 +1,7 @@
 //! A forecast and what it promised.
 
+use crate::thresholds::FAILS;
+
 /// A forecast of one third of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
@@ -8,9 +10,6 @@ pub struct Forecast {
     /// The same as the noise and the posterior of the law promise.
     pub expected: f64,
 }
-
-/// Error over what was promised beyond which a forecast fails: three standard deviations.
-const FAILS: f64 = 3.0;
 
 impl Forecast {
     /// Whether the error is far beyond what the law's own posterior promises.

@@ -2,10 +2,8 @@
 
 use super::options::Options;
 use crate::coordinates::Coordinates;
+use crate::thresholds::FEWEST_TIMES;
 use crate::{Candidate, MechanicsError};
-
-/// Fewest times: position and velocity are two, and a law needs more than an acceleration to fail at.
-const FEWEST: usize = 5;
 
 fn size(what: &str, expected: usize, found: usize) -> MechanicsError {
     MechanicsError::Size { what: what.to_owned(), expected, found }
@@ -24,8 +22,8 @@ pub(crate) fn check_track(
 ) -> Result<Vec<Vec<f64>>, MechanicsError> {
     let first = candidates.first().ok_or_else(|| size("candidates of an explanation", 1, 0))?;
     let coordinates = &first.coordinates;
-    if times.len() < FEWEST {
-        return Err(size("times of a track", FEWEST, times.len()));
+    if times.len() < FEWEST_TIMES {
+        return Err(size("times of a track", FEWEST_TIMES, times.len()));
     }
     if x.len() != times.len() {
         return Err(size("configurations of a track", times.len(), x.len()));

@@ -6,16 +6,14 @@ use super::forecast::Forecast;
 use super::options::Options;
 use crate::bands::{Verdict, trusted};
 use crate::coordinates::State;
-
-/// Times of a window at which bands are compared with the tolerance.
-const COMPARED: usize = 20;
+use crate::thresholds::COMPARED_TIMES;
 
 /// Fills in path, forecasts, trust and verdict.
 pub(super) fn judge(found: &mut Explanation, options: &Options) {
     let smooth = &found.track.smooth;
     found.path = smooth.windows(2).map(|pair| found.distance(&pair[0].0, &pair[1].0)).sum();
     let [first, last] = found.window();
-    let compared = COMPARED as f64;
+    let compared = COMPARED_TIMES as f64;
     let beyond = (options.horizon * compared).round();
     let count = (compared + 2.0 * beyond) as usize;
     let time = |k: usize| first + (last - first) * (k as f64 - beyond) / compared;

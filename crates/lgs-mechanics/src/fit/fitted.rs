@@ -5,6 +5,7 @@ use super::segments::Segments;
 use super::track::Track;
 use crate::coordinates::State;
 use crate::terms::Scales;
+use crate::thresholds::FINEST;
 use crate::{Candidate, Law};
 use nalgebra::DMatrix;
 
@@ -49,10 +50,6 @@ pub fn shoot(
     let bounds = problem.unknowns()[2 * n..].iter().map(|unknown| [unknown.lower, unknown.upper]).collect();
     Some(Fitted { law, start, loss, covariance, bounds })
 }
-
-/// Halvings of the step, from the interval between samples, after which a motion counts as unresolved: a law
-/// that changes within a 64th of the interval cannot be read from the samples.
-const FINEST: u32 = 6;
 
 /// Inverse of a positive semidefinite matrix; directions without information get none.
 fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {

@@ -1,5 +1,6 @@
 //! Levenberg–Marquardt with bounds, scales and a robust loss.
 
+use crate::thresholds::{DIFFERENCE, LARGEST_DAMPING, LEAST_GAIN, SLOW_STEPS};
 use nalgebra::{DMatrix, DVector};
 
 /// An unknown of a problem.
@@ -28,10 +29,6 @@ pub trait Problem {
         Some((residuals, jacobian))
     }
 }
-
-/// Part of an unknown's scale by which central differences move it: the cube root of the precision of `f64`,
-/// where truncation and rounding errors are equal.
-const DIFFERENCE: f64 = 6e-6;
 
 /// Derivatives of a problem's residuals by central differences.
 #[must_use]
@@ -127,14 +124,6 @@ fn step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64, held: &[bo
     }
     damped.cholesky().map(|factor| factor.solve(&right))
 }
-
-/// Part of the loss that a step must gain, and steps after each other that may fail to: where χ² is ten
-/// thousand, a change by one decides nothing, unless it leads away from a saddle.
-const LEAST_GAIN: f64 = 1e-4;
-const SLOW_STEPS: usize = 5;
-
-/// Least values of the damping at which a step counts as having failed.
-const LARGEST_DAMPING: f64 = 1e10;
 
 /// Moves by a scaled step and keeps to the bounds.
 fn moved(values: &[f64], step: &DVector<f64>, unknowns: &[Unknown]) -> Vec<f64> {

@@ -6,10 +6,8 @@
 
 use super::track::Track;
 use crate::Candidate;
+use crate::thresholds::HALF_WIDTHS;
 use nalgebra::{DMatrix, DVector};
-
-/// Half widths of the bumps as parts of the window. Wide ones are the most certain, narrow ones see the rest.
-const HALF_WIDTHS: [f64; 3] = [0.5, 0.25, 0.125];
 
 /// Values of all parameters and what the equation of motion leaves.
 #[derive(Clone, Debug)]

@@ -9,18 +9,8 @@ use super::track::Track;
 use crate::Candidate;
 use crate::coordinates::State;
 use crate::terms::Scales;
+use crate::thresholds::{COARSE, ERROR_OF_DIFFERENCE, FAR, REFINEMENTS, SEGMENTS, STEP_ERROR};
 use nalgebra::{DMatrix, DVector};
-
-/// Largest change of a residual by which a step may err, in units of its noise, or of the root mean square of
-/// all residuals where a motion is far from the track: a hundredth in χ².
-const STEP_ERROR: f64 = 0.1;
-/// Error of a step of fourth order over its difference to two half steps.
-const ERROR_OF_DIFFERENCE: f64 = 16.0 / 15.0;
-/// Root mean square residual, in units of the noise, of a motion that is far from the track whatever its
-/// steps are: it gets no steps finer than those of first values.
-const FAR: f64 = 10.0;
-/// How often a fit is repeated with steps that its own motion asks for.
-const REFINEMENTS: usize = 3;
 
 /// Segments as one problem: the starts of all segments `[segments, 2 n]`, then the parameters.
 pub(super) struct Segments<'a> {
@@ -152,11 +142,6 @@ impl Problem for Segments<'_> {
         Some((residuals, jacobian))
     }
 }
-
-/// Numbers of segments, one after the other, before the whole track is one.
-const SEGMENTS: [usize; 2] = [4, 2];
-/// Halvings of the step while first values are sought.
-const COARSE: u32 = 4;
 
 /// Parameters and loss of a fit in segments that begin on the smooth path; `None` if no motion could be
 /// followed.

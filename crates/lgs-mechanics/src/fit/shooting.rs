@@ -4,12 +4,9 @@ use super::levenberg::{Problem, Unknown};
 use super::track::Track;
 use crate::coordinates::State;
 use crate::terms::{Entry, Scales};
+use crate::thresholds::CENTRE_PRIOR;
 use crate::{Candidate, Edit, Law, System};
 use nalgebra::{DMatrix, DVector};
-
-/// Standard deviation of the prior of a fitted centre about the middle of the path, in extents of the path: a
-/// centre far outside of the path acts as a uniform field does, which has fewer unknowns.
-const CENTRE_PRIOR: f64 = 1.0;
 
 /// Start and parameters as unknowns: changes of the first configuration, then velocities and parameters.
 pub(super) struct Shooting<'a> {

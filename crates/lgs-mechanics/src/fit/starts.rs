@@ -4,6 +4,7 @@ use super::levenberg::{Problem, Settings, Unknown, minimise};
 use super::regression::{Regression, regress};
 use super::track::Track;
 use crate::terms::{Entry, Scales};
+use crate::thresholds::{APART, AROUND, IMPROVED};
 use crate::{Candidate, FreeParameter};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{inverse, outer, scalar};
@@ -21,9 +22,6 @@ fn meeting_point(track: &Track) -> Option<[f64; 3]> {
     let point = inverse(&matrix)? * right;
     point.is_finite().then(|| point.to_array())
 }
-
-/// Distance in extents of the path at which centres are tried along its principal axes.
-const AROUND: f64 = 0.75;
 
 /// Places where the centre of a force on a point may lie: where accelerations meet, and around the path.
 fn centers(track: &Track, scales: &Scales) -> Vec<[f64; 3]> {
@@ -56,11 +54,6 @@ fn all_starts(candidate: &Candidate, track: &Track, scales: &Scales) -> Vec<Vec<
     }
     starts
 }
-
-/// Starts whose places are improved, the best by regression.
-const IMPROVED: usize = 6;
-/// Share by which what regressions leave must differ for them to count as two.
-const APART: f64 = 0.01;
 
 /// Regression of what enters linearly, as a function of the other parameters.
 struct Places<'a> {

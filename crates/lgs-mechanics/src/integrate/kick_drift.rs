@@ -12,11 +12,7 @@ use super::kick_field::{KickField, Linearised};
 use super::solve::{self, add_scaled, finite, norm};
 use super::stepper::{NoSolution, Stepper, Tangent};
 use crate::coordinates::State;
-
-/// Newton steps of the implicit kick; linear forces need one, smooth ones four.
-const NEWTON_STEPS: usize = 50;
-/// Relative change at which the velocity counts as solved: a few units of rounding.
-const SOLVED: f64 = 4.0 * f64::EPSILON;
+use crate::thresholds::{KICK_STEPS, SOLVED_STEP};
 
 /// The scheme for constant kinetic energy, and for rotations with a drift of their own.
 #[derive(Debug)]
@@ -49,7 +45,7 @@ impl<F: KickField> KickDrift<F> {
             return finite(&state.v);
         }
         let mut last = f64::INFINITY;
-        for _ in 0..NEWTON_STEPS {
+        for _ in 0..KICK_STEPS {
             self.field.linearise(&state.x, &state.v, &mut self.at);
             let mut change: Vec<f64> =
                 (0..kicked.len()).map(|i| kicked[i] + s * self.at.a[i] - state.v[i]).collect();
@@ -58,12 +54,12 @@ impl<F: KickField> KickDrift<F> {
             // Overshooting around a kink of dry friction is halved until it settles.
             let part = if size < last { 1.0 } else { 0.5 };
             state.v.iter_mut().zip(&change).for_each(|(v, d)| *v += part * d);
-            if size <= SOLVED * norm(&state.v) + f64::MIN_POSITIVE {
+            if size <= SOLVED_STEP * norm(&state.v) + f64::MIN_POSITIVE {
                 return finite(&state.v);
             }
             last = size;
         }
-        if last <= 1e6 * SOLVED * norm(&state.v) { finite(&state.v) } else { Err(NoSolution) }
+        if last <= 1e6 * SOLVED_STEP * norm(&state.v) { finite(&state.v) } else { Err(NoSolution) }
     }
 
     /// `V += s (A_x X + A_v V + A_p)` at the linearised state; without `A_v V` for an implicit kick.

@@ -13,11 +13,7 @@ use super::solve::{self, add_scaled, finite, norm};
 use super::stepper::{NoSolution, Stepper, Tangent};
 use crate::coordinates::State;
 use crate::terms::Block;
-
-/// Newton steps; smooth accelerations need four.
-const NEWTON_STEPS: usize = 30;
-/// Relative change at which the mean velocity counts as solved: a few units of rounding.
-const SOLVED: f64 = 4.0 * f64::EPSILON;
+use crate::thresholds::{MIDPOINT_STEPS, SOLVED_STEP};
 
 /// The scheme for kinetic energies that depend on the position.
 #[derive(Debug)]
@@ -37,7 +33,7 @@ impl<'a> Midpoint<'a> {
     fn mean_velocity(&mut self, state: &State, h: f64) -> Result<Vec<f64>, NoSolution> {
         let n = self.field.freedoms();
         let mut mean = state.v.clone();
-        for _ in 0..NEWTON_STEPS {
+        for _ in 0..MIDPOINT_STEPS {
             let middle: Vec<f64> = state.x.iter().zip(&mean).map(|(x, v)| x + 0.5 * h * v).collect();
             self.field.linearise(&middle, &mean, &mut self.at);
             self.by_mean.reset(n, n);
@@ -51,7 +47,7 @@ impl<'a> Midpoint<'a> {
             solve::shifted(&self.by_mean, 0.5 * h, n, &mut change)?;
             add_scaled(&mut mean, &change, 1.0);
             finite(&mean)?;
-            if norm(&change) <= SOLVED * (norm(&mean) + norm(&state.v)) + f64::MIN_POSITIVE {
+            if norm(&change) <= SOLVED_STEP * (norm(&mean) + norm(&state.v)) + f64::MIN_POSITIVE {
                 return Ok(mean);
             }
         }

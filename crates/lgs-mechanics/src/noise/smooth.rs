@@ -10,24 +10,11 @@ use super::Noise;
 use super::polynomial::Window;
 use super::spacing::Spacing;
 use crate::coordinates::{Coordinates, State};
+use crate::thresholds::{
+    CORRELATION_STEP, CORRELATIONS, DECAYS, FREE_COEFFICIENTS, MOST_POLYNOMIALS, NO_NOISE, STRENGTHS,
+};
 use lgs_core::geometry::quaternion;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-
-/// Values of ρ that are tried, `0, 0.05, … 0.95`. Beyond the last, noise and motion cannot be told apart in a
-/// window.
-const CORRELATIONS: usize = 20;
-/// Difference of two values of ρ.
-const CORRELATION_STEP: f64 = 0.05;
-/// Values of `r` that are tried: from motions that are nearly parabolas to ones that need every polynomial.
-const DECAYS: [f64; 9] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97];
-/// Polynomials whose coefficients are free: position and velocity.
-const FREE: usize = 2;
-/// Most polynomials of a path; a track has at least three samples for every two.
-const MOST_POLYNOMIALS: usize = 40;
-/// Relative noise of a track that has none: `f64` residuals of a track of size 1.
-const NO_NOISE: f64 = 1e-12;
-/// Values of `s` over the noise that are tried, in powers of four up to `4²⁰ = 10¹²`.
-const STRENGTHS: i32 = 20;
 
 /// A polynomial in time for each coordinate, with the noise around it.
 #[derive(Clone, Debug)]
@@ -66,7 +53,12 @@ impl Basis {
         let qr = freed.qr();
         let triangle = qr.r();
         let count = triangle.ncols();
-        let part = triangle.view((FREE, FREE), (count - FREE, count - FREE)).into_owned();
+        let part = triangle
+            .view(
+                (FREE_COEFFICIENTS, FREE_COEFFICIENTS),
+                (count - FREE_COEFFICIENTS, count - FREE_COEFFICIENTS),
+            )
+            .into_owned();
         let eigen = |decay: &f64| {
             let mut scaled = part.clone();
             for k in 0..scaled.ncols() {
@@ -76,7 +68,7 @@ impl Basis {
         };
         // The innovation of unit variance is the difference divided by √(1 − ρ²).
         let log_correlation: f64 = scales.iter().map(|[scale, _]| -2.0 * scale.ln()).sum();
-        let log_free: f64 = (0..FREE).map(|k| 2.0 * triangle[(k, k)].abs().ln()).sum();
+        let log_free: f64 = (0..FREE_COEFFICIENTS).map(|k| 2.0 * triangle[(k, k)].abs().ln()).sum();
         Self {
             correlation,
             q: qr.q(),
@@ -99,8 +91,8 @@ impl Basis {
     /// The prior under which a coordinate is most likely.
     fn fit(&self, values: &DVector<f64>) -> Fit {
         let (along, rest) = self.components(values);
-        let left = (values.len() - FREE) as f64;
-        let bent = along.rows(FREE, along.len() - FREE);
+        let left = (values.len() - FREE_COEFFICIENTS) as f64;
+        let bent = along.rows(FREE_COEFFICIENTS, along.len() - FREE_COEFFICIENTS);
         let mut best = Fit { likelihood: f64::INFINITY, variance: 1.0, decay: 0, strength: 0.0 };
         for (decay, eigen) in self.decays.iter().enumerate() {
             let turned = eigen.eigenvectors.tr_mul(&bent);
@@ -127,10 +119,10 @@ impl Basis {
             let spread = fit.strength * value.max(0.0);
             spread / (1.0 + spread)
         });
-        let bent = along.rows(FREE, along.len() - FREE);
+        let bent = along.rows(FREE_COEFFICIENTS, along.len() - FREE_COEFFICIENTS);
         let mean = &eigen.eigenvectors * eigen.eigenvectors.tr_mul(&bent).component_mul(&shrink);
         let mut right = along;
-        right.rows_mut(FREE, mean.len()).copy_from(&mean);
+        right.rows_mut(FREE_COEFFICIENTS, mean.len()).copy_from(&mean);
         self.triangle.solve_upper_triangular(&right)
     }
 }
@@ -166,7 +158,7 @@ impl SmoothPath {
     #[must_use]
     pub fn fit(times: &[f64], tracks: &[Vec<f64>]) -> Self {
         let window = Window::of(times);
-        let count = (2 * times.len() / 3).clamp(FREE + 1, MOST_POLYNOMIALS);
+        let count = (2 * times.len() / 3).clamp(FREE_COEFFICIENTS + 1, MOST_POLYNOMIALS);
         let values = |time: &f64| window.polynomials(*time, count)[0].clone();
         let rows: Vec<f64> = times.iter().flat_map(values).collect();
         let rows = DMatrix::from_row_slice(times.len(), count, &rows);

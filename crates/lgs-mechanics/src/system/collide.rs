@@ -4,20 +4,9 @@ use crate::contact::{Body, Contact, Impact, Touch, solve};
 use crate::coordinates::State;
 use crate::integrate::{self, NoSolution, Stepper};
 use crate::law::Law;
+use crate::thresholds::{CONTACT_PARTS, HALVINGS, LIFT, MOST_IMPACTS, TOUCHING};
 use glam::DVec3;
 use lgs_core::geometry::{exp, quaternion};
-
-/// Parts of a step near the plane: a point that closes slowly is held to an eighth of what it moves in a
-/// step.
-const PARTS: usize = 8;
-/// Impacts within one part after which all contacts count as closed.
-const MOST_IMPACTS: usize = 8;
-/// Halvings in the search for the time of an impact: to a millionth of a millionth of a part.
-const HALVINGS: usize = 40;
-/// Height up to which points touch in an impact, over the extent of the body.
-const TOUCHING: f64 = 1e-6;
-/// Part of a depth below the plane that a resting contact gives back in each part of a step.
-const LIFT: f64 = 0.1;
 
 /// Collisions along a motion, and those met so far.
 #[derive(Debug)]
@@ -60,7 +49,7 @@ impl<'a> Collider<'a> {
             at.time += h;
             return Ok(());
         }
-        (0..PARTS).try_for_each(|_| self.part(stepper, at, h / PARTS as f64))
+        (0..CONTACT_PARTS).try_for_each(|_| self.part(stepper, at, h / CONTACT_PARTS as f64))
     }
 
     /// Free motion backward to the last known impact, whose change is taken back, and on; a motion that would

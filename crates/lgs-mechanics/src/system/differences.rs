@@ -4,11 +4,8 @@ use super::sensitivity::Sensitivity;
 use crate::coordinates::State;
 use crate::error::MechanicsError;
 use crate::law::Law;
+use crate::thresholds::DIFFERENCE;
 use nalgebra::DMatrix;
-
-/// Size of central differences: the cube root of the precision of `f64`, where truncation and rounding errors
-/// are equal.
-const DIFFERENCE: f64 = 6e-6;
 
 /// The motion of a law from a start.
 type Motion<'a> = dyn Fn(&Law, &State) -> Result<Vec<State>, MechanicsError> + 'a;

@@ -4,6 +4,7 @@
 use super::kind::{At, Derivatives, Role, TermKind, default_start};
 use super::quadratic::dot;
 use crate::parameter::{Parameter, Quantity, Scales, Space};
+use crate::thresholds::{LARGEST_EXPONENT, STARTING_DISTANCE, STARTING_EXPONENTS};
 
 /// The kind `central-power`: the exponent is fitted.
 pub(super) const POWER: Central = Central { name: "central-power", exponent: None };
@@ -11,13 +12,6 @@ pub(super) const POWER: Central = Central { name: "central-power", exponent: Non
 pub(super) const INVERSE_SQUARE: Central = Central { name: "central-inverse-square", exponent: Some(-2.0) };
 /// The kind `central-logarithm`: a force by the inverse of the distance.
 pub(super) const LOGARITHM: Central = Central { name: "central-logarithm", exponent: Some(-1.0) };
-
-/// Exponents from which a fit starts.
-const STARTING_EXPONENTS: [f64; 3] = [-2.0, -1.0, 2.0];
-/// Bound of the exponent on both sides.
-const LARGEST_EXPONENT: f64 = 4.0;
-/// Distance of the starting centres from the middle of the path, in its extents: inside, and well outside.
-const STARTING_DISTANCE: f64 = 0.6;
 
 /// A central force.
 #[derive(Debug)]

@@ -7,12 +7,10 @@
 use super::kind::{At, Derivatives, Role, TermKind, default_start};
 use super::quadratic::dot;
 use crate::parameter::{Entry, Parameter, Scales, Space};
+use crate::thresholds::CREEPING;
 
 /// The kind `dry-friction`.
 pub(super) const DRY_FRICTION: DryFriction = DryFriction;
-
-/// Creeping speed, in extents of the path per window: a thousandth of the mean speed.
-const CREEPING: f64 = 1e-3;
 
 /// Dry friction.
 #[derive(Debug)]

@@ -2,6 +2,7 @@
 
 use super::kind::Block;
 use crate::parameter::{Parameter, Space, axis_name};
+use crate::thresholds::SMALLEST_EIGENVALUE;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Form of a symmetric matrix `K`.
@@ -146,9 +147,6 @@ fn axial(eigen: &SymmetricEigen<f64, nalgebra::Dyn>) -> Vec<f64> {
     let square = 0.5 * (eigen.eigenvalues.sum() - eigen.eigenvalues[axis]);
     eigen.eigenvectors.column(axis).iter().map(|v| v * square.max(0.0).sqrt()).collect()
 }
-
-/// Part of the largest eigenvalue that the smallest ones get, so that the triangular root exists.
-const SMALLEST_EIGENVALUE: f64 = 1e-6;
 
 /// The lower triangular root of the matrix with its negative eigenvalues raised to (almost) zero.
 fn positive_root(eigen: &SymmetricEigen<f64, nalgebra::Dyn>) -> Vec<f64> {

@@ -3,12 +3,10 @@
 use super::kind::{At, Block, Derivatives, Role, TermKind};
 use super::quadratic::dot;
 use crate::parameter::{Parameter, Quantity, Scales, Space};
+use crate::thresholds::STARTING_LENGTHS;
 
 /// The kind `spring-length`.
 pub(super) const REST_LENGTH: RestLength = RestLength;
-
-/// Rest lengths from which a fit starts, in extents of the path.
-const STARTING_LENGTHS: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// A spring with a rest length.
 #[derive(Debug)]

@@ -1,0 +1,167 @@
+//! Numbers that decide something, each with its reason, in one place.
+
+// Noise of tracks.
+
+/// Values of ρ that are tried, `0, 0.05, … 0.95`. Beyond the last, noise and motion cannot be told apart in a
+/// window.
+pub(crate) const CORRELATIONS: usize = 20;
+/// Difference of two values of ρ.
+pub(crate) const CORRELATION_STEP: f64 = 0.05;
+/// Values of `r` that are tried: from motions that are nearly parabolas to ones that need every polynomial.
+pub(crate) const DECAYS: [f64; 9] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97];
+/// Polynomials whose coefficients are free: position and velocity.
+pub(crate) const FREE_COEFFICIENTS: usize = 2;
+/// Most polynomials of a path; a track has at least three samples for every two.
+pub(crate) const MOST_POLYNOMIALS: usize = 40;
+/// Relative noise of a track that has none: `f64` residuals of a track of size 1.
+pub(crate) const NO_NOISE: f64 = 1e-12;
+/// Values of `s` over the noise that are tried, in powers of four up to `4²⁰ = 10¹²`.
+pub(crate) const STRENGTHS: i32 = 20;
+
+// Fits.
+
+/// Fewest times: position and velocity are two, and a law needs more than an acceleration to fail at.
+pub(crate) const FEWEST_TIMES: usize = 5;
+/// Distance in extents of the path at which centres are tried along its principal axes.
+pub(crate) const AROUND: f64 = 0.75;
+/// Starts whose places are improved, the best by regression.
+pub(crate) const IMPROVED: usize = 6;
+/// Share by which what regressions leave must differ for them to count as two.
+pub(crate) const APART: f64 = 0.01;
+/// Half widths of the bumps as parts of the window. Wide ones are the most certain, narrow ones see the rest.
+pub(crate) const HALF_WIDTHS: [f64; 3] = [0.5, 0.25, 0.125];
+/// Standard deviation of the prior of a fitted centre about the middle of the path, in extents of the path: a
+/// centre far outside of the path acts as a uniform field does, which has fewer unknowns.
+pub(crate) const CENTRE_PRIOR: f64 = 1.0;
+/// Largest change of a residual by which a step may err, in units of its noise, or of the root mean square of
+/// all residuals where a motion is far from the track: a hundredth in χ².
+pub(crate) const STEP_ERROR: f64 = 0.1;
+/// Error of a step of fourth order over its difference to two half steps.
+pub(crate) const ERROR_OF_DIFFERENCE: f64 = 16.0 / 15.0;
+/// Root mean square residual, in units of the noise, of a motion that is far from the track whatever its
+/// steps are: it gets no steps finer than those of first values.
+pub(crate) const FAR: f64 = 10.0;
+/// How often a fit is repeated with steps that its own motion asks for.
+pub(crate) const REFINEMENTS: usize = 3;
+/// Numbers of segments, one after the other, before the whole track is one.
+pub(crate) const SEGMENTS: [usize; 2] = [4, 2];
+/// Halvings of the step while first values are sought.
+pub(crate) const COARSE: u32 = 4;
+/// Halvings of the step, from the interval between samples, after which a motion counts as unresolved: a law
+/// that changes within a 64th of the interval cannot be read from the samples.
+pub(crate) const FINEST: u32 = 6;
+/// Part of an unknown's scale by which central differences move it: the cube root of the precision of `f64`,
+/// where truncation and rounding errors are equal.
+pub(crate) const DIFFERENCE: f64 = 6e-6;
+/// Part of the loss that a step must gain: where χ² is ten thousand, a change by one decides nothing, unless
+/// it leads away from a saddle.
+pub(crate) const LEAST_GAIN: f64 = 1e-4;
+/// Steps after each other that may fail to gain as much.
+pub(crate) const SLOW_STEPS: usize = 5;
+/// Least values of the damping at which a step counts as having failed.
+pub(crate) const LARGEST_DAMPING: f64 = 1e10;
+/// Times at which two steps are compared.
+pub(crate) const COMPARED_STATES: usize = 8;
+/// Halvings after which a motion counts as not resolved: a step of a four-thousandth.
+pub(crate) const MOST_HALVINGS: usize = 12;
+
+// Choice, bands and verdicts.
+
+/// First values of a candidate from which shooting starts.
+pub(crate) const SHOTS: usize = 3;
+/// χ² per independent sample below which a fit needs no other first values: it explains the track.
+pub(crate) const GOOD: f64 = 1.2;
+/// Surcharge of a gyroscopic term, in halves of an unknown: a circling point can be held by a spring (four
+/// unknowns) or by a gyroscopic force (three), and the spring comes first.
+pub(crate) const GYROSCOPIC: usize = 3;
+/// Surcharge of every other term without an energy, in halves of an unknown: of two laws with as many
+/// unknowns, the conservative one is the simpler.
+pub(crate) const WITHOUT_ENERGY: usize = 1;
+/// Error over what was promised beyond which a forecast fails: three standard deviations.
+pub(crate) const FAILS: f64 = 3.0;
+/// Times of a window at which bands are compared with the tolerance.
+pub(crate) const COMPARED_TIMES: usize = 20;
+/// Draws of all candidates together: the 90 % radius is then known to about 3 %.
+pub(crate) const DRAWS: usize = 96;
+/// Draws beyond the bounds of a parameter after which the nearest allowed values are taken: with half of the
+/// posterior inside for each of three parameters, one in 5000 is left.
+pub(crate) const REDRAWS: usize = 64;
+
+// Terms and coordinates.
+
+/// Half width of the region in which a fitted centre is sought, in extents of the path: a centre further away
+/// acts like a uniform field.
+pub(crate) const PLACE_REACH: f64 = 8.0;
+/// Tolerance on the length of a quaternion in a state: that of numbers kept in single precision.
+pub(crate) const UNIT_TOLERANCE: f64 = 1e-5;
+/// Bound of the logarithm of a moment over its prior: a factor of five.
+pub(crate) const MOST_LOG_FACTOR: f64 = 1.6;
+/// Rest lengths from which a fit starts, in extents of the path.
+pub(crate) const STARTING_LENGTHS: [f64; 3] = [0.25, 0.5, 1.0];
+/// Creeping speed, in extents of the path per window: a thousandth of the mean speed.
+pub(crate) const CREEPING: f64 = 1e-3;
+/// Exponents from which a fit starts.
+pub(crate) const STARTING_EXPONENTS: [f64; 3] = [-2.0, -1.0, 2.0];
+/// Bound of the exponent on both sides.
+pub(crate) const LARGEST_EXPONENT: f64 = 4.0;
+/// Distance of the starting centres from the middle of the path, in its extents: inside, and well outside.
+pub(crate) const STARTING_DISTANCE: f64 = 0.6;
+/// Part of the largest eigenvalue that the smallest ones get, so that the triangular root exists.
+pub(crate) const SMALLEST_EIGENVALUE: f64 = 1e-6;
+
+// Integration.
+
+/// Newton steps of the implicit kick; linear forces need one, smooth ones four.
+pub(crate) const KICK_STEPS: usize = 50;
+/// Relative change at which the velocity counts as solved: a few units of rounding.
+pub(crate) const SOLVED_STEP: f64 = 4.0 * f64::EPSILON;
+/// Newton steps; smooth accelerations need four.
+pub(crate) const MIDPOINT_STEPS: usize = 30;
+/// Part of a step below which a time counts as on the grid.
+pub(crate) const ON_GRID: f64 = 1e-6;
+
+// Contact.
+
+/// Samples on either side of an impact from which its velocities are read.
+pub(crate) const IMPACT_SIDE: usize = 5;
+/// Fewest samples of a side: a parabola leaves one of them over.
+pub(crate) const FEWEST_OF_SIDE: usize = 4;
+/// Jump of the velocity over its own noise that is an impact: of normal noise, fewer than one in 10⁸ is.
+pub(crate) const IMPACT_JUMP: f64 = 6.0;
+/// Median length of a vector of three normal numbers.
+pub(crate) const MEDIAN_OF_THREE: f64 = 1.538;
+/// Directions in which the farthest point is sought.
+pub(crate) const DIRECTIONS: usize = 512;
+/// Ratio of the second to the largest moment of points under which they lie along a line: the square of what
+/// single precision leaves of a length.
+pub(crate) const ALONG_A_LINE: f64 = 1e-12;
+/// Sweeps over the contact points; four corners of a resting cube need about thirty.
+pub(crate) const SWEEPS: usize = 200;
+/// Change of the impulses, relative to their sum, at which they count as found.
+pub(crate) const SOLVED_IMPULSE: f64 = 1e-12;
+/// Parts of a step near the plane: a point that closes slowly is held to an eighth of what it moves in a
+/// step.
+pub(crate) const CONTACT_PARTS: usize = 8;
+/// Impacts within one part after which all contacts count as closed.
+pub(crate) const MOST_IMPACTS: usize = 8;
+/// Halvings in the search for the time of an impact: to a millionth of a millionth of a part.
+pub(crate) const HALVINGS: usize = 40;
+/// Height up to which points touch in an impact, over the extent of the body.
+pub(crate) const TOUCHING: f64 = 1e-6;
+/// Part of a depth below the plane that a resting contact gives back in each part of a step.
+pub(crate) const LIFT: f64 = 0.1;
+/// Height over the extent of a body at which an observed pose counts as touching: no better are plane and
+/// shape known.
+pub(crate) const NEAR_PLANE: f64 = 0.01;
+/// Values of restitution that are tried first.
+pub(crate) const RESTITUTIONS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// Values of friction that are tried first.
+pub(crate) const FRICTIONS: [f64; 9] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1];
+/// Deviation of restitution and friction where the track does not tell them: both lie between 0 and about 1.
+pub(crate) const CONTACT_SPREAD: f64 = 0.5;
+/// Fits of all unknowns, each weighing the later samples by the error that the one before has left.
+pub(crate) const CONTACT_PASSES: usize = 2;
+/// Linearisations of the fit of all unknowns together.
+pub(crate) const CONTACT_ITERATIONS: usize = 12;
+/// Largest friction: nothing slides on a slope of 60°.
+pub(crate) const MOST_FRICTION: f64 = 1.75;
