@@ -1,6 +1,6 @@
 //! A set of 3D Gaussians as parallel arrays of raw parameters.
 
-use crate::SH_C0;
+use crate::harmonics::SH_C0;
 
 /// Number of spherical-harmonic coefficients per colour channel at a degree.
 #[must_use]

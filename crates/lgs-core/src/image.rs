@@ -62,7 +62,7 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Camera;
+    use crate::camera::Camera;
 
     #[test]
     fn a_reduced_image_holds_means_and_its_camera_sees_them_in_place() {

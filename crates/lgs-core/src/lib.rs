@@ -16,6 +16,7 @@
 mod camera;
 mod cloud;
 pub mod geometry;
+mod harmonics;
 mod image;
 pub mod linear;
 mod neighbors;
@@ -29,11 +30,9 @@ pub mod thresholds;
 
 pub use camera::{Camera, DEFAULT_NEAR};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
+pub use harmonics::SH_C0;
 pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
 pub use spatial::spatial_order;
 pub use statistics::median;
 pub use streams::{Stream, stream};
-
-/// The zeroth real spherical harmonic, which turns a DC coefficient into a colour: `rgb = 0.5 + SH_C0 · dc`.
-pub const SH_C0: f32 = 0.282_094_79;

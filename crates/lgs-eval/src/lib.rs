@@ -10,6 +10,7 @@
 
 mod cost;
 mod evaluate;
+mod finite;
 pub mod half_size;
 pub mod image_score;
 pub mod laws;
@@ -33,8 +34,3 @@ pub use metrics::{
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};
-
-/// The number, or nothing if it is NaN or infinite.
-pub(crate) fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}

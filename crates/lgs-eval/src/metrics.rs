@@ -117,9 +117,9 @@ pub struct FrameModelScore {
 impl From<&ImageScore> for FrameModelScore {
     fn from(score: &ImageScore) -> Self {
         Self {
-            psnr: crate::finite(score.psnr),
-            psnr_foreground: score.psnr_foreground.and_then(crate::finite),
-            ssim: crate::finite(score.ssim),
+            psnr: crate::finite::finite(score.psnr),
+            psnr_foreground: score.psnr_foreground.and_then(crate::finite::finite),
+            ssim: crate::finite::finite(score.ssim),
             foreground_ratio: (score.true_pixels > 0)
                 .then(|| score.predicted_pixels as f64 / score.true_pixels as f64),
         }

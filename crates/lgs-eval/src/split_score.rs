@@ -11,11 +11,12 @@ use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 use rayon::prelude::*;
 
+use crate::finite::finite;
 use crate::image_score::{ForegroundRule, ImageScore, Picture, Scoring, score};
 use crate::lpips::PerceptualScore;
 use crate::metrics::SplitScore;
+use crate::render::render;
 use crate::thresholds::{FRAMES_AT_ONCE, TIMES_AT_ONCE};
-use crate::{finite, render};
 
 /// Scores of one frame.
 #[derive(Clone, Debug)]

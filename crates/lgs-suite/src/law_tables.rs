@@ -92,7 +92,8 @@ fn of_class(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Plan, Suite};
+    use crate::plan::Plan;
+    use crate::suite::Suite;
     use lgs_eval::ObjectSummary;
     use std::path::Path;
 

@@ -81,7 +81,8 @@ pub(crate) fn system_tables(results: &Results<'_>) -> [Table; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Plan, Suite};
+    use crate::plan::Plan;
+    use crate::suite::Suite;
     use lgs_eval::StageCost;
     use std::path::Path;
 

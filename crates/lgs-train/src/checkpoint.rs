@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lgs_data::files::FileError;
 use lgs_model::TensorFile;
 
-use crate::TrainError;
+use crate::error::TrainError;
 use crate::thresholds::KEPT_CHECKPOINTS;
 
 /// Format name and version of every checkpoint.

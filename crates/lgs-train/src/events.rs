@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use lgs_data::files::{FileError, write_atomically};
 use serde::{Deserialize, Serialize};
 
-use crate::TrainError;
 use crate::checkpoint::Stage;
 use crate::driver::Progress;
+use crate::error::TrainError;
 
 /// One line of the training curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,8 +5,8 @@ use std::path::Path;
 use lgs_data::dataset::Dataset;
 use lgs_model::source::{SourceModel, import_source};
 
-use crate::TrainError;
 use crate::config::TrainConfig;
+use crate::error::TrainError;
 use crate::thresholds::FEWEST_TIMES;
 
 /// Reads the source model that the configuration names, and checks that stage 1 can work on it with or

@@ -7,10 +7,10 @@ use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors};
 
-use crate::TrainError;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::driver::{Control, Progress, SceneTrainer, Trainer};
+use crate::error::TrainError;
 use crate::import::imported_source;
 use crate::run_folder::RunFolder;
 use crate::source::SourceTrainer;

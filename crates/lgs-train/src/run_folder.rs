@@ -8,9 +8,9 @@ use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
 use serde::{Deserialize, Serialize};
 
-use crate::TrainError;
 use crate::checkpoint::{Checkpoints, RunIdentity};
 use crate::config::{ConfigError, Preset, TrainConfig};
+use crate::error::TrainError;
 use crate::events::EventLog;
 use crate::layers::parse;
 

@@ -4,10 +4,10 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use crate::TrainError;
 use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::driver::{Control, Progress, StepReport, Trainer};
+use crate::error::TrainError;
 use crate::events::{Event, EventLog};
 use crate::run_folder::RunFolder;
 use crate::thresholds::EVENT_INTERVAL;

@@ -8,7 +8,7 @@ use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ParticleDynamics};
 
 use super::{distance, window_steps};
-use crate::finite;
+use crate::finite::finite;
 use crate::metrics::CycleError;
 
 /// Whether local rigid alignment takes part in a cycle.

@@ -8,7 +8,7 @@ use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion};
 
 use super::{length, long_steps};
-use crate::finite;
+use crate::finite::finite;
 
 /// Largest change of the mean energy from its start, over the largest mean kinetic energy; nothing if nothing
 /// moves.

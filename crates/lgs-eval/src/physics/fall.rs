@@ -12,7 +12,7 @@ use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, SceneState};
 
 use super::{centroid, distance, long_steps, window_steps};
-use crate::finite;
+use crate::finite::finite;
 use crate::metrics::FallTime;
 use crate::thresholds::{DOWNWARD, DROP_FRACTION, FALL_STEPS, MOSTLY_DOWN, NEARLY_AT_REST, STATE_STRIDE};
 

@@ -5,7 +5,7 @@
 use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel, SceneState};
 
 use super::{centroid, length, window_steps};
-use crate::finite;
+use crate::finite::finite;
 use crate::metrics::ObjectSummary;
 use crate::thresholds::STATE_STRIDE;
 

@@ -13,7 +13,7 @@ use lgs_core::geometry::{inverse, outer, scalar, trace, wide};
 use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel};
 
 use super::{Truth, window_steps};
-use crate::finite;
+use crate::finite::finite;
 use crate::metrics::{ObjectPotential, PotentialAgainstTruth};
 
 pub use super::true_force::TrueForce;

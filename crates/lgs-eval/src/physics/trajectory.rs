@@ -12,7 +12,7 @@ use lgs_model::{LagrangianScene, Motion};
 
 use super::truth::Truth;
 use super::{distance, mean, percentile};
-use crate::finite;
+use crate::finite::finite;
 use crate::metrics::TrajectoryDetail;
 use crate::thresholds::TIME_TOLERANCE;
 

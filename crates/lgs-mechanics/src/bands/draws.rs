@@ -1,8 +1,8 @@
 //! Draws of start and parameters from the posterior of one fit.
 
-use crate::Law;
 use crate::coordinates::State;
 use crate::fit::Fitted;
+use crate::law::Law;
 use crate::thresholds::REDRAWS;
 use lgs_core::{Stream, stream};
 use nalgebra::{DMatrix, DVector};

@@ -13,8 +13,9 @@ pub use verdict::Verdict;
 
 use crate::choose::Choice;
 use crate::coordinates::State;
+use crate::edit::Edit;
+use crate::system::System;
 use crate::thresholds::DRAWS;
-use crate::{Edit, System};
 use draws::Draws;
 
 /// Motions drawn from the posterior over all candidates.

@@ -1,6 +1,6 @@
 //! Candidates for each kind of coordinates, symmetric special cases among them.
 
-use crate::Candidate;
+use crate::candidate::Candidate;
 use crate::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port};
 use crate::terms::{Role, Term};
 use crate::thresholds::{GYROSCOPIC, WITHOUT_ENERGY};

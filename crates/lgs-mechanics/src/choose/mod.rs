@@ -9,7 +9,7 @@ mod tests;
 
 pub use candidates::{candidates, simplicity};
 
-use crate::Candidate;
+use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
 use crate::thresholds::{GOOD, SHOTS};

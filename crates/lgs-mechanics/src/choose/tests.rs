@@ -1,10 +1,12 @@
 use super::{Choice, candidates, choose};
 use crate::bands::Band;
+use crate::candidate::Candidate;
 use crate::coordinates::{Coordinates, Port, State};
+use crate::edit::Edit;
 use crate::fit::Track;
+use crate::system::System;
 use crate::terms::Term;
 use crate::testing::normal;
-use crate::{Candidate, Edit, System};
 
 /// Noisy samples of a law at 41 times.
 fn samples(names: &[&str], parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {

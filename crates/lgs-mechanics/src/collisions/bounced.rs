@@ -3,8 +3,11 @@
 use crate::bands::{Normal, Verdict, radius};
 use crate::choose::DESCRIBED;
 use crate::coordinates::State;
+use crate::edit::Edit;
+use crate::error::MechanicsError;
+use crate::law::Law;
+use crate::system::System;
 use crate::thresholds::{COMPARED_TIMES, DRAWS, MOST_FRICTION};
-use crate::{Edit, Law, MechanicsError, System};
 use lgs_core::stream;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;

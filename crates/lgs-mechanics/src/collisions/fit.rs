@@ -1,15 +1,19 @@
 //! Fits through impacts: start and law from the free flight, then restitution and friction with all of them.
 
 use super::bounced::Bounced;
+use crate::candidate::Candidate;
 use crate::contact::{Contact, impacts};
 use crate::coordinates::State;
+use crate::edit::Edit;
+use crate::error::MechanicsError;
 use crate::explain::check_track;
 use crate::fit::{Fitted, Minimum, Problem, Settings, Track, Unknown, first_values, minimise, shoot};
+use crate::law::Law;
+use crate::system::System;
 use crate::thresholds::{
     CONTACT_ITERATIONS, CONTACT_PASSES, CONTACT_SPREAD, FEWEST_TIMES, FRICTIONS, MOST_FRICTION, NEAR_PLANE,
     RESTITUTIONS,
 };
-use crate::{Candidate, Edit, Law, MechanicsError, System};
 use nalgebra::DVector;
 use std::ops::Range;
 

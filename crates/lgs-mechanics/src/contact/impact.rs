@@ -1,6 +1,6 @@
 //! Impacts: sudden changes of velocity, and where they are in a track.
 
-use crate::MechanicsError;
+use crate::error::MechanicsError;
 use crate::thresholds::{FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, MEDIAN_OF_THREE};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};

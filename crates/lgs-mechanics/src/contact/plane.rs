@@ -1,6 +1,6 @@
 //! Planes, given or fitted.
 
-use crate::MechanicsError;
+use crate::error::MechanicsError;
 use crate::thresholds::{ALONG_A_LINE, UNIT_TOLERANCE};
 use glam::DVec3;
 use lgs_core::geometry::{outer, principal_axes};

@@ -1,8 +1,8 @@
 //! The plane that a body collides with, and the surface by which it does.
 
 use super::plane::Plane;
-use crate::MechanicsError;
 use crate::coordinates::Coordinates;
+use crate::error::MechanicsError;
 use serde::{Deserialize, Serialize};
 
 /// The plane that a body collides with, and how.

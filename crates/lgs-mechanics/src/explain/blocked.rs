@@ -2,8 +2,9 @@
 
 use super::explanation::Explanation;
 use super::forecast::Forecast;
+use crate::edit::Edit;
 use crate::fit::{Fitted, Settings, Track, shoot};
-use crate::{Edit, System};
+use crate::system::System;
 use std::ops::Range;
 
 /// Forecasts of the last third and of the first third by the chosen candidate.

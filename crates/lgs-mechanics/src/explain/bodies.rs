@@ -1,11 +1,12 @@
 //! Free rigid bodies: the laws of rotation and of the centre are chosen apart, since no term couples them.
 
+use crate::candidate::Candidate;
 use crate::choose::{Choice, Effort, Judged, among, judge, simplicity};
 use crate::coordinates::{Ball, Coordinates, Inertia, Port, State};
 use crate::fit::{Fitted, Track};
+use crate::law::Law;
 use crate::law::ranges;
 use crate::terms::Term;
-use crate::{Candidate, Law};
 use nalgebra::DMatrix;
 
 /// Degrees of freedom of a rotation or a centre.

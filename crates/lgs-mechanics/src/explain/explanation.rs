@@ -2,10 +2,14 @@
 
 use super::forecast::Forecast;
 use crate::bands::{Band, Verdict};
+use crate::candidate::Candidate;
 use crate::choose::Choice;
 use crate::coordinates::State;
+use crate::edit::Edit;
+use crate::error::MechanicsError;
 use crate::fit::Track;
-use crate::{Candidate, Edit, Law, MechanicsError, System};
+use crate::law::Law;
+use crate::system::System;
 
 /// What is known of an object's motion.
 #[derive(Clone, Debug)]

@@ -1,9 +1,10 @@
 //! Checks of what an explanation is asked for.
 
 use super::options::Options;
+use crate::candidate::Candidate;
 use crate::coordinates::Coordinates;
+use crate::error::MechanicsError;
 use crate::thresholds::FEWEST_TIMES;
-use crate::{Candidate, MechanicsError};
 
 fn size(what: &str, expected: usize, found: usize) -> MechanicsError {
     MechanicsError::Size { what: what.to_owned(), expected, found }

@@ -19,10 +19,11 @@ pub(crate) use input::check_track;
 pub use options::Options;
 
 use crate::bands::Verdict;
+use crate::candidate::Candidate;
 use crate::choose::choose;
 use crate::coordinates::Coordinates;
+use crate::error::MechanicsError;
 use crate::fit::Track;
-use crate::{Candidate, MechanicsError};
 
 /// Explains the configurations `x` of one object at ascending `times` by one of the candidates.
 ///

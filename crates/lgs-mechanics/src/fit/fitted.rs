@@ -3,10 +3,11 @@
 use super::levenberg::{Minimum, Problem, Settings};
 use super::segments::Segments;
 use super::track::Track;
+use crate::candidate::Candidate;
 use crate::coordinates::State;
+use crate::law::Law;
 use crate::terms::Scales;
 use crate::thresholds::FINEST;
-use crate::{Candidate, Law};
 use nalgebra::DMatrix;
 
 /// A candidate fitted to a track.

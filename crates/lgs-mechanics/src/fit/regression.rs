@@ -5,7 +5,7 @@
 //! the accelerations at the window's own ends, the least certain ones, have no weight.
 
 use super::track::Track;
-use crate::Candidate;
+use crate::candidate::Candidate;
 use crate::thresholds::HALF_WIDTHS;
 use nalgebra::{DMatrix, DVector};
 

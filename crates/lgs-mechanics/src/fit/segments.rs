@@ -6,7 +6,7 @@
 use super::levenberg::{Minimum, Problem, Settings, Unknown, minimise};
 use super::shooting::{Shooting, interval};
 use super::track::Track;
-use crate::Candidate;
+use crate::candidate::Candidate;
 use crate::coordinates::State;
 use crate::terms::Scales;
 use crate::thresholds::{COARSE, ERROR_OF_DIFFERENCE, FAR, REFINEMENTS, SEGMENTS, STEP_ERROR};

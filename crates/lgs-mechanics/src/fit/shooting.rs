@@ -2,10 +2,13 @@
 
 use super::levenberg::{Problem, Unknown};
 use super::track::Track;
+use crate::candidate::Candidate;
 use crate::coordinates::State;
+use crate::edit::Edit;
+use crate::law::Law;
+use crate::system::System;
 use crate::terms::{Entry, Scales};
 use crate::thresholds::CENTRE_PRIOR;
-use crate::{Candidate, Edit, Law, System};
 use nalgebra::{DMatrix, DVector};
 
 /// Start and parameters as unknowns: changes of the first configuration, then velocities and parameters.

@@ -3,9 +3,9 @@
 use super::levenberg::{Problem, Settings, Unknown, minimise};
 use super::regression::{Regression, regress};
 use super::track::Track;
+use crate::candidate::{Candidate, FreeParameter};
 use crate::terms::{Entry, Scales};
 use crate::thresholds::{APART, AROUND, IMPROVED};
-use crate::{Candidate, FreeParameter};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{inverse, outer, scalar};
 use nalgebra::DVector;

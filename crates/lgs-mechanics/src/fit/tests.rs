@@ -1,8 +1,11 @@
 use super::{Settings, Track, first_values, shoot};
+use crate::candidate::Candidate;
 use crate::coordinates::{Coordinates, Port, State};
+use crate::edit::Edit;
+use crate::law::Law;
+use crate::system::System;
 use crate::terms::Term;
 use crate::testing::normal;
-use crate::{Candidate, Edit, Law, System};
 
 /// A track of a law at 41 times over one unit, with white noise.
 fn track(law: &Law, start: &State, noise: f64) -> Track {

@@ -51,8 +51,10 @@ impl TermKind for QuadraticDrag {
 mod tests {
     use super::{At, QUADRATIC_DRAG, TermKind};
     use crate::coordinates::{Coordinates, Port, State};
+    use crate::edit::Edit;
+    use crate::law::Law;
+    use crate::system::System;
     use crate::terms::Term;
-    use crate::{Edit, Law, System};
 
     #[test]
     fn the_speed_falls_as_the_inverse_of_time() {

@@ -11,10 +11,10 @@ use super::guide::Guide;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
-use crate::TrainError;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
 use crate::driver::{StepReport, Trainer};
+use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
 use crate::view::{View, report};
 

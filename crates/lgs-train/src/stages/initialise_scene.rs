@@ -19,7 +19,7 @@ use lgs_model::{
 use super::motion_options::MotionOptions;
 use super::observed_motion::{TrainingFrames, observed_to_move};
 use super::recorder::Recorder;
-use crate::TrainError;
+use crate::error::TrainError;
 
 /// A distilled scene with the report of every object.
 pub struct InitialScene {

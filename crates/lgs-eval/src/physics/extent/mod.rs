@@ -10,7 +10,7 @@ mod space;
 pub use pixels::{pixel_extent, pixel_extent_against_images, source_pixel_extent};
 pub use space::{reach_against_truth, spread_against_truth};
 
-use crate::finite;
+use crate::finite::finite;
 
 /// Maximum and minimum of a ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use lgs_model::{LagrangianScene, Motion, SceneState};
 use super::super::truth::Truth;
 use super::super::{centroid, distance, long_steps, mean, percentile, window_steps};
 use super::Range;
-use crate::finite;
+use crate::finite::finite;
 use crate::thresholds::STATE_STRIDE;
 
 /// Spread of every object relative to t = 0, over the same of the true object that most of its Gaussians
