@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn scenes_with_and_without_a_law_stand_apart() {
         let plan = plan();
-        let made = |cell: &crate::Cell| match cell.scene.as_str() {
+        let made = |cell: &crate::plan::Cell| match cell.scene.as_str() {
             "kepler" => run(Verdict::Explained, 0.9),
             _ => run(Verdict::Outside, 0.5),
         };

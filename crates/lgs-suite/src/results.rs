@@ -40,7 +40,7 @@ impl<'a> Results<'a> {
     /// Reads the metrics of every cell that has any.
     #[must_use]
     pub fn load(plan: &'a Plan) -> Self {
-        let done = |cell: &Cell| plan.state(cell).is_ok_and(|state| state == crate::CellState::Done);
+        let done = |cell: &Cell| plan.state(cell).is_ok_and(|state| state == crate::state::CellState::Done);
         Self {
             plan,
             metrics: plan.cells.iter().map(|cell| done(cell).then(|| plan.metrics(cell)).flatten()).collect(),

@@ -93,7 +93,7 @@ mod tests {
     fn systems_stand_side_by_side_with_what_their_stages_cost() {
         let suite = Suite::parse(SUITE, "s.toml").expect("suite");
         let plan = Plan::new(suite, Path::new("out"), None).expect("plan");
-        let made = |cell: &crate::Cell| {
+        let made = |cell: &crate::plan::Cell| {
             let mut metrics = Metrics::default();
             let secs = if cell.variant == "networks" { 90.0 } else { 2.0 };
             metrics.cost.stages = vec![StageCost { stage: "distill".into(), secs, ..StageCost::default() }];

@@ -12,7 +12,7 @@ use lgs_model::source::SourceKind;
 pub enum TrainError {
     /// The configuration was refused.
     #[error(transparent)]
-    Config(#[from] crate::config::ConfigError),
+    Config(#[from] crate::layers::ConfigError),
     /// A checkpoint or model file cannot be read or written.
     #[error(transparent)]
     Tensors(#[from] TensorFileError),
@@ -122,7 +122,7 @@ mod tests {
         };
         let import = TrainError::Import { path: path(), expected: "a".to_owned(), found: "b".to_owned() };
         let missing = TensorFileError::Missing { path: path(), field: "means".to_owned() };
-        let syntax = crate::config::ConfigError::Syntax { path: path(), reason: "no value".to_owned() };
+        let syntax = crate::layers::ConfigError::Syntax { path: path(), reason: "no value".to_owned() };
         let all = [
             mismatch,
             import,
