@@ -92,7 +92,8 @@ pub(crate) const REDRAWS: usize = 64;
 /// Half width of the region in which a fitted centre is sought, in extents of the path: a centre further away
 /// acts like a uniform field.
 pub(crate) const PLACE_REACH: f64 = 8.0;
-/// Tolerance on the length of a quaternion in a state: that of numbers kept in single precision.
+/// Tolerance on the length of a quaternion in a state, and of a normal: that of numbers kept in single
+/// precision.
 pub(crate) const UNIT_TOLERANCE: f64 = 1e-5;
 /// Bound of the logarithm of a moment over its prior: a factor of five.
 pub(crate) const MOST_LOG_FACTOR: f64 = 1.6;
@@ -115,7 +116,7 @@ pub(crate) const SMALLEST_EIGENVALUE: f64 = 1e-6;
 pub(crate) const KICK_STEPS: usize = 50;
 /// Relative change at which the velocity counts as solved: a few units of rounding.
 pub(crate) const SOLVED_STEP: f64 = 4.0 * f64::EPSILON;
-/// Newton steps; smooth accelerations need four.
+/// Newton steps of the midpoint rule; smooth accelerations need four.
 pub(crate) const MIDPOINT_STEPS: usize = 30;
 /// Part of a step below which a time counts as on the grid.
 pub(crate) const ON_GRID: f64 = 1e-6;

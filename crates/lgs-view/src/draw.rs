@@ -82,11 +82,7 @@ fn camera(subject: &Subject, request: &FrameRequest) -> Result<Camera, String> {
     match request.camera {
         ViewCamera::Dataset { dataset } => {
             let known = subject.cameras.get(dataset).ok_or_else(|| format!("no camera {dataset}"))?;
-            Ok(if [known.1.width, known.1.height] == request.size {
-                known.1
-            } else {
-                known.1.resized(width, height)
-            })
+            Ok(known.1.resized(width, height))
         }
         ViewCamera::Free { position, rotation: [w, x, y, z], fov_y } => {
             let rotation = Quat::from_xyzw(x, y, z, w);

@@ -4,7 +4,7 @@ use lgs_dynamics::{Edit, Reversal, RolloutSpec};
 use lgs_model::{Dynamics, LagrangianScene, Motion, SceneState};
 
 use crate::protocol::ObjectEdit;
-use crate::thresholds::CHUNK_STEPS;
+use crate::thresholds::{CHUNK_STEPS, LARGEST_SCALE};
 
 /// Bytes of a Gaussian in a state: position, velocity and rotation.
 const STATE_BYTES: usize = 40;
@@ -135,6 +135,10 @@ fn edited(scene: &LagrangianScene, edits: &[ObjectEdit]) -> Result<Motion<'stati
     let count = scene.objects.len();
     if !edits.is_empty() && edits.len() != count {
         return Err(format!("{} edits for {count} objects", edits.len()));
+    }
+    let scales = edits.iter().flat_map(|edit| [edit.velocity, edit.potential, edit.force]);
+    if let Some(scale) = scales.into_iter().find(|scale| scale.abs() > LARGEST_SCALE) {
+        return Err(format!("a scale of {scale} is not between -{LARGEST_SCALE} and {LARGEST_SCALE}"));
     }
     let mut scene = scene.clone();
     for (object, edit) in scene.objects.iter_mut().zip(edits) {

@@ -139,7 +139,6 @@ pub(crate) struct Hello {
     pub(crate) background: [f32; 3],
     pub(crate) models: Vec<Model>,
     pub(crate) objects: Vec<ObjectSheet>,
-    pub(crate) gaussians: [usize; 2],
     pub(crate) cameras: Vec<CameraSheet>,
     /// A free camera to begin with.
     pub(crate) start: StartCamera,
@@ -173,7 +172,6 @@ pub(crate) struct StartCamera {
     /// Direction that the page holds upwards, unit length.
     pub(crate) up: [f32; 3],
     pub(crate) fov_y: f32,
-    pub(crate) size: [u32; 2],
 }
 
 /// Header of a frame; the bytes of the picture follow it.

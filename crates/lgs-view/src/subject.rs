@@ -56,14 +56,12 @@ impl Subject {
             background: self.scene.background,
             models: self.models(),
             objects: self.objects(),
-            gaussians: [self.scene.static_gaussians.len(), self.scene.dynamic_gaussians.len()],
             cameras: self.cameras.iter().map(|(name, camera)| sheet(name, camera)).collect(),
             start: StartCamera {
                 position: camera.center_in_world(),
                 target: *target,
                 up: self.up(),
                 fov_y: fov_y(camera),
-                size: [camera.width, camera.height],
             },
             missing: self.missing.clone(),
         }

@@ -2,6 +2,8 @@
 
 /// Steps by which a rollout grows while a picture waits for it: some ten milliseconds of most scenes.
 pub(crate) const CHUNK_STEPS: usize = 25;
+/// Largest scale of a velocity, potential or force, as on the command line.
+pub(crate) const LARGEST_SCALE: f32 = 10.0;
 /// Quality of JPEG pictures of a moving view, 0 to 100: artefacts show only when looked for.
 pub(crate) const MOVING_QUALITY: u8 = 80;
 /// Quality of JPEG pictures of a view at rest.

@@ -86,20 +86,20 @@ fn subject(args: &Args) -> Result<Subject> {
         missing.push("the run has no source model".to_owned());
     }
     let dataset = if args.no_images { None } else { dataset(&run, args.data.as_deref(), &mut missing)? };
-    let frames = dataset.as_ref().map_or(&[][..], |dataset| dataset.split("train"));
     let cameras = match &dataset {
         Some(dataset) => {
             dataset.cameras("train").iter().map(|frame| (frame.name.clone(), frame.camera)).collect()
         }
         None => distinct(run.cameras()?),
     };
+    let frames = dataset.and_then(|mut dataset| dataset.splits.remove("train")).unwrap_or_default();
     let views: Vec<Camera> = cameras.iter().map(|(_, camera)| *camera).collect();
     let orbit = Orbit::around(&views, &start_cloud(&run.scene));
     Ok(Subject {
         title: args.run.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
         start: (orbit.at(-60.0), orbit.center()),
         laws: if has_scene { laws_of(&run) } else { Vec::new() },
-        truth: frames.iter().map(|frame| truth(frame, &cameras, run.scene.background)).collect(),
+        truth: frames.into_iter().map(|frame| truth(frame, &cameras, run.scene.background)).collect(),
         has_scene,
         scene: run.scene,
         source: source.map(Arc::from),
@@ -155,8 +155,7 @@ fn start_cloud(scene: &LagrangianScene) -> GaussianCloud {
     scene.cloud_at(&motion.state_at(0.0))
 }
 
-fn truth(frame: &Frame, cameras: &[(String, Camera)], background: [f32; 3]) -> TruthImage {
+fn truth(frame: Frame, cameras: &[(String, Camera)], background: [f32; 3]) -> TruthImage {
     let camera = cameras.iter().position(|(_, camera)| *camera == frame.camera).unwrap_or_default();
-    let frame = frame.clone();
     TruthImage { camera, time: frame.time, load: Box::new(move || Ok(frame.composited(background))) }
 }

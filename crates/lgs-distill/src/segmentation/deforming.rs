@@ -113,3 +113,37 @@ impl<'a> AffineMotion<'a> {
         median(sampled(members, SAMPLE_SIZE).map(one)).unwrap_or(0.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bar of two halves along x, whose points are moved by a function of time, half and place.
+    fn bar(motion: impl Fn(f64, usize, DVec3) -> DVec3) -> (Trajectories, Vec<Vec<usize>>) {
+        let at = |i: usize| DVec3::new((i / 9) as f64, (i / 3 % 3) as f64, (i % 3) as f64) * 0.1;
+        let times: Vec<f32> = (0..30).map(|s| s as f32 / 30.0).collect();
+        let half = |i: usize| usize::from(i >= 54);
+        let sample =
+            |t: &f32| (0..108).map(|i| motion(f64::from(*t), half(i), at(i)).as_vec3().to_array()).collect();
+        let positions = times.iter().map(sample).collect();
+        (Trajectories::unweighted(times, positions), vec![(0..54).collect(), (54..108).collect()])
+    }
+
+    #[test]
+    fn a_bar_that_stretches_is_one_body() {
+        let stretch = |t: f64, _, p: DVec3| p * DVec3::new(1.0 + 0.3 * (6.0 * t).sin(), 1.0, 1.0);
+        let (trajectories, halves) = bar(stretch);
+        assert_eq!(merge_pieces(&trajectories, halves, 8).len(), 1);
+    }
+
+    #[test]
+    fn bodies_that_touch_and_turn_against_each_other_stay_two() {
+        let turn = |t: f64, half: usize, p: DVec3| {
+            let center = DVec3::new(if half == 0 { 0.25 } else { 0.85 }, 0.1, 0.1);
+            let angle = if half == 0 { 3.0 * t } else { -2.0 * t };
+            center + glam::DQuat::from_rotation_x(angle) * (p - center) + DVec3::Y * (t * half as f64)
+        };
+        let (trajectories, halves) = bar(turn);
+        assert_eq!(merge_pieces(&trajectories, halves, 8).len(), 2);
+    }
+}

@@ -114,6 +114,7 @@ fn faulty_requests_are_refused_and_malformed_ones_end_the_connection() {
         ("camera", json!({"position": [0, 0, 0], "rotation": [0, 0, 0, 0], "fov_y": 1}), "a camera needs"),
         ("model", json!("source"), "no source model"),
         ("edits", json!([{}, {"velocity": 2}]), "2 edits for 1 objects"),
+        ("edits", json!([{"velocity": 1e30}]), "not between -10 and 10"),
         ("edits", json!([{"terms": [1.5, 2]}]), "factors"),
         ("edits", json!([{"terms": [-1]}]), "at least 0"),
     ];
