@@ -42,6 +42,12 @@ impl Camera {
         let world_from_camera =
             Mat4::from_cols(right.extend(0.0), down.extend(0.0), forward.extend(0.0), eye.extend(1.0));
         let focal = width as f32 / (2.0 * (0.5 * fov_x).tan());
+        Self::centered(world_from_camera.inverse(), focal, width, height)
+    }
+
+    /// A camera with square pixels whose principal point is the image's centre; `focal` in pixels.
+    #[must_use]
+    pub fn centered(camera_from_world: Mat4, focal: f32, width: u32, height: u32) -> Self {
         Self {
             width,
             height,
@@ -49,7 +55,7 @@ impl Camera {
             fy: focal,
             cx: 0.5 * width as f32,
             cy: 0.5 * height as f32,
-            camera_from_world: world_from_camera.inverse(),
+            camera_from_world,
             near: DEFAULT_NEAR,
         }
     }

@@ -96,3 +96,35 @@ where
     };
     (output, kept)
 }
+
+/// Implements a trait of operations for the backends that run their kernels directly, and for autodiff over
+/// any backend that has the kernels.
+///
+/// The first line names both traits; each further line is a method: its differentiable tensors and, after the
+/// semicolon, the constants of its call.
+#[macro_export]
+macro_rules! operations {
+    ($ops:ident of $kernels:ident; $($name:ident($($input:ident),+; $call:ident: $constants:ty);)+) => {
+        impl $ops for ::burn::backend::Flex {
+            $(fn $name(
+                $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
+                $call: $constants,
+            ) -> ::burn::backend::tensor::FloatTensor<Self> {
+                <Self as $crate::Kernel<_, _>>::forward(&$call, [$($input),+])
+            })+
+        }
+
+        impl<B, C> $ops for ::burn::backend::Autodiff<B, C>
+        where
+            B: $kernels,
+            C: ::burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy,
+        {
+            $(fn $name(
+                $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
+                $call: $constants,
+            ) -> ::burn::backend::tensor::FloatTensor<Self> {
+                $crate::fused::<B, C, _, _>($call, [$($input),+])
+            })+
+        }
+    };
+}

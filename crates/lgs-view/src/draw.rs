@@ -92,16 +92,8 @@ fn camera(subject: &Subject, request: &FrameRequest) -> Result<Camera, String> {
             }
             let pose = Mat4::from_rotation_translation(rotation.normalize(), Vec3::from(position));
             let focal = height as f32 / (2.0 * (0.5 * fov_y).tan());
-            Ok(Camera {
-                width,
-                height,
-                fx: focal,
-                fy: focal,
-                cx: 0.5 * width as f32,
-                cy: 0.5 * height as f32,
-                camera_from_world: pose.inverse(),
-                near: subject.start.0.near,
-            })
+            let camera = Camera::centered(pose.inverse(), focal, width, height);
+            Ok(Camera { near: subject.start.0.near, ..camera })
         }
     }
 }

@@ -4,10 +4,9 @@ use super::RolloutCall;
 use crate::state::Edit;
 use crate::supports::Supports;
 use crate::system::SystemConfig;
-use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Autodiff, Backend, Flex, backend_extension};
-use lgs_tensor::{Kernel, fused};
+use burn::backend::{Backend, backend_extension};
+use lgs_tensor::Kernel;
 use std::sync::Arc;
 
 /// The constants of a call of accelerations.
@@ -60,58 +59,9 @@ pub trait DynamicsOps: Backend {
     -> FloatTensor<Self>;
 }
 
-impl DynamicsOps for Flex {
-    fn acceleration(
-        params: FloatTensor<Self>,
-        q: FloatTensor<Self>,
-        v: FloatTensor<Self>,
-        call: AccelerationCall,
-    ) -> FloatTensor<Self> {
-        Self::forward(&call, [params, q, v])
-    }
-
-    fn rollout(
-        params: FloatTensor<Self>,
-        q0: FloatTensor<Self>,
-        v0: FloatTensor<Self>,
-        call: RolloutCall,
-    ) -> FloatTensor<Self> {
-        Self::forward(&call, [params, q0, v0])
-    }
-
-    fn align(
-        position: FloatTensor<Self>,
-        candidate: FloatTensor<Self>,
-        call: AlignCall,
-    ) -> FloatTensor<Self> {
-        Self::forward(&call, [position, candidate])
-    }
-}
-
-impl<B: DynamicsKernels, C: CheckpointStrategy> DynamicsOps for Autodiff<B, C> {
-    fn acceleration(
-        params: FloatTensor<Self>,
-        q: FloatTensor<Self>,
-        v: FloatTensor<Self>,
-        call: AccelerationCall,
-    ) -> FloatTensor<Self> {
-        fused::<B, C, _, _>(call, [params, q, v])
-    }
-
-    fn rollout(
-        params: FloatTensor<Self>,
-        q0: FloatTensor<Self>,
-        v0: FloatTensor<Self>,
-        call: RolloutCall,
-    ) -> FloatTensor<Self> {
-        fused::<B, C, _, _>(call, [params, q0, v0])
-    }
-
-    fn align(
-        position: FloatTensor<Self>,
-        candidate: FloatTensor<Self>,
-        call: AlignCall,
-    ) -> FloatTensor<Self> {
-        fused::<B, C, _, _>(call, [position, candidate])
-    }
+lgs_tensor::operations! {
+    DynamicsOps of DynamicsKernels;
+    acceleration(params, q, v; call: AccelerationCall);
+    rollout(params, q0, v0; call: RolloutCall);
+    align(position, candidate; call: AlignCall);
 }

@@ -61,24 +61,6 @@ impl<F: KickField> KickDrift<F> {
         }
         if last <= 1e6 * SOLVED_STEP * norm(&state.v) { finite(&state.v) } else { Err(NoSolution) }
     }
-
-    /// `V += s (A_x X + A_v V + A_p)` at the linearised state; without `A_v V` for an implicit kick.
-    fn kick_tangent(&self, tangent: &mut Tangent, s: f64, with_velocity: bool) {
-        let (n, columns) = (self.field.freedoms(), tangent.columns);
-        let parameters = self.at.p.columns();
-        let mut kicks = vec![0.0; n * columns];
-        for i in 0..n {
-            let row = &mut kicks[i * columns..(i + 1) * columns];
-            for j in 0..n {
-                add_scaled(row, &tangent.x[j * columns..(j + 1) * columns], s * self.at.x[(i, j)]);
-                if with_velocity {
-                    add_scaled(row, &tangent.v[j * columns..(j + 1) * columns], s * self.at.v[(i, j)]);
-                }
-            }
-            add_scaled(&mut row[columns - parameters..], self.at.p.row(i), s);
-        }
-        add_scaled(&mut tangent.v, &kicks, 1.0);
-    }
 }
 
 impl<F: KickField> Stepper for KickDrift<F> {
@@ -96,13 +78,18 @@ impl<F: KickField> Stepper for KickDrift<F> {
         h: f64,
     ) -> Result<(), NoSolution> {
         self.field.linearise(&state.x, &state.v, &mut self.at);
-        self.kick_tangent(tangent, 0.5 * h, true);
+        let mut kicks = vec![0.0; tangent.v.len()];
+        self.at.add_by_position(tangent, 0.5 * h, &mut kicks);
+        self.at.add_by_velocity(tangent, 0.5 * h, &mut kicks);
+        add_scaled(&mut tangent.v, &kicks, 1.0);
         state.v.iter_mut().zip(&self.at.a).for_each(|(v, a)| *v += 0.5 * h * a);
         self.field.drift_tangent(state, tangent, h);
         self.field.drift(state, h);
         self.implicit_kick(state, 0.5 * h)?;
         self.field.linearise(&state.x, &state.v, &mut self.at);
-        self.kick_tangent(tangent, 0.5 * h, false);
+        let mut kicked = std::mem::take(&mut tangent.v);
+        self.at.add_by_position(tangent, 0.5 * h, &mut kicked);
+        tangent.v = kicked;
         self.solve_velocity(0.5 * h, &mut tangent.v)
     }
 }

@@ -1,5 +1,6 @@
 //! Accelerations by forces, and the motion without any.
 
+use super::solve::add_scaled;
 use super::stepper::Tangent;
 use crate::coordinates::State;
 use crate::terms::Block;
@@ -20,6 +21,30 @@ impl Linearised {
         self.x.reset(freedoms, freedoms);
         self.v.reset(freedoms, freedoms);
         self.p.reset(freedoms, parameters);
+    }
+
+    /// `to += s (A_x X + A_p)`, matrices `[freedoms, columns]`: the change of the acceleration with positions
+    /// and parameters.
+    pub(super) fn add_by_position(&self, tangent: &Tangent, s: f64, to: &mut [f64]) {
+        add_product(&self.x, &tangent.x, tangent.columns, s, to);
+        let from = tangent.columns - self.p.columns();
+        for (i, row) in to.chunks_exact_mut(tangent.columns).enumerate() {
+            add_scaled(&mut row[from..], self.p.row(i), s);
+        }
+    }
+
+    /// `to += s A_v V`, matrices `[freedoms, columns]`: the change of the acceleration with velocities.
+    pub(super) fn add_by_velocity(&self, tangent: &Tangent, s: f64, to: &mut [f64]) {
+        add_product(&self.v, &tangent.v, tangent.columns, s, to);
+    }
+}
+
+/// `to += s A B` for a square `A` and rows `[n, columns]`.
+fn add_product(a: &Block, b: &[f64], columns: usize, s: f64, to: &mut [f64]) {
+    for (i, row) in to.chunks_exact_mut(columns).enumerate() {
+        for (j, b) in b.chunks_exact(columns).enumerate() {
+            add_scaled(row, b, s * a[(i, j)]);
+        }
     }
 }
 

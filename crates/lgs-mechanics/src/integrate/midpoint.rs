@@ -75,18 +75,10 @@ impl Stepper for Midpoint<'_> {
         h: f64,
     ) -> Result<(), NoSolution> {
         let mean = self.mean_velocity(state, h)?;
-        let (n, columns) = (self.field.freedoms(), tangent.columns);
-        let parameters = self.at.p.columns();
         // (I − h/2 (h/2 A_x + A_v)) V̄ = V + h/2 (A_x X + A_p).
         let mut by_mean = tangent.v.clone();
-        for i in 0..n {
-            let row = &mut by_mean[i * columns..(i + 1) * columns];
-            for j in 0..n {
-                add_scaled(row, &tangent.x[j * columns..(j + 1) * columns], 0.5 * h * self.at.x[(i, j)]);
-            }
-            add_scaled(&mut row[columns - parameters..], self.at.p.row(i), 0.5 * h);
-        }
-        solve::shifted(&self.by_mean, 0.5 * h, n, &mut by_mean)?;
+        self.at.add_by_position(tangent, 0.5 * h, &mut by_mean);
+        solve::shifted(&self.by_mean, 0.5 * h, self.field.freedoms(), &mut by_mean)?;
         add_scaled(&mut tangent.x, &by_mean, h);
         tangent.v.iter_mut().zip(&by_mean).for_each(|(v, mean)| *v = 2.0 * mean - *v);
         finish(state, &mean, h);

@@ -1,12 +1,11 @@
 //! The deformation network as a Burn operation, differentiable by its parameters and by the Gaussians that it
 //! moves.
 
-use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
+use burn::backend::{Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::Tensor;
+use lgs_tensor::Kernel;
 use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
-use lgs_tensor::{Kernel, fused};
 use std::sync::Arc;
 
 use super::config::DeformationConfig;
@@ -82,26 +81,9 @@ impl Kernel<DeformSpec, 3> for Flex {
     }
 }
 
-impl DeformationOps for Flex {
-    fn deform(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: DeformSpec,
-    ) -> FloatTensor<Self> {
-        Self::forward(&spec, [params, means, rotations])
-    }
-}
-
-impl<B: DeformationKernels, C: CheckpointStrategy> DeformationOps for Autodiff<B, C> {
-    fn deform(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: DeformSpec,
-    ) -> FloatTensor<Self> {
-        fused::<B, C, _, _>(spec, [params, means, rotations])
-    }
+lgs_tensor::operations! {
+    DeformationOps of DeformationKernels;
+    deform(params, means, rotations; spec: DeformSpec);
 }
 
 /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters

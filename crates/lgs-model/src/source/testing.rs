@@ -3,12 +3,24 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
+use lgs_nn::ParamRange;
 
 use super::config::DELTAS;
 use super::input::InputFrame;
 
 /// A frame that is not the identity.
 pub(super) const FRAME: InputFrame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
+
+/// Asserts that named parameters follow each other without gaps and fill a vector.
+pub(super) fn assert_tiles(params: &[ParamRange], len: usize) {
+    let mut end = 0;
+    for param in params {
+        assert_eq!(param.range.start, end, "{}", param.name);
+        assert_eq!(param.range.len(), param.shape.iter().product::<usize>());
+        end = param.range.end;
+    }
+    assert_eq!(end, len);
+}
 
 /// Centres and quaternions, which are not of unit length.
 pub(super) fn gaussians(n: usize) -> (Vec<[f32; 3]>, Vec<[f32; 4]>) {

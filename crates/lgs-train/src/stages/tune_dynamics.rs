@@ -194,10 +194,8 @@ impl Trainer for TuneDynamics<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        let mut kept = match self.kept.take() {
-            Some(kept) if !self.step.is_multiple_of(self.config.refresh_every) => kept,
-            _ => KeptMotion::roll(self.scene(), &self.device),
-        };
+        let kept = self.kept.take().filter(|_| !self.step.is_multiple_of(self.config.refresh_every));
+        let mut kept = kept.unwrap_or_else(|| KeptMotion::roll(self.scene(), &self.device));
         let mut rng = stream(self.seed, "tune-dynamics", self.step as u64);
         let chosen: Vec<&Frame> = (0..self.config.frames_per_step)
             .map(|_| &self.frames[rng.random_range(0..self.frames.len())])

@@ -124,10 +124,8 @@ impl Trainer for TuneGaussians<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        let mut kept = match self.kept.take() {
-            Some(kept) if !self.step.is_multiple_of(self.config.refresh_every.max(1)) => kept,
-            _ => KeptMotion::roll(self.scene(), &self.device),
-        };
+        let kept = self.kept.take().filter(|_| !self.step.is_multiple_of(self.config.refresh_every.max(1)));
+        let mut kept = kept.unwrap_or_else(|| KeptMotion::roll(self.scene(), &self.device));
         let mut rng = stream(self.seed, self.stage.name(), self.step as u64);
         let frame = &self.frames[rng.random_range(0..self.frames.len())];
         let device = self.device.clone().autodiff();

@@ -223,6 +223,7 @@ impl NetworkLayout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::testing::assert_tiles;
 
     #[test]
     fn the_paper_network_has_the_published_number_of_parameters() {
@@ -233,12 +234,6 @@ mod tests {
     #[test]
     fn parameters_tile_the_vector() {
         let layout = DeformationConfig::quick().layout();
-        let mut end = 0;
-        for param in layout.params() {
-            assert_eq!(param.range.start, end, "{}", param.name);
-            assert_eq!(param.range.len(), param.shape.iter().product::<usize>());
-            end = param.range.end;
-        }
-        assert_eq!(end, layout.len);
+        assert_tiles(&layout.params(), layout.len);
     }
 }

@@ -101,6 +101,7 @@ impl FreeGaveLayout {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::testing::assert_tiles;
 
     #[test]
     fn the_paper_networks_have_the_published_numbers_of_parameters() {
@@ -122,12 +123,6 @@ mod tests {
             velocity: VelocityConfig::quick(),
         }
         .layout();
-        let mut end = 0;
-        for param in layout.params() {
-            assert_eq!(param.range.start, end, "{}", param.name);
-            assert_eq!(param.range.len(), param.shape.iter().product::<usize>());
-            end = param.range.end;
-        }
-        assert_eq!(end, layout.len);
+        assert_tiles(&layout.params(), layout.len);
     }
 }

@@ -3,12 +3,11 @@
 
 use std::sync::Arc;
 
-use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
+use burn::backend::{Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::Tensor;
+use lgs_tensor::Kernel;
 use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
-use lgs_tensor::{Kernel, fused};
 
 use super::config::FreeGaveConfig;
 use super::input::{Advection, AdvectionInput};
@@ -84,26 +83,9 @@ impl Kernel<AdvectionSpec, 3> for Flex {
     }
 }
 
-impl FreeGaveOps for Flex {
-    fn carry(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: AdvectionSpec,
-    ) -> FloatTensor<Self> {
-        Self::forward(&spec, [params, means, rotations])
-    }
-}
-
-impl<B: FreeGaveKernels, C: CheckpointStrategy> FreeGaveOps for Autodiff<B, C> {
-    fn carry(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: AdvectionSpec,
-    ) -> FloatTensor<Self> {
-        fused::<B, C, _, _>(spec, [params, means, rotations])
-    }
+lgs_tensor::operations! {
+    FreeGaveOps of FreeGaveKernels;
+    carry(params, means, rotations; spec: AdvectionSpec);
 }
 
 /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters
