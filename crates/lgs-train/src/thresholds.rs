@@ -30,6 +30,18 @@ pub(crate) const SPLIT_SHRINK: f32 = 1.6;
 /// Fewest Gaussians that pruning leaves, so that a scene never becomes empty.
 pub(crate) const FEWEST_GAUSSIANS: usize = 16;
 
+// Densification as Markov chain Monte Carlo (method §3.4)
+
+/// Opacity at which the noise of positions has fallen to a half, and how steeply it falls, as published: it
+/// explores with what is nearly invisible and leaves what is seen in place.
+pub(crate) const NOISE_OPACITY: f32 = 0.005;
+/// Factor of the opacity in the logistic function of the noise (published).
+pub(crate) const NOISE_STEEPNESS: f32 = 100.0;
+/// Opacity above which noise is left out: e^−14.5 of the whole, below the rounding of positions.
+pub(crate) const QUIET_OPACITY: f32 = 0.15;
+/// Distance of a shared opacity from 0 and 1 that keeps its logit finite.
+pub(crate) const OPACITY_MARGIN: f32 = 1e-6;
+
 // Schedule of source training
 
 /// Image width that the iterations of the quick preset are for, pixels: that of the scenes that it was

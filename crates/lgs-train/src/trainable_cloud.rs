@@ -25,8 +25,8 @@ pub(crate) struct TrainableCloud {
 pub(crate) struct CloudLeaves {
     pub(crate) means: Tensor<2>,
     pub(crate) rotations: Tensor<2>,
-    log_scales: Tensor<2>,
-    raw_opacities: Tensor<2>,
+    pub(crate) log_scales: Tensor<2>,
+    pub(crate) raw_opacities: Tensor<2>,
     sh_constant: Tensor<2>,
     sh_rest: Option<Tensor<2>>,
 }

@@ -11,9 +11,11 @@ mod density;
 mod guide;
 mod initial;
 mod motion;
+mod noise;
 mod order;
 mod presets;
 mod priors;
+mod relocation;
 mod rigidity;
 mod schedule;
 mod static_regulariser;
@@ -24,6 +26,7 @@ mod validate;
 pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
 pub use config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig, RigidityConfig,
+    WarmupFrames,
 };
 pub use trainer::SourceTrainer;

@@ -6,7 +6,8 @@ use lgs_model::source::{AdvectionConfig, DeformationConfig, SourceKind, Velocity
 
 use super::config::SourceConfig;
 use super::config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig, RigidityConfig,
+    WarmupFrames,
 };
 use crate::preset::Preset;
 
@@ -179,6 +180,7 @@ impl DensifyConfig {
     #[must_use]
     pub fn quick(iterations: usize) -> Self {
         Self {
+            method: DensifyMethod::Classical,
             after: 150,
             before: iterations / 2,
             interval: 100,
@@ -191,6 +193,7 @@ impl DensifyConfig {
             opacity_reset_interval: 0,
             white_reset_at: 0,
             max_gaussians: 4000,
+            mcmc: McmcConfig::default(),
         }
     }
 
@@ -198,6 +201,7 @@ impl DensifyConfig {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            method: DensifyMethod::Classical,
             after: 500,
             before: 15_000,
             interval: 100,
@@ -210,6 +214,7 @@ impl DensifyConfig {
             opacity_reset_interval: 3000,
             white_reset_at: 500,
             max_gaussians: 0,
+            mcmc: McmcConfig::default(),
         }
     }
 }

@@ -123,7 +123,9 @@ impl<'a> SourceTrainer<'a> {
                 self.priors.forget_neighbors();
             }
         }
-        self.cloud.step(by_attribute, &self.config.cloud_rates(iteration));
+        let rates = self.config.cloud_rates(iteration);
+        self.cloud.step(by_attribute, &rates);
+        self.density.disturb(&mut self.cloud, iteration, rates.means);
     }
 }
 
@@ -169,6 +171,7 @@ impl Trainer for SourceTrainer<'_> {
         let compared = view.compare(&cloud.splats(probe.clone()));
         let loss = compared.loss.clone();
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
+        let total = self.density.regularised(total, &leaves);
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
