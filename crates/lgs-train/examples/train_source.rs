@@ -40,6 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         white_background: data_config.white_background,
         resolution: (data_config.resolution > 0).then_some(data_config.resolution),
         near: config.source.near,
+        filter: config.source.antialias.filter(),
         ..LoadOptions::default()
     };
     let dataset = Dataset::load(Path::new(&data), &options, &|_, _| {})?;

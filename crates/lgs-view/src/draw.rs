@@ -101,6 +101,7 @@ fn camera(subject: &Subject, request: &FrameRequest) -> Result<Camera, String> {
                 cy: 0.5 * height as f32,
                 camera_from_world: pose.inverse(),
                 near: subject.start.0.near,
+                filter: subject.start.0.filter,
             })
         }
     }

@@ -1,5 +1,6 @@
 //! Groups of the settings of source training (method §3.4).
 
+use lgs_core::PixelFilter;
 use serde::{Deserialize, Serialize};
 
 /// The frames that the static warm-up sees.
@@ -21,6 +22,27 @@ pub enum InitialPoints {
     Random,
     /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little.
     Hull,
+}
+
+/// What is done about detail finer than the pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Antialias {
+    /// Nothing: small Gaussians are drawn wider than they are (3D Gaussian splatting).
+    None,
+    /// The 2D Mip filter: a Gaussian is averaged over a pixel and keeps its energy (Yu et al. 2024).
+    Mip,
+}
+
+impl Antialias {
+    /// The filter of all cameras that draw the model, or a scene made from it.
+    #[must_use]
+    pub fn filter(self) -> PixelFilter {
+        match self {
+            Self::None => PixelFilter::Dilation,
+            Self::Mip => PixelFilter::Mip,
+        }
+    }
 }
 
 /// Learning rates of Adam per group; positions and the network decay log-linearly.

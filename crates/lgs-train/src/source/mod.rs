@@ -26,7 +26,7 @@ mod validate;
 pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
 pub use config_groups::{
-    DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig, RigidityConfig,
-    WarmupFrames,
+    Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
+    RigidityConfig, WarmupFrames,
 };
 pub use trainer::SourceTrainer;

@@ -6,8 +6,8 @@ use lgs_model::source::{AdvectionConfig, DeformationConfig, SourceKind, Velocity
 
 use super::config::SourceConfig;
 use super::config_groups::{
-    DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig, RigidityConfig,
-    WarmupFrames,
+    Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
+    RigidityConfig, WarmupFrames,
 };
 use crate::preset::Preset;
 
@@ -46,6 +46,7 @@ impl SourceConfig {
             initial_points: InitialPoints::Random,
             initial_half_extent: 1.3,
             near: DEFAULT_NEAR,
+            antialias: Antialias::None,
             sh_degree: 3,
             sh_interval: 1000,
             ssim_weight: 0.2,
@@ -81,6 +82,7 @@ impl SourceConfig {
             initial_points: InitialPoints::Hull,
             initial_half_extent: 0.0,
             near: DEFAULT_NEAR,
+            antialias: Antialias::None,
             sh_degree: 1,
             sh_interval: 1000,
             ssim_weight: 0.2,
