@@ -172,6 +172,26 @@ impl TrainableCloud {
         }
     }
 
+    /// Keeps the Gaussians at some rows, and appends others without moments.
+    ///
+    /// # Panics
+    /// If the colours of the others have another degree (a bug).
+    pub(crate) fn append(&mut self, kept: &[usize], others: &GaussianCloud) {
+        assert_eq!(others.sh_degree, self.sh_degree, "degrees of colours");
+        let order: Vec<usize> =
+            kept.iter().copied().chain(std::iter::repeat_n(kept[0], others.len())).collect();
+        self.reselect(&order, kept.len());
+        let others = Self::new(others, &self.means.device());
+        self.means.set_last(others.means.value());
+        self.rotations.set_last(others.rotations.value());
+        self.log_scales.set_last(others.log_scales.value());
+        self.raw_opacities.set_last(others.raw_opacities.value());
+        self.sh_constant.set_last(others.sh_constant.value());
+        if let (Some(rest), Some(others)) = (&mut self.sh_rest, others.sh_rest) {
+            rest.set_last(others.value());
+        }
+    }
+
     /// Lowers opacities to at most `opacity` and forgets their moments (method §3.4).
     pub(crate) fn cap_opacity(&mut self, opacity: f32) {
         let logit = (opacity / (1.0 - opacity)).ln();

@@ -146,6 +146,9 @@ pub struct DensifyConfig {
     /// Largest number of Gaussians; where more qualify, those with the largest gradients are taken. 0: no
     /// limit (paper), which `mcmc` must have.
     pub max_gaussians: usize,
+    /// Most Gaussians that are proposed in an interval for what some image shows and the model lacks (paper:
+    /// 0, none). In a full budget the faintest give way to them.
+    pub proposals: usize,
     /// Settings of the method `mcmc`.
     pub mcmc: McmcConfig,
 }

@@ -1,13 +1,13 @@
 //! Adaptive density during training (method §3.4): when it acts, and what it does to the trained cloud.
 
 use burn::tensor::{Tensor, activation::sigmoid};
-use lgs_core::{Camera, Stream, stream};
+use lgs_core::{Camera, GaussianCloud, Stream, stream};
 use lgs_data::dataset::{Dataset, SceneBox};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::RasterTensors;
 
 use super::config_groups::{DensifyConfig, DensifyMethod};
-use super::densify::{Attributes, DensifyPlan, new_shapes};
+use super::densify::{Attributes, DensifyPlan, most_opaque, new_shapes};
 use super::noise::{Shapes, shifts};
 use super::relocation::{Relocation, share};
 use super::statistics::DensifyStatistics;
@@ -63,18 +63,29 @@ impl DensityControl {
         }
     }
 
-    /// Densifies and resets opacities where an iteration calls for it.
-    pub(super) fn adapt(&mut self, cloud: &mut TrainableCloud, iteration: usize) -> Replaced {
+    /// Whether an iteration densifies.
+    pub(super) fn is_due(&self, iteration: usize) -> bool {
+        let DensifyConfig { after, before, interval, .. } = self.config;
+        iteration > after && iteration < before && iteration.is_multiple_of(interval)
+    }
+
+    /// Densifies, adds what was proposed and resets opacities where an iteration calls for it.
+    pub(super) fn adapt(
+        &mut self,
+        cloud: &mut TrainableCloud,
+        iteration: usize,
+        proposed: &GaussianCloud,
+    ) -> Replaced {
         let config = &self.config;
         if iteration >= config.before {
             return Replaced::Nothing;
         }
-        let is_due = |interval: usize| interval > 0 && iteration.is_multiple_of(interval);
+        let reset = config.opacity_reset_interval;
         let is_reset = config.method == DensifyMethod::Classical
-            && (is_due(config.opacity_reset_interval)
+            && (reset > 0 && iteration.is_multiple_of(reset)
                 || (self.has_white_background && iteration == config.white_reset_at));
         let mut replaced = if is_reset { Replaced::Opacities } else { Replaced::Nothing };
-        if iteration > config.after && is_due(config.interval) {
+        if self.is_due(iteration) {
             let _span = tracing::trace_span!("densify").entered();
             match config.method {
                 DensifyMethod::Classical => {
@@ -83,6 +94,7 @@ impl DensityControl {
                 }
                 DensifyMethod::Mcmc => self.relocate(cloud, iteration),
             }
+            self.add(cloud, proposed);
             self.statistics = DensifyStatistics::new(cloud.len(), &cloud.means.device());
             replaced = Replaced::Gaussians;
         }
@@ -90,6 +102,17 @@ impl DensityControl {
             cloud.cap_opacity(RESET_OPACITY);
         }
         replaced
+    }
+
+    /// Appends Gaussians; where there are too many then, the faintest others give way.
+    fn add(&self, cloud: &mut TrainableCloud, proposed: &GaussianCloud) {
+        if proposed.is_empty() {
+            return;
+        }
+        let (n, limit) = (cloud.len(), self.config.max_gaussians);
+        let over = if limit > 0 { (n + proposed.len()).saturating_sub(limit) } else { 0 };
+        let keep = most_opaque(&opacities(cloud), n - over.min(proposed.len()).min(n - 1));
+        cloud.append(&keep, proposed);
     }
 
     /// Moves dead Gaussians onto live ones and adds new ones; what shares has no moments afterwards.

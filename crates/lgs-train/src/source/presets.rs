@@ -195,6 +195,7 @@ impl DensifyConfig {
             opacity_reset_interval: 0,
             white_reset_at: 0,
             max_gaussians: 4000,
+            proposals: 0,
             mcmc: McmcConfig::default(),
         }
     }
@@ -216,6 +217,7 @@ impl DensifyConfig {
             opacity_reset_interval: 3000,
             white_reset_at: 500,
             max_gaussians: 0,
+            proposals: 0,
             mcmc: McmcConfig::default(),
         }
     }

@@ -1,6 +1,7 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
 use burn::tensor::{Device, Tensor};
+use lgs_core::GaussianCloud;
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
@@ -11,6 +12,7 @@ use super::guide::Guide;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
+use super::proposals::{Posed, ProposalRound, Proposals};
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
 use crate::driver::{StepReport, Trainer};
@@ -29,6 +31,7 @@ pub struct SourceTrainer<'a> {
     network: AdamGroup<1>,
     motion: Box<dyn SourceMotion>,
     density: DensityControl,
+    proposals: Proposals<'a>,
     order: FrameOrder,
     priors: MotionPriors,
 }
@@ -69,6 +72,7 @@ impl<'a> SourceTrainer<'a> {
             iteration: 0,
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.parameters()], device),
+            proposals: Proposals::new(dataset, seed),
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
@@ -111,9 +115,21 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
+    /// Gaussians for what the model lacks, where an iteration asks for them.
+    fn proposed(&self, iteration: usize) -> GaussianCloud {
+        let count = self.config.densify.proposals;
+        if count == 0 || !self.density.is_due(iteration) {
+            return GaussianCloud::default();
+        }
+        let last_time = self.order.last_time(iteration, &self.config);
+        let round = ProposalRound { iteration, last_time, count, sh_degree: self.config.sh_degree };
+        self.proposals.find(round, &Now { trainer: self, is_deformed: !self.config.is_warmup(iteration) })
+    }
+
     /// Takes a step along the gradients that still belong to what they were found for.
     fn descend(&mut self, leaves: &CloudLeaves, gradients: &mut burn::tensor::Gradients, iteration: usize) {
-        let replaced = self.density.adapt(&mut self.cloud, iteration);
+        let proposed = self.proposed(iteration);
+        let replaced = self.density.adapt(&mut self.cloud, iteration, &proposed);
         let mut by_attribute = leaves.gradients(gradients);
         match replaced {
             Replaced::Nothing => {}
@@ -126,6 +142,33 @@ impl<'a> SourceTrainer<'a> {
         let rates = self.config.cloud_rates(iteration);
         self.cloud.step(by_attribute, &rates);
         self.density.disturb(&mut self.cloud, iteration, rates.means);
+    }
+}
+
+/// The model as it is in an iteration.
+struct Now<'a> {
+    trainer: &'a SourceTrainer<'a>,
+    is_deformed: bool,
+}
+
+impl Posed for Now<'_> {
+    fn at(&self, time: f32) -> GaussianCloud {
+        let cloud = self.trainer.cloud.cloud();
+        if self.is_deformed { self.moving(cloud).cloud_at(time) } else { cloud }
+    }
+
+    fn moved(&self, canonical: &GaussianCloud, time: f32) -> Vec<[f32; 3]> {
+        if self.is_deformed {
+            self.moving(canonical.clone()).positions_at(time)
+        } else {
+            canonical.means.clone()
+        }
+    }
+}
+
+impl Now<'_> {
+    fn moving(&self, cloud: GaussianCloud) -> Box<dyn SourceModel> {
+        self.trainer.motion.model(cloud, self.trainer.network.values())
     }
 }
 
