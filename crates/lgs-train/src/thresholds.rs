@@ -42,6 +42,13 @@ pub(crate) const QUIET_OPACITY: f32 = 0.15;
 /// Distance of a shared opacity from 0 and 1 that keeps its logit finite.
 pub(crate) const OPACITY_MARGIN: f32 = 1e-6;
 
+// Anti-aliasing (method §3.4)
+
+/// Variance of the 3D smoothing filter, square pixels of the view that resolves a Gaussian best (published).
+pub(crate) const SMOOTHING_VARIANCE: f32 = 0.2;
+/// Part of an image's size beyond its edges at which a Gaussian still counts as seen (published).
+pub(crate) const SAMPLING_MARGIN: f32 = 0.15;
+
 // Gaussians proposed for what the model lacks (method §3.4)
 
 /// Blocks in a row of an image: a thing of a twentieth of the width fills one and its neighbours.

@@ -111,8 +111,12 @@ fn so_does_one_with_a_velocity_field() {
 fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
     let folder = tempfile::tempdir().expect("folder");
     let dataset = tiny_dataset(folder.path());
-    let more =
-        ["source.densify.method=mcmc", "source.densify.max_gaussians=330", "source.densify.proposals=5"];
+    let more = [
+        "source.densify.method=mcmc",
+        "source.densify.max_gaussians=330",
+        "source.densify.proposals=5",
+        "source.antialias=mip-smoothing",
+    ];
     let config = tiny_config_with(SourceKind::Defgs, &more).source;
     let device = DeviceName::Cpu.device();
     let trainer = || SourceTrainer::new(&dataset, &config, 3, &device).expect("trainer");

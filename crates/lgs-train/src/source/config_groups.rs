@@ -32,6 +32,9 @@ pub enum Antialias {
     None,
     /// The 2D Mip filter: a Gaussian is averaged over a pixel and keeps its energy (Yu et al. 2024).
     Mip,
+    /// That and the 3D smoothing filter: no Gaussian of the source model is finer than what the training
+    /// images resolve, so that closer views do not thin it out.
+    MipSmoothing,
 }
 
 impl Antialias {
@@ -40,7 +43,7 @@ impl Antialias {
     pub fn filter(self) -> PixelFilter {
         match self {
             Self::None => PixelFilter::Dilation,
-            Self::Mip => PixelFilter::Mip,
+            Self::Mip | Self::MipSmoothing => PixelFilter::Mip,
         }
     }
 }

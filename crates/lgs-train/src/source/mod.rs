@@ -20,6 +20,7 @@ mod proposals;
 mod relocation;
 mod rigidity;
 mod schedule;
+mod smoothing;
 mod static_regulariser;
 mod statistics;
 mod trainer;

@@ -1,20 +1,23 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
 use burn::tensor::{Device, Tensor};
-use lgs_core::GaussianCloud;
+use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
+use super::config_groups::Antialias;
 use super::density::{DensityControl, Replaced};
 use super::guide::Guide;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
 use super::proposals::{Posed, ProposalRound, Proposals};
+use super::smoothing::Smoothing;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
+use crate::cloud_tensors::host_rows;
 use crate::driver::{StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
@@ -32,6 +35,8 @@ pub struct SourceTrainer<'a> {
     motion: Box<dyn SourceMotion>,
     density: DensityControl,
     proposals: Proposals<'a>,
+    /// The smoothing filter of every Gaussian since their number last changed, if there is one.
+    smoothing: Option<Smoothing>,
     order: FrameOrder,
     priors: MotionPriors,
 }
@@ -64,6 +69,7 @@ impl<'a> SourceTrainer<'a> {
         let motion =
             config.kind.motion(&config.motion(), captured).ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
+        let smoothing = smoothing(frames, &config, &cloud.means);
         let cloud = TrainableCloud::new(&cloud, device);
         Ok(Self {
             order,
@@ -73,6 +79,7 @@ impl<'a> SourceTrainer<'a> {
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.parameters()], device),
             proposals: Proposals::new(dataset, seed),
+            smoothing,
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
@@ -84,7 +91,16 @@ impl<'a> SourceTrainer<'a> {
     /// The model as it is now.
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
-        self.motion.model(self.cloud.cloud(), self.network.values())
+        self.motion.model(self.drawn(), self.network.values())
+    }
+
+    /// The canonical Gaussians as they are drawn.
+    fn drawn(&self) -> GaussianCloud {
+        let cloud = self.cloud.cloud();
+        match &self.smoothing {
+            Some(smoothing) => smoothing.applied_on_host(&cloud, &self.device),
+            None => cloud,
+        }
     }
 
     /// The time of a frame and the state of the schedule at an iteration.
@@ -137,12 +153,24 @@ impl<'a> SourceTrainer<'a> {
             Replaced::Gaussians => {
                 by_attribute = CloudGradients::default();
                 self.priors.forget_neighbors();
+                self.smoothing = smoothing(self.frames, &self.config, &host_rows(&self.cloud.means.value()));
             }
         }
         let rates = self.config.cloud_rates(iteration);
         self.cloud.step(by_attribute, &rates);
         self.density.disturb(&mut self.cloud, iteration, rates.means);
     }
+}
+
+/// The smoothing filter of Gaussians at some positions, if the configuration asks for it.
+fn smoothing(frames: &[Frame], config: &SourceConfig, means: &[[f32; 3]]) -> Option<Smoothing> {
+    if config.antialias != Antialias::MipSmoothing {
+        return None;
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    let distinct = frames.iter().filter(|frame| seen.insert(frame.camera_id));
+    let cameras: Vec<Camera> = distinct.map(|frame| frame.camera).collect();
+    Some(Smoothing::new(means, &cameras))
 }
 
 /// The model as it is in an iteration.
@@ -153,7 +181,7 @@ struct Now<'a> {
 
 impl Posed for Now<'_> {
     fn at(&self, time: f32) -> GaussianCloud {
-        let cloud = self.trainer.cloud.cloud();
+        let cloud = self.trainer.drawn();
         if self.is_deformed { self.moving(cloud).cloud_at(time) } else { cloud }
     }
 
@@ -196,6 +224,9 @@ impl Trainer for SourceTrainer<'_> {
         let is_deformed = !self.config.is_warmup(iteration);
         let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
         let mut cloud = leaves.tensors();
+        if let Some(smoothing) = &self.smoothing {
+            cloud = smoothing.applied(cloud);
+        }
         if is_deformed {
             let poses =
                 self.motion.poses(network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
@@ -231,6 +262,9 @@ impl Trainer for SourceTrainer<'_> {
         self.network.insert_into(&mut file, "network");
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
+        if let Some(smoothing) = &self.smoothing {
+            smoothing.insert_into(&mut file);
+        }
         let round = self.order.round();
         for (key, value) in
             [("round", round.number), ("used", round.used as u64), ("began", round.began as u64)]
@@ -245,6 +279,9 @@ impl Trainer for SourceTrainer<'_> {
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
+        if self.smoothing.is_some() {
+            self.smoothing = Some(Smoothing::read_from(file, self.cloud.len())?);
+        }
         let round = Round {
             number: file.metadata_json("round")?,
             used: file.metadata_json("used")?,
