@@ -6,6 +6,17 @@ use glam::{Mat4, Vec3, Vec4};
 /// splatting (method §2.1).
 pub const DEFAULT_NEAR: f32 = 0.2;
 
+/// What a rasterizer does about detail finer than a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PixelFilter {
+    /// Gaussians are widened a little and keep their peaks, as in 3D Gaussian splatting: what is smaller than
+    /// a pixel is drawn larger than it is.
+    #[default]
+    Dilation,
+    /// Gaussians are averaged over a pixel and keep their energy: the 2D Mip filter (Yu et al. 2024).
+    Mip,
+}
+
 /// A pinhole camera. Pixels are continuous coordinates, the centre of pixel (i, j) being (i + 0.5, j + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -25,6 +36,8 @@ pub struct Camera {
     pub camera_from_world: Mat4,
     /// Only Gaussians whose centres are deeper than this are drawn, world units.
     pub near: f32,
+    /// How detail finer than a pixel is drawn.
+    pub filter: PixelFilter,
 }
 
 impl Camera {
@@ -57,6 +70,7 @@ impl Camera {
             cy: 0.5 * height as f32,
             camera_from_world,
             near: DEFAULT_NEAR,
+            filter: PixelFilter::default(),
         }
     }
 

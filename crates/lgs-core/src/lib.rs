@@ -28,7 +28,7 @@ mod streams;
 pub mod testing;
 pub mod thresholds;
 
-pub use camera::{Camera, DEFAULT_NEAR};
+pub use camera::{Camera, DEFAULT_NEAR, PixelFilter};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use harmonics::SH_C0;
 pub use image::{Image, psnr_of_mse};

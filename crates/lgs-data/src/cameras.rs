@@ -7,7 +7,7 @@
 use crate::files::{self, FileError};
 use crate::thresholds::ROTATION_TOLERANCE;
 use glam::{Mat3, Mat4, Vec3};
-use lgs_core::{Camera, DEFAULT_NEAR};
+use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -132,6 +132,7 @@ fn camera(path: &Path, index: usize, entry: Entry) -> Result<(String, Camera), C
             translation.extend(1.0),
         ),
         near: DEFAULT_NEAR,
+        filter: PixelFilter::default(),
     };
     Ok((entry.img_name, camera))
 }

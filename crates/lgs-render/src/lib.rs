@@ -43,6 +43,6 @@ pub use backward::{ImageCotangents, RasterizedVjp, rasterize_vjp};
 pub use photometric::{
     DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp,
 };
-pub use projected::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
+pub use projected::{ALPHA_MAX, ALPHA_MIN, BLUR, MIP_VARIANCE, TRANSMITTANCE_STOP};
 pub use rasterize::{Rasterized, rasterize};
 pub use splats::{SplatGradients, Splats};

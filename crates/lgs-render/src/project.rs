@@ -2,21 +2,23 @@
 //!
 //! With `p` the mean in camera axes, `W` the camera rotation and `J` the Jacobian of the pinhole at `p` (its
 //! `x/z`, `y/z` clamped to 1.3 times the tangent of half the field of view), `M = J W R S` is 2×3 and the
-//! covariance on the image is `Σ = M Mᵀ + 0.3 I`.
+//! covariance on the image is `Σ = M Mᵀ + b I` with b = 0.3; for the Mip filter b = 0.1, and the opacity is
+//! multiplied by `√(|M Mᵀ| / |Σ|)`, by which a Gaussian keeps its energy.
 //!
 //! Two forms keep f32 accurate for long thin Gaussians: the determinant as
-//! `|m₀ × m₁|² + 0.3 (|m₀|² + |m₁|²) + 0.09` (Cauchy–Binet; no cancellation), and the exponent as minus a sum
+//! `|m₀ × m₁|² + b (|m₀|² + |m₁|²) + b²` (Cauchy–Binet; no cancellation), and the exponent as minus a sum
 //! of squares, `-½ dᵀ Σ⁻¹ d = -(u² + w²) ln 2` with `u = f₀ d_x + f₁ d_y`, `w = f₂ d_y`, so that it can never
 //! be positive.
 
 mod lanes;
 
 use crate::extent::can_be_seen;
-use crate::projected::{BLUR, LOG2_255, Projected};
+use crate::projected::{LEAST_ENERGY, LOG2_255, Projected};
 use crate::simd::{BLOCK, V, splat};
 use crate::splats::Splats;
 use crate::view::View;
 use lanes::{ImageBlock, Inputs};
+use lgs_core::PixelFilter;
 use pulp::{Simd, WithSimd};
 
 /// Projects some Gaussians. A struct rather than a closure, so that the body is compiled with the processor's
@@ -93,14 +95,23 @@ impl<S: Simd> Projection<'_, S> {
 
         let m = self.image_axes(index, slopes, inverse_depth);
         let (m0, m1) = (dot(m[0], m[0]), dot(m[1], m[1]));
-        let (a, b, c) = (m0 + splat(simd, BLUR), dot(m[0], m[1]), m1 + splat(simd, BLUR));
+        let blur = splat(simd, view.blur);
+        let (a, b, c) = (m0 + blur, dot(m[0], m[1]), m1 + blur);
         let n = cross(m[0], m[1]);
-        let determinant = (m0 + m1).mul_add(splat(simd, BLUR), dot(n, n) + splat(simd, BLUR * BLUR));
+        let area = dot(n, n);
+        let determinant = (m0 + m1).mul_add(blur, area + splat(simd, view.blur * view.blur));
 
         // The conic's factors in base 2.
         let base2 = (0.5 * std::f32::consts::LOG2_E).sqrt();
         let along = splat(simd, base2) * (c / determinant).sqrt();
-        let log2_opacity = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
+        let log2_peak = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
+        let log2_opacity = match view.filter {
+            PixelFilter::Dilation => log2_peak,
+            PixelFilter::Mip => {
+                let energy = (area / determinant).max(splat(simd, LEAST_ENERGY));
+                energy.log2().mul_add(splat(simd, 0.5), log2_peak)
+            }
+        };
         // Squared Mahalanobis radius of the ellipse: 2 ln(255 o).
         let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0))
             * splat(simd, 2.0 * std::f32::consts::LN_2);

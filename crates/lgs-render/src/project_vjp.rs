@@ -1,10 +1,11 @@
 //! The vector–Jacobian product of `project`, one Gaussian at a time.
 
-use crate::projected::Projected;
+use crate::projected::{LEAST_ENERGY, Projected};
 use crate::sh;
 use crate::splats::Splats;
 use crate::view::{Chain, TINY_QUATERNION, View};
-use lgs_core::linear::{Mat3, add, dot, mat_vec, scale, sub, transpose};
+use lgs_core::PixelFilter;
+use lgs_core::linear::{Mat3, add, cross, dot, mat_vec, scale, sub, transpose};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Sums over pixels of what blending sends back to one Gaussian.
@@ -77,9 +78,18 @@ pub(crate) fn project_vjp(
 ) -> ParameterCotangent {
     let chain = view.chain(splats, index);
     let (v_mean2d, v_covariance) = ellipse_vjp(projected.factor, &v.moments);
-    let v_m: [[f32; 3]; 2] = std::array::from_fn(|i| {
+    let by_covariance: [[f32; 3]; 2] = std::array::from_fn(|i| {
         add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1]))
     });
+    // ∂α/∂o · o (1 - o), and the sum of v is already o ∂α/∂o.
+    let (v_m, opacity) = match view.filter {
+        PixelFilter::Dilation => (by_covariance, projected.log2_opacity.exp2()),
+        PixelFilter::Mip => {
+            let by_energy = energy_vjp(&chain.m, view.blur, v.moments[0]);
+            let opacity = 1.0 / (1.0 + (-splats.raw_opacities[index]).exp());
+            (std::array::from_fn(|i| add(by_covariance[i], by_energy[i])), opacity)
+        }
+    };
 
     let log_scale = std::array::from_fn(|j| v_m[0][j] * chain.m[0][j] + v_m[1][j] * chain.m[1][j]);
     let v_turned =
@@ -103,10 +113,26 @@ pub(crate) fn project_vjp(
         mean: add(mat_vec(&transpose(&view.rotation), v_camera_mean), v_direction),
         rotation: quat_vjp(splats.rotations[index], &v_rotation),
         log_scale,
-        // ∂α/∂o · o (1 - o), and the sum of v is already o ∂α/∂o.
-        raw_opacity: v.moments[0] * (1.0 - projected.log2_opacity.exp2()),
+        raw_opacity: v.moments[0] * (1.0 - opacity),
         mean2d: v_mean2d,
     }
+}
+
+/// Cotangent of `M = J W R S`, given that of the logarithm of the Mip filter's factor `√(N / D)` with `N = |m₀
+/// × m₁|²` and `D = N + b (|m₀|² + |m₁|²) + b²`.
+#[inline(always)]
+fn energy_vjp([m0, m1]: &[[f32; 3]; 2], blur: f32, v: f32) -> [[f32; 3]; 2] {
+    let n = cross(*m0, *m1);
+    let (area, widened) = (dot(n, n), blur * (dot(*m0, *m0) + dot(*m1, *m1)) + blur * blur);
+    let determinant = area + widened;
+    if area / determinant <= LEAST_ENERGY {
+        return [[0.0; 3]; 2];
+    }
+    let (by_area, by_blur) = (v * widened / (area * determinant), -v * blur / determinant);
+    [
+        add(scale(cross(*m1, n), by_area), scale(*m0, by_blur)),
+        add(scale(cross(n, *m0), by_area), scale(*m1, by_blur)),
+    ]
 }
 
 /// Cotangents of the projected centre and of the covariance on the image, given the factor of the conic and

@@ -2,6 +2,11 @@
 
 /// Low-pass filter added to the diagonal of the image covariance, square pixels.
 pub const BLUR: f32 = 0.3;
+/// Variance of the Mip filter, square pixels: that of a Gaussian about as wide as a pixel (Yu et al. 2024).
+pub const MIP_VARIANCE: f32 = 0.1;
+/// Least square of the factor by which the Mip filter lowers opacities, as published; below it the factor is
+/// constant, so that Gaussians without area keep finite gradients.
+pub(crate) const LEAST_ENERGY: f32 = 2.5e-5;
 /// A Gaussian contributes to a pixel if its alpha there is at least this.
 pub const ALPHA_MIN: f32 = 1.0 / 255.0;
 /// Alpha never exceeds this.

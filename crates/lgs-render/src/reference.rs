@@ -5,12 +5,13 @@
 //! culling, depth order, which pairs reach 1/255, where blending stops — is a mask of constants, as in the
 //! fast kernel.
 
-use crate::projected::{ALPHA_MAX, ALPHA_MIN, BLUR, TRANSMITTANCE_STOP};
+use crate::projected::{ALPHA_MAX, ALPHA_MIN, LEAST_ENERGY, TRANSMITTANCE_STOP};
 use crate::sh::{C1, C2, C3};
 use crate::tensor::SplatTensors;
+use crate::view::blur_of;
 use crate::window::{RADIUS, weights};
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
-use lgs_core::{Camera, SH_C0};
+use lgs_core::{Camera, PixelFilter, SH_C0};
 
 /// Image `[H, W, 3]` and transmittance `[H, W]`; the inputs and semantics of [`crate::tensor::rasterize`].
 ///
@@ -122,19 +123,36 @@ fn project(
     };
     let [probe_x, probe_y] = columns::<2>(&splats.means2d_probe.clone().select(0, order.clone()));
     let n = order.dims()[0];
+    let opacity = activation::sigmoid(splats.raw_opacities.clone().select(0, order.clone())).reshape([n, 1]);
+    let blur = blur_of(camera.filter);
+    let covariance = [
+        inner(&rows[0], &rows[0]).add_scalar(blur),
+        inner(&rows[0], &rows[1]),
+        inner(&rows[1], &rows[1]).add_scalar(blur),
+    ];
+    let opacity = match camera.filter {
+        PixelFilter::Dilation => opacity,
+        PixelFilter::Mip => opacity * kept_energy(&rows, &covariance),
+    };
     ImagePlane {
         pixel: [
             (x / z.clone()).mul_scalar(camera.fx).add_scalar(camera.cx) + probe_x,
             (y / z).mul_scalar(camera.fy).add_scalar(camera.cy) + probe_y,
         ],
-        covariance: [
-            inner(&rows[0], &rows[0]).add_scalar(BLUR),
-            inner(&rows[0], &rows[1]),
-            inner(&rows[1], &rows[1]).add_scalar(BLUR),
-        ],
-        opacity: activation::sigmoid(splats.raw_opacities.clone().select(0, order.clone())).reshape([n, 1]),
+        covariance,
+        opacity,
         color: color(&means, camera, splats.sh.clone().select(0, order.clone()), active_degree),
     }
+}
+
+/// The factor of opacities under the Mip filter `[n, 1]`: the root of the ratio of the determinants of the
+/// covariances without and with the filter.
+fn kept_energy([m0, m1]: &[[Tensor<2>; 3]; 2], [a, b, c]: &[Tensor<2>; 3]) -> Tensor<2> {
+    let minor = |i: usize, j: usize| m0[i].clone() * m1[j].clone() - m0[j].clone() * m1[i].clone();
+    let area = [minor(1, 2), minor(2, 0), minor(0, 1)].into_iter().map(|m| m.clone() * m);
+    let area = area.reduce(|sum, square| sum + square).expect("three minors");
+    let determinant = a.clone() * c.clone() - b.clone() * b.clone();
+    (area / determinant).clamp_min(LEAST_ENERGY).sqrt()
 }
 
 /// The rows of `J W R S`, entries `[n, 1]`, of Gaussians with means in camera axes.

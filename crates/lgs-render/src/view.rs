@@ -1,9 +1,10 @@
 //! A camera in the form the projection wants, and the part of the projection of one Gaussian that its
 //! backward pass recomputes.
 
+use crate::projected::{BLUR, MIP_VARIANCE};
 use crate::splats::Splats;
-use lgs_core::Camera;
 use lgs_core::linear::{Mat3, add, mat_vec, matrix_from_quat, quat_normalize, scale, sub, transpose};
+use lgs_core::{Camera, PixelFilter};
 
 /// Clamp of `x/z` inside the Jacobian, in tangents of half the field of view.
 const TANGENT_LIMIT: f32 = 1.3;
@@ -22,6 +23,17 @@ pub(crate) struct View {
     /// Width and height of the image, pixels.
     pub size: [usize; 2],
     pub near: f32,
+    pub filter: PixelFilter,
+    /// Variance added to every covariance on the image, square pixels.
+    pub blur: f32,
+}
+
+/// The variance that a filter adds to every covariance on the image, square pixels.
+pub(crate) fn blur_of(filter: PixelFilter) -> f32 {
+    match filter {
+        PixelFilter::Dilation => BLUR,
+        PixelFilter::Mip => MIP_VARIANCE,
+    }
 }
 
 impl From<&Camera> for View {
@@ -40,6 +52,8 @@ impl From<&Camera> for View {
             center: scale(mat_vec(&transpose(&rotation), translation), -1.0),
             size: [camera.width as usize, camera.height as usize],
             near: camera.near,
+            filter: camera.filter,
+            blur: blur_of(camera.filter),
         }
     }
 }

@@ -5,9 +5,9 @@ mod random_scene;
 
 use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
-use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
+use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, PixelFilter};
 use lgs_render::tensor::SplatTensors;
-use lgs_render::{ALPHA_MAX, SplatGradients};
+use lgs_render::{ALPHA_MAX, MIP_VARIANCE, Rasterized, SplatGradients};
 use random_scene::{BACKGROUND, camera, draw, gradients, random_cloud};
 
 /// At the origin, looking along z, with a field of view of 53°.
@@ -23,6 +23,7 @@ fn axis_camera(size: u32) -> Camera {
         cy: center,
         camera_from_world,
         near: DEFAULT_NEAR,
+        filter: PixelFilter::Dilation,
     }
 }
 
@@ -126,14 +127,17 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
         sh: floats(&cloud.sh).reshape([n, 4, 3]),
         means2d_probe: Tensor::zeros([n, 2], &device),
     };
-    for (width, height) in [(1, 1), (17, 31), (33, 16), (64, 47)] {
-        let camera = camera(width, height);
+    let sizes = [(1, 1), (17, 31), (33, 16), (64, 47)];
+    let views =
+        sizes.into_iter().flat_map(|size| [PixelFilter::Dilation, PixelFilter::Mip].map(|f| (size, f)));
+    for ((width, height), filter) in views {
+        let camera = Camera { filter, ..camera(width, height) };
         let drawn = draw(&cloud, &camera);
         let (image, transmittance) = lgs_render::reference::rasterize(&tensors, &camera, BACKGROUND, 1);
         // A pair within a rounding of alpha = 1/255 may be decided either way.
         let check = |found: &[f32], expected: burn::tensor::TensorData| {
             assert_values_close(
-                &format!("{width}×{height}"),
+                &format!("{width}×{height} {filter:?}"),
                 found,
                 &expected.try_to_vec::<f32>().expect("f32"),
                 5e-3,
@@ -204,4 +208,23 @@ fn evaluated_pairs_are_a_part_of_those_of_the_tiles() {
     let wide = GaussianCloud::isotropic(vec![[0.0; 3]], 40.0, [0.5; 3], 0.9);
     let drawn = draw(&wide, &camera(37, 21));
     assert_eq!((drawn.evaluated_pairs(), drawn.listed_pairs()), (37 * 21, 37 * 21));
+}
+
+/// What a small Gaussian of standard deviation 0.02 takes from the background at a depth, in pixels.
+fn covered(depth: f32, filter: PixelFilter) -> f32 {
+    let cloud = GaussianCloud::isotropic(vec![[0.0, 0.0, depth]], 0.02, [1.0; 3], 0.9);
+    let drawn: Rasterized = draw(&cloud, &Camera { filter, ..axis_camera(64) });
+    drawn.transmittance.iter().map(|t| 1.0 - t).sum()
+}
+
+#[test]
+fn the_mip_filter_keeps_the_energy_of_what_is_smaller_than_a_pixel() {
+    // On the image its standard deviation is 64 · 0.02 / depth: 0.64 pixels at 2, 0.16 at 8.
+    for depth in [2.0, 4.0, 8.0] {
+        let true_area = 0.9 * std::f32::consts::TAU * (64.0 * 0.02 / depth).powi(2);
+        let (mip, dilated) = (covered(depth, PixelFilter::Mip), covered(depth, PixelFilter::Dilation));
+        assert!((mip / true_area - 1.0).abs() < 0.15, "depth {depth}: {mip} of {true_area}");
+        assert!(dilated > 0.9 * 0.9 * std::f32::consts::TAU * 0.3, "drawn larger than it is: {dilated}");
+    }
+    assert!(MIP_VARIANCE < lgs_render::BLUR, "and sharper where it is larger than one");
 }

@@ -1,6 +1,6 @@
 //! Finite differences of the whole rasterizer and of the photometric loss.
 
-use lgs_core::{Camera, GaussianCloud, stream};
+use lgs_core::{Camera, GaussianCloud, PixelFilter, stream};
 use lgs_render::{ImageCotangents, Splats, photometric, photometric_vjp, rasterize, rasterize_vjp};
 use rand::RngExt;
 
@@ -28,8 +28,7 @@ struct Probe {
 }
 
 impl Probe {
-    fn new() -> Self {
-        let camera = Camera::look_at([0.3, -3.2, 0.8], [0.0; 3], 0.5, 21, 18);
+    fn new(camera: Camera) -> Self {
         let mut rng = stream(12, "weights", 0);
         let v_image =
             (0..camera.pixels()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
@@ -46,8 +45,13 @@ impl Probe {
     }
 }
 
-fn check(name: &str, found: &[f32], step: f32, values: impl Fn(&mut GaussianCloud) -> &mut [f32]) {
-    let (probe, cloud) = (Probe::new(), soft_cloud());
+fn check(
+    probe: &Probe,
+    (name, found): (&str, &[f32]),
+    step: f32,
+    values: impl Fn(&mut GaussianCloud) -> &mut [f32],
+) {
+    let cloud = soft_cloud();
     let scale = found.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
     assert!(scale > 0.0, "{name} has no gradient");
     for (i, &found) in found.iter().enumerate() {
@@ -66,16 +70,27 @@ fn check(name: &str, found: &[f32], step: f32, values: impl Fn(&mut GaussianClou
 
 #[test]
 fn gradients_match_difference_quotients() {
-    let (probe, cloud) = (Probe::new(), soft_cloud());
+    check_all(Camera::look_at([0.3, -3.2, 0.8], [0.0; 3], 0.5, 21, 18));
+}
+
+#[test]
+fn gradients_of_the_mip_filter_match_difference_quotients() {
+    // Pixels are about as wide as the Gaussians, whose energy the filter then changes.
+    let coarse = Camera::look_at([0.3, -3.2, 0.8], [0.0; 3], 1.0, 3, 2);
+    check_all(Camera { filter: PixelFilter::Mip, ..coarse });
+}
+
+fn check_all(camera: Camera) {
+    let (probe, cloud) = (Probe::new(camera), soft_cloud());
     let splats = Splats::from(&cloud);
     let drawn = rasterize(&splats, &probe.camera, BACKGROUND);
     let v = ImageCotangents { image: &probe.v_image, transmittance: &probe.v_transmittance };
     let v = rasterize_vjp(&splats, &probe.camera, &drawn, v);
-    check("means", v.means.as_flattened(), 1e-2, |c| c.means.as_flattened_mut());
-    check("rotations", v.rotations.as_flattened(), 1e-2, |c| c.rotations.as_flattened_mut());
-    check("log_scales", v.log_scales.as_flattened(), 1e-2, |c| c.log_scales.as_flattened_mut());
-    check("raw_opacities", &v.raw_opacities, 1e-2, |c| &mut c.raw_opacities);
-    check("sh", &v.sh, 1e-2, |c| &mut c.sh);
+    check(&probe, ("means", v.means.as_flattened()), 1e-2, |c| c.means.as_flattened_mut());
+    check(&probe, ("rotations", v.rotations.as_flattened()), 1e-2, |c| c.rotations.as_flattened_mut());
+    check(&probe, ("log_scales", v.log_scales.as_flattened()), 1e-2, |c| c.log_scales.as_flattened_mut());
+    check(&probe, ("raw_opacities", &v.raw_opacities), 1e-2, |c| &mut c.raw_opacities);
+    check(&probe, ("sh", &v.sh), 1e-2, |c| &mut c.sh);
 }
 
 #[test]

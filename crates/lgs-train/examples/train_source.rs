@@ -35,7 +35,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let data = arguments.next().ok_or("usage: train_source DATA [key=value]…")?;
     let overrides: Vec<String> = arguments.collect();
     let config = TrainConfig::resolve(Preset::Quick, None, &overrides)?;
-    let options = LoadOptions { white_background: config.data.white_background, ..LoadOptions::default() };
+    let data_config = &config.data;
+    let options = LoadOptions {
+        white_background: data_config.white_background,
+        resolution: (data_config.resolution > 0).then_some(data_config.resolution),
+        near: config.source.near,
+        filter: config.source.antialias.filter(),
+        ..LoadOptions::default()
+    };
     let dataset = Dataset::load(Path::new(&data), &options, &|_, _| {})?;
     let mut trainer = SourceTrainer::new(&dataset, &config.source, config.seed, &DeviceName::Auto.device())?;
     let start = Instant::now();

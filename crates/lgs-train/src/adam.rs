@@ -74,6 +74,11 @@ impl<const D: usize> AdamGroup<D> {
         }
     }
 
+    /// Adds to the values; the moments stay.
+    pub(crate) fn shift(&mut self, by: Tensor<D>) {
+        self.value = self.value.clone() + by;
+    }
+
     /// Adds values, moments and count of steps to a file.
     pub(crate) fn insert_into(&self, file: &mut TensorFile, name: &str) {
         let shape = self.value.dims();

@@ -30,6 +30,53 @@ pub(crate) const SPLIT_SHRINK: f32 = 1.6;
 /// Fewest Gaussians that pruning leaves, so that a scene never becomes empty.
 pub(crate) const FEWEST_GAUSSIANS: usize = 16;
 
+// Densification as Markov chain Monte Carlo (method §3.4)
+
+/// Opacity at which the noise of positions has fallen to a half, and how steeply it falls, as published: it
+/// explores with what is nearly invisible and leaves what is seen in place.
+pub(crate) const NOISE_OPACITY: f32 = 0.005;
+/// Factor of the opacity in the logistic function of the noise (published).
+pub(crate) const NOISE_STEEPNESS: f32 = 100.0;
+/// Opacity above which noise is left out: e^−14.5 of the whole, below the rounding of positions.
+pub(crate) const QUIET_OPACITY: f32 = 0.15;
+/// Distance of a shared opacity from 0 and 1 that keeps its logit finite.
+pub(crate) const OPACITY_MARGIN: f32 = 1e-6;
+
+// Anti-aliasing (method §3.4)
+
+/// Variance of the 3D smoothing filter, square pixels of the view that resolves a Gaussian best (published).
+pub(crate) const SMOOTHING_VARIANCE: f32 = 0.2;
+/// Part of an image's size beyond its edges at which a Gaussian still counts as seen (published).
+pub(crate) const SAMPLING_MARGIN: f32 = 0.15;
+
+// Gaussians proposed for what the model lacks (method §3.4)
+
+/// Blocks in a row of an image: a thing of a twentieth of the width fills one and its neighbours.
+pub(crate) const BLOCKS_PER_WIDTH: usize = 40;
+/// Mean difference of a channel over a block and its neighbours from which something is lacking: a thing that
+/// hides a tenth of full contrast, several times what training leaves after its first hundreds of steps.
+pub(crate) const LACKING: f32 = 0.1;
+/// Images that a round looks at before it takes the one that lacks most.
+pub(crate) const LOOKS: usize = 3;
+/// Other images that places are compared in: as many as see something at about a time in sets with one image
+/// of each moment.
+pub(crate) const COMPANIONS: usize = 6;
+/// Depths tried along a ray through the scene's box: about as fine as the blocks.
+pub(crate) const DEPTHS: usize = 96;
+/// Largest difference of a channel between the colours of one thing in two images: shading turns with the
+/// view, and a block holds some background.
+pub(crate) const AGREEING_COLOR: f32 = 0.25;
+/// Fewest other images that have to lack the colour at a place, beside two thirds of those that see it: with
+/// one, any two rays agree somewhere.
+pub(crate) const AGREEING_IMAGES: usize = 2;
+/// Turns of the fixed-point iteration for a canonical position; a motion that changes distances by a half at
+/// most gains a digit in three.
+pub(crate) const INVERSION_TURNS: usize = 8;
+/// Largest distance of a proposal from where it was to be, in its standard deviations.
+pub(crate) const MISPLACED: f32 = 1.0;
+/// Standard deviation of a proposal over the width of its block at its depth: neighbours overlap.
+pub(crate) const PROPOSED_SCALE: f32 = 0.5;
+
 // Schedule of source training
 
 /// Image width that the iterations of the quick preset are for, pixels: that of the scenes that it was

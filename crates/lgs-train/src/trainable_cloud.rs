@@ -25,8 +25,8 @@ pub(crate) struct TrainableCloud {
 pub(crate) struct CloudLeaves {
     pub(crate) means: Tensor<2>,
     pub(crate) rotations: Tensor<2>,
-    log_scales: Tensor<2>,
-    raw_opacities: Tensor<2>,
+    pub(crate) log_scales: Tensor<2>,
+    pub(crate) raw_opacities: Tensor<2>,
     sh_constant: Tensor<2>,
     sh_rest: Option<Tensor<2>>,
 }
@@ -169,6 +169,26 @@ impl TrainableCloud {
         .flatten()
         {
             group.reselect(&rows, kept);
+        }
+    }
+
+    /// Keeps the Gaussians at some rows, and appends others without moments.
+    ///
+    /// # Panics
+    /// If the colours of the others have another degree (a bug).
+    pub(crate) fn append(&mut self, kept: &[usize], others: &GaussianCloud) {
+        assert_eq!(others.sh_degree, self.sh_degree, "degrees of colours");
+        let order: Vec<usize> =
+            kept.iter().copied().chain(std::iter::repeat_n(kept[0], others.len())).collect();
+        self.reselect(&order, kept.len());
+        let others = Self::new(others, &self.means.device());
+        self.means.set_last(others.means.value());
+        self.rotations.set_last(others.rotations.value());
+        self.log_scales.set_last(others.log_scales.value());
+        self.raw_opacities.set_last(others.raw_opacities.value());
+        self.sh_constant.set_last(others.sh_constant.value());
+        if let (Some(rest), Some(others)) = (&mut self.sh_rest, others.sh_rest) {
+            rest.set_last(others.value());
         }
     }
 

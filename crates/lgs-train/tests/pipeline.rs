@@ -107,6 +107,41 @@ fn so_does_one_with_a_velocity_field() {
     stopped_runs_deliver_the_same_bytes(SourceKind::Freegave);
 }
 
+#[test]
+fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("folder");
+    let dataset = tiny_dataset(folder.path());
+    let more = [
+        "source.densify.method=mcmc",
+        "source.densify.max_gaussians=330",
+        "source.densify.proposals=5",
+        "source.antialias=mip-smoothing",
+    ];
+    let config = tiny_config_with(SourceKind::Defgs, &more).source;
+    let device = DeviceName::Cpu.device();
+    let trainer = || SourceTrainer::new(&dataset, &config, 3, &device).expect("trainer");
+    let (mut whole, mut losses) = (trainer(), Vec::new());
+    let mut halves = None;
+    while !whole.is_finished() {
+        losses.push(whole.step().loss);
+        if whole.step_index() == 50 {
+            halves = Some(whole.checkpoint());
+        }
+    }
+    assert_eq!(whole.gaussians(), 330, "the number grows to the budget and stays there");
+    let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
+    assert!(mean(&losses[110..]) < 0.8 * mean(&losses[..10]));
+    let path = folder.path().join("half");
+    halves.expect("a checkpoint").save(&path).expect("save");
+    let file = lgs_model::TensorFile::load(&path, lgs_train::checkpoint::CHECKPOINT_FORMAT).expect("load");
+    let mut resumed = trainer();
+    resumed.restore(&file, 50).expect("restore");
+    while !resumed.is_finished() {
+        resumed.step();
+    }
+    assert_eq!(resumed.model().cloud_at(0.4), whole.model().cloud_at(0.4));
+}
+
 fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     let folder = tempfile::tempdir().expect("folder");
     let dataset = tiny_dataset(folder.path());

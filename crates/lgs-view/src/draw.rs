@@ -93,7 +93,7 @@ fn camera(subject: &Subject, request: &FrameRequest) -> Result<Camera, String> {
             let pose = Mat4::from_rotation_translation(rotation.normalize(), Vec3::from(position));
             let focal = height as f32 / (2.0 * (0.5 * fov_y).tan());
             let camera = Camera::centered(pose.inverse(), focal, width, height);
-            Ok(Camera { near: subject.start.0.near, ..camera })
+            Ok(Camera { near: subject.start.0.near, filter: subject.start.0.filter, ..camera })
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
-use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud};
+use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, PixelFilter};
 
 /// The camera that the user asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +42,7 @@ pub(crate) struct Orbit {
     fov_x: f32,
     size: [u32; 2],
     near: f32,
+    filter: PixelFilter,
 }
 
 impl Orbit {
@@ -67,6 +68,7 @@ impl Orbit {
             fov_x,
             size: [first.width, first.height],
             near: first.near,
+            filter: first.filter,
         }
     }
 
@@ -83,6 +85,7 @@ impl Orbit {
             fov_x: DEFAULT_FOV_X,
             size,
             near: first.map_or(DEFAULT_NEAR, |c| c.near),
+            filter: first.map_or_else(PixelFilter::default, |c| c.filter),
         }
     }
 
@@ -101,6 +104,7 @@ impl Orbit {
         ];
         Camera {
             near: self.near,
+            filter: self.filter,
             ..Camera::look_at(eye, self.center, self.fov_x, self.size[0], self.size[1])
         }
     }

@@ -57,7 +57,8 @@ impl Run {
     pub(crate) fn cameras(&self) -> Result<Vec<(String, Camera)>> {
         let path = self.folder.root().join("source").join("cameras.json");
         let mut cameras = if path.exists() { read_cameras_json(&path).at(&path)? } else { Vec::new() };
-        cameras.iter_mut().for_each(|(_, camera)| camera.near = self.config.source.near);
+        let (near, filter) = (self.config.source.near, self.config.source.antialias.filter());
+        cameras.iter_mut().for_each(|(_, camera)| *camera = Camera { near, filter, ..*camera });
         Ok(cameras)
     }
 
@@ -96,6 +97,7 @@ pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) ->
         splits,
         train_before,
         near: config.source.near,
+        filter: config.source.antialias.filter(),
     }
 }
 

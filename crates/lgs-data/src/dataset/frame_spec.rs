@@ -2,7 +2,7 @@
 
 use super::error::{DatasetError, Problem};
 use glam::Mat4;
-use lgs_core::{Camera, DEFAULT_NEAR};
+use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -61,7 +61,8 @@ impl FrameSpec {
             }
         }
         let (camera_from_world, near) = (self.camera_from_world, DEFAULT_NEAR);
-        Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world, near })
+        let filter = PixelFilter::default();
+        Ok(Camera { width, height, fx, fy, cx, cy, camera_from_world, near, filter })
     }
 
     /// The image must have the size that the intrinsics state.

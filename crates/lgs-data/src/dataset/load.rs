@@ -5,7 +5,7 @@ use super::formats::DatasetFormat;
 use super::frame_spec::FrameSpec;
 use super::set::{Dataset, Frame};
 use super::{fingerprint, pixels};
-use lgs_core::{Camera, DEFAULT_NEAR};
+use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -29,6 +29,8 @@ pub struct LoadOptions {
     pub train_before: Option<f32>,
     /// Near plane of all cameras, world units. Default: [`DEFAULT_NEAR`].
     pub near: f32,
+    /// How all cameras draw detail finer than a pixel. Default: by dilation.
+    pub filter: PixelFilter,
 }
 
 impl Default for LoadOptions {
@@ -40,6 +42,7 @@ impl Default for LoadOptions {
             splits: None,
             train_before: None,
             near: DEFAULT_NEAR,
+            filter: PixelFilter::default(),
         }
     }
 }
@@ -116,7 +119,8 @@ fn load_frame(spec: &FrameSpec, options: &LoadOptions) -> Result<Frame, DatasetE
         return Err(DatasetError::new(&spec.described_in, Problem::Mask { frame: spec.index }));
     }
     let image = pixels::decode(&spec.image_path)?;
-    let camera = Camera { near: options.near, ..spec.camera(image.width(), image.height())? };
+    let (near, filter) = (options.near, options.filter);
+    let camera = Camera { near, filter, ..spec.camera(image.width(), image.height())? };
     let (camera, image) = match options.resolution {
         Some(width) if width != camera.width => {
             let height = (f64::from(camera.height) * f64::from(width) / f64::from(camera.width))

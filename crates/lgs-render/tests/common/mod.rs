@@ -50,6 +50,7 @@ impl Vector {
             cy: self.number("cy"),
             camera_from_world: glam::Mat4::from_cols_array(&view).transpose(),
             near: lgs_core::DEFAULT_NEAR,
+            filter: lgs_core::PixelFilter::Dilation,
         }
     }
 }

@@ -4,7 +4,7 @@ use lgs_model::source::{AdvectionConfig, DeformationConfig, MotionConfig, Source
 use serde::{Deserialize, Serialize};
 
 use super::config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
 use crate::thresholds::{MAX_STRETCH, REFERENCE_WIDTH};
 
@@ -56,6 +56,8 @@ pub struct SourceConfig {
     /// (paper: 0.2; FreeGave: 0.8). Nothing can then float close in front of a training camera, unseen by the
     /// others.
     pub near: f32,
+    /// What is done about detail finer than the pixels, by the Lagrangian scene as well (paper: nothing).
+    pub antialias: Antialias,
     /// Largest degree of spherical harmonics (paper: 3).
     pub sh_degree: usize,
     /// Iterations after which the degree in use rises by one (paper: 1000).

@@ -1,5 +1,6 @@
 //! Groups of the settings of source training (method §3.4).
 
+use lgs_core::PixelFilter;
 use serde::{Deserialize, Serialize};
 
 /// The frames that the static warm-up sees.
@@ -21,6 +22,30 @@ pub enum InitialPoints {
     Random,
     /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little.
     Hull,
+}
+
+/// What is done about detail finer than the pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Antialias {
+    /// Nothing: small Gaussians are drawn wider than they are (3D Gaussian splatting).
+    None,
+    /// The 2D Mip filter: a Gaussian is averaged over a pixel and keeps its energy (Yu et al. 2024).
+    Mip,
+    /// That and the 3D smoothing filter: no Gaussian of the source model is finer than what the training
+    /// images resolve, so that closer views do not thin it out.
+    MipSmoothing,
+}
+
+impl Antialias {
+    /// The filter of all cameras that draw the model, or a scene made from it.
+    #[must_use]
+    pub fn filter(self) -> PixelFilter {
+        match self {
+            Self::None => PixelFilter::Dilation,
+            Self::Mip | Self::MipSmoothing => PixelFilter::Mip,
+        }
+    }
 }
 
 /// Learning rates of Adam per group; positions and the network decay log-linearly.
@@ -54,10 +79,48 @@ pub struct LearningRates {
     pub deformation_steps: usize,
 }
 
-/// Densification: where Gaussians are cloned, split and removed.
+/// How the number and the places of Gaussians adapt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DensifyMethod {
+    /// Gaussians with large gradients are cloned or split, faint and large ones removed (3D Gaussian
+    /// splatting).
+    Classical,
+    /// Faint Gaussians are moved onto opaque ones, and the number grows to a fixed budget (Kheradmand et al.
+    /// 2024). Of the settings of [`DensifyConfig`] it has `after`, `before`, `interval`, `min_opacity`,
+    /// `prune_outside`, `max_gaussians`, its budget, and those in `mcmc`.
+    Mcmc,
+}
+
+/// Densification as Markov chain Monte Carlo.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct McmcConfig {
+    /// Part by which the number of Gaussians grows in an interval, up to the budget (published: 0.05).
+    pub growth: f32,
+    /// Factor of the noise of positions, with lengths in units of the scene's extent: a faint Gaussian moves
+    /// by this times the learning rate times its covariance times a normal draw (published: 5e5 with lengths
+    /// in world units, for scenes with an extent of 4.4, hence 1e7).
+    pub noise: f32,
+    /// Weight of the mean opacity in the loss (published: 0.01).
+    pub opacity_weight: f32,
+    /// Weight of the mean standard deviation in the loss, in units of the scene's extent (published: 0.01 in
+    /// world units of such scenes, hence 0.044).
+    pub scale_weight: f32,
+}
+
+impl Default for McmcConfig {
+    fn default() -> Self {
+        Self { growth: 0.05, noise: 1e7, opacity_weight: 0.01, scale_weight: 0.044 }
+    }
+}
+
+/// Densification: where Gaussians are cloned, split, removed or moved to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DensifyConfig {
+    /// How Gaussians adapt; settings that only one way has say so.
+    pub method: DensifyMethod,
     /// Densification acts after this iteration (paper: 500).
     pub after: usize,
     /// Densification acts before this iteration (paper: 15 000).
@@ -69,7 +132,7 @@ pub struct DensifyConfig {
     /// Largest standard deviation that is cloned rather than split, as a part of the scene's extent (paper:
     /// 0.01).
     pub clone_extent: f32,
-    /// Opacity under which a Gaussian is removed (paper: 0.005).
+    /// Opacity under which a Gaussian is removed or moved (paper: 0.005).
     pub min_opacity: f32,
     /// Gaussians farther from the centre of the box that the cameras look at than this many of its half sides
     /// are not kept (paper: 0, all are).
@@ -84,8 +147,13 @@ pub struct DensifyConfig {
     /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
     pub white_reset_at: usize,
     /// Largest number of Gaussians; where more qualify, those with the largest gradients are taken. 0: no
-    /// limit (paper).
+    /// limit (paper), which `mcmc` must have.
     pub max_gaussians: usize,
+    /// Most Gaussians that are proposed in an interval for what some image shows and the model lacks (paper:
+    /// 0, none). In a full budget the faintest give way to them.
+    pub proposals: usize,
+    /// Settings of the method `mcmc`.
+    pub mcmc: McmcConfig,
 }
 
 /// A prior that neighbouring Gaussians keep their distances, so that those that no image shows move with

@@ -69,7 +69,8 @@ impl DensifyPlan {
     }
 }
 
-fn most_opaque(opacities: &[f32], count: usize) -> Vec<usize> {
+/// The most opaque of some Gaussians, in the order of their numbers.
+pub(super) fn most_opaque(opacities: &[f32], count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..opacities.len()).collect();
     order.sort_by(|&a, &b| opacities[b].total_cmp(&opacities[a]).then(a.cmp(&b)));
     order.truncate(count);

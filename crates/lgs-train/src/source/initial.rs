@@ -24,19 +24,31 @@ pub(super) fn initial_cloud(
         points = with_tracked(dataset, &points, tracks, seed);
     }
     let squared = mean_squared_neighbor_distance(&points.positions, 3);
-    let n = points.positions.len();
-    let coefficients = sh_coefficients(config.sh_degree);
+    let log_scales: Vec<f32> = squared.iter().map(|&d| 0.5 * d.max(MIN_SQUARED_DISTANCE).ln()).collect();
+    gaussians_at(points.positions, &points.colors, &log_scales, config.sh_degree)
+}
+
+/// Round Gaussians as training starts them, faint, with colours in [0, 1] and logarithms of standard
+/// deviations.
+pub(super) fn gaussians_at(
+    means: Vec<[f32; 3]>,
+    colors: &[[f32; 3]],
+    log_scales: &[f32],
+    sh_degree: usize,
+) -> GaussianCloud {
+    let n = means.len();
+    let coefficients = sh_coefficients(sh_degree);
     let mut sh = vec![0.0; n * 3 * coefficients];
-    for (row, color) in sh.chunks_exact_mut(3 * coefficients).zip(&points.colors) {
+    for (row, color) in sh.chunks_exact_mut(3 * coefficients).zip(colors) {
         (0..3).for_each(|c| row[c] = (color[c] - 0.5) / SH_C0);
     }
     GaussianCloud {
-        means: points.positions,
+        means,
         rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
-        log_scales: squared.iter().map(|&d| [0.5 * d.max(MIN_SQUARED_DISTANCE).ln(); 3]).collect(),
+        log_scales: log_scales.iter().map(|&s| [s; 3]).collect(),
         raw_opacities: vec![(FIRST_OPACITY / (1.0 - FIRST_OPACITY)).ln(); n],
         sh,
-        sh_degree: config.sh_degree,
+        sh_degree,
     }
 }
 

@@ -10,12 +10,17 @@ mod densify;
 mod density;
 mod guide;
 mod initial;
+mod lacking;
 mod motion;
+mod noise;
 mod order;
 mod presets;
 mod priors;
+mod proposals;
+mod relocation;
 mod rigidity;
 mod schedule;
+mod smoothing;
 mod static_regulariser;
 mod statistics;
 mod trainer;
@@ -24,6 +29,7 @@ mod validate;
 pub use config::SourceConfig;
 pub(crate) use config::stretch_factor;
 pub use config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
+    RigidityConfig, WarmupFrames,
 };
 pub use trainer::SourceTrainer;

@@ -52,6 +52,16 @@ impl FrameOrder {
         self.times.iter().fold((f32::MAX, f32::MIN), |(low, high), &t| (low.min(t), high.max(t)))
     }
 
+    /// The last time whose frames are used at an iteration.
+    pub(super) fn last_time(&self, iteration: usize, config: &SourceConfig) -> f32 {
+        let (first, last) = self.span();
+        if config.is_warmup(iteration) {
+            self.warmup_end
+        } else {
+            config.window_end(iteration, first, last).max(self.warmup_end)
+        }
+    }
+
     pub(super) fn round(&self) -> Round {
         self.round
     }

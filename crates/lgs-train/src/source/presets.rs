@@ -6,7 +6,8 @@ use lgs_model::source::{AdvectionConfig, DeformationConfig, SourceKind, Velocity
 
 use super::config::SourceConfig;
 use super::config_groups::{
-    DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
+    RigidityConfig, WarmupFrames,
 };
 use crate::preset::Preset;
 
@@ -45,6 +46,7 @@ impl SourceConfig {
             initial_points: InitialPoints::Random,
             initial_half_extent: 1.3,
             near: DEFAULT_NEAR,
+            antialias: Antialias::None,
             sh_degree: 3,
             sh_interval: 1000,
             ssim_weight: 0.2,
@@ -80,6 +82,7 @@ impl SourceConfig {
             initial_points: InitialPoints::Hull,
             initial_half_extent: 0.0,
             near: DEFAULT_NEAR,
+            antialias: Antialias::None,
             sh_degree: 1,
             sh_interval: 1000,
             ssim_weight: 0.2,
@@ -179,6 +182,7 @@ impl DensifyConfig {
     #[must_use]
     pub fn quick(iterations: usize) -> Self {
         Self {
+            method: DensifyMethod::Classical,
             after: 150,
             before: iterations / 2,
             interval: 100,
@@ -191,6 +195,8 @@ impl DensifyConfig {
             opacity_reset_interval: 0,
             white_reset_at: 0,
             max_gaussians: 4000,
+            proposals: 0,
+            mcmc: McmcConfig::default(),
         }
     }
 
@@ -198,6 +204,7 @@ impl DensifyConfig {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            method: DensifyMethod::Classical,
             after: 500,
             before: 15_000,
             interval: 100,
@@ -210,6 +217,8 @@ impl DensifyConfig {
             opacity_reset_interval: 3000,
             white_reset_at: 500,
             max_gaussians: 0,
+            proposals: 0,
+            mcmc: McmcConfig::default(),
         }
     }
 }

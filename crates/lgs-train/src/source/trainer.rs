@@ -1,18 +1,23 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
 use burn::tensor::{Device, Tensor};
+use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
+use super::config_groups::Antialias;
 use super::density::{DensityControl, Replaced};
 use super::guide::Guide;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
+use super::proposals::{Posed, ProposalRound, Proposals};
+use super::smoothing::Smoothing;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
+use crate::cloud_tensors::host_rows;
 use crate::driver::{StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
@@ -29,6 +34,9 @@ pub struct SourceTrainer<'a> {
     network: AdamGroup<1>,
     motion: Box<dyn SourceMotion>,
     density: DensityControl,
+    proposals: Proposals<'a>,
+    /// The smoothing filter of every Gaussian since their number last changed, if there is one.
+    smoothing: Option<Smoothing>,
     order: FrameOrder,
     priors: MotionPriors,
 }
@@ -61,6 +69,7 @@ impl<'a> SourceTrainer<'a> {
         let motion =
             config.kind.motion(&config.motion(), captured).ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
+        let smoothing = smoothing(frames, &config, &cloud.means);
         let cloud = TrainableCloud::new(&cloud, device);
         Ok(Self {
             order,
@@ -69,6 +78,8 @@ impl<'a> SourceTrainer<'a> {
             iteration: 0,
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.parameters()], device),
+            proposals: Proposals::new(dataset, seed),
+            smoothing,
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
@@ -80,7 +91,16 @@ impl<'a> SourceTrainer<'a> {
     /// The model as it is now.
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
-        self.motion.model(self.cloud.cloud(), self.network.values())
+        self.motion.model(self.drawn(), self.network.values())
+    }
+
+    /// The canonical Gaussians as they are drawn.
+    fn drawn(&self) -> GaussianCloud {
+        let cloud = self.cloud.cloud();
+        match &self.smoothing {
+            Some(smoothing) => smoothing.applied_on_host(&cloud, &self.device),
+            None => cloud,
+        }
     }
 
     /// The time of a frame and the state of the schedule at an iteration.
@@ -111,9 +131,21 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
+    /// Gaussians for what the model lacks, where an iteration asks for them.
+    fn proposed(&self, iteration: usize) -> GaussianCloud {
+        let count = self.config.densify.proposals;
+        if count == 0 || !self.density.is_due(iteration) {
+            return GaussianCloud::default();
+        }
+        let last_time = self.order.last_time(iteration, &self.config);
+        let round = ProposalRound { iteration, last_time, count, sh_degree: self.config.sh_degree };
+        self.proposals.find(round, &Now { trainer: self, is_deformed: !self.config.is_warmup(iteration) })
+    }
+
     /// Takes a step along the gradients that still belong to what they were found for.
     fn descend(&mut self, leaves: &CloudLeaves, gradients: &mut burn::tensor::Gradients, iteration: usize) {
-        let replaced = self.density.adapt(&mut self.cloud, iteration);
+        let proposed = self.proposed(iteration);
+        let replaced = self.density.adapt(&mut self.cloud, iteration, &proposed);
         let mut by_attribute = leaves.gradients(gradients);
         match replaced {
             Replaced::Nothing => {}
@@ -121,9 +153,50 @@ impl<'a> SourceTrainer<'a> {
             Replaced::Gaussians => {
                 by_attribute = CloudGradients::default();
                 self.priors.forget_neighbors();
+                self.smoothing = smoothing(self.frames, &self.config, &host_rows(&self.cloud.means.value()));
             }
         }
-        self.cloud.step(by_attribute, &self.config.cloud_rates(iteration));
+        let rates = self.config.cloud_rates(iteration);
+        self.cloud.step(by_attribute, &rates);
+        self.density.disturb(&mut self.cloud, iteration, rates.means);
+    }
+}
+
+/// The smoothing filter of Gaussians at some positions, if the configuration asks for it.
+fn smoothing(frames: &[Frame], config: &SourceConfig, means: &[[f32; 3]]) -> Option<Smoothing> {
+    if config.antialias != Antialias::MipSmoothing {
+        return None;
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    let distinct = frames.iter().filter(|frame| seen.insert(frame.camera_id));
+    let cameras: Vec<Camera> = distinct.map(|frame| frame.camera).collect();
+    Some(Smoothing::new(means, &cameras))
+}
+
+/// The model as it is in an iteration.
+struct Now<'a> {
+    trainer: &'a SourceTrainer<'a>,
+    is_deformed: bool,
+}
+
+impl Posed for Now<'_> {
+    fn at(&self, time: f32) -> GaussianCloud {
+        let cloud = self.trainer.drawn();
+        if self.is_deformed { self.moving(cloud).cloud_at(time) } else { cloud }
+    }
+
+    fn moved(&self, canonical: &GaussianCloud, time: f32) -> Vec<[f32; 3]> {
+        if self.is_deformed {
+            self.moving(canonical.clone()).positions_at(time)
+        } else {
+            canonical.means.clone()
+        }
+    }
+}
+
+impl Now<'_> {
+    fn moving(&self, cloud: GaussianCloud) -> Box<dyn SourceModel> {
+        self.trainer.motion.model(cloud, self.trainer.network.values())
     }
 }
 
@@ -151,6 +224,9 @@ impl Trainer for SourceTrainer<'_> {
         let is_deformed = !self.config.is_warmup(iteration);
         let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
         let mut cloud = leaves.tensors();
+        if let Some(smoothing) = &self.smoothing {
+            cloud = smoothing.applied(cloud);
+        }
         if is_deformed {
             let poses =
                 self.motion.poses(network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
@@ -169,6 +245,7 @@ impl Trainer for SourceTrainer<'_> {
         let compared = view.compare(&cloud.splats(probe.clone()));
         let loss = compared.loss.clone();
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
+        let total = self.density.regularised(total, &leaves);
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
@@ -185,6 +262,9 @@ impl Trainer for SourceTrainer<'_> {
         self.network.insert_into(&mut file, "network");
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
+        if let Some(smoothing) = &self.smoothing {
+            smoothing.insert_into(&mut file);
+        }
         let round = self.order.round();
         for (key, value) in
             [("round", round.number), ("used", round.used as u64), ("began", round.began as u64)]
@@ -199,6 +279,9 @@ impl Trainer for SourceTrainer<'_> {
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
+        if self.smoothing.is_some() {
+            self.smoothing = Some(Smoothing::read_from(file, self.cloud.len())?);
+        }
         let round = Round {
             number: file.metadata_json("round")?,
             used: file.metadata_json("used")?,

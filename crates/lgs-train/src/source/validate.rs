@@ -1,6 +1,7 @@
 //! Checks of the settings of source training.
 
 use super::config::SourceConfig;
+use super::config_groups::DensifyMethod;
 
 /// A key below `source` and what is wrong with its value.
 type Refusal = (String, String);
@@ -24,8 +25,14 @@ impl SourceConfig {
             ("stretch", self.stretch),
             ("static_regulariser", self.static_regulariser),
             ("densify.prune_outside", self.densify.prune_outside),
+            ("densify.mcmc.growth", self.densify.mcmc.growth),
+            ("densify.mcmc.noise", self.densify.mcmc.noise),
+            ("densify.mcmc.opacity_weight", self.densify.mcmc.opacity_weight),
+            ("densify.mcmc.scale_weight", self.densify.mcmc.scale_weight),
         ];
         weights.into_iter().try_for_each(|(key, value)| not_negative(key, f64::from(value)))?;
+        let has_budget = self.densify.method != DensifyMethod::Mcmc || self.densify.max_gaussians > 0;
+        require(has_budget, "densify.max_gaussians", format_args!("0 is no budget for the method `mcmc`"))?;
         positive("rigidity.robust_scale", f64::from(self.rigidity.robust_scale))?;
         fraction("front_share", self.front_share)?;
         fraction("ssim_weight", self.ssim_weight)

@@ -1,0 +1,184 @@
+//! The 3D smoothing filter (Yu et al. 2024, Eq. 9; method §3.4): no Gaussian is finer than what the training
+//! images resolve at its place, so that a closer view does not thin it out.
+//!
+//! A Gaussian's covariance Σ becomes Σ + f² I and its opacity is multiplied by √(|Σ| / |Σ + f² I|), with f² =
+//! 0.2 of the square of a pixel's width at its depth, in the training view that resolves it best.
+
+use burn::tensor::{Tensor, activation::sigmoid};
+use lgs_core::{Camera, GaussianCloud};
+use lgs_model::{TensorFile, TensorFileError};
+
+use crate::cloud_tensors::{CloudTensors, vector};
+use crate::thresholds::{OPACITY_MARGIN, SAMPLING_MARGIN, SMOOTHING_VARIANCE};
+
+/// Name of the widths in a checkpoint.
+const NAME: &str = "smoothing.widths";
+
+/// The filter of every Gaussian.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Smoothing {
+    /// Standard deviation f of each, world units.
+    widths: Vec<f32>,
+}
+
+impl Smoothing {
+    /// The filter of Gaussians at some positions, given the cameras of the training images. What no camera
+    /// sees gets the widest filter of those that are seen.
+    pub(super) fn new(means: &[[f32; 3]], cameras: &[Camera]) -> Self {
+        let finest = |mean: &[f32; 3]| {
+            let pixels = cameras.iter().filter_map(|camera| pixel_width(camera, *mean));
+            pixels.reduce(f32::min).map(|width| width * SMOOTHING_VARIANCE.sqrt())
+        };
+        let widths: Vec<Option<f32>> = means.iter().map(finest).collect();
+        let widest = widths.iter().flatten().copied().fold(0.0, f32::max);
+        Self { widths: widths.into_iter().map(|width| width.unwrap_or(widest)).collect() }
+    }
+
+    /// Gaussians as they are drawn.
+    pub(super) fn applied(&self, cloud: CloudTensors) -> CloudTensors {
+        let n = self.widths.len();
+        let variances: Vec<f32> = self.widths.iter().map(|f| f * f).collect();
+        let device = cloud.log_scales.device();
+        let variances = vector(&variances, &device).reshape([n, 1]);
+        let widened = (cloud.log_scales.clone().mul_scalar(2.0).exp() + variances).log().mul_scalar(0.5);
+        let energy = (cloud.log_scales - widened.clone()).sum_dim(1).exp().reshape([n]);
+        let opacity = (sigmoid(cloud.raw_opacities) * energy).clamp(OPACITY_MARGIN, 1.0 - OPACITY_MARGIN);
+        let raw_opacities = opacity.clone().log() - opacity.neg().add_scalar(1.0).log();
+        CloudTensors { log_scales: widened, raw_opacities, ..cloud }
+    }
+
+    /// The Gaussians of a cloud on the host as they are drawn.
+    pub(super) fn applied_on_host(
+        &self,
+        cloud: &GaussianCloud,
+        device: &burn::tensor::Device,
+    ) -> GaussianCloud {
+        self.applied(CloudTensors::new(cloud, device)).cloud(cloud.sh_degree)
+    }
+
+    /// Adds the widths to a checkpoint.
+    pub(super) fn insert_into(&self, file: &mut TensorFile) {
+        file.insert(NAME, &[self.widths.len()], &self.widths);
+    }
+
+    /// Reads the widths of `n` Gaussians from a checkpoint.
+    ///
+    /// # Errors
+    /// If they are absent, not finite or of another number.
+    pub(super) fn read_from(file: &TensorFile, n: usize) -> Result<Self, TensorFileError> {
+        let (shape, widths) = file.values(NAME)?;
+        if shape == [n] {
+            Ok(Self { widths: widths.to_vec() })
+        } else {
+            Err(file.field(NAME, &format!("shape [{n}]"), format!("{shape:?}")))
+        }
+    }
+}
+
+/// The width of a pixel at a point's depth, world units, if the camera sees it.
+fn pixel_width(camera: &Camera, point: [f32; 3]) -> Option<f32> {
+    let ([x, y], depth) = camera.pixel_from_world(point);
+    let [width, height] = [camera.width, camera.height].map(|pixels| pixels as f32);
+    let inside = |at: f32, size: f32| at > -SAMPLING_MARGIN * size && at < (1.0 + SAMPLING_MARGIN) * size;
+    (depth > camera.near && inside(x, width) && inside(y, height)).then(|| depth / camera.fx.max(camera.fy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::DeviceName;
+    use lgs_core::PixelFilter;
+    use lgs_render::{Splats, rasterize};
+
+    fn camera(size: u32) -> Camera {
+        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.8, size, size);
+        Camera { filter: PixelFilter::Mip, ..camera }
+    }
+
+    /// A vertical wall of Gaussians finer than a pixel, one for each of the pixels of a training view.
+    fn wall(size: u32) -> GaussianCloud {
+        let pixel = 4.0 / camera(size).fx;
+        let at = |i: u32| (i as f32 + 0.5 - 0.5 * size as f32) * pixel;
+        let means = (0..size * size).map(|i| [at(i % size), 0.0, at(i / size)]).collect();
+        GaussianCloud::isotropic(means, 0.3 * pixel, [0.2; 3], 0.99)
+    }
+
+    /// The largest transmittance in the middle of a view of the wall.
+    fn thinnest(cloud: &GaussianCloud, view: &Camera) -> f32 {
+        let drawn = rasterize(&Splats::from(cloud), view, [1.0; 3]);
+        let side = view.width as usize;
+        let inner = 3 * side / 8..5 * side / 8;
+        let pixels = inner.clone().flat_map(|y| inner.clone().map(move |x| y * side + x));
+        pixels.map(|i| drawn.transmittance[i]).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn a_closer_view_does_not_thin_out_what_is_smoothed() {
+        let (size, device) = (16, DeviceName::Cpu.device());
+        let cloud = wall(size);
+        let smoothing = Smoothing::new(&cloud.means, &[camera(size)]);
+        let smoothed = smoothing.applied_on_host(&cloud, &device);
+        let (training, zoomed) = (camera(size), camera(8 * size));
+        let holes = |cloud: &GaussianCloud| thinnest(cloud, &zoomed) - thinnest(cloud, &training);
+        assert!(holes(&cloud) > 0.3, "without the filter, holes open: {}", holes(&cloud));
+        assert!(holes(&smoothed) < 0.5 * holes(&cloud), "{} {}", holes(&smoothed), holes(&cloud));
+    }
+
+    #[test]
+    fn what_is_large_stays_and_what_is_small_keeps_its_mass() {
+        let device = DeviceName::Cpu.device();
+        let mut cloud = GaussianCloud::isotropic(vec![[0.0; 3]; 2], 1.0, [0.5; 3], 0.8);
+        cloud.log_scales[1] = [0.001_f32.ln(); 3];
+        let smoothing = Smoothing::new(&cloud.means, &[camera(100)]);
+        let drawn = smoothing.applied_on_host(&cloud, &device);
+        assert!((drawn.log_scales[0][0]).abs() < 1e-3 && (drawn.opacity(0) - 0.8).abs() < 1e-2);
+        let f = (0.2_f32).sqrt() * 4.0 / camera(100).fx;
+        assert!((drawn.log_scales[1][0].exp() / f - 1.0).abs() < 1e-2);
+        let mass = |c: &GaussianCloud| c.opacity(1) * (3.0 * c.log_scales[1][0]).exp();
+        assert!((mass(&drawn) / mass(&cloud) - 1.0).abs() < 0.02 || drawn.opacity(1) < 2.0 * OPACITY_MARGIN);
+    }
+
+    #[test]
+    fn gradients_match_difference_quotients_and_files_keep_the_widths() {
+        let device = DeviceName::Cpu.device();
+        let mut cloud = GaussianCloud::isotropic(vec![[0.0; 3]], 0.02, [0.5; 3], 0.7);
+        cloud.log_scales[0] = [0.01_f32.ln(), 0.03_f32.ln(), 0.1_f32.ln()];
+        let smoothing = Smoothing::new(&cloud.means, &[camera(60)]);
+        let value = |cloud: &GaussianCloud| {
+            let drawn = smoothing.applied_on_host(cloud, &device);
+            drawn.raw_opacities[0] + drawn.log_scales[0].iter().sum::<f32>()
+        };
+        let leaf = CloudTensors::new(&cloud, &device);
+        let scales = leaf.log_scales.autodiff().require_grad();
+        let opacity = leaf.raw_opacities.autodiff().require_grad();
+        let tracked = CloudTensors {
+            log_scales: scales.clone(),
+            raw_opacities: opacity.clone(),
+            means: leaf.means.autodiff(),
+            rotations: leaf.rotations.autodiff(),
+            sh: leaf.sh.autodiff(),
+        };
+        let drawn = smoothing.applied(tracked);
+        let mut gradients = (drawn.raw_opacities.sum() + drawn.log_scales.sum()).backward();
+        let by_scale = crate::adam::values(&scales.grad_remove(&mut gradients).expect("a gradient"));
+        let by_opacity = crate::adam::values(&opacity.grad_remove(&mut gradients).expect("a gradient"));
+        let slope = |change: &dyn Fn(&mut GaussianCloud, f32)| {
+            let moved = |d: f32| {
+                let mut other = cloud.clone();
+                change(&mut other, d);
+                value(&other)
+            };
+            (moved(1e-2) - moved(-1e-2)) / 2e-2
+        };
+        for axis in 0..3 {
+            let found = slope(&|c, d| c.log_scales[0][axis] += d);
+            assert!((found - by_scale[axis]).abs() < 5e-3, "axis {axis}: {found} {}", by_scale[axis]);
+        }
+        let found = slope(&|c, d| c.raw_opacities[0] += d);
+        assert!((found - by_opacity[0]).abs() < 5e-3, "{found} {}", by_opacity[0]);
+        let mut file = TensorFile::new("test/1");
+        smoothing.insert_into(&mut file);
+        assert_eq!(Smoothing::read_from(&file, 1).expect("read"), smoothing);
+        assert!(Smoothing::read_from(&file, 2).is_err());
+    }
+}
