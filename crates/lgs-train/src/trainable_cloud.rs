@@ -1,12 +1,15 @@
 //! A trainable Gaussian cloud: one Adam group per attribute, with a row per Gaussian. The source model, the
 //! refinement and stage 3 all train one.
 
-use burn::tensor::{Device, Gradients, Tensor};
+use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use lgs_core::{GaussianCloud, sh_coefficients};
 use lgs_model::{TensorFile, TensorFileError};
 
 use crate::adam::AdamGroup;
 use crate::cloud_tensors::{CloudTensors, row_indices};
+
+/// Name of the features in a checkpoint.
+const FEATURES: &str = "features";
 
 /// Adam groups of a cloud. The constant and the direction-dependent part of the colours are apart, as their
 /// learning rates differ.
@@ -18,6 +21,8 @@ pub(crate) struct TrainableCloud {
     sh_constant: AdamGroup<2>,
     /// Coefficients of colours above the constant one; none for colours of degree 0.
     sh_rest: Option<AdamGroup<2>>,
+    /// Features for a motion; none where it has none.
+    features: Option<AdamGroup<2>>,
     sh_degree: usize,
 }
 
@@ -29,6 +34,7 @@ pub(crate) struct CloudLeaves {
     raw_opacities: Tensor<2>,
     sh_constant: Tensor<2>,
     sh_rest: Option<Tensor<2>>,
+    pub(crate) features: Option<Tensor<2>>,
 }
 
 /// Gradients of a cloud's attributes; an attribute without one takes no step.
@@ -40,6 +46,7 @@ pub(crate) struct CloudGradients {
     pub(crate) raw_opacities: Option<Tensor<2>>,
     sh_constant: Option<Tensor<2>>,
     sh_rest: Option<Tensor<2>>,
+    features: Option<Tensor<2>>,
 }
 
 /// Learning rates of a cloud's attributes.
@@ -51,6 +58,7 @@ pub(crate) struct CloudRates {
     pub(crate) raw_opacities: f64,
     pub(crate) sh_constant: f64,
     pub(crate) sh_rest: f64,
+    pub(crate) features: f64,
 }
 
 impl CloudRates {
@@ -63,6 +71,7 @@ impl CloudRates {
             raw_opacities: factor * self.raw_opacities,
             sh_constant: factor * self.sh_constant,
             sh_rest: factor * self.sh_rest,
+            features: factor * self.features,
         }
     }
 }
@@ -94,6 +103,7 @@ impl CloudLeaves {
             raw_opacities: self.raw_opacities.grad_remove(gradients),
             sh_constant: self.sh_constant.grad_remove(gradients),
             sh_rest: self.sh_rest.as_ref().and_then(|rest| rest.grad_remove(gradients)),
+            features: self.features.as_ref().and_then(|features| features.grad_remove(gradients)),
         }
     }
 }
@@ -112,7 +122,27 @@ impl TrainableCloud {
             raw_opacities: group(cloud.raw_opacities.clone(), 1),
             sh_constant: group(columns(0, 3), 3),
             sh_rest: (stride > 3).then(|| group(columns(3, stride), stride - 3)),
+            features: None,
             sh_degree: cloud.sh_degree,
+        }
+    }
+
+    /// The same cloud with so many features per Gaussian, all zero.
+    pub(crate) fn with_features(mut self, width: usize) -> Self {
+        let zeros = vec![0.0; self.len() * width];
+        self.features = (width > 0).then(|| AdamGroup::new(zeros, [self.len(), width], &self.means.device()));
+        self
+    }
+
+    /// The features of all Gaussians, row by row.
+    pub(crate) fn features(&self) -> Vec<f32> {
+        self.features.as_ref().map(AdamGroup::values).unwrap_or_default()
+    }
+
+    /// Replaces the features of all Gaussians and forgets their moments.
+    pub(crate) fn replace_features(&mut self, values: Vec<f32>) {
+        if let Some(group) = &mut self.features {
+            group.replace(Tensor::from_data(TensorData::new(values, group.value().dims()), &group.device()));
         }
     }
 
@@ -137,7 +167,8 @@ impl TrainableCloud {
             log_scales: tensor(&self.log_scales),
             raw_opacities: tensor(&self.raw_opacities),
             sh_constant: tensor(&self.sh_constant),
-            sh_rest: self.sh_rest.as_ref().map(tensor),
+            sh_rest: self.sh_rest.as_ref().map(&tensor),
+            features: self.features.as_ref().map(&tensor),
         }
     }
 
@@ -150,6 +181,9 @@ impl TrainableCloud {
         self.sh_constant.step(rates.sh_constant, gradients.sh_constant);
         if let Some(rest) = &mut self.sh_rest {
             rest.step(rates.sh_rest, gradients.sh_rest);
+        }
+        if let Some(features) = &mut self.features {
+            features.step(rates.features, gradients.features);
         }
     }
 
@@ -164,6 +198,7 @@ impl TrainableCloud {
             Some(&mut self.raw_opacities),
             Some(&mut self.sh_constant),
             self.sh_rest.as_mut(),
+            self.features.as_mut(),
         ]
         .into_iter()
         .flatten()
@@ -186,7 +221,9 @@ impl TrainableCloud {
             ("raw_opacities", &self.raw_opacities),
             ("sh_constant", &self.sh_constant),
         ];
-        always.into_iter().chain(self.sh_rest.as_ref().map(|g| ("sh_rest", g))).collect()
+        let rest = self.sh_rest.as_ref().map(|g| ("sh_rest", g));
+        let features = self.features.as_ref().map(|g| (FEATURES, g));
+        always.into_iter().chain(rest).chain(features).collect()
     }
 
     /// Adds values and moments to a checkpoint under a name.
@@ -219,7 +256,25 @@ impl TrainableCloud {
             sh_constant: read("sh_constant", n, 3)?,
             sh_rest: if rest > 0 { Some(read("sh_rest", n, rest)?) } else { None },
             means,
+            features: None,
             sh_degree,
         })
+    }
+
+    /// The same cloud with the features that [`Self::insert_into`] wrote, so many per Gaussian.
+    ///
+    /// # Errors
+    /// If they are absent, not finite or of another shape.
+    pub(crate) fn with_features_of(
+        mut self,
+        file: &TensorFile,
+        name: &str,
+        width: usize,
+    ) -> Result<Self, TensorFileError> {
+        if width > 0 {
+            let (name, shape) = (format!("{name}.{FEATURES}"), [Some(self.len()), Some(width)]);
+            self.features = Some(AdamGroup::read_from(file, &name, shape, &self.means.device())?);
+        }
+        Ok(self)
     }
 }

@@ -52,6 +52,7 @@ impl SourceConfig {
             raw_opacities: rates.opacity,
             sh_constant: rates.sh,
             sh_rest: rates.sh_rest,
+            features: self.deformation_rate(iteration),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
+use lgs_model::source::{Canonical, Captured, InputFrame, Learned, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
@@ -13,6 +13,7 @@ use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
+use crate::cloud_tensors::{CloudTensors, host_rows};
 use crate::driver::{StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
@@ -61,7 +62,7 @@ impl<'a> SourceTrainer<'a> {
         let motion =
             config.kind.motion(&config.motion(), captured).ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
-        let cloud = TrainableCloud::new(&cloud, device);
+        let cloud = TrainableCloud::new(&cloud, device).with_features(motion.features());
         Ok(Self {
             order,
             frames,
@@ -80,13 +81,47 @@ impl<'a> SourceTrainer<'a> {
     /// The model as it is now.
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
-        self.motion.model(self.cloud.cloud(), self.network.values())
+        self.motion.model(self.learned())
+    }
+
+    /// All that has been learned so far, on the host.
+    fn learned(&self) -> Learned {
+        Learned {
+            cloud: self.cloud.cloud(),
+            features: self.cloud.features(),
+            parameters: self.network.values(),
+        }
+    }
+
+    /// Lets the motion adapt to the Gaussians, where it is due.
+    fn adapt_motion(&mut self, at: Moment) {
+        if !self.motion.is_due(at.iteration) {
+            return;
+        }
+        let _span = tracing::trace_span!("adapt motion").entered();
+        if let Some(remade) = self.motion.adapt(&self.learned(), at) {
+            self.network.remake(&remade.kept, remade.added);
+            if let Some(features) = remade.features {
+                self.cloud.replace_features(features);
+            }
+        }
     }
 
     /// The time of a frame and the state of the schedule at an iteration.
     fn moment(&self, frame: &Frame, iteration: usize) -> Moment {
         let (first, last) = self.order.span();
         Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) }
+    }
+
+    /// The Gaussians as they are drawn at a moment.
+    fn posed(&self, leaves: &CloudLeaves, network: &Tensor<1>, at: Moment) -> CloudTensors {
+        let canonical = Canonical {
+            means: leaves.means.clone(),
+            rotations: leaves.rotations.clone(),
+            features: leaves.features.clone(),
+        };
+        let poses = self.motion.poses(network.clone(), canonical, at);
+        leaves.tensors().posed(poses, self.motion.scale_mode())
     }
 
     /// The photometric loss with the priors of the motion, in whose pose the Gaussians are drawn.
@@ -98,8 +133,11 @@ impl<'a> SourceTrainer<'a> {
         at: Moment,
     ) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
-        let canonical =
-            Canonical { means: self.cloud.means.value(), rotations: self.cloud.rotations.value() };
+        let canonical = Canonical {
+            means: self.cloud.means.value(),
+            rotations: self.cloud.rotations.value(),
+            features: None,
+        };
         let loss = match self.motion.prior(network, &canonical, at) {
             Some(prior) => photometric + prior,
             None => photometric,
@@ -121,7 +159,11 @@ impl<'a> SourceTrainer<'a> {
             Replaced::Gaussians => {
                 by_attribute = CloudGradients::default();
                 self.priors.forget_neighbors();
+                self.motion.forget_gaussians();
             }
+        }
+        if let Some(gradients) = by_attribute.means.as_ref().filter(|_| self.motion.observes()) {
+            self.motion.observe(&host_rows(gradients));
         }
         self.cloud.step(by_attribute, &self.config.cloud_rates(iteration));
     }
@@ -149,13 +191,11 @@ impl Trainer for SourceTrainer<'_> {
         let frame = &self.frames[self.order.next(iteration, &self.config)];
         let at = self.moment(frame, iteration);
         let is_deformed = !self.config.is_warmup(iteration);
-        let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
-        let mut cloud = leaves.tensors();
         if is_deformed {
-            let poses =
-                self.motion.poses(network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
-            cloud = cloud.posed(poses, self.motion.scale_mode());
+            self.adapt_motion(at);
         }
+        let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
+        let cloud = if is_deformed { self.posed(&leaves, &network, at) } else { leaves.tensors() };
         let means = cloud.means.clone();
         let device = self.device.clone().autodiff();
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
@@ -183,6 +223,7 @@ impl Trainer for SourceTrainer<'_> {
         let mut file = Checkpoints::start();
         self.cloud.insert_into(&mut file, "canonical");
         self.network.insert_into(&mut file, "network");
+        self.motion.insert_into(&mut file);
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
         let round = self.order.round();
@@ -195,7 +236,9 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
-        self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?;
+        self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?
+            .with_features_of(file, "canonical", self.motion.features())?;
+        self.motion.restore(file, self.cloud.len())?;
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
