@@ -136,6 +136,26 @@ fn read<const D: usize>(
     }
 }
 
+impl AdamGroup<1> {
+    /// Keeps the values of given numbers, and appends others, which start without moments.
+    pub(crate) fn remake(&mut self, kept: &[usize], added: Vec<f32>) {
+        let device = self.device();
+        let kept: Vec<i32> = kept.iter().map(|&i| i as i32).collect();
+        let kept = Tensor::<1, Int>::from_ints(kept.as_slice(), &device);
+        let count = added.len();
+        let followed_by = |from: Tensor<1>, last: Vec<f32>| {
+            let parts = vec![from.select(0, kept.clone()), tensor(last, [count], &device)];
+            if count > 0 { Tensor::cat(parts, 0) } else { parts[0].clone() }
+        };
+        self.value = followed_by(self.value.clone(), added);
+        if let Some(state) = self.state.take() {
+            let AdaptiveMomentumState { time, moment_1, moment_2, .. } = state.momentum;
+            let [first, second] = [moment_1, moment_2].map(|moment| followed_by(moment, vec![0.0; count]));
+            self.state = Some(with_moments(time, first, second));
+        }
+    }
+}
+
 impl AdamGroup<2> {
     /// Number of rows.
     pub(crate) fn rows(&self) -> usize {

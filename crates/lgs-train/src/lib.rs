@@ -9,6 +9,7 @@
 
 mod adam;
 pub mod checkpoint;
+mod cloud_rates;
 mod cloud_tensors;
 pub mod config;
 pub mod device;

@@ -1,12 +1,16 @@
 //! A trainable Gaussian cloud: one Adam group per attribute, with a row per Gaussian. The source model, the
 //! refinement and stage 3 all train one.
 
-use burn::tensor::{Device, Gradients, Tensor};
+use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use lgs_core::{GaussianCloud, sh_coefficients};
 use lgs_model::{TensorFile, TensorFileError};
 
 use crate::adam::AdamGroup;
+use crate::cloud_rates::CloudRates;
 use crate::cloud_tensors::{CloudTensors, row_indices};
+
+/// Name of the features in a checkpoint.
+const FEATURES: &str = "features";
 
 /// Adam groups of a cloud. The constant and the direction-dependent part of the colours are apart, as their
 /// learning rates differ.
@@ -18,6 +22,8 @@ pub(crate) struct TrainableCloud {
     sh_constant: AdamGroup<2>,
     /// Coefficients of colours above the constant one; none for colours of degree 0.
     sh_rest: Option<AdamGroup<2>>,
+    /// Features for a motion; none where it has none.
+    features: Option<AdamGroup<2>>,
     sh_degree: usize,
 }
 
@@ -29,6 +35,7 @@ pub(crate) struct CloudLeaves {
     pub(crate) raw_opacities: Tensor<2>,
     sh_constant: Tensor<2>,
     sh_rest: Option<Tensor<2>>,
+    pub(crate) features: Option<Tensor<2>>,
 }
 
 /// Gradients of a cloud's attributes; an attribute without one takes no step.
@@ -40,31 +47,15 @@ pub(crate) struct CloudGradients {
     pub(crate) raw_opacities: Option<Tensor<2>>,
     sh_constant: Option<Tensor<2>>,
     sh_rest: Option<Tensor<2>>,
+    features: Option<Tensor<2>>,
 }
 
-/// Learning rates of a cloud's attributes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CloudRates {
-    pub(crate) means: f64,
-    pub(crate) rotations: f64,
-    pub(crate) log_scales: f64,
-    pub(crate) raw_opacities: f64,
-    pub(crate) sh_constant: f64,
-    pub(crate) sh_rest: f64,
-}
-
-impl CloudRates {
-    /// All rates multiplied by a factor.
-    pub(crate) fn scaled(self, factor: f64) -> Self {
-        Self {
-            means: factor * self.means,
-            rotations: factor * self.rotations,
-            log_scales: factor * self.log_scales,
-            raw_opacities: factor * self.raw_opacities,
-            sh_constant: factor * self.sh_constant,
-            sh_rest: factor * self.sh_rest,
-        }
-    }
+/// Gaussians to be trained from now on.
+#[derive(Default)]
+pub(crate) struct NewGaussians {
+    pub(crate) cloud: GaussianCloud,
+    /// Their features for the motion, row by row; none where it has none.
+    pub(crate) features: Vec<f32>,
 }
 
 impl CloudLeaves {
@@ -94,6 +85,7 @@ impl CloudLeaves {
             raw_opacities: self.raw_opacities.grad_remove(gradients),
             sh_constant: self.sh_constant.grad_remove(gradients),
             sh_rest: self.sh_rest.as_ref().and_then(|rest| rest.grad_remove(gradients)),
+            features: self.features.as_ref().and_then(|features| features.grad_remove(gradients)),
         }
     }
 }
@@ -112,7 +104,27 @@ impl TrainableCloud {
             raw_opacities: group(cloud.raw_opacities.clone(), 1),
             sh_constant: group(columns(0, 3), 3),
             sh_rest: (stride > 3).then(|| group(columns(3, stride), stride - 3)),
+            features: None,
             sh_degree: cloud.sh_degree,
+        }
+    }
+
+    /// The same cloud with so many features per Gaussian, all zero.
+    pub(crate) fn with_features(mut self, width: usize) -> Self {
+        let zeros = vec![0.0; self.len() * width];
+        self.features = (width > 0).then(|| AdamGroup::new(zeros, [self.len(), width], &self.means.device()));
+        self
+    }
+
+    /// The features of all Gaussians, row by row.
+    pub(crate) fn features(&self) -> Vec<f32> {
+        self.features.as_ref().map(AdamGroup::values).unwrap_or_default()
+    }
+
+    /// Replaces the features of all Gaussians and forgets their moments.
+    pub(crate) fn replace_features(&mut self, values: Vec<f32>) {
+        if let Some(group) = &mut self.features {
+            group.replace(Tensor::from_data(TensorData::new(values, group.value().dims()), &group.device()));
         }
     }
 
@@ -137,7 +149,8 @@ impl TrainableCloud {
             log_scales: tensor(&self.log_scales),
             raw_opacities: tensor(&self.raw_opacities),
             sh_constant: tensor(&self.sh_constant),
-            sh_rest: self.sh_rest.as_ref().map(tensor),
+            sh_rest: self.sh_rest.as_ref().map(&tensor),
+            features: self.features.as_ref().map(&tensor),
         }
     }
 
@@ -150,6 +163,9 @@ impl TrainableCloud {
         self.sh_constant.step(rates.sh_constant, gradients.sh_constant);
         if let Some(rest) = &mut self.sh_rest {
             rest.step(rates.sh_rest, gradients.sh_rest);
+        }
+        if let Some(features) = &mut self.features {
+            features.step(rates.features, gradients.features);
         }
     }
 
@@ -164,6 +180,7 @@ impl TrainableCloud {
             Some(&mut self.raw_opacities),
             Some(&mut self.sh_constant),
             self.sh_rest.as_mut(),
+            self.features.as_mut(),
         ]
         .into_iter()
         .flatten()
@@ -176,10 +193,11 @@ impl TrainableCloud {
     ///
     /// # Panics
     /// If the colours of the others have another degree (a bug).
-    pub(crate) fn append(&mut self, kept: &[usize], others: &GaussianCloud) {
+    pub(crate) fn append(&mut self, kept: &[usize], others: &NewGaussians) {
+        let NewGaussians { cloud: others, features } = others;
         assert_eq!(others.sh_degree, self.sh_degree, "degrees of colours");
-        let order: Vec<usize> =
-            kept.iter().copied().chain(std::iter::repeat_n(kept[0], others.len())).collect();
+        let n = others.len();
+        let order: Vec<usize> = kept.iter().copied().chain(std::iter::repeat_n(kept[0], n)).collect();
         self.reselect(&order, kept.len());
         let others = Self::new(others, &self.means.device());
         self.means.set_last(others.means.value());
@@ -189,6 +207,10 @@ impl TrainableCloud {
         self.sh_constant.set_last(others.sh_constant.value());
         if let (Some(rest), Some(others)) = (&mut self.sh_rest, others.sh_rest) {
             rest.set_last(others.value());
+        }
+        if let Some(group) = &mut self.features {
+            let rows = TensorData::new(features.clone(), [n, features.len() / n.max(1)]);
+            group.set_last(Tensor::from_data(rows, &group.device()));
         }
     }
 
@@ -206,7 +228,9 @@ impl TrainableCloud {
             ("raw_opacities", &self.raw_opacities),
             ("sh_constant", &self.sh_constant),
         ];
-        always.into_iter().chain(self.sh_rest.as_ref().map(|g| ("sh_rest", g))).collect()
+        let rest = self.sh_rest.as_ref().map(|g| ("sh_rest", g));
+        let features = self.features.as_ref().map(|g| (FEATURES, g));
+        always.into_iter().chain(rest).chain(features).collect()
     }
 
     /// Adds values and moments to a checkpoint under a name.
@@ -239,7 +263,25 @@ impl TrainableCloud {
             sh_constant: read("sh_constant", n, 3)?,
             sh_rest: if rest > 0 { Some(read("sh_rest", n, rest)?) } else { None },
             means,
+            features: None,
             sh_degree,
         })
+    }
+
+    /// The same cloud with the features that [`Self::insert_into`] wrote, so many per Gaussian.
+    ///
+    /// # Errors
+    /// If they are absent, not finite or of another shape.
+    pub(crate) fn with_features_of(
+        mut self,
+        file: &TensorFile,
+        name: &str,
+        width: usize,
+    ) -> Result<Self, TensorFileError> {
+        if width > 0 {
+            let (name, shape) = (format!("{name}.{FEATURES}"), [Some(self.len()), Some(width)]);
+            self.features = Some(AdamGroup::read_from(file, &name, shape, &self.means.device())?);
+        }
+        Ok(self)
     }
 }

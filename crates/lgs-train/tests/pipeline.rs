@@ -53,7 +53,12 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
         "tune_gaussians.iterations=12",
         "tune_gaussians.refresh_every=5",
     ];
-    let settings: Vec<String> = settings.iter().chain(more).map(|s| (*s).to_owned()).collect();
+    // Nodes are chosen three times, of which stops fall between the first two and the last.
+    let own: &[&str] = match kind {
+        SourceKind::Nodes => &["source.nodes.initial=12", "source.nodes.most=16", "source.nodes.interval=25"],
+        _ => &[],
+    };
+    let settings: Vec<String> = settings.iter().chain(own).chain(more).map(|s| (*s).to_owned()).collect();
     TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
 }
 
@@ -140,6 +145,11 @@ fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
         resumed.step();
     }
     assert_eq!(resumed.model().cloud_at(0.4), whole.model().cloud_at(0.4));
+}
+
+#[test]
+fn so_does_one_with_control_nodes() {
+    stopped_runs_deliver_the_same_bytes(SourceKind::Nodes);
 }
 
 fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {

@@ -17,7 +17,7 @@ use super::error::SourceError;
 use super::input::InputFrame;
 use super::kind::SourceKind;
 use super::model::SourceModel;
-use super::motion::{Captured, Moment, MotionConfig, SourceMotion};
+use super::motion::{Canonical, Captured, Learned, Moment, MotionConfig, SourceMotion};
 use super::network::Deformation;
 use super::registry::{Imports, Kind, Training};
 use super::tensor::{DeformSpec, deform};
@@ -142,7 +142,7 @@ impl DefGs {
 }
 
 fn validate(config: &MotionConfig<'_>) -> Result<(), (String, String)> {
-    config.without_velocity()?;
+    config.deformation_only()?;
     let refused = |(field, reason)| (format!("deformation.{field}"), reason);
     config.deformation.validate().map_err(refused)?;
     match config.deformation.code {
@@ -170,16 +170,17 @@ impl SourceMotion for DeformationMotion {
         self.config.layout().len
     }
 
-    fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
+    fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
         let spec = DeformSpec { config: self.config.clone(), frame: self.frame, time: at.time };
-        deform(network, means, rotations, spec)
+        deform(network, canonical.means, canonical.rotations, spec)
     }
 
     fn scale_mode(&self) -> ScaleMode {
         self.config.scale_mode
     }
 
-    fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel> {
+    fn model(&self, learned: Learned) -> Box<dyn SourceModel> {
+        let Learned { cloud: canonical, parameters: params, .. } = learned;
         let deformation = Deformation { config: self.config.clone(), frame: self.frame, params };
         Box::new(DefGs { canonical, deformation })
     }

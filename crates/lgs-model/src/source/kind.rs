@@ -11,6 +11,8 @@ pub enum SourceKind {
     Defgs,
     /// A deformation network that a velocity field carries on ([`super::FreeGave`]).
     Freegave,
+    /// A network that moves control nodes, which Gaussians follow ([`super::ControlNodes`]).
+    Nodes,
     /// Constant velocities, an affine function of the position ([`super::LinearMotion`]).
     Linear,
     /// Trajectories from files ([`super::ImportedFrames`]).

@@ -15,7 +15,7 @@ use super::error::SourceError;
 use super::input::InputFrame;
 use super::kind::SourceKind;
 use super::model::SourceModel;
-use super::motion::{Captured, Moment, MotionConfig, SourceMotion};
+use super::motion::{Canonical, Captured, Learned, Moment, MotionConfig, SourceMotion};
 use super::registry::{Imports, Kind, Training};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::TensorFile;
@@ -25,7 +25,7 @@ pub(super) const KIND: Kind = Kind {
     format: "lagrangegs-linear/1",
     read: |file, path| Ok(Box::new(LinearMotion::from_tensors(file, path)?)),
     imports: Imports::Impossible,
-    training: Some(Training { validate: |config| config.without_velocity(), motion }),
+    training: Some(Training { validate: |config| config.deformation_only(), motion }),
 };
 
 /// Parameters: b, then the rows of A.
@@ -116,7 +116,8 @@ impl SourceMotion for AffineVelocity {
         PARAMETERS
     }
 
-    fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
+    fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
+        let Canonical { means, rotations, .. } = canonical;
         let InputFrame { center, scale } = self.frame;
         let center = Tensor::<2>::from_floats([center], &means.device());
         let local = (means.clone() - center) / scale;
@@ -130,10 +131,10 @@ impl SourceMotion for AffineVelocity {
         ScaleMode::Fixed
     }
 
-    fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel> {
+    fn model(&self, learned: Learned) -> Box<dyn SourceModel> {
         let mut velocity = [[0.0; 3]; 4];
-        velocity.as_flattened_mut().copy_from_slice(&params);
-        Box::new(LinearMotion { canonical, frame: self.frame, velocity })
+        velocity.as_flattened_mut().copy_from_slice(&learned.parameters);
+        Box::new(LinearMotion { canonical: learned.cloud, frame: self.frame, velocity })
     }
 }
 
@@ -175,7 +176,8 @@ mod tests {
         let means = tensor(model.canonical.means.as_flattened(), 3);
         let rotations = tensor(model.canonical.rotations.as_flattened(), 4);
         let at = Moment { time: 0.7, iteration: 0, window_end: 1.0 };
-        let poses = motion.poses(network, means, rotations, at).into_data().try_to_vec::<f32>().expect("f32");
+        let canonical = Canonical { means, rotations, features: None };
+        let poses = motion.poses(network, canonical, at).into_data().try_to_vec::<f32>().expect("f32");
         for (pose, expected) in poses.chunks(10).zip(model.positions_at(0.7)) {
             assert!((0..3).all(|c| (pose[c] - expected[c]).abs() < 1e-5), "{pose:?} {expected:?}");
         }

@@ -21,6 +21,7 @@ mod linear;
 mod model;
 mod motion;
 pub mod network;
+pub mod nodes;
 mod official;
 pub mod pose;
 pub mod reference;
@@ -31,8 +32,8 @@ mod testing;
 mod time_part;
 
 pub use config::{
-    AdvectionConfig, DELTAS, DeformationConfig, HeadInit, MotionHead, NetworkLayout, RotationForm, ScaleMode,
-    VelocityConfig,
+    AdvectionConfig, DELTAS, DeformationConfig, HeadInit, MotionHead, NetworkLayout, NodesConfig,
+    RotationForm, ScaleMode, VelocityConfig,
 };
 pub use defgs::{DEFORMED_SCALE_FLOOR, DefGs, compose};
 pub use error::SourceError;
@@ -43,20 +44,22 @@ pub use input::{DeformInput, InputFrame};
 pub use kind::SourceKind;
 pub use linear::LinearMotion;
 pub use model::SourceModel;
-pub use motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
+pub use motion::{Canonical, Captured, Learned, Moment, MotionConfig, Remade, SourceMotion};
 pub use network::Deformation;
+pub use nodes::ControlNodes;
 pub use official::{is_official_defgs, read_official_defgs};
 
 use registry::Kind;
 
 impl SourceKind {
     /// Every kind.
-    pub const ALL: [Self; 4] = [Self::Defgs, Self::Freegave, Self::Linear, Self::Frames];
+    pub const ALL: [Self; 5] = [Self::Defgs, Self::Freegave, Self::Nodes, Self::Linear, Self::Frames];
 
     fn kind(self) -> &'static Kind {
         match self {
             Self::Defgs => &defgs::KIND,
             Self::Freegave => &freegave::KIND,
+            Self::Nodes => &nodes::KIND,
             Self::Linear => &linear::KIND,
             Self::Frames => &imported::KIND,
         }

@@ -28,7 +28,7 @@ pub(super) fn cross(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
 }
 
 /// The product of quaternions, row by row.
-fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
+pub(super) fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     let ((a_w, a_n), (b_w, b_n)) =
         ((columns(a, 0, 1), columns(a, 1, 3)), (columns(b, 0, 1), columns(b, 1, 3)));
     let w = a_w.clone() * b_w.clone() - (a_n.clone() * b_n.clone()).sum_dim(1);

@@ -76,7 +76,7 @@ impl SourceKind {
             }
             None if import.is_empty() => refuse(format!("the source `{name}` needs a file or folder")),
             Some(training) => (training.validate)(config),
-            None => config.without_velocity(),
+            None => config.deformation_only(),
         }
     }
 

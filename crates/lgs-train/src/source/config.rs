@@ -1,6 +1,8 @@
 //! Settings of source training; their values are in `presets`, groups of them in `config_groups`.
 
-use lgs_model::source::{AdvectionConfig, DeformationConfig, MotionConfig, SourceKind, VelocityConfig};
+use lgs_model::source::{
+    AdvectionConfig, DeformationConfig, MotionConfig, NodesConfig, SourceKind, VelocityConfig,
+};
 use serde::{Deserialize, Serialize};
 
 use super::config_groups::{
@@ -72,6 +74,9 @@ pub struct SourceConfig {
     /// Training of the velocity field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advection: Option<AdvectionConfig>,
+    /// The control nodes that the deformation network moves: the kind `nodes` alone has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<NodesConfig>,
     /// Learning rates of Gaussians and networks.
     pub learning_rates: LearningRates,
     /// Adaptive density.
@@ -100,6 +105,7 @@ impl SourceConfig {
             deformation: &self.deformation,
             velocity: self.velocity.as_ref(),
             advection: self.advection.as_ref(),
+            nodes: self.nodes.as_ref(),
         }
     }
 

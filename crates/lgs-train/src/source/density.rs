@@ -1,7 +1,7 @@
 //! Adaptive density during training (method §3.4): when it acts, and what it does to the trained cloud.
 
 use burn::tensor::{Tensor, activation::sigmoid};
-use lgs_core::{Camera, GaussianCloud, Stream, stream};
+use lgs_core::{Camera, Stream, stream};
 use lgs_data::dataset::{Dataset, SceneBox};
 use lgs_model::{TensorFile, TensorFileError};
 use lgs_render::tensor::RasterTensors;
@@ -14,7 +14,7 @@ use super::statistics::DensifyStatistics;
 use crate::adam::values;
 use crate::cloud_tensors::{host_rows, row_indices, rows};
 use crate::thresholds::RESET_OPACITY;
-use crate::trainable_cloud::{CloudLeaves, TrainableCloud};
+use crate::trainable_cloud::{CloudLeaves, NewGaussians, TrainableCloud};
 
 /// Parameters that an iteration has replaced, so that their gradients have lost their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl DensityControl {
         &mut self,
         cloud: &mut TrainableCloud,
         iteration: usize,
-        proposed: &GaussianCloud,
+        proposed: &NewGaussians,
     ) -> Replaced {
         let config = &self.config;
         if iteration >= config.before {
@@ -105,13 +105,13 @@ impl DensityControl {
     }
 
     /// Appends Gaussians; where there are too many then, the faintest others give way.
-    fn add(&self, cloud: &mut TrainableCloud, proposed: &GaussianCloud) {
-        if proposed.is_empty() {
+    fn add(&self, cloud: &mut TrainableCloud, proposed: &NewGaussians) {
+        if proposed.cloud.is_empty() {
             return;
         }
         let (n, limit) = (cloud.len(), self.config.max_gaussians);
-        let over = if limit > 0 { (n + proposed.len()).saturating_sub(limit) } else { 0 };
-        let keep = most_opaque(&opacities(cloud), n - over.min(proposed.len()).min(n - 1));
+        let over = if limit > 0 { (n + proposed.cloud.len()).saturating_sub(limit) } else { 0 };
+        let keep = most_opaque(&opacities(cloud), n - over.min(proposed.cloud.len()).min(n - 1));
         cloud.append(&keep, proposed);
     }
 

@@ -21,6 +21,7 @@ mod relocation;
 mod rigidity;
 mod schedule;
 mod smoothing;
+mod snapshot;
 mod static_regulariser;
 mod statistics;
 mod trainer;

@@ -35,7 +35,7 @@ mod tests {
         let means: Vec<[f32; 3]> =
             (0..120).map(|i| [wave(i, 0.37), wave(i + 9, 0.11), wave(i, 0.23)]).collect();
         let rotations = vec![[1.0, 0.0, 0.0, 0.0]; means.len()];
-        Canonical { means: rows(&means, device), rotations: rows(&rotations, device) }
+        Canonical { means: rows(&means, device), rotations: rows(&rotations, device), features: None }
     }
 
     #[test]
@@ -47,6 +47,7 @@ mod tests {
             deformation: &deformation,
             velocity: Some(&velocity),
             advection: Some(&advection),
+            nodes: None,
         };
         let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.75, seed: 1 };
         let flow = SourceKind::Freegave.motion(&config, captured).expect("a kind that is trained");

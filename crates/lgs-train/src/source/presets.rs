@@ -2,7 +2,9 @@
 //! `quick` ones were chosen by measurement on two CPU cores and are written into every run's `config.toml`.
 
 use lgs_core::DEFAULT_NEAR;
-use lgs_model::source::{AdvectionConfig, DeformationConfig, SourceKind, VelocityConfig};
+use lgs_model::source::{
+    AdvectionConfig, DeformationConfig, NodesConfig, ScaleMode, SourceKind, VelocityConfig,
+};
 
 use super::config::SourceConfig;
 use super::config_groups::{
@@ -21,6 +23,8 @@ impl SourceConfig {
         match (kind, preset) {
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
+            (SourceKind::Nodes, Preset::Quick) => Self::nodes_quick(),
+            (SourceKind::Nodes, Preset::Paper) => Self::nodes_paper(),
             // The settings of `frames` have no effect: nothing is trained.
             (SourceKind::Frames, _) | (_, Preset::Quick) => Self { kind, ..Self::quick() },
             (_, Preset::Paper) => Self { kind, ..Self::paper() },
@@ -53,6 +57,7 @@ impl SourceConfig {
             deformation: DeformationConfig::paper(),
             velocity: None,
             advection: None,
+            nodes: None,
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
             rigidity: RigidityConfig { weight: 0.0, neighbors: 4, robust_scale: 0.1 },
@@ -89,6 +94,7 @@ impl SourceConfig {
             deformation: DeformationConfig::quick(),
             velocity: None,
             advection: None,
+            nodes: None,
             learning_rates: LearningRates::quick(),
             densify: DensifyConfig::quick(iterations),
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },
@@ -100,6 +106,27 @@ impl SourceConfig {
 }
 
 impl SourceConfig {
+    /// Control nodes in minutes on two CPU cores; their own priors take the place of that of Gaussians'
+    /// neighbours.
+    #[must_use]
+    pub fn nodes_quick() -> Self {
+        let defgs = Self::quick();
+        Self {
+            kind: SourceKind::Nodes,
+            nodes: Some(NodesConfig::quick()),
+            rigidity: RigidityConfig { weight: 0.0, ..defgs.rigidity },
+            ..defgs
+        }
+    }
+
+    /// Control nodes with the published network and lengths of DefGS, which SC-GS shares but for its scales.
+    #[must_use]
+    pub fn nodes_paper() -> Self {
+        let defgs = Self::paper();
+        let deformation = DeformationConfig { scale_mode: ScaleMode::Fixed, ..defgs.deformation };
+        Self { kind: SourceKind::Nodes, nodes: Some(NodesConfig::paper()), deformation, ..defgs }
+    }
+
     /// FreeGave for synthetic objects as published (method §3.2); T* and K of single scenes are
     /// in `configs/freegave`.
     #[must_use]

@@ -2,7 +2,7 @@
 //! (method §3.4).
 
 use super::config::SourceConfig;
-use crate::trainable_cloud::CloudRates;
+use crate::cloud_rates::CloudRates;
 
 /// Log-linear interpolation from `start` to `end` over `steps`, constant afterwards.
 fn log_linear(iteration: usize, start: f64, end: f64, steps: usize) -> f64 {
@@ -52,6 +52,7 @@ impl SourceConfig {
             raw_opacities: rates.opacity,
             sh_constant: rates.sh,
             sh_rest: rates.sh_rest,
+            features: self.deformation_rate(iteration),
         }
     }
 

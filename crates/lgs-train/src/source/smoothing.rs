@@ -4,10 +4,14 @@
 //! A Gaussian's covariance Σ becomes Σ + f² I and its opacity is multiplied by √(|Σ| / |Σ + f² I|), with f² =
 //! 0.2 of the square of a pixel's width at its depth, in the training view that resolves it best.
 
+use std::collections::BTreeSet;
+
 use burn::tensor::{Tensor, activation::sigmoid};
 use lgs_core::{Camera, GaussianCloud};
+use lgs_data::dataset::Frame;
 use lgs_model::{TensorFile, TensorFileError};
 
+use super::config_groups::Antialias;
 use crate::cloud_tensors::{CloudTensors, vector};
 use crate::thresholds::{OPACITY_MARGIN, SAMPLING_MARGIN, SMOOTHING_VARIANCE};
 
@@ -22,6 +26,17 @@ pub(super) struct Smoothing {
 }
 
 impl Smoothing {
+    /// The filter of Gaussians at some positions, where training asks for one.
+    pub(super) fn asked(frames: &[Frame], antialias: Antialias, means: &[[f32; 3]]) -> Option<Self> {
+        if antialias != Antialias::MipSmoothing {
+            return None;
+        }
+        let mut seen = BTreeSet::new();
+        let distinct = frames.iter().filter(|frame| seen.insert(frame.camera_id));
+        let cameras: Vec<Camera> = distinct.map(|frame| frame.camera).collect();
+        Some(Self::new(means, &cameras))
+    }
+
     /// The filter of Gaussians at some positions, given the cameras of the training images. What no camera
     /// sees gets the widest filter of those that are seen.
     pub(super) fn new(means: &[[f32; 3]], cameras: &[Camera]) -> Self {

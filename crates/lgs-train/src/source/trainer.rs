@@ -1,26 +1,25 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
 use burn::tensor::{Device, Tensor};
-use lgs_core::{Camera, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
+use lgs_model::source::{Canonical, Captured, InputFrame, Learned, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::SourceConfig;
-use super::config_groups::Antialias;
 use super::density::{DensityControl, Replaced};
 use super::guide::Guide;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
-use super::proposals::{Posed, ProposalRound, Proposals};
+use super::proposals::{ProposalRound, Proposals};
 use super::smoothing::Smoothing;
+use super::snapshot::Snapshot;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
-use crate::cloud_tensors::host_rows;
+use crate::cloud_tensors::{CloudTensors, host_rows};
 use crate::driver::{StepReport, Trainer};
 use crate::error::TrainError;
-use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
+use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians, TrainableCloud};
 use crate::view::{View, report};
 
 /// The state of training a source model between two iterations.
@@ -69,8 +68,8 @@ impl<'a> SourceTrainer<'a> {
         let motion =
             config.kind.motion(&config.motion(), captured).ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
-        let smoothing = smoothing(frames, &config, &cloud.means);
-        let cloud = TrainableCloud::new(&cloud, device);
+        let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
+        let cloud = TrainableCloud::new(&cloud, device).with_features(motion.features());
         Ok(Self {
             order,
             frames,
@@ -91,15 +90,40 @@ impl<'a> SourceTrainer<'a> {
     /// The model as it is now.
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
-        self.motion.model(self.drawn(), self.network.values())
+        self.motion.model(self.drawn())
     }
 
-    /// The canonical Gaussians as they are drawn.
-    fn drawn(&self) -> GaussianCloud {
-        let cloud = self.cloud.cloud();
+    /// All that has been learned so far, with the Gaussians as they are drawn.
+    fn drawn(&self) -> Learned {
+        let learned = self.learned();
         match &self.smoothing {
-            Some(smoothing) => smoothing.applied_on_host(&cloud, &self.device),
-            None => cloud,
+            Some(smoothing) => {
+                Learned { cloud: smoothing.applied_on_host(&learned.cloud, &self.device), ..learned }
+            }
+            None => learned,
+        }
+    }
+
+    /// All that has been learned so far, on the host.
+    fn learned(&self) -> Learned {
+        Learned {
+            cloud: self.cloud.cloud(),
+            features: self.cloud.features(),
+            parameters: self.network.values(),
+        }
+    }
+
+    /// Lets the motion adapt to the Gaussians, where it is due.
+    fn adapt_motion(&mut self, at: Moment) {
+        if !self.motion.is_due(at.iteration) {
+            return;
+        }
+        let _span = tracing::trace_span!("adapt motion").entered();
+        if let Some(remade) = self.motion.adapt(&self.learned(), at) {
+            self.network.remake(&remade.kept, remade.added);
+            if let Some(features) = remade.features {
+                self.cloud.replace_features(features);
+            }
         }
     }
 
@@ -107,6 +131,25 @@ impl<'a> SourceTrainer<'a> {
     fn moment(&self, frame: &Frame, iteration: usize) -> Moment {
         let (first, last) = self.order.span();
         Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) }
+    }
+
+    /// Canonical Gaussians with the smoothing filter, where there is one.
+    fn smoothed(&self, cloud: CloudTensors) -> CloudTensors {
+        match &self.smoothing {
+            Some(smoothing) => smoothing.applied(cloud),
+            None => cloud,
+        }
+    }
+
+    /// The Gaussians as they are drawn at a moment.
+    fn posed(&self, leaves: &CloudLeaves, network: &Tensor<1>, at: Moment) -> CloudTensors {
+        let canonical = Canonical {
+            means: leaves.means.clone(),
+            rotations: leaves.rotations.clone(),
+            features: leaves.features.clone(),
+        };
+        let poses = self.motion.poses(network.clone(), canonical, at);
+        self.smoothed(leaves.tensors()).posed(poses, self.motion.scale_mode())
     }
 
     /// The photometric loss with the priors of the motion, in whose pose the Gaussians are drawn.
@@ -118,8 +161,11 @@ impl<'a> SourceTrainer<'a> {
         at: Moment,
     ) -> Tensor<1> {
         let _span = tracing::trace_span!("priors of motion").entered();
-        let canonical =
-            Canonical { means: self.cloud.means.value(), rotations: self.cloud.rotations.value() };
+        let canonical = Canonical {
+            means: self.cloud.means.value(),
+            rotations: self.cloud.rotations.value(),
+            features: None,
+        };
         let loss = match self.motion.prior(network, &canonical, at) {
             Some(prior) => photometric + prior,
             None => photometric,
@@ -132,14 +178,17 @@ impl<'a> SourceTrainer<'a> {
     }
 
     /// Gaussians for what the model lacks, where an iteration asks for them.
-    fn proposed(&self, iteration: usize) -> GaussianCloud {
+    fn proposed(&self, iteration: usize) -> NewGaussians {
         let count = self.config.densify.proposals;
         if count == 0 || !self.density.is_due(iteration) {
-            return GaussianCloud::default();
+            return NewGaussians::default();
         }
         let last_time = self.order.last_time(iteration, &self.config);
         let round = ProposalRound { iteration, last_time, count, sh_degree: self.config.sh_degree };
-        self.proposals.find(round, &Now { trainer: self, is_deformed: !self.config.is_warmup(iteration) })
+        let is_deformed = !self.config.is_warmup(iteration);
+        let snapshot = Snapshot { motion: &*self.motion, learned: self.drawn(), is_deformed };
+        let cloud = self.proposals.find(round, &snapshot);
+        NewGaussians { features: self.motion.fresh_features(&cloud), cloud }
     }
 
     /// Takes a step along the gradients that still belong to what they were found for.
@@ -153,50 +202,17 @@ impl<'a> SourceTrainer<'a> {
             Replaced::Gaussians => {
                 by_attribute = CloudGradients::default();
                 self.priors.forget_neighbors();
-                self.smoothing = smoothing(self.frames, &self.config, &host_rows(&self.cloud.means.value()));
+                let means = host_rows(&self.cloud.means.value());
+                self.smoothing = Smoothing::asked(self.frames, self.config.antialias, &means);
+                self.motion.forget_gaussians();
             }
+        }
+        if let Some(gradients) = by_attribute.means.as_ref().filter(|_| self.motion.observes()) {
+            self.motion.observe(&host_rows(gradients));
         }
         let rates = self.config.cloud_rates(iteration);
         self.cloud.step(by_attribute, &rates);
         self.density.disturb(&mut self.cloud, iteration, rates.means);
-    }
-}
-
-/// The smoothing filter of Gaussians at some positions, if the configuration asks for it.
-fn smoothing(frames: &[Frame], config: &SourceConfig, means: &[[f32; 3]]) -> Option<Smoothing> {
-    if config.antialias != Antialias::MipSmoothing {
-        return None;
-    }
-    let mut seen = std::collections::BTreeSet::new();
-    let distinct = frames.iter().filter(|frame| seen.insert(frame.camera_id));
-    let cameras: Vec<Camera> = distinct.map(|frame| frame.camera).collect();
-    Some(Smoothing::new(means, &cameras))
-}
-
-/// The model as it is in an iteration.
-struct Now<'a> {
-    trainer: &'a SourceTrainer<'a>,
-    is_deformed: bool,
-}
-
-impl Posed for Now<'_> {
-    fn at(&self, time: f32) -> GaussianCloud {
-        let cloud = self.trainer.drawn();
-        if self.is_deformed { self.moving(cloud).cloud_at(time) } else { cloud }
-    }
-
-    fn moved(&self, canonical: &GaussianCloud, time: f32) -> Vec<[f32; 3]> {
-        if self.is_deformed {
-            self.moving(canonical.clone()).positions_at(time)
-        } else {
-            canonical.means.clone()
-        }
-    }
-}
-
-impl Now<'_> {
-    fn moving(&self, cloud: GaussianCloud) -> Box<dyn SourceModel> {
-        self.trainer.motion.model(cloud, self.trainer.network.values())
     }
 }
 
@@ -222,16 +238,12 @@ impl Trainer for SourceTrainer<'_> {
         let frame = &self.frames[self.order.next(iteration, &self.config)];
         let at = self.moment(frame, iteration);
         let is_deformed = !self.config.is_warmup(iteration);
-        let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
-        let mut cloud = leaves.tensors();
-        if let Some(smoothing) = &self.smoothing {
-            cloud = smoothing.applied(cloud);
-        }
         if is_deformed {
-            let poses =
-                self.motion.poses(network.clone(), leaves.means.clone(), leaves.rotations.clone(), at);
-            cloud = cloud.posed(poses, self.motion.scale_mode());
+            self.adapt_motion(at);
         }
+        let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
+        let cloud =
+            if is_deformed { self.posed(&leaves, &network, at) } else { self.smoothed(leaves.tensors()) };
         let means = cloud.means.clone();
         let device = self.device.clone().autodiff();
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
@@ -260,6 +272,7 @@ impl Trainer for SourceTrainer<'_> {
         let mut file = Checkpoints::start();
         self.cloud.insert_into(&mut file, "canonical");
         self.network.insert_into(&mut file, "network");
+        self.motion.insert_into(&mut file);
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
         if let Some(smoothing) = &self.smoothing {
@@ -275,7 +288,9 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
-        self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?;
+        self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?
+            .with_features_of(file, "canonical", self.motion.features())?;
+        self.motion.restore(file, self.cloud.len())?;
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;

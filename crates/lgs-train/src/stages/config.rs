@@ -4,8 +4,8 @@ use lgs_data::dataset::Frame;
 use serde::{Deserialize, Serialize};
 
 use super::spread::spread_over_time;
+use crate::cloud_rates::CloudRates;
 use crate::source::stretch_factor;
-use crate::trainable_cloud::CloudRates;
 
 /// Steps after which the fit of the dynamics sees the same frames again.
 const ROUNDS: usize = 3;
@@ -221,6 +221,7 @@ impl TuneGaussiansConfig {
             log_scales: self.scales_learning_rate,
             raw_opacities: self.opacities_learning_rate,
             sh_constant: self.colors_learning_rate,
+            features: 0.0,
             sh_rest: self.colors_learning_rate / SH_REST_DIVISOR,
         }
     }

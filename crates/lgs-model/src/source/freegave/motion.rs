@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use burn::tensor::{Device, Int, Tensor};
-use lgs_core::{GaussianCloud, stream};
+use lgs_core::stream;
 use rand::RngExt;
 
 use super::advection::training_advection;
@@ -14,7 +14,7 @@ use super::network::FreeGaveNetworks;
 use super::tensor::{AdvectionSpec, carry};
 use crate::source::config::{AdvectionConfig, ScaleMode};
 use crate::source::model::SourceModel;
-use crate::source::motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
+use crate::source::motion::{Canonical, Captured, Learned, Moment, MotionConfig, SourceMotion};
 use crate::source::registry::{Imports, Kind, Training};
 use crate::thresholds::AGREEMENT_STRIDE;
 
@@ -27,6 +27,7 @@ pub(in crate::source) const KIND: Kind = Kind {
 };
 
 fn validate(config: &MotionConfig<'_>) -> Result<(), (String, String)> {
+    config.without_nodes()?;
     let (Some(velocity), Some(advection)) = (config.velocity, config.advection) else {
         let reason = "the source `freegave` needs `velocity` and `advection`";
         return Err(("kind".to_owned(), reason.to_owned()));
@@ -70,9 +71,9 @@ impl SourceMotion for VelocityMotion {
         self.config.layout().len
     }
 
-    fn poses(&self, network: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, at: Moment) -> Tensor<2> {
+    fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
         let advection = training_advection(&self.config.velocity, &self.advection, at, self.captured.seed);
-        carry(network, means, rotations, self.spec(advection))
+        carry(network, canonical.means, canonical.rotations, self.spec(advection))
     }
 
     /// Disagreement of velocity field and deformation over an advection step at a random time, for every few
@@ -110,7 +111,8 @@ impl SourceMotion for VelocityMotion {
         self.config.deformation.scale_mode
     }
 
-    fn model(&self, canonical: GaussianCloud, params: Vec<f32>) -> Box<dyn SourceModel> {
+    fn model(&self, learned: Learned) -> Box<dyn SourceModel> {
+        let Learned { cloud: canonical, parameters: params, .. } = learned;
         let networks =
             FreeGaveNetworks { config: (*self.config).clone(), frame: self.captured.frame, params };
         Box::new(FreeGave::new(canonical, networks, self.captured.time_window))

@@ -1,0 +1,81 @@
+//! Settings of motion on sparse control nodes.
+
+use serde::{Deserialize, Serialize};
+
+use super::ranges::within;
+
+/// Most nodes that a Gaussian may follow.
+pub(in crate::source) const MAX_NEIGHBORS: usize = 8;
+
+/// Control nodes: how many there are, how Gaussians follow them, and the priors of their motion
+/// (method §3.6).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NodesConfig {
+    /// Nodes that the warm-up's Gaussians are given (SC-GS: 512).
+    pub initial: usize,
+    /// Most nodes; more are added where Gaussians of one node want to move apart.
+    pub most: usize,
+    /// Nodes that a Gaussian follows (SC-GS: 3).
+    pub neighbors: usize,
+    /// Iterations after which nodes are chosen and looked for anew.
+    pub interval: usize,
+    /// Weight of the mean squared relative error with which the frame of a node carries its neighbours
+    /// (SC-GS: 1e-4 to 1e-5 of a sum).
+    pub rigidity: f32,
+    /// Neighbours of a node that its frame is to carry (SC-GS: 10).
+    pub rigidity_neighbors: usize,
+    /// Relative error beyond which two nodes are taken to belong to two bodies and pull less and less.
+    pub robust_scale: f32,
+    /// Weight of the mean squared acceleration of nodes, in half extents of the scene per unit of time
+    /// squared.
+    pub acceleration: f32,
+}
+
+impl Default for NodesConfig {
+    fn default() -> Self {
+        Self::quick()
+    }
+}
+
+impl NodesConfig {
+    /// Values for a training of minutes on two CPU cores.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            initial: 128,
+            most: 256,
+            neighbors: 4,
+            interval: 100,
+            rigidity: 1.0,
+            rigidity_neighbors: 6,
+            robust_scale: 0.1,
+            acceleration: 1e-5,
+        }
+    }
+
+    /// The published numbers of nodes and neighbours.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self { initial: 512, most: 512, neighbors: 3, rigidity_neighbors: 10, ..Self::quick() }
+    }
+
+    /// Checks the values; a refusal is (field, reason).
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        within(&[
+            ("rigidity", self.rigidity, 0.0, f32::MAX),
+            ("robust_scale", self.robust_scale, f32::MIN_POSITIVE, f32::MAX),
+            ("acceleration", self.acceleration, 0.0, f32::MAX),
+        ])?;
+        within(&[
+            ("most", self.most, 1, 4096),
+            ("initial", self.initial, 1, self.most),
+            ("neighbors", self.neighbors, 1, MAX_NEIGHBORS),
+            ("interval", self.interval, 1, usize::MAX),
+            ("rigidity_neighbors", self.rigidity_neighbors, 1, 64),
+        ])
+    }
+}
