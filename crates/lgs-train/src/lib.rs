@@ -28,6 +28,7 @@ pub mod tracks;
 mod trainable_cloud;
 mod training_loop;
 mod view;
+mod window;
 
 pub use checkpoint::Stage;
 pub use config::{Preset, TrainConfig};
@@ -37,3 +38,4 @@ pub use error::TrainError;
 pub use import::imported_source;
 pub use pipeline::{Trained, train};
 pub use run_folder::{RunDataset, RunFolder};
+pub use window::{check_window, learns_no_motion};

@@ -1,11 +1,14 @@
 //! The whole of training, stage by stage, each from where a checkpoint left it.
 
 use burn::tensor::Device;
+use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
 use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
-use lgs_model::{LagrangianScene, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors};
+use lgs_model::{
+    LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
+};
 
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
@@ -18,6 +21,7 @@ use crate::stages::{
     FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene,
 };
 use crate::training_loop::TrainingLoop;
+use crate::window::{check_window, end_of_window, learns_no_motion};
 
 /// The models of a finished run.
 pub struct Trained {
@@ -41,11 +45,30 @@ pub fn train(
     control: &mut Control<'_>,
 ) -> Result<Trained, TrainError> {
     let pipeline = Pipeline { run, dataset, config, device, checkpoints: run.checkpoints(config, dataset) };
+    check_window(dataset, config)?;
     let latest = pipeline.checkpoints.latest()?;
     let source = pipeline.source(latest.as_ref(), control)?;
-    let scene = pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?;
+    let scene = if learns_no_motion(dataset, config) {
+        still_scene(&*source, config.motion.dt, dataset.background)
+    } else {
+        pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?
+    };
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
+}
+
+/// The scene of Gaussians that do not move. Its window is all of time, so that it is drawn at any.
+fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> LagrangianScene {
+    let cloud = source.cloud_at(0.0);
+    let order: Vec<usize> = spatial_order(&cloud.means).into_iter().map(|i| i as usize).collect();
+    LagrangianScene {
+        static_gaussians: cloud.select(&order),
+        dynamic_gaussians: cloud.select(&[]),
+        velocities: Vec::new(),
+        objects: Vec::new(),
+        motion: MotionConfig { dt, time_window: 1.0 },
+        background,
+    }
 }
 
 /// Whether an object follows a law without networks, or a recording.
@@ -151,7 +174,7 @@ impl Pipeline<'_> {
             partition: &self.config.partition,
             distill: &self.config.distill,
             motion: &self.config.motion,
-            time_window: self.time_window(source),
+            time_window: end_of_window(self.dataset, source, self.config.motion.dt),
             pixel_size: self.dataset.pixel_size(),
             background: self.dataset.background,
             frames: self.dataset.split("train"),
@@ -169,15 +192,6 @@ impl Pipeline<'_> {
         write_atomically(&path, |w| w.write_all(&json))?;
         self.checkpoints.save(Stage::Distill, 0, scene_to_tensors(&initial.scene, CHECKPOINT_FORMAT))?;
         Ok(initial.scene)
-    }
-
-    /// End of the captured window: the last training time, or the end of what the source knows if that is
-    /// earlier.
-    fn time_window(&self, source: &dyn SourceModel) -> f32 {
-        let images = self.dataset.split("train").iter().map(|f| f.time).reduce(f32::max);
-        let known = source.time_range().map(|[_, last]| last);
-        let window = images.into_iter().chain(known).fold(f32::INFINITY, f32::min);
-        if window.is_finite() { window.max(self.config.motion.dt) } else { self.config.motion.dt }
     }
 
     /// Whether a stage does not run: the configuration leaves it out, there is nothing to train or no image

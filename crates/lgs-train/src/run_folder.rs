@@ -110,9 +110,16 @@ impl RunFolder {
         self.root().join("distillation.json")
     }
 
-    /// The file of the source model, by its kind.
+    /// The file of the source model: of the kind that was asked for, or, where the run has one of a still
+    /// scene, of that.
     #[must_use]
     pub fn source_path(&self, kind: SourceKind) -> PathBuf {
+        let at_rest = self.source_path_of(SourceKind::Linear);
+        let asked = self.source_path_of(kind);
+        if !asked.exists() && at_rest.exists() { at_rest } else { asked }
+    }
+
+    fn source_path_of(&self, kind: SourceKind) -> PathBuf {
         self.root.join("source").join(format!("{}.safetensors", kind.name()))
     }
 
@@ -148,7 +155,7 @@ impl RunFolder {
         let views: Vec<(String, lgs_core::Camera)> =
             dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
         cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
-        Ok(model.save(&self.source_path(model.kind()))?)
+        Ok(model.save(&self.source_path_of(model.kind()))?)
     }
 
     /// Takes over the trained source of another run of the same dataset, seed, image and source settings:

@@ -11,7 +11,10 @@ use lgs_eval::Cost;
 use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
 use lgs_train::checkpoint::Stage;
 use lgs_train::device::Device;
-use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained, imported_source};
+use lgs_train::{
+    Control, Progress, RunFolder, TrainConfig, TrainError, Trained, check_window, imported_source,
+    learns_no_motion,
+};
 
 use super::failure::At;
 use super::progress::{Task, say};
@@ -39,6 +42,10 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     // What came before in this process is no part of training.
     reset_peak_rss();
     let dataset = training_images(request)?;
+    check_window(&dataset, &request.config)?;
+    if learns_no_motion(&dataset, &request.config) {
+        say("a still scene: all training images are of one time, and no motion is learned");
+    }
     if !request.config.source.import.is_empty() {
         // Before a folder is made for the run; training reads it again.
         imported_source(&request.config, &dataset).at(Path::new(&request.config.source.import))?;

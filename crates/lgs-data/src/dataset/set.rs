@@ -60,6 +60,14 @@ impl Dataset {
         self.splits.get(name).map_or(&[], Vec::as_slice)
     }
 
+    /// Whether all training images show the scene at one time, so that they tell of no motion; not without
+    /// images.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        let frames = self.split("train");
+        !frames.is_empty() && frames.iter().all(|frame| frame.time == frames[0].time)
+    }
+
     /// One frame of every camera of a split, in order of first appearance.
     #[must_use]
     pub fn cameras(&self, split: &str) -> Vec<&Frame> {

@@ -101,6 +101,20 @@ impl SourceConfig {
         }
     }
 
+    /// The settings for a still scene, which has no motion to learn: its Gaussians, trained as in the warm-up.
+    #[must_use]
+    pub fn without_motion(&self) -> Self {
+        Self {
+            kind: SourceKind::Linear,
+            warmup_iterations: self.iterations + 1,
+            warmup_frames: WarmupFrames::All,
+            window_steps: 1,
+            velocity: None,
+            advection: None,
+            ..self.clone()
+        }
+    }
+
     /// The configuration for images of a width, with every count of iterations multiplied out.
     #[must_use]
     pub fn stretched(&self, width: u32) -> Self {

@@ -34,7 +34,8 @@ pub struct SourceTrainer<'a> {
 }
 
 impl<'a> SourceTrainer<'a> {
-    /// A fresh start. The configuration must have been validated.
+    /// A fresh start. The configuration must have been validated. The source of a still scene is of the kind
+    /// `linear`, at rest, whatever kind is asked for.
     ///
     /// # Errors
     /// If the dataset has no training frames, or the kind of source model is not trained from images.
@@ -48,7 +49,10 @@ impl<'a> SourceTrainer<'a> {
         if frames.is_empty() {
             return Err(TrainError::NoFrames(dataset.root.clone()));
         }
-        let config = config.stretched(frames[0].camera.width);
+        let mut config = config.stretched(frames[0].camera.width);
+        if dataset.is_still() {
+            config = config.without_motion();
+        }
         let guide = Guide::new(dataset, &config.guide);
         let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
         let frame = if config.deformation.normalised_positions {
