@@ -49,7 +49,7 @@ pub enum TrainError {
     NoFrames(PathBuf),
     /// The training images end too early for stage 1 to tell a law from its samples.
     #[error(
-        "the training images end at time {last}, and a law needs them to reach {least}; times span [0, 1): {}",
+        "the training images end at time {last}, a law needs them to reach {least}; times span [0, 1): {}",
         path.display()
     )]
     ShortWindow {

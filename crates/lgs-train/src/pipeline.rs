@@ -1,5 +1,7 @@
 //! The whole of training, stage by stage, each from where a checkpoint left it.
 
+use std::cell::RefCell;
+
 use burn::tensor::Device;
 use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
@@ -10,6 +12,7 @@ use lgs_model::{
     LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
 };
 
+use crate::budget::Budget;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::driver::{Control, Progress, SceneTrainer, Trainer};
@@ -44,8 +47,9 @@ pub fn train(
     device: &Device,
     control: &mut Control<'_>,
 ) -> Result<Trained, TrainError> {
-    let pipeline = Pipeline { run, dataset, config, device, checkpoints: run.checkpoints(config, dataset) };
     check_window(dataset, config)?;
+    let checkpoints = run.checkpoints(config, dataset);
+    let pipeline = Pipeline { run, dataset, config, device, checkpoints, budget: run.budget(config)? };
     let latest = pipeline.checkpoints.latest()?;
     let source = pipeline.source(latest.as_ref(), control)?;
     let scene = if learns_no_motion(dataset, config) {
@@ -83,6 +87,7 @@ struct Pipeline<'a> {
     config: &'a TrainConfig,
     device: &'a Device,
     checkpoints: Checkpoints,
+    budget: Option<RefCell<Budget>>,
 }
 
 impl Pipeline<'_> {
@@ -150,11 +155,17 @@ impl Pipeline<'_> {
     }
 
     fn training_data(&self) -> TrainingData<'_> {
-        TrainingData { frames: self.dataset.split("train"), seed: self.config.seed, device: self.device }
+        TrainingData {
+            frames: self.dataset.split("train"),
+            extent: self.dataset.extent(),
+            seed: self.config.seed,
+            device: self.device,
+        }
     }
 
     fn training_loop(&self) -> TrainingLoop<'_> {
-        TrainingLoop { run: self.run, config: self.config, checkpoints: &self.checkpoints }
+        let budget = self.budget.as_ref();
+        TrainingLoop { run: self.run, config: self.config, checkpoints: &self.checkpoints, budget }
     }
 
     /// Whether there is anything to tune on; without, training ends with stage 1.
@@ -184,7 +195,9 @@ impl Pipeline<'_> {
         let initial = initialise_scene(source, &request, &mut |object, objects, p| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
             let loss = p.loss.unwrap_or(0.0);
-            (control.progress)(Progress { stage: Stage::Distill, step, steps, loss, psnr: None, gaussians });
+            let left_secs = self.budget.as_ref().map(|budget| budget.borrow().left());
+            let stage = Stage::Distill;
+            (control.progress)(Progress { stage, step, steps, loss, psnr: None, gaussians, left_secs });
         })?;
         let path = self.run.distillation_path();
         let json = serde_json::to_vec_pretty(&initial.reports)

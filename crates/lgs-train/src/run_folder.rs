@@ -1,5 +1,6 @@
 //! The folder of a run: its configuration, checkpoints, training curve and models.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use lgs_data::dataset::Dataset;
@@ -8,6 +9,7 @@ use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
 use serde::{Deserialize, Serialize};
 
+use crate::budget::Budget;
 use crate::checkpoint::{Checkpoints, RunIdentity};
 use crate::config::{ConfigError, Preset, TrainConfig};
 use crate::error::TrainError;
@@ -102,6 +104,18 @@ impl RunFolder {
     #[must_use]
     pub fn checkpoints_path(&self) -> PathBuf {
         self.root.join("checkpoints")
+    }
+
+    /// The file of the paces by which a run keeps to its time budget.
+    #[must_use]
+    pub fn schedule_path(&self) -> PathBuf {
+        self.root.join("schedule.json")
+    }
+
+    /// The run's time budget, if it has one, with the schedule so far.
+    pub(crate) fn budget(&self, config: &TrainConfig) -> Result<Option<RefCell<Budget>>, TrainError> {
+        let secs = Some(config.time_budget_secs).filter(|&secs| secs > 0.0);
+        secs.map(|secs| Ok(RefCell::new(Budget::open(secs, &self.schedule_path())?))).transpose()
     }
 
     /// The report of stage 1, a list of what it found for each object.

@@ -9,21 +9,24 @@ mod config_groups;
 mod densify;
 mod density;
 mod guide;
+mod image_levels;
 mod initial;
 mod motion;
 mod order;
 mod presets;
 mod priors;
+mod resolve;
 mod rigidity;
 mod schedule;
+mod standard;
 mod static_regulariser;
 mod statistics;
 mod trainer;
 mod validate;
 
 pub use config::SourceConfig;
-pub(crate) use config::stretch_factor;
 pub use config_groups::{
     DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
+pub(crate) use resolve::{position_unit, stretch_factor};
 pub use trainer::SourceTrainer;

@@ -41,8 +41,8 @@ impl FrameOrder {
     pub(super) fn new(frames: &[Frame], config: &SourceConfig, seed: u64) -> Self {
         let times: Vec<f32> = frames.iter().map(|f| f.time).collect();
         let warmup_end = match config.warmup_frames {
-            WarmupFrames::All => times.iter().copied().fold(f32::MIN, f32::max),
             WarmupFrames::First => shortest_window(frames, config.warmup_cameras),
+            _ => times.iter().copied().fold(f32::MIN, f32::max),
         };
         Self { times, warmup_end, seed, round: Round::default(), frames: Vec::new() }
     }
@@ -62,10 +62,11 @@ impl FrameOrder {
         self.frames = if round.number == 0 { Vec::new() } else { self.drawn(config) };
     }
 
-    /// The frame of an iteration (counted from 1); iterations must be asked for in order.
-    pub(super) fn next(&mut self, iteration: usize, config: &SourceConfig) -> usize {
+    /// The frame of an iteration of the schedule and the number of the step, both counted from 1, which must
+    /// be asked for in order.
+    pub(super) fn next(&mut self, (iteration, step): (usize, usize), config: &SourceConfig) -> usize {
         if config.front_share > 0.0 && config.is_growing(iteration) {
-            return self.single(iteration, config);
+            return self.single((iteration, step), config);
         }
         let phase = |i: usize| (config.is_warmup(i), config.is_growing(i));
         if self.round.used >= self.frames.len()
@@ -79,10 +80,10 @@ impl FrameOrder {
     }
 
     /// A frame of the growing window: of its front with the configured probability, else any.
-    fn single(&self, iteration: usize, config: &SourceConfig) -> usize {
+    fn single(&self, (iteration, step): (usize, usize), config: &SourceConfig) -> usize {
         let (first, last) = self.span();
         let end = config.window_end(iteration, first, last).max(self.warmup_end);
-        let mut random = stream(self.seed, "frame of the growing window", iteration as u64);
+        let mut random = stream(self.seed, "frame of the growing window", step as u64);
         let start = if random.random_range(0.0..1.0) < config.front_share {
             end - WINDOW_FRONT * (last - first)
         } else {

@@ -19,6 +19,8 @@ impl SourceConfig {
     pub fn preset(kind: SourceKind, preset: Preset) -> Self {
         match (kind, preset) {
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
+            (SourceKind::Freegave, Preset::Standard) => Self::freegave_standard(),
+            (_, Preset::Standard) => Self { kind, ..Self::standard() },
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
             // The settings of `frames` have no effect: nothing is trained.
             (SourceKind::Frames, _) | (_, Preset::Quick) => Self { kind, ..Self::quick() },
@@ -34,6 +36,8 @@ impl SourceConfig {
             import: String::new(),
             stretch: 1.0,
             iterations: 40_000,
+            coarse_levels: 0,
+            coarse_share: 0.0,
             warmup_iterations: 3000,
             warmup_frames: WarmupFrames::All,
             warmup_cameras: 8,
@@ -46,7 +50,9 @@ impl SourceConfig {
             initial_half_extent: 1.3,
             near: DEFAULT_NEAR,
             sh_degree: 3,
+            views_per_coefficient: 0.0,
             sh_interval: 1000,
+            random_background: 0.0,
             ssim_weight: 0.2,
             deformation: DeformationConfig::paper(),
             velocity: None,
@@ -69,6 +75,8 @@ impl SourceConfig {
             import: String::new(),
             stretch: 0.0,
             iterations,
+            coarse_levels: 0,
+            coarse_share: 0.0,
             warmup_iterations: 400,
             warmup_frames: WarmupFrames::First,
             warmup_cameras: 4,
@@ -81,7 +89,9 @@ impl SourceConfig {
             initial_half_extent: 0.0,
             near: DEFAULT_NEAR,
             sh_degree: 1,
+            views_per_coefficient: 0.0,
             sh_interval: 1000,
+            random_background: 0.0,
             ssim_weight: 0.2,
             deformation: DeformationConfig::quick(),
             velocity: None,
@@ -139,6 +149,7 @@ impl LearningRates {
     #[must_use]
     pub fn quick() -> Self {
         Self {
+            position_unit: 1.0,
             position_start: 4e-4,
             position_end: 1e-5,
             position_steps: 0,
@@ -158,6 +169,7 @@ impl LearningRates {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            position_unit: 1.0,
             position_start: 8e-4,
             position_end: 8e-6,
             position_steps: 30_000,
@@ -190,6 +202,7 @@ impl DensifyConfig {
             prune_large_after: 300,
             opacity_reset_interval: 0,
             white_reset_at: 0,
+            per_pixel: 0.0,
             max_gaussians: 4000,
         }
     }
@@ -209,6 +222,7 @@ impl DensifyConfig {
             prune_large_after: 3000,
             opacity_reset_interval: 3000,
             white_reset_at: 500,
+            per_pixel: 0.0,
             max_gaussians: 0,
         }
     }

@@ -1,18 +1,25 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
+use std::ops::RangeInclusive;
+
 use burn::tensor::{Device, Tensor};
+use lgs_core::stream;
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{Canonical, Captured, InputFrame, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
+use rand::RngExt;
 
 use super::config::SourceConfig;
 use super::density::{DensityControl, Replaced};
 use super::guide::Guide;
+use super::image_levels::ImageLevels;
 use super::initial::initial_cloud;
 use super::order::{FrameOrder, Round};
 use super::priors::MotionPriors;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
+use crate::clock::Clock;
+use crate::data_summary::DataSummary;
 use crate::driver::{StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, TrainableCloud};
@@ -20,11 +27,13 @@ use crate::view::{View, report};
 
 /// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
-    frames: &'a [Frame],
+    images: ImageLevels<'a>,
     background: [f32; 3],
+    is_transparent: bool,
+    seed: u64,
     config: SourceConfig,
     device: Device,
-    iteration: usize,
+    clock: Clock,
     cloud: TrainableCloud,
     network: AdamGroup<1>,
     motion: Box<dyn SourceMotion>,
@@ -46,13 +55,8 @@ impl<'a> SourceTrainer<'a> {
         device: &Device,
     ) -> Result<Self, TrainError> {
         let frames = dataset.split("train");
-        if frames.is_empty() {
-            return Err(TrainError::NoFrames(dataset.root.clone()));
-        }
-        let mut config = config.stretched(frames[0].camera.width);
-        if dataset.is_still() {
-            config = config.without_motion();
-        }
+        let data = DataSummary::of(dataset).ok_or_else(|| TrainError::NoFrames(dataset.root.clone()))?;
+        let config = config.resolved(&data);
         let guide = Guide::new(dataset, &config.guide);
         let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
         let frame = if config.deformation.normalised_positions {
@@ -68,9 +72,11 @@ impl<'a> SourceTrainer<'a> {
         let cloud = TrainableCloud::new(&cloud, device);
         Ok(Self {
             order,
-            frames,
+            images: ImageLevels::new(frames),
             background: dataset.background,
-            iteration: 0,
+            is_transparent: frames.iter().any(Frame::has_alpha),
+            seed,
+            clock: Clock::new(config.iterations),
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.parameters()], device),
             cloud,
@@ -85,6 +91,20 @@ impl<'a> SourceTrainer<'a> {
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
         self.motion.model(self.cloud.cloud(), self.network.values())
+    }
+
+    /// The colour behind everything at a step: the dataset's or, where images have transparent pixels, for
+    /// some of the steps a random one.
+    fn background_at(&self, step: usize) -> [f32; 3] {
+        if !self.is_transparent || self.config.random_background == 0.0 {
+            return self.background;
+        }
+        let mut random = stream(self.seed, "background", step as u64);
+        if random.random_range(0.0..1.0) < self.config.random_background {
+            std::array::from_fn(|_| random.random_range(0.0..1.0))
+        } else {
+            self.background
+        }
     }
 
     /// The time of a frame and the state of the schedule at an iteration.
@@ -115,9 +135,17 @@ impl<'a> SourceTrainer<'a> {
         }
     }
 
-    /// Takes a step along the gradients that still belong to what they were found for.
-    fn descend(&mut self, leaves: &CloudLeaves, gradients: &mut burn::tensor::Gradients, iteration: usize) {
-        let replaced = self.density.adapt(&mut self.cloud, iteration);
+    /// Takes a step along the gradients that still belong to what they were found for, after what the passed
+    /// iterations of the schedule ask of the density.
+    fn descend(
+        &mut self,
+        leaves: &CloudLeaves,
+        gradients: &mut burn::tensor::Gradients,
+        passed: RangeInclusive<usize>,
+    ) {
+        let adapted = passed.map(|iteration| self.density.adapt(&mut self.cloud, iteration));
+        let replaced = adapted.max().unwrap_or(Replaced::Nothing);
+        let iteration = self.clock.iteration();
         let mut by_attribute = leaves.gradients(gradients);
         match replaced {
             Replaced::Nothing => {}
@@ -137,11 +165,15 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn steps(&self) -> usize {
-        self.config.iterations
+        self.clock.steps()
     }
 
     fn step_index(&self) -> usize {
-        self.iteration
+        self.clock.taken()
+    }
+
+    fn clock(&mut self) -> Option<&mut Clock> {
+        Some(&mut self.clock)
     }
 
     fn gaussians(&self) -> usize {
@@ -149,8 +181,10 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        let iteration = self.iteration + 1;
-        let frame = &self.frames[self.order.next(iteration, &self.config)];
+        let passed = self.clock.advance();
+        let iteration = self.clock.iteration();
+        let level = self.images.level(self.config.level(iteration));
+        let frame = &level[self.order.next((iteration, self.clock.taken()), &self.config)];
         let at = self.moment(frame, iteration);
         let is_deformed = !self.config.is_warmup(iteration);
         let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
@@ -165,7 +199,7 @@ impl Trainer for SourceTrainer<'_> {
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
         let view = View {
             frame,
-            background: self.background,
+            background: self.background_at(self.clock.taken()),
             ssim_weight: self.config.ssim_weight,
             sh_degree: self.config.active_degree(iteration),
             device: &device,
@@ -177,14 +211,14 @@ impl Trainer for SourceTrainer<'_> {
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
         }
-        self.descend(&leaves, &mut gradients, iteration);
+        self.descend(&leaves, &mut gradients, passed);
         self.network.step(self.config.deformation_rate(iteration), network.grad_remove(&mut gradients));
-        self.iteration = iteration;
         report(&compared.loss, &[compared.mse])
     }
 
     fn checkpoint(&self) -> TensorFile {
         let mut file = Checkpoints::start();
+        self.clock.insert_into(&mut file);
         self.cloud.insert_into(&mut file, "canonical");
         self.network.insert_into(&mut file, "network");
         self.density.insert_into(&mut file);
@@ -209,7 +243,6 @@ impl Trainer for SourceTrainer<'_> {
             began: file.metadata_json("began")?,
         };
         self.order.restore(round, &self.config);
-        self.iteration = step;
-        Ok(())
+        self.clock.restore(file, step)
     }
 }
