@@ -2,7 +2,7 @@
 //!
 //! Every stage that follows a [`Clock`] gets a deadline: a part of the time that is left when it begins. From
 //! then on its schedule runs with time: about once a second the pace is set such that the schedule ends at
-//! the deadline if steps go on taking as long as the last ones did. All paces are recorded in
+//! the deadline if steps go on taking as long as the last ones did, of which the newer count more. All paces are recorded in
 //! `schedule.json`, by the step from which they hold. A run that is resumed follows the record as far as it
 //! goes, so it repeats what was done exactly, whatever the machine does; beyond, it looks at the time again.
 
@@ -17,7 +17,7 @@ use crate::clock::Clock;
 use crate::config::LastStage;
 use crate::error::TrainError;
 use crate::thresholds::{
-    LAST_STAGE_SHARE, PACE_SECS, PACE_STEPS, REFINEMENT_SHARE, SLOWEST_PACE, SOURCE_SHARE,
+    LAST_STAGE_SHARE, NEWEST_WEIGHT, PACE_SECS, PACE_STEPS, REFINEMENT_SHARE, SLOWEST_PACE, SOURCE_SHARE,
 };
 
 /// A pace that holds from a step of a stage on.
@@ -60,6 +60,8 @@ struct Current {
     deadline: f64,
     since: f64,
     steps: usize,
+    /// Seconds of a step, smoothed.
+    step_secs: Option<f64>,
 }
 
 impl Budget {
@@ -94,7 +96,7 @@ impl Budget {
     pub(crate) fn begin(&mut self, stage: Stage, last: LastStage) {
         let used = self.used();
         let deadline = used + share(stage, last) * self.left();
-        self.current = Some(Current { stage, deadline, since: used, steps: 0 });
+        self.current = Some(Current { stage, deadline, since: used, steps: 0, step_secs: None });
     }
 
     /// Sets the pace of the step to come: that of the record or, once its end is reached, one that keeps to
@@ -154,7 +156,10 @@ impl Current {
         }
         self.measure_from(used);
         self.steps += 1;
-        let steps_left = ((self.deadline - used) * steps as f64 / secs).max(1.0);
+        let newest = secs / steps as f64;
+        let step_secs = self.step_secs.map_or(newest, |before| before + NEWEST_WEIGHT * (newest - before));
+        self.step_secs = Some(step_secs);
+        let steps_left = ((self.deadline - used) / step_secs).max(1.0);
         Some((clock.left() / steps_left).max(SLOWEST_PACE))
     }
 }
@@ -194,7 +199,8 @@ mod tests {
             [|_: f64| 0.2, |progress: f64| 0.02 + progress, |progress: f64| 0.9 - progress * 0.8]
         {
             let mut clock = Clock::new(1000);
-            let mut current = Current { stage: Stage::Source, deadline: 300.0, since: 0.0, steps: 0 };
+            let mut current =
+                Current { stage: Stage::Source, deadline: 300.0, since: 0.0, steps: 0, step_secs: None };
             let mut used = 0.0;
             while clock.left() > 0.0 {
                 if let Some(pace) = current.due(&clock, used) {

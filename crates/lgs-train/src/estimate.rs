@@ -15,7 +15,9 @@ use crate::data_summary::DataSummary;
 use crate::driver::Trainer;
 use crate::error::TrainError;
 use crate::source::{SourceConfig, SourceTrainer};
-use crate::thresholds::{GROWTH_END, PROBE_FRAMES, PROBE_STEPS, STEPS_PER_FITTED_FRAME};
+use crate::thresholds::{
+    GROWTH_END, PROBE_FRAMES, PROBE_STEPS, STEPS_OF_DISTILLATION, STEPS_PER_FITTED_FRAME,
+};
 use crate::window::learns_no_motion;
 
 /// The time that training is expected to take.
@@ -86,18 +88,20 @@ pub fn estimate(
         sum += iterations * step((iterations * (f64::from(hundredth) + 0.5)) as usize + 1);
         curve.push(sum);
     }
-    let stages = if learns_no_motion(dataset, config) { Vec::new() } else { stages(config, &data, still) };
+    let stages =
+        if learns_no_motion(dataset, config) { Vec::new() } else { stages(config, &data, [all, still]) };
     Ok(Some(Estimate { source: curve, stages }))
 }
 
-/// Seconds of the stages that are trained, if a step of the Gaussians takes so long.
-fn stages(config: &TrainConfig, data: &DataSummary, step: f64) -> Vec<(Stage, f64)> {
+/// Seconds of the stages, if a step takes so long with the source's motion and without.
+fn stages(config: &TrainConfig, data: &DataSummary, [moving, step]: [f64; 2]) -> Vec<(Stage, f64)> {
     let gaussians = |c: &crate::stages::TuneGaussiansConfig| {
         step * c.resolved(data.size[0], data.extent).iterations as f64
     };
     let fit = &config.fit_dynamics;
     let frames = if fit.frames == 0 { data.images } else { fit.frames.min(data.images) };
     let all = [
+        (Stage::Distill, moving * STEPS_OF_DISTILLATION),
         (Stage::RefineGaussians, gaussians(&config.refine_gaussians)),
         (Stage::FitDynamics, step * STEPS_PER_FITTED_FRAME * (fit.steps * frames) as f64),
         (Stage::TuneGaussians, gaussians(&config.tune_gaussians)),

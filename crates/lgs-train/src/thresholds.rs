@@ -22,6 +22,9 @@ pub(crate) const LAST_STAGE_SHARE: f64 = 0.93;
 pub(crate) const PACE_SECS: f64 = 1.0;
 /// Fewest steps that are timed before a pace is set, so that one slow step is no rule.
 pub(crate) const PACE_STEPS: usize = 5;
+/// Weight of the newest timed steps against those before, whose weights fall with age: a busy second of the
+/// machine changes the pace by a fifth of what it takes.
+pub(crate) const NEWEST_WEIGHT: f64 = 0.2;
 /// Slowest pace: fifty steps for one of the schedule, far beyond what more steps still bring.
 pub(crate) const SLOWEST_PACE: f64 = 0.02;
 
@@ -33,8 +36,11 @@ pub(crate) const PROBE_FRAMES: usize = 6;
 pub(crate) const PROBE_STEPS: usize = 4;
 /// Part of the time of densification after which the number of Gaussians has come to its budget.
 pub(crate) const GROWTH_END: f64 = 0.5;
-/// Time of a frame in a step of the fit of the dynamics, in steps of the Gaussians: it is drawn once for every
-/// freedom of an object.
+/// Time of stage 1, in steps of the source with all its Gaussians: between a few hundred for a law in
+/// generalised coordinates and three thousand for particles by themselves.
+pub(crate) const STEPS_OF_DISTILLATION: f64 = 1500.0;
+/// Time of a frame in a step of the fit of the dynamics, in steps of the Gaussians: it is drawn once for
+/// every freedom of an object.
 pub(crate) const STEPS_PER_FITTED_FRAME: f64 = 4.0;
 
 // Imported tracks

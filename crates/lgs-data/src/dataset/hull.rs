@@ -1,8 +1,8 @@
 //! First points inside of what the images of all times agree on.
 //!
-//! Where the camera is elsewhere at every image, the earliest one alone carves a cone. A point is then kept if
-//! nearly all images whose view it lies in show something there: what stands still is in all of them, and what
-//! moves is found later.
+//! Where the camera is elsewhere at every image, the earliest one alone carves a cone. A point is then kept
+//! if nearly all images whose view it lies in show something there: what stands still is in all of them, and
+//! what moves is found later.
 
 use super::set::{Dataset, Frame};
 use crate::ply::Points;

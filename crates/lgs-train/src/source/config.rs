@@ -104,7 +104,7 @@ impl SourceConfig {
         }
     }
 
-    /// The settings for a still scene, which has no motion to learn: its Gaussians, trained as in the warm-up.
+    /// The settings for a still scene, without a motion to learn: Gaussians, trained as in the warm-up.
     #[must_use]
     pub fn without_motion(&self) -> Self {
         Self {
