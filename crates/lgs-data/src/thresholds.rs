@@ -34,6 +34,12 @@ pub(crate) const BACKGROUND_TOLERANCE: f32 = 10.0 / 255.0;
 /// two-hundredth of the box say too little.
 pub(crate) const CARVING_TRIES: usize = 200;
 
+/// Part of the images that show a point as something from which on it is inside the hull of all times: one in
+/// ten may be wrong at its edge.
+pub(crate) const HULL_SHARE: f32 = 0.9;
+/// Most images that carve the hull of all times: more change it little.
+pub(crate) const HULL_VIEWS: usize = 60;
+
 // Synthetic scenes
 
 /// Longest step of a simulated law; with rates of up to 10 per unit of time the local error is below 1e-12.

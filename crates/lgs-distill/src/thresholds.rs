@@ -4,7 +4,7 @@
 
 /// Fewest samples of a window. Second differences, folds without a fifth of the samples, and polynomials of
 /// degree 2 with something left to validate them need eight.
-pub(crate) const FEWEST_SAMPLES: usize = 8;
+pub const FEWEST_SAMPLES: usize = 8;
 /// Distance of a sample time from the even grid, as a fraction of its spacing: an error of a fiftieth of a
 /// step in time is one of a fiftieth of a step's motion.
 pub(crate) const SPACING_TOLERANCE: f64 = 0.02;

@@ -173,7 +173,9 @@ fn physics(
         object.law = law.as_ref().map(|law| judged(law, index, motion, (scene, truth.as_ref())));
     }
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
-    let cameras = subject.dataset.map(distinct_cameras).unwrap_or_default();
+    // What has no object keeps its size.
+    let cameras =
+        subject.dataset.filter(|_| !scene.objects.is_empty()).map(distinct_cameras).unwrap_or_default();
     let extent =
         (!cameras.is_empty()).then(|| pixel_extent(scene, motion, &cameras, scene.background)).flatten();
     let of_source =

@@ -22,10 +22,29 @@ pub fn longest_view(dataset: &Dataset) -> Vec<&Frame> {
     views.into_values().rev().max_by(|a, b| span(a).total_cmp(&span(b))).unwrap_or_default()
 }
 
-/// At most `count` of the frames (sorted by time), those nearest to evenly spaced times.
+/// Frames in order of time to show a scene by: those of [`longest_view`] or, where no camera stays for a
+/// second image, those of all cameras of the held-out views, each to be seen through its own.
+pub(crate) fn views_over_time(dataset: &Dataset) -> Vec<&Frame> {
+    let of_one = longest_view(dataset);
+    if of_one.len() > 1 {
+        return of_one;
+    }
+    let held_out = ["val", "test", "train"].map(|split| dataset.split(split));
+    let mut frames: Vec<&Frame> =
+        held_out.into_iter().find(|frames| !frames.is_empty()).unwrap_or_default().iter().collect();
+    frames.sort_by(|a, b| a.time.total_cmp(&b.time));
+    frames
+}
+
+/// At most `count` of the frames (sorted by time), those nearest to evenly spaced times; of frames of one
+/// time, evenly spaced ones.
 #[must_use]
 pub fn spread_in_time<'a>(frames: &[&'a Frame], count: usize) -> Vec<&'a Frame> {
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Vec::new() };
+    if first.time == last.time {
+        let n = frames.len().min(count);
+        return (0..n).map(|i| frames[i * frames.len() / n]).collect();
+    }
     let wanted =
         |i: usize| first.time + (last.time - first.time) * i as f32 / count.saturating_sub(1).max(1) as f32;
     let nearest = |time: f32| {

@@ -18,5 +18,9 @@ pub fn bundled_suites() -> &'static [BundledSuite] {
         BundledSuite { name: "laws", text: include_str!("../suites/laws.toml") },
         BundledSuite { name: "nvfi-objects", text: include_str!("../suites/nvfi-objects.toml") },
         BundledSuite { name: "nvfi-indoor", text: include_str!("../suites/nvfi-indoor.toml") },
+        BundledSuite { name: "nerf-synthetic-400", text: include_str!("../suites/nerf-synthetic-400.toml") },
+        BundledSuite { name: "nerf-synthetic-800", text: include_str!("../suites/nerf-synthetic-800.toml") },
+        BundledSuite { name: "d-nerf-400", text: include_str!("../suites/d-nerf-400.toml") },
+        BundledSuite { name: "d-nerf-800", text: include_str!("../suites/d-nerf-800.toml") },
     ]
 }

@@ -10,6 +10,8 @@
 
 mod bundled;
 mod error;
+mod field;
+mod field_table;
 mod figures;
 mod law_tables;
 mod methods;
@@ -32,6 +34,7 @@ mod variants;
 
 pub use bundled::{BundledSuite, bundled_suites};
 pub use error::SuiteError;
+pub use field::{Field, Quoted};
 pub use figures::Model;
 pub use methods::{Method, methods};
 pub use plan::{Cell, Plan};

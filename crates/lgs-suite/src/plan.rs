@@ -285,7 +285,8 @@ mod tests {
     fn bundled_suites_are_whole_and_published_ones_say_what_they_want() {
         for bundled in bundled_suites() {
             let suite = Suite::open(Path::new(bundled.name)).expect(bundled.name);
-            let (published, varied) = (suite.published.is_some(), suite.variants.len() > 1);
+            let published = suite.published.is_some() || suite.field.is_some();
+            let varied = suite.variants.len() > 1;
             let plan = Plan::new(suite, Path::new("out"), Some(Path::new("nowhere"))).expect(bundled.name);
             assert_eq!(plan.leaders() < plan.cells.len(), varied, "ablations share sources");
             let missing = plan.missing_data();

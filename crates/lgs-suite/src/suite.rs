@@ -22,6 +22,16 @@
 //! [[override]]                           # in order, before the variant's; after it if it names one
 //! scenes = ["fan"]                       # left out: all; likewise methods, variants
 //! settings = ["partition.clusters=2"]
+//!
+//! [field]                                # left out: no table beside other people's figures
+//! protocol = "400², white, test"         # of ours
+//! split = "test"
+//! splits = { fan = "val" }               # of scenes that are measured on another one
+//!
+//! [[field.quoted]]
+//! method = "NeRF"
+//! protocol = "800², white, test"
+//! psnr = { fan = 30.1 }
 //! ```
 
 use std::path::Path;
@@ -31,6 +41,7 @@ use lgs_train::Preset;
 
 use crate::bundled::bundled_suites;
 use crate::error::{SuiteError, listed};
+use crate::field::Field;
 use crate::methods::Method;
 use crate::published::Published;
 use crate::scenes::Scenes;
@@ -61,6 +72,8 @@ pub struct Suite {
     pub half_resolution: bool,
     /// The paper's column that the tables stand beside, if this is its suite.
     pub published: Option<Published>,
+    /// Other people's figures, if tables stand beside these.
+    pub field: Option<Field>,
     /// The file, for messages.
     pub origin: String,
     laws_by_seed: bool,
@@ -101,6 +114,8 @@ impl Suite {
         let data = check.data(file.synthetic, file.folders, &file.scenes)?;
         let methods = check.methods(&file.methods)?;
         let variants = check.variants(&file.variants, file.variant)?;
+        let named = file.field.as_ref().map(Field::scenes).unwrap_or_default();
+        check.all_known("scene", &named, &file.scenes.iter().map(String::as_str).collect::<Vec<_>>())?;
         check.overrides(&file.overrides, &file.scenes, &file.methods, &variants)?;
         Ok(Self {
             name: file.name,
@@ -113,6 +128,7 @@ impl Suite {
             preset: file.preset,
             half_resolution: file.half_resolution,
             published: file.published,
+            field: file.field,
             origin: origin.to_owned(),
             laws_by_seed,
             settings: file.settings,

@@ -6,6 +6,7 @@ use lgs_data::synth::SynthOptions;
 use lgs_train::Preset;
 use serde::Deserialize;
 
+use crate::field::Field;
 use crate::published::Published;
 use crate::scenes::Folders;
 use crate::variants::VariantTable;
@@ -38,6 +39,7 @@ pub(crate) struct File {
     pub(crate) synthetic: Option<Synthetic>,
     pub(crate) folders: Option<Folders>,
     pub(crate) published: Option<Published>,
+    pub(crate) field: Option<Field>,
     #[serde(default)]
     pub(crate) half_resolution: bool,
     #[serde(default)]

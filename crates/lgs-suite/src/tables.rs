@@ -5,6 +5,7 @@ use lgs_eval::Metrics;
 pub use crate::figures::Format;
 pub use crate::table::{Entry, Row, Table};
 
+use crate::field_table::field_table;
 use crate::figures::{Model, Over, PUBLISHED_SCORE, TEST_SCORES, TEXT_FIGURES, split_score};
 use crate::law_tables::law_tables;
 use crate::part_tables::{ablations, parts_of_networks};
@@ -20,6 +21,7 @@ pub fn all_tables(results: &Results<'_>) -> Vec<Table> {
     let [laws, no_laws] = law_tables(results);
     let [systems, systems_by_scene] = system_tables(results);
     let tables = [
+        field_table(results),
         extrapolation(results),
         windows(results),
         ablations(results),

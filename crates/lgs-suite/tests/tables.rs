@@ -144,3 +144,22 @@ fn every_format_holds_the_numbers() {
     assert_eq!(first[0]["mean"], 31.5);
     assert!(first[3]["mean"].is_null() && first[0]["paper"].is_null());
 }
+
+#[test]
+fn published_figures_stand_beside_ours_with_the_protocol_of_both() {
+    let field = "[field]\nprotocol = \"160², white\"\nsplit = \"val\"\nsplits = { spring = \"test\" }\n\
+        [[field.quoted]]\nmethod = \"NeRF\"\nprotocol = \"800², white\"\npsnr = { fan = 30.5 }\n";
+    let plan = plan(&format!("{SUITE}{field}"));
+    let tables = tables(&plan, |cell| cell.variant == "full");
+    let table = table(&tables, "field");
+    assert_eq!(table.columns, ["fan", "spring", "mean"]);
+    let mean = |row: usize, column: usize| table.rows[row].entries[column].summary.mean;
+    assert_eq!(table.rows[0].labels, ["NeRF, published", "800², white"]);
+    assert_eq!([0, 1, 2].map(|column| mean(0, column)), [Some(30.5), None, None], "no mean of a part");
+    assert_eq!(table.rows[2].labels, ["Lagrangian (DefGS)", "160², white"]);
+    assert_eq!(mean(2, 0), None, "`fan` was not scored on `val`");
+    assert!(close(mean(2, 1), 32.0));
+    assert!(table_text::markdown(table).contains("`spring` is measured on its split `test`"));
+    let error = Suite::parse(&format!("{SUITE}{}", field.replace("fan", "fans")), "s.toml");
+    assert!(error.expect_err("unknown").to_string().contains("`fans`"));
+}

@@ -99,6 +99,9 @@ pub struct TrainConfig {
     pub seed: u64,
     /// Seconds between checkpoints.
     pub checkpoint_secs: u64,
+    /// Seconds that source and stages may take together; schedules are stretched or shortened to keep to them
+    /// (`schedule.json`). 0: they are as long as configured.
+    pub time_budget_secs: f64,
     /// Stages after this one are left out (ablation): `distill` (or 1), `tune-dynamics` (2), `tune-gaussians`
     /// (3, all).
     pub last_stage: LastStage,
@@ -136,6 +139,7 @@ impl TrainConfig {
             preset,
             seed: 0,
             checkpoint_secs: 60,
+            time_budget_secs: 0.0,
             last_stage: LastStage::default(),
             data: DataConfig::default(),
             source: SourceConfig::preset(source, preset),
@@ -153,6 +157,7 @@ impl TrainConfig {
         };
         match preset {
             Preset::Quick => chosen,
+            Preset::Standard => chosen.for_any_world(),
             Preset::Paper => chosen.trained_long(),
         }
     }
@@ -165,6 +170,16 @@ impl TrainConfig {
             refine_gaussians: self.refine_gaussians.left_out(),
             fit_dynamics: FitDynamicsConfig::paper(),
             tune_dynamics: TuneDynamicsConfig::networks(),
+            ..self
+        }
+    }
+
+    /// Rates of positions that follow the extent of the scene.
+    fn for_any_world(self) -> Self {
+        let any_world = |config: TuneGaussiansConfig| TuneGaussiansConfig { position_unit: 0.0, ..config };
+        Self {
+            refine_gaussians: any_world(self.refine_gaussians),
+            tune_gaussians: any_world(self.tune_gaussians),
             ..self
         }
     }

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use lgs_model::{LagrangianScene, TensorFile, TensorFileError};
 
 use crate::checkpoint::Stage;
+use crate::clock::Clock;
 
 /// The figures of a training step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +29,11 @@ pub trait Trainer {
 
     /// Number of Gaussians now.
     fn gaussians(&self) -> usize;
+
+    /// The place on the schedule, where steps can cover more or less of it; nothing where they are counted.
+    fn clock(&mut self) -> Option<&mut Clock> {
+        None
+    }
 
     /// One optimiser step.
     fn step(&mut self) -> StepReport;
@@ -69,6 +75,8 @@ pub struct Progress {
     pub psnr: Option<f32>,
     /// Number of Gaussians.
     pub gaussians: usize,
+    /// Seconds to the end of all training, where a time budget says so.
+    pub left_secs: Option<f64>,
 }
 
 /// The caller's side of a training run.

@@ -47,6 +47,19 @@ pub enum TrainError {
     /// The dataset has no training images.
     #[error("the split `train` is empty: {0}")]
     NoFrames(PathBuf),
+    /// The training images end too early for stage 1 to tell a law from its samples.
+    #[error(
+        "the training images end at time {last}, a law needs them to reach {least}; times span [0, 1): {}",
+        path.display()
+    )]
+    ShortWindow {
+        /// The dataset.
+        path: PathBuf,
+        /// The last time of a training image.
+        last: f32,
+        /// The earliest end that is long enough.
+        least: f32,
+    },
     /// The kind of source model can only be imported.
     #[error("a source `{}` is not trained from images", .0.name())]
     NotTrained(SourceKind),
@@ -97,6 +110,7 @@ impl TrainError {
             Self::Cameras(error) => Some(error.path()),
             Self::Import { path, .. }
             | Self::NoFrames(path)
+            | Self::ShortWindow { path, .. }
             | Self::Mismatch { path, .. }
             | Self::Occupied(path) => Some(path),
             Self::Distill(_) | Self::NotTrained(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => {
@@ -127,6 +141,7 @@ mod tests {
             mismatch,
             import,
             TrainError::NoFrames(path()),
+            TrainError::ShortWindow { path: path(), last: 0.01, least: 0.1 },
             TrainError::Occupied(path()),
             denied().into(),
             missing.into(),

@@ -8,13 +8,17 @@
 //! The crate prints nothing: progress goes to a callback, the training curve to `events.jsonl`.
 
 mod adam;
+pub mod budget;
 pub mod checkpoint;
+mod clock;
 mod cloud_rates;
 mod cloud_tensors;
 pub mod config;
+mod data_summary;
 pub mod device;
 mod driver;
 mod error;
+mod estimate;
 pub mod events;
 mod import;
 mod layers;
@@ -29,12 +33,17 @@ pub mod tracks;
 mod trainable_cloud;
 mod training_loop;
 mod view;
+mod window;
 
 pub use checkpoint::Stage;
+pub use clock::Clock;
 pub use config::{Preset, TrainConfig};
+pub use data_summary::DataSummary;
 pub use device::DeviceName;
 pub use driver::{Control, Progress, SceneTrainer, StepReport, Trainer};
 pub use error::TrainError;
+pub use estimate::{Estimate, estimate};
 pub use import::imported_source;
 pub use pipeline::{Trained, train};
 pub use run_folder::{RunDataset, RunFolder};
+pub use window::{check_window, learns_no_motion};

@@ -1,12 +1,18 @@
 //! The whole of training, stage by stage, each from where a checkpoint left it.
 
+use std::cell::RefCell;
+
 use burn::tensor::Device;
+use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
 use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
-use lgs_model::{LagrangianScene, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors};
+use lgs_model::{
+    LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
+};
 
+use crate::budget::Budget;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::driver::{Control, Progress, SceneTrainer, Trainer};
@@ -18,6 +24,7 @@ use crate::stages::{
     FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene,
 };
 use crate::training_loop::TrainingLoop;
+use crate::window::{check_window, end_of_window, learns_no_motion};
 
 /// The models of a finished run.
 pub struct Trained {
@@ -40,12 +47,32 @@ pub fn train(
     device: &Device,
     control: &mut Control<'_>,
 ) -> Result<Trained, TrainError> {
-    let pipeline = Pipeline { run, dataset, config, device, checkpoints: run.checkpoints(config, dataset) };
+    check_window(dataset, config)?;
+    let checkpoints = run.checkpoints(config, dataset);
+    let pipeline = Pipeline { run, dataset, config, device, checkpoints, budget: run.budget(config)? };
     let latest = pipeline.checkpoints.latest()?;
     let source = pipeline.source(latest.as_ref(), control)?;
-    let scene = pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?;
+    let scene = if learns_no_motion(dataset, config) {
+        still_scene(&*source, config.motion.dt, dataset.background)
+    } else {
+        pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?
+    };
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
+}
+
+/// The scene of Gaussians that do not move. Its window is all of time, so that it is drawn at any.
+fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> LagrangianScene {
+    let cloud = source.cloud_at(0.0);
+    let order: Vec<usize> = spatial_order(&cloud.means).into_iter().map(|i| i as usize).collect();
+    LagrangianScene {
+        static_gaussians: cloud.select(&order),
+        dynamic_gaussians: cloud.select(&[]),
+        velocities: Vec::new(),
+        objects: Vec::new(),
+        motion: MotionConfig { dt, time_window: 1.0 },
+        background,
+    }
 }
 
 /// Whether an object follows a law without networks, or a recording.
@@ -60,6 +87,7 @@ struct Pipeline<'a> {
     config: &'a TrainConfig,
     device: &'a Device,
     checkpoints: Checkpoints,
+    budget: Option<RefCell<Budget>>,
 }
 
 impl Pipeline<'_> {
@@ -127,11 +155,17 @@ impl Pipeline<'_> {
     }
 
     fn training_data(&self) -> TrainingData<'_> {
-        TrainingData { frames: self.dataset.split("train"), seed: self.config.seed, device: self.device }
+        TrainingData {
+            frames: self.dataset.split("train"),
+            extent: self.dataset.extent(),
+            seed: self.config.seed,
+            device: self.device,
+        }
     }
 
     fn training_loop(&self) -> TrainingLoop<'_> {
-        TrainingLoop { run: self.run, config: self.config, checkpoints: &self.checkpoints }
+        let budget = self.budget.as_ref();
+        TrainingLoop { run: self.run, config: self.config, checkpoints: &self.checkpoints, budget }
     }
 
     /// Whether there is anything to tune on; without, training ends with stage 1.
@@ -151,7 +185,7 @@ impl Pipeline<'_> {
             partition: &self.config.partition,
             distill: &self.config.distill,
             motion: &self.config.motion,
-            time_window: self.time_window(source),
+            time_window: end_of_window(self.dataset, source, self.config.motion.dt),
             pixel_size: self.dataset.pixel_size(),
             background: self.dataset.background,
             frames: self.dataset.split("train"),
@@ -161,7 +195,9 @@ impl Pipeline<'_> {
         let initial = initialise_scene(source, &request, &mut |object, objects, p| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
             let loss = p.loss.unwrap_or(0.0);
-            (control.progress)(Progress { stage: Stage::Distill, step, steps, loss, psnr: None, gaussians });
+            let left_secs = self.budget.as_ref().map(|budget| budget.borrow().left());
+            let stage = Stage::Distill;
+            (control.progress)(Progress { stage, step, steps, loss, psnr: None, gaussians, left_secs });
         })?;
         let path = self.run.distillation_path();
         let json = serde_json::to_vec_pretty(&initial.reports)
@@ -169,15 +205,6 @@ impl Pipeline<'_> {
         write_atomically(&path, |w| w.write_all(&json))?;
         self.checkpoints.save(Stage::Distill, 0, scene_to_tensors(&initial.scene, CHECKPOINT_FORMAT))?;
         Ok(initial.scene)
-    }
-
-    /// End of the captured window: the last training time, or the end of what the source knows if that is
-    /// earlier.
-    fn time_window(&self, source: &dyn SourceModel) -> f32 {
-        let images = self.dataset.split("train").iter().map(|f| f.time).reduce(f32::max);
-        let known = source.time_range().map(|[_, last]| last);
-        let window = images.into_iter().chain(known).fold(f32::INFINITY, f32::min);
-        if window.is_finite() { window.max(self.config.motion.dt) } else { self.config.motion.dt }
     }
 
     /// Whether a stage does not run: the configuration leaves it out, there is nothing to train or no image

@@ -10,6 +10,9 @@ pub enum Preset {
     /// Minutes on two CPU cores.
     #[default]
     Quick,
+    /// For sets of any size: what depends on images, views and the world's scale is resolved from the data. A
+    /// quarter of an hour to an hour on two CPU cores, or as long as a time budget says.
+    Standard,
     /// The paper's system at the published lengths: its networks (`distill.dynamics`), its three stages, and
     /// the published values of the source. The grouping into objects, which the paper leaves open, is ours:
     ///
@@ -27,7 +30,7 @@ impl Preset {
     #[must_use]
     pub fn dynamics(self) -> DynamicsKind {
         match self {
-            Self::Quick => DynamicsKind::Terms,
+            Self::Quick | Self::Standard => DynamicsKind::Terms,
             Self::Paper => DynamicsKind::Networks,
         }
     }

@@ -38,7 +38,8 @@ impl TrainConfig {
     /// own kinds if they name none.
     pub(crate) fn from_table(preset: Preset, mut given: Table) -> Result<Self, ConfigError> {
         let whole = |e: &dyn Display| invalid("configuration", e);
-        let preset = choice(given.get("preset"), "preset", "`quick` or `paper`")?.unwrap_or(preset);
+        let preset =
+            choice(given.get("preset"), "preset", "`quick`, `standard` or `paper`")?.unwrap_or(preset);
         let kind = given.get("source").and_then(|source| source.get("kind"));
         let kind = choice(kind, "source.kind", &known_kinds())?.unwrap_or_default();
         let dynamics = given.get("distill").and_then(|distill| distill.get("dynamics"));
@@ -68,6 +69,10 @@ impl TrainConfig {
         let train_before = self.data.train_before;
         if !(train_before >= 0.0 && train_before.is_finite()) {
             return Err(invalid("data.train_before", &format!("{train_before} is negative or not finite")));
+        }
+        let budget = self.time_budget_secs;
+        if !(budget >= 0.0 && budget.is_finite()) {
+            return Err(invalid("time_budget_secs", &format!("{budget} is negative or not finite")));
         }
         if self.checkpoint_secs == 0 {
             return Err(invalid("checkpoint_secs", &"0 is not an interval"));

@@ -1,5 +1,6 @@
 //! The folder of a run: its configuration, checkpoints, training curve and models.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use lgs_data::dataset::Dataset;
@@ -8,6 +9,7 @@ use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
 use serde::{Deserialize, Serialize};
 
+use crate::budget::Budget;
 use crate::checkpoint::{Checkpoints, RunIdentity};
 use crate::config::{ConfigError, Preset, TrainConfig};
 use crate::error::TrainError;
@@ -104,15 +106,34 @@ impl RunFolder {
         self.root.join("checkpoints")
     }
 
+    /// The file of the paces by which a run keeps to its time budget.
+    #[must_use]
+    pub fn schedule_path(&self) -> PathBuf {
+        self.root.join("schedule.json")
+    }
+
+    /// The run's time budget, if it has one, with the schedule so far.
+    pub(crate) fn budget(&self, config: &TrainConfig) -> Result<Option<RefCell<Budget>>, TrainError> {
+        let secs = Some(config.time_budget_secs).filter(|&secs| secs > 0.0);
+        secs.map(|secs| Ok(RefCell::new(Budget::open(secs, &self.schedule_path())?))).transpose()
+    }
+
     /// The report of stage 1, a list of what it found for each object.
     #[must_use]
     pub fn distillation_path(&self) -> PathBuf {
         self.root().join("distillation.json")
     }
 
-    /// The file of the source model, by its kind.
+    /// The file of the source model: of the kind that was asked for, or, where the run has one of a still
+    /// scene, of that.
     #[must_use]
     pub fn source_path(&self, kind: SourceKind) -> PathBuf {
+        let at_rest = self.source_path_of(SourceKind::Linear);
+        let asked = self.source_path_of(kind);
+        if !asked.exists() && at_rest.exists() { at_rest } else { asked }
+    }
+
+    fn source_path_of(&self, kind: SourceKind) -> PathBuf {
         self.root.join("source").join(format!("{}.safetensors", kind.name()))
     }
 
@@ -148,7 +169,7 @@ impl RunFolder {
         let views: Vec<(String, lgs_core::Camera)> =
             dataset.cameras("train").iter().map(|f| (f.name.clone(), f.camera)).collect();
         cameras::write_cameras_json(&folder.join("cameras.json"), &views)?;
-        Ok(model.save(&self.source_path(model.kind()))?)
+        Ok(model.save(&self.source_path_of(model.kind()))?)
     }
 
     /// Takes over the trained source of another run of the same dataset, seed, image and source settings:

@@ -8,6 +8,41 @@ pub(crate) const KEPT_CHECKPOINTS: usize = 2;
 /// Steps between lines of `events.jsonl`: a stage has hundreds of steps, its curve dozens of points or more.
 pub(crate) const EVENT_INTERVAL: usize = 10;
 
+// Time budgets
+
+/// Part of the time left that the source may take where all stages follow: measured on scenes with several
+/// objects, stages 1 and 2 then have a tenth and the Gaussians of the scene the rest.
+pub(crate) const SOURCE_SHARE: f64 = 0.72;
+/// Part of the time left that the refinement before stage 2 may take.
+pub(crate) const REFINEMENT_SHARE: f64 = 0.3;
+/// Part of the time left that the last stage may take: the choice of laws by its Gaussians comes after it.
+pub(crate) const LAST_STAGE_SHARE: f64 = 0.93;
+/// Seconds over which steps are timed before a pace is set: a thousandth of a budget of a quarter of an hour,
+/// and above the resolution of any clock.
+pub(crate) const PACE_SECS: f64 = 1.0;
+/// Fewest steps that are timed before a pace is set, so that one slow step is no rule.
+pub(crate) const PACE_STEPS: usize = 5;
+/// Weight of the newest timed steps against those before, whose weights fall with age: a busy second of the
+/// machine changes the pace by a fifth of what it takes.
+pub(crate) const NEWEST_WEIGHT: f64 = 0.2;
+/// Slowest pace: fifty steps for one of the schedule, far beyond what more steps still bring.
+pub(crate) const SLOWEST_PACE: f64 = 0.02;
+
+// Estimates of time
+
+/// Frames of which steps are timed, spread over the set.
+pub(crate) const PROBE_FRAMES: usize = 6;
+/// Steps that are timed; their mean is within a tenth of that of many.
+pub(crate) const PROBE_STEPS: usize = 4;
+/// Part of the time of densification after which the number of Gaussians has come to its budget.
+pub(crate) const GROWTH_END: f64 = 0.5;
+/// Time of stage 1, in steps of the source with all its Gaussians: between a few hundred for a law in
+/// generalised coordinates and three thousand for particles by themselves.
+pub(crate) const STEPS_OF_DISTILLATION: f64 = 1500.0;
+/// Time of a frame in a step of the fit of the dynamics, in steps of the Gaussians: it is drawn once for
+/// every freedom of an object.
+pub(crate) const STEPS_PER_FITTED_FRAME: f64 = 4.0;
+
 // Imported tracks
 
 /// Fewest times of tracks from elsewhere: place, velocity and acceleration take three, and two more tell
@@ -23,6 +58,9 @@ pub(crate) const ADAM_EPSILON: f32 = 1e-15;
 pub(crate) const FIRST_OPACITY: f32 = 0.1;
 /// Smallest mean squared neighbour distance that a fresh Gaussian's size is taken from, square world units.
 pub(crate) const MIN_SQUARED_DISTANCE: f32 = 1e-7;
+/// Most voxels along an edge of the box of points that are thinned out: finer ones tell points apart that are
+/// nearer than a thousandth of a pixel.
+pub(crate) const MOST_CELLS: i64 = 1 << 20;
 /// Opacity that a reset lowers to.
 pub(crate) const RESET_OPACITY: f32 = 0.01;
 /// Factor between the scale of a Gaussian and that of the two that it is split into: 0.8 · 2.
@@ -84,6 +122,14 @@ pub(crate) const PROPOSED_SCALE: f32 = 0.5;
 pub(crate) const REFERENCE_WIDTH: f32 = 160.0;
 /// Largest factor by which larger images multiply iterations: it bounds the time that training takes.
 pub(crate) const MAX_STRETCH: f32 = 3.0;
+/// Extent of the published synthetic scenes, whose cameras stand 4 units from the centre, world units.
+pub(crate) const REFERENCE_EXTENT: f32 = 4.4;
+/// Least width of images of a coarse level, pixels: on fewer, silhouettes are all that is left.
+pub(crate) const COARSEST_WIDTH: u32 = 100;
+/// Fewest Gaussians of a budget by pixels: those of the quick preset.
+pub(crate) const FEWEST_BUDGETED: usize = 4000;
+/// Most Gaussians of a budget by pixels: a step of twice as many takes half a second on two cores.
+pub(crate) const MOST_BUDGETED: usize = 40_000;
 /// Front of the growing time window from which frames are drawn more often, as a fraction of the whole: a
 /// step and a half of the quick preset's thirty.
 pub(crate) const WINDOW_FRONT: f32 = 0.05;

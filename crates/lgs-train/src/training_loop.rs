@@ -1,9 +1,11 @@
 //! The loop that drives everything that trains step by step: checkpoints, the training curve, progress, and
 //! stopping on request.
 
+use std::cell::RefCell;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use crate::budget::Budget;
 use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
 use crate::driver::{Control, Progress, StepReport, Trainer};
@@ -17,6 +19,8 @@ pub(crate) struct TrainingLoop<'a> {
     pub(crate) run: &'a RunFolder,
     pub(crate) config: &'a TrainConfig,
     pub(crate) checkpoints: &'a Checkpoints,
+    /// The time that is left, where the run has a budget.
+    pub(crate) budget: Option<&'a RefCell<Budget>>,
 }
 
 impl TrainingLoop<'_> {
@@ -39,12 +43,19 @@ impl TrainingLoop<'_> {
         }
         let mut events = EventLog::resume(&self.run.events_path(), stage, trainer.step_index())?;
         let mut timer = CheckpointTimer::new(self.config);
+        if let Some(budget) = self.budget {
+            budget.borrow_mut().begin(stage, self.config.last_stage);
+        }
         while !trainer.is_finished() {
             if control.stop.load(Ordering::Relaxed) {
                 self.save(trainer)?;
                 return Err(TrainError::Interrupted { stage: stage.name(), step: trainer.step_index() });
             }
-            let progress = advance(trainer)?;
+            if let (Some(budget), Some(clock)) = (self.budget, trainer.clock()) {
+                budget.borrow_mut().pace(clock);
+            }
+            let left_secs = self.budget.map(|budget| budget.borrow().left());
+            let progress = Progress { left_secs, ..advance(trainer)? };
             if progress.step.is_multiple_of(EVENT_INTERVAL) {
                 events.append(&Event::of(&progress))?;
             }
@@ -56,7 +67,11 @@ impl TrainingLoop<'_> {
         self.save(trainer)
     }
 
+    /// A checkpoint, and before it the schedule that led to it.
     fn save(&self, trainer: &dyn Trainer) -> Result<(), TrainError> {
+        if let Some(budget) = self.budget {
+            budget.borrow().save()?;
+        }
         self.checkpoints.save(trainer.stage(), trainer.step_index(), trainer.checkpoint()).map(drop)
     }
 }
@@ -69,7 +84,7 @@ fn advance(trainer: &mut dyn Trainer) -> Result<Progress, TrainError> {
         return Err(TrainError::NonFinite { stage: stage.name(), step });
     }
     let (steps, gaussians) = (trainer.steps(), trainer.gaussians());
-    Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians })
+    Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians, left_secs: None })
 }
 
 /// The span of a stage, for profiles.

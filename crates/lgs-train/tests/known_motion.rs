@@ -78,7 +78,7 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
 }
 
 fn data<'a>(frames: &'a [Frame], device: &'a Device) -> TrainingData<'a> {
-    TrainingData { frames, seed: 0, device }
+    TrainingData { frames, extent: 4.4, seed: 0, device }
 }
 
 /// Largest distance of a mean from where it belongs.

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
 use lgs_model::source::{SourceKind, load_source};
+use lgs_train::budget::read_schedule;
 use lgs_train::source::SourceTrainer;
 use lgs_train::{
     Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, Trainer, train,
@@ -70,11 +71,20 @@ fn run(
     stop_at: Option<(Stage, usize)>,
 ) -> Result<Trained, TrainError> {
     let config = tiny_config(kind);
-    let run = if folder.exists() {
-        RunFolder::open(folder)?.0
-    } else {
-        RunFolder::create(folder, &config, dataset)?
-    };
+    if !folder.exists() {
+        RunFolder::create(folder, &config, dataset)?;
+    }
+    run_with(&config, folder, dataset, stop_at)
+}
+
+/// Trains with settings in a folder that holds their run.
+fn run_with(
+    config: &TrainConfig,
+    folder: &Path,
+    dataset: &Dataset,
+    stop_at: Option<(Stage, usize)>,
+) -> Result<Trained, TrainError> {
+    let run = RunFolder::open(folder)?.0;
     let stop = AtomicBool::new(false);
     let mut progress = |p: Progress| {
         if stop_at == Some((p.stage, p.step)) {
@@ -82,7 +92,7 @@ fn run(
         }
     };
     let device = DeviceName::Cpu.device();
-    train(&run, dataset, &config, &device, &mut Control { stop: &stop, progress: &mut progress })
+    train(&run, dataset, config, &device, &mut Control { stop: &stop, progress: &mut progress })
 }
 
 /// Bytes of everything that a run delivers.
@@ -181,6 +191,32 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     for (name, bytes) in &whole {
         assert!(bytes == &stopped[name], "{name} differs");
     }
+}
+
+#[test]
+fn the_schedule_of_a_time_budget_is_recorded_and_repeated_exactly_also_in_parts() {
+    let folder = tempfile::tempdir().expect("folder");
+    let dataset = tiny_dataset(folder.path());
+    let more = ["time_budget_secs=4", "source.stretch=100", "tune_gaussians.stretch=100"];
+    let config = tiny_config_with(SourceKind::Defgs, &more);
+    let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
+    for path in [&whole, &parts] {
+        RunFolder::create(path, &config, &dataset).expect("run");
+    }
+    let train_in = |path: &Path, stop: Option<(Stage, usize)>| run_with(&config, path, &dataset, stop);
+    train_in(&whole, None).expect("train");
+    let schedule = read_schedule(&whole.join("schedule.json")).expect("a schedule");
+    let shortened = schedule.paces.iter().find(|pace| pace.pace > 1.0).expect("thousands of steps");
+    std::fs::copy(whole.join("schedule.json"), parts.join("schedule.json")).expect("copy");
+    let stops = [(Stage::Source, 3), (Stage::Source, shortened.step + 2), (Stage::TuneGaussians, 1)];
+    for stop in stops {
+        assert!(matches!(train_in(&parts, Some(stop)), Err(TrainError::Interrupted { .. })), "{stop:?}");
+    }
+    train_in(&parts, None).expect("resume");
+    assert_eq!(read_schedule(&parts.join("schedule.json")).expect("a schedule").paces, schedule.paces);
+    let (whole, parts) = (delivered(&whole), delivered(&parts));
+    assert_eq!(whole.len(), 3);
+    assert!(whole == parts, "other bytes in one of {:?}", whole.keys());
 }
 
 #[test]

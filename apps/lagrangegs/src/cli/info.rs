@@ -81,6 +81,7 @@ fn dataset(path: &Path, format: DatasetFormat) -> Result<Facts> {
         ("format", json!(format.name())),
         ("fingerprint", json!(set.fingerprint)),
         ("splits", splits(&set)),
+        ("motion", json!(if set.is_still() { "none: a still scene" } else { "images of several times" })),
         ("image sizes", json!(sizes.join(", "))),
         ("cameras", json!(cameras)),
         ("transparency", json!(if frames().any(Frame::has_alpha) { "yes" } else { "no, images are opaque" })),

@@ -16,6 +16,7 @@ mod failure;
 mod frames;
 mod info;
 mod laws;
+mod outlook;
 mod output;
 mod profile;
 mod progress;

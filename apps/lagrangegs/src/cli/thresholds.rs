@@ -27,5 +27,7 @@ pub(crate) const LIMIT_TOLERANCE: f32 = 1e-4;
 
 /// Clouds in memory together when frames are drawn or written: enough for every core of a small machine.
 pub(crate) const CLOUDS_AT_ONCE: usize = 8;
+/// Seconds of a stage after which its own speed corrects the estimate: steps at the start are no rule.
+pub(crate) const SETTLING_SECS: f64 = 5.0;
 /// Seconds between log lines of a task where no progress bar is seen.
 pub(crate) const LOG_INTERVAL_SECS: u64 = 10;

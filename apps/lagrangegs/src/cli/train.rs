@@ -13,6 +13,7 @@ use lgs_train::{RunFolder, TrainConfig};
 use super::ablation::Ablations;
 use super::device::DeviceArgs;
 use super::failure::At;
+use super::outlook::duration;
 use super::output::{self, refuse_inside_dataset};
 use super::run::dataset_format;
 use super::training::{Request, train};
@@ -41,6 +42,12 @@ pub(super) struct Args {
     /// Defaults to start from [default: quick]
     #[arg(long, value_enum, value_name = "PRESET")]
     preset: Option<PresetName>,
+    /// Time that training keeps to, such as 40m or 1h30m: schedules are stretched or shortened to end with it
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time_budget: Option<f64>,
+    /// Width that images are resized to, pixels [default: as they are]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    size: Option<u32>,
     /// What moves objects [default: terms, with the preset `paper` networks]
     #[arg(long, value_enum, value_name = "DYNAMICS")]
     dynamics: Option<DynamicsName>,
@@ -66,6 +73,8 @@ pub(super) struct Args {
 enum PresetName {
     /// Minutes on two processor cores
     Quick,
+    /// For sets of any size, resolved from the data; as long as --time-budget says, else up to an hour
+    Standard,
     /// As published; hours to days on a processor
     Paper,
 }
@@ -135,10 +144,13 @@ impl Args {
 fn resolve(args: &Args) -> Result<TrainConfig> {
     let preset = match args.preset {
         Some(PresetName::Paper) => Preset::Paper,
+        Some(PresetName::Standard) => Preset::Standard,
         _ => Preset::Quick,
     };
     let mut sets = args.source_settings()?;
     sets.extend(args.format.map(|format| format!("data.format={}", format.name())));
+    sets.extend(args.time_budget.map(|secs| format!("time_budget_secs={secs:?}")));
+    sets.extend(args.size.map(|size| format!("data.resolution={size}")));
     let name = |dynamics: DynamicsName| Some(dynamics.to_possible_value()?.get_name().to_owned());
     sets.extend(args.dynamics.and_then(name).map(|name| format!("distill.dynamics={name}")));
     sets.extend(args.ablations.settings());

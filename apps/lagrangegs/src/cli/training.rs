@@ -11,9 +11,13 @@ use lgs_eval::Cost;
 use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
 use lgs_train::checkpoint::Stage;
 use lgs_train::device::Device;
-use lgs_train::{Control, Progress, RunFolder, TrainConfig, TrainError, Trained, imported_source};
+use lgs_train::{
+    Control, Progress, RunFolder, TrainConfig, TrainError, Trained, check_window, imported_source,
+    learns_no_motion,
+};
 
 use super::failure::At;
+use super::outlook::Outlook;
 use super::progress::{Task, say};
 use super::run::{load_dataset, load_options, read_cost, write_cost};
 
@@ -39,6 +43,10 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     // What came before in this process is no part of training.
     reset_peak_rss();
     let dataset = training_images(request)?;
+    check_window(&dataset, &request.config)?;
+    if learns_no_motion(&dataset, &request.config) {
+        say("a still scene: all training images are of one time, and no motion is learned");
+    }
     if !request.config.source.import.is_empty() {
         // Before a folder is made for the run; training reads it again.
         imported_source(&request.config, &dataset).at(Path::new(&request.config.source.import))?;
@@ -49,6 +57,11 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         RunFolder::create(request.out, &request.config, &dataset).at(request.out)?
     };
     let begun = Instant::now();
+    let outlook = if request.resume || request.source_from.is_some() {
+        Outlook::none()
+    } else {
+        Outlook::announce(&dataset, &request.config, request.device)?
+    };
     let mut cost = read_cost(request.out);
     if let Some(from) = request.source_from {
         folder.adopt_source(&request.config, from).at(from)?;
@@ -57,7 +70,7 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         }
     }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
-    let trained = with_bars(request, &folder, &dataset, &mut cost);
+    let trained = with_bars(request, &folder, &dataset, (&mut cost, outlook));
     cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
     if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
         write_cost(request.out, &cost)?;
@@ -105,7 +118,7 @@ fn with_bars(
     request: &Request<'_>,
     folder: &RunFolder,
     dataset: &Dataset,
-    cost: &mut Cost,
+    (cost, mut outlook): (&mut Cost, Outlook),
 ) -> Result<Trained, TrainError> {
     let stop = stop_flag();
     let mut current: Option<Running> = None;
@@ -115,8 +128,9 @@ fn with_bars(
             current.take().into_iter().for_each(|running| running.end(cost));
             current = Some(Running::start(&p));
         }
+        let left = outlook.left(&p);
         if let Some(running) = &current {
-            running.task.set(p.step as u64, p.steps as u64, || message(&p));
+            running.task.set(p.step as u64, p.steps as u64, || message(&p, left.as_deref()));
         }
     };
     let mut control = Control { stop: &stop, progress: &mut progress };
@@ -125,9 +139,10 @@ fn with_bars(
     trained
 }
 
-fn message(p: &Progress) -> String {
+fn message(p: &Progress, left: Option<&str>) -> String {
     let quality = p.psnr.map_or_else(|| format!("loss {:.3e}", p.loss), |psnr| format!("PSNR {psnr:.2} dB"));
-    format!("{quality}, {} Gaussians", p.gaussians)
+    let left = left.map_or_else(String::new, |left| format!(", {left}"));
+    format!("{quality}, {} Gaussians{left}", p.gaussians)
 }
 
 /// Whether Ctrl-C was pressed while something trained.

@@ -35,6 +35,20 @@ fn metrics_follow_the_schema_and_are_kept_in_the_run() {
 }
 
 #[test]
+fn points_without_a_law_are_a_truth_for_all_that_needs_none() {
+    let (_dir, data, run) = falling();
+    let paths: [(&str, &std::path::Path); 2] = [("run", &run), ("data", &data)];
+    let with_law = call("eval {run} --json", &paths).json();
+    std::fs::remove_file(data.join("scene.json")).expect("remove");
+    assert!(call("info {data}", &paths).ok().contains("ground truth"));
+    let without = call("eval {run} --json", &paths).json();
+    let of = |metrics: &serde_json::Value, key: &str| metrics["physics"][key].clone();
+    assert!(of(&without, "trajectory_error")["1.0"].is_f64(), "{without}");
+    assert_eq!(of(&without, "trajectory_error"), of(&with_law, "trajectory_error"));
+    assert!(of(&with_law, "potential").is_object() && of(&without, "potential").is_null());
+}
+
+#[test]
 fn a_report_needs_metrics_and_stands_alone_after_them() {
     let dir = folder();
     let data = tiny_dataset(dir.path());

@@ -4,7 +4,7 @@ use std::path::Path;
 
 #[cfg(unix)]
 use crate::program::interrupted;
-use crate::program::{Done, call, files, folder, tiny_dataset, unwritable};
+use crate::program::{Done, call, files, folder, json_file, tiny_dataset, unwritable};
 
 /// Settings under which training takes seconds and learns next to nothing.
 const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 \
@@ -148,4 +148,58 @@ fn the_demo_tells_the_whole_story() {
     }
     assert!(renders.join("future/sheet.png").exists());
     assert!(out.join("run/metrics.json").exists());
+}
+
+#[test]
+fn a_still_scene_is_trained_measured_rendered_and_exported() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    for split in ["train", "val", "test"] {
+        let path = data.join(format!("transforms_{split}.json"));
+        let mut json = json_file(&path);
+        for frame in json["frames"].as_array_mut().expect("frames") {
+            frame.as_object_mut().expect("a frame").remove("time");
+        }
+        std::fs::write(&path, json.to_string()).expect("write");
+    }
+    for other in ["long", "past"] {
+        std::fs::remove_file(data.join(format!("transforms_{other}.json"))).expect("remove");
+    }
+    std::fs::remove_file(data.join("ground_truth.safetensors")).expect("remove");
+    let (run, out) = (dir.path().join("run"), dir.path().join("out"));
+    let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("out", &out)];
+    assert!(call("info {data}", &paths).ok().contains("a still scene"));
+    let done = train(&data, &run, "");
+    assert!(done.stderr.contains("no motion is learned"), "{}", done.stderr);
+    done.ok();
+    let metrics = call("eval {run} --json", &paths).json();
+    let scores = |model: &str| metrics["splits"]["test"][model]["psnr"].as_f64().expect("a score");
+    assert!((scores("source") - scores("lagrangian")).abs() < 0.01, "{metrics}");
+    assert_eq!(metrics["footprint"]["objects"], 0);
+    assert!(std::fs::read_to_string(run.join("report.html")).expect("report").contains("<svg"));
+    call("report {run}", &paths).ok();
+    call("render {run} --times 0,0.5 --camera 0 --out {out}", &paths).ok();
+    let images: Vec<_> = files(&out).into_iter().filter(|name| name.ends_with("000.png")).collect();
+    let [first, second] = &images[..] else { panic!("{images:?}") };
+    let read = |name: &String| std::fs::read(out.join(name)).expect("image");
+    assert!(read(first) == read(second), "nothing moves");
+    call("render {run} --times 0 --model source --camera 0 --out {out}", &paths).ok();
+    call("export {run} --times 0 --out {out}/still.ply", &paths).ok();
+    assert!(call("info {run}", &paths).ok().contains("linear"));
+    train(&data, &run, "--resume").ok();
+}
+
+#[test]
+fn images_of_too_short_a_time_are_refused_before_training() {
+    let dir = folder();
+    let data = tiny_dataset(dir.path());
+    let path = data.join("transforms_train.json");
+    let mut json = json_file(&path);
+    for frame in json["frames"].as_array_mut().expect("frames") {
+        frame["time"] = (0.01 * frame["time"].as_f64().expect("a time")).into();
+    }
+    std::fs::write(&path, json.to_string()).expect("write");
+    let run = dir.path().join("run");
+    train(&data, &run, "").fails(&data, &["end at time", "0.07"]);
+    assert!(!run.exists(), "before anything is written");
 }

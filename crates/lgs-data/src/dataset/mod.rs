@@ -15,6 +15,7 @@ mod error;
 mod fingerprint;
 mod formats;
 mod frame_spec;
+mod hull;
 mod load;
 mod pixels;
 mod points;

@@ -1,7 +1,9 @@
 //! An image set in memory.
 
+use super::pixels;
 use crate::edit::MotionEdit;
 use crate::ply::Points;
+use image::RgbaImage;
 use lgs_core::{Camera, Image};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -60,6 +62,14 @@ impl Dataset {
         self.splits.get(name).map_or(&[], Vec::as_slice)
     }
 
+    /// Whether all training images show the scene at one time, so that they tell of no motion; not without
+    /// images.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        let frames = self.split("train");
+        !frames.is_empty() && frames.iter().all(|frame| frame.time == frames[0].time)
+    }
+
     /// One frame of every camera of a split, in order of first appearance.
     #[must_use]
     pub fn cameras(&self, split: &str) -> Vec<&Frame> {
@@ -83,6 +93,17 @@ impl Frame {
         };
         let pixels = self.rgba.as_chunks().0.iter().map(over).collect();
         Image { width: self.camera.width, height: self.camera.height, pixels }
+    }
+
+    /// The same at another width, pixels, with its aspect kept.
+    #[must_use]
+    pub fn resized(&self, width: u32) -> Self {
+        let Camera { width: own_width, height: own_height, .. } = self.camera;
+        let height = (f64::from(own_height) * f64::from(width) / f64::from(own_width)).round().max(1.0);
+        let camera = self.camera.resized(width, height as u32);
+        let image = RgbaImage::from_raw(own_width, own_height, self.rgba.clone()).unwrap_or_default();
+        let rgba = pixels::resized(&image, width, height as u32).into_raw();
+        Self { name: self.name.clone(), camera_id: self.camera_id, camera, time: self.time, rgba }
     }
 
     /// Opacity of every pixel, in [0, 1].

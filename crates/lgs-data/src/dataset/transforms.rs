@@ -35,6 +35,16 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> 
 }
 
 impl TransformsFile {
+    /// Whether some frame has a time.
+    pub(super) fn has_times(&self) -> bool {
+        self.frames.iter().any(|frame| frame.time.is_some())
+    }
+
+    /// Gives every frame the time 0: the file of a still scene has no times.
+    pub(super) fn stand_still(&mut self) {
+        self.frames.iter_mut().for_each(|frame| frame.time = Some(0.0));
+    }
+
     /// The checked frames of the file at `path`; there must be one.
     pub(super) fn specs(self, root: &Path, path: &Path) -> Result<Vec<FrameSpec>, DatasetError> {
         let wrong = |problem| DatasetError::new(path, problem);

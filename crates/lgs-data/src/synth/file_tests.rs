@@ -115,3 +115,32 @@ fn tracks_are_the_truth_with_the_noise_that_was_asked_for() {
     let deviation = f64::sqrt(variance / count);
     assert!((deviation / 0.002 - 1.0).abs() < 0.05 && (lagged / variance - 0.75).abs() < 0.03);
 }
+
+#[test]
+fn points_alone_are_a_truth_also_in_other_types_of_numbers() {
+    use safetensors::tensor::{Dtype, TensorView};
+    let folder = tempfile::tempdir().unwrap();
+    let write = |times: [f64; 2], object: Dtype| {
+        let bytes = |values: &[f64]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+        let (times, points) = (bytes(&times), bytes(&[1.0, 2.0, 3.0, 1.5, 2.0, 3.0]));
+        let label: Vec<u8> = vec![1, 0, 0, 0];
+        let label = if object == Dtype::U8 { &label[..1] } else { &label };
+        let tensors = [
+            ("times", TensorView::new(Dtype::F64, vec![2], &times).unwrap()),
+            ("points", TensorView::new(Dtype::F64, vec![2, 1, 3], &points).unwrap()),
+            ("object", TensorView::new(object, vec![1], label).unwrap()),
+        ];
+        let path = folder.path().join("ground_truth.safetensors");
+        fs::write(path, safetensors::serialize(tensors, None).unwrap()).unwrap();
+        GroundTruth::load(folder.path())
+    };
+    for object in [Dtype::I32, Dtype::U8] {
+        let truth = write([0.0, 0.5], object).unwrap().unwrap();
+        assert_eq!((truth.object.as_slice(), truth.points[1][0]), ([1].as_slice(), [1.5, 2.0, 3.0]));
+        assert!(truth.law.is_null());
+    }
+    for (times, object, word) in [([0.5, 0.0], Dtype::I32, "increasing"), ([0.0, 0.5], Dtype::F32, "I64")] {
+        let message = write(times, object).unwrap_err().to_string();
+        assert!(message.contains(word) && message.ends_with("ground_truth.safetensors"), "{message}");
+    }
+}

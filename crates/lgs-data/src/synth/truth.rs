@@ -1,7 +1,8 @@
 //! The ground truth: points of the surfaces carried along by the motion, and the law with its constants.
 //!
 //! On disk: `ground_truth.safetensors` with `times` [T] f32, `points` [T, P, 3] f32 and `object` [P] i64 (−1
-//! for what stands still), and `scene.json` with the law. Edited splits have files of their own,
+//! for what stands still), and `scene.json` with the law, without which the points alone are the truth. Other
+//! programs' files may have doubles and other integers. Edited splits have files of their own,
 //! `ground_truth_edit-….safetensors`, with the same points.
 
 use super::body::{Part, Stage};
@@ -182,40 +183,54 @@ fn surface_points(parts: &[Part], count: usize, seed: u64, body: u64) -> Vec<DVe
 
 fn parse(bytes: &[u8]) -> Result<GroundTruth, String> {
     let file = SafeTensors::deserialize(bytes).map_err(|e| e.to_string())?;
-    let tensor = |name: &str, dtype: Dtype| {
-        let tensor = file.tensor(name).map_err(|e| format!("tensor `{name}`: {e}"))?;
-        if tensor.dtype() == dtype {
-            Ok(tensor)
-        } else {
-            Err(format!("tensor `{name}`: expected {dtype:?}, found {:?}", tensor.dtype()))
-        }
-    };
-    let (times, points, object) =
-        (tensor("times", Dtype::F32)?, tensor("points", Dtype::F32)?, tensor("object", Dtype::I64)?);
-    let (steps, count) = (times.data().len() / 4, object.data().len() / 8);
+    let tensor = |name: &str| file.tensor(name).map_err(|e| format!("tensor `{name}`: {e}"));
+    let (times, object) = (floats("times", &tensor("times")?)?, labels("object", &tensor("object")?)?);
+    let (points, [steps, count]) = (tensor("points")?, [times.len(), object.len()]);
     if points.shape() != [steps, count, 3] {
         return Err(format!(
             "tensor `points`: expected shape [{steps}, {count}, 3], found {:?}",
             points.shape()
         ));
     }
-    let positions: Vec<[f32; 3]> = floats("points", points.data())?.as_chunks().0.to_vec();
+    if let Some(at) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let found = &times[at..at + 2];
+        return Err(format!("tensor `times`: expected increasing times, found {found:?} at {at}"));
+    }
+    let positions: Vec<[f32; 3]> = floats("points", &points)?.as_chunks().0.to_vec();
     Ok(GroundTruth {
-        times: floats("times", times.data())?,
+        times,
         points: if count == 0 {
             vec![Vec::new(); steps]
         } else {
             positions.chunks_exact(count).map(<[_]>::to_vec).collect()
         },
-        object: object.data().as_chunks().0.iter().map(|&b| i64::from_le_bytes(b) as i32).collect(),
+        object,
         ..GroundTruth::default()
     })
 }
 
-fn floats(name: &str, data: &[u8]) -> Result<Vec<f32>, String> {
-    let values: Vec<f32> = data.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+/// Finite numbers in single or double precision.
+fn floats(name: &str, tensor: &TensorView<'_>) -> Result<Vec<f32>, String> {
+    let data = tensor.data();
+    let values: Vec<f32> = match tensor.dtype() {
+        Dtype::F32 => data.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect(),
+        Dtype::F64 => data.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b) as f32).collect(),
+        other => return Err(format!("tensor `{name}`: expected F32 or F64, found {other:?}")),
+    };
     match values.iter().position(|v| !v.is_finite()) {
         Some(at) => Err(format!("tensor `{name}`: value {at} is not finite")),
         None => Ok(values),
+    }
+}
+
+/// Numbers of objects, in any of the usual types of integers.
+fn labels(name: &str, tensor: &TensorView<'_>) -> Result<Vec<i32>, String> {
+    let data = tensor.data();
+    match tensor.dtype() {
+        Dtype::I64 => Ok(data.as_chunks().0.iter().map(|&b| i64::from_le_bytes(b) as i32).collect()),
+        Dtype::I32 => Ok(data.as_chunks().0.iter().map(|&b| i32::from_le_bytes(b)).collect()),
+        Dtype::I16 => Ok(data.as_chunks().0.iter().map(|&b| i16::from_le_bytes(b).into()).collect()),
+        Dtype::U8 => Ok(data.iter().map(|&b| b.into()).collect()),
+        other => Err(format!("tensor `{name}`: expected I64, I32, I16 or U8, found {other:?}")),
     }
 }

@@ -143,11 +143,10 @@ fn points_at(truth: &GroundTruth, t: f32) -> Option<Vec<[f32; 3]>> {
     if !(first - TIME_TOLERANCE..=last + TIME_TOLERANCE).contains(&t) {
         return None;
     }
-    let after =
-        times.partition_point(|&s| s <= t).clamp(1, times.len() - 1).max(usize::from(times.len() == 1));
     if times.len() == 1 {
         return truth.points.first().cloned();
     }
+    let after = times.partition_point(|&s| s <= t).clamp(1, times.len() - 1);
     let (t0, t1) = (times[after - 1], times[after]);
     let weight = ((t - t0) / (t1 - t0)).clamp(0.0, 1.0);
     let blend = |(p, q): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| p[c] + weight * (q[c] - p[c]));
@@ -177,6 +176,18 @@ mod tests {
         let at = truth.at(2.0).expect("time");
         let carried = truth.carried(&at, 0, [0.0, 0.0, 0.1]);
         assert!(distance(carried, [0.0, 0.0, 0.1 - 4.0]) < 1e-3, "the axis only falls: {carried:?}");
+    }
+
+    #[test]
+    fn a_truth_of_one_time_is_known_then_alone() {
+        let still = GroundTruth {
+            times: vec![0.0],
+            points: vec![vec![[1.0, 2.0, 3.0]]],
+            object: vec![0],
+            ..GroundTruth::default()
+        };
+        let truth = Truth::new(&still).expect("truth");
+        assert!(truth.at(0.0).is_some_and(|at| at.points == [[1.0, 2.0, 3.0]]) && truth.at(0.5).is_none());
     }
 
     #[test]

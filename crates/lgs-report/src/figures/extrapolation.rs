@@ -1,6 +1,7 @@
-//! Source model, truth and Lagrangian scene through one camera, before, during and after the captured window.
+//! Source model, truth and Lagrangian scene through one camera, or through several where each has one image,
+//! before, during and after the captured window.
 
-use lgs_core::{Camera, GaussianCloud, Image};
+use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_eval::{FrameMetrics, FrameModelScore, Metrics};
 use lgs_model::source::SourceModel;
@@ -13,10 +14,10 @@ use crate::canvas::Figure;
 use crate::error::ReportError;
 use crate::style::{LAGRANGIAN, SOURCE, TRUTH};
 use crate::thresholds::EXTRAPOLATION_COLUMNS;
-use crate::views::{drawn, longest_view, of_width, resized, spread_in_time};
+use crate::views::{drawn, of_width, resized, spread_in_time, views_over_time};
 
-const CAPTION: &str = "One view over time; under every image its PSNR. The models were trained on times of \
-    the observed window alone.";
+const CAPTION: &str = "Views over time; under every image its PSNR. The models were trained on times of the \
+    observed window alone.";
 
 /// The figure; nothing without images.
 pub(crate) fn figure(
@@ -26,26 +27,26 @@ pub(crate) fn figure(
     (metrics, span): (&Metrics, Span),
 ) -> Result<Option<Figure>, ReportError> {
     let (low, high) = scene.motion.time_range();
-    let reachable: Vec<&Frame> =
-        longest_view(dataset).into_iter().filter(|f| (low - 1e-4..=high + 1e-4).contains(&f.time)).collect();
+    let is_reachable = |f: &&Frame| (low - 1e-4..=high + 1e-4).contains(&f.time);
+    let reachable: Vec<&Frame> = views_over_time(dataset).into_iter().filter(is_reachable).collect();
     let frames = spread_in_time(&reachable, EXTRAPOLATION_COLUMNS);
     let Some(first) = frames.first() else { return Ok(None) };
     let background = scene.background;
-    let camera = of_width(&first.camera, image_width(frames.len()));
-    let view = |cloud: &GaussianCloud, camera: &Camera| drawn(cloud, camera, background);
+    let camera = |frame: &Frame| of_width(&frame.camera, image_width(frames.len()));
+    let view = |cloud: &GaussianCloud, frame: &Frame| drawn(cloud, &camera(frame), background);
     let of = |frames: &[&Frame], image: &mut dyn FnMut(&Frame) -> Image, score: Score| -> Vec<Option<Cell>> {
         let scored = |frame: &&Frame| Some(cell(image(frame), score_of(metrics, frame).and_then(score)));
         frames.iter().map(scored).collect()
     };
     let mut rows = Vec::new();
     if let Some(source) = source {
-        let cells = of(&frames, &mut |f| view(&source.cloud_at(f.time), &camera), |f| f.source);
+        let cells = of(&frames, &mut |f| view(&source.cloud_at(f.time), f), |f| f.source);
         rows.push(Row { title: "source".to_owned(), colour: SOURCE, cells });
     }
-    let truth = |f: &Frame| resized(&f.composited(background), camera.width, camera.height);
+    let truth = |f: &Frame| resized(&f.composited(background), camera(f).width, camera(f).height);
     rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells: of(&frames, &mut { truth }, |_| None) });
     let mut lagrangian =
-        |f: &Frame| span.marked(f64::from(f.time), view(&scene.cloud_at(&motion.state_at(f.time)), &camera));
+        |f: &Frame| span.marked(f64::from(f.time), view(&scene.cloud_at(&motion.state_at(f.time)), f));
     let cells = of(&frames, &mut lagrangian, |f| Some(f.lagrangian));
     rows.push(Row { title: "Lagrangian".to_owned(), colour: LAGRANGIAN, cells });
     let times: Vec<f64> = frames.iter().map(|f| f64::from(f.time)).collect();
@@ -53,7 +54,7 @@ pub(crate) fn figure(
         labels: times.iter().map(|&t| format!("t = {}", number(t, 2))).collect(),
         groups: groups(&times, f64::from(scene.motion.time_window)),
         rows,
-        aspect: f64::from(camera.height) / f64::from(camera.width),
+        aspect: f64::from(first.camera.height) / f64::from(first.camera.width),
     };
     Figure::of(("extrapolation", CAPTION), strip.size(), &strip).map(Some)
 }

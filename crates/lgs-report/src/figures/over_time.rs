@@ -82,7 +82,7 @@ struct OverTime {
     entries: Vec<(Mark, RGBColor, String)>,
 }
 
-/// PSNR by time; nothing without frames.
+/// PSNR by time; nothing without frames of different times.
 pub(crate) fn psnr(metrics: &Metrics, span: Span) -> Result<Option<Figure>, ReportError> {
     let mut lines = Vec::new();
     let mut stretches = Vec::new();
@@ -97,6 +97,11 @@ pub(crate) fn psnr(metrics: &Metrics, span: Span) -> Result<Option<Figure>, Repo
             points: mean_by_time(frames, |f| Some(f.lagrangian)),
             dotted: true,
         });
+    }
+    let mut times = lines.iter().flat_map(|l| &l.points).map(|p| p.0);
+    let first = times.next();
+    if times.all(|time| Some(time) == first) {
+        return Ok(None);
     }
     let caption = "PSNR over all images of a time, by split; shaded: the captured window. Outside of it \
         the source model guesses, and the Lagrangian scene goes on.";

@@ -15,7 +15,7 @@ fn read(text: &str) -> TrainConfig {
 
 #[test]
 fn presets_round_trip_through_toml() {
-    let all = [Preset::Quick, Preset::Paper]
+    let all = [Preset::Quick, Preset::Standard, Preset::Paper]
         .into_iter()
         .flat_map(|preset| SourceKind::ALL.map(|kind| (preset, kind)));
     for (preset, kind) in all {

@@ -8,15 +8,6 @@ use serde::{Deserialize, Serialize};
 use super::config_groups::{
     Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
-use crate::thresholds::{MAX_STRETCH, REFERENCE_WIDTH};
-
-/// The factor of all counts of iterations: the one given or, if that is 0, one that follows from the images'
-/// width.
-#[must_use]
-pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
-    f64::from(if given > 0.0 { given } else { (width as f32 / REFERENCE_WIDTH).clamp(1.0, MAX_STRETCH) })
-}
-
 /// Training of a source model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -31,6 +22,11 @@ pub struct SourceConfig {
     pub stretch: f32,
     /// Iterations, one training image each (paper: 40 000).
     pub iterations: usize,
+    /// Times that the images' width is halved for the first iterations (paper: 0), as long as 100 pixels are
+    /// left. What is coarse is then learned from few pixels.
+    pub coarse_levels: usize,
+    /// Part of the iterations that these take, every level as many.
+    pub coarse_share: f32,
     /// The deformation network is active from this iteration on (paper: 3000).
     pub warmup_iterations: usize,
     /// Frames that the warm-up sees (paper: all).
@@ -62,8 +58,15 @@ pub struct SourceConfig {
     pub antialias: Antialias,
     /// Largest degree of spherical harmonics (paper: 3).
     pub sh_degree: usize,
+    /// The degree is lowered until there are this many training views per coefficient (paper: 0, never):
+    /// colours that change with the direction are else fitted to the few directions that were seen.
+    pub views_per_coefficient: f32,
     /// Iterations after which the degree in use rises by one (paper: 1000).
     pub sh_interval: usize,
+    /// Share of the iterations that draw a colour for the background, behind the Gaussians and the image, if
+    /// images have transparent pixels (paper: 0). What has the background's own colour else hides before it,
+    /// and shows from elsewhere.
+    pub random_background: f32,
     /// Weight λ of 1 − SSIM in the loss (paper: 0.2).
     pub ssim_weight: f32,
     /// The deformation network.
@@ -109,27 +112,17 @@ impl SourceConfig {
         }
     }
 
-    /// The configuration for images of a width, with every count of iterations multiplied out.
+    /// The settings for a still scene, without a motion to learn: Gaussians, trained as in the warm-up.
     #[must_use]
-    pub fn stretched(&self, width: u32) -> Self {
-        let factor = stretch_factor(self.stretch, width);
-        let mut stretched = Self { stretch: 1.0, ..self.clone() };
-        let (rates, densify) = (&mut stretched.learning_rates, &mut stretched.densify);
-        for count in [
-            &mut stretched.iterations,
-            &mut stretched.warmup_iterations,
-            &mut stretched.window_interval,
-            &mut stretched.sh_interval,
-            &mut stretched.static_regulariser_after,
-            &mut rates.position_steps,
-            &mut rates.deformation_ramp,
-            &mut rates.deformation_steps,
-            &mut densify.after,
-            &mut densify.before,
-            &mut densify.prune_large_after,
-        ] {
-            *count = (*count as f64 * factor).round() as usize;
+    pub fn without_motion(&self) -> Self {
+        Self {
+            kind: SourceKind::Linear,
+            warmup_iterations: self.iterations + 1,
+            warmup_frames: WarmupFrames::All,
+            window_steps: 1,
+            velocity: None,
+            advection: None,
+            ..self.clone()
         }
-        stretched
     }
 }

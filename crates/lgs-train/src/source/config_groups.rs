@@ -12,6 +12,10 @@ pub enum WarmupFrames {
     /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the
     /// scene's start (FreeGave).
     First,
+    /// The former, with the whole window at once after the warm-up and first points in the hull of all times,
+    /// where the camera is elsewhere at nearly every image: then no few moments show the scene from enough
+    /// sides. The latter where cameras stand.
+    ByCameras,
 }
 
 /// Placement of the first Gaussians if the dataset ships no points.
@@ -22,6 +26,8 @@ pub enum InitialPoints {
     Random,
     /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little.
     Hull,
+    /// In the hull on which nearly all frames agree, whatever their time; for a camera that jumps.
+    HullOfAll,
 }
 
 /// What is done about detail finer than the pixels.
@@ -52,6 +58,9 @@ impl Antialias {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LearningRates {
+    /// World units that rates of positions are in (paper: 1); 0: the scene's extent over 4.4, that of the
+    /// published scenes, so that rates do not depend on the world's scale.
+    pub position_unit: f64,
     /// Rate of positions at the start, world units per step (paper: 8e-4).
     pub position_start: f64,
     /// Rate of positions at the end (paper: 8e-6).
@@ -146,6 +155,9 @@ pub struct DensifyConfig {
     pub opacity_reset_interval: usize,
     /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
     pub white_reset_at: usize,
+    /// Gaussians per pixel of an image, if `max_gaussians` is 0 (paper: 0): the largest number is then this
+    /// many, but at least 4000 and at most 40 000, and first points beyond it are thinned out.
+    pub per_pixel: f32,
     /// Largest number of Gaussians; where more qualify, those with the largest gradients are taken. 0: no
     /// limit (paper), which `mcmc` must have.
     pub max_gaussians: usize,

@@ -17,7 +17,7 @@ use crate::thresholds::RESET_OPACITY;
 use crate::trainable_cloud::{CloudLeaves, NewGaussians, TrainableCloud};
 
 /// Parameters that an iteration has replaced, so that their gradients have lost their meaning.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Replaced {
     /// All parameters are as they were.
     Nothing,

@@ -1,14 +1,19 @@
 //! The first Gaussians (method §3.4): positions from the dataset, its silhouettes or a box; sizes from the
 //! spacing of neighbours.
 
+use std::collections::BTreeMap;
+
 use lgs_core::linear::{add, norm, scale, sub};
 use lgs_core::{GaussianCloud, SH_C0, mean_squared_neighbor_distance, sh_coefficients, stream};
 use lgs_data::dataset::{Dataset, Frame, Points};
+use lgs_model::source::InputFrame;
 use rand::RngExt;
 
 use super::config::SourceConfig;
 use super::config_groups::InitialPoints;
-use crate::thresholds::{FIRST_OPACITY, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, TRACKED_FRACTION};
+use crate::thresholds::{
+    FIRST_OPACITY, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, MOST_CELLS, TRACKED_FRACTION,
+};
 use crate::tracks::Track;
 
 /// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same
@@ -19,7 +24,7 @@ pub(super) fn initial_cloud(
     tracks: &[Track],
     seed: u64,
 ) -> GaussianCloud {
-    let mut points = initial_points(dataset, config, seed);
+    let mut points = thinned(initial_points(dataset, config, seed), config.densify.max_gaussians);
     if !tracks.is_empty() {
         points = with_tracked(dataset, &points, tracks, seed);
     }
@@ -61,13 +66,50 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
             (0..count).map(|_| std::array::from_fn(|_| random.random_range(-half..half))).collect();
         return Points { colors: vec![[0.5; 3]; count], positions };
     }
-    if config.initial_points == InitialPoints::Hull {
-        let points = dataset.carved_points(count, seed);
+    if config.initial_points != InitialPoints::Random && dataset.init_points.is_none() {
+        let points = match config.initial_points {
+            InitialPoints::HullOfAll => dataset.hull_points(count, seed),
+            _ => dataset.carved_points(count, seed),
+        };
         if points.positions.len() as f32 >= LEAST_CARVED_FRACTION * count as f32 {
             return points;
         }
     }
     dataset.initial_points(count, seed)
+}
+
+/// Points of which at most so many are left (0: all), spread as evenly as they lie: every voxel of a grid as
+/// fine as that allows keeps the mean of its own. A scene that starts with more Gaussians than its budget
+/// could neither afford nor lose them.
+pub(super) fn thinned(points: Points, most: usize) -> Points {
+    let count = points.positions.len();
+    if most == 0 || count <= most {
+        return points;
+    }
+    let frame = InputFrame::around(&points.positions);
+    let voxels = |cells: i64| {
+        let mut voxels: BTreeMap<[i64; 3], (usize, [f32; 6])> = BTreeMap::new();
+        for (p, c) in points.positions.iter().zip(&points.colors) {
+            let local = |axis: usize| f64::from((p[axis] - frame.center[axis]) / frame.scale);
+            let key = std::array::from_fn(|axis| (0.5 * local(axis) * cells as f64).round() as i64);
+            let (n, sums) = voxels.entry(key).or_default();
+            *n += 1;
+            (0..3).for_each(|i| (sums[i], sums[3 + i]) = (sums[i] + p[i], sums[3 + i] + c[i]));
+        }
+        voxels
+    };
+    // The number of voxels grows with that of cells, if not strictly: the largest that fits is bisected.
+    let (mut fits, mut too_many) = (1_i64, MOST_CELLS);
+    while too_many - fits > 1 {
+        let cells = (fits + too_many) / 2;
+        if voxels(cells).len() <= most { fits = cells } else { too_many = cells }
+    }
+    let mean = |(n, sums): (usize, [f32; 6])| sums.map(|sum| sum / n as f32);
+    let means: Vec<[f32; 6]> = voxels(fits).into_values().map(mean).take(most).collect();
+    Points {
+        positions: means.iter().map(|m| [m[0], m[1], m[2]]).collect(),
+        colors: means.iter().map(|m| [m[3], m[4], m[5]]).collect(),
+    }
 }
 
 /// Balls of points at the starts of the tracks, and of the given points those that the first images show
@@ -104,4 +146,27 @@ fn with_tracked(dataset: &Dataset, points: &Points, tracks: &[Track], seed: u64)
     }
     kept.colors.resize(kept.positions.len(), [0.5; 3]);
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_thinned_to_a_budget_and_stay_where_they_were() {
+        let position = |i: usize| [i % 20, i / 20 % 20, i / 400].map(|c| c as f32);
+        let positions: Vec<[f32; 3]> = (0..8000).map(position).collect();
+        let colors: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|v| v / 20.0)).collect();
+        let points = Points { positions, colors };
+        assert_eq!(thinned(points.clone(), 0), points);
+        assert_eq!(thinned(points.clone(), 8000), points);
+        for most in [1, 500, 3000] {
+            let few = thinned(points.clone(), most);
+            let count = few.positions.len();
+            assert!(count <= most && 4 * count > most, "{count} of {most}");
+            for (p, c) in few.positions.iter().zip(&few.colors) {
+                assert!((0..3).all(|i| (0.0..=19.0).contains(&p[i]) && (p[i] / 20.0 - c[i]).abs() < 1e-4));
+            }
+        }
+    }
 }

@@ -4,11 +4,13 @@
 //! A step of [`SourceTrainer`] is one iteration: pick a frame, draw the deformed Gaussians, go back through
 //! loss, rasterizer and network, densify, and take one step of Adam per parameter group.
 
+mod background;
 mod config;
 mod config_groups;
 mod densify;
 mod density;
 mod guide;
+mod image_levels;
 mod initial;
 mod lacking;
 mod motion;
@@ -18,19 +20,21 @@ mod presets;
 mod priors;
 mod proposals;
 mod relocation;
+mod resolve;
 mod rigidity;
 mod schedule;
 mod smoothing;
 mod snapshot;
+mod standard;
 mod static_regulariser;
 mod statistics;
 mod trainer;
 mod validate;
 
 pub use config::SourceConfig;
-pub(crate) use config::stretch_factor;
 pub use config_groups::{
     Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
     RigidityConfig, WarmupFrames,
 };
+pub(crate) use resolve::{position_unit, stretch_factor};
 pub use trainer::SourceTrainer;

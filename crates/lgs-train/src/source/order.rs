@@ -8,6 +8,7 @@
 
 use lgs_core::stream;
 use lgs_data::dataset::Frame;
+use lgs_model::{TensorFile, TensorFileError};
 use rand::RngExt;
 use rand::seq::SliceRandom;
 
@@ -17,13 +18,13 @@ use crate::thresholds::{WINDOW_EDGE, WINDOW_FRONT};
 
 /// A position in the sequence of rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Round {
+struct Round {
     /// Number of rounds begun; 0 before the first.
-    pub(super) number: u64,
+    number: u64,
     /// Number of frames of the round that have been used.
-    pub(super) used: usize,
+    used: usize,
     /// Iteration at which it began, which fixed its time window.
-    pub(super) began: usize,
+    began: usize,
 }
 
 /// The order in which training sees the frames.
@@ -41,8 +42,8 @@ impl FrameOrder {
     pub(super) fn new(frames: &[Frame], config: &SourceConfig, seed: u64) -> Self {
         let times: Vec<f32> = frames.iter().map(|f| f.time).collect();
         let warmup_end = match config.warmup_frames {
-            WarmupFrames::All => times.iter().copied().fold(f32::MIN, f32::max),
             WarmupFrames::First => shortest_window(frames, config.warmup_cameras),
+            _ => times.iter().copied().fold(f32::MIN, f32::max),
         };
         Self { times, warmup_end, seed, round: Round::default(), frames: Vec::new() }
     }
@@ -62,20 +63,37 @@ impl FrameOrder {
         }
     }
 
-    pub(super) fn round(&self) -> Round {
-        self.round
+    /// Adds the position to a checkpoint.
+    pub(super) fn insert_into(&self, file: &mut TensorFile) {
+        let Round { number, used, began } = self.round;
+        for (key, value) in [("round", number), ("used", used as u64), ("began", began as u64)] {
+            file.set_metadata(key, value.to_string());
+        }
     }
 
     /// Takes up the order at the position that a checkpoint has recorded.
-    pub(super) fn restore(&mut self, round: Round, config: &SourceConfig) {
-        self.round = round;
-        self.frames = if round.number == 0 { Vec::new() } else { self.drawn(config) };
+    ///
+    /// # Errors
+    /// If it is absent or no position.
+    pub(super) fn restore(
+        &mut self,
+        file: &TensorFile,
+        config: &SourceConfig,
+    ) -> Result<(), TensorFileError> {
+        self.round = Round {
+            number: file.metadata_json("round")?,
+            used: file.metadata_json("used")?,
+            began: file.metadata_json("began")?,
+        };
+        self.frames = if self.round.number == 0 { Vec::new() } else { self.drawn(config) };
+        Ok(())
     }
 
-    /// The frame of an iteration (counted from 1); iterations must be asked for in order.
-    pub(super) fn next(&mut self, iteration: usize, config: &SourceConfig) -> usize {
+    /// The frame of an iteration of the schedule and the number of the step, both counted from 1, which must
+    /// be asked for in order.
+    pub(super) fn next(&mut self, (iteration, step): (usize, usize), config: &SourceConfig) -> usize {
         if config.front_share > 0.0 && config.is_growing(iteration) {
-            return self.single(iteration, config);
+            return self.single((iteration, step), config);
         }
         let phase = |i: usize| (config.is_warmup(i), config.is_growing(i));
         if self.round.used >= self.frames.len()
@@ -89,10 +107,10 @@ impl FrameOrder {
     }
 
     /// A frame of the growing window: of its front with the configured probability, else any.
-    fn single(&self, iteration: usize, config: &SourceConfig) -> usize {
+    fn single(&self, (iteration, step): (usize, usize), config: &SourceConfig) -> usize {
         let (first, last) = self.span();
         let end = config.window_end(iteration, first, last).max(self.warmup_end);
-        let mut random = stream(self.seed, "frame of the growing window", iteration as u64);
+        let mut random = stream(self.seed, "frame of the growing window", step as u64);
         let start = if random.random_range(0.0..1.0) < config.front_share {
             end - WINDOW_FRONT * (last - first)
         } else {

@@ -22,6 +22,8 @@ impl SourceConfig {
     pub fn preset(kind: SourceKind, preset: Preset) -> Self {
         match (kind, preset) {
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
+            (SourceKind::Freegave, Preset::Standard) => Self::freegave_standard(),
+            (_, Preset::Standard) => Self { kind, ..Self::standard() },
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
             (SourceKind::Nodes, Preset::Quick) => Self::nodes_quick(),
             (SourceKind::Nodes, Preset::Paper) => Self::nodes_paper(),
@@ -39,6 +41,8 @@ impl SourceConfig {
             import: String::new(),
             stretch: 1.0,
             iterations: 40_000,
+            coarse_levels: 0,
+            coarse_share: 0.0,
             warmup_iterations: 3000,
             warmup_frames: WarmupFrames::All,
             warmup_cameras: 8,
@@ -52,7 +56,9 @@ impl SourceConfig {
             near: DEFAULT_NEAR,
             antialias: Antialias::None,
             sh_degree: 3,
+            views_per_coefficient: 0.0,
             sh_interval: 1000,
+            random_background: 0.0,
             ssim_weight: 0.2,
             deformation: DeformationConfig::paper(),
             velocity: None,
@@ -76,6 +82,8 @@ impl SourceConfig {
             import: String::new(),
             stretch: 0.0,
             iterations,
+            coarse_levels: 0,
+            coarse_share: 0.0,
             warmup_iterations: 400,
             warmup_frames: WarmupFrames::First,
             warmup_cameras: 4,
@@ -89,7 +97,9 @@ impl SourceConfig {
             near: DEFAULT_NEAR,
             antialias: Antialias::None,
             sh_degree: 1,
+            views_per_coefficient: 0.0,
             sh_interval: 1000,
+            random_background: 0.0,
             ssim_weight: 0.2,
             deformation: DeformationConfig::quick(),
             velocity: None,
@@ -169,6 +179,7 @@ impl LearningRates {
     #[must_use]
     pub fn quick() -> Self {
         Self {
+            position_unit: 1.0,
             position_start: 4e-4,
             position_end: 1e-5,
             position_steps: 0,
@@ -188,6 +199,7 @@ impl LearningRates {
     #[must_use]
     pub fn paper() -> Self {
         Self {
+            position_unit: 1.0,
             position_start: 8e-4,
             position_end: 8e-6,
             position_steps: 30_000,
@@ -221,6 +233,7 @@ impl DensifyConfig {
             prune_large_after: 300,
             opacity_reset_interval: 0,
             white_reset_at: 0,
+            per_pixel: 0.0,
             max_gaussians: 4000,
             proposals: 0,
             mcmc: McmcConfig::default(),
@@ -243,6 +256,7 @@ impl DensifyConfig {
             prune_large_after: 3000,
             opacity_reset_interval: 3000,
             white_reset_at: 500,
+            per_pixel: 0.0,
             max_gaussians: 0,
             proposals: 0,
             mcmc: McmcConfig::default(),

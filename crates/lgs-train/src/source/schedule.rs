@@ -62,6 +62,14 @@ impl SourceConfig {
         (iteration / self.sh_interval.max(1)).min(self.sh_degree)
     }
 
+    /// Times that the images' width is halved at an iteration.
+    #[must_use]
+    pub fn level(&self, iteration: usize) -> usize {
+        let coarse = f64::from(self.coarse_share) * self.iterations as f64;
+        let passed = iteration as f64 * self.coarse_levels as f64 / coarse.max(1.0);
+        self.coarse_levels.saturating_sub(passed as usize)
+    }
+
     /// Whether Gaussians are still static at an iteration.
     #[must_use]
     pub fn is_warmup(&self, iteration: usize) -> bool {
@@ -114,6 +122,14 @@ mod tests {
             long.deformation_rate(long.warmup_iterations + 9) / long.learning_rates.deformation_start;
         assert!((ramped - 0.1).abs() < 0.01, "{ramped}");
         assert!((quick.position_rate(700) - quick.learning_rates.position_end).abs() < 1e-12);
+    }
+
+    #[test]
+    fn images_grow_to_their_full_size() {
+        let config =
+            SourceConfig { coarse_levels: 2, coarse_share: 0.5, iterations: 100, ..SourceConfig::paper() };
+        assert_eq!([1, 24, 25, 49, 50, 100].map(|i| config.level(i)), [2, 2, 1, 1, 0, 0]);
+        assert_eq!(SourceConfig::paper().level(1), 0);
     }
 
     #[test]

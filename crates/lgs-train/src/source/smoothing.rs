@@ -18,23 +18,31 @@ use crate::thresholds::{OPACITY_MARGIN, SAMPLING_MARGIN, SMOOTHING_VARIANCE};
 /// Name of the widths in a checkpoint.
 const NAME: &str = "smoothing.widths";
 
-/// The filter of every Gaussian.
+/// The filter of every Gaussian; without cameras there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Smoothing {
+    /// Cameras of the training images.
+    cameras: Vec<Camera>,
     /// Standard deviation f of each, world units.
     widths: Vec<f32>,
 }
 
 impl Smoothing {
-    /// The filter of Gaussians at some positions, where training asks for one.
-    pub(super) fn asked(frames: &[Frame], antialias: Antialias, means: &[[f32; 3]]) -> Option<Self> {
+    /// The filter of Gaussians at some positions, if training asks for one.
+    pub(super) fn asked(frames: &[Frame], antialias: Antialias, means: &[[f32; 3]]) -> Self {
         if antialias != Antialias::MipSmoothing {
-            return None;
+            return Self::default();
         }
         let mut seen = BTreeSet::new();
         let distinct = frames.iter().filter(|frame| seen.insert(frame.camera_id));
-        let cameras: Vec<Camera> = distinct.map(|frame| frame.camera).collect();
-        Some(Self::new(means, &cameras))
+        Self::new(means, &distinct.map(|frame| frame.camera).collect::<Vec<_>>())
+    }
+
+    /// The filter for Gaussians that have taken the place of others.
+    pub(super) fn renew(&mut self, means: impl FnOnce() -> Vec<[f32; 3]>) {
+        if !self.cameras.is_empty() {
+            *self = Self::new(&means(), &self.cameras);
+        }
     }
 
     /// The filter of Gaussians at some positions, given the cameras of the training images. What no camera
@@ -46,11 +54,15 @@ impl Smoothing {
         };
         let widths: Vec<Option<f32>> = means.iter().map(finest).collect();
         let widest = widths.iter().flatten().copied().fold(0.0, f32::max);
-        Self { widths: widths.into_iter().map(|width| width.unwrap_or(widest)).collect() }
+        let widths = widths.into_iter().map(|width| width.unwrap_or(widest)).collect();
+        Self { cameras: cameras.to_vec(), widths }
     }
 
     /// Gaussians as they are drawn.
     pub(super) fn applied(&self, cloud: CloudTensors) -> CloudTensors {
+        if self.cameras.is_empty() {
+            return cloud;
+        }
         let n = self.widths.len();
         let variances: Vec<f32> = self.widths.iter().map(|f| f * f).collect();
         let device = cloud.log_scales.device();
@@ -68,25 +80,33 @@ impl Smoothing {
         cloud: &GaussianCloud,
         device: &burn::tensor::Device,
     ) -> GaussianCloud {
+        if self.cameras.is_empty() {
+            return cloud.clone();
+        }
         self.applied(CloudTensors::new(cloud, device)).cloud(cloud.sh_degree)
     }
 
     /// Adds the widths to a checkpoint.
     pub(super) fn insert_into(&self, file: &mut TensorFile) {
-        file.insert(NAME, &[self.widths.len()], &self.widths);
+        if !self.cameras.is_empty() {
+            file.insert(NAME, &[self.widths.len()], &self.widths);
+        }
     }
 
     /// Reads the widths of `n` Gaussians from a checkpoint.
     ///
     /// # Errors
     /// If they are absent, not finite or of another number.
-    pub(super) fn read_from(file: &TensorFile, n: usize) -> Result<Self, TensorFileError> {
-        let (shape, widths) = file.values(NAME)?;
-        if shape == [n] {
-            Ok(Self { widths: widths.to_vec() })
-        } else {
-            Err(file.field(NAME, &format!("shape [{n}]"), format!("{shape:?}")))
+    pub(super) fn restore(&mut self, file: &TensorFile, n: usize) -> Result<(), TensorFileError> {
+        if self.cameras.is_empty() {
+            return Ok(());
         }
+        let (shape, widths) = file.values(NAME)?;
+        if shape != [n] {
+            return Err(file.field(NAME, &format!("shape [{n}]"), format!("{shape:?}")));
+        }
+        self.widths = widths.to_vec();
+        Ok(())
     }
 }
 

@@ -1,22 +1,28 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
+use std::ops::RangeInclusive;
+
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{Canonical, Captured, InputFrame, Learned, Moment, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
+use super::background::Background;
 use super::config::SourceConfig;
 use super::density::{DensityControl, Replaced};
 use super::guide::Guide;
+use super::image_levels::ImageLevels;
 use super::initial::initial_cloud;
-use super::order::{FrameOrder, Round};
+use super::order::FrameOrder;
 use super::priors::MotionPriors;
 use super::proposals::{ProposalRound, Proposals};
 use super::smoothing::Smoothing;
 use super::snapshot::Snapshot;
 use crate::adam::AdamGroup;
 use crate::checkpoint::{Checkpoints, Stage};
+use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows};
+use crate::data_summary::DataSummary;
 use crate::driver::{StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians, TrainableCloud};
@@ -24,24 +30,25 @@ use crate::view::{View, report};
 
 /// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
-    frames: &'a [Frame],
-    background: [f32; 3],
+    images: ImageLevels<'a>,
+    background: Background,
     config: SourceConfig,
     device: Device,
-    iteration: usize,
+    clock: Clock,
     cloud: TrainableCloud,
     network: AdamGroup<1>,
     motion: Box<dyn SourceMotion>,
     density: DensityControl,
     proposals: Proposals<'a>,
-    /// The smoothing filter of every Gaussian since their number last changed, if there is one.
-    smoothing: Option<Smoothing>,
+    /// The smoothing filter of every Gaussian since their number last changed.
+    smoothing: Smoothing,
     order: FrameOrder,
     priors: MotionPriors,
 }
 
 impl<'a> SourceTrainer<'a> {
-    /// A fresh start. The configuration must have been validated.
+    /// A fresh start. The configuration must have been validated. The source of a still scene is of the kind
+    /// `linear`, at rest, whatever kind is asked for.
     ///
     /// # Errors
     /// If the dataset has no training frames, or the kind of source model is not trained from images.
@@ -52,29 +59,24 @@ impl<'a> SourceTrainer<'a> {
         device: &Device,
     ) -> Result<Self, TrainError> {
         let frames = dataset.split("train");
-        if frames.is_empty() {
-            return Err(TrainError::NoFrames(dataset.root.clone()));
-        }
-        let config = config.stretched(frames[0].camera.width);
+        let data = DataSummary::of(dataset).ok_or_else(|| TrainError::NoFrames(dataset.root.clone()))?;
+        let config = config.resolved(&data);
         let guide = Guide::new(dataset, &config.guide);
         let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
-        let frame = if config.deformation.normalised_positions {
-            InputFrame::around(&cloud.means)
-        } else {
-            InputFrame::IDENTITY
-        };
+        let is_normalised = config.deformation.normalised_positions;
+        let frame = if is_normalised { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let order = FrameOrder::new(frames, &config, seed);
         let captured = Captured { frame, time_window: order.span().1, seed };
-        let motion =
-            config.kind.motion(&config.motion(), captured).ok_or(TrainError::NotTrained(config.kind))?;
+        let motion = config.kind.motion(&config.motion(), captured);
+        let motion = motion.ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
         let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
         let cloud = TrainableCloud::new(&cloud, device).with_features(motion.features());
         Ok(Self {
             order,
-            frames,
-            background: dataset.background,
-            iteration: 0,
+            images: ImageLevels::new(frames),
+            background: Background::new(dataset, config.random_background, seed),
+            clock: Clock::new(config.iterations),
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
             network: AdamGroup::new(network, [motion.parameters()], device),
             proposals: Proposals::new(dataset, seed),
@@ -96,21 +98,13 @@ impl<'a> SourceTrainer<'a> {
     /// All that has been learned so far, with the Gaussians as they are drawn.
     fn drawn(&self) -> Learned {
         let learned = self.learned();
-        match &self.smoothing {
-            Some(smoothing) => {
-                Learned { cloud: smoothing.applied_on_host(&learned.cloud, &self.device), ..learned }
-            }
-            None => learned,
-        }
+        Learned { cloud: self.smoothing.applied_on_host(&learned.cloud, &self.device), ..learned }
     }
 
     /// All that has been learned so far, on the host.
     fn learned(&self) -> Learned {
-        Learned {
-            cloud: self.cloud.cloud(),
-            features: self.cloud.features(),
-            parameters: self.network.values(),
-        }
+        let (cloud, features) = (self.cloud.cloud(), self.cloud.features());
+        Learned { cloud, features, parameters: self.network.values() }
     }
 
     /// Lets the motion adapt to the Gaussians, where it is due.
@@ -133,14 +127,6 @@ impl<'a> SourceTrainer<'a> {
         Moment { time: frame.time, iteration, window_end: self.config.window_end(iteration, first, last) }
     }
 
-    /// Canonical Gaussians with the smoothing filter, where there is one.
-    fn smoothed(&self, cloud: CloudTensors) -> CloudTensors {
-        match &self.smoothing {
-            Some(smoothing) => smoothing.applied(cloud),
-            None => cloud,
-        }
-    }
-
     /// The Gaussians as they are drawn at a moment.
     fn posed(&self, leaves: &CloudLeaves, network: &Tensor<1>, at: Moment) -> CloudTensors {
         let canonical = Canonical {
@@ -149,7 +135,7 @@ impl<'a> SourceTrainer<'a> {
             features: leaves.features.clone(),
         };
         let poses = self.motion.poses(network.clone(), canonical, at);
-        self.smoothed(leaves.tensors()).posed(poses, self.motion.scale_mode())
+        self.smoothing.applied(leaves.tensors()).posed(poses, self.motion.scale_mode())
     }
 
     /// The photometric loss with the priors of the motion, in whose pose the Gaussians are drawn.
@@ -191,10 +177,20 @@ impl<'a> SourceTrainer<'a> {
         NewGaussians { features: self.motion.fresh_features(&cloud), cloud }
     }
 
-    /// Takes a step along the gradients that still belong to what they were found for.
-    fn descend(&mut self, leaves: &CloudLeaves, gradients: &mut burn::tensor::Gradients, iteration: usize) {
-        let proposed = self.proposed(iteration);
-        let replaced = self.density.adapt(&mut self.cloud, iteration, &proposed);
+    /// Takes a step along the gradients that still belong to what they were found for, after what the passed
+    /// iterations of the schedule ask of the density.
+    fn descend(
+        &mut self,
+        leaves: &CloudLeaves,
+        gradients: &mut burn::tensor::Gradients,
+        passed: RangeInclusive<usize>,
+    ) {
+        let mut replaced = Replaced::Nothing;
+        for iteration in passed {
+            let proposed = self.proposed(iteration);
+            replaced = replaced.max(self.density.adapt(&mut self.cloud, iteration, &proposed));
+        }
+        let iteration = self.clock.iteration();
         let mut by_attribute = leaves.gradients(gradients);
         match replaced {
             Replaced::Nothing => {}
@@ -202,8 +198,7 @@ impl<'a> SourceTrainer<'a> {
             Replaced::Gaussians => {
                 by_attribute = CloudGradients::default();
                 self.priors.forget_neighbors();
-                let means = host_rows(&self.cloud.means.value());
-                self.smoothing = Smoothing::asked(self.frames, self.config.antialias, &means);
+                self.smoothing.renew(|| host_rows(&self.cloud.means.value()));
                 self.motion.forget_gaussians();
             }
         }
@@ -222,11 +217,15 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn steps(&self) -> usize {
-        self.config.iterations
+        self.clock.steps()
     }
 
     fn step_index(&self) -> usize {
-        self.iteration
+        self.clock.taken()
+    }
+
+    fn clock(&mut self) -> Option<&mut Clock> {
+        Some(&mut self.clock)
     }
 
     fn gaussians(&self) -> usize {
@@ -234,22 +233,27 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        let iteration = self.iteration + 1;
-        let frame = &self.frames[self.order.next(iteration, &self.config)];
+        let passed = self.clock.advance();
+        let iteration = self.clock.iteration();
+        let level = self.images.level(self.config.level(iteration));
+        let frame = &level[self.order.next((iteration, self.clock.taken()), &self.config)];
         let at = self.moment(frame, iteration);
         let is_deformed = !self.config.is_warmup(iteration);
         if is_deformed {
             self.adapt_motion(at);
         }
         let (leaves, network) = (self.cloud.leaves(), self.network.leaf());
-        let cloud =
-            if is_deformed { self.posed(&leaves, &network, at) } else { self.smoothed(leaves.tensors()) };
+        let cloud = if is_deformed {
+            self.posed(&leaves, &network, at)
+        } else {
+            self.smoothing.applied(leaves.tensors())
+        };
         let means = cloud.means.clone();
         let device = self.device.clone().autodiff();
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
         let view = View {
             frame,
-            background: self.background,
+            background: self.background.at(self.clock.taken()),
             ssim_weight: self.config.ssim_weight,
             sh_degree: self.config.active_degree(iteration),
             device: &device,
@@ -262,28 +266,21 @@ impl Trainer for SourceTrainer<'_> {
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
         }
-        self.descend(&leaves, &mut gradients, iteration);
+        self.descend(&leaves, &mut gradients, passed);
         self.network.step(self.config.deformation_rate(iteration), network.grad_remove(&mut gradients));
-        self.iteration = iteration;
         report(&compared.loss, &[compared.mse])
     }
 
     fn checkpoint(&self) -> TensorFile {
         let mut file = Checkpoints::start();
+        self.clock.insert_into(&mut file);
         self.cloud.insert_into(&mut file, "canonical");
         self.network.insert_into(&mut file, "network");
         self.motion.insert_into(&mut file);
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
-        if let Some(smoothing) = &self.smoothing {
-            smoothing.insert_into(&mut file);
-        }
-        let round = self.order.round();
-        for (key, value) in
-            [("round", round.number), ("used", round.used as u64), ("began", round.began as u64)]
-        {
-            file.set_metadata(key, value.to_string());
-        }
+        self.smoothing.insert_into(&mut file);
+        self.order.insert_into(&mut file);
         file
     }
 
@@ -294,16 +291,8 @@ impl Trainer for SourceTrainer<'_> {
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
-        if self.smoothing.is_some() {
-            self.smoothing = Some(Smoothing::read_from(file, self.cloud.len())?);
-        }
-        let round = Round {
-            number: file.metadata_json("round")?,
-            used: file.metadata_json("used")?,
-            began: file.metadata_json("began")?,
-        };
-        self.order.restore(round, &self.config);
-        self.iteration = step;
-        Ok(())
+        self.smoothing.restore(file, self.cloud.len())?;
+        self.order.restore(file, &self.config)?;
+        self.clock.restore(file, step)
     }
 }

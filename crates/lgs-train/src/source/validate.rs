@@ -17,6 +17,8 @@ impl SourceConfig {
         self.validate_counts()?;
         let weights = [
             ("initial_half_extent", self.initial_half_extent),
+            ("views_per_coefficient", self.views_per_coefficient),
+            ("densify.per_pixel", self.densify.per_pixel),
             ("near", self.near),
             ("densify.gradient_threshold", self.densify.gradient_threshold),
             ("rigidity.weight", self.rigidity.weight),
@@ -35,11 +37,14 @@ impl SourceConfig {
         require(has_budget, "densify.max_gaussians", format_args!("0 is no budget for the method `mcmc`"))?;
         positive("rigidity.robust_scale", f64::from(self.rigidity.robust_scale))?;
         fraction("front_share", self.front_share)?;
+        fraction("coarse_share", self.coarse_share)?;
+        fraction("random_background", self.random_background)?;
         fraction("ssim_weight", self.ssim_weight)
     }
 
     fn validate_rates(&self) -> Result<(), Refusal> {
         let rates = &self.learning_rates;
+        not_negative("learning_rates.position_unit", rates.position_unit)?;
         positive("learning_rates.position_start", rates.position_start)?;
         positive("learning_rates.position_end", rates.position_end)?;
         positive("learning_rates.deformation_start", rates.deformation_start)?;
@@ -56,6 +61,7 @@ impl SourceConfig {
             ("iterations", self.iterations, 1, usize::MAX),
             ("initial_gaussians", self.initial_gaussians, 1, 2_000_000),
             ("sh_degree", self.sh_degree, 0, 3),
+            ("coarse_levels", self.coarse_levels, 0, 8),
             ("densify.interval", self.densify.interval, 1, usize::MAX),
             ("rigidity.neighbors", self.rigidity.neighbors, 1, 64),
         ];

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::spread::spread_over_time;
 use crate::cloud_rates::CloudRates;
-use crate::source::stretch_factor;
+use crate::source::{position_unit, stretch_factor};
 
 /// Steps after which the fit of the dynamics sees the same frames again.
 const ROUNDS: usize = 3;
@@ -159,6 +159,8 @@ pub struct TuneGaussiansConfig {
     pub stretch: f32,
     /// Optimiser steps (published: 10 000); 0 skips the stage.
     pub iterations: usize,
+    /// World units that the rate of the means is in (paper: 1); 0: as in `source.learning_rates`.
+    pub position_unit: f64,
     /// Learning rate of the means (published: 8e-6, the last rate of the source). All rates fall by a cosine
     /// to a hundredth.
     pub means_learning_rate: f64,
@@ -181,6 +183,7 @@ impl Default for TuneGaussiansConfig {
         Self {
             stretch: 0.0,
             iterations: 2000,
+            position_unit: 1.0,
             means_learning_rate: 1e-4,
             scales_learning_rate: 5e-3,
             rotations_learning_rate: 1e-3,
@@ -226,15 +229,17 @@ impl TuneGaussiansConfig {
         }
     }
 
-    /// The configuration for images of a width, with the iterations multiplied out.
+    /// The configuration for images of a width and a scene of an extent, with the iterations multiplied out.
     #[must_use]
-    pub fn stretched(&self, width: u32) -> Self {
+    pub fn resolved(&self, width: u32, extent: f32) -> Self {
         let factor = stretch_factor(self.stretch, width);
+        let unit = position_unit(self.position_unit, extent);
         let iterations = (self.iterations as f64 * factor).round() as usize;
         Self {
             stretch: 1.0,
             iterations,
-            means_learning_rate: self.means_learning_rate * factor,
+            position_unit: 1.0,
+            means_learning_rate: self.means_learning_rate * factor * unit,
             ..self.clone()
         }
     }
@@ -246,6 +251,9 @@ impl TuneGaussiansConfig {
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
         if !(self.stretch >= 0.0 && self.stretch.is_finite()) {
             return Err(("stretch", format!("{} is negative or not finite", self.stretch)));
+        }
+        if !(self.position_unit >= 0.0 && self.position_unit.is_finite()) {
+            return Err(("position_unit", format!("{} is negative or not finite", self.position_unit)));
         }
         positive(&[("refresh_every", self.refresh_every)])
     }
@@ -265,13 +273,15 @@ mod tests {
     #[test]
     fn refinement_is_as_long_as_images_are_wide_unless_told_otherwise() {
         let quick = TuneGaussiansConfig::default();
-        let at = |config: &TuneGaussiansConfig, width| config.stretched(width).iterations;
-        assert_eq!(quick.stretched(160).means_learning_rate, quick.means_learning_rate);
-        assert!((quick.stretched(400).means_learning_rate - 2.5 * quick.means_learning_rate).abs() < 1e-9);
+        let at = |config: &TuneGaussiansConfig, width| config.resolved(width, 4.4).iterations;
+        assert_eq!(quick.resolved(160, 9.0).means_learning_rate, quick.means_learning_rate);
+        assert!(
+            (quick.resolved(400, 9.0).means_learning_rate - 2.5 * quick.means_learning_rate).abs() < 1e-9
+        );
         assert_eq!([100, 160, 400, 4000].map(|width| at(&quick, width)), [2000, 2000, 5000, 6000]);
         let given = TuneGaussiansConfig { stretch: 2.0, ..quick };
         assert_eq!(at(&given, 400), 4000);
         assert_eq!(at(&TuneGaussiansConfig::paper(), 800), 10_000);
-        assert_eq!(given.stretched(400).stretched(400).iterations, 4000, "once");
+        assert_eq!(given.resolved(400, 1.0).resolved(400, 1.0).iterations, 4000, "once");
     }
 }

@@ -37,6 +37,8 @@ use lgs_model::{LagrangianScene, TensorFile, TensorFileError};
 pub struct TrainingData<'a> {
     /// Training frames.
     pub frames: &'a [Frame],
+    /// Extent of the scene, world units.
+    pub extent: f32,
     /// Seed of the run.
     pub seed: u64,
     /// Device without autodiff.

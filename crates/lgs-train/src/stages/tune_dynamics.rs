@@ -70,7 +70,7 @@ impl<'a> TuneDynamics<'a> {
     /// Stage 2 from its first step.
     #[must_use]
     pub fn new(scene: LagrangianScene, data: TrainingData<'a>, config: &'a TuneDynamicsConfig) -> Self {
-        let TrainingData { frames, seed, device } = data;
+        let TrainingData { frames, seed, device, .. } = data;
         let of_particles = |(index, object): (usize, &ObjectModel)| {
             let particles = object.dynamics.particles().filter(|_| object.recording.is_none())?;
             Some(TrainableObject::new(index, particles, &scene, (config.initial_velocity, device)))

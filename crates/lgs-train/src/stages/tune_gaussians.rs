@@ -22,6 +22,7 @@ use super::TrainingData;
 use super::config::TuneGaussiansConfig;
 use super::frame_states::{FrameStates, StateTensors};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
+use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
 use crate::driver::{SceneTrainer, StepReport, Trainer};
 use crate::trainable_cloud::TrainableCloud;
@@ -37,7 +38,7 @@ pub struct TuneGaussians<'a> {
     frames: &'a [Frame],
     config: TuneGaussiansConfig,
     seed: u64,
-    step: usize,
+    clock: Clock,
     static_gaussians: TrainableCloud,
     dynamic_gaussians: TrainableCloud,
     /// `[n, 1]`: one for dynamic Gaussians whose means may change, zero for the others.
@@ -77,17 +78,19 @@ impl<'a> TuneGaussians<'a> {
         data: TrainingData<'a>,
         config: &TuneGaussiansConfig,
     ) -> Self {
-        let TrainingData { frames, seed, device } = data;
+        let TrainingData { frames, extent, seed, device } = data;
+        let config = config.resolved(frames.first().map_or(0, |f| f.camera.width), extent);
+        let is_trained = !frames.is_empty() && !scene.is_empty();
         Self {
             stage,
-            config: config.stretched(frames.first().map_or(0, |f| f.camera.width)),
+            clock: Clock::new(if is_trained { config.iterations } else { 0 }),
+            config,
             static_gaussians: TrainableCloud::new(&scene.static_gaussians, device),
             dynamic_gaussians: TrainableCloud::new(&scene.dynamic_gaussians, device),
             is_free: is_free(&scene, device),
             scene,
             frames,
             seed,
-            step: 0,
             kept: None,
             device: device.clone(),
         }
@@ -112,11 +115,15 @@ impl Trainer for TuneGaussians<'_> {
     }
 
     fn steps(&self) -> usize {
-        if self.frames.is_empty() || self.scene.is_empty() { 0 } else { self.config.iterations }
+        self.clock.steps()
     }
 
     fn step_index(&self) -> usize {
-        self.step
+        self.clock.taken()
+    }
+
+    fn clock(&mut self) -> Option<&mut Clock> {
+        Some(&mut self.clock)
     }
 
     fn gaussians(&self) -> usize {
@@ -124,9 +131,11 @@ impl Trainer for TuneGaussians<'_> {
     }
 
     fn step(&mut self) -> StepReport {
-        let kept = self.kept.take().filter(|_| !self.step.is_multiple_of(self.config.refresh_every.max(1)));
+        let step = self.clock.taken();
+        self.clock.advance();
+        let kept = self.kept.take().filter(|_| !step.is_multiple_of(self.config.refresh_every.max(1)));
         let mut kept = kept.unwrap_or_else(|| KeptMotion::roll(self.scene(), &self.device));
-        let mut rng = stream(self.seed, self.stage.name(), self.step as u64);
+        let mut rng = stream(self.seed, self.stage.name(), step as u64);
         let frame = &self.frames[rng.random_range(0..self.frames.len())];
         let device = self.device.clone().autodiff();
         let (of_static, of_dynamic) = (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
@@ -142,18 +151,19 @@ impl Trainer for TuneGaussians<'_> {
         let probe = Tensor::zeros([cloud.len(), 2], &device);
         let compared = view.compare(&cloud.splats(probe));
         let mut gradients = tracing::trace_span!("backward").in_scope(|| compared.loss.backward());
-        let rates = self.config.cloud_rates().scaled(cosine_decay(self.step, self.config.iterations));
+        let decay = cosine_decay(self.clock.iteration() - 1, self.config.iterations);
+        let rates = self.config.cloud_rates().scaled(decay);
         self.static_gaussians.step(of_static.gradients(&mut gradients), &rates);
         let mut of_dynamic = of_dynamic.gradients(&mut gradients);
         of_dynamic.means = of_dynamic.means.map(|gradient| gradient * self.is_free.clone());
         self.dynamic_gaussians.step(of_dynamic, &rates);
-        self.step += 1;
         self.kept = Some(kept);
         report(&compared.loss, &[compared.mse])
     }
 
     fn checkpoint(&self) -> TensorFile {
         let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
+        self.clock.insert_into(&mut file);
         self.static_gaussians.insert_into(&mut file, "tune.static");
         self.dynamic_gaussians.insert_into(&mut file, "tune.dynamic");
         if let Some(kept) = &self.kept {
@@ -181,8 +191,7 @@ impl Trainer for TuneGaussians<'_> {
             rolled.dynamic_gaussians.means = super::rows_of_gaussians(file, ROLLED_MEANS, &rolled)?;
             self.kept = Some(KeptMotion::roll(rolled, &self.device));
         }
-        self.step = step;
-        Ok(())
+        self.clock.restore(file, step)
     }
 }
 

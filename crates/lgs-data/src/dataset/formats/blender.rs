@@ -1,5 +1,6 @@
 //! The D-NeRF ("Blender") layout: every `transforms_<split>.json` of the folder is a split, and its frames
-//! name images beside it. A frame needs `file_path`, `time` and `transform_matrix`.
+//! name images beside it. A frame needs `file_path` and `transform_matrix`, and a `time` unless no frame of
+//! the whole set has one: a still scene, as NeRF's synthetic ones are, whose images are all at time 0.
 
 use super::reader::FormatReader;
 use crate::dataset::error::{DatasetError, Problem};
@@ -16,6 +17,17 @@ pub(super) struct Blender;
 #[derive(Deserialize)]
 struct EditedSplit {
     edit: MotionEdit,
+}
+
+impl Blender {
+    /// Whether no frame of any split has a time.
+    fn is_still(&self, root: &Path) -> Result<bool, DatasetError> {
+        let has_times = |split: &String| {
+            Ok(transforms::read::<TransformsFile>(&self.split_file(root, split))?.has_times())
+        };
+        let found = self.splits(root)?.iter().map(has_times).collect::<Result<Vec<bool>, DatasetError>>()?;
+        Ok(!found.contains(&true))
+    }
 }
 
 impl FormatReader for Blender {
@@ -50,7 +62,11 @@ impl FormatReader for Blender {
 
     fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {
         let path = self.split_file(root, split);
-        transforms::read::<TransformsFile>(&path)?.specs(root, &path)
+        let mut file = transforms::read::<TransformsFile>(&path)?;
+        if !file.has_times() && self.is_still(root)? {
+            file.stand_still();
+        }
+        file.specs(root, &path)
     }
 
     /// Splits whose names begin with `edit-` have to say which edit they show.

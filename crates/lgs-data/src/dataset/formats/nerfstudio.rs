@@ -7,7 +7,8 @@
 //! The time of an image is its `time`, which must then be there for every image. If no image has one, it is
 //! the last number in the file's name without extension: with numbers from `a` to `b`, the image of number
 //! `n` has the time (n − a) / (b − a + 1), so that the sequence spans [0, 1). Images of several cameras with
-//! the same number share a time.
+//! the same number share a time. If no name has a number either, the scene is still: all images are at time
+//! 0.
 //!
 //! Splits are the lists `train_filenames`, `val_filenames` and `test_filenames` where the file has a
 //! `train_filenames`. Otherwise every eighth image, beginning with the first, is in `val`, as is usual for
@@ -149,6 +150,10 @@ fn set_times(frames: &mut [TransformsFrame]) {
     }
     let numbers: Vec<Option<u64>> =
         frames.iter().map(|frame| frame.file_path.as_deref().and_then(last_number)).collect();
+    if numbers.iter().all(Option::is_none) {
+        frames.iter_mut().for_each(|frame| frame.time = Some(0.0));
+        return;
+    }
     let (first, last) = numbers.iter().flatten().fold((u64::MAX, 0), |(a, b), &n| (a.min(n), b.max(n)));
     for (frame, number) in frames.iter_mut().zip(numbers) {
         frame.time = number.map(|n| (n - first) as f64 / ((last - first) as f64 + 1.0));

@@ -59,6 +59,26 @@ fn a_set_loads_with_its_splits_in_file_order() {
 }
 
 #[test]
+fn a_set_without_any_time_is_still() {
+    let dir = folder(|_, _| {});
+    assert!(!load(&dir).unwrap().is_still());
+    let without_times = |file: &str| {
+        let path = dir.path().join(file);
+        let mut json: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        for frame in json["frames"].as_array_mut().unwrap() {
+            frame.as_object_mut().unwrap().remove("time");
+        }
+        fs::write(path, json.to_string()).unwrap();
+    };
+    without_times("transforms_train.json");
+    assert!(message(&dir, "transforms_train.json").contains("`time`"), "the test images have times");
+    without_times("transforms_test.json");
+    let still = load(&dir).unwrap();
+    assert!(still.is_still() && still.splits.values().flatten().all(|frame| frame.time == 0.0));
+    assert!(!Dataset::none([1.0; 3]).is_still());
+}
+
+#[test]
 fn progress_counts_every_image() {
     let dir = folder(|_, _| {});
     let calls = std::sync::Mutex::new(Vec::new());

@@ -1,0 +1,142 @@
+//! What training is going to do and to take, in words.
+
+use std::time::Instant;
+
+use lgs_data::dataset::Dataset;
+use lgs_eval::memory::peak_rss_bytes;
+use lgs_train::checkpoint::Stage;
+use lgs_train::device::Device;
+use lgs_train::{DataSummary, Estimate, Progress, TrainConfig, TrainError, estimate};
+
+use super::progress::say;
+use super::thresholds::SETTLING_SECS;
+
+/// Parses a time such as `40m`, `90s` or `1h30m`, in seconds.
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    let (mut secs, mut number) = (0.0, String::new());
+    for letter in text.chars() {
+        let unit = match letter {
+            'h' => 3600.0,
+            'm' => 60.0,
+            's' => 1.0,
+            _ => {
+                number.push(letter);
+                continue;
+            }
+        };
+        secs += unit * number.parse::<f64>().map_err(|_| expectation(text))?;
+        number.clear();
+    }
+    let is_time = number.is_empty() && secs > 0.0 && f64::is_finite(secs);
+    if is_time { Ok(secs) } else { Err(expectation(text)) }
+}
+
+fn expectation(text: &str) -> String {
+    format!("`{text}` is not a time such as 40m, 90s or 1h30m")
+}
+
+/// Seconds for people.
+fn spoken(secs: f64) -> String {
+    match secs {
+        s if s < 99.5 => format!("{s:.0} s"),
+        s if s < 99.5 * 60.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+/// The time that is left, kept up to date.
+pub(super) struct Outlook {
+    estimate: Option<Estimate>,
+    stage: Option<(Stage, Instant)>,
+    /// Time that things take over what was expected of them.
+    factor: f64,
+}
+
+impl Outlook {
+    /// Says what is about to be trained, and about how long it takes.
+    pub(super) fn announce(
+        dataset: &Dataset,
+        config: &TrainConfig,
+        device: &Device,
+    ) -> Result<Self, TrainError> {
+        let estimate = estimate(dataset, config, device)?;
+        if let (Some(data), Some(estimate)) = (DataSummary::of(dataset), &estimate) {
+            say(&plan(&data, config));
+            let memory = peak_rss_bytes().map_or_else(String::new, |bytes| {
+                format!(", about {:.0} MiB of memory", bytes as f64 / f64::from(1 << 20))
+            });
+            say(&if config.time_budget_secs > 0.0 {
+                let [budget, own] = [config.time_budget_secs, estimate.secs()].map(spoken);
+                format!("training takes {budget}, its budget (its schedule alone about {own}){memory}")
+            } else {
+                format!("training takes about {}{memory}", spoken(estimate.secs()))
+            });
+        }
+        Ok(Self { estimate, stage: None, factor: 1.0 })
+    }
+
+    /// An outlook without an estimate, for a run that goes on.
+    pub(super) fn none() -> Self {
+        Self { estimate: None, stage: None, factor: 1.0 }
+    }
+
+    /// The time that is left, in words; nothing where it is not known.
+    pub(super) fn left(&mut self, p: &Progress) -> Option<String> {
+        if let Some(secs) = p.left_secs {
+            return Some(format!("{} left", spoken(secs)));
+        }
+        let estimate = self.estimate.as_ref()?;
+        if self.stage.is_none_or(|(stage, _)| stage != p.stage) {
+            self.stage = Some((p.stage, Instant::now()));
+        }
+        let (_, begun) = self.stage?;
+        let part = p.step as f64 / p.steps.max(1) as f64;
+        let (passed, expected) = (begun.elapsed().as_secs_f64(), estimate.within(p.stage, part));
+        if expected > SETTLING_SECS {
+            self.factor = passed / expected;
+        }
+        let ahead = estimate.within(p.stage, 1.0) - expected + estimate.after(p.stage);
+        Some(format!("about {} left", spoken(self.factor * ahead)))
+    }
+}
+
+/// What the settings become for a dataset.
+fn plan(data: &DataSummary, config: &TrainConfig) -> String {
+    let source = config.source.resolved(data);
+    let width = |level: usize| (data.size[0] >> level).to_string();
+    let widths: Vec<String> = (0..=source.coarse_levels).rev().map(width).collect();
+    let most = source.densify.max_gaussians;
+    let mut text = format!(
+        "{} images of {} views and {} times, {} pixels wide; {} iterations, harmonics to degree {}",
+        data.images,
+        data.views,
+        data.times,
+        widths.join(" then "),
+        source.iterations,
+        source.sh_degree
+    );
+    if most > 0 {
+        text.push_str(&format!(", at most {most} Gaussians"));
+        if data.points > most {
+            text.push_str(&format!("; the {} points of the set are thinned to these", data.points));
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_and_spoken() {
+        assert_eq!(
+            ["40m", "90s", "1h30m", "0.5h"].map(duration),
+            [Ok(2400.0), Ok(90.0), Ok(5400.0), Ok(1800.0)]
+        );
+        for text in ["", "40", "m", "-1m", "0s", "1d", "nanm", "infh", "1m2"] {
+            assert!(duration(text).is_err(), "{text}");
+        }
+        assert_eq!([12.0, 150.0, 2400.0, 10_000.0].map(spoken), ["12 s", "2 min", "40 min", "2.8 h"]);
+    }
+}

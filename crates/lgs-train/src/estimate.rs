@@ -1,0 +1,189 @@
+//! The time that training is going to take, from a few timed steps.
+//!
+//! Steps of the source are timed with few and with all Gaussians of its budget, on small and on full images,
+//! and with and without motion; between these the time of a step is taken to be linear in pixels and
+//! Gaussians. Stages 2 and 3 draw the same Gaussians on the same images.
+
+use std::time::Instant;
+
+use burn::tensor::Device;
+use lgs_data::dataset::Dataset;
+
+use crate::checkpoint::Stage;
+use crate::config::TrainConfig;
+use crate::data_summary::DataSummary;
+use crate::driver::Trainer;
+use crate::error::TrainError;
+use crate::source::{SourceConfig, SourceTrainer};
+use crate::thresholds::{
+    GROWTH_END, PROBE_FRAMES, PROBE_STEPS, STEPS_OF_DISTILLATION, STEPS_PER_FITTED_FRAME,
+};
+use crate::window::learns_no_motion;
+
+/// The time that training is expected to take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Seconds from the start of the source to every hundredth of its schedule, 0 first.
+    pub source: Vec<f64>,
+    /// Seconds of every later stage.
+    pub stages: Vec<(Stage, f64)>,
+}
+
+impl Estimate {
+    /// Seconds of all training.
+    #[must_use]
+    pub fn secs(&self) -> f64 {
+        self.source.last().unwrap_or(&0.0) + self.stages.iter().map(|(_, secs)| secs).sum::<f64>()
+    }
+
+    /// Seconds that are expected to have passed within a stage when a part of it, in [0, 1], is done.
+    #[must_use]
+    pub fn within(&self, stage: Stage, part: f64) -> f64 {
+        if stage == Stage::Source {
+            let hundredth = (part.clamp(0.0, 1.0) * (self.source.len() - 1) as f64) as usize;
+            return self.source[hundredth];
+        }
+        part * self.stages.iter().find(|(own, _)| *own == stage).map_or(0.0, |(_, secs)| *secs)
+    }
+
+    /// Seconds of the stages after one.
+    #[must_use]
+    pub fn after(&self, stage: Stage) -> f64 {
+        self.stages.iter().filter(|(own, _)| *own > stage).map(|(_, secs)| secs).sum()
+    }
+}
+
+/// Times a few steps on the machine as it is now. Nothing for a source that is imported.
+///
+/// # Errors
+/// If the source cannot be trained at all.
+pub fn estimate(
+    dataset: &Dataset,
+    config: &TrainConfig,
+    device: &Device,
+) -> Result<Option<Estimate>, TrainError> {
+    let Some(data) = DataSummary::of(dataset).filter(|_| config.source.import.is_empty()) else {
+        return Ok(None);
+    };
+    let source = config.source.resolved(&data);
+    let probe = Probe { dataset: &few_frames(dataset), source: &source, device };
+    let most = most_gaussians(&source, &data);
+    let small = probe.secs(source.initial_gaussians.min(most), source.coarse_levels, Motion::Moving)?;
+    let full = probe.secs(source.initial_gaussians.min(most), 0, Motion::Moving)?;
+    let all = probe.secs(most, 0, Motion::Moving)?;
+    let still = probe.secs(most, 0, Motion::Still)?;
+    let step = |iteration: usize| {
+        // Pixels fall to a quarter with every level.
+        let pixels = |level: usize| 0.25_f64.powi(level as i32);
+        let coarsest = pixels(source.coarse_levels);
+        let size = (pixels(source.level(iteration)) - coarsest) / (1.0 - coarsest).max(1e-9);
+        let grown = (iteration as f64 / (GROWTH_END * source.densify.before as f64).max(1.0)).min(1.0);
+        let of_few = small + size.clamp(0.0, 1.0) * (full - small);
+        of_few * (1.0 + grown * (all / full - 1.0))
+    };
+    let mut sum = 0.0;
+    let mut curve = vec![0.0];
+    for hundredth in 0..100 {
+        let iterations = source.iterations as f64 / 100.0;
+        sum += iterations * step((iterations * (f64::from(hundredth) + 0.5)) as usize + 1);
+        curve.push(sum);
+    }
+    let stages =
+        if learns_no_motion(dataset, config) { Vec::new() } else { stages(config, &data, [all, still]) };
+    Ok(Some(Estimate { source: curve, stages }))
+}
+
+/// Seconds of the stages, if a step takes so long with the source's motion and without.
+fn stages(config: &TrainConfig, data: &DataSummary, [moving, step]: [f64; 2]) -> Vec<(Stage, f64)> {
+    let gaussians = |c: &crate::stages::TuneGaussiansConfig| {
+        step * c.resolved(data.size[0], data.extent).iterations as f64
+    };
+    let fit = &config.fit_dynamics;
+    let frames = if fit.frames == 0 { data.images } else { fit.frames.min(data.images) };
+    let all = [
+        (Stage::Distill, moving * STEPS_OF_DISTILLATION),
+        (Stage::RefineGaussians, gaussians(&config.refine_gaussians)),
+        (Stage::FitDynamics, step * STEPS_PER_FITTED_FRAME * (fit.steps * frames) as f64),
+        (Stage::TuneGaussians, gaussians(&config.tune_gaussians)),
+    ];
+    all.into_iter().filter(|(stage, _)| config.last_stage.includes(*stage)).collect()
+}
+
+/// The number of Gaussians that training ends with.
+fn most_gaussians(source: &SourceConfig, data: &DataSummary) -> usize {
+    let start = if data.points > 0 { data.points } else { source.initial_gaussians };
+    match source.densify.max_gaussians {
+        0 => start,
+        most => most,
+    }
+}
+
+/// A dataset with a few of the training images, without points.
+fn few_frames(dataset: &Dataset) -> Dataset {
+    let frames = dataset.split("train");
+    let n = frames.len().min(PROBE_FRAMES);
+    let few = (0..n).map(|i| frames[i * frames.len() / n].clone()).collect();
+    let mut small = Dataset::none(dataset.background);
+    small.splits.insert("train".to_owned(), few);
+    small
+}
+
+/// Whether the Gaussians of timed steps are moved by the source's motion.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    Still,
+    Moving,
+}
+
+/// Steps to be timed.
+struct Probe<'a> {
+    dataset: &'a Dataset,
+    source: &'a SourceConfig,
+    device: &'a Device,
+}
+
+impl Probe<'_> {
+    /// Seconds of a step with so many Gaussians, on images halved so many times.
+    fn secs(&self, gaussians: usize, level: usize, motion: Motion) -> Result<f64, TrainError> {
+        // So long that no step of it is on a finer level, and nothing else of the schedule is due.
+        let iterations = 1_000_000;
+        let mut config = SourceConfig {
+            iterations,
+            coarse_levels: level,
+            coarse_share: 1.0,
+            warmup_iterations: if motion == Motion::Moving { 0 } else { iterations },
+            window_steps: 1,
+            initial_gaussians: gaussians,
+            sh_interval: 1,
+            ..self.source.clone()
+        };
+        (config.densify.before, config.guide.weight) = (0, 0.0);
+        config.densify.max_gaussians = gaussians;
+        let mut trainer = SourceTrainer::new(self.dataset, &config, 0, self.device)?;
+        trainer.step();
+        let begun = Instant::now();
+        for _ in 0..PROBE_STEPS {
+            trainer.step();
+        }
+        Ok(begun.elapsed().as_secs_f64() / PROBE_STEPS as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_shrinks_with_what_is_done() {
+        let source: Vec<f64> = (0..=100).map(|i| 0.02 * f64::from(i * i)).collect();
+        let stages = vec![(Stage::RefineGaussians, 30.0), (Stage::TuneGaussians, 60.0)];
+        let estimate = Estimate { source, stages };
+        assert_eq!(estimate.secs(), 290.0);
+        assert_eq!(estimate.within(Stage::Source, 0.5), 50.0);
+        assert_eq!(estimate.within(Stage::TuneGaussians, 0.5), 30.0);
+        assert_eq!(
+            [Stage::Source, Stage::Distill, Stage::FitDynamics].map(|s| estimate.after(s)),
+            [90.0, 90.0, 60.0]
+        );
+    }
+}

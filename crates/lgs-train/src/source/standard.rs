@@ -1,0 +1,67 @@
+//! The preset `standard`: settings that are resolved from the data ([`SourceConfig::resolved`]), for any size
+//! of images and worlds. Values were chosen by measurement (docs/experiments.md).
+
+use super::config::SourceConfig;
+use super::config_groups::{DensifyConfig, LearningRates, WarmupFrames};
+
+impl SourceConfig {
+    /// DefGS for any set: a quarter of an hour to an hour on two CPU cores.
+    #[must_use]
+    pub fn standard() -> Self {
+        let iterations = 8000;
+        let quick = Self::quick();
+        Self {
+            iterations,
+            coarse_levels: 2,
+            coarse_share: 0.4,
+            warmup_iterations: 600,
+            warmup_frames: WarmupFrames::ByCameras,
+            initial_gaussians: 8000,
+            sh_degree: 3,
+            views_per_coefficient: 3.0,
+            random_background: 0.5,
+            learning_rates: LearningRates::standard(),
+            densify: DensifyConfig::standard(iterations),
+            static_regulariser: 0.0,
+            static_regulariser_after: 0,
+            ..quick
+        }
+    }
+
+    /// FreeGave for any set.
+    #[must_use]
+    pub fn freegave_standard() -> Self {
+        let Self { kind, near, deformation, velocity, advection, .. } = Self::freegave_quick();
+        Self { kind, near, deformation, velocity, advection, ..Self::standard() }
+    }
+}
+
+impl LearningRates {
+    /// Values for any set: positions in units of the scene's extent.
+    #[must_use]
+    pub fn standard() -> Self {
+        Self {
+            position_unit: 0.0,
+            position_start: 4e-4,
+            position_end: 4e-6,
+            deformation_start: 2e-3,
+            deformation_end: 2e-5,
+            ..Self::quick()
+        }
+    }
+}
+
+impl DensifyConfig {
+    /// Values for a training of `iterations`: a budget by the size of images.
+    #[must_use]
+    pub fn standard(iterations: usize) -> Self {
+        Self {
+            before: iterations * 6 / 10,
+            min_opacity: 0.005,
+            opacity_reset_interval: 800,
+            per_pixel: 0.125,
+            max_gaussians: 0,
+            ..Self::quick(iterations)
+        }
+    }
+}
