@@ -1,10 +1,12 @@
 //! An image set in memory.
 
+use super::store::{Picture, Pixels};
 use crate::edit::MotionEdit;
 use crate::ply::Points;
 use lgs_core::{Camera, Image};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Cameras, times and images of a scene.
 #[derive(Clone, Debug)]
@@ -21,6 +23,10 @@ pub struct Dataset {
     pub background: [f32; 3],
     /// The points that the set ships, such as `points3d.ply`.
     pub init_points: Option<Points>,
+    /// Images that the set lists and that are absent, left out of `splits`.
+    pub absent: Vec<PathBuf>,
+    /// What a user should know of the set although it could be read, one sentence each.
+    pub remarks: Vec<String>,
     /// A hash of the whole set, independent of the options it is loaded with: 16 hexadecimal digits.
     pub fingerprint: String,
 }
@@ -36,8 +42,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Time, as in the file; the captured sequence spans [0, 1).
     pub time: f32,
-    /// Pixels `[h, w, 4]`, straight alpha.
-    pub rgba: Vec<u8>,
+    /// The image, in memory or on the disk.
+    pub pixels: Pixels,
 }
 
 impl Dataset {
@@ -50,6 +56,8 @@ impl Dataset {
             edits: BTreeMap::new(),
             background,
             init_points: None,
+            absent: Vec::new(),
+            remarks: Vec::new(),
             fingerprint: "none".to_owned(),
         }
     }
@@ -74,6 +82,12 @@ impl Dataset {
 }
 
 impl Frame {
+    /// The decoded image and its mask.
+    #[must_use]
+    pub fn picture(&self) -> Arc<Picture> {
+        self.pixels.picture()
+    }
+
     /// The image over a background, floats in [0, 1].
     #[must_use]
     pub fn composited(&self, background: [f32; 3]) -> Image {
@@ -81,19 +95,27 @@ impl Frame {
             let alpha = f32::from(p[3]) / 255.0;
             std::array::from_fn(|c| f32::from(p[c]) / 255.0 * alpha + background[c] * (1.0 - alpha))
         };
-        let pixels = self.rgba.as_chunks().0.iter().map(over).collect();
+        let pixels = self.picture().rgba.as_chunks().0.iter().map(over).collect();
         Image { width: self.camera.width, height: self.camera.height, pixels }
     }
 
     /// Opacity of every pixel, in [0, 1].
     #[must_use]
     pub fn alpha(&self) -> Vec<f32> {
-        self.rgba.as_chunks::<4>().0.iter().map(|p| f32::from(p[3]) / 255.0).collect()
+        self.picture().rgba.as_chunks::<4>().0.iter().map(|p| f32::from(p[3]) / 255.0).collect()
     }
 
     /// Whether any pixel is not fully opaque.
     #[must_use]
     pub fn has_alpha(&self) -> bool {
-        self.rgba.as_chunks::<4>().0.iter().any(|p| p[3] < 255)
+        self.pixels.has_alpha()
+    }
+
+    /// The weight of every pixel in losses and scores: 1, or 0 where a mask leaves it out. Nothing without a
+    /// mask: every pixel counts.
+    #[must_use]
+    pub fn weights(&self) -> Option<Vec<f32>> {
+        let weight = |&m: &u8| f32::from(u8::from(m > 0));
+        self.pixels.has_mask().then(|| self.picture().mask.iter().flatten().map(weight).collect())
     }
 }

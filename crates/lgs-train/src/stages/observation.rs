@@ -137,6 +137,7 @@ fn product(a: &[f32], b: &[f32]) -> f64 {
 mod tests {
     use super::*;
     use lgs_core::Camera;
+    use lgs_data::dataset::Pixels;
     use nalgebra::DMatrix;
 
     #[test]
@@ -151,17 +152,17 @@ mod tests {
         let (mut a, mut b) = (DMatrix::zeros(6, 6), DMatrix::zeros(6, 1));
         for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
             let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
-            let mut frame =
-                Frame { name: String::new(), camera_id: 0, camera, time: 0.0, rgba: vec![255; 4 * 48 * 48] };
+            let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
+            let mut frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, pixels };
             let (means, rotations) = displaced(&cloud, &body, &by);
-            let pixels = draw(
+            let drawn = draw(
                 &Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) },
                 &frame,
                 [1.0; 3],
             );
-            for (bytes, pixel) in frame.rgba.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
-                (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
-            }
+            let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
+            let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];
+            frame.pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();
             let observed = observe(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
             assert_eq!(observed.squared_error, squared_error(&frame, &cloud, [1.0; 3]));
             a.iter_mut().zip(observed.normals[0].a.as_flattened()).for_each(|(sum, a)| *sum += a);

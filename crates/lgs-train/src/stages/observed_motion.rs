@@ -129,7 +129,7 @@ mod tests {
                 camera_id: 0,
                 camera,
                 time,
-                rgba: drawn.pixels.iter().enumerate().flat_map(pixel).collect(),
+                pixels: drawn.pixels.iter().enumerate().flat_map(pixel).collect::<Vec<u8>>().into(),
             }
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
