@@ -105,8 +105,11 @@ fn shape_of(text: &str) -> Option<Vec<usize>> {
     inside.split(',').map(str::trim).filter(|part| !part.is_empty()).map(|part| part.parse().ok()).collect()
 }
 
+/// Reads a number from its bytes.
+type Read64 = fn(&[u8]) -> f64;
+
 /// Bytes of a number, and how they are read.
-fn number_of(kind: &str) -> Option<(usize, fn(&[u8]) -> f64)> {
+fn number_of(kind: &str) -> Option<(usize, Read64)> {
     fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
         std::array::from_fn(|i| bytes[i])
     }

@@ -118,4 +118,14 @@ impl Frame {
         let weight = |&m: &u8| f32::from(u8::from(m > 0));
         self.pixels.has_mask().then(|| self.picture().mask.iter().flatten().map(weight).collect())
     }
+
+    /// Paints an image's pixels `[h · w]` in one colour where a mask leaves them out, so that the image and
+    /// another one painted likewise do not differ there.
+    pub fn leave_out(&self, pixels: &mut [[f32; 3]], colour: [f32; 3]) {
+        if self.pixels.has_mask() {
+            let picture = self.picture();
+            let masked = pixels.iter_mut().zip(picture.mask.iter().flatten()).filter(|(_, m)| **m == 0);
+            masked.for_each(|(pixel, _)| *pixel = colour);
+        }
+    }
 }

@@ -33,6 +33,7 @@ pub struct Pixels {
     place: Place,
     has_alpha: bool,
     has_mask: bool,
+    counted: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -45,8 +46,14 @@ impl Pixels {
     /// Pixels that stay in memory.
     #[must_use]
     pub fn of(picture: Picture) -> Self {
-        let (has_alpha, has_mask) = (has_alpha(&picture.rgba), picture.mask.is_some());
-        Self { place: Place::Memory(Arc::new(picture)), has_alpha, has_mask }
+        let picture = Arc::new(picture);
+        Self::at(Place::Memory(Arc::clone(&picture)), &picture)
+    }
+
+    fn at(place: Place, picture: &Picture) -> Self {
+        let left_out = picture.mask.iter().flatten().filter(|&&m| m == 0).count();
+        let counted = picture.rgba.len() / 4 - left_out;
+        Self { place, has_alpha: has_alpha(&picture.rgba), has_mask: picture.mask.is_some(), counted }
     }
 
     /// The image.
@@ -74,6 +81,12 @@ impl Pixels {
     #[must_use]
     pub fn has_mask(&self) -> bool {
         self.has_mask
+    }
+
+    /// Number of pixels that no mask leaves out.
+    #[must_use]
+    pub fn counted(&self) -> usize {
+        self.counted
     }
 }
 
@@ -119,14 +132,14 @@ impl Store {
 
     /// Keeps an image.
     pub(super) fn keep(self: &Arc<Self>, picture: Picture) -> Result<Pixels, FileError> {
-        let (has_alpha, has_mask) = (has_alpha(&picture.rgba), picture.mask.is_some());
+        let picture = Arc::new(picture);
         let mut state = self.state();
         let key = state.next;
         state.next += 1;
         state
-            .insert(key, Arc::new(picture), self.limit)
+            .insert(key, Arc::clone(&picture), self.limit)
             .map_err(|reason| FileError::new("keep decoded images in", &std::env::temp_dir(), reason))?;
-        Ok(Pixels { place: Place::Store(Arc::clone(self), key), has_alpha, has_mask })
+        Ok(Pixels::at(Place::Store(Arc::clone(self), key), &picture))
     }
 
     fn picture(&self, key: usize) -> io::Result<Arc<Picture>> {

@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
-use lgs_core::GaussianCloud;
 use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
 use lgs_render::{Splats, photometric, rasterize};
 
@@ -48,7 +48,7 @@ pub(super) fn observe(
     bodies: &[Pose],
     background: [f32; 3],
 ) -> Observation {
-    let truth = frame.composited(background);
+    let truth = truth(frame, background);
     let drawn = draw(&Splats::from(cloud), frame, background);
     let residuals = difference(&truth.pixels, &drawn);
     let normal = |body: &Pose| {
@@ -71,7 +71,7 @@ pub(super) fn observe(
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
     let residuals =
-        difference(&frame.composited(background).pixels, &draw(&Splats::from(cloud), frame, background));
+        difference(&truth(frame, background).pixels, &draw(&Splats::from(cloud), frame, background));
     product(&residuals, &residuals)
 }
 
@@ -79,8 +79,17 @@ fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<f32> {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a - b).collect()
 }
 
+/// The frame's image; what its mask leaves out is background, as in [`draw`].
+fn truth(frame: &Frame, background: [f32; 3]) -> Image {
+    let mut truth = frame.composited(background);
+    frame.leave_out(&mut truth.pixels, background);
+    truth
+}
+
 fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
-    rasterize(splats, &frame.camera, background).image
+    let mut image = rasterize(splats, &frame.camera, background).image;
+    frame.leave_out(&mut image, background);
+    image
 }
 
 /// The derivative of an image of the cloud by one number of a body's displacement, by central differences.

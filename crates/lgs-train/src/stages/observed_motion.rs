@@ -69,9 +69,12 @@ fn errors(
     frame: &Frame,
     background: [f32; 3],
 ) -> Vec<f64> {
-    let image = frame.composited(background);
+    let mut image = frame.composited(background);
+    frame.leave_out(&mut image.pixels, background);
     let error = |cloud: &GaussianCloud| {
-        mse(&rasterize(&Splats::from(cloud), &frame.camera, background).to_image(), &image)
+        let mut drawn = rasterize(&Splats::from(cloud), &frame.camera, background).to_image();
+        frame.leave_out(&mut drawn.pixels, background);
+        mse(&drawn, &image)
     };
     let cloud = source.cloud_at(frame.time);
     let resting = members.iter().map(|members| {

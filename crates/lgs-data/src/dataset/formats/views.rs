@@ -46,7 +46,7 @@ pub(super) fn place_of(root: &Path, name: &str) -> Option<PathBuf> {
 pub(super) struct Views {
     /// Frame numbers, rising.
     pub(super) moments: Vec<u64>,
-    /// By camera: the folder that its images are in, and its images by number.
+    /// By camera: its folder or video, and its images by number.
     cameras: Vec<(PathBuf, BTreeMap<u64, PathBuf>)>,
 }
 
@@ -57,7 +57,7 @@ impl Views {
         for place in places {
             let folder = if place.is_file() { videos::frames_of(place)? } else { place.clone() };
             let images = numbered(&folder)?;
-            cameras.push((folder, images));
+            cameras.push((place.clone(), images));
         }
         let moments: BTreeSet<u64> = cameras.iter().flat_map(|(_, images)| images.keys().copied()).collect();
         Ok(Self { moments: moments.into_iter().collect(), cameras })
@@ -66,10 +66,10 @@ impl Views {
     /// The image of a camera at a moment. Where there is none this is the path that another camera's name
     /// would have, which is then absent.
     pub(super) fn image(&self, camera: usize, moment: u64) -> PathBuf {
-        let (folder, images) = &self.cameras[camera];
+        let (place, images) = &self.cameras[camera];
         let of_others = || {
             let other = self.cameras.iter().find_map(|(_, images)| images.get(&moment)?.file_name());
-            folder.join(other.unwrap_or_default())
+            place.join(other.unwrap_or_default())
         };
         images.get(&moment).cloned().unwrap_or_else(of_others)
     }
