@@ -59,6 +59,42 @@ pub fn write_with_parents(
     write_atomically(path, fill)
 }
 
+/// Writes a folder through a temporary one beside it: either all of it arrives or nothing does. The folder must
+/// be new or empty.
+///
+/// # Errors
+/// If the folder holds something or can't be created, or `fill` fails; the temporary folder is removed.
+pub fn write_folder<E: From<FileError>>(
+    out: &Path,
+    fill: impl FnOnce(&Path) -> Result<(), E>,
+) -> Result<(), E> {
+    let taken = || io::Error::new(io::ErrorKind::AlreadyExists, "it is not empty");
+    if !is_free(out) {
+        return Err(FileError::new("create folder", out, taken()).into());
+    }
+    let parent = folder_of(out);
+    fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
+    let folder = temporary_builder(0o777)
+        .tempdir_in(parent)
+        .map_err(|e| FileError::new("create folder in", parent, e))?;
+    fill(folder.path())?;
+    if out.exists() {
+        fs::remove_dir(out).map_err(|e| FileError::new("replace folder", out, e))?;
+    }
+    fs::rename(folder.path(), out).map_err(|e| FileError::new("create folder", out, e))?;
+    let _ = folder.keep(); // renamed: nothing is left to delete
+    Ok(())
+}
+
+/// Whether a folder can be made at a path: there is nothing, or an empty folder.
+#[must_use]
+pub fn is_free(out: &Path) -> bool {
+    match fs::read_dir(out) {
+        Ok(mut entries) => entries.next().is_none(),
+        Err(_) => !out.exists(), // what else is wrong with the path shows when the folder is created
+    }
+}
+
 /// Reads a whole file.
 ///
 /// # Errors

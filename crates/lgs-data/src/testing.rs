@@ -1,8 +1,4 @@
-//! Files for tests that only other programs write: PyTorch checkpoints, and the points of an image set.
-
-use crate::files::{FileError, write_atomically};
-use crate::ply::Points;
-use std::path::Path;
+//! Files for tests that only other programs write: PyTorch checkpoints.
 
 /// One value of a checkpoint's dictionary.
 #[derive(Clone, Copy, Debug)]
@@ -47,23 +43,6 @@ pub fn checkpoint(entries: &[(&str, CheckpointEntry<'_>)]) -> Vec<u8> {
         bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
     }
     bytes
-}
-
-/// Writes coloured points as [`crate::ply::read_points`] reads them, colours rounded to bytes.
-///
-/// # Errors
-/// If the file can't be written.
-pub fn write_points(path: &Path, points: &Points) -> Result<(), FileError> {
-    write_atomically(path, |w| {
-        write!(w, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", points.positions.len())?;
-        w.write_all(b"property float x\nproperty float y\nproperty float z\n")?;
-        w.write_all(b"property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n")?;
-        for (position, color) in points.positions.iter().zip(&points.colors) {
-            position.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))?;
-            w.write_all(&color.map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))?;
-        }
-        Ok(())
-    })
 }
 
 fn values<'a>(entry: &CheckpointEntry<'a>) -> Option<&'a [f32]> {

@@ -16,6 +16,23 @@ pub(crate) const ROTATION_TOLERANCE: f32 = 2e-3;
 
 /// One image in so many is held out where a nerfstudio set does not list its splits, as is usual.
 pub(crate) const VALIDATION_STEP: usize = 8;
+/// Steps in which the radius is sought at which a lens's polynomial turns back: one part in 1024 of the
+/// image's half diagonal is a pixel or less.
+pub(crate) const LENS_SCAN: usize = 1024;
+/// Largest size of a coefficient of a lens; calibrations of real ones stay below a hundred even in high
+/// orders.
+pub(crate) const MAX_LENS_COEFFICIENT: f64 = 1e3;
+/// Largest part that pixels left out may have in a resized pixel that counts: less than half of one of 255
+/// levels.
+pub(crate) const MASK_TOLERANCE: f32 = 1e-3;
+/// Fewest cameras, and fewest points, from which a pose can be told to be wrong: fewer have no majority.
+pub(crate) const FEWEST_CAMERAS: usize = 6;
+/// Part of the cameras that must see a common place before one that does not is called wrong.
+pub(crate) const AGREEING_CAMERAS: f64 = 0.8;
+/// Points of a set by which poses are checked: a thousand spread over it leave no part of it out.
+pub(crate) const CHECKED_POINTS: usize = 1000;
+/// Absent images that an error names; the others are counted.
+pub(crate) const NAMED_ABSENT: usize = 3;
 /// Factor of the cameras' radius that gives the scene's extent, as 3D Gaussian splatting has it.
 pub(crate) const EXTENT_FACTOR: f32 = 1.1;
 /// Largest half side of the scene's box, as a fraction of the median camera's distance: points should not sit

@@ -10,7 +10,7 @@
 //! background colour in a channel by more than 10 of 255 levels; for a room that is nearly everything. That
 //! second mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque
 //! but as flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as
-//! binary images.
+//! binary images. Pixels that a frame's mask leaves out are in no figure.
 
 use lgs_core::{Image, psnr_of_mse};
 use serde::{Deserialize, Serialize};
@@ -51,6 +51,8 @@ pub struct Picture {
     pub foreground: Vec<bool>,
     /// Whether each pixel differs from the background colour.
     pub content: Vec<bool>,
+    /// Whether each pixel of a true image counts; nothing where all do.
+    pub counted: Option<Vec<bool>>,
 }
 
 impl Picture {
@@ -69,7 +71,21 @@ impl Picture {
             ForegroundRule::Colour => content.clone(),
         };
         assert_eq!(foreground.len(), image.pixels.len(), "opacity and pixels");
-        Self { image, foreground, content }
+        Self { image, foreground, content, counted: None }
+    }
+
+    /// The picture of a frame, in which pixels with a weight of 0 are left out; `weights` are of the image
+    /// before it is halved.
+    #[must_use]
+    pub fn counting(self, weights: Option<Vec<f32>>, scoring: &Scoring<'_>, size: [usize; 2]) -> Self {
+        let counted = weights.map(|weights| {
+            let mut weights: Vec<[f32; 1]> = weights.into_iter().map(|w| [w]).collect();
+            if scoring.half_resolution {
+                weights = halved_pixels(&weights, size);
+            }
+            weights.iter().map(|[w]| *w == 1.0).collect()
+        });
+        Self { counted, ..self }
     }
 
     /// Number of foreground pixels.
@@ -110,8 +126,13 @@ pub struct ImageScore {
 #[must_use]
 pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> ImageScore {
     let squared = squared_errors(&predicted.image, &truth.image);
-    let mse = masked_mse(&squared, |_| true).unwrap_or(0.0);
-    let union = |a: &[bool], b: &[bool]| masked_mse(&squared, |i| a[i] || b[i]).map(psnr_of_mse);
+    let counts = |i: usize| truth.counted.as_ref().is_none_or(|counted| counted[i]);
+    let mse = masked_mse(&squared, counts).unwrap_or(0.0);
+    let union =
+        |a: &[bool], b: &[bool]| masked_mse(&squared, |i| counts(i) && (a[i] || b[i])).map(psnr_of_mse);
+    // Pixels that are left out are alike in both images.
+    let part = (0..squared.len()).filter(|&i| counts(i)).count().max(1) as f64 / squared.len().max(1) as f64;
+    let ssim = 1.0 - (1.0 - f64::from(lgs_render::ssim(&predicted.image, &truth.image))) / part;
     ImageScore {
         mse,
         psnr: psnr_of_mse(mse),
@@ -119,7 +140,7 @@ pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> Imag
         psnr_content: union(&predicted.content, &truth.content),
         psnr_silhouette: (rule == ForegroundRule::Opacity)
             .then(|| silhouette_psnr(&predicted.foreground, &truth.foreground)),
-        ssim: f64::from(lgs_render::ssim(&predicted.image, &truth.image)),
+        ssim,
         perceptual: PerceptualScore::default(),
         predicted_pixels: predicted.foreground_pixels(),
         true_pixels: truth.foreground_pixels(),

@@ -116,11 +116,20 @@ impl Pictures {
         source: Option<&GaussianCloud>,
         scoring: &Scoring<'_>,
     ) -> Self {
-        let drawn = |cloud: &GaussianCloud| {
-            let rendered = render(cloud, &frame.camera, scoring.background);
-            Picture::new(&rendered.image, rendered.opacity(), scoring)
+        let background = scoring.background;
+        let weights = frame.weights();
+        let picture = |mut image: Image, opacity: &mut dyn Iterator<Item = f32>| {
+            frame.leave_out(&mut image.pixels, background);
+            let weight = |i: usize| weights.as_ref().map_or(1.0, |weights| weights[i]);
+            Picture::new(&image, opacity.enumerate().map(|(i, o)| o * weight(i)), scoring)
         };
-        let truth = Picture::new(&frame.composited(scoring.background), frame.alpha().into_iter(), scoring);
+        let drawn = |cloud: &GaussianCloud| {
+            let rendered = render(cloud, &frame.camera, background);
+            picture(rendered.image.clone(), &mut rendered.opacity())
+        };
+        let size = [frame.camera.width, frame.camera.height].map(|side| side as usize);
+        let truth = picture(frame.composited(background), &mut frame.alpha().into_iter());
+        let truth = truth.counting(weights.clone(), scoring, size);
         Self { truth, lagrangian: drawn(lagrangian), source: source.map(drawn) }
     }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use common::{GRAVITY, block, fallen, falling, scene, truth};
 use lgs_core::Camera;
-use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::dataset::{Dataset, Frame, Pixels};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal};
@@ -43,14 +43,20 @@ fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
         [[0.0, -9.0, 1.0], [7.0, 5.0, 2.0]].map(|eye| Camera::look_at(eye, [0.0, 0.0, -1.0], 1.2, 48, 40));
     let mut frame = |camera_id: usize, time: f32| {
         let rendered = render(&scene.cloud_at(&motion.state_at(time)), &cameras[camera_id], scene.background);
-        let rgba = rendered
+        let rgba: Vec<u8> = rendered
             .image
             .pixels
             .iter()
             .zip(rendered.opacity())
             .flat_map(|(&pixel, o)| straight_alpha(pixel, o))
             .collect();
-        Frame { name: format!("v{camera_id}_{time}"), camera_id, camera: cameras[camera_id], time, rgba }
+        Frame {
+            name: format!("v{camera_id}_{time}"),
+            camera_id,
+            camera: cameras[camera_id],
+            time,
+            pixels: Pixels::from(rgba),
+        }
     };
     let splits: BTreeMap<String, Vec<Frame>> = splits
         .iter()
@@ -61,14 +67,7 @@ fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
             )
         })
         .collect();
-    Dataset {
-        root: "memory".into(),
-        splits,
-        edits: BTreeMap::new(),
-        background: [1.0; 3],
-        init_points: None,
-        fingerprint: String::new(),
-    }
+    Dataset { root: "memory".into(), splits, ..Dataset::none([1.0; 3]) }
 }
 
 fn physics_of(scene: &LagrangianScene, truth: Option<&GroundTruth>) -> Metrics {

@@ -30,7 +30,7 @@ mod views;
 
 pub use canvas::Figure;
 pub use error::ReportError;
-pub use figures::{coloured_partition, run_figures};
+pub use figures::{coloured_partition, rig_figure, run_figures};
 pub use run_page::{FIGURE_NAMES, FIGURES, run_html, write_run_report};
 pub use subject::{Curve, RunSubject};
 pub use suite_page::{read_metrics, suite_html, write_suite_report};

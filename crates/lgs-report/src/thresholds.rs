@@ -69,3 +69,12 @@ pub(crate) const RUNS_WITH_STRIPS: usize = 16;
 pub(crate) const MARK_FRACTION: f32 = 0.06;
 /// Least side of that mark, pixels.
 pub(crate) const LEAST_MARK: usize = 4;
+
+// Cameras
+
+/// Most cameras of a split that are drawn: pyramids of more cover each other.
+pub(crate) const DRAWN_CAMERAS: usize = 80;
+/// Most points of a set that are drawn.
+pub(crate) const DRAWN_POINTS: usize = 2000;
+/// Length of a camera's pyramid as a part of the rig's radius.
+pub(crate) const PYRAMID: f32 = 0.15;

@@ -79,7 +79,7 @@ fn dataset() -> Dataset {
         camera_id: 0,
         camera,
         time,
-        rgba: vec![200; 4 * (SIZE * SIZE) as usize],
+        pixels: vec![200; 4 * (SIZE * SIZE) as usize].into(),
     };
     let split = |name: &str, times: &[f32]| {
         (name.to_owned(), times.iter().map(|&t| frame(name, t)).collect::<Vec<_>>())
@@ -90,14 +90,7 @@ fn dataset() -> Dataset {
         split("long", &[1.5, 2.25]),
         split("past", &[-0.5, -0.25]),
     ];
-    Dataset {
-        root: "data".into(),
-        splits: BTreeMap::from(splits),
-        edits: BTreeMap::new(),
-        background: [1.0; 3],
-        init_points: None,
-        fingerprint: String::new(),
-    }
+    Dataset { root: "data".into(), splits: BTreeMap::from(splits), ..Dataset::none([1.0; 3]) }
 }
 
 /// A run beside its scene: source model, true images and true motion.

@@ -81,11 +81,22 @@ pub struct DataConfig {
     /// Truncated window: the source and all stages see only training frames with a time below this, and τ_max
     /// is the last of these; 0: all frames. Other splits stay whole.
     pub train_before: f32,
+    /// Images that are listed and absent are left out instead of refused.
+    pub skip_missing: bool,
+    /// MiB of decoded images that are held in memory; what is beyond lies decoded in a temporary file.
+    pub cache: u32,
 }
 
 impl Default for DataConfig {
     fn default() -> Self {
-        Self { format: None, white_background: true, resolution: 0, train_before: 0.0 }
+        Self {
+            format: None,
+            white_background: true,
+            resolution: 0,
+            train_before: 0.0,
+            skip_missing: false,
+            cache: 2048,
+        }
     }
 }
 

@@ -41,9 +41,21 @@ impl View<'_> {
             let shape = [truth.height as usize, truth.width as usize, 3];
             Tensor::<3>::from_data(TensorData::new(truth.pixels.into_flattened(), shape), device)
         });
-        let error = drawn.image.clone().inner().clamp(0.0, 1.0) - target.clone().inner();
-        let loss = photometric_loss(drawn.image.clone(), target, ssim_weight);
-        Comparison { drawn, loss, mse: error.square().mean() }
+        let (image, target, part) = self.without_masked(drawn.image.clone(), target);
+        let error = image.clone().inner().clamp(0.0, 1.0) - target.clone().inner();
+        let loss = photometric_loss(image, target, ssim_weight) / part;
+        Comparison { drawn, loss, mse: error.square().mean() / part }
+    }
+
+    /// Two images `[h, w, 3]`, black where the frame's mask leaves pixels out, and the part of all pixels
+    /// that counts: means over the images divided by it are means over these.
+    fn without_masked(&self, image: Tensor<3>, target: Tensor<3>) -> (Tensor<3>, Tensor<3>, f64) {
+        let Some(weights) = self.frame.weights() else { return (image, target, 1.0) };
+        let part = self.frame.pixels.counted().max(1) as f64 / weights.len() as f64;
+        let camera = &self.frame.camera;
+        let shape = [camera.height as usize, camera.width as usize, 1];
+        let weights = Tensor::<3>::from_data(TensorData::new(weights, shape), self.device);
+        (image * weights.clone(), target * weights, part)
     }
 }
 

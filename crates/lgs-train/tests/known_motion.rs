@@ -71,7 +71,7 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
             camera_id: i % 3,
             camera,
             time,
-            rgba: drawn.pixels.iter().flat_map(pixel).collect(),
+            pixels: drawn.pixels.iter().flat_map(pixel).collect::<Vec<u8>>().into(),
         }
     };
     (0..15).map(|i| frame(i, &mut motion)).collect()

@@ -1,11 +1,13 @@
 //! `lagrangegs info`: looks at what a path is, reads all of it, and reports what it holds. A defect is an
 //! error like everywhere else.
 
+mod dataset;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use lgs_core::GaussianCloud;
-use lgs_data::dataset::{Dataset, DatasetFormat, Frame, LoadOptions};
+use lgs_data::dataset::DatasetFormat;
 use lgs_data::ply::read_ply;
 use lgs_data::synth::GroundTruth;
 use lgs_eval::table::aligned;
@@ -16,7 +18,7 @@ use serde_json::{Map, Value, json};
 
 use super::failure::At;
 use super::output;
-use super::run::{Run, dataset_format, load_dataset};
+use super::run::{Run, dataset_format};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -25,6 +27,12 @@ pub(super) struct Args {
     /// Format of the dataset [default: detected]
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
     format: Option<DatasetFormat>,
+    /// Leave out images that a dataset lists and that are absent, and count them
+    #[arg(long)]
+    skip_missing: bool,
+    /// Draw a dataset's cameras, from above and from the side
+    #[arg(long, value_name = "FILE.svg|png")]
+    rig: Option<PathBuf>,
     /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
@@ -57,7 +65,7 @@ fn describe(args: &Args) -> Result<Facts> {
     if path.is_dir() {
         let format = args.format.or_else(|| DatasetFormat::detect(path));
         return if let Some(format) = format {
-            dataset(path, format)
+            dataset::facts(args, format)
         } else if path.join("config.toml").exists() {
             run_folder(path)
         } else {
@@ -69,51 +77,6 @@ fn describe(args: &Args) -> Result<Facts> {
         "safetensors" => tensors(path),
         _ => bail!("expected a .ply or .safetensors file, a dataset or a run: {}", path.display()),
     }
-}
-
-fn dataset(path: &Path, format: DatasetFormat) -> Result<Facts> {
-    let set = load_dataset(path, &LoadOptions { format: Some(format), ..LoadOptions::default() })?;
-    let frames = || set.splits.values().flatten();
-    let sizes = distinct(frames().map(|f| format!("{}x{}", f.camera.width, f.camera.height)));
-    let cameras = frames().map(|f| f.camera_id).max().map_or(0, |id| id + 1);
-    let mut facts = vec![
-        ("kind", json!("dataset")),
-        ("format", json!(format.name())),
-        ("fingerprint", json!(set.fingerprint)),
-        ("splits", splits(&set)),
-        ("motion", json!(if set.is_still() { "none: a still scene" } else { "images of several times" })),
-        ("image sizes", json!(sizes.join(", "))),
-        ("cameras", json!(cameras)),
-        ("transparency", json!(if frames().any(Frame::has_alpha) { "yes" } else { "no, images are opaque" })),
-        (
-            "initial points",
-            json!(
-                set.init_points.as_ref().map_or_else(|| "none".to_owned(), |p| p.positions.len().to_string())
-            ),
-        ),
-    ];
-    if let Some(truth) = GroundTruth::load(path).at(path)? {
-        facts.push((
-            "ground truth",
-            json!(format!(
-                "{} points at {} times, {} objects",
-                truth.object.len(),
-                truth.times.len(),
-                truth.objects().len()
-            )),
-        ));
-    }
-    Ok(facts)
-}
-
-fn splits(set: &Dataset) -> Value {
-    let line = |(name, frames): (&String, &Vec<Frame>)| {
-        let times = frames.iter().map(|f| f.time);
-        let (low, high) =
-            times.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
-        format!("{name}: {} images, t {low:.3} to {high:.3}", frames.len())
-    };
-    json!(set.splits.iter().map(line).collect::<Vec<_>>().join("; "))
 }
 
 /// Every different text once, sorted.

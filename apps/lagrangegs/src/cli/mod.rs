@@ -14,6 +14,7 @@ mod evidence;
 mod export;
 mod failure;
 mod frames;
+mod import;
 mod info;
 mod laws;
 mod outlook;
@@ -71,6 +72,8 @@ enum Command {
     Export(export::Args),
     /// Run a suite of scenes, methods, seeds and ablations, and make its tables
     Bench(bench::Args),
+    /// Convert a dataset of any format to the project's own layout
+    Import(import::Args),
     /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
     Info(info::Args),
     /// Import the networks that LPIPS needs, and say which there are
@@ -94,6 +97,7 @@ pub fn main() -> ExitCode {
         Command::View(args) => view::run(args),
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Import(args) => import::run(args),
         Command::Info(args) => info::run(args),
         Command::Weights(args) => weights::run(args),
     };

@@ -48,6 +48,13 @@ pub(crate) fn refuse_inside_dataset(out: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Says how many images were left out because they are absent.
+pub(crate) fn warn_of_absent(count: usize, data: &Path) {
+    if count > 0 {
+        tracing::warn!("{count} images are listed and absent; they are left out: {}", data.display());
+    }
+}
+
 /// Writes an 8-bit PNG, whole or not at all.
 pub(crate) fn write_png(path: &Path, image: &Image) -> Result<()> {
     let mut bytes = Vec::new();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
-use lgs_data::dataset::{Dataset, DatasetFormat, LoadOptions};
+use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_eval::Cost;
 use lgs_model::source::{SourceModel, load_source};
@@ -13,6 +13,7 @@ use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
 use super::failure::At;
+use super::output::warn_of_absent;
 use super::progress::Task;
 
 /// File of the time and memory that training took, beside the models.
@@ -98,12 +99,22 @@ pub(crate) fn load_options(config: &TrainConfig, splits: Option<Vec<String>>) ->
         train_before,
         near: config.source.near,
         filter: config.source.antialias.filter(),
+        absent: absent_images(config.data.skip_missing),
+        cache_bytes: (config.data.cache as usize) << 20,
     }
+}
+
+/// What `--skip-missing` says of images that are listed but absent.
+pub(crate) fn absent_images(skip_missing: bool) -> AbsentImages {
+    if skip_missing { AbsentImages::Skip } else { AbsentImages::Refuse }
 }
 
 /// Loads a dataset behind a progress bar.
 pub(crate) fn load_dataset(root: &Path, options: &LoadOptions) -> Result<Dataset> {
     let _span = tracing::trace_span!("load images").entered();
     let task = Task::new("images", 0);
-    Dataset::load(root, options, &|done, total| task.count(done, total)).at(root)
+    let set = Dataset::load(root, options, &|done, total| task.count(done, total)).at(root)?;
+    drop(task);
+    warn_of_absent(set.absent.len(), root);
+    Ok(set)
 }

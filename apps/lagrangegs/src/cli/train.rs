@@ -26,6 +26,9 @@ pub(super) struct Args {
     /// Format of the dataset [default: detected]
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
     format: Option<DatasetFormat>,
+    /// Leave out images that the dataset lists and that are absent, and count them
+    #[arg(long)]
+    skip_missing: bool,
     /// Folder of the run, new or (with --resume) one that was begun
     #[arg(long, value_name = "RUN")]
     out: PathBuf,
@@ -151,6 +154,7 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
     sets.extend(args.format.map(|format| format!("data.format={}", format.name())));
     sets.extend(args.time_budget.map(|secs| format!("time_budget_secs={secs:?}")));
     sets.extend(args.size.map(|size| format!("data.resolution={size}")));
+    sets.extend(args.skip_missing.then(|| "data.skip_missing=true".to_owned()));
     let name = |dynamics: DynamicsName| Some(dynamics.to_possible_value()?.get_name().to_owned());
     sets.extend(args.dynamics.and_then(name).map(|name| format!("distill.dynamics={name}")));
     sets.extend(args.ablations.settings());

@@ -60,11 +60,38 @@ pub enum Problem {
         /// Width × height of the image.
         found: String,
     },
-    /// A frame has a mask, which training and evaluation would not heed.
-    #[error("frame {frame}: `mask_path` should be absent, because masked pixels cannot be left out yet")]
-    Mask {
-        /// Number of the frame.
-        frame: usize,
+    /// A mask has another size than its image.
+    #[error("the mask should have the size of its image, {expected}, found {found}")]
+    MaskSize {
+        /// Width × height of the image.
+        expected: String,
+        /// Width × height of the mask.
+        found: String,
+    },
+    /// Images are listed that are not there.
+    #[error("{absent} of {listed} images that are listed are absent, such as {such_as}")]
+    Absent {
+        /// Number of absent images.
+        absent: usize,
+        /// Number of all.
+        listed: usize,
+        /// The first of them.
+        such_as: String,
+    },
+    /// A file of another kind than JSON is malformed.
+    #[error("{0}")]
+    Malformed(String),
+    /// A named part of a file has a value that can't be.
+    #[error("{part}: `{field}` should be {expected}, found {found}")]
+    Part {
+        /// The camera, image or row.
+        part: String,
+        /// The field.
+        field: &'static str,
+        /// The expectation.
+        expected: String,
+        /// The value in the file.
+        found: String,
     },
     /// No frame is early enough.
     #[error("the split has no frame with a time below {limit}: its first is at {first}")]

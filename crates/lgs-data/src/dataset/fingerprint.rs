@@ -16,7 +16,9 @@ pub(super) fn of(root: &Path, format: DatasetFormat) -> Result<String, DatasetEr
     let mut hash = ContentHash::default();
     for name in format.all_splits(root)? {
         hash.add(name.as_bytes());
-        hash.add(&files::read_bytes(&format.split_file(root, &name))?);
+        for source in format.sources(root, &name) {
+            hash.add(&files::read_bytes(&source)?);
+        }
         // A split that is not being loaded may be broken; its bytes above are all that can be said of it.
         let Ok(specs) = format.frames(root, &name) else { continue };
         let identify = if name == "train" { contents } else { length };

@@ -1,14 +1,20 @@
 //! Loading of image sets: what is the same for all formats.
 
 use super::error::{DatasetError, Problem};
+use super::fingerprint;
 use super::formats::DatasetFormat;
 use super::frame_spec::FrameSpec;
+use super::lens::Lens;
+use super::pixels::{self, Masked};
 use super::set::{Dataset, Frame};
-use super::{fingerprint, pixels};
+use super::store::Store;
+use super::undistort::undistorted;
+use crate::thresholds::NAMED_ABSENT;
 use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Called with the number of images done and of all images; from several threads at once.
@@ -31,6 +37,21 @@ pub struct LoadOptions {
     pub near: f32,
     /// How all cameras draw detail finer than a pixel. Default: by dilation.
     pub filter: PixelFilter,
+    /// What becomes of images that are listed but absent. Default: an error.
+    pub absent: AbsentImages,
+    /// Most bytes of decoded images in memory; what is beyond lies decoded in a temporary file. Default: 2
+    /// GiB.
+    pub cache_bytes: usize,
+}
+
+/// What becomes of images that are listed but absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AbsentImages {
+    /// An error that counts and names them.
+    #[default]
+    Refuse,
+    /// They are left out, and counted in [`Dataset::absent`].
+    Skip,
 }
 
 impl Default for LoadOptions {
@@ -43,6 +64,8 @@ impl Default for LoadOptions {
             train_before: None,
             near: DEFAULT_NEAR,
             filter: PixelFilter::default(),
+            absent: AbsentImages::Refuse,
+            cache_bytes: 2 << 30,
         }
     }
 }
@@ -68,10 +91,13 @@ impl Dataset {
         let edit = |name: &String| Ok(format.edit(root, name)?.map(|edit| (name.clone(), edit)));
         let edits = names.iter().filter_map(|name| edit(name).transpose());
         let edits = edits.collect::<Result<BTreeMap<_, _>, DatasetError>>()?;
-        let splits = names.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
+        let mut splits = names.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
+        let absent = leave_out_absent(&mut splits, options.absent)?;
         Ok(Self {
             root: root.to_path_buf(),
             splits: load_splits(splits, options, progress)?,
+            absent,
+            remarks: format.remarks(root)?,
             edits,
             background: if options.white_background { [1.0; 3] } else { [0.0; 3] },
             init_points: format.points(root)?,
@@ -99,8 +125,9 @@ fn load_splits(
 ) -> Result<BTreeMap<String, Vec<Frame>>, DatasetError> {
     let total = splits.iter().map(|(_, specs)| specs.len()).sum();
     let done = AtomicUsize::new(0);
+    let store = Store::new(options.cache_bytes);
     let load = |spec: &FrameSpec| {
-        let frame = load_frame(spec, options)?;
+        let frame = load_frame(spec, options, &store)?;
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         Ok(frame)
     };
@@ -114,23 +141,63 @@ fn load_splits(
     Ok(loaded)
 }
 
-fn load_frame(spec: &FrameSpec, options: &LoadOptions) -> Result<Frame, DatasetError> {
-    if spec.mask_path.is_some() {
-        return Err(DatasetError::new(&spec.described_in, Problem::Mask { frame: spec.index }));
+/// Takes the frames without an image out, and names those images.
+pub(super) fn leave_out_absent(
+    splits: &mut [(String, Vec<FrameSpec>)],
+    rule: AbsentImages,
+) -> Result<Vec<PathBuf>, DatasetError> {
+    let listed = splits.iter().map(|(_, specs)| specs.len()).sum();
+    let mut absent = Vec::new();
+    for (_, specs) in splits.iter_mut() {
+        let there: Vec<bool> = specs.par_iter().map(|spec| spec.image_path.exists()).collect();
+        let mut there = there.iter();
+        specs.retain(|spec| {
+            let is_there = there.next() == Some(&true);
+            absent.extend((!is_there).then(|| spec.image_path.clone()));
+            is_there
+        });
     }
+    let empty = splits.iter().any(|(_, specs)| specs.is_empty());
+    match absent.first() {
+        Some(first) if rule == AbsentImages::Refuse || empty => {
+            let names: Vec<String> = absent.iter().take(NAMED_ABSENT).map(|p| file_name(p)).collect();
+            let problem = Problem::Absent { absent: absent.len(), listed, such_as: names.join(", ") };
+            Err(DatasetError::new(first, problem))
+        }
+        _ => Ok(absent),
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    let parts: Vec<_> = path.iter().rev().take(2).map(|part| part.to_string_lossy()).collect();
+    parts.into_iter().rev().collect::<Vec<_>>().join("/")
+}
+
+/// The camera and the image of a frame, without the distortion of its lens, at a width or as it is.
+pub(super) fn photograph(spec: &FrameSpec, width: Option<u32>) -> Result<(Camera, Masked), DatasetError> {
     let image = pixels::decode(&spec.image_path)?;
-    let (near, filter) = (options.near, options.filter);
-    let camera = Camera { near, filter, ..spec.camera(image.width(), image.height())? };
-    let (camera, image) = match options.resolution {
+    let camera = spec.camera(image.width(), image.height())?;
+    let mask = spec.mask_path.as_ref().map(|path| pixels::decode_mask(path, image.dimensions()));
+    let mut masked = Masked { mask: mask.transpose()?, image };
+    if spec.lens != Lens::Pinhole {
+        masked = undistorted(&masked, &camera, &spec.lens);
+    }
+    match width {
         Some(width) if width != camera.width => {
             let height = (f64::from(camera.height) * f64::from(width) / f64::from(camera.width))
                 .round()
                 .max(1.0) as u32;
-            (camera.resized(width, height), pixels::resized(&image, width, height))
+            Ok((camera.resized(width, height), masked.resized(width, height)))
         }
-        _ => (camera, image),
-    };
-    Ok(Frame { name: spec.name.clone(), camera_id: 0, camera, time: spec.time, rgba: image.into_raw() })
+        _ => Ok((camera, masked)),
+    }
+}
+
+fn load_frame(spec: &FrameSpec, options: &LoadOptions, store: &Arc<Store>) -> Result<Frame, DatasetError> {
+    let (camera, masked) = photograph(spec, options.resolution)?;
+    let camera = Camera { near: options.near, filter: options.filter, ..camera };
+    let pixels = store.keep(masked.into_picture())?;
+    Ok(Frame { name: spec.name.clone(), camera_id: 0, camera, time: spec.time, pixels })
 }
 
 /// Numbers cameras in order of first appearance.

@@ -16,18 +16,31 @@ mod fingerprint;
 mod formats;
 mod frame_spec;
 mod hull;
+mod import;
+mod import_rules;
+mod lens;
 mod load;
+mod npy;
 mod pixels;
 mod points;
+mod pose_check;
+mod poses;
 mod set;
+mod store;
+mod times;
 mod transforms;
+mod undistort;
+mod videos;
 
 pub use crate::ply::Points;
 pub use error::{DatasetError, Problem};
 pub use formats::{DatasetFormat, format_or_auto};
-pub use load::{LoadOptions, Progress};
+pub use import::{ImportOptions, ImportSize, Imported, import};
+pub use import_rules::ImportRules;
+pub use load::{AbsentImages, LoadOptions, Progress};
 pub use points::SceneBox;
 pub use set::{Dataset, Frame};
+pub use store::{Picture, Pixels};
 
 #[cfg(test)]
 mod tests;

@@ -12,6 +12,7 @@
 //! background. Their colour is the mean of what those images show.
 
 use super::set::{Dataset, Frame};
+use super::store::Picture;
 use crate::ply::Points;
 use crate::thresholds::{
     BACKGROUND_TOLERANCE, CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, SURROUNDINGS,
@@ -19,6 +20,7 @@ use crate::thresholds::{
 use glam::{Mat3, Vec3};
 use lgs_core::stream;
 use rand::RngExt;
+use std::sync::Arc;
 
 /// An axis-aligned cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,8 +56,8 @@ impl Dataset {
         }
         let cube = self.scene_box();
         let earliest = earliest_frames(self.split("train"));
-        let views: Vec<(&Frame, bool)> =
-            earliest.into_iter().map(|frame| (frame, frame.has_alpha())).collect();
+        let views: Vec<(&Frame, Arc<Picture>)> =
+            earliest.into_iter().map(|frame| (frame, frame.picture())).collect();
         let mut rng = stream(seed, "carved points", 0);
         let mut points = Points::default();
         for _ in 0..count * CARVING_TRIES {
@@ -165,23 +167,26 @@ fn earliest_frames(frames: &[Frame]) -> Vec<&Frame> {
     frames.iter().filter(|f| f.time <= first).collect()
 }
 
-/// The mean colour of a point in the views (with whether they have transparent pixels) that it lies in;
-/// nothing if one of them shows background there or none sees it.
-fn seen_color(views: &[(&Frame, bool)], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
+/// The mean colour of a point in the views that it lies in; nothing if one of them shows background there or
+/// none sees it. Masked pixels say nothing.
+fn seen_color(views: &[(&Frame, Arc<Picture>)], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
     let (mut sum, mut seen) = ([0.0; 3], 0);
-    for &(frame, transparency) in views {
+    for (frame, picture) in views {
         let camera = &frame.camera;
         let ([x, y], depth) = camera.pixel_from_world(point);
         if depth <= 0.0 || x < 0.0 || y < 0.0 || x >= camera.width as f32 || y >= camera.height as f32 {
             continue;
         }
-        let at = 4 * (y as usize * camera.width as usize + x as usize);
-        let pixel = &frame.rgba[at..at + 4];
+        let at = y as usize * camera.width as usize + x as usize;
+        if picture.mask.as_ref().is_some_and(|mask| mask[at] == 0) {
+            continue;
+        }
+        let pixel = &picture.rgba[4 * at..4 * at + 4];
         let alpha = f32::from(pixel[3]) / 255.0;
         let color: [f32; 3] =
             std::array::from_fn(|c| f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha));
         let differs = color.iter().zip(background).any(|(c, b)| (c - b).abs() > BACKGROUND_TOLERANCE);
-        if alpha < 0.5 || (!transparency && !differs) {
+        if alpha < 0.5 || (!frame.has_alpha() && !differs) {
             return None;
         }
         seen += 1;

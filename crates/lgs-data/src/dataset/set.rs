@@ -1,12 +1,13 @@
 //! An image set in memory.
 
-use super::pixels;
+use super::pixels::Masked;
+use super::store::{Picture, Pixels};
 use crate::edit::MotionEdit;
 use crate::ply::Points;
-use image::RgbaImage;
 use lgs_core::{Camera, Image};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Cameras, times and images of a scene.
 #[derive(Clone, Debug)]
@@ -23,6 +24,10 @@ pub struct Dataset {
     pub background: [f32; 3],
     /// The points that the set ships, such as `points3d.ply`.
     pub init_points: Option<Points>,
+    /// Images that the set lists and that are absent, left out of `splits`.
+    pub absent: Vec<PathBuf>,
+    /// What a user should know of the set although it could be read, one sentence each.
+    pub remarks: Vec<String>,
     /// A hash of the whole set, independent of the options it is loaded with: 16 hexadecimal digits.
     pub fingerprint: String,
 }
@@ -38,8 +43,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Time, as in the file; the captured sequence spans [0, 1).
     pub time: f32,
-    /// Pixels `[h, w, 4]`, straight alpha.
-    pub rgba: Vec<u8>,
+    /// The image, in memory or on the disk.
+    pub pixels: Pixels,
 }
 
 impl Dataset {
@@ -52,6 +57,8 @@ impl Dataset {
             edits: BTreeMap::new(),
             background,
             init_points: None,
+            absent: Vec::new(),
+            remarks: Vec::new(),
             fingerprint: "none".to_owned(),
         }
     }
@@ -84,6 +91,12 @@ impl Dataset {
 }
 
 impl Frame {
+    /// The decoded image and its mask.
+    #[must_use]
+    pub fn picture(&self) -> Arc<Picture> {
+        self.pixels.picture()
+    }
+
     /// The image over a background, floats in [0, 1].
     #[must_use]
     pub fn composited(&self, background: [f32; 3]) -> Image {
@@ -91,7 +104,7 @@ impl Frame {
             let alpha = f32::from(p[3]) / 255.0;
             std::array::from_fn(|c| f32::from(p[c]) / 255.0 * alpha + background[c] * (1.0 - alpha))
         };
-        let pixels = self.rgba.as_chunks().0.iter().map(over).collect();
+        let pixels = self.picture().rgba.as_chunks().0.iter().map(over).collect();
         Image { width: self.camera.width, height: self.camera.height, pixels }
     }
 
@@ -101,20 +114,38 @@ impl Frame {
         let Camera { width: own_width, height: own_height, .. } = self.camera;
         let height = (f64::from(own_height) * f64::from(width) / f64::from(own_width)).round().max(1.0);
         let camera = self.camera.resized(width, height as u32);
-        let image = RgbaImage::from_raw(own_width, own_height, self.rgba.clone()).unwrap_or_default();
-        let rgba = pixels::resized(&image, width, height as u32).into_raw();
-        Self { name: self.name.clone(), camera_id: self.camera_id, camera, time: self.time, rgba }
+        let picture = Masked::of(&self.picture(), own_width, own_height).resized(width, height as u32);
+        let (name, pixels) = (self.name.clone(), Pixels::of(picture.into_picture()));
+        Self { name, camera_id: self.camera_id, camera, time: self.time, pixels }
     }
 
     /// Opacity of every pixel, in [0, 1].
     #[must_use]
     pub fn alpha(&self) -> Vec<f32> {
-        self.rgba.as_chunks::<4>().0.iter().map(|p| f32::from(p[3]) / 255.0).collect()
+        self.picture().rgba.as_chunks::<4>().0.iter().map(|p| f32::from(p[3]) / 255.0).collect()
     }
 
     /// Whether any pixel is not fully opaque.
     #[must_use]
     pub fn has_alpha(&self) -> bool {
-        self.rgba.as_chunks::<4>().0.iter().any(|p| p[3] < 255)
+        self.pixels.has_alpha()
+    }
+
+    /// The weight of every pixel in losses and scores: 1, or 0 where a mask leaves it out. Nothing without a
+    /// mask: every pixel counts.
+    #[must_use]
+    pub fn weights(&self) -> Option<Vec<f32>> {
+        let weight = |&m: &u8| f32::from(u8::from(m > 0));
+        self.pixels.has_mask().then(|| self.picture().mask.iter().flatten().map(weight).collect())
+    }
+
+    /// Paints an image's pixels `[h · w]` in one colour where a mask leaves them out, so that the image and
+    /// another one painted likewise do not differ there.
+    pub fn leave_out(&self, pixels: &mut [[f32; 3]], colour: [f32; 3]) {
+        if self.pixels.has_mask() {
+            let picture = self.picture();
+            let masked = pixels.iter_mut().zip(picture.mask.iter().flatten()).filter(|(_, m)| **m == 0);
+            masked.for_each(|(pixel, _)| *pixel = colour);
+        }
     }
 }

@@ -2,10 +2,12 @@
 //! (camera-to-world, OpenGL axes) and perhaps a time and intrinsics of their own.
 
 use super::error::{DatasetError, Problem};
+use super::frame_spec::SizeRule;
 use super::frame_spec::{FrameSpec, Intrinsics};
-use crate::cameras::is_rotation;
+use super::lens::Lens;
+use super::poses;
 use crate::files;
-use glam::Mat3;
+use glam::{DMat3, DVec3};
 use lgs_core::Camera;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -16,6 +18,8 @@ pub(super) struct TransformsFrame {
     pub(super) file_path: Option<String>,
     pub(super) mask_path: Option<String>,
     pub(super) time: Option<f64>,
+    /// The camera's name, in sets that this program wrote.
+    pub(super) camera: Option<String>,
     pub(super) transform_matrix: Option<Vec<Vec<Option<f64>>>>,
     #[serde(flatten)]
     pub(super) intrinsics: Intrinsics,
@@ -77,10 +81,13 @@ impl TransformsFrame {
             image_path: image_path(root, &file_path),
             mask_path: self.mask_path.map(|path| root.join(path)),
             name: file_path.trim_start_matches("./").to_owned(),
+            view: self.camera,
             time,
             camera_from_world: Camera::camera_from_world_of_opengl(pose),
             own: self.intrinsics,
             shared: Intrinsics::default(),
+            lens: Lens::Pinhole,
+            size_rule: SizeRule::Exact,
         })
     }
 }
@@ -118,7 +125,7 @@ fn with_null_for_non_finite(bytes: &[u8]) -> Vec<u8> {
 
 /// `.png` is understood where the path has no image extension; a dot elsewhere (`r_0.25`) is part of the
 /// name.
-fn image_path(root: &Path, file_path: &str) -> PathBuf {
+pub(super) fn image_path(root: &Path, file_path: &str) -> PathBuf {
     const EXTENSIONS: [&str; 3] = ["png", "jpg", "jpeg"];
     let extension = Path::new(file_path).extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     let file_path = file_path.trim_start_matches("./");
@@ -129,7 +136,7 @@ fn image_path(root: &Path, file_path: &str) -> PathBuf {
 }
 
 /// A finite, rigid 4×4 (or 3×4) matrix; otherwise what was expected and found.
-fn pose(matrix: &[Vec<Option<f64>>]) -> Result<[[f32; 4]; 4], (&'static str, String)> {
+fn pose(matrix: &[Vec<Option<f64>>]) -> Result<[[f32; 4]; 4], poses::Wrong> {
     if !(3..=4).contains(&matrix.len()) || matrix.iter().any(|row| row.len() != 4) {
         let widths: Vec<usize> = matrix.iter().map(Vec::len).collect();
         return Err(("a 4 x 4 matrix", format!("rows of {widths:?} values")));
@@ -143,10 +150,7 @@ fn pose(matrix: &[Vec<Option<f64>>]) -> Result<[[f32; 4]; 4], (&'static str, Str
             }
         }
     }
-    let rotation: [[f32; 3]; 3] = std::array::from_fn(|i| [pose[i][0], pose[i][1], pose[i][2]]);
-    if is_rotation(Mat3::from_cols_array_2d(&rotation)) {
-        Ok(pose)
-    } else {
-        Err(("a rigid pose", format!("the rotation part {rotation:?}")))
-    }
+    let rows = [0, 1, 2].map(|i| DVec3::from_array([0, 1, 2].map(|j| f64::from(pose[i][j]))));
+    poses::rigid(DMat3::from_cols(rows[0], rows[1], rows[2]).transpose(), DVec3::ZERO)?;
+    Ok(pose)
 }

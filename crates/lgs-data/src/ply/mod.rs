@@ -68,6 +68,24 @@ pub fn read_points(path: &Path) -> Result<Points, PlyError> {
     parse_points(&bytes).map_err(|problem| PlyError::Content { path: path.to_path_buf(), problem })
 }
 
+/// Writes coloured points as [`read_points`] reads them, colours rounded to bytes.
+///
+/// # Errors
+/// If the file can't be written.
+pub fn write_points(path: &Path, points: &Points) -> Result<(), PlyError> {
+    files::write_atomically(path, |w| {
+        write!(w, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", points.positions.len())?;
+        w.write_all(b"property float x\nproperty float y\nproperty float z\n")?;
+        w.write_all(b"property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n")?;
+        for (position, color) in points.positions.iter().zip(&points.colors) {
+            position.iter().try_for_each(|v| w.write_all(&v.to_le_bytes()))?;
+            w.write_all(&color.map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
 /// Property names of a Gaussian file, in file order.
 fn gaussian_properties(sh_degree: usize) -> Vec<String> {
     let mut names: Vec<String> = ["x", "y", "z", "nx", "ny", "nz"].map(String::from).to_vec();

@@ -1,5 +1,4 @@
 use super::*;
-use crate::testing::write_points;
 use lgs_core::stream;
 use rand::RngExt;
 use std::fs;

@@ -89,27 +89,10 @@ pub(super) fn generate(
     out: &Path,
     progress: Progress<'_>,
 ) -> Result<(), SynthError> {
-    refuse_occupied(out)?;
-    let parent = files::folder_of(out);
-    fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
-    let folder = files::temporary_builder(0o777)
-        .tempdir_in(parent)
-        .map_err(|e| FileError::new("create folder in", parent, e))?;
-    fill(folder.path(), scene, options, progress)?;
-    if out.exists() {
-        fs::remove_dir(out).map_err(|e| FileError::new("replace folder", out, e))?;
+    if !files::is_free(out) {
+        return Err(SynthError::Occupied(out.to_path_buf()));
     }
-    fs::rename(folder.path(), out).map_err(|e| FileError::new("create folder", out, e))?;
-    let _ = folder.keep(); // renamed: nothing is left to delete
-    Ok(())
-}
-
-fn refuse_occupied(out: &Path) -> Result<(), SynthError> {
-    let empty = match fs::read_dir(out) {
-        Ok(mut entries) => entries.next().is_none(),
-        Err(_) => !out.exists(), // what else is wrong with the path shows when the folder is created
-    };
-    if empty { Ok(()) } else { Err(SynthError::Occupied(out.to_path_buf())) }
+    files::write_folder(out, |folder| fill(folder, scene, options, progress))
 }
 
 fn fill(

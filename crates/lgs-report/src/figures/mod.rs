@@ -7,12 +7,14 @@ mod over_time;
 mod partition;
 mod potential;
 mod reversal;
+mod rig;
 mod strip;
 mod suite;
 mod training;
 mod trajectories;
 
 pub use partition::coloured_partition;
+pub use rig::rig_figure;
 pub(crate) use suite::suite_figure;
 
 use lgs_core::Camera;

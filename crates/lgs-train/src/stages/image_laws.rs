@@ -83,7 +83,7 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
             .par_iter()
             .map(|frame| observe(frame, &moved[at(frame)], &bodies[at(frame)], scene.background))
             .collect();
-        let values: f64 = frames.iter().map(|frame| 0.75 * frame.rgba.len() as f64).sum();
+        let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
         let mse = observed.iter().map(|o| o.squared_error).sum::<f64>() / values;
         tracing::debug!(psnr = psnr_of_mse(mse), "poses from images");
         for (object, found) in found.iter_mut().enumerate() {

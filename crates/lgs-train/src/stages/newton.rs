@@ -95,7 +95,7 @@ impl Newton {
         let responses = self.responses(&times);
         let observations = self.observations(scene, frames, &times, &responses);
         let before: f64 = observations.iter().map(|o| o.squared_error).sum();
-        let mse = before / frames.iter().map(|frame| 0.75 * frame.rgba.len() as f64).sum::<f64>();
+        let mse = before / frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum::<f64>();
         let observed = Observed { frames, times: &times, observations: &observations, mse };
         let steps: Vec<Vec<f64>> = (responses.iter().enumerate())
             .map(|(object, responses)| self.step_of(object, responses, &observed))

@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
-use lgs_core::GaussianCloud;
 use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
 use lgs_render::{Splats, photometric, rasterize};
 
@@ -48,7 +48,7 @@ pub(super) fn observe(
     bodies: &[Pose],
     background: [f32; 3],
 ) -> Observation {
-    let truth = frame.composited(background);
+    let truth = truth(frame, background);
     let drawn = draw(&Splats::from(cloud), frame, background);
     let residuals = difference(&truth.pixels, &drawn);
     let normal = |body: &Pose| {
@@ -71,7 +71,7 @@ pub(super) fn observe(
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
     let residuals =
-        difference(&frame.composited(background).pixels, &draw(&Splats::from(cloud), frame, background));
+        difference(&truth(frame, background).pixels, &draw(&Splats::from(cloud), frame, background));
     product(&residuals, &residuals)
 }
 
@@ -79,8 +79,17 @@ fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<f32> {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a - b).collect()
 }
 
+/// The frame's image; what its mask leaves out is background, as in [`draw`].
+fn truth(frame: &Frame, background: [f32; 3]) -> Image {
+    let mut truth = frame.composited(background);
+    frame.leave_out(&mut truth.pixels, background);
+    truth
+}
+
 fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
-    rasterize(splats, &frame.camera, background).image
+    let mut image = rasterize(splats, &frame.camera, background).image;
+    frame.leave_out(&mut image, background);
+    image
 }
 
 /// The derivative of an image of the cloud by one number of a body's displacement, by central differences.
@@ -137,6 +146,7 @@ fn product(a: &[f32], b: &[f32]) -> f64 {
 mod tests {
     use super::*;
     use lgs_core::Camera;
+    use lgs_data::dataset::Pixels;
     use nalgebra::DMatrix;
 
     #[test]
@@ -151,17 +161,17 @@ mod tests {
         let (mut a, mut b) = (DMatrix::zeros(6, 6), DMatrix::zeros(6, 1));
         for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
             let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
-            let mut frame =
-                Frame { name: String::new(), camera_id: 0, camera, time: 0.0, rgba: vec![255; 4 * 48 * 48] };
+            let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
+            let mut frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, pixels };
             let (means, rotations) = displaced(&cloud, &body, &by);
-            let pixels = draw(
+            let drawn = draw(
                 &Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) },
                 &frame,
                 [1.0; 3],
             );
-            for (bytes, pixel) in frame.rgba.as_chunks_mut::<4>().0.iter_mut().zip(pixels) {
-                (0..3).for_each(|c| bytes[c] = (255.0 * pixel[c].clamp(0.0, 1.0)).round() as u8);
-            }
+            let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
+            let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];
+            frame.pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();
             let observed = observe(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
             assert_eq!(observed.squared_error, squared_error(&frame, &cloud, [1.0; 3]));
             a.iter_mut().zip(observed.normals[0].a.as_flattened()).for_each(|(sum, a)| *sum += a);

@@ -69,9 +69,12 @@ fn errors(
     frame: &Frame,
     background: [f32; 3],
 ) -> Vec<f64> {
-    let image = frame.composited(background);
+    let mut image = frame.composited(background);
+    frame.leave_out(&mut image.pixels, background);
     let error = |cloud: &GaussianCloud| {
-        mse(&rasterize(&Splats::from(cloud), &frame.camera, background).to_image(), &image)
+        let mut drawn = rasterize(&Splats::from(cloud), &frame.camera, background).to_image();
+        frame.leave_out(&mut drawn.pixels, background);
+        mse(&drawn, &image)
     };
     let cloud = source.cloud_at(frame.time);
     let resting = members.iter().map(|members| {
@@ -129,7 +132,7 @@ mod tests {
                 camera_id: 0,
                 camera,
                 time,
-                rgba: drawn.pixels.iter().enumerate().flat_map(pixel).collect(),
+                pixels: drawn.pixels.iter().enumerate().flat_map(pixel).collect::<Vec<u8>>().into(),
             }
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();

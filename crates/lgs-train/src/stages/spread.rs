@@ -24,7 +24,7 @@ mod tests {
             camera_id: 0,
             camera,
             time: ((7 * i) % 12) as f32,
-            rgba: vec![0; 4],
+            pixels: vec![0; 4].into(),
         };
         let frames: Vec<Frame> = (0..12).map(frame).collect();
         let times = |count, phase| -> Vec<f32> {

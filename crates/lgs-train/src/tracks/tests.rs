@@ -29,8 +29,8 @@ fn scene(cameras: Cameras) -> Vec<Frame> {
             });
             if hit { [40, 40, 40, 255] } else { [255; 4] }
         };
-        let rgba = (0..(size * size) as usize).flat_map(pixel).collect();
-        Frame { name: format!("{i}"), camera_id: id, camera, time, rgba }
+        let rgba: Vec<u8> = (0..(size * size) as usize).flat_map(pixel).collect();
+        Frame { name: format!("{i}"), camera_id: id, camera, time, pixels: rgba.into() }
     };
     (0..90).map(frame).collect()
 }
@@ -59,7 +59,7 @@ fn two_balls_are_followed_from_single_images_of_moments() {
 fn moving_cameras_and_empty_images_give_no_paths() {
     assert_eq!(find_tracks(&scene(Cameras::Moving), [1.0; 3], BOUNDS), []);
     let mut still = scene(Cameras::Still);
-    still.iter_mut().for_each(|frame| frame.rgba.fill(255));
+    still.iter_mut().for_each(|frame| frame.pixels = vec![255; 4 * frame.camera.pixels()].into());
     assert_eq!(find_tracks(&still, [1.0; 3], BOUNDS), []);
     assert_eq!(find_tracks(&[], [1.0; 3], BOUNDS), []);
 }

@@ -7,13 +7,21 @@
 //! `DatasetFormat::reader`.
 
 mod blender;
+mod colmap;
+mod csv_times;
+mod hold_out;
+mod hypernerf;
 mod nerfstudio;
+mod neu3d;
+mod panoptic;
 mod reader;
+mod rig;
+mod views;
 
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
 use crate::edit::MotionEdit;
-use crate::ply::{self, Points};
+use crate::ply::Points;
 use reader::FormatReader;
 use std::path::{Path, PathBuf};
 
@@ -23,18 +31,41 @@ use std::path::{Path, PathBuf};
 pub enum DatasetFormat {
     /// D-NeRF and Blender sets: `transforms_<split>.json` beside the images.
     Blender,
-    /// nerfstudio sets: one `transforms.json`; pinhole cameras without distortion.
+    /// nerfstudio sets: one `transforms.json`, perspective or fisheye cameras.
     Nerfstudio,
+    /// Dynamic 3D Gaussians' layout of captures such as CMU Panoptic's: `train_meta.json`.
+    Panoptic,
+    /// Nerfies, HyperNeRF and DyCheck: `dataset.json`, `metadata.json`, `camera/`.
+    HyperNerf,
+    /// Neural 3D Video: `poses_bounds.npy`, `cam00`, `cam01`, …
+    Neu3d,
+    /// COLMAP's sparse models, text or binary.
+    Colmap,
+    /// A calibration beside a folder of images or a video for each camera.
+    Rig,
 }
 
 impl DatasetFormat {
     /// All formats, in the order in which they are looked for.
-    pub const ALL: &[Self] = &[Self::Blender, Self::Nerfstudio];
+    pub const ALL: &[Self] = &[
+        Self::Blender,
+        Self::Nerfstudio,
+        Self::Panoptic,
+        Self::HyperNerf,
+        Self::Neu3d,
+        Self::Colmap,
+        Self::Rig,
+    ];
 
     fn reader(self) -> &'static dyn FormatReader {
         match self {
             Self::Blender => &blender::Blender,
             Self::Nerfstudio => &nerfstudio::Nerfstudio,
+            Self::Panoptic => &panoptic::Panoptic,
+            Self::HyperNerf => &hypernerf::HyperNerf,
+            Self::Neu3d => &neu3d::Neu3d,
+            Self::Colmap => &colmap::Colmap,
+            Self::Rig => &rig::Rig,
         }
     }
 
@@ -102,6 +133,11 @@ impl DatasetFormat {
         self.reader().split_file(root, split)
     }
 
+    /// All files that say something of a split.
+    pub(super) fn sources(self, root: &Path, split: &str) -> Vec<PathBuf> {
+        self.reader().sources(root, split)
+    }
+
     pub(super) fn frames(self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {
         self.reader().frames(root, split)
     }
@@ -111,10 +147,14 @@ impl DatasetFormat {
         self.reader().edit(root, split)
     }
 
+    /// What a user should know of the set although it can be read.
+    pub(super) fn remarks(self, root: &Path) -> Result<Vec<String>, DatasetError> {
+        self.reader().remarks(root)
+    }
+
     /// The points that the set ships.
     pub(super) fn points(self, root: &Path) -> Result<Option<Points>, DatasetError> {
-        let path = self.reader().points_file(root)?;
-        Ok(path.map(|path| ply::read_points(&path)).transpose()?)
+        self.reader().points(root)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The nerfstudio layout: one `transforms.json` for all images.
 //!
-//! Cameras are pinholes. `camera_model` may be absent, `OPENCV` or `PINHOLE`, and every distortion
-//! coefficient of the file and of its frames must be zero; images with distortion have to be undistorted
-//! first.
+//! `camera_model` may be absent, `OPENCV`, `PINHOLE`, `SIMPLE_PINHOLE` or `OPENCV_FISHEYE`, in the file or in
+//! a frame; coefficients k1 … k4, p1 and p2 may stand in either too, and those of a frame win. Images are
+//! undistorted when they are loaded. A frame's `mask_path` names an image whose black pixels are left out.
 //!
 //! The time of an image is its `time`, which must then be there for every image. If no image has one, it is
 //! the last number in the file's name without extension: with numbers from `a` to `b`, the image of number
@@ -15,18 +15,22 @@
 //! static captures, the others are in `train`, and there is no `test`; fewer than eight images are all in
 //! `train`.
 
-use super::reader::FormatReader;
+use super::reader::{FormatReader, points_of};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
+use crate::dataset::lens::Lens;
+use crate::dataset::times;
 use crate::dataset::transforms::{self, TransformsFile, TransformsFrame};
+use crate::ply::Points;
 use crate::thresholds::VALIDATION_STEP;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
-const CAMERA_MODELS: [&str; 2] = ["OPENCV", "PINHOLE"];
+const PERSPECTIVE: [&str; 3] = ["OPENCV", "PINHOLE", "SIMPLE_PINHOLE"];
+const FISHEYE: &str = "OPENCV_FISHEYE";
 
-const DISTORTION: [&str; 6] = ["k1", "k2", "k3", "k4", "p1", "p2"];
+const DISTORTION: [&str; 6] = ["k1", "k2", "p1", "p2", "k3", "k4"];
 
 pub(super) struct Nerfstudio;
 
@@ -77,13 +81,15 @@ impl FormatReader for Nerfstudio {
         let path = file_of(root);
         let (layout, mut file) =
             (transforms::read::<Layout>(&path)?, transforms::read::<TransformsFile>(&path)?);
-        layout.check_cameras().map_err(|problem| DatasetError::new(&path, problem))?;
+        let wrong = |problem| DatasetError::new(&path, problem);
+        let lenses =
+            (0..file.frames.len()).map(|i| layout.lens(i).map_err(wrong)).collect::<Result<Vec<_>, _>>()?;
         let chosen: Vec<bool> =
             file.frames.iter().enumerate().map(|(i, f)| layout.split(i, f, &file) == Some(split)).collect();
         set_times(&mut file.frames);
         let specs = file.specs(root, &path)?;
-        let specs: Vec<FrameSpec> =
-            specs.into_iter().zip(chosen).filter_map(|(s, c)| c.then_some(s)).collect();
+        let specs = specs.into_iter().zip(lenses).map(|(spec, lens)| FrameSpec { lens, ..spec });
+        let specs: Vec<FrameSpec> = specs.zip(chosen).filter_map(|(s, c)| c.then_some(s)).collect();
         if specs.is_empty() {
             Err(DatasetError::new(&path, Problem::NoSplit(split.to_owned())))
         } else {
@@ -91,9 +97,9 @@ impl FormatReader for Nerfstudio {
         }
     }
 
-    fn points_file(&self, root: &Path) -> Result<Option<PathBuf>, DatasetError> {
+    fn points(&self, root: &Path) -> Result<Option<Points>, DatasetError> {
         let layout: Layout = transforms::read(&file_of(root))?;
-        Ok(layout.ply_file_path.map(|name| root.join(name)))
+        points_of(layout.ply_file_path.map(|name| root.join(name)))
     }
 }
 
@@ -121,25 +127,34 @@ impl Layout {
         lists.into_iter().find(|&(_, list)| holds(list)).map(|(split, _)| split)
     }
 
-    /// Refuses cameras that are not pinholes, in the file or in a frame.
-    fn check_cameras(&self) -> Result<(), Problem> {
-        for (frame, keys) in self.frames.iter().enumerate() {
-            let value = |field| keys.get(field).or_else(|| self.camera.get(field));
-            if let Some(model) = value("camera_model")
-                && !model.as_str().is_some_and(|name| CAMERA_MODELS.contains(&name))
-            {
-                let (field, expected) = ("camera_model", "`OPENCV` or `PINHOLE`");
-                return Err(Problem::Value { frame, field, expected, found: model.to_string() });
-            }
-            for field in DISTORTION {
-                let found = value(field).filter(|v| v.as_f64() != Some(0.0));
-                if let Some(found) = found.map(ToString::to_string) {
-                    let expected = "0, because distorted images are not supported: undistort them first";
-                    return Err(Problem::Value { frame, field, expected, found });
-                }
-            }
+    /// The lens of a frame, by the keys of the frame, else of the file.
+    fn lens(&self, frame: usize) -> Result<Lens, Problem> {
+        let value = |field| self.frames[frame].get(field).or_else(|| self.camera.get(field));
+        let mut k = [0.0; 6];
+        for (slot, field) in k.iter_mut().zip(DISTORTION) {
+            let number = |found: &Value| {
+                let wrong =
+                    || Problem::Value { frame, field, expected: "a number", found: found.to_string() };
+                found.as_f64().ok_or_else(wrong)
+            };
+            *slot = value(field).map(number).transpose()?.unwrap_or(0.0);
         }
-        Ok(())
+        let lens = match value("camera_model").map(|model| (model, model.as_str().unwrap_or_default())) {
+            Some((_, FISHEYE)) => Lens::Fisheye([k[0], k[1], k[4], k[5]]),
+            Some((found, name)) if !PERSPECTIVE.contains(&name) => {
+                let expected = "`OPENCV`, `OPENCV_FISHEYE`, `PINHOLE` or `SIMPLE_PINHOLE`";
+                let found = found.to_string();
+                return Err(Problem::Value { frame, field: "camera_model", expected, found });
+            }
+            // nerfstudio's own k4 of a perspective camera is the next power of r², which OpenCV lacks.
+            _ if k[5] != 0.0 => {
+                let expected = "0 for a perspective camera";
+                return Err(Problem::Value { frame, field: "k4", expected, found: k[5].to_string() });
+            }
+            _ => Lens::radial([k[0], k[1], k[4], 0.0, 0.0, 0.0], [k[2], k[3]]),
+        };
+        lens.check(frame, "k1` … `p2")?;
+        Ok(lens)
     }
 }
 
@@ -148,24 +163,14 @@ fn set_times(frames: &mut [TransformsFrame]) {
     if frames.iter().any(|frame| frame.time.is_some()) {
         return;
     }
-    let numbers: Vec<Option<u64>> =
-        frames.iter().map(|frame| frame.file_path.as_deref().and_then(last_number)).collect();
+    let number = |frame: &TransformsFrame| frame.file_path.as_deref().and_then(times::last_number);
+    let numbers: Vec<Option<u64>> = frames.iter().map(number).collect();
     if numbers.iter().all(Option::is_none) {
         frames.iter_mut().for_each(|frame| frame.time = Some(0.0));
         return;
     }
-    let (first, last) = numbers.iter().flatten().fold((u64::MAX, 0), |(a, b), &n| (a.min(n), b.max(n)));
-    for (frame, number) in frames.iter_mut().zip(numbers) {
-        frame.time = number.map(|n| (n - first) as f64 / ((last - first) as f64 + 1.0));
-    }
-}
-
-/// The last run of digits in a file's name, its folders and extension left out.
-fn last_number(file_path: &str) -> Option<u64> {
-    let stem = Path::new(file_path).file_stem()?.to_str()?;
-    let digits = stem.trim_end_matches(|c: char| !c.is_ascii_digit());
-    let start = digits.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    digits[start..].parse().ok()
+    let found = times::of_numbers(&numbers);
+    frames.iter_mut().zip(found).for_each(|(frame, time)| frame.time = time);
 }
 
 #[cfg(test)]
@@ -173,7 +178,7 @@ mod tests {
     use super::*;
     use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
     use crate::ply::Points;
-    use crate::testing::write_points;
+    use crate::ply::write_points;
     use serde_json::json;
 
     /// A set of `count` images from two cameras, whose JSON `edit` may change.
@@ -240,22 +245,54 @@ mod tests {
     }
 
     #[test]
-    fn cameras_that_are_no_pinholes_are_refused() {
-        let message = refusal(|json| json["k1"] = 0.03.into());
-        assert!(message.contains("`k1`") && message.contains("undistort"), "{message}");
-        let message = refusal(|json| json["frames"][2]["p1"] = 0.01.into());
-        assert!(message.contains("frame 2") && message.contains("`p1`"), "{message}");
-        let message = refusal(|json| json["camera_model"] = "OPENCV_FISHEYE".into());
-        assert!(message.contains("`camera_model`") && message.contains("OPENCV_FISHEYE"), "{message}");
+    fn lenses_are_taken_out_and_others_refused() {
+        let dir = folder(4, |json| {
+            json["k1"] = 0.3.into();
+            json["frames"][2]["camera_model"] = "OPENCV_FISHEYE".into();
+        });
+        crate::dataset::import::tests::assert_round_trip(dir.path());
+        let set = load(&dir).unwrap();
+        let masked =
+            |i: usize| set.split("train")[i].weights().map_or(0, |w| w.iter().filter(|w| **w == 0.0).count());
+        assert!(masked(0) > 0, "pincushions leave the image");
+        assert!(set.split("train")[0].pixels.has_mask() && !set.split("train")[0].has_alpha());
+        assert_eq!(set.split("train")[0].picture().rgba[4 * 14..][..3], [0; 3]);
+        let message = refusal(|json| json["camera_model"] = "EQUIRECTANGULAR".into());
+        assert!(message.contains("`camera_model`") && message.contains("EQUIRECTANGULAR"), "{message}");
+        let message = refusal(|json| json["frames"][2]["k2"] = "x".into());
+        assert!(message.contains("frame 2") && message.contains("`k2`"), "{message}");
+        assert!(refusal(|json| json["k1"] = 1e9.into()).contains("`k1`"));
     }
 
     #[test]
-    fn frames_without_a_time_or_with_a_mask_are_named() {
+    fn masks_are_read_and_have_the_size_of_their_image() {
+        let dir = folder(4, |json| json["frames"][1]["mask_path"] = "m.png".into());
+        let write = |w, h| {
+            let black = |x, _| image::Luma([if x == 2 { 0 } else { 200 }]);
+            image::GrayImage::from_fn(w, h, black).save(dir.path().join("m.png")).unwrap();
+        };
+        write(6, 4);
+        let set = load(&dir).unwrap();
+        assert_eq!(set.split("train")[1].weights().unwrap()[..6], [1.0, 1.0, 0.0, 1.0, 1.0, 1.0]);
+        assert_eq!(set.split("train")[0].weights(), None);
+        let half = LoadOptions { resolution: Some(3), ..LoadOptions::default() };
+        let set = Dataset::load(dir.path(), &half, &|_, _| {}).unwrap();
+        assert_eq!(
+            set.split("train")[1].weights().unwrap()[..3],
+            [0.0; 3],
+            "a resized pixel mixes its neighbours"
+        );
+        write(6, 5);
+        let message = load(&dir).unwrap_err().to_string();
+        assert!(message.contains("6 x 4") && message.ends_with("m.png"), "{message}");
+    }
+
+    #[test]
+    fn frames_without_a_time_are_named() {
         assert!(
             refusal(|json| json["frames"][1]["time"] = 0.5.into()).contains("frame 0: missing field `time`")
         );
         assert!(refusal(|json| json["frames"][1]["file_path"] = "still.png".into()).contains("frame 1"));
-        assert!(refusal(|json| json["frames"][1]["mask_path"] = "m.png".into()).contains("`mask_path`"));
         assert!(refusal(|json| json["frames"] = json!([])).contains("`train`"));
     }
 }

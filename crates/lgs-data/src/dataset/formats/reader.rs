@@ -3,6 +3,7 @@
 use crate::dataset::error::DatasetError;
 use crate::dataset::frame_spec::FrameSpec;
 use crate::edit::MotionEdit;
+use crate::ply::{self, Points};
 use std::path::{Path, PathBuf};
 
 /// The reader of one format. All paths are those of files in the folder `root`.
@@ -22,8 +23,8 @@ pub(in crate::dataset) trait FormatReader: Sync {
     /// If what lists the splits cannot be read.
     fn splits(&self, root: &Path) -> Result<Vec<String>, DatasetError>;
 
-    /// The file that describes a split, or that would describe it if the split existed. Its bytes are part
-    /// of the set's fingerprint.
+    /// The file that describes a split, or that would describe it if the split existed. Errors
+    /// name it.
     fn split_file(&self, root: &Path, split: &str) -> PathBuf;
 
     /// The frames of a split in file order: images, times, cameras, masks. Several frames may share a time.
@@ -43,11 +44,31 @@ pub(in crate::dataset) trait FormatReader: Sync {
         Ok(None)
     }
 
-    /// The file of points that the set ships, if it ships one. Default: `points3d.ply`.
+    /// All files that say something of a split: the set's fingerprint covers them. Default: the split's file.
+    fn sources(&self, root: &Path, split: &str) -> Vec<PathBuf> {
+        vec![self.split_file(root, split)]
+    }
+
+    /// What a user should know of the set although it can be read, such as images without a camera, one
+    /// sentence each. Default: nothing.
     ///
     /// # Errors
-    /// If what names the file cannot be read.
-    fn points_file(&self, root: &Path) -> Result<Option<PathBuf>, DatasetError> {
-        Ok(Some(root.join("points3d.ply")).filter(|path| path.exists()))
+    /// If a file is unreadable or malformed.
+    fn remarks(&self, root: &Path) -> Result<Vec<String>, DatasetError> {
+        let _ = root;
+        Ok(Vec::new())
     }
+
+    /// The points that the set ships. Default: those of `points3d.ply`, if there is one.
+    ///
+    /// # Errors
+    /// If the file, or what names it, cannot be read.
+    fn points(&self, root: &Path) -> Result<Option<Points>, DatasetError> {
+        points_of(Some(root.join("points3d.ply")).filter(|path| path.exists()))
+    }
+}
+
+/// The points of a polygon file, if there is one.
+pub(super) fn points_of(path: Option<PathBuf>) -> Result<Option<Points>, DatasetError> {
+    Ok(path.map(|path| ply::read_points(&path)).transpose()?)
 }

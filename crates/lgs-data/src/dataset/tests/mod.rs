@@ -50,7 +50,10 @@ fn a_set_loads_with_its_splits_in_file_order() {
     assert_eq!(names, ["a", "b.png"]);
     assert_eq!(dataset.splits.keys().collect::<Vec<_>>(), ["test", "train"]);
     let first = &dataset.splits["train"][0];
-    assert_eq!((first.rgba.len(), first.time, first.camera.width, first.camera.height), (4 * 48, 0.0, 8, 6));
+    assert_eq!(
+        (first.picture().rgba.len(), first.time, first.camera.width, first.camera.height),
+        (4 * 48, 0.0, 8, 6)
+    );
     assert!((first.camera.fx - 4.0 / 0.4f32.tan()).abs() < 1e-4 && first.camera.fx == first.camera.fy);
     assert_eq!((first.camera.cx, first.camera.cy), (4.0, 3.0));
     assert_eq!(first.camera.center_in_world(), [0.0, -4.0, 0.5]);
@@ -144,8 +147,8 @@ fn resizing_scales_the_camera_and_keeps_colours_unpolluted() {
     let native = load(&dir).unwrap().splits["train"][0].camera;
     assert_eq!((frame.camera.width, frame.camera.height), (4, 3));
     assert!((frame.camera.fx - 0.5 * native.fx).abs() < 1e-5 && frame.camera.cx == 2.0);
-    assert_eq!(frame.rgba.len(), 4 * 12);
-    for pixel in frame.rgba.as_chunks::<4>().0.iter().filter(|p| p[3] > 0) {
+    assert_eq!(frame.picture().rgba.len(), 4 * 12);
+    for pixel in frame.picture().rgba.as_chunks::<4>().0.iter().filter(|p| p[3] > 0) {
         assert!(pixel[0].abs_diff(10) <= 1, "transparent pixels bleed: {pixel:?}");
     }
     let zero = LoadOptions { resolution: Some(0), ..LoadOptions::default() };
@@ -197,7 +200,7 @@ fn the_fingerprint_sees_poses_and_pixels() {
 #[test]
 fn shipped_points_win_and_bad_ones_are_an_error() {
     let points = Points { positions: vec![[1.0, 2.0, 3.0]], colors: vec![[1.0, 0.0, 0.4]] };
-    let dir = folder(|_, path| crate::testing::write_points(&path.join("points3d.ply"), &points).unwrap());
+    let dir = folder(|_, path| crate::ply::write_points(&path.join("points3d.ply"), &points).unwrap());
     let dataset = load(&dir).unwrap();
     assert_eq!(dataset.initial_points(100, 0), points);
     fs::write(dir.path().join("points3d.ply"), "ply\n").unwrap();
