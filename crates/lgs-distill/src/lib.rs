@@ -18,7 +18,8 @@
 //! # Ok::<(), lgs_distill::DistillError>(())
 //! ```
 //!
-//! The crate refuses contacts, explicit time dependence, and objects that share particles.
+//! Bodies collide with planes, not with each other. The crate refuses explicit time dependence, and objects
+//! that share particles.
 
 mod config;
 mod distilled;

@@ -3,7 +3,7 @@
 use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::generalised::{Errors, GeneralisedLaw, Laws, find_law, law_within};
+use crate::laws::generalised::{Errors, GeneralisedLaw, Laws, Surroundings, find_law, law_within};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
@@ -29,6 +29,17 @@ pub fn distill(
     seed: u64,
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<Distilled, DistillError> {
+    distill_among(trajectories, &[], config, seed, progress)
+}
+
+/// The same for an object among points at rest, on which it may fall.
+pub(crate) fn distill_among(
+    trajectories: &Trajectories,
+    surroundings: Surroundings<'_>,
+    config: &DistillConfig,
+    seed: u64,
+    progress: &mut dyn FnMut(DistillProgress),
+) -> Result<Distilled, DistillError> {
     config.validate()?;
     trajectories.validate()?;
     if trajectories.is_empty() {
@@ -40,7 +51,7 @@ pub fn distill(
     }
     let motion = denoise(trajectories, config);
     progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
-    if let Some(law) = law_of(&motion, config, seed)
+    if let Some(law) = law_of(&motion, surroundings, config, seed)
         && law.report.describes_window(config)
     {
         return Ok(Distilled::Generalised(Box::new(law)));
@@ -49,10 +60,15 @@ pub fn distill(
 }
 
 /// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
-fn law_of(motion: &ObjectMotion, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
+fn law_of(
+    motion: &ObjectMotion,
+    surroundings: Surroundings<'_>,
+    config: &DistillConfig,
+    seed: u64,
+) -> Option<DistilledLaw> {
     let shared = &motion.shared.as_ref()?.shared;
     let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    let find = |laws| find_law(shared, laws, resolution, seed);
+    let find = |laws| find_law(shared, (laws, surroundings), resolution, seed);
     law_of_motion(shared, &DistillReport::of_motion(motion), config, find)
 }
 
@@ -87,19 +103,21 @@ pub struct BodyPoses {
     /// Size of errors that the poses have in common with their neighbours in time, world units, as far as it
     /// is known; 0 if there are none.
     pub slow_error: f64,
+    /// Places of points at rest, on which the body may fall.
+    pub surroundings: Vec<[f64; 3]>,
 }
 
 /// Finds the law behind the poses of a rigid body. `None` if there is no law that stays with them, or the
 /// configuration wants none.
 #[must_use]
 pub fn law_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
-    let BodyPoses { times, poses, shape, slow_error } = observed;
+    let BodyPoses { times, poses, shape, slow_error, surroundings } = observed;
     let weights = vec![(shape.len() as f64).recip(); shape.len()];
     let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
     let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
     let report = DistillReport::of_poses(&motion);
     let errors = Errors { resolution: 0.0, slow: slow_error };
-    let find = |laws| law_within(&motion, laws, errors, seed);
+    let find = |laws| law_within(&motion, (laws, &surroundings), errors, seed);
     law_of_motion(&motion, &report, config, find).filter(|law| law.report.describes_window(config))
 }
 
@@ -112,7 +130,7 @@ impl GeneralisedLaw {
             ..before.clone()
         };
         // Images do not show what is below their resolution, however well the tracks are known.
-        let describes = report.describes_window(config);
+        let describes = self.law.contact.is_none() && report.describes_window(config);
         if let Some(law) =
             report.generalised.as_mut().filter(|law| describes && law.known.verdict == Verdict::Outside)
         {

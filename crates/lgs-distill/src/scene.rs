@@ -3,11 +3,11 @@
 use crate::config::{DistillConfig, DynamicsKind};
 use crate::distilled::Distilled;
 use crate::error::DistillError;
-use crate::object::distill;
+use crate::object::distill_among;
 use crate::progress::DistillProgress;
 use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
-use crate::thresholds::{LEFT_BY_OTHERS_FRACTION, POOR_FORECAST_FRACTION, UNDESCRIBED_FRACTION};
+use crate::thresholds::{LEFT_BY_OTHERS_FRACTION, LIGHTEST, POOR_FORECAST_FRACTION, UNDESCRIBED_FRACTION};
 use crate::trajectories::{Trajectories, same_length};
 
 /// Stage 1 of a scene.
@@ -39,12 +39,14 @@ pub fn distill_objects(
     trajectories.validate()?;
     same_length("partition", trajectories.len(), partition.object.len())?;
     loop {
+        let surroundings = at_rest(trajectories, &partition);
         let mut objects = Vec::with_capacity(partition.objects);
         for object in 0..partition.objects {
             let members = partition.members(object);
             let own_seed = seed.wrapping_add(object as u64);
             let mut tell = |p| progress(object, partition.objects, p);
-            let distilled = distill(&trajectories.select(&members), config, own_seed, &mut tell)?;
+            let own = trajectories.select(&members);
+            let distilled = distill_among(&own, &surroundings, config, own_seed, &mut tell)?;
             objects.push((members, distilled));
         }
         if config.dynamics == DynamicsKind::Networks {
@@ -57,6 +59,16 @@ pub fn distill_objects(
         tracing::debug!(?kept, "objects that no system follows are dissolved");
         partition = dissolve(trajectories, &partition, &kept);
     }
+}
+
+/// Mean places of the static particles, without faint ones.
+fn at_rest(trajectories: &Trajectories, partition: &Partition) -> Vec<[f64; 3]> {
+    let weights = trajectories.particle_weights();
+    let least = LIGHTEST * weights.iter().sum::<f64>() / weights.len().max(1) as f64;
+    let rests = |i: &usize| partition.object[*i] < 0 && weights[*i] >= least;
+    let part = (trajectories.times.len() as f64).recip();
+    let mean = |i: usize| (part * trajectories.path(i).into_iter().sum::<glam::DVec3>()).to_array();
+    (0..trajectories.len()).filter(rests).map(mean).collect()
 }
 
 /// Which objects stay: those that their systems describe, or if all do, all but one that is a part of others.

@@ -135,6 +135,24 @@ pub(crate) const NO_RIVAL: f64 = 30.0;
 /// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.
 pub(crate) const AXIS_ROUNDS: usize = 4;
 
+// Contact
+
+/// χ² for each independent value of rotations about their mean up to which a body does not turn.
+pub(crate) const STILL: f64 = 2.0;
+/// Distance from a path, in extents of the body, up to which points at rest can be what it collides with.
+pub(crate) const NEAR_PATH: f64 = 3.0;
+/// Roughness of a plane of points at rest, and distance at which a body keeps clear of it, in extents of the
+/// body: Gaussians lie within their surface by a part of their own size.
+pub(crate) const NEAR: f64 = 0.03;
+/// Distance of points at rest, in extents of the body, beyond which a plane has ended.
+pub(crate) const WITHIN_REACH: f64 = 1.5;
+/// Times over three windows at which a body is compared with planes that it may go through: between two of
+/// them it moves by less than its extent, or too fast for a tenth of the window to show it.
+pub(crate) const EXPECTED_TIMES: usize = 240;
+/// Error after an impact, as a fraction of the path in the window, up to which a law with a contact describes
+/// a motion: impacts amplify small errors, but not to half of the way.
+pub(crate) const MOST_AFTER_IMPACT: f64 = 0.1;
+
 // Descents of laws (Levenberg–Marquardt)
 
 /// Iterations; a descent stops by itself long before.

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "an example")]
 
 use lgs_mechanics::collisions::{Bounced, fit};
-use lgs_mechanics::contact::{Contact, Plane};
+use lgs_mechanics::contact::{Contact, Origin, Plane};
 use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm, Port, State};
 use lgs_mechanics::terms::Term;
 use lgs_mechanics::{Candidate, MechanicsError};
@@ -43,6 +43,8 @@ fn cube() -> (Candidate, Contact) {
         friction: 0.0,
         // The measured centre wanders by about a millimetre at rest.
         resting_speed: Contact::resting_speed(GRAVITY, 0.001),
+        deviations: [0.0; 2],
+        origin: Origin::Given,
     };
     (Candidate::new(Coordinates::Rigid(inertia), vec![gravity]).unwrap(), contact)
 }

@@ -161,8 +161,46 @@ pub(crate) const FRICTIONS: [f64; 9] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8
 /// Deviation of restitution and friction where the track does not tell them: both lie between 0 and about 1.
 pub(crate) const CONTACT_SPREAD: f64 = 0.5;
 /// Fits of all unknowns, each weighing the later samples by the error that the one before has left.
-pub(crate) const CONTACT_PASSES: usize = 2;
+pub(crate) const CONTACT_PASSES: usize = 3;
 /// Linearisations of the fit of all unknowns together.
 pub(crate) const CONTACT_ITERATIONS: usize = 12;
+/// Samples at each side of an impact that a source may smear: beyond, a short flight has too few left.
+pub(crate) const MOST_BLURRED: usize = 6;
+/// Second moments of a filled body over those of its surface: exact for every body whose faces (or surface)
+/// are equally far from its centre, since a cone's are 3/5 of those of its base.
+pub(crate) const FILLED: f64 = 0.6;
+/// Standard deviation of what is given exactly, in radians and extents of the body: far below any noise.
+pub(crate) const EXACT: f64 = 1e-6;
+/// Standard deviation of the tilt of a plane against the change of velocity at one impact, radians: that of a
+/// friction of about a half.
+pub(crate) const WIDEST_TILT: f64 = 0.5;
+/// Depth below a plane at rest, and height of the lowest sample over it, in extents of the body, beyond which
+/// the body does not collide with it: it passes through it, or turns back before it.
+pub(crate) const DEEPEST: f64 = 0.15;
+/// Part of a typical size of a parameter by which it changes in a fit.
+pub(crate) const OF_SCALE: f64 = 0.01;
+/// Spread of the distances of a body's particles from their middle, or of its reach over all directions,
+/// relative, up to which it is a sphere: points of a sphere 15° apart leave 1 % of the reach, corners of an
+/// icosahedron 6 %, points of a cube's surface 13 % of the distance.
+pub(crate) const ROUND: f64 = 0.04;
+/// Fewest particles that tell a sphere from a body with corners, all of which may lie equally far from its
+/// middle.
+pub(crate) const FEWEST_OF_SPHERE: usize = 30;
+/// Length, in mean reaches of a body, by which a point must reach farther than others to count as a corner of
+/// its own: no better is a shape known.
+pub(crate) const FINEST_CORNER: f64 = 0.01;
+/// Restitution of a contact that was never seen: dull solids lie between 0 and twice it.
+pub(crate) const EXPECTED_RESTITUTION: f64 = 0.3;
+/// Friction of a contact that was never seen: the middle of dry solids, 0.2 to 0.6.
+pub(crate) const EXPECTED_FRICTION: f64 = 0.3;
+/// Planes that are sought among points at rest: a floor and some walls.
+pub(crate) const MOST_PLANES: usize = 6;
+/// Fewest points of a plane: with three that any plane goes through, some more that chance does not explain.
+pub(crate) const FEWEST_OF_PLANE: usize = 10;
+/// Triples of points that are tried: of a plane that holds a fifth of the points, 400 miss all with a
+/// probability of 4 %, and those of a quarter with 0.2 %.
+pub(crate) const PLANE_DRAWS: usize = 400;
+/// Refinements of a plane by the points near it.
+pub(crate) const PLANE_ROUNDS: usize = 4;
 /// Largest friction: nothing slides on a slope of 60°.
 pub(crate) const MOST_FRICTION: f64 = 1.75;

@@ -7,7 +7,7 @@ use common::{law, state};
 use lgs_core::stream;
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::collisions::{Bounced, fit};
-use lgs_mechanics::contact::{Contact, Impact, Plane, extreme_points, impacts, pieces};
+use lgs_mechanics::contact::{Contact, Impact, Origin, Plane, extreme_points, impacts, pieces};
 use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm, Port, State};
 use lgs_mechanics::{Candidate, Edit, Law, System};
 use rand_distr::{Distribution, StandardNormal};
@@ -23,6 +23,8 @@ fn floor(restitution: f64, friction: f64) -> Contact {
         restitution,
         friction,
         resting_speed: Contact::resting_speed(GRAVITY, 1e-4),
+        deviations: [0.0; 2],
+        origin: Origin::Given,
     }
 }
 

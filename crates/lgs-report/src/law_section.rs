@@ -1,8 +1,9 @@
 //! The laws of objects on a run's page: objects whose law is trusted, and apart from them those of which the
 //! scene claims less.
 
-use lgs_eval::laws::{ObjectLaw, edit_rows, parameter_rows, rival_rows};
+use lgs_eval::laws::{LawContact, ObjectLaw, edit_rows, parameter_rows, rival_rows};
 use lgs_eval::{Metrics, ObjectSummary, Verdict};
+use lgs_mechanics::contact::Origin;
 use lgs_mechanics::terms::Role;
 
 use crate::axis::number;
@@ -72,6 +73,7 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
         Some(claim.to_owned()),
         (!coupled.is_empty()).then(|| format!("The same law moves object {}.", coupled.join(" and "))),
         driven.then(|| "A constant drive may add energy.".to_owned()),
+        law.contact.as_ref().map(collision),
         law.forecast_error.map(|e| {
             format!("Forecasts inside the window are off by {} of the displacement.", percent(e, 2))
         }),
@@ -82,6 +84,22 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
             .map(|_| "The truth contradicts this verdict.".to_owned()),
     ];
     parts.into_iter().flatten().collect()
+}
+
+/// The plane that a body collides with, in words.
+fn collision(contact: &LawContact) -> String {
+    let plane = match contact.origin {
+        Origin::Given => "a given plane",
+        Origin::Observed => "a plane in which Gaussians are at rest",
+        Origin::Fitted => "a plane that its impacts tell of",
+    };
+    let times: Vec<String> = contact.impacts.iter().map(|&time| number(time, 3)).collect();
+    if times.is_empty() {
+        return format!(
+            "It is expected to collide with {plane}; none was seen, restitution and friction are assumed."
+        );
+    }
+    format!("It collides with {plane}; impacts in the captured window: t = {}.", times.join(", "))
 }
 
 #[cfg(test)]

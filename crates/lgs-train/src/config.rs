@@ -78,8 +78,8 @@ pub struct DataConfig {
     pub white_background: bool,
     /// Width that images are resized to, pixels; 0: as they are.
     pub resolution: u32,
-    /// Truncated window: the source and all stages see only training frames with a time below this, and τ_max
-    /// is the last of these; 0: all frames. Other splits stay whole.
+    /// Truncated window: the source and all stages see only training frames, images or imported tracks, with
+    /// a time below this, and τ_max is the last of these; 0: all frames. Other splits stay whole.
     pub train_before: f32,
     /// Images that are listed and absent are left out instead of refused.
     pub skip_missing: bool,

@@ -18,10 +18,15 @@ use crate::thresholds::FEWEST_TIMES;
 pub fn imported_source(config: &TrainConfig, dataset: &Dataset) -> Result<Box<dyn SourceModel>, TrainError> {
     let path = Path::new(&config.source.import);
     let source = import_source(path)?;
+    let limit = config.data.train_before;
+    let source = if limit > 0.0 { source.before(limit).unwrap_or(source) } else { source };
     let unfit = |expected: &str, found: String| {
         Err(TrainError::Import { path: path.to_owned(), expected: expected.to_owned(), found })
     };
     let (kind, dt) = (config.source.kind, config.motion.dt);
+    if let Some(times) = source.known_times().filter(|times| times.len() < FEWEST_TIMES) {
+        return unfit(&format!("at least {FEWEST_TIMES} times"), format!("{} times", times.len()));
+    }
     if source.kind() != kind {
         return unfit(&format!("a source `{}`", kind.name()), format!("one of `{}`", source.kind().name()));
     }
@@ -33,9 +38,6 @@ pub fn imported_source(config: &TrainConfig, dataset: &Dataset) -> Result<Box<dy
         None if dataset.split("train").is_empty() => {
             unfit("a dataset to say where the captured window ends", "neither images nor frames".to_owned())
         }
-        _ => match source.known_times().filter(|&count| count < FEWEST_TIMES) {
-            Some(count) => unfit(&format!("at least {FEWEST_TIMES} times"), format!("{count} times")),
-            None => Ok(source),
-        },
+        _ => Ok(source),
     }
 }

@@ -49,6 +49,12 @@ pub(crate) const STEPS_PER_FITTED_FRAME: f64 = 4.0;
 /// them from noise.
 pub(crate) const FEWEST_TIMES: usize = 5;
 
+/// Frames from which on tracks are sampled at their own times: a polynomial of degree 10, the highest that
+/// smooths a motion, then has as many samples again to fail at.
+pub(crate) const FEWEST_FRAMES: usize = 16;
+/// Distance of frames from even times, as a fraction of their spacing: that of rounded decimals.
+pub(crate) const EVEN: f32 = 0.01;
+
 // Adam and the first Gaussians, as 3D Gaussian splatting has them (method §3.4)
 
 /// Summand under Adam's division by the root of the second moment: so small that steps do not depend on the

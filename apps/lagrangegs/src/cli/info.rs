@@ -169,7 +169,15 @@ fn dynamics(object: &ObjectModel) -> String {
         }
         Dynamics::Generalised(GeneralisedDynamics { law, .. }) => {
             let terms: Vec<&str> = law.terms.iter().map(|term| term.kind.name()).collect();
-            format!("{} with {}", law.coordinates.name(), terms.join(" + "))
+            let contact = law.contact.as_ref().map_or_else(String::new, |contact| {
+                format!(
+                    ", contact with a plane (restitution {:.2}, friction {:.2}, {} impacts)",
+                    contact.restitution,
+                    contact.friction,
+                    law.events.len()
+                )
+            });
+            format!("{} with {}{contact}", law.coordinates.name(), terms.join(" + "))
         }
     }
 }

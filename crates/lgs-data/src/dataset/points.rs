@@ -11,12 +11,11 @@
 //! something there, which is an opaque pixel, or, in an image without transparency, one that differs from the
 //! background. Their colour is the mean of what those images show.
 
+use super::hull::{Shown, shown_at};
 use super::set::{Dataset, Frame};
 use super::store::Picture;
 use crate::ply::Points;
-use crate::thresholds::{
-    BACKGROUND_TOLERANCE, CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, SURROUNDINGS,
-};
+use crate::thresholds::{CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, SURROUNDINGS};
 use glam::{Mat3, Vec3};
 use lgs_core::stream;
 use rand::RngExt;
@@ -172,26 +171,13 @@ fn earliest_frames(frames: &[Frame]) -> Vec<&Frame> {
 fn seen_color(views: &[(&Frame, Arc<Picture>)], point: [f32; 3], background: [f32; 3]) -> Option<[f32; 3]> {
     let (mut sum, mut seen) = ([0.0; 3], 0);
     for (frame, picture) in views {
-        let camera = &frame.camera;
-        let ([x, y], depth) = camera.pixel_from_world(point);
-        if depth <= 0.0 || x < 0.0 || y < 0.0 || x >= camera.width as f32 || y >= camera.height as f32 {
-            continue;
-        }
-        let at = y as usize * camera.width as usize + x as usize;
-        if picture.mask.as_ref().is_some_and(|mask| mask[at] == 0) {
-            continue;
-        }
-        let pixel = &picture.rgba[4 * at..4 * at + 4];
-        let alpha = f32::from(pixel[3]) / 255.0;
-        let color: [f32; 3] =
-            std::array::from_fn(|c| f32::from(pixel[c]) / 255.0 * alpha + background[c] * (1.0 - alpha));
-        let differs = color.iter().zip(background).any(|(c, b)| (c - b).abs() > BACKGROUND_TOLERANCE);
-        if alpha < 0.5 || (!frame.has_alpha() && !differs) {
-            return None;
-        }
-        seen += 1;
-        for c in 0..3 {
-            sum[c] += color[c];
+        match shown_at(frame, picture, point, background) {
+            None => {}
+            Some(Shown::Background) => return None,
+            Some(Shown::Something(color)) => {
+                seen += 1;
+                (0..3).for_each(|c| sum[c] += color[c]);
+            }
         }
     }
     (seen > 0).then(|| sum.map(|v| v / seen as f32))

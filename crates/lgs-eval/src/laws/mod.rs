@@ -15,7 +15,9 @@ pub use trust::Trust;
 use lgs_mechanics::bands::Verdict;
 
 use crate::metrics::ObjectSummary;
-pub use crate::object_law::{LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw, unit_text};
+pub use crate::object_law::{
+    LawContact, LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw, unit_text,
+};
 
 /// First and last time at which the forecasts of all objects with a record are trusted, with the captured
 /// window from 0 to `window` in between; nothing without a record.

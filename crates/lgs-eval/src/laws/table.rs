@@ -75,6 +75,8 @@ pub fn parameter_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
     if law.terms.is_empty() {
         rows.push(vec!["free motion".to_owned()]);
     }
+    let contact = law.contact.iter();
+    rows.extend(contact.flat_map(|contact| contact.parameters.iter().map(|p| row("contact", "", p))));
     rows.iter_mut().for_each(|row| row.resize(5, String::new()));
     rows
 }

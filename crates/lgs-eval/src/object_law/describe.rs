@@ -2,9 +2,10 @@
 
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::contact::{Contact, Impact};
 use lgs_mechanics::terms::{Entry, Parameter, Quantity, Space};
 
-use super::{LawParameter, LawTerm, ObjectLaw};
+use super::{LawContact, LawParameter, LawTerm, ObjectLaw};
 
 impl ObjectLaw {
     /// The record of a law: coordinates and terms with values, deviations and units. Trust, rivals and band
@@ -24,9 +25,30 @@ impl ObjectLaw {
             coordinates: law.coordinates.name().to_owned(),
             kinetic: all[..all.len() - of_terms].to_vec(),
             terms: law.terms.iter().enumerate().map(term).collect(),
+            contact: law.contact.as_ref().map(|contact| describing(contact, &law.events)),
             verdict,
             ..Self::default()
         }
+    }
+}
+
+fn describing(contact: &Contact, events: &[Impact]) -> LawContact {
+    let [restitution, friction] = contact.deviations;
+    let parameter = |name: &str, value: f64, deviation: f64| LawParameter {
+        name: name.to_owned(),
+        value,
+        deviation: Some(deviation).filter(|deviation| *deviation > 0.0),
+        unit: String::new(),
+    };
+    LawContact {
+        normal: contact.plane.normal,
+        offset: contact.plane.offset,
+        origin: contact.origin,
+        parameters: vec![
+            parameter("restitution", contact.restitution, restitution),
+            parameter("friction", contact.friction, friction),
+        ],
+        impacts: events.iter().map(|event| event.time).collect(),
     }
 }
 

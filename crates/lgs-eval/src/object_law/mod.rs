@@ -5,6 +5,7 @@ mod describe;
 pub use describe::unit_text;
 
 use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::contact::Origin;
 use lgs_mechanics::terms::Role;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,9 @@ pub struct ObjectLaw {
     pub kinetic: Vec<LawParameter>,
     /// Energies and forces; none for free motion.
     pub terms: Vec<LawTerm>,
+    /// The plane that the body collides with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<LawContact>,
     /// Claim that the scene makes about the motion.
     pub verdict: Verdict,
     /// Error of blocked forecasts inside the captured window, over the displacement in the hidden part.
@@ -47,6 +51,7 @@ impl Default for ObjectLaw {
             coupled_with: Vec::new(),
             kinetic: Vec::new(),
             terms: Vec::new(),
+            contact: None,
             verdict: Verdict::Outside,
             forecast_error: None,
             trusted: None,
@@ -69,6 +74,21 @@ pub struct LawTerm {
     pub role: Role,
     /// Values of its parameters.
     pub parameters: Vec<LawParameter>,
+}
+
+/// The plane that a body collides with, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawContact {
+    /// Unit normal of the plane, to the side of the body.
+    pub normal: [f64; 3],
+    /// Distance of the plane from the origin along its normal, world units.
+    pub offset: f64,
+    /// Where the plane comes from.
+    pub origin: Origin,
+    /// Restitution and friction.
+    pub parameters: Vec<LawParameter>,
+    /// Times of the impacts in the captured window.
+    pub impacts: Vec<f64>,
 }
 
 /// A constant of a law.

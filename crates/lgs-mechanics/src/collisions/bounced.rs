@@ -1,13 +1,17 @@
 //! A law with its contact, and how far it is known.
 
+use super::bouncing::OF_CONTACT;
+use super::samples::Samples;
 use crate::bands::{Normal, Verdict, radius};
 use crate::choose::DESCRIBED;
+use crate::contact::{Contact, Ground};
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::error::MechanicsError;
+use crate::fit::Fitted;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_TIMES, DRAWS, MOST_FRICTION};
+use crate::thresholds::{COMPARED_TIMES, DRAWS, MOST_FRICTION, NEAR_PLANE};
 use lgs_core::stream;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -27,13 +31,50 @@ pub struct Bounced {
     pub error: f64,
     /// Whitened χ² of the free flight for each independent sample.
     pub chi_square: f64,
-    /// Covariance of start, velocity, parameters, restitution and friction.
+    /// Configurations of the fitted motion at the times of the track.
+    pub predicted: Vec<Vec<f64>>,
+    /// Unknowns of law, contact and plane, the start left out.
+    pub(super) unknowns: usize,
+    /// Covariance of start, velocity, parameters, restitution, friction, tilts and shift of the plane.
     pub(super) covariance: DMatrix<f64>,
+    /// Point about which the plane tilts.
+    pub(super) about: [f64; 3],
+    pub(super) samples: Samples,
     /// First and last time of the track.
     pub(super) window: [f64; 2],
 }
 
 impl Bounced {
+    /// A fitted law that has met nothing yet, with a contact that it is expected to meet: restitution and
+    /// friction are those of the contact with its deviations, the plane is as well known as `ground` says.
+    #[must_use]
+    pub fn expecting(fitted: &Fitted, contact: Contact, ground: &Ground, window: [f64; 2]) -> Self {
+        let known = fitted.covariance.nrows();
+        let extent = contact.extent();
+        let [restitution, friction] = contact.deviations;
+        let tilt = ground.tilt_deviation(extent);
+        let own = [restitution, friction, tilt, tilt, (NEAR_PLANE * extent).hypot(ground.roughness)];
+        let mut covariance = DMatrix::zeros(known + OF_CONTACT, known + OF_CONTACT);
+        covariance.view_mut((0, 0), (known, known)).copy_from(&fitted.covariance);
+        own.iter()
+            .enumerate()
+            .for_each(|(i, deviation)| covariance[(known + i, known + i)] = deviation.powi(2));
+        Self {
+            law: Law { contact: Some(contact), ..fitted.law.clone() },
+            start: fitted.start.clone(),
+            free: 0..0,
+            deviations: [restitution, friction],
+            error: 0.0,
+            chi_square: 0.0,
+            predicted: Vec::new(),
+            unknowns: 0,
+            covariance,
+            about: ground.middle,
+            samples: Samples::default(),
+            window,
+        }
+    }
+
     /// The fitted motion at times of the track's clock.
     pub fn states(&self, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
         System::new(&self.law, Edit::NONE).states(&self.start, &self.since(times))
@@ -52,6 +93,58 @@ impl Bounced {
         };
         let draws: Vec<Option<Vec<State>>> = (0..DRAWS).map(|_| draw()).collect();
         Ok(radius(&draws, &middle, 0.9, &|a, b| self.distance(a, b)))
+    }
+
+    /// The same at ascending times of any sign since the start, infinite where too few of the drawn motions
+    /// can be followed.
+    #[must_use]
+    pub fn band(&self, since: &[f64], seed: u64) -> Vec<f64> {
+        let zero = since.partition_point(|time| *time < 0.0);
+        let of = |times: &[f64]| -> Vec<f64> {
+            let times: Vec<f64> = times.iter().map(|time| time + self.window[0]).collect();
+            self.radius(&times, seed).unwrap_or_else(|_| vec![f64::INFINITY; times.len()])
+        };
+        // The past may end at the plane: it is followed step by step.
+        let past = (0..zero).map(|k| of(&since[k..k + 1])[0]);
+        past.collect::<Vec<_>>().into_iter().chain(of(&since[zero..])).collect()
+    }
+
+    /// Time of the first impact since the start, up to a time.
+    #[must_use]
+    pub fn first_impact(&self, until: f64) -> Option<f64> {
+        let met = System::new(&self.law, Edit::NONE).impacts(&self.start, until).ok()?;
+        met.first().map(|impact| impact.time)
+    }
+
+    /// Whether the motion stays within the noise of the track, before and after impacts.
+    #[must_use]
+    pub fn is_within_noise(&self) -> bool {
+        self.chi_square <= DESCRIBED
+            && self.samples.is_within_noise_later(&self.law.coordinates, &self.predicted)
+    }
+
+    /// Length of the fitted path at the times of the track, world units.
+    #[must_use]
+    pub fn path(&self) -> f64 {
+        let levers = self.law.coordinates.levers();
+        let step = |pair: &[Vec<f64>]| {
+            let change = self.law.coordinates.difference(&pair[0], &pair[1]);
+            change.iter().zip(&levers).map(|(d, lever)| (lever * d).powi(2)).sum::<f64>().sqrt()
+        };
+        self.predicted.windows(2).map(step).sum()
+    }
+
+    /// Evidence of the law against other motions: χ² with the penalty of all unknowns, smaller for likelier.
+    #[must_use]
+    pub fn evidence(&self) -> f64 {
+        self.evidence_of(&self.predicted, self.unknowns as f64)
+    }
+
+    /// The same of other configurations at the times of the track, by a law with so many unknowns beside its
+    /// start.
+    #[must_use]
+    pub fn evidence_of(&self, predicted: &[Vec<f64>], unknowns: f64) -> f64 {
+        self.samples.evidence(&self.law.coordinates, predicted, unknowns)
     }
 
     /// Distance of two states, world units: root mean square over the points of the body.
@@ -97,8 +190,10 @@ impl Bounced {
         let v = self.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
         let mut law = self.law.clone();
         law.parameters.iter_mut().enumerate().for_each(|(i, p)| *p += change[2 * n + i]);
-        let own = change.len() - 2;
+        let own = change.len() - OF_CONTACT;
         if let Some(contact) = &mut law.contact {
+            contact.plane =
+                contact.plane.changed(self.about, [change[own + 2], change[own + 3]], change[own + 4]);
             contact.restitution = (contact.restitution + change[own]).clamp(0.0, 1.0);
             contact.friction = (contact.friction + change[own + 1]).clamp(0.0, MOST_FRICTION);
         }

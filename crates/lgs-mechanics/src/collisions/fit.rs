@@ -1,20 +1,22 @@
-//! Fits through impacts: start and law from the free flight, then restitution and friction with all of them.
+//! Fits through impacts: a law from the flights, then start, law and contact together.
 
+use super::body::{Body, Observed};
 use super::bounced::Bounced;
+use super::bouncing::{Bouncing, Freedom};
+use super::flights::{flights, trimmed};
+use super::laws::{FlightLaw, law_of_flights};
+use super::plane_of_impact::fitted_planes;
+use super::samples::Samples;
 use crate::candidate::Candidate;
-use crate::contact::{Contact, impacts};
-use crate::coordinates::State;
+use crate::contact::{Contact, Ground, Origin, Surface, impacts};
+use crate::coordinates::{Ball, Coordinates, Port, State};
 use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::explain::check_track;
-use crate::fit::{Fitted, Minimum, Problem, Settings, Track, Unknown, first_values, minimise, shoot};
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{
-    CONTACT_ITERATIONS, CONTACT_PASSES, CONTACT_SPREAD, FEWEST_TIMES, FRICTIONS, MOST_FRICTION, NEAR_PLANE,
-    RESTITUTIONS,
-};
-use nalgebra::DVector;
+use crate::terms::Term;
+use crate::thresholds::{DEEPEST, EXACT, FEWEST_TIMES, FILLED, NEAR_PLANE, OF_SCALE};
 use std::ops::Range;
 
 /// Fits a candidate with a contact, whose restitution and friction are to be found, to configurations at
@@ -30,197 +32,191 @@ pub fn fit(
 ) -> Result<Bounced, MechanicsError> {
     contact.check(&candidate.coordinates)?;
     let x = check_track(std::slice::from_ref(candidate), times, x)?;
-    let no_fit = || MechanicsError::NoFit { candidates: 1 };
-    let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
-    let mut free = 0..first_touch(candidate, (&since, &x), contact);
-    loop {
-        check_track(std::slice::from_ref(candidate), &times[free.clone()], &x[free.clone()])?;
-        let track = Track::new(&candidate.coordinates, &since[free.clone()], &x[free.clone()]);
-        let fitted = flight(candidate, &track).ok_or_else(no_fit)?;
-        let mut law = fitted.law.clone();
-        law.contact = Some(contact.clone());
-        let met = System::new(&law, Edit::NONE).impacts(&fitted.start, since[free.end - 1])?;
-        let kept = met.first().map_or(free.end, |impact| since.partition_point(|time| *time <= impact.time));
+    let body = body_of(candidate, contact)?;
+    let seen = Observed { times, x: &x, least: [0.0; 2] };
+    let touching = touching(&body, &seen, contact);
+    let flights = flights(times, &seen.centers(), &touching);
+    let first = flights.first().filter(|flight| flight.start == 0).map_or(0, Range::len);
+    if first < FEWEST_TIMES {
+        let what = "times before the first impact".to_owned();
+        return Err(MechanicsError::Size { what, expected: FEWEST_TIMES, found: first });
+    }
+    let extent = body.surface.extent();
+    let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent, unknowns: 0 };
+    let known = |_: &FlightLaw| vec![(contact.clone(), freedom)];
+    through(&body, &seen, flights, &known).ok_or(MechanicsError::NoFit { candidates: 1 })
+}
+
+/// The law with a contact that explains a track with impacts best: on one of the planes at rest that the body
+/// meets, or on one that the impacts themselves tell of. `None` where there is no impact or no law.
+#[must_use]
+pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
+    let met = body.grounds.iter().filter_map(|ground| on_ground(body, seen, ground));
+    if let Some(found) = met.min_by(|a, b| a.evidence().total_cmp(&b.evidence())) {
+        return Some(found);
+    }
+    let centers = seen.centers();
+    if impacts(seen.times, &centers).is_empty() {
+        return None;
+    }
+    let flights = flights(seen.times, &centers, &vec![false; seen.times.len()]);
+    let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights);
+    through(body, seen, flights.clone(), &planes)
+}
+
+/// The law with a contact on a plane at rest, if the body comes from above it and meets it.
+fn on_ground(body: &Body, seen: &Observed, ground: &Ground) -> Option<Bounced> {
+    let contact = Contact { origin: Origin::Observed, ..Contact::of(ground.plane, &body.surface, 0.0) };
+    let gaps: Vec<f64> = seen.x.iter().map(|x| contact.gap(x)).collect();
+    let lowest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let extent = body.surface.extent();
+    let touching = touching(body, seen, &contact);
+    let flights = flights(seen.times, &seen.centers(), &touching);
+    let stays_free = flights.len() == 1 && flights[0].len() == seen.times.len();
+    if lowest < -DEEPEST * extent || lowest > DEEPEST * extent || touching[0] || stays_free {
+        return None;
+    }
+    let freedom = Freedom {
+        about: seen.centers()[seen.times.len() / 2],
+        tilt: ground.tilt_deviation(extent),
+        shift: (NEAR_PLANE * extent).hypot(ground.roughness),
+        unknowns: 0,
+    };
+    through(body, seen, flights, &|_: &FlightLaw| vec![(contact.clone(), freedom)])
+}
+
+/// Samples that are as near to the plane as poses are known.
+fn touching(body: &Body, seen: &Observed, contact: &Contact) -> Vec<bool> {
+    let near = NEAR_PLANE * body.surface.extent() + seen.least[1];
+    seen.x.iter().map(|x| contact.gap(x) <= near).collect()
+}
+
+/// Planes with their freedom, from the law of the flights.
+type Planes<'a> = dyn Fn(&FlightLaw) -> Vec<(Contact, Freedom)> + 'a;
+
+/// The likeliest motion through the ends of flights on one of several planes.
+fn through(
+    body: &Body,
+    seen: &Observed,
+    mut flights: Vec<Range<usize>>,
+    planes: &Planes<'_>,
+) -> Option<Bounced> {
+    let since = seen.since();
+    let law = loop {
+        let law = law_of_flights(body, seen, &flights)?;
         // A flight that goes through the plane holds samples of its impact.
-        if (FEWEST_TIMES..free.end).contains(&kept) {
-            free.end = kept;
-            continue;
+        let options = planes(&law);
+        let (contact, _) = options.first()?;
+        let kept = first_impact(&law, contact, since[flights[0].end - 1])?
+            .map_or(flights[0].end, |time| since.partition_point(|other| *other <= time));
+        let is_late = contact.origin != Origin::Fitted && (FEWEST_TIMES..flights[0].end).contains(&kept);
+        if !is_late {
+            break law;
         }
-        let problem = Bouncing::new(law, (since, x), &track, &fitted);
-        return problem.solve(&fitted, free, (times[0], track.independent_samples())).ok_or_else(no_fit);
-    }
+        flights[0].end = kept;
+    };
+    let on_plane =
+        |(contact, freedom): (Contact, Freedom)| on_plane(body, seen, (&law, &flights), &contact, freedom);
+    let found = planes(&law).into_iter().filter_map(on_plane);
+    found.min_by(|a, b| a.evidence().total_cmp(&b.evidence()))
 }
 
-/// Samples before the first impact: before a jump of the centre's velocity, or before a point comes as near
-/// to the plane as poses are known.
-fn first_touch(candidate: &Candidate, (times, x): (&[f64], &[Vec<f64>]), contact: &Contact) -> usize {
-    let place = candidate.coordinates.len() - 3;
-    let centers: Vec<[f64; 3]> = x.iter().map(|x| [x[place], x[place + 1], x[place + 2]]).collect();
-    let jump = impacts(times, &centers).first().map_or(f64::INFINITY, |impact| impact.time);
-    let before = times.partition_point(|time| *time <= jump);
-    let near = NEAR_PLANE * contact.extent();
-    let touch = x.iter().position(|x| contact.gap(x) <= near).unwrap_or(before);
-    before.min(touch)
+/// Time of the first impact of the first flight's motion.
+fn first_impact(law: &FlightLaw, contact: &Contact, until: f64) -> Option<Option<f64>> {
+    let motion = with_contact(law, &law.candidate.coordinates, contact)?;
+    let met = System::new(&motion, Edit::NONE).impacts(&law.flights[0].1, until).ok()?;
+    Some(met.first().map(|impact| impact.time))
 }
 
-/// The free flight.
-fn flight(candidate: &Candidate, track: &Track) -> Option<Fitted> {
-    let scales = track.scales(&candidate.coordinates);
-    let begin = &track.smooth[0].0;
-    let fits = first_values(candidate, track, &scales, 1)
-        .into_iter()
-        .filter_map(|values| shoot(candidate, track, (&scales, begin), &values, &Settings::default()));
-    fits.min_by(|a, b| a.loss.total_cmp(&b.loss))
+/// The law of flights in coordinates, with a contact whose resting speed is that of a fall by what is not
+/// known of body and plane.
+fn with_contact(law: &FlightLaw, coordinates: &Coordinates, contact: &Contact) -> Option<Law> {
+    let terms = law.candidate.terms.clone();
+    let mut motion = Law::new(coordinates.clone(), terms, law.parameters.clone(), law.step).ok()?;
+    let (_, state) = &law.flights[0];
+    let [pull, _] = System::new(&motion, Edit::NONE).accelerations(state);
+    let acceleration = pull[pull.len() - 3..].iter().map(|a| a * a).sum::<f64>().sqrt();
+    let noise = law.noise[law.noise.len() - 3..].iter().map(|noise| noise.deviation).fold(0.0, f64::max);
+    let unknown = noise.max(NEAR_PLANE * contact.extent());
+    let resting_speed = contact.resting_speed.max(Contact::resting_speed(acceleration, unknown));
+    motion.contact = Some(Contact { resting_speed, ..contact.clone() });
+    Some(motion)
 }
 
-/// Start, parameters, restitution and friction as unknowns.
-struct Bouncing {
-    law: Law,
-    first: State,
-    times: Vec<f64>,
-    x: Vec<Vec<f64>>,
-    levers: Vec<f64>,
-    /// Weights of the samples of the free flight, then one for all others.
-    weights: Vec<Vec<f64>>,
-    later: f64,
-    /// Restitution and friction around which both are sought.
-    middle: [f64; 2],
-    unknowns: Vec<Unknown>,
+/// The motion through impacts on a plane, for the better of a body that is filled and one whose mass is
+/// where its particles are.
+fn on_plane(
+    body: &Body,
+    seen: &Observed,
+    (law, flights): (&FlightLaw, &[Range<usize>]),
+    contact: &Contact,
+    freedom: Freedom,
+) -> Option<Bounced> {
+    let since = seen.since();
+    let samples = Samples::new(
+        &since,
+        seen.x.to_vec(),
+        &law.noise,
+        (flights[0].end, left_out(law, flights, since.len())),
+    );
+    let scales = scales(law, since[flights[0].end - 1]);
+    let with_inertia = |coordinates: Coordinates| {
+        let motion = with_contact(law, &coordinates, contact)?;
+        let start: State = law.flights[0].1.clone();
+        let given = (since.clone(), samples.clone());
+        let bouncing = Bouncing::new((motion, start), given, (&law.bounds, &scales), freedom)?;
+        let (pair, error) = bouncing.coarse()?;
+        Some((bouncing, pair, error))
+    };
+    let tried = masses(&law.candidate.coordinates, body.is_shell).into_iter().filter_map(with_inertia);
+    let (bouncing, pair, _) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    bouncing.solve(pair, seen.times[0])
 }
 
-impl Bouncing {
-    fn new(law: Law, (times, x): (Vec<f64>, Vec<Vec<f64>>), track: &Track, fitted: &Fitted) -> Self {
-        let deviation = |i: usize| fitted.covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-        let free = |i| Unknown { scale: deviation(i), lower: f64::NEG_INFINITY, upper: f64::INFINITY };
-        let mut unknowns: Vec<Unknown> = (0..fitted.covariance.nrows()).map(free).collect();
-        let start = 2 * fitted.start.v.len();
-        for (unknown, [lower, upper]) in unknowns[start..].iter_mut().zip(&fitted.bounds) {
-            (unknown.lower, unknown.upper) = (*lower, *upper);
-        }
-        unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: 1.0 });
-        unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: MOST_FRICTION });
-        let levers = law.coordinates.levers();
-        let first = fitted.start.clone();
-        Self {
-            law,
-            first,
-            times,
-            x,
-            levers,
-            weights: track.weights(),
-            later: 0.0,
-            middle: [0.0; 2],
-            unknowns,
-        }
+/// Coordinates with the inertia of the particles, and that of a body which they are the surface of.
+fn masses(coordinates: &Coordinates, is_shell: bool) -> Vec<Coordinates> {
+    let mut found = vec![coordinates.clone()];
+    if let (Coordinates::Rigid(inertia), true) = (coordinates, is_shell) {
+        let mut filled = *inertia;
+        filled.moments.iter_mut().for_each(|moment| *moment *= FILLED);
+        found.push(Coordinates::Rigid(filled));
     }
-
-    /// Values at the free flight's fit with a restitution and a friction.
-    fn values(&self, [restitution, friction]: [f64; 2]) -> Vec<f64> {
-        let still = vec![0.0; self.first.v.len()];
-        [&still, self.first.v.as_slice(), &self.law.parameters, &[restitution, friction]].concat()
-    }
-
-    /// Law and start at values of the unknowns.
-    fn motion(&self, values: &[f64]) -> (Law, State) {
-        let n = self.first.v.len();
-        let x = self.law.coordinates.retract(&self.first.x, &values[..n]);
-        let (parameters, own) = values[2 * n..].split_at(values.len() - 2 * n - 2);
-        let mut law = self.law.clone();
-        law.parameters = parameters.to_vec();
-        if let Some(contact) = &mut law.contact {
-            (contact.restitution, contact.friction) = (own[0].clamp(0.0, 1.0), own[1].max(0.0));
-        }
-        (law, State { x, v: values[n..2 * n].to_vec() })
-    }
-
-    /// Differences from the track, `[T][freedoms]`.
-    fn differences(&self, values: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let (law, start) = self.motion(values);
-        let states = System::new(&law, Edit::NONE).states(&start, &self.times).ok()?;
-        let pairs = states.iter().zip(&self.x);
-        Some(pairs.map(|(state, x)| law.coordinates.difference(x, &state.x)).collect())
-    }
-
-    /// Mean distance from the samples after the free flight.
-    fn error(&self, values: &[f64]) -> Option<f64> {
-        let later = &self.differences(values)?[self.weights.len()..];
-        let distance = |change: &Vec<f64>| {
-            change.iter().zip(&self.levers).map(|(d, lever)| (lever * d).powi(2)).sum::<f64>().sqrt()
-        };
-        Some(later.iter().map(distance).sum::<f64>() / later.len().max(1) as f64)
-    }
-
-    /// Restitution and friction with the least error over a grid.
-    fn coarse(&self) -> Option<([f64; 2], f64)> {
-        let pairs = RESTITUTIONS.iter().flat_map(|&e| FRICTIONS.iter().map(move |&f| [e, f]));
-        let tried = pairs.filter_map(|pair| Some((pair, self.error(&self.values(pair))?)));
-        tried.min_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
-    /// Minimum over all unknowns, and the mean distance that it leaves after the free flight.
-    fn minimum(&mut self, seen: usize) -> Option<(Minimum, f64)> {
-        let (pair, mut error) = self.coarse()?;
-        self.middle = pair;
-        let settings = Settings { iterations: CONTACT_ITERATIONS, ..Settings::default() };
-        let later = (self.x.len() - seen).max(1) as f64;
-        let mut values = self.values(pair);
-        let mut minimum = None;
-        for _ in 0..CONTACT_PASSES {
-            // Errors after an impact are those of the model of contact, which all later samples share.
-            self.later = if error > 0.0 { 1.0 / (error * later.sqrt()) } else { 0.0 };
-            let found = minimise(&*self, &values, &settings)?;
-            error = self.error(&found.values)?;
-            values.clone_from(&found.values);
-            minimum = Some(found);
-        }
-        Some((minimum?, error))
-    }
-
-    fn solve(
-        mut self,
-        fitted: &Fitted,
-        free: Range<usize>,
-        (first, track_samples): (f64, f64),
-    ) -> Option<Bounced> {
-        let (minimum, error) = self.minimum(free.len())?;
-        let covariance = minimum.information.pseudo_inverse(f64::MIN_POSITIVE).ok()?;
-        let last = covariance.nrows();
-        let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
-        let (mut law, start) = self.motion(&minimum.values);
-        law.deviations = fitted.law.deviations.clone();
-        let until = self.times[self.times.len() - 1];
-        law.events = System::new(&law, Edit::NONE).impacts(&start, until).ok()?;
-        let deviations = [deviation(last - 2), deviation(last - 1)];
-        let chi_square = fitted.loss / track_samples.max(1.0);
-        Some(Bounced {
-            law,
-            start,
-            free,
-            deviations,
-            error,
-            chi_square,
-            covariance,
-            window: [first, first + until],
-        })
-    }
+    found
 }
 
-impl Problem for Bouncing {
-    fn unknowns(&self) -> &[Unknown] {
-        &self.unknowns
-    }
+/// Samples that are smeared by an impact.
+fn left_out(law: &FlightLaw, flights: &[Range<usize>], samples: usize) -> Vec<bool> {
+    let kept = trimmed(flights, law.blurred, samples);
+    let is_out = |k: usize| {
+        let within = |ranges: &[Range<usize>]| ranges.iter().any(|range| range.contains(&k));
+        within(flights) && !within(&kept)
+    };
+    (0..samples).map(is_out).collect()
+}
 
-    fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
-        let mut residuals = Vec::new();
-        for (sample, change) in self.differences(values)?.iter().enumerate() {
-            match self.weights.get(sample) {
-                Some(weights) => residuals.extend(change.iter().zip(weights).map(|(d, w)| d * w)),
-                None => residuals.extend(change.iter().zip(&self.levers).map(|(d, l)| d * l * self.later)),
-            }
+/// Sizes of changes of the start, of its velocity and of the parameters.
+fn scales(law: &FlightLaw, duration: f64) -> Vec<f64> {
+    let places: Vec<f64> = law.noise.iter().map(|noise| noise.deviation).collect();
+    let rates = places.iter().map(|place| place / duration);
+    places.iter().copied().chain(rates).chain(law.scales.iter().map(|scale| OF_SCALE * scale)).collect()
+}
+
+/// The body of a candidate with a contact.
+fn body_of(candidate: &Candidate, contact: &Contact) -> Result<Body, MechanicsError> {
+    let surface = Surface { points: contact.points.clone(), radius: contact.radius };
+    let coordinates = candidate.coordinates.clone();
+    let own = |port: &dyn Fn(&Term) -> bool| -> Vec<Term> {
+        candidate.terms.iter().copied().filter(|term| port(term)).collect()
+    };
+    let of_center = own(&|term| [Port::Center, Port::Whole].contains(&term.port));
+    let of_center = of_center.into_iter().map(|term| Term { port: Port::Whole, ..term }).collect();
+    let centers = vec![Candidate::new(Coordinates::Point, of_center)?];
+    let spins = match coordinates.inertia() {
+        Some(&inertia) => {
+            let ball = Coordinates::Ball(Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia });
+            vec![Candidate::new(ball, own(&|term| term.port != Port::Center))?]
         }
-        let own = &values[values.len() - 2..];
-        residuals
-            .extend(own.iter().zip(self.middle).map(|(value, middle)| (value - middle) / CONTACT_SPREAD));
-        Some(DVector::from_vec(residuals))
-    }
+        None => Vec::new(),
+    };
+    Ok(Body { coordinates, centers, spins, surface, grounds: Vec::new(), is_shell: false })
 }

@@ -1,7 +1,14 @@
 //! Fits of laws with a contact to tracks that bounce (method §5.7).
 
+mod body;
 mod bounced;
+mod bouncing;
 mod fit;
+mod flights;
+mod laws;
+mod plane_of_impact;
+mod samples;
 
+pub use body::{Body, Observed};
 pub use bounced::Bounced;
-pub use fit::fit;
+pub use fit::{explain, fit};

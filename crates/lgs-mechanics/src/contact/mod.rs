@@ -8,14 +8,16 @@
 
 mod impact;
 mod impulses;
+mod observed;
 mod plane;
 mod points;
 mod surfaces;
 
 pub use impact::{Impact, impacts, pieces};
+pub use observed::{Ground, planes};
 pub use plane::Plane;
-pub use points::extreme_points;
-pub use surfaces::Contact;
+pub use points::{Surface, extreme_points};
+pub use surfaces::{Contact, Origin};
 
 pub(crate) use impact::check_order;
 pub(crate) use impulses::{Body, Touch, solve};

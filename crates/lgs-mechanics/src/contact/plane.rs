@@ -23,6 +23,17 @@ impl Plane {
         DVec3::from(self.normal).dot(point) - self.offset
     }
 
+    /// The plane after small turns about a point of it, by the two `tilts` across its normal (radians), and a
+    /// shift along the new normal.
+    #[must_use]
+    pub fn changed(&self, about: [f64; 3], tilts: [f64; 2], shift: f64) -> Self {
+        let (normal, about) = (DVec3::from(self.normal), DVec3::from(about));
+        let (first, second) = normal.any_orthonormal_pair();
+        let turned = (normal + first * tilts[0] + second * tilts[1]).normalize();
+        let about = about - normal * self.height(about);
+        Self { normal: turned.to_array(), offset: turned.dot(about) + shift }
+    }
+
     /// Checks that the normal has length 1 and all is finite.
     pub fn check(&self) -> Result<(), MechanicsError> {
         let length = DVec3::from(self.normal).length();

@@ -1,7 +1,67 @@
-//! Extreme points of a hull.
+//! The surface by which a body touches: extreme points of its hull, or a sphere.
 
-use crate::thresholds::DIRECTIONS;
+use crate::thresholds::{DIRECTIONS, FEWEST_OF_SPHERE, FINEST_CORNER, ROUND};
 use glam::DVec3;
+
+/// The surface by which a body touches a plane, from its centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Points that may touch, world units.
+    pub points: Vec<[f64; 3]>,
+    /// Radius of the spheres around the points, world units: 0 for corners.
+    pub radius: f64,
+}
+
+impl Surface {
+    /// The surface of a body with particles at some places from its centre: a sphere around their middle
+    /// where all lie equally far from it, or reach equally far in all directions, else the corners of their
+    /// hull.
+    #[must_use]
+    pub fn of(points: &[[f64; 3]]) -> Self {
+        let count = points.len().max(1) as f64;
+        let middle = points.iter().map(|point| DVec3::from(*point)).sum::<DVec3>() / count;
+        let away = |k: usize| Some(DVec3::from(points[farthest(points, direction(k))?]) - middle);
+        let along = |k: usize| away(k).map(|away| direction(k).dot(away));
+        let reaches: Vec<f64> = (0..DIRECTIONS).filter_map(along).collect();
+        let distances: Vec<f64> = points.iter().map(|point| middle.distance(DVec3::from(*point))).collect();
+        for lengths in [&distances, &reaches] {
+            let (mean, spread) = mean_and_spread(lengths);
+            if points.len() >= FEWEST_OF_SPHERE && spread <= ROUND * mean {
+                return Self { points: vec![middle.to_array()], radius: mean };
+            }
+        }
+        Self { points: corners(points, FINEST_CORNER * mean_and_spread(&reaches).0), radius: 0.0 }
+    }
+
+    /// Largest distance of the surface from the centre.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        let length = |point: &[f64; 3]| DVec3::from(*point).length();
+        self.points.iter().map(length).fold(0.0, f64::max) + self.radius
+    }
+}
+
+/// Mean and standard deviation.
+fn mean_and_spread(lengths: &[f64]) -> (f64, f64) {
+    let count = lengths.len().max(1) as f64;
+    let mean = lengths.iter().sum::<f64>() / count;
+    let square = lengths.iter().map(|length| (length - mean).powi(2)).sum::<f64>();
+    (mean, (square / count).sqrt())
+}
+
+/// Extreme points such that the hull of all others reaches farther by less than a length.
+fn corners(points: &[[f64; 3]], length: f64) -> Vec<[f64; 3]> {
+    let mut kept: Vec<[f64; 3]> = Vec::new();
+    for k in 0..DIRECTIONS {
+        let along = |point: &[f64; 3]| direction(k).dot(DVec3::from(*point));
+        let Some(index) = farthest(points, direction(k)) else { continue };
+        let reach = kept.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+        if along(&points[index]) > reach + length {
+            kept.push(points[index]);
+        }
+    }
+    kept
+}
 
 /// The points that lie farthest in some direction, in their order: corners of the hull, at most as many as
 /// there are directions spread evenly over the sphere (about 5° apart).

@@ -1,9 +1,24 @@
 //! The plane that a body collides with, and the surface by which it does.
 
 use super::plane::Plane;
+use super::points::Surface;
 use crate::coordinates::Coordinates;
 use crate::error::MechanicsError;
+use crate::thresholds::{EXPECTED_FRICTION, EXPECTED_RESTITUTION};
 use serde::{Deserialize, Serialize};
+
+/// Where the plane of a contact comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// It was given.
+    #[default]
+    Given,
+    /// Points at rest lie in it.
+    Observed,
+    /// The impacts of a track tell of it.
+    Fitted,
+}
 
 /// The plane that a body collides with, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,13 +38,48 @@ pub struct Contact {
     /// Speed of approach below which a contact stays closed, world units per time: that of a fall by less
     /// than the noise of the track, see [`Contact::resting_speed`].
     pub resting_speed: f64,
+    /// Standard deviations of restitution and friction; 0 where they are given.
+    #[serde(default)]
+    pub deviations: [f64; 2],
+    /// Where the plane comes from.
+    #[serde(default)]
+    pub origin: Origin,
 }
 
 impl Contact {
+    /// A contact of a surface with a plane whose restitution and friction are to be found.
+    #[must_use]
+    pub fn of(plane: Plane, surface: &Surface, resting_speed: f64) -> Self {
+        let Surface { points, radius } = surface.clone();
+        Self {
+            plane,
+            points,
+            radius,
+            restitution: 0.0,
+            friction: 0.0,
+            resting_speed,
+            deviations: [0.0; 2],
+            origin: Origin::Given,
+        }
+    }
+
     /// Speed of a fall by the length `noise` under an acceleration: bounces below it cannot be seen.
     #[must_use]
     pub fn resting_speed(acceleration: f64, noise: f64) -> f64 {
         (2.0 * acceleration * noise).sqrt()
+    }
+
+    /// The contact with restitution and friction as they are for most dull solids, where no impact has been
+    /// seen: each could be anything between none and twice that.
+    #[must_use]
+    pub fn expected(plane: Plane, surface: &Surface, resting_speed: f64) -> Self {
+        Self {
+            restitution: EXPECTED_RESTITUTION,
+            friction: EXPECTED_FRICTION,
+            deviations: [EXPECTED_RESTITUTION, EXPECTED_FRICTION],
+            origin: Origin::Observed,
+            ..Self::of(plane, surface, resting_speed)
+        }
     }
 
     /// Checks that coordinates can collide and that all values make sense.
@@ -43,7 +93,8 @@ impl Contact {
             let what = "points of a contact".to_owned();
             return Err(MechanicsError::Size { what, expected: 1, found: 0 });
         }
-        let all = [self.radius, self.friction, self.resting_speed];
+        let [restitution, friction] = self.deviations;
+        let all = [self.radius, self.friction, self.resting_speed, restitution, friction];
         let numbers = self.points.iter().flatten().map(|value| value.abs()).chain(all);
         for value in numbers.chain([self.restitution, 1.0 - self.restitution]) {
             if !(value >= 0.0 && value.is_finite()) {
@@ -56,7 +107,8 @@ impl Contact {
     }
 
     /// Largest distance of the surface from the centre.
-    pub(crate) fn extent(&self) -> f64 {
+    #[must_use]
+    pub fn extent(&self) -> f64 {
         let length = |point: &[f64; 3]| point.iter().map(|p| p * p).sum::<f64>().sqrt();
         self.points.iter().map(length).fold(0.0, f64::max) + self.radius
     }

@@ -53,7 +53,7 @@ pub fn shoot(
 }
 
 /// Inverse of a positive semidefinite matrix; directions without information get none.
-fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub(crate) fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let diagonal: Vec<f64> = matrix.diagonal().iter().map(|d| d.max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled =
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / (diagonal[i] * diagonal[j]));

@@ -7,15 +7,18 @@ mod fitted;
 mod levenberg;
 mod regression;
 mod segments;
+mod shared;
 mod shooting;
 mod starts;
 #[cfg(test)]
 mod tests;
 mod track;
 
+pub(crate) use fitted::inverse;
 pub use fitted::{Fitted, shoot};
 pub use levenberg::{Minimum, Problem, Settings, Unknown, finite_differences, minimise};
 pub use regression::{Regression, regress};
 pub use segments::approach;
+pub use shared::{Shared, shoot_each};
 pub use starts::first_values;
 pub use track::Track;

@@ -47,7 +47,7 @@ impl<'a> Segments<'a> {
     }
 
     /// Values of one segment.
-    fn own(&self, segment: usize, values: &[f64]) -> Vec<f64> {
+    pub(super) fn own(&self, segment: usize, values: &[f64]) -> Vec<f64> {
         let first = segment * self.start;
         [&values[first..first + self.start], self.parameters(values)].concat()
     }

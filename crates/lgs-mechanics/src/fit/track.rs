@@ -50,6 +50,35 @@ impl Track {
         }
     }
 
+    /// The same, no better known than to a standard deviation: of rotations in radians, of everything else in
+    /// world units.
+    #[must_use]
+    pub fn coarsened(mut self, coordinates: &Coordinates, [turn, place]: [f64; 2]) -> Self {
+        let turns = if coordinates.has_rotation() { 3 } else { 0 };
+        for (i, noise) in self.noise.iter_mut().enumerate() {
+            noise.deviation = noise.deviation.hypot(if i < turns { turn } else { place });
+        }
+        self
+    }
+
+    /// Gives tracks of one object the same noise: the mean of their variances and correlations, each counted
+    /// by the samples that are left over by position and velocity.
+    pub fn share_noise(tracks: &mut [Self]) {
+        let weights: Vec<f64> = tracks.iter().map(|track| track.times.len() as f64 - 2.0).collect();
+        let total: f64 = weights.iter().sum();
+        let components = tracks.iter().map(|track| track.noise.len()).min().unwrap_or(0);
+        for i in 0..components {
+            let mean = |value: &dyn Fn(&Noise) -> f64| {
+                let parts =
+                    tracks.iter().zip(&weights).map(|(track, weight)| weight * value(&track.noise[i]));
+                parts.sum::<f64>() / total
+            };
+            let deviation = mean(&|noise| noise.deviation.powi(2)).sqrt();
+            let correlation = mean(&|noise| noise.correlation);
+            tracks.iter_mut().for_each(|track| track.noise[i] = Noise { deviation, correlation });
+        }
+    }
+
     /// Scales of the path: extent, duration, centre and principal axes. Rotations have no extent of their
     /// own: that of a ball joint is its arm.
     #[must_use]

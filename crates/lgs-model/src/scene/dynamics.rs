@@ -141,6 +141,16 @@ impl GeneralisedDynamics {
         times.iter().map(at).collect()
     }
 
+    /// The same with the record of its own impacts up to a time, by which the way back past them is known.
+    #[must_use]
+    pub fn with_impacts(mut self, until: f64) -> Self {
+        if self.law.contact.is_some() {
+            let system = lgs_mechanics::System::new(&self.law, lgs_mechanics::Edit::NONE);
+            self.law.events = system.impacts(&self.start, until).unwrap_or_default();
+        }
+        self
+    }
+
     /// Particles that are at `points` at t = 0, in a configuration.
     #[must_use]
     pub fn placed(&self, points: &[[f32; 3]], state: &coordinates::State) -> State {

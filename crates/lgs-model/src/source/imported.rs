@@ -128,8 +128,19 @@ impl SourceModel for ImportedFrames {
         Some([*self.frames.times.first()?, *self.frames.times.last()?])
     }
 
-    fn known_times(&self) -> Option<usize> {
-        Some(self.frames.times.len())
+    fn known_times(&self) -> Option<&[f32]> {
+        Some(&self.frames.times)
+    }
+
+    fn before(&self, time: f32) -> Option<Box<dyn SourceModel>> {
+        let mut frames = self.frames.clone();
+        let kept = frames.times.partition_point(|&t| t < time);
+        frames.times.truncate(kept);
+        frames.positions.truncate(kept);
+        if frames.rotations.len() > 1 {
+            frames.rotations.truncate(kept.max(1));
+        }
+        Some(Box::new(Self { frames }))
     }
 
     fn to_tensors(&self) -> TensorFile {

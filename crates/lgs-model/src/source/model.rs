@@ -34,9 +34,14 @@ pub trait SourceModel: Send + Sync {
         None
     }
 
-    /// Number of times that the motion is known at, where it comes from frames and not from a function of
+    /// Times that the motion is known at, ascending, where it comes from frames and not from a function of
     /// time.
-    fn known_times(&self) -> Option<usize> {
+    fn known_times(&self) -> Option<&[f32]> {
+        None
+    }
+
+    /// The model without what it knows of a time and those after it, where it comes from frames.
+    fn before(&self, _time: f32) -> Option<Box<dyn SourceModel>> {
         None
     }
 

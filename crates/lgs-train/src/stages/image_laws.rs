@@ -190,6 +190,7 @@ fn poses_of(scene: &LagrangianScene, object: &ObjectModel, (times, found): (&[f3
         poses: times.iter().zip(found).map(pose).collect(),
         shape,
         slow_error: square_error.sqrt(),
+        surroundings: scene.static_gaussians.means.iter().map(|p| p.map(f64::from)).collect(),
     }
 }
 

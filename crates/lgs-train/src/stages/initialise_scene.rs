@@ -20,6 +20,7 @@ use super::motion_options::MotionOptions;
 use super::observed_motion::{TrainingFrames, observed_to_move};
 use super::recorder::Recorder;
 use crate::error::TrainError;
+use crate::thresholds::{EVEN, FEWEST_FRAMES};
 
 /// A distilled scene with the report of every object.
 pub struct InitialScene {
@@ -61,8 +62,8 @@ pub fn initialise_scene(
     request: &InitialSceneRequest<'_>,
     progress: &mut dyn FnMut(usize, usize, DistillProgress),
 ) -> Result<InitialScene, TrainError> {
-    let steps = (request.time_window / request.motion.dt).round().max(1.0) as usize;
-    let times: Vec<f32> = (0..=steps).map(|i| i as f32 * request.motion.dt).collect();
+    let times = sampled_times(source, request);
+    let dt = times[1] - times[0];
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();
     let cloud = source.cloud_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
@@ -79,13 +80,34 @@ pub fn initialise_scene(
     let partition = found.with_only(&seen);
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
     let recorder = Recorder { source, trajectories: &trajectories, config: &object };
-    Ok(assemble(&cloud, distilled, request, &recorder))
+    Ok(assemble(&cloud, distilled, (request, dt), &recorder))
+}
+
+/// Times at which the source is sampled: those of its frames, if these lie evenly apart and are enough for
+/// everything that is fitted to them, else a grid of Δτ. What is between frames is a guess, above all at an
+/// impact.
+fn sampled_times(source: &dyn SourceModel, request: &InitialSceneRequest<'_>) -> Vec<f32> {
+    let window = request.time_window;
+    let known = source.known_times().unwrap_or_default();
+    let in_window = known.iter().filter(|&&time| time >= 0.0 && time <= window * (1.0 + EVEN)).count();
+    let frames = &known[known.partition_point(|&time| time < 0.0)..][..in_window];
+    if let [first, .., last] = *frames
+        && frames.len() >= FEWEST_FRAMES
+    {
+        let dt = (last - first) / (frames.len() - 1) as f32;
+        let is_even = |(i, time): (usize, &f32)| (time - i as f32 * dt).abs() <= EVEN * dt;
+        if frames.iter().enumerate().all(is_even) {
+            return frames.to_vec();
+        }
+    }
+    let steps = (window / request.motion.dt).round().max(1.0) as usize;
+    (0..=steps).map(|i| i as f32 * request.motion.dt).collect()
 }
 
 fn assemble(
     cloud: &GaussianCloud,
     distilled: SceneDistillation,
-    request: &InitialSceneRequest<'_>,
+    (request, dt): (&InitialSceneRequest<'_>, f32),
     recorder: &Recorder<'_>,
 ) -> InitialScene {
     let static_rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
@@ -108,7 +130,7 @@ fn assemble(
             recording,
         });
     }
-    let motion = MotionConfig { dt: request.motion.dt, time_window: request.time_window };
+    let motion = MotionConfig { dt, time_window: request.time_window };
     let static_gaussians = in_spatial_order(cloud, &static_rows);
     InitialScene {
         scene: LagrangianScene {

@@ -116,7 +116,7 @@ pub(super) fn penalty(unknowns: f64, values: usize) -> f64 {
 }
 
 /// Unknowns of a law in its coordinates: constants of the geometry, start and parameters.
-fn unknowns(system: &Configured, judged: &Judged) -> f64 {
+pub(super) fn unknowns(system: &Configured, judged: &Judged) -> f64 {
     let freedoms = system.coordinates.freedoms();
     (system.constants + 2 * freedoms + judged.fitted.law.parameters.len()) as f64
 }

@@ -2,6 +2,7 @@
 //! and §5.4).
 
 mod choice;
+mod contact;
 mod geometry;
 mod inertia;
 mod kinematics;
@@ -13,5 +14,6 @@ mod rigid_law;
 mod tests;
 mod turning;
 
+pub(crate) use contact::Surroundings;
 pub(crate) use law::{Errors, GeneralisedLaw, find_law, law_within};
 pub(crate) use observed::Laws;

@@ -101,6 +101,23 @@ impl ObservedPoses {
         self.track.noise[3..].iter().map(|noise| noise.deviation).fold(0.0, f64::hypot)
     }
 
+    /// Standard deviations, of rotations (radians) and places, below which no pose is known.
+    pub(super) fn least(&self) -> [f64; 2] {
+        [self.resolution / self.radius.max(f64::MIN_POSITIVE), self.resolution]
+    }
+
+    /// Whether the rotations leave their mean by more than `still` times their noise.
+    pub(super) fn turns(&self, still: f64) -> bool {
+        let linear = mean_pose(&self.poses).linear;
+        let unturned: Vec<Pose> = self.poses.iter().map(|pose| Pose { linear, ..*pose }).collect();
+        self.chi_square(&unturned) > still * 0.5 * self.track.independent_samples()
+    }
+
+    /// Configurations of other poses of a body with an inertia.
+    pub(super) fn configurations_of(&self, poses: &[Pose], inertia: &Inertia) -> Vec<Vec<f64>> {
+        configurations(poses, inertia)
+    }
+
     /// Configurations of a body with another inertia.
     pub(super) fn configurations(&self, inertia: &Inertia) -> Vec<Vec<f64>> {
         configurations(&self.poses, inertia)

@@ -52,7 +52,7 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
     };
     let found = center_of_mass(&motion(thrown).poses, &times(), 3).expect("a centre");
     assert!(found.truncate().distance(offset.truncate()) < 1e-6, "{found}");
-    let law = find_law(&motion(thrown), Laws::All, 0.0, 1).expect("a law").law;
+    let law = find_law(&motion(thrown), (Laws::All, &[]), 0.0, 1).expect("a law").law;
     assert_eq!(law.terms.iter().map(|term| term.kind.name()).collect::<Vec<_>>(), ["uniform-field"]);
     let field = DVec3::from_slice(&law.parameters[law.range(0)]);
     assert!(field.distance(DVec3::new(0.0, 0.0, -1.2)) < 1e-3, "{field}");
@@ -62,7 +62,7 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
 fn a_constant_torque_on_a_hinge_is_a_drive_and_is_left_out_where_only_potentials_are_admitted() {
     let body = motion(|t| turned(DVec3::Z, DVec3::ZERO, 0.4 * t + 3.0 * t * t));
     let terms = |laws: Laws| -> Vec<&str> {
-        let law = find_law(&body, laws, 0.0, 1).expect("a law").law;
+        let law = find_law(&body, (laws, &[]), 0.0, 1).expect("a law").law;
         assert!(matches!(law.coordinates, Coordinates::Hinge(_)), "{law:?}");
         law.terms.iter().map(|term| term.kind.name()).collect()
     };

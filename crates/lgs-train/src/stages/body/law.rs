@@ -78,7 +78,8 @@ impl LawBody {
         for (rotation, &turn) in scene.dynamic_gaussians.rotations[members].iter_mut().zip(&moved.rotation) {
             *rotation = quat_mul(turn, *rotation);
         }
-        scene.objects[object].dynamics = Dynamics::Generalised(reshaped);
+        scene.objects[object].dynamics =
+            Dynamics::Generalised(reshaped.with_impacts(f64::from(scene.motion.time_window)));
     }
 
     pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {

@@ -1,0 +1,156 @@
+//! Contacts of rigid bodies (method §5.7): laws through the impacts of a track, and planes at rest that a
+//! body has not met yet.
+
+use super::observed::{ObservedPoses, mean_pose};
+use crate::motion::pose::Pose;
+use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::{EXPECTED_TIMES, JUDGED_WINDOWS, LIGHTEST, NEAR, NEAR_PATH, STILL, WITHIN_REACH};
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::quaternion;
+use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
+use lgs_mechanics::contact::{Contact, Ground, Surface, planes};
+use lgs_mechanics::coordinates::{Ball, Coordinates, Port, State};
+use lgs_mechanics::fit::Fitted;
+use lgs_mechanics::{Candidate, Edit, System};
+
+/// Places of points at rest around a body.
+pub(crate) type Surroundings<'a> = &'a [[f64; 3]];
+
+/// The likeliest law through the impacts of a body's track; `None` where there is no impact or no such law.
+pub(super) fn through_impacts(
+    observed: &ObservedPoses,
+    motion: &SharedMotion,
+    surroundings: Surroundings<'_>,
+) -> Option<Bounced> {
+    let turns = observed.turns(STILL);
+    let coordinates = if turns { Coordinates::Rigid(observed.inertia) } else { Coordinates::Point };
+    let x = configurations(observed, &observed.poses, &coordinates);
+    let surface = surface(motion, &observed.poses[0], &x[0]);
+    let centers: Vec<DVec3> = observed.poses.iter().map(|pose| pose.shift).collect();
+    let spins = if turns { spins(observed) } else { Vec::new() };
+    let body = Body {
+        centers: observed.laws.candidates(&Coordinates::Point),
+        spins,
+        grounds: grounds(surroundings, &centers, surface.extent()),
+        surface,
+        is_shell: turns,
+        coordinates,
+    };
+    explain(&body, &Observed { times: &observed.times, x: &x, least: observed.least() })
+}
+
+/// Configurations of poses in the coordinates of a body with a contact.
+pub(super) fn configurations(
+    observed: &ObservedPoses,
+    poses: &[Pose],
+    coordinates: &Coordinates,
+) -> Vec<Vec<f64>> {
+    match coordinates {
+        Coordinates::Rigid(inertia) => observed.configurations_of(poses, inertia),
+        _ => poses.iter().map(|pose| pose.shift.to_array().to_vec()).collect(),
+    }
+}
+
+/// The pose of the shape in the first state of a law with a contact.
+pub(super) fn base(observed: &ObservedPoses, coordinates: &Coordinates, start: &State) -> Pose {
+    let shift = DVec3::from_slice(&start.x[start.x.len() - 3..]);
+    let linear = match coordinates {
+        Coordinates::Rigid(inertia) => {
+            DMat3::from_quat(quaternion(&start.x).normalize() * quaternion(&inertia.frame).inverse())
+        }
+        _ => mean_pose(&observed.poses).linear,
+    };
+    Pose { linear, shift }
+}
+
+/// Laws of a rotation about the centre, on which no weight acts.
+fn spins(observed: &ObservedPoses) -> Vec<Candidate> {
+    let ball = Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia: observed.inertia };
+    let all = observed.laws.candidates(&Coordinates::Ball(ball));
+    let is_free = |candidate: &Candidate| candidate.terms.iter().all(|term| term.port != Port::Arm);
+    all.into_iter().filter(is_free).collect()
+}
+
+/// The surface of the particles, outliers left out, in the axes of the coordinates; `base` is the pose of the
+/// shape in the configuration `x`.
+fn surface(motion: &SharedMotion, base: &Pose, x: &[f64]) -> Surface {
+    let (back, center) = match x {
+        [rotation @ .., _, _, _] if rotation.len() == 4 => {
+            (DMat3::from_quat(quaternion(rotation).normalize().inverse()), DVec3::from_slice(&x[4..]))
+        }
+        _ => (DMat3::IDENTITY, DVec3::from_slice(x)),
+    };
+    let least = LIGHTEST / motion.weights.len().max(1) as f64;
+    let heavy = motion.shape.iter().zip(&motion.weights).filter(|(_, weight)| **weight >= least);
+    Surface::of(&heavy.map(|(&b, _)| (back * (base.apply(b) - center)).to_array()).collect::<Vec<_>>())
+}
+
+/// Planes of the points at rest near a path.
+fn grounds(surroundings: Surroundings<'_>, path: &[DVec3], extent: f64) -> Vec<Ground> {
+    let reach = NEAR_PATH * extent;
+    let is_near =
+        |point: &&[f64; 3]| path.iter().any(|center| center.distance(DVec3::from(**point)) <= reach);
+    let near: Vec<[f64; 3]> = surroundings.iter().filter(is_near).copied().collect();
+    path.first().map_or_else(Vec::new, |first| planes(&near, first.to_array(), NEAR * extent))
+}
+
+/// The contact that a body without an impact is expected to make, if it moves by a law of a point or of a
+/// rigid body, keeps clear of a plane at rest in the window, and would go through it within the times that a
+/// scene is asked for; `base` is the pose of the shape at the start.
+pub(super) fn expected(
+    fitted: &Fitted,
+    base: &Pose,
+    motion: &SharedMotion,
+    surroundings: Surroundings<'_>,
+) -> Option<Bounced> {
+    let coordinates = &fitted.law.coordinates;
+    if !matches!(coordinates, Coordinates::Point | Coordinates::Rigid(_)) || surroundings.is_empty() {
+        return None;
+    }
+    let window = motion.duration();
+    let until = JUDGED_WINDOWS[1] * window;
+    let times: Vec<f64> = (0..=EXPECTED_TIMES).map(|k| until * k as f64 / EXPECTED_TIMES as f64).collect();
+    let states = System::new(&fitted.law, Edit::NONE).states(&fitted.start, &times).ok()?;
+    let surface = surface(motion, base, &fitted.start.x);
+    let path: Vec<DVec3> = states.iter().map(|state| center(&state.x)).collect();
+    let clear = times.iter().filter(|time| **time <= window).count();
+    let mut first: Option<(usize, Ground)> = None;
+    for ground in grounds(surroundings, &path, surface.extent()) {
+        let contact = Contact::of(ground.plane, &surface, 0.0);
+        let gaps: Vec<f64> = states.iter().map(|state| contact.gap(&state.x)).collect();
+        let near = NEAR * surface.extent();
+        let Some(touch) = gaps.iter().position(|gap| *gap <= near) else { continue };
+        let goes_through = gaps[touch..].iter().any(|gap| *gap < -near);
+        let is_there = is_within_reach(surroundings, &ground, path[touch], surface.extent());
+        if touch >= clear
+            && goes_through
+            && is_there
+            && first.as_ref().is_none_or(|(other, _)| touch < *other)
+        {
+            first = Some((touch, ground));
+        }
+    }
+    let (_, ground) = first?;
+    let speed = Contact::resting_speed(acceleration(fitted), NEAR * surface.extent());
+    let contact = Contact::expected(ground.plane, &surface, speed);
+    Some(Bounced::expecting(fitted, contact, &ground, [0.0, window]))
+}
+
+fn center(x: &[f64]) -> DVec3 {
+    DVec3::from_slice(&x[x.len() - 3..])
+}
+
+/// Whether points of a plane lie below a place: beyond its edge nothing stops a body.
+fn is_within_reach(surroundings: Surroundings<'_>, ground: &Ground, place: DVec3, extent: f64) -> bool {
+    let height = ground.plane.height(place);
+    let below = place - DVec3::from(ground.plane.normal) * height;
+    surroundings.iter().map(|point| DVec3::from(*point)).any(|point| {
+        point.distance(below) <= WITHIN_REACH * extent && ground.plane.height(point).abs() <= NEAR * extent
+    })
+}
+
+/// Size of the acceleration at the start.
+fn acceleration(fitted: &Fitted) -> f64 {
+    let [pull, force] = System::new(&fitted.law, Edit::NONE).accelerations(&fitted.start);
+    (center(&pull) + center(&force)).length()
+}

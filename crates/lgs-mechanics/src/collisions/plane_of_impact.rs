@@ -1,0 +1,84 @@
+//! The plane of an impact, where nothing at rest shows it.
+
+use super::body::{Body, Observed};
+use super::bouncing::Freedom;
+use super::laws::FlightLaw;
+use crate::contact::{Contact, Origin, Plane, impacts};
+use crate::coordinates::State;
+use crate::edit::Edit;
+use crate::law::Law;
+use crate::system::System;
+use crate::thresholds::{EXACT, WIDEST_TILT};
+use glam::DVec3;
+use std::ops::Range;
+
+/// Planes of the first impact: one across the field that pulls the body down, of which only the height is
+/// fitted, and one across the change of velocity, which may tilt.
+pub(super) fn fitted_planes(
+    body: &Body,
+    seen: &Observed,
+    law: &FlightLaw,
+    flights: &[Range<usize>],
+) -> Vec<(Contact, Freedom)> {
+    let Some((x, change)) = first_impact(seen, law, flights) else { return Vec::new() };
+    let extent = body.surface.extent();
+    let about: [f64; 3] = std::array::from_fn(|i| x[x.len() - 3 + i]);
+    let plane = |normal: DVec3, tilt: f64, unknowns: usize| {
+        let through = Plane { normal: normal.to_array(), offset: 0.0 };
+        let offset = Contact::of(through, &body.surface, 0.0).gap(&x);
+        let contact = Contact::of(Plane { offset, ..through }, &body.surface, 0.0);
+        let freedom = Freedom { about, tilt, shift: extent, unknowns };
+        (Contact { origin: Origin::Fitted, ..contact }, freedom)
+    };
+    let up = field(law).and_then(|field| (-field).try_normalize()).filter(|up| up.dot(change) > 0.0);
+    let level = up.map(|up| plane(up, EXACT, 1));
+    let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT, 3));
+    level.into_iter().chain(tilted).collect()
+}
+
+/// The uniform field of a law.
+fn field(law: &FlightLaw) -> Option<DVec3> {
+    let candidate = &law.candidate;
+    let motion =
+        Law::new(candidate.coordinates.clone(), candidate.terms.clone(), law.parameters.clone(), law.step);
+    let motion = motion.ok()?;
+    let index = motion.terms.iter().position(|term| term.kind.name() == "uniform-field")?;
+    motion.parameters.get(motion.range(index)).map(DVec3::from_slice)
+}
+
+/// Configuration and change of the centre's velocity at the first impact: where the first two flights meet,
+/// or as the samples around it have it.
+fn first_impact(seen: &Observed, law: &FlightLaw, flights: &[Range<usize>]) -> Option<(Vec<f64>, DVec3)> {
+    let since = seen.since();
+    let end = flights[0].end;
+    let meeting = law
+        .flights
+        .get(1)
+        .filter(|_| flights.get(1).is_some_and(|next| next.contains(&law.flights[1].0.start)));
+    let Some((range, after)) = meeting else {
+        let first = impacts(seen.times, &seen.centers()).into_iter().next()?;
+        return Some((seen.x.get(end)?.clone(), DVec3::from_slice(&first.change)));
+    };
+    let candidate = &law.candidate;
+    let motion =
+        Law::new(candidate.coordinates.clone(), candidate.terms.clone(), law.parameters.clone(), law.step)
+            .ok()?;
+    let system = System::new(&motion, Edit::NONE);
+    let both = |time: f64| -> Option<[State; 2]> {
+        let one = system.states(&law.flights[0].1, &[time]).ok()?.swap_remove(0);
+        let other = system.states(after, &[time - since[range.start]]).ok()?.swap_remove(0);
+        Some([one, other])
+    };
+    let tail = |values: &[f64]| DVec3::from_slice(&values[values.len() - 3..]);
+    let mut time = 0.5 * (since[end - 1] + since[end.min(since.len() - 1)]);
+    let mut found = None;
+    for _ in 0..2 {
+        let [before, after] = both(time)?;
+        let change = tail(&after.v) - tail(&before.v);
+        found = Some((before.x.clone(), change));
+        let apart =
+            (tail(&after.x) - tail(&before.x)).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
+        time = (time - apart).clamp(since[law.flights[0].0.end - 1], since[range.start]);
+    }
+    found
+}

@@ -1,0 +1,166 @@
+//! Laws through impacts from tracks alone: planes at rest, planes that impacts tell of, surfaces of bodies.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{law, state};
+use glam::{DQuat, DVec3};
+use lgs_core::stream;
+use lgs_mechanics::choose::candidates;
+use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
+use lgs_mechanics::contact::{Contact, Plane, Surface, planes};
+use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port, State};
+use lgs_mechanics::{Edit, Law, System};
+use rand_distr::{Distribution, StandardNormal};
+
+/// A floor that is tilted about the y axis.
+fn tilted(angle: f64, size: f64) -> Plane {
+    Plane { normal: [angle.sin(), 0.0, angle.cos()], offset: 0.02 * size }
+}
+
+/// Points of a plane with others beside it.
+fn scattered(plane: &Plane, size: f64, roughness: f64) -> Vec<[f64; 3]> {
+    let normal = DVec3::from(plane.normal);
+    let (first, second) = normal.any_orthonormal_pair();
+    let mut draws = stream(4, "table", 0);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut draws) };
+    let mut points: Vec<[f64; 3]> = (0..300)
+        .map(|_| {
+            (first * noise() + second * noise() + normal * (plane.offset / size + roughness * noise())) * size
+        })
+        .map(|point| point.to_array())
+        .collect();
+    points.extend((0..60).map(|_| [noise(), noise(), 1.0 + noise().abs()].map(|c| size * c)));
+    points
+}
+
+#[test]
+fn planes_are_found_among_other_points_in_every_unit() {
+    for size in [0.01, 1.0, 100.0] {
+        let truth = tilted(0.4, size);
+        let found = planes(&scattered(&truth, size, 0.003), [0.0, 0.0, 3.0 * size], 0.01 * size);
+        let plane = found[0].plane;
+        let angle = DVec3::from(plane.normal).angle_between(DVec3::from(truth.normal));
+        assert!(angle < 2e-3 && (plane.offset - truth.offset).abs() < 1e-3 * size, "{:?}", found[0]);
+        assert!((found[0].roughness / size - 0.003).abs() < 5e-4, "{:?}", found[0]);
+    }
+}
+
+#[test]
+fn round_bodies_touch_with_a_sphere_and_others_with_their_corners() {
+    let mut draws = stream(2, "ball", 0);
+    let mut direction = || DVec3::from_array([0; 3].map(|_| StandardNormal.sample(&mut draws))).normalize();
+    let ball: Vec<[f64; 3]> = (0..400).map(|_| (0.3 * direction() + DVec3::X).to_array()).collect();
+    let found = Surface::of(&ball);
+    assert!((found.radius - 0.3).abs() < 0.01 && found.points.len() == 1, "{found:?}");
+    assert!((found.points[0][0] - 1.0).abs() < 0.02, "{found:?}");
+    let grid = |k: i32| f64::from(k) - 1.0;
+    let cube: Vec<[f64; 3]> = (0..27).map(|k| [grid(k % 3), grid(k / 3 % 3), grid(k / 9)]).collect();
+    let found = Surface::of(&cube);
+    assert!(found.radius == 0.0 && found.points.len() == 8, "{found:?}");
+    assert!(found.points.iter().flatten().all(|c| c.abs() == 1.0), "{found:?}");
+}
+
+/// A ball of radius 0.1 under gravity across the plane's own normal or not.
+fn ball(plane: Plane, restitution: f64) -> Law {
+    let mut ball = law(Coordinates::Point, &[], &[("uniform-field", Port::Whole, &[0.0, 0.0, -9.81])]);
+    let surface = Surface { points: vec![[0.0; 3]], radius: 0.1 };
+    ball.contact = Some(Contact { restitution, friction: 0.1, ..Contact::of(plane, &surface, 0.05) });
+    ball
+}
+
+/// What is found of a track of a law's motion with errors, smeared over samples on both sides.
+fn explained(
+    law: &Law,
+    start: &State,
+    body: &Body,
+    (until, error, smeared): (f64, f64, i32),
+) -> Option<Bounced> {
+    let times: Vec<f64> = (0..75).map(|k| until * f64::from(k) / 74.0).collect();
+    let step = until / 74.0;
+    let system = System::new(law, Edit::NONE);
+    let mut draws = stream(1, "track", 0);
+    let mut noise =
+        || -> f64 { error * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut draws) };
+    let mut at = |time: &f64| -> Vec<f64> {
+        let near: Vec<f64> = (-smeared..=smeared).map(|k| time + 0.5 * step * f64::from(k)).collect();
+        let states = system.states(start, &near).unwrap();
+        let mean = |i: usize| states.iter().map(|state| state.x[i]).sum::<f64>() / states.len() as f64;
+        let middle = &states[states.len() / 2].x;
+        (0..middle.len()).map(|i| if i + 3 < middle.len() { middle[i] } else { mean(i) + noise() }).collect()
+    };
+    let x: Vec<Vec<f64>> = times.iter().map(&mut at).collect();
+    explain(body, &Observed { times: &times, x: &x, least: [1e-5, 1e-6] })
+}
+
+fn round_body(grounds: Vec<lgs_mechanics::contact::Ground>) -> Body {
+    Body {
+        coordinates: Coordinates::Point,
+        centers: candidates(&Coordinates::Point),
+        spins: Vec::new(),
+        surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
+        grounds,
+        is_shell: false,
+    }
+}
+
+#[test]
+fn a_plane_that_nothing_shows_is_told_by_the_impacts() {
+    for angle in [0.0, 0.3] {
+        let truth = ball(tilted(angle, 1.0), 0.7);
+        let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
+        let found = explained(&truth, &start, &round_body(Vec::new()), (1.0, 0.001, 0)).unwrap();
+        let (contact, truth_of) = (found.law.contact.as_ref().unwrap(), truth.contact.as_ref().unwrap());
+        let apart = DVec3::from(contact.plane.normal).angle_between(DVec3::from(truth_of.plane.normal));
+        let told = format!("{contact:?}, apart {apart}, error {}", found.error);
+        assert!(apart < 0.05 && (contact.restitution / 0.7 - 1.0).abs() < 0.05, "{told}");
+        assert!((found.law.parameters[2] + 9.81).abs() < 0.2, "{:?}", found.law.parameters);
+        let late = System::new(&truth, Edit::NONE).impacts(&start, 1.0).unwrap();
+        assert_eq!(found.law.events.len(), late.len(), "{told}");
+    }
+}
+
+#[test]
+fn samples_that_an_impact_smears_are_left_out() {
+    let truth = ball(tilted(0.0, 1.0), 0.7);
+    let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
+    let ground = planes(&scattered(&tilted(0.0, 1.0), 1.0, 0.001), [0.0, 0.0, 3.0], 0.003);
+    let found = explained(&truth, &start, &round_body(ground), (0.75, 0.0005, 5)).unwrap();
+    let contact = found.law.contact.as_ref().unwrap();
+    assert!((contact.restitution / 0.7 - 1.0).abs() < 0.05, "{contact:?} {}", found.error);
+    assert!(found.is_within_noise(), "{} {}", found.chi_square, found.error);
+}
+
+#[test]
+fn a_box_falls_on_a_plane_at_rest_and_smooth_motion_has_no_contact() {
+    let half = [0.06, 0.04, 0.03];
+    let sign = |bit: usize, c: usize| if bit == 0 { -half[c] } else { half[c] };
+    let corners: Vec<[f64; 3]> = (0..8).map(|k| [sign(k & 1, 0), sign(k & 2, 1), sign(k & 4, 2)]).collect();
+    let moment = |a: usize, b: usize| (half[a].powi(2) + half[b].powi(2)) / 3.0;
+    let moments = [moment(1, 2), moment(0, 2), moment(0, 1)];
+    let inertia = Inertia { form: InertiaForm::Prior, frame: [1.0, 0.0, 0.0, 0.0], moments };
+    let gravity: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Center, &[0.0, 0.0, -9.81])];
+    let mut truth = law(Coordinates::Rigid(inertia), &[], &gravity);
+    truth.step = 1.0 / 150.0;
+    let surface = Surface::of(&corners);
+    let plane = tilted(0.1, 0.1);
+    truth.contact = Some(Contact { restitution: 0.3, friction: 0.3, ..Contact::of(plane, &surface, 0.1) });
+    let q = DQuat::from_euler(glam::EulerRot::XYZ, 0.5, -0.4, 0.9);
+    let start = state(&[q.w, q.x, q.y, q.z, 0.0, 0.0, 0.3], &[2.0, -3.0, 1.0, 0.3, 0.1, 0.0]);
+    let ball = Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia };
+    let spins = candidates(&Coordinates::Ball(ball)).into_iter();
+    let body = Body {
+        coordinates: Coordinates::Rigid(inertia),
+        centers: candidates(&Coordinates::Point),
+        spins: spins.filter(|c| c.terms.iter().all(|term| term.port != Port::Arm)).collect(),
+        surface,
+        grounds: planes(&scattered(&plane, 0.1, 0.01), [0.0, 0.0, 0.3], 0.003),
+        is_shell: false,
+    };
+    let found = explained(&truth, &start, &body, (0.35, 0.0002, 0)).unwrap();
+    let rest = found.states(&[5.0]).unwrap().swap_remove(0);
+    let lowest = found.law.contact.as_ref().unwrap().gap(&rest.x);
+    assert!((found.law.parameters[2] + 9.81).abs() < 0.2, "{:?}", found.law.parameters);
+    assert!(found.error < 0.01 && lowest.abs() < 1e-3, "{} {lowest}", found.error);
+    assert!(explained(&truth, &start, &body, (0.15, 0.0002, 0)).is_none(), "no impact yet");
+}
