@@ -45,7 +45,7 @@ pub use linear::LinearMotion;
 pub use model::SourceModel;
 pub use motion::{Canonical, Captured, Moment, MotionConfig, SourceMotion};
 pub use network::Deformation;
-pub use official::{is_official_defgs, read_official_defgs};
+pub use official::{OfficialDefGs, OfficialSettings, is_official_defgs, read_official_defgs};
 
 use registry::Kind;
 

@@ -18,6 +18,7 @@ use super::reader::FormatReader;
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile, TransformsFrame};
+use crate::names::{last_number, time_of_number};
 use crate::thresholds::VALIDATION_STEP;
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -148,19 +149,11 @@ fn set_times(frames: &mut [TransformsFrame]) {
         return;
     }
     let numbers: Vec<Option<u64>> =
-        frames.iter().map(|frame| frame.file_path.as_deref().and_then(last_number)).collect();
+        frames.iter().map(|frame| Some(last_number(frame.file_path.as_deref()?)?.1)).collect();
     let (first, last) = numbers.iter().flatten().fold((u64::MAX, 0), |(a, b), &n| (a.min(n), b.max(n)));
     for (frame, number) in frames.iter_mut().zip(numbers) {
-        frame.time = number.map(|n| (n - first) as f64 / ((last - first) as f64 + 1.0));
+        frame.time = number.map(|number| time_of_number(number, first, last));
     }
-}
-
-/// The last run of digits in a file's name, its folders and extension left out.
-fn last_number(file_path: &str) -> Option<u64> {
-    let stem = Path::new(file_path).file_stem()?.to_str()?;
-    let digits = stem.trim_end_matches(|c: char| !c.is_ascii_digit());
-    let start = digits.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    digits[start..].parse().ok()
 }
 
 #[cfg(test)]

@@ -1,4 +1,11 @@
-//! Files for tests that only other programs write: PyTorch checkpoints, and the points of an image set.
+//! Files for tests that only other programs write: PyTorch checkpoints, the points of an image set, and
+//! motion capture.
+
+mod archive;
+mod c3d;
+
+pub use archive::checkpoint_archive;
+pub use c3d::{C3d, C3dForm, Processor};
 
 use crate::files::{FileError, write_atomically};
 use crate::ply::Points;
