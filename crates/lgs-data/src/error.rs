@@ -2,6 +2,7 @@
 
 use crate::files::FileError;
 use crate::ply::PlyError;
+use crate::splats::SplatError;
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be read, with the problem of its contents as `P`.
@@ -11,9 +12,12 @@ pub enum ReadError<P> {
     /// A file or folder is out of reach.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A splat file or a file of points is malformed.
+    /// A file of points is malformed.
     #[error(transparent)]
     Ply(#[from] PlyError),
+    /// A splat file is malformed.
+    #[error(transparent)]
+    Splats(#[from] SplatError),
     /// The contents of a file are wrong, or those of several files do not fit together.
     #[error("{problem}: {}", path.display())]
     Content {
@@ -35,6 +39,7 @@ impl<P> ReadError<P> {
         match self {
             Self::File(error) => error.path(),
             Self::Ply(error) => error.path(),
+            Self::Splats(error) => error.path(),
             Self::Content { path, .. } => path,
         }
     }

@@ -1,5 +1,5 @@
 //! Everything of LagrangeGS that touches a user's files, checkpoints excepted: splat files, camera lists,
-//! image sets and synthetic scenes.
+//! image sets, point tracks and synthetic scenes.
 //!
 //! ```no_run
 //! use lgs_data::dataset::{Dataset, LoadOptions};
@@ -21,10 +21,13 @@ mod error;
 pub mod files;
 pub mod frames;
 pub mod hash;
+mod names;
 pub mod ply;
 pub mod pth;
+pub mod splats;
 pub mod synth;
 pub mod testing;
 mod thresholds;
+pub mod tracks;
 
 pub use error::ReadError;

@@ -12,6 +12,26 @@ pub(crate) const SHORT_HASH: usize = 16;
 /// digits pass.
 pub(crate) const ROTATION_TOLERANCE: f32 = 2e-3;
 
+// Splat files
+
+/// Most bytes that a byte of a gzip stream can stand for: 258 for each two bits of the shortest code.
+pub(crate) const MOST_GZIP_GAIN: u64 = 1032;
+/// Most bits behind the point of a coordinate in a `.spz` file: a millionth of a unit, finer than the other
+/// quantities deserve, for scenes of up to eight units from the origin.
+pub(crate) const FINEST_SPZ_BITS: u8 = 20;
+
+// Point tracks
+
+/// Longest gap of a point track that is filled, as a fraction of the recording. The error of a cubic over a
+/// gap g of a vibration of rate ω is (ωg)⁴/384 of its amplitude: below a hundredth for up to four periods in
+/// the recording.
+pub(crate) const LONGEST_FILLED_GAP: f64 = 0.05;
+/// Standard deviation of the Gaussian of a bare point over its distance from its nearest neighbour:
+/// neighbours touch and stay apart.
+pub(crate) const POINT_SIZE: f32 = 0.25;
+/// Opacity of the Gaussian of a bare point: it hides what is behind it.
+pub(crate) const POINT_OPACITY: f32 = 0.9;
+
 // Image sets
 
 /// One image in so many is held out where a nerfstudio set does not list its splits, as is usual.

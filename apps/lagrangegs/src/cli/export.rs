@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
 use lgs_core::GaussianCloud;
-use lgs_data::ply::write_ply;
+use lgs_data::splats::{SplatFormat, write_splats};
 use lgs_dynamics::Edit;
 use lgs_eval::laws::Trust;
 use lgs_model::Motion;
@@ -13,9 +12,10 @@ use lgs_model::source::SourceModel;
 use serde_json::json;
 
 use super::failure::At;
-use super::frames::{MotionArgs, file_name, sweep};
+use super::frames::{MotionArgs, sweep};
 use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list};
 use super::run::Run;
+use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 use super::times::Times;
 use super::trust::ModelName;
 use super::trust::{listed, trust_in, warn_of};
@@ -30,20 +30,14 @@ pub(super) struct Args {
     /// Whose Gaussians
     #[arg(long, value_enum, default_value_t = ModelName::Lagrangian)]
     model: ModelName,
-    /// File format
-    #[arg(long, value_enum, default_value_t = Format::Ply)]
-    format: Format,
+    /// Format of the splat files [default: that of the name in --out, else ply]
+    #[arg(long, value_name = "FORMAT", value_parser = splat_format())]
+    format: Option<SplatFormat>,
     #[command(flatten)]
     motion: MotionArgs,
-    /// Folder to write files into, or a single .ply file for a single time
+    /// Folder to write files into, or a single splat file for a single time
     #[arg(long)]
     out: PathBuf,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// Gaussian splats as the INRIA viewers read them
-    Ply,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -55,6 +49,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let files = Files::prepare(args)?;
     let trust = trust_in(&run, args.model, args.motion.edit());
     warn_of(&trust, files.times);
+    let degrees = [&run.scene.static_gaussians, &run.scene.dynamic_gaussians].map(|cloud| cloud.sh_degree);
+    warn_of_loss(degrees[0].max(degrees[1]), files.format);
     let gaussians = source.as_ref().map_or(run.scene.len(), |source| source.len());
     let cloud_at = |time| match &source {
         Some(source) => source.cloud_at(time),
@@ -62,7 +58,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     let write = |index: usize, cloud: &GaussianCloud| {
         let path = files.path(index);
-        write_ply(&path, cloud).at(&path)
+        write_splats(&path, cloud, files.format).at(&path)
     };
     sweep(cloud_at, files.times, "export", write)?;
     files.list(gaussians, &trust)?;
@@ -88,7 +84,7 @@ fn source(args: &Args, run: &Run) -> Result<Option<Box<dyn SourceModel>>> {
 struct Files<'a> {
     out: &'a Path,
     times: &'a [f32],
-    extension: &'static str,
+    format: SplatFormat,
     is_single: bool,
 }
 
@@ -96,22 +92,19 @@ impl<'a> Files<'a> {
     /// Makes sure that the files can be written, and removes those of an earlier call.
     fn prepare(args: &'a Args) -> Result<Self> {
         let (out, times) = (args.out.as_path(), args.times.0.as_slice());
-        let extension = match args.format {
-            Format::Ply => "ply",
-        };
-        let is_single =
-            times.len() == 1 && out.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        let format = args.format.unwrap_or_else(|| format_of(out));
+        let is_single = times.len() == 1 && SplatFormat::of_name(out) == Some(format);
         if is_single {
             prepare_folder(out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
         } else {
             prepare_folder(out)?;
             remove_listed(out)?;
         }
-        Ok(Self { out, times, extension, is_single })
+        Ok(Self { out, times, format, is_single })
     }
 
     fn name(&self, index: usize) -> String {
-        file_name(index, self.times[index], self.extension)
+        frame_name(index, self.format)
     }
 
     fn path(&self, index: usize) -> PathBuf {

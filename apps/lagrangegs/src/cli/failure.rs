@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use lgs_data::{cameras, dataset, files, ply, synth};
+use lgs_data::{cameras, dataset, files, frames, ply, splats, synth, tracks};
 
 /// An error that may know the file or folder it is about; if it does, its message ends with that path.
 pub(crate) trait Located: std::error::Error + Send + Sync + 'static {
@@ -26,6 +26,9 @@ macro_rules! located {
 located!(
     files::FileError,
     ply::PlyError,
+    frames::FramesError,
+    splats::SplatError,
+    tracks::TracksError,
     cameras::CamerasError,
     dataset::DatasetError,
     synth::SynthError,
@@ -36,6 +39,12 @@ located!(
     lgs_report::ReportError,
     lgs_suite::SuiteError,
 );
+
+impl Located for tracks::TracksProblem {
+    fn location(&self) -> Option<&Path> {
+        None
+    }
+}
 
 impl Located for std::io::Error {
     fn location(&self) -> Option<&Path> {

@@ -6,23 +6,26 @@ mod dataset;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use lgs_core::GaussianCloud;
 use lgs_data::dataset::DatasetFormat;
-use lgs_data::ply::read_ply;
+use lgs_data::frames::{list_frames, read_frames};
+use lgs_data::splats::{SplatFormat, read_splats};
 use lgs_data::synth::GroundTruth;
+use lgs_data::tracks::is_track_file;
 use lgs_eval::table::aligned;
-use lgs_model::source::load_source;
+use lgs_model::source::{is_official_defgs, load_source};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, ParticleDynamics, load_scene};
 use lgs_train::checkpoint::read_checkpoint;
 use serde_json::{Map, Value, json};
 
+use super::facts::{Facts, cloud, moving_splats, official, sequence};
 use super::failure::At;
 use super::output;
 use super::run::{Run, dataset_format};
+use super::tracks;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Dataset, run, checkpoint, model or splat file
+    /// Dataset, run, checkpoint, model, splat file, folder of frames, trajectories or output of DefGS
     path: PathBuf,
     /// Format of the dataset [default: detected]
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
@@ -37,9 +40,6 @@ pub(super) struct Args {
     #[arg(long)]
     json: bool,
 }
-
-/// Facts in the order they are printed.
-type Facts = Vec<(&'static str, Value)>;
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let facts = describe(args)?;
@@ -63,20 +63,50 @@ fn describe(args: &Args) -> Result<Facts> {
         bail!("there is no such file or folder: {}", path.display());
     }
     if path.is_dir() {
-        let format = args.format.or_else(|| DatasetFormat::detect(path));
-        return if let Some(format) = format {
-            dataset::facts(args, format)
-        } else if path.join("config.toml").exists() {
-            run_folder(path)
-        } else {
-            bail!("the folder is neither a dataset nor a run (config.toml): {}", path.display())
-        };
+        return folder(args);
     }
-    match path.extension().and_then(|e| e.to_str()).unwrap_or_default() {
-        "ply" => Ok(cloud("splat file", &read_ply(path).at(path)?)),
-        "safetensors" => tensors(path),
-        _ => bail!("expected a .ply or .safetensors file, a dataset or a run: {}", path.display()),
+    if is_track_file(path) {
+        return tracks::facts(path);
     }
+    if let Some(format) = SplatFormat::of_name(path) {
+        let facts = cloud("splat file", &read_splats(path).at(path)?);
+        let format = SplatFormat::of_file(path).unwrap_or(format);
+        return Ok([&facts[..1], &[("format", json!(format.name()))], &facts[1..]].concat());
+    }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("splatv")) {
+        return moving_splats(path);
+    }
+    if path.extension().is_some_and(|e| e == "safetensors") {
+        return tensors(path);
+    }
+    bail!(
+        "expected a splat file (.ply, .splat, .spz, .splatv), point tracks (.c3d, .csv, .tsv), a \
+         .safetensors file, a dataset or a run: {}",
+        path.display()
+    )
+}
+
+fn folder(args: &Args) -> Result<Facts> {
+    let path = args.path.as_path();
+    if args.format.is_none() && is_official_defgs(path) {
+        return official(path);
+    }
+    if let Some(format) = args.format.or_else(|| DatasetFormat::detect(path)) {
+        return dataset::facts(args, format);
+    }
+    if path.join("config.toml").exists() {
+        return run_folder(path);
+    }
+    let files = list_frames(path).at(path)?;
+    let Some(first) = files.first() else {
+        bail!(
+            "the folder is neither a dataset nor a run (config.toml), and has no splat files: {}",
+            path.display()
+        )
+    };
+    let format = SplatFormat::of_file(&path.join(&first.name)).at(path)?;
+    let facts = sequence(&read_frames(path).at(path)?);
+    Ok([&facts[..1], &[("format", json!(format.name()))], &facts[1..]].concat())
 }
 
 /// Every different text once, sorted.
@@ -125,6 +155,9 @@ fn tensors(path: &Path) -> Result<Facts> {
             cloud("at t = 0", &model.cloud_at(0.0))[1..].to_vec(),
         ]
         .concat());
+    }
+    if let Ok(frames) = read_frames(path) {
+        return Ok(sequence(&frames));
     }
     match path.parent().map(GroundTruth::load) {
         Some(Ok(Some(truth))) if path.file_name().is_some_and(|n| n == "ground_truth.safetensors") => {
@@ -189,28 +222,4 @@ fn alignment(object: &ObjectModel) -> String {
         Some((supports, policy)) => format!("supports of {}, velocities {policy:?}", supports.k()),
         None => "off".to_owned(),
     }
-}
-
-fn cloud(kind: &str, cloud: &GaussianCloud) -> Facts {
-    let bounds = |pick: fn(f32, f32) -> f32, start: f32| {
-        cloud.means.iter().fold([start; 3], |b, p| std::array::from_fn(|c| pick(b[c], p[c])))
-    };
-    let mean = |values: &mut dyn Iterator<Item = f32>| {
-        values.map(f64::from).sum::<f64>() / cloud.len().max(1) as f64
-    };
-    let mut facts = vec![
-        ("kind", json!(kind)),
-        ("Gaussians", json!(cloud.len())),
-        ("harmonics degree", json!(cloud.sh_degree)),
-    ];
-    if !cloud.is_empty() {
-        let point = |p: [f32; 3]| format!("{:.3} {:.3} {:.3}", p[0], p[1], p[2]);
-        let (low, high) = (bounds(f32::min, f32::INFINITY), bounds(f32::max, f32::NEG_INFINITY));
-        let opacity = mean(&mut (0..cloud.len()).map(|i| cloud.opacity(i)));
-        let scale = mean(&mut cloud.log_scales.as_flattened().iter().map(|s| s.exp() / 3.0));
-        facts.push(("bounds", json!(format!("{} to {}", point(low), point(high)))));
-        facts.push(("mean opacity", json!(format!("{opacity:.3}"))));
-        facts.push(("mean scale", json!(format!("{scale:.4}"))));
-    }
-    facts
 }

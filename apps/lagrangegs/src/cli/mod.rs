@@ -7,11 +7,13 @@
 mod ablation;
 mod bench;
 mod camera;
+mod convert;
 mod demo;
 mod device;
 mod eval;
 mod evidence;
 mod export;
+mod facts;
 mod failure;
 mod frames;
 mod import;
@@ -24,9 +26,11 @@ mod progress;
 mod render;
 mod report;
 mod run;
+mod splats;
 mod synth;
 mod thresholds;
 mod times;
+mod tracks;
 mod train;
 mod training;
 mod trust;
@@ -70,11 +74,14 @@ enum Command {
     View(view::Args),
     /// Write splat files, one per time, same order and count
     Export(export::Args),
+    /// Turn splat files, or frames of them, into another format
+    Convert(convert::Args),
     /// Run a suite of scenes, methods, seeds and ablations, and make its tables
     Bench(bench::Args),
     /// Convert a dataset of any format to the project's own layout
     Import(import::Args),
-    /// Say what a dataset, run, checkpoint or splat file holds, and what is wrong with it
+    /// Say what a dataset, run, checkpoint, splat file, folder of frames or other program's model holds, and
+    /// what is wrong with it
     Info(info::Args),
     /// Import the networks that LPIPS needs, and say which there are
     Weights(weights::Args),
@@ -96,6 +103,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::View(args) => view::run(args),
         Command::Export(args) => export::run(args),
+        Command::Convert(args) => convert::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Import(args) => import::run(args),
         Command::Info(args) => info::run(args),

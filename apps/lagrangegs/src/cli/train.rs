@@ -16,6 +16,7 @@ use super::failure::At;
 use super::outlook::duration;
 use super::output::{self, refuse_inside_dataset};
 use super::run::dataset_format;
+use super::tracks::announce;
 use super::training::{Request, train};
 
 #[derive(Debug, clap::Args)]
@@ -37,9 +38,9 @@ pub(super) struct Args {
     /// Gaussians follow (nodes), constant velocities (linear), or trajectories from elsewhere (frames) [default: defgs]
     #[arg(long, value_name = "SOURCE", value_parser = source_kind())]
     source: Option<SourceKind>,
-    /// Take the source model from here instead of training it: a folder of .ply frames, a .safetensors of
-    /// trajectories, or an output folder of the DefGS authors' program; without a dataset, stage 1 is all
-    /// that is done
+    /// Take the source model from here instead of training it: a folder of splat files, a .safetensors of
+    /// trajectories, moving splats (.splatv), point tracks of motion capture (.c3d, .csv, .tsv), or an output
+    /// folder of the DefGS authors' program; without a dataset, stage 1 is all that is done
     #[arg(long, value_name = "PATH")]
     import: Option<PathBuf>,
     /// Defaults to start from [default: quick]
@@ -107,6 +108,9 @@ fn key_value(text: &str) -> Result<String, String> {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
+    if let (_, Some(import)) = args.paths() {
+        announce(import)?;
+    }
     let request = Request {
         data: args.paths().0,
         out: &args.out,

@@ -93,12 +93,12 @@ fn frames_that_do_not_fit_are_refused_before_a_run_is_made() {
     };
     let list = frames.join("frames.json");
     let whole = std::fs::read(&list).expect("list");
-    std::fs::write(&list, "{\"frames\": [{\"file\": \"0000_t+0.0000.ply\"}]}").expect("write");
+    std::fs::write(&list, "{\"frames\": [{\"file\": \"frame0001.ply\"}]}").expect("write");
     refused(&list, &["has no time"]);
     std::fs::remove_file(&list).expect("remove");
-    let named = frames.join("0003_t+0.0900.ply");
+    let named = frames.join("frame0004.ply");
     std::fs::rename(&named, frames.join("third.ply")).expect("rename");
-    refused(&frames, &["`third.ply` has no time"]);
+    refused(&frames, &["`frame0001.ply` has no time"]);
     std::fs::rename(frames.join("third.ply"), &named).expect("rename");
     let bytes = std::fs::read(&named).expect("frame");
     std::fs::write(&named, &bytes[..bytes.len() - 4]).expect("cut");
@@ -107,8 +107,8 @@ fn frames_that_do_not_fit_are_refused_before_a_run_is_made() {
     std::fs::write(&list, whole).expect("restore");
     std::fs::write(
         &list,
-        r#"{"frames": [{"file": "0001_t+0.0300.ply", "time": 0.3},
-                       {"file": "0002_t+0.0600.ply", "time": 0.6}]}"#,
+        r#"{"frames": [{"file": "frame0002.ply", "time": 0.3},
+                       {"file": "frame0003.ply", "time": 0.6}]}"#,
     )
     .expect("write");
     refused(&frames, &["frames from t = 0 on", "the first at t = 0.3"]);

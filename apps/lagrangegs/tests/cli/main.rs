@@ -3,6 +3,7 @@
 mod bad_input;
 mod bad_laws;
 mod bench;
+mod foreign;
 mod imported;
 mod program;
 mod runs;

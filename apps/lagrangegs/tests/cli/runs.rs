@@ -142,10 +142,10 @@ fn exports_have_the_same_order_and_count_at_every_time() {
     let run = falling_run(dir.path(), dir.path());
     let out = dir.path().join("out");
     call("export {run} --times 0,1 --format ply --out {out}", &[("run", &run), ("out", &out)]).ok();
-    assert_eq!(files(&out), ["0000_t+0.0000.ply", "0001_t+1.0000.ply", "frames.json"]);
+    assert_eq!(files(&out), ["frame0001.ply", "frame0002.ply", "frames.json"]);
     let (a, b) = (
-        read_ply(&out.join("0000_t+0.0000.ply")).expect("ply"),
-        read_ply(&out.join("0001_t+1.0000.ply")).expect("ply"),
+        read_ply(&out.join("frame0001.ply")).expect("ply"),
+        read_ply(&out.join("frame0002.ply")).expect("ply"),
     );
     assert_eq!((a.len(), b.len()), (67, 67));
     assert_eq!(a.means[..3], b.means[..3], "static Gaussians come first and stay");

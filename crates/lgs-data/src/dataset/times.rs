@@ -4,14 +4,12 @@
 //! (n − a) / (b − a + 1). Times in any unit become (t − a) / (b − a) · (n − 1) / n with `n` different times,
 //! which is the same for times at even steps.
 
+use crate::names::{self, time_of_number};
 use std::path::Path;
 
-/// The last run of digits in a file's name, its folders and extension left out.
+/// The last number in a file's name, its folders and extension left out.
 pub(super) fn last_number(file_path: &str) -> Option<u64> {
-    let stem = Path::new(file_path).file_stem()?.to_str()?;
-    let digits = stem.trim_end_matches(|c: char| !c.is_ascii_digit());
-    let start = digits.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    digits[start..].parse().ok()
+    names::last_number(file_path).map(|(_, number, _)| number)
 }
 
 /// The frame number of an image: of its folder where folders are times (`frame_0007/cam03.png`,
@@ -37,8 +35,7 @@ pub(super) fn frame_number(file_path: &str) -> Option<u64> {
 /// Times of frame numbers; images without a number have none.
 pub(super) fn of_numbers(numbers: &[Option<u64>]) -> Vec<Option<f64>> {
     let (first, last) = numbers.iter().flatten().fold((u64::MAX, 0), |(a, b), &n| (a.min(n), b.max(n)));
-    let time = |n: u64| (n - first) as f64 / ((last - first) as f64 + 1.0);
-    numbers.iter().map(|number| number.map(time)).collect()
+    numbers.iter().map(|number| number.map(|n| time_of_number(n, first, last))).collect()
 }
 
 /// Finite times in any unit as times of a sequence that spans [0, 1).

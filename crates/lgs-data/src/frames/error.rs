@@ -1,25 +1,39 @@
 //! Defects of a sequence of frames.
 
 use crate::ReadError;
+use crate::tracks::{TracksError, TracksProblem};
 
 /// Frames that cannot be read.
 pub type FramesError = ReadError<FramesProblem>;
+
+impl From<TracksError> for FramesError {
+    fn from(error: TracksError) -> Self {
+        match error {
+            ReadError::File(error) => Self::File(error),
+            ReadError::Ply(error) => Self::Ply(error),
+            ReadError::Splats(error) => Self::Splats(error),
+            ReadError::Content { path, problem } => Self::Content { path, problem: problem.into() },
+        }
+    }
+}
 
 /// A defect of a sequence of frames, which are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FramesProblem {
     /// The folder holds no frame.
-    #[error("expected `.ply` frames, found none")]
+    #[error("expected frames of splats (.ply, .compressed.ply, .splat, .spz), found none")]
     NoFrames,
+    /// The folder holds frames of several formats.
+    #[error("expected frames of one format, found `{0}` beside `{1}`")]
+    Formats(String, String),
     /// There are fewer than two frames.
     #[error("expected at least 2 frames, found {0}")]
     TooFew(usize),
     /// A frame has no time.
     #[error(
-        "the frame `{0}` has no time; expected it in `frames.json`, `times.json` or `times.txt`, or at the \
-            end of the name, as in \
-         `0003_t+0.0300.ply`"
+        "the frame `{0}` has no time; expected it in `frames.json`, `times.json` or `times.txt`, at the end \
+         of the name, as in `0003_t+0.0300.ply`, or names that differ by a number alone, as `frame0001.ply`"
     )]
     NoTime(String),
     /// A list of times has another length than the list of frames.
@@ -57,8 +71,14 @@ pub enum FramesProblem {
         /// Number of the Gaussian.
         index: usize,
     },
+    /// No Gaussian of a `.splatv` file is there throughout.
+    #[error("expected Gaussians that are visible from t = 0 to t = 1, found none of {0}")]
+    ComeAndGo(usize),
+    /// A file of point tracks.
+    #[error(transparent)]
+    Tracks(#[from] TracksProblem),
     /// The file is not a safetensors file.
-    #[error("not a folder of frames and no whole safetensors file: {0}")]
+    #[error("no folder of frames, no point tracks (.c3d, .csv, .tsv) and no whole safetensors file: {0}")]
     Tensors(String),
     /// A tensor is absent or not as it should be.
     #[error("`{field}`: expected {expected}, found {found}")]

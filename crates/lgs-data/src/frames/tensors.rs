@@ -7,6 +7,7 @@ use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::error::{FramesError, FramesProblem};
+use super::points::gaussians_of;
 use super::sequence::{FrameSequence, nearest_to_start};
 use crate::files::{FileError, read_bytes, write_atomically};
 
@@ -50,32 +51,22 @@ fn parse(bytes: &[u8]) -> Result<FrameSequence, FramesProblem> {
         s.len() == 3 && s[0] == count && s[2] == 3
     })?;
     let n = shape[1];
-    let turns = |s: &[usize]| s == [n, 4] || s == [count, n, 4];
-    let (_, rotations) = file.values("rotations", &format!("shape [{count}, {n}, 4] or [{n}, 4]"), turns)?;
-    let (_, log_scales) = file.values("log_scales", &format!("shape [{n}, 3]"), |s| s == [n, 3])?;
-    let (_, raw_opacities) = file.values("raw_opacities", &format!("shape [{n}]"), |s| s == [n])?;
-    let degree_of = |s: &[usize]| (0..=3).find(|&degree| s == [n, sh_coefficients(degree), 3]);
-    let (shape, sh) =
-        file.values("sh", &format!("shape [{n}, K, 3] with K of 1, 4, 9 or 16"), |s| degree_of(s).is_some())?;
-    let sh_degree = degree_of(&shape).unwrap_or_default();
     let rows = |values: &[f32]| values.as_chunks::<3>().0.to_vec();
     let positions: Vec<Vec<[f32; 3]>> =
         (0..count).map(|t| rows(&positions[3 * n * t..3 * n * (t + 1)])).collect();
-    let turns = rotations.as_chunks::<4>().0;
-    let rotations: Vec<Vec<[f32; 4]>> = if turns.len() == n {
-        vec![turns.to_vec()]
-    } else {
-        turns.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect()
-    };
     let start = nearest_to_start(&times);
-    let gaussians = GaussianCloud {
-        means: positions.get(start).cloned().unwrap_or_default(),
-        rotations: rotations.get(start).or(rotations.first()).cloned().unwrap_or_default(),
-        log_scales: rows(&log_scales),
-        raw_opacities,
-        sh,
-        sh_degree,
+    let means = positions.get(start).cloned().unwrap_or_default();
+    let bare = gaussians_of(means);
+    let rotations = match file.is_there("rotations") {
+        true => file.rotations(count, n)?,
+        false => vec![bare.rotations.clone()],
     };
+    let splats = ["log_scales", "raw_opacities", "sh"];
+    let mut gaussians = match splats.iter().any(|name| file.is_there(name)) {
+        true => file.splats(bare)?,
+        false => bare,
+    };
+    gaussians.rotations = rotations.get(start).or(rotations.first()).cloned().unwrap_or_default();
     Ok(FrameSequence { gaussians, times, positions, rotations })
 }
 
@@ -84,6 +75,39 @@ struct Tensors<'a> {
 }
 
 impl Tensors<'_> {
+    fn is_there(&self, name: &str) -> bool {
+        self.file.tensor(name).is_ok()
+    }
+
+    /// Rotations of `n` Gaussians at `count` times, or once for all.
+    fn rotations(&self, count: usize, n: usize) -> Result<Vec<Vec<[f32; 4]>>, FramesProblem> {
+        let fits = |s: &[usize]| s == [n, 4] || s == [count, n, 4];
+        let (shape, rotations) =
+            self.values("rotations", &format!("shape [{count}, {n}, 4] or [{n}, 4]"), fits)?;
+        let turns = rotations.as_chunks::<4>().0;
+        Ok(match shape.len() {
+            2 => vec![turns.to_vec()],
+            _ => turns.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect(),
+        })
+    }
+
+    /// Gaussians of given places with the scales, opacities and colours of the file.
+    fn splats(&self, places: GaussianCloud) -> Result<GaussianCloud, FramesProblem> {
+        let n = places.len();
+        let (_, log_scales) = self.values("log_scales", &format!("shape [{n}, 3]"), |s| s == [n, 3])?;
+        let (_, raw_opacities) = self.values("raw_opacities", &format!("shape [{n}]"), |s| s == [n])?;
+        let degree_of = |s: &[usize]| (0..=3).find(|&degree| s == [n, sh_coefficients(degree), 3]);
+        let expected = format!("shape [{n}, K, 3] with K of 1, 4, 9 or 16");
+        let (shape, sh) = self.values("sh", &expected, |s| degree_of(s).is_some())?;
+        Ok(GaussianCloud {
+            log_scales: log_scales.as_chunks().0.to_vec(),
+            raw_opacities,
+            sh,
+            sh_degree: degree_of(&shape).unwrap_or_default(),
+            ..places
+        })
+    }
+
     /// Shape and values of a tensor of finite 32-bit floats whose shape `fits`.
     fn values(
         &self,

@@ -168,3 +168,46 @@ fn what_is_wrong_with_tensors_is_named() {
         refused(&path, "paths.safetensors", &["safetensors"]);
     }
 }
+
+#[test]
+fn numbered_frames_of_other_programs_span_the_recording() {
+    for names in [
+        ["frame0001.ply", "frame0002.ply", "frame0010.ply"],
+        ["1.ply", "2.ply", "10.ply"],
+        ["point_cloud_1.ply", "point_cloud_2.ply", "point_cloud_10.ply"],
+        ["time_00001.ply", "time_00002.ply", "time_00010.ply"],
+    ] {
+        let frames = folder(&[(names[2], 0.9), (names[0], 0.0), (names[1], 0.1)]);
+        let sequence = read_frames(frames.path()).unwrap();
+        assert_eq!(sequence.times, [0.0, 0.1, 0.9], "{names:?}");
+        assert_eq!(sequence.positions[2], cloud(3, 0.9).means, "in the order of their numbers");
+        write_ply(&frames.path().join(names[1]), &cloud(4, 0.2)).unwrap();
+        refused(frames.path(), names[1], &["expected 3 Gaussians as in the first frame, found 4"]);
+    }
+    let two = folder(&[("a1.ply", 0.0), ("b2.ply", 0.1)]);
+    refused(two.path(), &two.path().display().to_string(), &["`a1.ply` has no time", "`frame0001.ply`"]);
+}
+
+#[test]
+fn bare_points_become_grey_gaussians() {
+    let dir = tempfile::tempdir().unwrap();
+    let bare = read_frames(&tensor_file(dir.path(), &sample()[..2])).unwrap();
+    let csv = dir.path().join("tracks.csv");
+    let text = "time,x1 (cm),y1 (cm),z1 (cm),x2 (cm),y2 (cm),z2 (cm)\n\
+                7,0,100,200,300,400,500\n7.1,600,700,800,900,1000,1100\n7.3,1200,1300,1400,1500,1600,1700\n";
+    fs::write(&csv, text).unwrap();
+    let tracks = read_frames(&csv).unwrap();
+    for sequence in [&bare, &tracks] {
+        let distance = 27.0_f32.sqrt();
+        assert_eq!(
+            (sequence.gaussians.len(), sequence.gaussians.sh_degree, sequence.rotations.len()),
+            (2, 0, 1)
+        );
+        assert!((sequence.gaussians.log_scales[1][0].exp() - 0.25 * distance).abs() < 1e-5);
+        assert!(sequence.gaussians.validate().is_ok());
+    }
+    assert_eq!(tracks.positions, bare.positions);
+    assert!((tracks.times[2] - 0.3).abs() < 1e-6);
+    fs::write(&csv, "time,x1,y1,z1\n0,1,2,3\n1,,,\n2,1,2,3\n").unwrap();
+    refused(&csv, "tracks.csv", &["a gap of more than 0.1", "found none of 1"]);
+}

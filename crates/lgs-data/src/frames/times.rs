@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::error::{FramesError, FramesProblem};
 use crate::files::read_bytes;
+use crate::names::{last_number, time_of_number};
 
 /// Pairs every frame with its time; `names` are those of all frames in their order.
 pub(super) fn of_folder(folder: &Path, names: Vec<String>) -> Result<Vec<(String, f32)>, FramesError> {
@@ -23,11 +24,28 @@ pub(super) fn of_folder(folder: &Path, names: Vec<String>) -> Result<Vec<(String
         let text = String::from_utf8_lossy(&read_bytes(&path)?).into_owned();
         return from_lines(&text, names).map_err(|problem| FramesError::new(&path, problem));
     }
+    if let Some(times) = from_numbers(&names) {
+        return Ok(names.into_iter().zip(times).collect());
+    }
     let timed = |name: String| match time_in_name(&name) {
         Some(time) => Ok((name, time)),
         None => Err(FramesError::new(folder, FramesProblem::NoTime(name))),
     };
     names.into_iter().map(timed).collect()
+}
+
+/// Times of frames that are numbered and no more (`frame0001.ply`, `point_cloud_12.ply`): the recording spans
+/// [0, 1), and a number left out is a frame left out.
+fn from_numbers(names: &[String]) -> Option<Vec<f32>> {
+    if names.iter().any(|name| time_in_name(name).is_some()) {
+        return None;
+    }
+    let parts: Vec<(&str, u64, &str)> = names.iter().map(|name| last_number(name)).collect::<Option<_>>()?;
+    let (before, first, after) = *parts.first()?;
+    let last = parts.last()?.1;
+    let is_one_series = parts.iter().all(|part| (part.0, part.2) == (before, after));
+    let time = |part: &(&str, u64, &str)| time_of_number(part.1, first, last) as f32;
+    is_one_series.then(|| parts.iter().map(time).collect())
 }
 
 fn json(path: &Path) -> Result<Value, FramesError> {

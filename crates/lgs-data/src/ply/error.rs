@@ -46,12 +46,17 @@ pub enum PlyProblem {
         /// The text in the file.
         found: String,
     },
-    /// There is no element `vertex`.
-    #[error("the ply header has no element `vertex`")]
-    NoVertices,
+    /// There is no element of a name.
+    #[error("the ply header has no element `{0}`")]
+    NoElement(&'static str),
     /// A property is missing.
-    #[error("the ply vertices have no property `{0}`")]
-    Missing(String),
+    #[error("the ply element `{element}` has no property `{property}`")]
+    Missing {
+        /// The element.
+        element: &'static str,
+        /// The property.
+        property: String,
+    },
     /// A property is stored as another type.
     #[error("ply property `{property}`: expected {expected}, found {found}")]
     Type {
@@ -65,34 +70,50 @@ pub enum PlyProblem {
     /// The number of `f_rest` properties fits no degree.
     #[error("ply properties `f_rest_*`: expected 0, 9, 24 or 45 of them, found {0}")]
     Harmonics(usize),
-    /// The header promises more or fewer vertices than the file holds.
-    #[error("ply element `vertex`: expected {expected} {unit} for {count} vertices, found {found}")]
+    /// The header promises more or fewer rows than the file holds.
+    #[error("ply element `{element}`: expected {expected} {unit} for {count} rows, found {found}")]
     Count {
-        /// Vertices announced.
+        /// The element.
+        element: &'static str,
+        /// Rows announced.
         count: u64,
         /// Bytes or values that they take.
-        expected: u128,
+        expected: u64,
         /// Bytes or values present.
         found: u64,
         /// `bytes` or `values`.
         unit: &'static str,
     },
+    /// Elements whose numbers of rows do not fit together.
+    #[error("ply element `{element}`: expected {expected} rows, found {found}")]
+    Rows {
+        /// The element.
+        element: &'static str,
+        /// Rows that fit the vertices.
+        expected: usize,
+        /// Rows announced.
+        found: usize,
+    },
     /// A value of an ASCII file that is no number.
-    #[error("ply property `{property}` of vertex {index}: expected a number, found `{found}`")]
+    #[error("ply property `{property}` of {element} {index}: expected a number, found `{found}`")]
     Number {
+        /// The element.
+        element: &'static str,
         /// The property.
         property: String,
-        /// The vertex.
+        /// The row.
         index: usize,
         /// The text.
         found: String,
     },
     /// A NaN or an infinity.
-    #[error("ply property `{property}` of vertex {index} is not finite: found {found}")]
+    #[error("ply property `{property}` of {element} {index} is not finite: found {found}")]
     NonFinite {
+        /// The element.
+        element: &'static str,
         /// The property.
         property: String,
-        /// The vertex.
+        /// The row.
         index: usize,
         /// The value.
         found: f32,

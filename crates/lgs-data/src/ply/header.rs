@@ -13,7 +13,7 @@ pub(super) enum Encoding {
 
 /// A number's type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(crate) enum Scalar {
     I8,
     U8,
     I16,

@@ -11,11 +11,12 @@ mod header;
 mod table;
 
 pub use error::{PlyError, PlyProblem};
+pub(crate) use header::Scalar;
+pub(crate) use table::Table;
 
 use crate::files;
 use lgs_core::{GaussianCloud, sh_coefficients};
 use std::path::Path;
-use table::Table;
 
 /// Coloured points.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,6 +87,12 @@ pub fn write_points(path: &Path, points: &Points) -> Result<(), PlyError> {
     Ok(())
 }
 
+/// Whether a file's header, as far as it is given, announces packed Gaussians ([`crate::splats`]).
+pub(crate) fn is_packed(head: &[u8]) -> bool {
+    let holds = |vertex: &header::Element| vertex.properties.iter().any(|p| p.name == "packed_position");
+    header::Header::parse(head).is_ok_and(|h| h.elements.iter().any(|e| e.name == "vertex" && holds(e)))
+}
+
 /// Property names of a Gaussian file, in file order.
 fn gaussian_properties(sh_degree: usize) -> Vec<String> {
     let mut names: Vec<String> = ["x", "y", "z", "nx", "ny", "nz"].map(String::from).to_vec();
@@ -112,7 +119,7 @@ fn push_row(row: &mut Vec<u8>, cloud: &GaussianCloud, index: usize) {
 }
 
 fn parse_cloud(bytes: &[u8]) -> Result<GaussianCloud, PlyProblem> {
-    let table = Table::parse(bytes)?;
+    let table = Table::of(bytes, "vertex")?;
     let rest = table.names().filter(|name| name.starts_with("f_rest_")).count();
     let sh_degree = match rest {
         0 => 0,
@@ -136,7 +143,7 @@ fn parse_cloud(bytes: &[u8]) -> Result<GaussianCloud, PlyProblem> {
 }
 
 fn parse_points(bytes: &[u8]) -> Result<Points, PlyProblem> {
-    let table = Table::parse(bytes)?;
+    let table = Table::of(bytes, "vertex")?;
     Ok(Points { positions: table.floats(["x", "y", "z"])?, colors: table.colors(["red", "green", "blue"])? })
 }
 

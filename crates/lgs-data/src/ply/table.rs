@@ -1,4 +1,4 @@
-//! The vertices of a polygon file as columns that are looked up by name.
+//! An element of a polygon file as columns that are looked up by name.
 //!
 //! The number of bytes (or words, in an ASCII file) is compared with what the header announces before
 //! anything is allocated, so a header that lies about its count costs nothing.
@@ -15,54 +15,63 @@ enum Values<'a> {
 /// Name, type and offset in the row.
 type Column = (String, Scalar, usize);
 
-/// The vertices of a file.
-pub(super) struct Table<'a> {
+/// The rows of an element.
+pub(crate) struct Table<'a> {
+    element: &'static str,
     columns: Vec<Column>,
     count: usize,
     values: Values<'a>,
 }
 
 impl<'a> Table<'a> {
-    pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, PlyProblem> {
+    /// The element of a name.
+    pub(crate) fn of(bytes: &'a [u8], element: &'static str) -> Result<Self, PlyProblem> {
         let header = Header::parse(bytes)?;
-        let position =
-            header.elements.iter().position(|e| e.name == "vertex").ok_or(PlyProblem::NoVertices)?;
+        let position = header.elements.iter().position(|e| e.name == element);
+        let position = position.ok_or(PlyProblem::NoElement(element))?;
         let body = &bytes[header.end..];
         let mut before = 0u128;
         for element in &header.elements[..position] {
             let (_, width) = columns_of(&element.properties, header.encoding)?;
             before += width as u128 * u128::from(element.count);
         }
-        let vertex = &header.elements[position];
-        let (columns, width) = columns_of(&vertex.properties, header.encoding)?;
+        let own = &header.elements[position];
+        let (columns, width) = columns_of(&own.properties, header.encoding)?;
         let extent = Extent {
+            element,
+            count: own.count,
             before,
-            needed: width as u128 * u128::from(vertex.count),
+            needed: width as u128 * u128::from(own.count),
             last: position + 1 == header.elements.len(),
         };
         let values = match header.encoding {
-            Encoding::Ascii => Values::Words(words(body, &extent, vertex.count)?),
+            Encoding::Ascii => Values::Words(words(body, &extent)?),
             binary => {
-                extent.check(body.len(), vertex.count, "bytes")?;
+                extent.check(body.len(), "bytes")?;
                 let bytes = &body[before as usize..][..extent.needed as usize];
                 Values::Rows { bytes, stride: width, encoding: binary }
             }
         };
-        Ok(Self { columns, count: if width == 0 { 0 } else { vertex.count as usize }, values })
+        Ok(Self { element, columns, count: if width == 0 { 0 } else { own.count as usize }, values })
     }
 
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+    /// Number of rows.
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.columns.iter().map(|(name, ..)| name.as_str())
     }
 
-    /// `N` float properties of every vertex, finite.
+    /// `N` float properties of every row, finite.
     pub(super) fn floats<const N: usize>(&self, names: [&str; N]) -> Result<Vec<[f32; N]>, PlyProblem> {
         let flat = self.float_rows(&names)?;
         Ok(flat.as_chunks().0.to_vec())
     }
 
-    /// Float properties of every vertex, finite, vertex by vertex.
-    pub(super) fn float_rows(&self, names: &[&str]) -> Result<Vec<f32>, PlyProblem> {
+    /// Float properties of every row, finite, row by row.
+    pub(crate) fn float_rows(&self, names: &[&str]) -> Result<Vec<f32>, PlyProblem> {
         let float = |s| matches!(s, Scalar::F32 | Scalar::F64);
         let columns = names
             .iter()
@@ -73,7 +82,12 @@ impl<'a> Table<'a> {
             for (&column, &name) in columns.iter().zip(names) {
                 let value = self.value(index, column)? as f32;
                 if !value.is_finite() {
-                    return Err(PlyProblem::NonFinite { property: name.to_owned(), index, found: value });
+                    return Err(PlyProblem::NonFinite {
+                        element: self.element,
+                        property: name.to_owned(),
+                        index,
+                        found: value,
+                    });
                 }
                 rows.push(value);
             }
@@ -81,7 +95,16 @@ impl<'a> Table<'a> {
         Ok(rows)
     }
 
-    /// Three byte properties of every vertex, scaled to [0, 1].
+    /// Unsigned properties of one type of every row, row by row.
+    pub(crate) fn words(&self, names: &[&str], scalar: Scalar) -> Result<Vec<u32>, PlyProblem> {
+        let expected = if scalar == Scalar::U8 { "uchar" } else { "uint" };
+        let columns = names.iter().map(|name| self.column(name, expected, |s| s == scalar));
+        let columns = columns.collect::<Result<Vec<_>, _>>()?;
+        let cells = (0..self.count).flat_map(|index| columns.iter().map(move |&column| (index, column)));
+        cells.map(|(index, column)| Ok(self.value(index, column)? as u32)).collect()
+    }
+
+    /// Three byte properties of every row, scaled to [0, 1].
     pub(super) fn colors(&self, names: [&str; 3]) -> Result<Vec<[f32; 3]>, PlyProblem> {
         let mut columns = [0; 3];
         for (column, name) in columns.iter_mut().zip(names) {
@@ -107,7 +130,7 @@ impl<'a> Table<'a> {
         let column = self
             .names()
             .position(|other| other == name)
-            .ok_or_else(|| PlyProblem::Missing(name.to_owned()))?;
+            .ok_or_else(|| PlyProblem::Missing { element: self.element, property: name.to_owned() })?;
         let scalar = self.columns[column].1;
         if fits(scalar) {
             Ok(column)
@@ -122,6 +145,7 @@ impl<'a> Table<'a> {
             Values::Words(words) => {
                 let word = words[index * self.columns.len() + column];
                 let wrong = || PlyProblem::Number {
+                    element: self.element,
                     property: name.clone(),
                     index,
                     found: word.chars().take(40).collect(),
@@ -136,18 +160,27 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The place of the vertices among the values.
+/// The place of an element among the values.
 struct Extent {
+    element: &'static str,
+    count: u64,
     before: u128,
     needed: u128,
     last: bool,
 }
 
 impl Extent {
-    fn check(&self, present: usize, count: u64, unit: &'static str) -> Result<(), PlyProblem> {
+    fn check(&self, present: usize, unit: &'static str) -> Result<(), PlyProblem> {
         let found = (present as u128).saturating_sub(self.before);
         if found < self.needed || (self.last && found > self.needed) {
-            return Err(PlyProblem::Count { count, expected: self.needed, found: found as u64, unit });
+            let [expected, found] = [self.needed, found].map(|size| u64::try_from(size).unwrap_or(u64::MAX));
+            return Err(PlyProblem::Count {
+                element: self.element,
+                count: self.count,
+                expected,
+                found,
+                unit,
+            });
         }
         Ok(())
     }
@@ -170,14 +203,15 @@ fn columns_of(properties: &[Property], encoding: Encoding) -> Result<(Vec<Column
     Ok((columns, width))
 }
 
-fn words<'a>(body: &'a [u8], extent: &Extent, count: u64) -> Result<Vec<&'a str>, PlyProblem> {
+fn words<'a>(body: &'a [u8], extent: &Extent) -> Result<Vec<&'a str>, PlyProblem> {
     let text = std::str::from_utf8(body).map_err(|e| PlyProblem::Number {
-        property: "vertex".into(),
+        element: extent.element,
+        property: String::new(),
         index: 0,
         found: format!("bytes that are not text at {}", e.valid_up_to()),
     })?;
     let words: Vec<&str> = text.split_ascii_whitespace().collect();
-    extent.check(words.len(), count, "values")?;
+    extent.check(words.len(), "values")?;
     Ok(words[extent.before as usize..][..extent.needed as usize].to_vec())
 }
 

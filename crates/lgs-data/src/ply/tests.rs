@@ -139,7 +139,10 @@ fn points_round_trip_and_need_byte_colours() {
     write_points(&path, &points).unwrap();
     assert_eq!(read_points(&path).unwrap(), points);
     let bytes = fs::read(&path).unwrap();
-    assert_eq!(parse_points(&edited(&bytes, "green", "gruen")), Err(PlyProblem::Missing("green".into())));
+    assert_eq!(
+        parse_points(&edited(&bytes, "green", "gruen")),
+        Err(PlyProblem::Missing { element: "vertex", property: "green".into() })
+    );
     assert!(matches!(parse_points(&edited(&bytes, "uchar red", "char red")), Err(PlyProblem::Type { .. })));
 }
 
@@ -162,10 +165,19 @@ fn wrong_types_missing_properties_and_odd_harmonics_are_named() {
         problem_of(&edited(&bytes, "float opacity", "int opacity")),
         PlyProblem::Type { property: "opacity".into(), expected: "float or double", found: "I32".into() }
     );
-    assert_eq!(problem_of(&edited(&bytes, "rot_3", "rot_9")), PlyProblem::Missing("rot_3".into()));
+    assert_eq!(
+        problem_of(&edited(&bytes, "rot_3", "rot_9")),
+        PlyProblem::Missing { element: "vertex", property: "rot_3".into() }
+    );
     assert_eq!(problem_of(&edited(&bytes, "f_rest_8", "f_test_8")), PlyProblem::Harmonics(8));
-    assert_eq!(problem_of(&edited(&bytes, "f_rest_8", "f_rest_9")), PlyProblem::Missing("f_rest_8".into()));
-    assert_eq!(problem_of(&edited(&bytes, "element vertex", "element vortex")), PlyProblem::NoVertices);
+    assert_eq!(
+        problem_of(&edited(&bytes, "f_rest_8", "f_rest_9")),
+        PlyProblem::Missing { element: "vertex", property: "f_rest_8".into() }
+    );
+    assert_eq!(
+        problem_of(&edited(&bytes, "element vertex", "element vortex")),
+        PlyProblem::NoElement("vertex")
+    );
     for (from, to) in [
         ("ply\n", "pny\n"),
         ("float x", "flout x"),
@@ -203,7 +215,7 @@ fn text_that_is_no_number_is_named() {
         property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n1 two 3 0 0 0\n";
     assert_eq!(
         parse_points(text.as_bytes()),
-        Err(PlyProblem::Number { property: "y".into(), index: 0, found: "two".into() })
+        Err(PlyProblem::Number { element: "vertex", property: "y".into(), index: 0, found: "two".into() })
     );
 }
 

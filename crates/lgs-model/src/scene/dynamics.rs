@@ -9,6 +9,7 @@ use lgs_mechanics::coordinates::{self, Coordinates, Embedding};
 use lgs_mechanics::{Law, MechanicsError};
 
 /// How the particles of an object move.
+#[expect(clippy::large_enum_variant, reason = "a scene has a few objects")]
 #[derive(Clone, Debug)]
 pub enum Dynamics {
     /// Every particle by itself under networks U and Q, aligned after each step (Eq. 4 to 6).

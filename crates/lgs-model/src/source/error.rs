@@ -37,11 +37,36 @@ pub enum SourceError {
     /// A folder that can't be read.
     #[error(transparent)]
     Folder(#[from] FileError),
-    /// The output of another program without a whole model.
-    #[error("expected `point_cloud/iteration_N` and `deform/iteration_N` of the same N, found none: {path}")]
+    /// The output of the DefGS program without one of its folders.
+    #[error("expected the folder `{part}` ({holds}) in an output of the DefGS program, found none: {path}")]
+    NoPart {
+        /// The folder.
+        path: PathBuf,
+        /// Name of the folder that is absent.
+        part: &'static str,
+        /// The contents of that folder.
+        holds: &'static str,
+    },
+    /// The output of the DefGS program without a whole model.
+    #[error(
+        "expected `point_cloud/iteration_N` and `deform/iteration_N` of the same N, found N of {gaussians} \
+         and of {networks}: {path}"
+    )]
     NoIteration {
         /// The folder.
         path: PathBuf,
+        /// Iterations with Gaussians.
+        gaussians: String,
+        /// Iterations with networks.
+        networks: String,
+    },
+    /// Settings of the DefGS program that are none.
+    #[error("expected `Namespace(…)`, found `{found}`: {path}")]
+    Settings {
+        /// The file.
+        path: PathBuf,
+        /// Its first words.
+        found: String,
     },
 }
 
@@ -55,7 +80,10 @@ impl SourceError {
             Self::Checkpoint(error) => error.path(),
             Self::Splats(error) => error.path(),
             Self::Folder(error) => error.path(),
-            Self::Cloud { path, .. } | Self::NoIteration { path } => path,
+            Self::Cloud { path, .. }
+            | Self::NoPart { path, .. }
+            | Self::NoIteration { path, .. }
+            | Self::Settings { path, .. } => path,
         }
     }
 }

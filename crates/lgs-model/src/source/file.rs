@@ -24,7 +24,7 @@ pub fn imported_kind(path: &Path) -> SourceKind {
 /// If something is absent, malformed, not finite or does not fit together.
 pub fn import_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
     match imported_kind(path) {
-        SourceKind::Defgs => Ok(Box::new(read_official_defgs(path)?)),
+        SourceKind::Defgs => Ok(Box::new(read_official_defgs(path)?.model)),
         _ => Ok(Box::new(ImportedFrames::new(read_frames(path)?))),
     }
 }

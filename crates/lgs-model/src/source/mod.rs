@@ -47,7 +47,7 @@ pub use model::SourceModel;
 pub use motion::{Canonical, Captured, Learned, Moment, MotionConfig, Remade, SourceMotion};
 pub use network::Deformation;
 pub use nodes::ControlNodes;
-pub use official::{is_official_defgs, read_official_defgs};
+pub use official::{OfficialDefGs, OfficialSettings, is_official_defgs, read_official_defgs};
 
 use registry::Kind;
 

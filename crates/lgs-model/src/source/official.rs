@@ -3,7 +3,11 @@
 //! Its output folder holds `point_cloud/iteration_N/point_cloud.ply`, the canonical Gaussians, and
 //! `deform/iteration_N/deform.pth`, the deformation network's state dictionary: `timenet.{0,2}` (absent for
 //! real scenes), `linear.{0..7}`, and the heads `gaussian_warp`, `gaussian_rotation` and `gaussian_scaling`,
-//! which are one layer of ours. Sizes are read from the shapes.
+//! which are one layer of ours. Sizes are read from the shapes. `cfg_args` says how it was trained.
+
+mod settings;
+
+pub use settings::OfficialSettings;
 
 use std::path::{Path, PathBuf};
 
@@ -19,36 +23,69 @@ use super::error::SourceError;
 use super::input::InputFrame;
 use super::network::Deformation;
 
+/// A folder's latest model.
+#[derive(Clone, Debug)]
+pub struct OfficialDefGs {
+    /// Gaussians and network.
+    pub model: DefGs,
+    /// The iteration at which they were written.
+    pub iteration: usize,
+    /// How the model was trained, if `cfg_args` is there.
+    pub settings: Option<OfficialSettings>,
+}
+
+/// Parts of an output folder, with what each holds.
+const PARTS: [(&str, &str); 2] = [
+    ("point_cloud", "the Gaussians, `point_cloud/iteration_N/point_cloud.ply`"),
+    ("deform", "the deformation network, `deform/iteration_N/deform.pth`"),
+];
+
 /// Heads in the order of a pose row, with their outputs.
 const HEADS: [(&str, usize); 3] = [("gaussian_warp", 3), ("gaussian_rotation", 4), ("gaussian_scaling", 3)];
 
-/// Frequencies of the time's encoding where there is no time network (method §3.1).
-const REAL_TIME_FREQUENCIES: usize = 10;
+/// Frequencies of the encodings of time and position as published, where there is no time network (method
+/// §3.1): the sum of both widths alone does not tell them apart.
+const REAL_FREQUENCIES: usize = 10;
 
-/// Whether a folder looks like the output of the DefGS program.
+/// Whether a folder looks like the output of the DefGS program, whole or not.
 #[must_use]
 pub fn is_official_defgs(folder: &Path) -> bool {
-    folder.join("deform").is_dir() && folder.join("point_cloud").is_dir()
+    PARTS.iter().any(|(part, _)| folder.join(part).is_dir()) || folder.join(settings::FILE).is_file()
 }
 
 /// Reads the latest iteration for which there are both Gaussians and network.
 ///
 /// # Errors
-/// If there is none, a file can't be read, the network has the six-degrees-of-freedom head, or a tensor is
-/// absent or does not fit.
-pub fn read_official_defgs(folder: &Path) -> Result<DefGs, SourceError> {
+/// If there is none, a part or file is absent or can't be read, the network has the six-degrees-of-freedom
+/// head, or a tensor is absent or does not fit.
+pub fn read_official_defgs(folder: &Path) -> Result<OfficialDefGs, SourceError> {
+    for (part, holds) in PARTS {
+        if !folder.join(part).is_dir() {
+            return Err(SourceError::NoPart { path: folder.to_owned(), part, holds });
+        }
+    }
     let iteration = latest_iteration(folder)?;
     let file = |part: &str, name: &str| folder.join(part).join(format!("iteration_{iteration}")).join(name);
     let deformation = deformation(&StateDict::open(&file("deform", "deform.pth"))?)?;
     let canonical = read_ply(&file("point_cloud", "point_cloud.ply"))?;
-    Ok(DefGs { canonical, deformation })
+    let settings = OfficialSettings::read(folder)?;
+    Ok(OfficialDefGs { model: DefGs { canonical, deformation }, iteration, settings })
 }
 
 fn latest_iteration(folder: &Path) -> Result<usize, SourceError> {
     let (gaussians, networks) =
         (iterations(&folder.join("point_cloud"))?, iterations(&folder.join("deform"))?);
-    let both = gaussians.into_iter().filter(|iteration| networks.contains(iteration));
-    both.max().ok_or_else(|| SourceError::NoIteration { path: folder.to_owned() })
+    let both = gaussians.iter().filter(|iteration| networks.contains(iteration));
+    both.max().copied().ok_or_else(|| SourceError::NoIteration {
+        path: folder.to_owned(),
+        gaussians: listed(&gaussians),
+        networks: listed(&networks),
+    })
+}
+
+fn listed(iterations: &[usize]) -> String {
+    let names: Vec<String> = iterations.iter().map(ToString::to_string).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 /// Numbers N of the folders `iteration_N`.
@@ -59,6 +96,7 @@ fn iterations(folder: &PathBuf) -> Result<Vec<usize>, FileError> {
         let name = entry.map_err(failed)?.file_name();
         found.extend(name.to_str().and_then(|name| name.strip_prefix("iteration_")?.parse::<usize>().ok()));
     }
+    found.sort_unstable();
     Ok(found)
 }
 
@@ -80,28 +118,29 @@ fn deformation(dict: &StateDict) -> Result<Deformation, PthError> {
 
 /// Sizes by the shapes of the weights.
 fn sizes(dict: &StateDict) -> Result<DeformationConfig, PthError> {
-    let matrix = |name: &str| match dict.shape(name) {
-        Some(&[outputs, inputs]) => Ok([outputs, inputs]),
-        Some(found) => Err(dict.error(name, "a weight [out, in]".to_owned(), format!("shape {found:?}"))),
-        None => Err(dict.absent(name, "a weight [out, in]".to_owned())),
-    };
-    let frequencies = |name: &str, numbers: usize, dimensions: usize| {
-        let frequencies = (numbers / dimensions).saturating_sub(1) / 2;
-        let fits = encoded_width(dimensions, frequencies) == numbers;
-        let expected = || format!("inputs for encoded {dimensions}-vectors");
-        if fits { Ok(frequencies) } else { Err(dict.error(name, expected(), format!("{numbers} numbers"))) }
-    };
-    let [width, inputs] = matrix("linear.0.weight")?;
+    let [width, inputs] = matrix(dict, "linear.0.weight")?;
     let depth = (0..).take_while(|i| dict.shape(&format!("linear.{i}.weight")).is_some()).count();
-    let (time_frequencies, time_hidden, time_features) = match dict.shape("timenet.0.weight") {
-        Some(_) => {
-            let [hidden, encoded] = matrix("timenet.0.weight")?;
-            (frequencies("timenet.0.weight", encoded, 1)?, hidden, matrix("timenet.2.weight")?[0])
-        }
-        None => (REAL_TIME_FREQUENCIES, DeformationConfig::paper().time_hidden, 0),
+    let frequencies = |name: &str, numbers: usize, dimensions: usize| {
+        let expected = || format!("inputs for encoded {dimensions}-vectors");
+        let found = || dict.error(name, expected(), format!("{numbers} numbers"));
+        frequencies_of(numbers, dimensions).ok_or_else(found)
     };
-    let time_width = if time_features > 0 { time_features } else { encoded_width(1, time_frequencies) };
-    let position_frequencies = frequencies("linear.0.weight", inputs.saturating_sub(time_width), 3)?;
+    let (position_frequencies, time_frequencies, time_hidden, time_features) =
+        match dict.shape("timenet.0.weight") {
+            Some(_) => {
+                let [hidden, encoded] = matrix(dict, "timenet.0.weight")?;
+                let features = matrix(dict, "timenet.2.weight")?[0];
+                let position = frequencies("linear.0.weight", inputs.saturating_sub(features), 3)?;
+                (position, frequencies("timenet.0.weight", encoded, 1)?, hidden, features)
+            }
+            None => {
+                let (position, time) = frequencies_of_both(inputs).ok_or_else(|| {
+                    let expected = "inputs for an encoded position and time".to_owned();
+                    dict.error("linear.0.weight", expected, format!("{inputs} numbers"))
+                })?;
+                (position, time, DeformationConfig::paper().time_hidden, 0)
+            }
+        };
     Ok(DeformationConfig {
         depth,
         width,
@@ -115,6 +154,30 @@ fn sizes(dict: &StateDict) -> Result<DeformationConfig, PthError> {
         head_init: HeadInit::Uniform,
         ..DeformationConfig::paper()
     })
+}
+
+/// Outputs and inputs of a layer.
+fn matrix(dict: &StateDict, name: &str) -> Result<[usize; 2], PthError> {
+    let expected = || "a weight [out, in]".to_owned();
+    match dict.shape(name) {
+        Some(&[outputs, inputs]) => Ok([outputs, inputs]),
+        Some(found) => Err(dict.error(name, expected(), format!("shape {found:?}"))),
+        None => Err(dict.absent(name, expected())),
+    }
+}
+
+/// Frequencies of the encoding of vectors that takes so many numbers.
+fn frequencies_of(numbers: usize, dimensions: usize) -> Option<usize> {
+    let frequencies = (numbers / dimensions).checked_sub(1)? / 2;
+    (encoded_width(dimensions, frequencies) == numbers).then_some(frequencies)
+}
+
+/// Frequencies of position and time whose encodings together take so many numbers, one of them as published.
+fn frequencies_of_both(numbers: usize) -> Option<(usize, usize)> {
+    let rest = |dimensions| numbers.checked_sub(encoded_width(dimensions, REAL_FREQUENCIES));
+    let with_time = || Some((frequencies_of(rest(1)?, 3)?, REAL_FREQUENCIES));
+    let with_position = || Some((REAL_FREQUENCIES, frequencies_of(rest(3)?, 1)?));
+    with_time().or_else(with_position)
 }
 
 /// The values of one of our parameters; inputs are in the same order: position, time, then the layer before.

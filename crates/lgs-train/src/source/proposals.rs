@@ -210,8 +210,9 @@ mod tests {
             let camera = Camera::look_at(eye, [0.0; 3], 0.7, 120, 120);
             let drawn = rasterize(&Splats::from(&truth.at(time)), &camera, [1.0; 3]);
             let byte = |c: f32| (255.0 * c.clamp(0.0, 1.0)) as u8;
-            let rgba = drawn.image.iter().flat_map(|p| [byte(p[0]), byte(p[1]), byte(p[2]), 255]).collect();
-            Frame { name: i.to_string(), camera_id: i % 6, camera, time, rgba }
+            let rgba: Vec<u8> =
+                drawn.image.iter().flat_map(|p| [byte(p[0]), byte(p[1]), byte(p[2]), 255]).collect();
+            Frame { name: i.to_string(), camera_id: i % 6, camera, time, pixels: rgba.into() }
         };
         (0..30).map(frame).collect()
     }

@@ -208,9 +208,9 @@ impl Follower<'_> {
                     v_mean[j] += v * carrier.matrix[i][j];
                 }
             }
-            for i in 0..4 {
-                by_turn += v_sum[i] * carrier.turn[i];
-                sums.turn[i] += weight * turn.signs[k] * v_sum[i];
+            for (i, v) in v_sum.iter().enumerate() {
+                by_turn += v * carrier.turn[i];
+                sums.turn[i] += weight * turn.signs[k] * v;
             }
             v_weights[k] = by_place + turn.signs[k] * by_turn;
         }
@@ -232,10 +232,10 @@ impl Follower<'_> {
             let (carrier, sums) = (&carriers[node as usize], &mut sums[node as usize]);
             sums.log_radius += v_radius;
             sums.logit += v_logit;
-            for i in 0..FEATURES {
+            for (i, v_feature) in v_features.iter_mut().enumerate() {
                 let v = v_fall * (self.features[i] - carrier.node.features[i]);
                 sums.features[i] += v;
-                v_features[i] -= v;
+                *v_feature -= v;
             }
         }
         v_features

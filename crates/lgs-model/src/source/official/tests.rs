@@ -3,7 +3,7 @@ use crate::source::SourceModel;
 use lgs_core::GaussianCloud;
 use lgs_core::testing::{assert_values_close, pseudo_random_within};
 use lgs_data::ply::write_ply;
-use lgs_data::testing::{CheckpointEntry, checkpoint};
+use lgs_data::testing::{CheckpointEntry, checkpoint, checkpoint_archive};
 
 type Tensors = Vec<(String, Vec<usize>, Vec<f32>)>;
 
@@ -60,7 +60,9 @@ fn both_of_the_authors_networks_move_gaussians_as_ours_does() {
         let (model, tensors) = model(config);
         write(folder.path(), &model, &tensors);
         assert!(is_official_defgs(folder.path()));
-        let read = read_official_defgs(folder.path()).expect("read");
+        let OfficialDefGs { model: read, iteration, settings } =
+            read_official_defgs(folder.path()).expect("read");
+        assert_eq!((iteration, settings), (20, None));
         assert_eq!(read.deformation, model.deformation);
         assert_eq!(read.cloud_at(0.4), model.cloud_at(0.4));
     }
@@ -166,7 +168,7 @@ fn both_networks_agree_with_an_independent_implementation() {
         let (mut model, _) = model(DeformationConfig::paper());
         model.canonical = canonical.clone();
         write(folder.path(), &model, &pseudo_random_dictionary(scenes));
-        let cloud = read_official_defgs(folder.path()).expect("read").cloud_at(0.4);
+        let cloud = read_official_defgs(folder.path()).expect("read").model.cloud_at(0.4);
         let rows = (0..2)
             .flat_map(|i| [cloud.means[i].as_slice(), &cloud.rotations[i], &cloud.log_scales[i]].concat());
         assert_values_close("Gaussians", &rows.collect::<Vec<f32>>(), expected.as_flattened(), 2e-5, 1e-5);
@@ -203,5 +205,41 @@ fn what_is_wrong_with_a_folder_is_named() {
     refused("`gaussian_scaling.bias`");
     std::fs::remove_dir_all(folder.path().join("deform/iteration_20")).expect("remove");
     std::fs::remove_dir_all(folder.path().join("deform/iteration_7")).expect("remove");
-    refused("iteration_N");
+    refused("found N of 7, 20, 100 and of none");
+    std::fs::remove_dir_all(folder.path().join("point_cloud")).expect("remove");
+    refused("the folder `point_cloud` (the Gaussians");
+    std::fs::remove_dir_all(folder.path().join("deform")).expect("remove");
+    assert!(!is_official_defgs(folder.path()));
+    std::fs::write(folder.path().join("cfg_args"), "Namespace(").expect("settings");
+    assert!(is_official_defgs(folder.path()), "what is left of an output is one");
+}
+
+/// Every file of an output folder, in the forms that the program writes: the network as an archive from a
+/// graphics card, of the sizes that its options give.
+#[test]
+fn whole_folders_of_every_size_are_read() {
+    let paper = DeformationConfig::paper();
+    // Inputs: 21 numbers of 3 frequencies and 21 of time; 63 and 21; 63 and 30 of the time network.
+    let real = DeformationConfig { time_features: 0, time_frequencies: 10, ..paper.clone() };
+    let small = DeformationConfig { position_frequencies: 3, ..real.clone() };
+    for (config, inputs) in [(small, 42), (real, 84), (paper, 93)] {
+        for width in [16, 128, 512] {
+            let config = DeformationConfig { width, depth: 8, ..config.clone() };
+            assert_eq!(config.position_width() + config.time_width(), inputs);
+            let folder = tempfile::tempdir().expect("folder");
+            let (model, tensors) = model(config);
+            let path = write(folder.path(), &model, &tensors);
+            let entries: Vec<_> = tensors
+                .iter()
+                .map(|(name, shape, v)| (name.as_str(), shape.as_slice(), v.as_slice()))
+                .collect();
+            std::fs::write(path, checkpoint_archive("deform", &entries)).expect("pth");
+            let settings = "Namespace(sh_degree=3, source_path='/data/cut-lemon', white_background=False)";
+            std::fs::write(folder.path().join("cfg_args"), settings).expect("cfg_args");
+            std::fs::write(folder.path().join("cameras.json"), "[]").expect("cameras");
+            let read = read_official_defgs(folder.path()).expect("read");
+            assert_eq!(read.model, model, "{inputs} inputs, width {width}");
+            assert_eq!(read.settings.and_then(|settings| settings.white_background), Some(false));
+        }
+    }
 }

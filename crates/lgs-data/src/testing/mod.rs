@@ -1,4 +1,10 @@
-//! Files for tests that only other programs write: PyTorch checkpoints.
+//! Files for tests that only other programs write: PyTorch checkpoints and motion capture.
+
+mod archive;
+mod c3d;
+
+pub use archive::checkpoint_archive;
+pub use c3d::{C3d, C3dForm, Processor};
 
 /// One value of a checkpoint's dictionary.
 #[derive(Clone, Copy, Debug)]
