@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use lgs_data::dataset::DatasetFormat;
+use lgs_data::tracks::is_track_file;
 use lgs_model::source::{SourceKind, imported_kind};
 use lgs_train::config::Preset;
 use lgs_train::{RunFolder, TrainConfig};
@@ -143,7 +144,10 @@ impl Args {
             (_, Some(named)) => named.name(),
         };
         let path = std::path::absolute(import).at(import)?;
-        Ok(vec![format!("source.kind={kind}"), format!("source.import={}", path.display())])
+        let mut settings = vec![format!("source.kind={kind}"), format!("source.import={}", path.display())];
+        // A marker is a measured thing, not one Gaussian of many: by itself it can be an object.
+        settings.extend(is_track_file(import).then(|| "partition.smallest_object=1".to_owned()));
+        Ok(settings)
     }
 }
 

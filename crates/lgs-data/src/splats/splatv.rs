@@ -4,9 +4,9 @@
 //! Two words, the number 0x674b and the length of a list in JSON; that list of chunks with types and sizes;
 //! the chunks. The chunk `splat` has 16 words for each Gaussian: three floats of the centre, a word of red,
 //! green, blue and opacity as bytes, and for the rest pairs of half floats: the quaternion w x y z, the
-//! scales, the coefficients of the first three powers of τ, the change of the quaternion with τ, the Gaussian's own
-//! time, and how long it is visible. τ is the time since the Gaussian's own, and its opacity is multiplied by
-//! exp(−τ²/σ²) with that duration σ.
+//! scales, the coefficients of the first three powers of τ, the change of the quaternion with τ, the
+//! Gaussian's own time, and how long it is visible. τ is the time since the Gaussian's own, and its opacity
+//! is multiplied by exp(−τ²/σ²) with that duration σ.
 //!
 //! A source of frames has opacities that stay: Gaussians that are at least half visible at every time in
 //! [0, 1] are taken; others, which come and go, are left out.

@@ -17,8 +17,8 @@ use words::{Processor, Words};
 const BLOCK: usize = 512;
 /// The byte by which headers of file and parameters are known.
 const KEY: u8 = 0x50;
-/// The largest number that `POINT:FRAMES` holds; files with more frames count them elsewhere.
-const MOST_FRAMES: u64 = 65535;
+/// The number in `POINT:FRAMES` of a file with more frames than fit there; they are counted elsewhere.
+const TOO_MANY_FRAMES: u64 = 65535;
 
 /// Reads the points of a file.
 pub(super) fn parse(bytes: &[u8]) -> Result<PointTracks, TracksProblem> {
@@ -74,7 +74,8 @@ impl Shape {
             [Some(first), Some(last)] if last >= first => Some(last - first + 1),
             _ => None,
         };
-        let counted = field(number("FRAMES")).filter(|&frames| frames > 0 && frames < MOST_FRAMES);
+        let counted = field(number("FRAMES")).filter(|&frames| frames > 0 && frames != TOO_MANY_FRAMES);
+        let counted = field(number("LONG_FRAMES")).or(counted);
         let of_header = (last + 1).saturating_sub(first);
         let rate = number("RATE").map_or_else(|| words.float(20, "header").map(f64::from), Ok)?;
         let scale = number("SCALE").map_or_else(|| words.float(12, "header").map(f64::from), Ok)?;
