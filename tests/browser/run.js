@@ -9,7 +9,7 @@ import readline from 'node:readline';
 const built = new URL('../../target/release/lagrangegs', import.meta.url).pathname;
 const program = process.env.LAGRANGEGS ?? built;
 
-function call(...words) {
+export function call(...words) {
   const done = spawnSync(program, words, { encoding: 'utf8' });
   if (done.status !== 0) throw new Error(`lagrangegs ${words.join(' ')}: ${done.stderr}`);
 }
@@ -23,6 +23,23 @@ export function makeRun() {
   call('synth', 'falling-ball', '--tracks', '--out', tracks);
   call('train', data, '--out', run, '--source', 'frames', '--import', tracks);
   return { folder, data, run, remove: () => rmSync(folder, { recursive: true, force: true }) };
+}
+
+/** A training run with its page, once it listens; `ended` is its exit code. */
+export async function startTraining(data, run, ...words) {
+  const child = spawn(program, ['train', data, '--out', run, '--view', '--port', '0', ...words],
+    { stdio: ['ignore', 'ignore', 'pipe'] });
+  let errors = '';
+  const url = await new Promise((resolve, reject) => {
+    child.stderr.on('data', (text) => {
+      errors += text;
+      const found = /http:\S+/.exec(errors);
+      if (found) resolve(found[0]);
+    });
+    child.once('exit', (code) => reject(new Error(`training ended with ${code}: ${errors}`)));
+  });
+  const ended = new Promise((resolve) => { child.once('exit', resolve); });
+  return { url, ended, stop: () => child.kill('SIGINT') };
 }
 
 /** A viewer of a run, once it listens. */

@@ -2,10 +2,10 @@
 
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, test } from 'node:test';
-import { mkdirSync } from 'node:fs';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
-import { makeRun, startViewer } from './run.js';
+import { call, makeRun, startViewer } from './run.js';
 
 const executablePath = process.env.CHROMIUM ?? '/usr/bin/chromium';
 let made, viewer, browser, page, faults;
@@ -202,6 +202,51 @@ test('a picture can be saved, and exact ones are PNG', async () => {
   await page.check('#exact');
   await settled();
   assert.equal(await page.evaluate(() => window.lagrangegs.panes[0].header.mime), 'image/png');
+  assert.deepEqual(faults, []);
+});
+
+test('views that are kept become a path that render follows', async () => {
+  await open();
+  await goto(0.2);
+  await page.focus('#stage');
+  await page.keyboard.press('k');
+  await page.evaluate(() => { window.lagrangegs.page.camera.orbit(0.5, 0.1); });
+  await goto(0.6);
+  await page.click('#key');
+  assert.equal(await page.locator('#film .key').count(), 2);
+  await setAll('potential', 0.5);
+  assert.match(await page.textContent('#command'), /render .*falling ball'.*--potential-scale 0.5/);
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#save-path')]);
+  const file = JSON.parse(readFileSync(await download.path(), 'utf8'));
+  assert.equal(file.keyframes.length, 2);
+  const path = join(made.folder, 'path.json');
+  writeFileSync(path, JSON.stringify(file));
+  const film = join(made.folder, 'film.gif');
+  call('render', made.run, '--camera', path, '--size', '96', '--fps', '5', '--out', film);
+  assert.equal(readFileSync(film).subarray(0, 6).toString(), 'GIF89a');
+  await page.goto(`file://${film}`);
+  assert.equal(await page.evaluate(() => document.images[0].naturalWidth), 96);
+  assert.deepEqual(faults, []);
+});
+
+test('the potential of an object lies over the picture, and follows its scale', async () => {
+  await open();
+  const overlay = () => page.evaluate(() => {
+    const canvas = window.lagrangegs.panes[0].overlay;
+    return canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.reduce((a, b) => a + b, 0);
+  });
+  assert.equal(await overlay(), 0);
+  await page.check('#potential');
+  await page.waitForFunction(() => window.lagrangegs.page.slice);
+  assert.ok(await overlay() > 0);
+  await shot('potential.png');
+  const high = () => page.evaluate(() => window.lagrangegs.page.slice.range);
+  const [low, top] = await high();
+  await setAll('potential', 2);
+  await page.waitForFunction((spread) => {
+    const { range } = window.lagrangegs.page.slice;
+    return Math.abs(range[1] - range[0] - 2 * spread) < 0.01 * spread;
+  }, top - low);
   assert.deepEqual(faults, []);
 });
 

@@ -41,6 +41,17 @@ impl Image {
         Self { width, height, pixels: (0..width as usize * height as usize).map(mean).collect() }
     }
 
+    /// The nearest pixels of the image at another size.
+    #[must_use]
+    pub fn resampled(&self, width: u32, height: u32) -> Self {
+        let at = |i: u32, from: u32, to: u32| (u64::from(i) * u64::from(from) / u64::from(to)) as usize;
+        let row = |y: u32| {
+            let start = at(y, self.height, height) * self.width as usize;
+            (0..width).map(move |x| self.pixels[start + at(x, self.width, width)])
+        };
+        Self { width, height, pixels: (0..height).flat_map(row).collect() }
+    }
+
     /// Bytes of an 8-bit RGB image, rounded to nearest and clamped.
     #[must_use]
     pub fn to_rgb8(&self) -> Vec<u8> {

@@ -34,8 +34,8 @@ fn learned(
     let config = TrainConfig::resolve(Preset::Quick, None, &all)?;
     let dataset = Dataset::none([1.0; 3]);
     let run = RunFolder::create(&folder.path().join("run"), &config, &dataset)?;
-    let mut control = Control { stop: &AtomicBool::new(false), progress: &mut |_| {} };
-    train(&run, &dataset, &config, &DeviceName::Auto.device(), &mut control)?;
+    let (stop, device) = (AtomicBool::new(false), DeviceName::Auto.device());
+    train(&run, &dataset, &config, &device, &mut Control::new(&stop, &mut |_| {}))?;
     Ok(load_scene(&run.scene_path())?)
 }
 

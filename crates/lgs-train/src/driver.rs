@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, TensorFile, TensorFileError};
 
 use crate::checkpoint::Stage;
@@ -42,6 +43,9 @@ pub trait Trainer {
     /// scene that the stage is made from.
     fn checkpoint(&self) -> TensorFile;
 
+    /// What has been learned so far, for whoever looks at it.
+    fn glance(&self) -> Glance;
+
     /// Continues from a checkpoint of `step` steps of the same stage of the same run.
     ///
     /// # Errors
@@ -58,6 +62,23 @@ pub trait Trainer {
 pub trait SceneTrainer: Trainer {
     /// The scene with what has been learned so far.
     fn scene(&self) -> LagrangianScene;
+}
+
+/// What a stage has learned so far.
+pub enum Glance {
+    /// The source model, while it is trained.
+    Source(Box<dyn SourceModel>),
+    /// The scene, in the stages after it.
+    Scene(Box<LagrangianScene>),
+}
+
+/// Someone who looks at training now and then. Snapshots are copies: looking changes nothing in the result.
+pub trait Onlooker {
+    /// Whether a snapshot is wanted now. It is asked after every step, so the answer should be quick.
+    fn wants(&mut self) -> bool;
+
+    /// Takes a snapshot.
+    fn show(&mut self, snapshot: Glance);
 }
 
 /// The state that a progress bar shows.
@@ -86,4 +107,13 @@ pub struct Control<'a> {
     pub stop: &'a AtomicBool,
     /// Called after every step.
     pub progress: &'a mut dyn FnMut(Progress),
+    /// Who looks at the models while they are trained.
+    pub onlooker: Option<&'a mut dyn Onlooker>,
+}
+
+impl<'a> Control<'a> {
+    /// Control without an onlooker.
+    pub fn new(stop: &'a AtomicBool, progress: &'a mut dyn FnMut(Progress)) -> Self {
+        Self { stop, progress, onlooker: None }
+    }
 }

@@ -60,6 +60,7 @@ impl TrainingLoop<'_> {
                 events.append(&Event::of(&progress))?;
             }
             (control.progress)(progress);
+            show(trainer, control);
             if timer.is_due() {
                 self.save(trainer)?;
             }
@@ -85,6 +86,15 @@ fn advance(trainer: &mut dyn Trainer) -> Result<Progress, TrainError> {
     }
     let (steps, gaussians) = (trainer.steps(), trainer.gaussians());
     Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians, left_secs: None })
+}
+
+/// Shows the models to an onlooker who wants to see them.
+fn show(trainer: &dyn Trainer, control: &mut Control<'_>) {
+    if let Some(onlooker) = control.onlooker.as_deref_mut()
+        && onlooker.wants()
+    {
+        onlooker.show(trainer.glance());
+    }
 }
 
 /// The span of a stage, for profiles.

@@ -92,7 +92,7 @@ fn run_with(
         }
     };
     let device = DeviceName::Cpu.device();
-    train(&run, dataset, config, &device, &mut Control { stop: &stop, progress: &mut progress })
+    train(&run, dataset, config, &device, &mut Control::new(&stop, &mut progress))
 }
 
 /// Bytes of everything that a run delivers.
@@ -240,7 +240,7 @@ fn an_ablated_run_leaves_out_what_it_names() {
         &dataset,
         &config,
         &DeviceName::Cpu.device(),
-        &mut Control { stop: &AtomicBool::new(false), progress: &mut progress },
+        &mut Control::new(&AtomicBool::new(false), &mut progress),
     )
     .expect("train")
     .scene;

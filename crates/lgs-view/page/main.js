@@ -3,9 +3,11 @@
 import { Camera } from './camera.js';
 import { Connection } from './connection.js';
 import { divider, keys, pointers } from './controls.js';
+import { Film } from './film.js';
 import { Pane } from './pane.js';
 import { Physics } from './physics.js';
 import { Timeline } from './timeline.js';
+import { Training } from './training.js';
 
 const get = (id) => document.getElementById(id);
 const stage = get('stage');
@@ -15,6 +17,21 @@ const connection = new Connection({ hello, frame, answer, state });
 const panes = [0, 1].map((index) => new Pane(index, get(`pane-${index}`), connection));
 const timeline = new Timeline((moving) => refresh(moving));
 const physics = new Physics((moving) => refresh(moving));
+const training = new Training(connection, {
+  changed: () => refresh(timeline.playing),
+  staged: () => connection.send({ kind: 'hello' }),
+});
+const film = new Film({
+  shown: () => ({
+    pose: page.camera.pose(page.hello.cameras), time: timeline.time, camera: page.camera.state(),
+    size: panes[0].box.map((side) => Math.max(16, Math.round(side))),
+  }),
+  go({ camera, time }) { page.camera.restore(camera); timeline.set(time, false); },
+  edits: () => ({
+    run: page.hello?.run ?? 'RUN', edits: page.hello ? physics.request() : [],
+    compare: { original: 'unedited', source: 'source' }[get('compare').value],
+  }),
+});
 panes[0].onshown = shown;
 panes[1].onshown = () => overlays();
 
@@ -33,6 +50,7 @@ function hello(message) {
   if (!page.camera) page.camera = new Camera(message.start);
   timeline.begin(message.times, message.window);
   physics.begin(message.objects);
+  training.begin(message.training);
   choices();
   panes.forEach((pane) => pane.forget());
   page.pathsOf = null;
@@ -78,7 +96,7 @@ function refresh(moving) {
   if (compare !== 'none') panes[1].ask(() => view(1), moving);
   trust();
   overlays();
-  if (!moving) { paths(); remember(); }
+  if (!moving) { paths(); remember(); film.build(); }
 }
 
 /** The times at which all objects are trusted: under an edit, where every law explains its motion. */
@@ -86,7 +104,8 @@ function trust() {
   const { objects, window } = page.hello;
   const edited = physics.request().length > 0;
   const own = ({ law }) => (edited && law?.verdict !== 'explained' ? [0, 0] : law?.trusted ?? [0, window]);
-  const common = objects.map(own).reduce((a, b) => [Math.max(a[0], b[0]), Math.min(a[1], b[1])], [-1e9, 1e9]);
+  const none = objects.length ? [-1e9, 1e9] : [0, window];
+  const common = objects.map(own).reduce((a, b) => [Math.max(a[0], b[0]), Math.min(a[1], b[1])], none);
   timeline.trust([Math.min(common[0], 0), edited ? common[1] : Math.max(common[1], window)]);
 }
 
@@ -103,6 +122,7 @@ function shown(header) {
   get('status').textContent = `${page.rates.length} pictures/s, ${header.size.join(' × ')}, `
     + `${header.milliseconds.toFixed(0)} ms, ${kept}${rolling}`;
   overlays();
+  slice();
 }
 
 function captions() {
@@ -132,7 +152,15 @@ function overlays() {
     colors: page.hello.objects.map(({ color }) => color),
     showPaths: get('paths').checked,
     showArrows: get('arrows').checked,
+    slice: index === 0 && get('potential').checked ? page.slice : null,
   }));
+}
+
+/** Asks for the potential of the chosen object, or of the first one, in the picture that is shown. */
+function slice() {
+  if (!get('potential').checked || !panes[0].last || !page.hello.objects.length) return;
+  const { kind, ...view } = panes[0].last;
+  connection.send({ kind: 'slice', view, object: physics.selected ?? 0 });
 }
 
 /** Asks for the paths of the edits at hand, once. */
@@ -150,10 +178,17 @@ function answer(message) {
   if (message.kind === 'paths' && message.serial === page.pathsSerial) {
     page.paths = message;
     overlays();
+  } else if (message.kind === 'training') {
+    training.show(message);
   } else if (message.kind === 'picked') {
     physics.select(message.object);
+    slice();
+  } else if (message.kind === 'slice') {
+    page.slice = message.slice;
+    overlays();
   } else if (message.kind === 'refused') {
     get('status').textContent = message.reason;
+    if (/potential|behind/.test(message.reason)) page.slice = null;
     panes[message.pane].underway.clear();
   }
 }
@@ -196,10 +231,11 @@ keys({
   o: () => choose('style', ['color', 'objects', 'points', 'ellipsoids']),
   p: () => picture(),
   t: () => panel(),
+  k: () => film.add(),
   0: () => { page.camera.reset(); refresh(false); },
 }, (right, down, forward) => act.move((camera) => camera.fly(right, down, forward)));
 
-for (const id of ['compare', 'layout', 'style', 'paths', 'arrows', 'exact']) {
+for (const id of ['compare', 'layout', 'style', 'paths', 'arrows', 'potential', 'exact']) {
   get(id).onchange = () => refresh(false);
 }
 get('cameras').onchange = ({ target }) => {
@@ -250,4 +286,4 @@ function restore() {
 }
 
 // For scripts that look at the page.
-window.lagrangegs = { panes, timeline, physics, page, connection };
+window.lagrangegs = { panes, timeline, physics, page, connection, film, training };

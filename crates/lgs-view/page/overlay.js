@@ -46,9 +46,26 @@ function arrow(context, from, to, color) {
   line(context, [from, to, null, side(0.45), to, side(-0.45)], color, 1.5);
 }
 
+/** A potential as a map over the picture, with its forces. */
+function potential(context, size, { size: [columns, rows], values, arrows }) {
+  const map = Object.assign(document.createElement('canvas'), { width: columns, height: rows });
+  const image = new ImageData(columns, rows);
+  values.forEach((value, i) => {
+    // From blue over green to yellow, as the figures of the report.
+    image.data.set([68 + 185 * value ** 2, 20 + 211 * value, 120 - 90 * value + 60 * value * (1 - value), 130], 4 * i);
+  });
+  map.getContext('2d').putImageData(image, 0, 0);
+  context.drawImage(map, 0, 0, ...size);
+  for (const [x, y, u, v] of arrows) {
+    arrow(context, [x * size[0], y * size[1]], [u * size[0], v * size[1]], '#fffd');
+  }
+}
+
 /** Clears the overlay and draws what is asked for. */
-export function drawOverlay(context, size, { pose, paths, time, window, colors, showPaths, showArrows }) {
+export function drawOverlay(context, size, overlay) {
+  const { pose, paths, time, window, colors, showPaths, showArrows, slice } = overlay;
   context.clearRect(0, 0, ...size);
+  if (slice) potential(context, size, slice);
   if (!paths || !pose) return;
   paths.points.forEach((path, i) => {
     const color = colors[paths.objects[i]] ?? [1, 1, 1];

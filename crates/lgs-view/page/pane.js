@@ -6,10 +6,14 @@ const PACE = [14, 32];
 const SMALLEST = 0.35;
 const UNDERWAY = 2;
 const REST = 180;
+/** Milliseconds on the link, and qualities of JPEG that adapt to them. */
+const LINK = [25, 70];
+const JPEG = [35, 85];
 
 export class Pane {
   constructor(index, element, connection) {
     Object.assign(this, { index, element, connection, serial: 0, shown: 0, sharpness: 1, header: null });
+    this.jpeg = 80;
     [this.picture, this.overlay] = element.querySelectorAll('canvas');
     this.caption = element.querySelector('figcaption');
     this.doubt = element.querySelector('.doubt');
@@ -40,6 +44,7 @@ export class Pane {
     const message = { kind: 'frame', pane: this.index, serial: this.serial, quality, ...rest };
     message.size = this.size(rest.aspect, this.coarse && !exact ? this.sharpness : 1);
     delete message.aspect;
+    if (quality === 'moving') message.jpeg = Math.round(this.jpeg);
     this.underway.set(this.serial, performance.now());
     this.last = message;
     this.connection.send(message);
@@ -101,6 +106,10 @@ export class Pane {
     if (!this.coarse) return;
     if (header.milliseconds > PACE[1]) this.sharpness = Math.max(SMALLEST, 0.85 * this.sharpness);
     if (header.milliseconds < PACE[0]) this.sharpness = Math.min(1, 1.1 * this.sharpness);
+    // What drawing does not explain is the link: fewer bytes help there, fewer pixels do not.
+    const link = this.latency - UNDERWAY * header.milliseconds;
+    if (link > LINK[1]) this.jpeg = Math.max(JPEG[0], this.jpeg - 8);
+    if (link < LINK[0]) this.jpeg = Math.min(JPEG[1], this.jpeg + 3);
   }
 
   /** Forgets what a lost connection owes. */

@@ -17,7 +17,7 @@ const number = (value) => (Number.isFinite(value) ? Number(value.toPrecision(3))
 export class Physics {
   constructor(change) {
     this.change = change;
-    this.panel = document.getElementById('panel');
+    this.panel = document.getElementById('physics');
     this.objects = [];
     this.edits = [];
     this.selected = null;

@@ -18,12 +18,14 @@ pub(crate) enum Job {
     Frame(FrameRequest),
     Pick(FrameRequest, [f32; 2]),
     Paths(u64, Vec<ObjectEdit>),
+    Slice(FrameRequest, usize),
 }
 
 #[derive(Default)]
 struct Waiting {
     frames: BTreeMap<usize, FrameRequest>,
     pick: Option<(FrameRequest, [f32; 2])>,
+    slice: Option<(FrameRequest, usize)>,
     paths: Option<(u64, Vec<ObjectEdit>)>,
     outbox: Arc<Outbox>,
 }
@@ -71,10 +73,12 @@ impl Desk {
         Some((page, outbox))
     }
 
-    pub(crate) fn leave(&self, page: Page) {
+    /// Returns whether it was the last page.
+    pub(crate) fn leave(&self, page: Page) -> bool {
         let mut pages = self.pages();
         pages.waiting.remove(&page);
         pages.turns.retain(|other| *other != page);
+        pages.waiting.is_empty()
     }
 
     /// Puts a request in the place of an older one.
@@ -85,7 +89,10 @@ impl Desk {
                     waiting.frames.insert(request.pane, request);
                 }
                 Ask::Pick { view, pixel } => waiting.pick = Some((view, pixel)),
+                Ask::Slice { view, object } => waiting.slice = Some((view, object)),
                 Ask::Paths { serial, edits } => waiting.paths = Some((serial, edits)),
+                // What needs no drawing is answered at once.
+                Ask::Hello | Ask::Training | Ask::Pause { .. } => {}
             }
         }
         self.news.notify_one();
@@ -99,7 +106,7 @@ impl Desk {
                     waiting.frames.entry(request.pane).or_insert(request);
                 }
                 Job::Paths(serial, edits) if waiting.paths.is_none() => waiting.paths = Some((serial, edits)),
-                Job::Pick(..) | Job::Paths(..) => {}
+                Job::Pick(..) | Job::Paths(..) | Job::Slice(..) => {}
             }
         }
     }
@@ -145,6 +152,9 @@ impl Waiting {
         if let Some((view, pixel)) = self.pick.take() {
             return Some(Job::Pick(view, pixel));
         }
+        if let Some((view, object)) = self.slice.take() {
+            return Some(Job::Slice(view, object));
+        }
         let ready = self.frames.keys().copied().find(|pane| !self.outbox.holds(*pane));
         if let Some(request) = ready.and_then(|pane| self.frames.remove(&pane)) {
             return Some(Job::Frame(request));
@@ -163,13 +173,13 @@ pub(crate) struct Outbox {
 #[derive(Default)]
 struct Held {
     frames: BTreeMap<usize, Vec<u8>>,
-    answers: VecDeque<Answer>,
+    answers: VecDeque<String>,
 }
 
 /// A message to a page.
 pub(crate) enum Letter {
     Frame(Vec<u8>),
-    Answer(Answer),
+    Answer(String),
 }
 
 impl Outbox {
@@ -186,14 +196,18 @@ impl Outbox {
         self.news.notify_one();
     }
 
-    pub(crate) fn answer(&self, answer: Answer) {
+    pub(crate) fn answer(&self, answer: &Answer) {
+        self.text(serde_json::to_string(answer).unwrap_or_default());
+    }
+
+    pub(crate) fn text(&self, text: String) {
         // A page that does not read has no use for old answers.
         const MOST: usize = 64;
         let mut held = self.held();
         if held.answers.len() == MOST {
             held.answers.pop_front();
         }
-        held.answers.push_back(answer);
+        held.answers.push_back(text);
         self.news.notify_one();
     }
 

@@ -74,7 +74,7 @@ pub(crate) fn pick(
 }
 
 /// The camera of a request at its size.
-fn camera(subject: &Subject, request: &FrameRequest) -> Result<Camera, String> {
+pub(crate) fn camera(subject: &Subject, request: &FrameRequest) -> Result<Camera, String> {
     let [width, height] = request.size;
     if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
         return Err(format!("a picture of {width} × {height} pixels; each side is 1 to {LARGEST_SIDE}"));
@@ -105,18 +105,17 @@ fn truth(subject: &Subject, request: &FrameRequest, camera: &Camera) -> Result<D
     let none = || format!("no image of camera {dataset}");
     let found = subject.truth_at(dataset, request.time).ok_or_else(none)?;
     let image = (found.load)()?;
-    let image = scaled(&image, camera.width, camera.height);
+    let image = image.resampled(camera.width, camera.height);
     Ok(Drawn { image, time: found.time, rolling: false })
 }
 
-/// The nearest pixels of an image at another size.
-fn scaled(image: &Image, width: u32, height: u32) -> Image {
-    let at = |i: u32, from: u32, to: u32| (u64::from(i) * u64::from(from) / u64::from(to)) as usize;
-    let row = |y: u32| {
-        let start = at(y, image.height, height) * image.width as usize;
-        (0..width).map(move |x| image.pixels[start + at(x, image.width, width)])
-    };
-    Image { width, height, pixels: (0..height).flat_map(row).collect() }
+/// Refuses times that the scene does not have.
+pub(crate) fn check_time(subject: &Subject, time: f32) -> Result<(), String> {
+    let (first, last) = subject.scene.motion.time_range();
+    if (first - 1e-4..=last + 1e-4).contains(&time) {
+        return Ok(());
+    }
+    Err(format!("t = {time} is not between {first} and {last}"))
 }
 
 fn cloud(
@@ -124,10 +123,7 @@ fn cloud(
     motions: &mut Motions,
     request: &FrameRequest,
 ) -> Result<(GaussianCloud, f32, bool), String> {
-    let (first, last) = subject.scene.motion.time_range();
-    if !(first - 1e-4..=last + 1e-4).contains(&request.time) {
-        return Err(format!("t = {} is not between {first} and {last}", request.time));
-    }
+    check_time(subject, request.time)?;
     if request.model == Model::Source {
         let source = subject.source.as_ref().ok_or("the run has no source model")?;
         return Ok((source.cloud_at(request.time), request.time, false));

@@ -7,25 +7,32 @@
 //! steps at a time (`motions`), so that no request waits for a whole rollout: the picture follows the motion
 //! as it is rolled out.
 //!
+//! What is on view is a finished run, or one that is trained while it is looked at (`exhibit`).
+//!
 //! Invariants: a picture of quality `exact` has the very pixels that rendering the same view writes; nothing
 //! on disk is served, the page's files are part of the program; off loopback addresses every request needs a
 //! token.
 
 mod colors;
+mod curve;
 mod desk;
 mod draw;
 mod error;
+mod exhibit;
 mod guard;
 mod motions;
 mod page;
 mod protocol;
 mod server;
 mod shared;
+mod slice;
 mod socket;
 mod subject;
 mod thresholds;
 mod worker;
 
+pub use curve::StepSheet;
 pub use error::ViewError;
+pub use exhibit::Exhibit;
 pub use server::{Options, Server, Stopper};
 pub use subject::{Subject, TruthImage};

@@ -61,6 +61,13 @@ impl Motions {
         Ok(reached)
     }
 
+    /// The law of an object under some edits, its terms scaled; β is not part of it.
+    pub(crate) fn dynamics(&mut self, edits: &[ObjectEdit], object: usize) -> Result<Dynamics, String> {
+        let index = self.of(edits)?;
+        let objects = &self.kept[index].motion.scene().objects;
+        objects.get(object).map(|object| object.dynamics.clone()).ok_or_else(|| format!("no object {object}"))
+    }
+
     /// Bytes of all rollouts, and the most that they may take.
     pub(crate) fn memory(&self) -> [usize; 2] {
         [self.kept.iter().map(|kept| bytes(&kept.motion)).sum(), self.limit]

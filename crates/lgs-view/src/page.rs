@@ -24,5 +24,7 @@ files! {
     "/physics.js" => "text/javascript; charset=utf-8", "physics.js";
     "/timeline.js" => "text/javascript; charset=utf-8", "timeline.js";
     "/vectors.js" => "text/javascript; charset=utf-8", "vectors.js";
+    "/film.js" => "text/javascript; charset=utf-8", "film.js";
+    "/training.js" => "text/javascript; charset=utf-8", "training.js";
     "/favicon.svg" => "image/svg+xml", "favicon.svg";
 }

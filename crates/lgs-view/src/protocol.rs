@@ -4,6 +4,8 @@ use lgs_dynamics::Edit;
 use lgs_eval::laws::ObjectLaw;
 use serde::{Deserialize, Serialize};
 
+use crate::curve::{CurvePoint, StepSheet};
+
 /// What a page asks for.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -14,6 +16,14 @@ pub(crate) enum Ask {
     Pick { view: FrameRequest, pixel: [f32; 2] },
     /// Paths of some Gaussians over all times, for overlays.
     Paths { serial: u64, edits: Vec<ObjectEdit> },
+    /// The potential of an object on the plane through its centre that faces the camera of a view.
+    Slice { view: FrameRequest, object: usize },
+    /// What there is to see, again.
+    Hello,
+    /// How training goes.
+    Training,
+    /// Pauses training, or lets it go on; it goes on by itself when the last page has left.
+    Pause { paused: bool },
 }
 
 /// A picture of a scene.
@@ -36,6 +46,9 @@ pub(crate) struct FrameRequest {
     pub(crate) quality: Quality,
     #[serde(default)]
     pub(crate) style: Style,
+    /// Quality of the JPEG of a moving view, 1 to 100, as the link bears; none: that of a good one.
+    #[serde(default)]
+    pub(crate) jpeg: Option<u8>,
 }
 
 /// A camera of the page.
@@ -132,6 +145,8 @@ impl ObjectEdit {
 pub(crate) struct Hello {
     pub(crate) kind: &'static str,
     pub(crate) title: String,
+    /// The run's folder, as a command line names it.
+    pub(crate) run: String,
     /// First and last time that can be asked for.
     pub(crate) times: [f32; 2],
     /// End of the captured window.
@@ -144,6 +159,35 @@ pub(crate) struct Hello {
     pub(crate) start: StartCamera,
     /// Parts of the run that are missing, in words.
     pub(crate) missing: Vec<String>,
+    /// Whether the run is being trained.
+    pub(crate) training: bool,
+}
+
+/// A potential over a picture.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Slice {
+    /// Columns and rows of the samples.
+    pub(crate) size: [usize; 2],
+    /// The potential at the middles of cells, row by row, 0 to 1 over `range`.
+    pub(crate) values: Vec<f32>,
+    /// Least and largest potential, per mass.
+    pub(crate) range: [f64; 2],
+    /// Forces −∇U as arrows, both ends in parts of the picture's sides; the longest is as long as a cell.
+    pub(crate) arrows: Vec<[f32; 4]>,
+}
+
+/// How training goes.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TrainingSheet {
+    /// Number of the subject on view: pictures of an older one are out of date.
+    pub(crate) subject: u64,
+    pub(crate) step: Option<StepSheet>,
+    /// Seconds that the stage takes yet.
+    pub(crate) eta_secs: Option<f32>,
+    /// Part of the last seconds that serving took.
+    pub(crate) share: f32,
+    pub(crate) paused: bool,
+    pub(crate) curve: Vec<CurvePoint>,
 }
 
 /// An object, as the physics panel shows it.
@@ -200,6 +244,10 @@ pub(crate) enum Answer {
     Picked { serial: u64, object: Option<usize> },
     /// Paths `[gaussian][time]` at common times.
     Paths { serial: u64, times: Vec<f32>, objects: Vec<usize>, points: Vec<Vec<[f32; 3]>> },
+    /// A potential over a picture.
+    Slice { serial: u64, object: usize, slice: Slice },
+    /// How training goes.
+    Training(TrainingSheet),
     /// Why a request has no answer.
     Refused { pane: usize, serial: u64, reason: String },
 }

@@ -14,11 +14,11 @@ use tokio::sync::watch;
 
 use crate::desk::Desk;
 use crate::error::ViewError;
+use crate::exhibit::Exhibit;
 use crate::guard::{COOKIE, Guard, token_in};
 use crate::page;
 use crate::shared::Shared;
 use crate::socket;
-use crate::subject::Subject;
 use crate::thresholds::LARGEST_MESSAGE;
 use crate::worker::work;
 
@@ -94,18 +94,18 @@ impl Server {
     ///
     /// # Errors
     /// If the server fails as a whole; faults of a single page end that page's connection alone.
-    pub fn run(self, subject: &Subject) -> Result<(), ViewError> {
+    pub fn run(self, exhibit: &Arc<Exhibit>) -> Result<(), ViewError> {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
         let shared = Arc::new(Shared {
             desk: Desk::default(),
-            hello: serde_json::to_string(&subject.hello()).map_err(std::io::Error::from)?,
+            exhibit: Arc::clone(exhibit),
             most_pages: self.options.most_pages,
             stop: self.stop.subscribe(),
             guard: self.guard,
         });
         self.listener.set_nonblocking(true)?;
         std::thread::scope(|scope| {
-            scope.spawn(|| work(subject, &shared.desk, self.options.cache_bytes));
+            scope.spawn(|| work(exhibit, &shared.desk, self.options.cache_bytes));
             let served = runtime.block_on(serve(self.listener, Arc::clone(&shared)));
             shared.desk.close();
             served

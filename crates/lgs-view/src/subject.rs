@@ -25,6 +25,8 @@ pub struct TruthImage {
 pub struct Subject {
     /// Title of the page.
     pub title: String,
+    /// The run's folder, as a command line names it.
+    pub run: String,
     /// Whether `scene` is a trained one; without it the source model alone is shown.
     pub has_scene: bool,
     /// The Lagrangian scene.
@@ -45,12 +47,13 @@ pub struct Subject {
 
 impl Subject {
     /// What a page needs to know.
-    pub(crate) fn hello(&self) -> Hello {
+    pub(crate) fn hello(&self, training: bool) -> Hello {
         let (camera, target) = &self.start;
         let (first, last) = self.scene.motion.time_range();
         Hello {
             kind: "hello",
             title: self.title.clone(),
+            run: self.run.clone(),
             times: [first, last],
             window: self.scene.motion.time_window,
             background: self.scene.background,
@@ -64,6 +67,7 @@ impl Subject {
                 fov_y: fov_y(camera),
             },
             missing: self.missing.clone(),
+            training,
         }
     }
 

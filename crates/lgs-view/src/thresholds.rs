@@ -30,3 +30,20 @@ pub(crate) const PICKED_SHARE: f32 = 0.2;
 /// Cosine of the angle, 45°, within which the mean upward direction of cameras is taken for an axis of the
 /// world: cameras on a hemisphere lean inwards, all around the axis.
 pub(crate) const NEARLY_UPRIGHT: f32 = 0.707;
+/// Columns of the samples of a potential over a picture; rows follow from its sides.
+pub(crate) const SLICE_COLUMNS: usize = 48;
+/// Columns of force arrows over a picture.
+pub(crate) const SLICE_ARROWS: usize = 15;
+/// Seconds for which a page counts as looking after it has asked how training goes; pages ask every second.
+pub(crate) const LOOKING_SECS: u64 = 4;
+/// Least seconds between two snapshots of models in training.
+pub(crate) const LEAST_SNAPSHOT_SECS: f32 = 1.0;
+/// Rest after a snapshot over the time that it took: snapshots take a twentieth of training at the most.
+pub(crate) const SNAPSHOT_REST: u32 = 19;
+/// Rest after a picture of a run in training over the time that it took: pictures take half of the time at
+/// the most, however many pages look.
+pub(crate) const PICTURE_REST: u32 = 1;
+/// Seconds over which the share of serving is taken.
+pub(crate) const SHARE_SECS: u64 = 10;
+/// Most points of a training curve: more than a page has room for.
+pub(crate) const CURVE_POINTS: usize = 400;

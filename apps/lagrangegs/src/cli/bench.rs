@@ -124,6 +124,7 @@ fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
             config,
             resume,
             source_from: source_from.as_deref(),
+            view: None,
             device,
         })?;
     }

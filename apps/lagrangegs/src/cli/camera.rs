@@ -2,7 +2,7 @@
 
 use super::thresholds::{DEFAULT_DISTANCE, DEFAULT_FOV_X, DEFAULT_WIDTH, ORBIT_ROOM, PARALLEL_AXES};
 use std::f32::consts::TAU;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -15,6 +15,10 @@ pub(crate) enum CameraChoice {
     Orbit(Option<f32>),
     /// A view of the dataset.
     Named(String),
+    /// From one view of the dataset to the next; without names all of them.
+    Through(Vec<String>),
+    /// A path from a file.
+    Path(PathBuf),
 }
 
 impl FromStr for CameraChoice {
@@ -28,6 +32,25 @@ impl FromStr for CameraChoice {
                 _ => Err(format!("`{}` is not an azimuth in degrees", &rest[1..])),
             },
             _ if text.is_empty() => Err("a camera needs a name".to_owned()),
+            _ => Self::of_words(text),
+        }
+    }
+}
+
+impl CameraChoice {
+    /// A choice that is no orbit.
+    fn of_words(text: &str) -> Result<Self, String> {
+        let is_json = Path::new(text).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
+        match text.strip_prefix("through") {
+            Some("") => Ok(Self::Through(Vec::new())),
+            Some(rest) if rest.starts_with(':') => {
+                let names: Vec<String> = rest[1..].split(',').map(|name| name.trim().to_owned()).collect();
+                if names.len() < 2 || names.iter().any(String::is_empty) {
+                    return Err(format!("`{text}` should name two views or more: through:NAME,NAME"));
+                }
+                Ok(Self::Through(names))
+            }
+            _ if is_json => Ok(Self::Path(text.into())),
             _ => Ok(Self::Named(text.to_owned())),
         }
     }
@@ -212,6 +235,12 @@ mod tests {
         assert_eq!("orbit".parse(), Ok(CameraChoice::Orbit(None)));
         assert_eq!("orbit:-30".parse(), Ok(CameraChoice::Orbit(Some(-30.0))));
         assert_eq!("orbital/r_0".parse(), Ok(CameraChoice::Named("orbital/r_0".to_owned())));
-        assert!("orbit:x".parse::<CameraChoice>().is_err());
+        let through = |names: &[&str]| CameraChoice::Through(names.iter().map(|&n| n.to_owned()).collect());
+        assert_eq!("through".parse(), Ok(through(&[])));
+        assert_eq!("through:0,train/r_1".parse(), Ok(through(&["0", "train/r_1"])));
+        assert_eq!("a/b.json".parse(), Ok(CameraChoice::Path("a/b.json".into())));
+        for text in ["orbit:x", "through:", "through:0", "through:0,,1"] {
+            assert!(text.parse::<CameraChoice>().is_err(), "{text}");
+        }
     }
 }

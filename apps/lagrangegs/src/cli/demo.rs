@@ -19,11 +19,12 @@ use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 
 use super::device::DeviceArgs;
+use super::drawing::{Job, Label, time_label};
 use super::eval::measure;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
-use super::render::{Job, orbit, time_label};
 use super::run::{Run, load_dataset, load_options};
+use super::shots::orbit;
 use super::times::Times;
 use super::trust::ModelName;
 use super::trust::{Mark, trust_in};
@@ -65,17 +66,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
     prepare_folder(&args.out)?;
     let (data, root) = (args.out.join("data"), args.out.join("run"));
-    if DatasetFormat::detect(&data).is_some() {
-        say(&format!("using the dataset that is there: {}", data.display()));
-    } else {
-        let default = SynthOptions::default();
-        let options = SynthOptions {
-            size: args.size.unwrap_or(default.size),
-            views: args.views.unwrap_or(default.views),
-            ..default
-        };
-        synth::make(&args.scene, &options, &data)?;
-    }
+    make_dataset(args, &data)?;
     let resume = root.join("config.toml").exists();
     training::train(&training::Request {
         data: Some(&data),
@@ -83,6 +74,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         config,
         resume,
         source_from: None,
+        view: None,
         device: &args.device.device(),
     })?;
     let run = Run::open(&root)?;
@@ -100,6 +92,21 @@ pub(super) fn run(args: &Args) -> Result<()> {
     ))
 }
 
+/// Makes the dataset unless it is there.
+fn make_dataset(args: &Args, data: &Path) -> Result<()> {
+    if DatasetFormat::detect(data).is_some() {
+        say(&format!("using the dataset that is there: {}", data.display()));
+        return Ok(());
+    }
+    let default = SynthOptions::default();
+    let options = SynthOptions {
+        size: args.size.unwrap_or(default.size),
+        views: args.views.unwrap_or(default.views),
+        ..default
+    };
+    synth::make(&args.scene, &options, data)
+}
+
 /// The future, the past, and the same start under other potentials.
 fn pictures(run: &Run, folder: &Path) -> Result<()> {
     let camera = orbit(run)?.at(AZIMUTH);
@@ -111,6 +118,7 @@ fn pictures(run: &Run, folder: &Path) -> Result<()> {
         reversal: Reversal::Exact,
         trust: trust_in(run, ModelName::Lagrangian, edit),
         mark: Mark::default(),
+        label: Label::default(),
     };
     job(steps(window, 3.0 * window), Edit::default()).write(&run.scene, &folder.join("future"))?;
     job(steps(-window, 0.0), Edit::default()).write(&run.scene, &folder.join("past"))?;

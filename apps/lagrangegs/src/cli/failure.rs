@@ -52,6 +52,12 @@ impl Located for std::io::Error {
     }
 }
 
+impl Located for lgs_video::VideoError {
+    fn location(&self) -> Option<&Path> {
+        None
+    }
+}
+
 impl Located for image::ImageError {
     fn location(&self) -> Option<&Path> {
         None

@@ -72,16 +72,35 @@ pub(crate) fn sweep<T: Send>(
     name: &str,
     work: impl Fn(usize, &GaussianCloud) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let _span = tracing::trace_span!("frames").entered();
-    let task = Task::new(name, times.len() as u64);
-    let indices: Vec<usize> = (0..times.len()).collect();
     let mut results = Vec::with_capacity(times.len());
-    for chunk in indices.chunks(CLOUDS_AT_ONCE) {
-        let clouds: Vec<(usize, GaussianCloud)> = chunk.iter().map(|&i| (i, cloud_at(times[i]))).collect();
-        results.extend(clouds.par_iter().map(|(i, cloud)| work(*i, cloud)).collect::<Result<Vec<T>>>()?);
-        task.count(results.len(), times.len());
-    }
+    let take = |result| {
+        results.push(result);
+        Ok(())
+    };
+    sweep_in_order(name, times.len(), |index| Ok(cloud_at(times[index])), work, take)?;
     Ok(results)
+}
+
+/// Makes `count` subjects in their order, calls `work` with each in parallel, and hands on its results in
+/// their order, a few at a time.
+pub(crate) fn sweep_in_order<S: Send + Sync, T: Send>(
+    name: &str,
+    count: usize,
+    mut subject: impl FnMut(usize) -> Result<S>,
+    work: impl Fn(usize, &S) -> Result<T> + Sync,
+    mut take: impl FnMut(T) -> Result<()>,
+) -> Result<()> {
+    let _span = tracing::trace_span!("frames").entered();
+    let task = Task::new(name, count as u64);
+    let indices: Vec<usize> = (0..count).collect();
+    for chunk in indices.chunks(CLOUDS_AT_ONCE) {
+        let subjects = chunk.iter().map(|&i| Ok((i, subject(i)?))).collect::<Result<Vec<(usize, S)>>>()?;
+        let results =
+            subjects.par_iter().map(|(i, subject)| work(*i, subject)).collect::<Result<Vec<T>>>()?;
+        results.into_iter().try_for_each(&mut take)?;
+        task.count(chunk.last().map_or(count, |last| last + 1), count);
+    }
+    Ok(())
 }
 
 /// File name of a frame: its number and its time, so that names sort in the order of the times given.

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -85,7 +85,8 @@ impl Task {
         if self.bar.is_hidden() {
             let due = self.begun.elapsed().as_secs() / LOG_INTERVAL_SECS;
             if self.lines.fetch_max(due, Ordering::Relaxed) < due {
-                tracing::info!("{}: {done}/{total} {}", self.name, message());
+                let left = time_left(self.begun.elapsed(), done, total);
+                tracing::info!("{}: {done}/{total}, {left} {}", self.name, message());
             }
         } else {
             self.bar.set_position(self.bar.position().max(done));
@@ -97,6 +98,12 @@ impl Task {
     pub(crate) fn count(&self, done: usize, total: usize) {
         self.set(done as u64, total as u64, String::new);
     }
+}
+
+/// How long a task will take yet, if it goes on as it did.
+fn time_left(elapsed: Duration, done: u64, total: u64) -> String {
+    let secs = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done.max(1) as f64;
+    format!("eta {}", HumanDuration(Duration::from_secs_f64(secs.min(1e9))))
 }
 
 impl Drop for Task {

@@ -14,6 +14,19 @@ pub(crate) const ORBIT_ROOM: f32 = 1.2;
 /// Determinant, per camera cubed, below which viewing axes count as parallel and have no common point.
 pub(crate) const PARALLEL_AXES: f64 = 1e-6;
 
+// Videos
+
+/// Frames of a video per second, where nothing else is asked for.
+pub(crate) const FRAMES_PER_SECOND: u32 = 25;
+/// Most keyframes of a camera path: a camera every second for an hour, and twice that.
+pub(crate) const MAX_KEYFRAMES: usize = 10_000;
+/// Widest and highest picture of a camera path, pixels, as of `--size`.
+pub(crate) const LARGEST_SIDE: u32 = 8192;
+/// Largest deviation of a keyframe's rotation from an orthonormal matrix: numbers with four digits pass.
+pub(crate) const ROTATION_TOLERANCE: f32 = 1e-3;
+/// Largest deviation between the entries of two poses of one camera: a file of decimal numbers lies between.
+pub(crate) const SAME_POSE: f32 = 1e-4;
+
 // Times
 
 /// Most times of one call: frames of an hour at 24 per second.

@@ -70,6 +70,12 @@ pub(super) struct Args {
     /// Continue from the run's latest checkpoint
     #[arg(long)]
     resume: bool,
+    /// Serve a page that shows the models while they are trained; its address is printed
+    #[arg(long)]
+    view: bool,
+    /// Port of the page; 0 for a free one
+    #[arg(long, default_value_t = 7007, requires = "view")]
+    port: u16,
     #[command(flatten)]
     ablations: Ablations,
 }
@@ -118,6 +124,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         config: resolve(args)?,
         resume: args.resume,
         source_from: None,
+        view: args.view.then_some(args.port),
         device: &args.device.device(),
     };
     train(&request)?;

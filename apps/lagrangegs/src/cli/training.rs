@@ -12,11 +12,12 @@ use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
 use lgs_train::checkpoint::Stage;
 use lgs_train::device::Device;
 use lgs_train::{
-    Control, Progress, RunFolder, TrainConfig, TrainError, Trained, check_window, imported_source,
+    Control, Onlooker, Progress, RunFolder, TrainConfig, TrainError, Trained, check_window, imported_source,
     learns_no_motion,
 };
 
 use super::failure::At;
+use super::live::{self, Gallery};
 use super::outlook::Outlook;
 use super::progress::{Task, say};
 use super::run::{load_dataset, load_options, read_cost, write_cost};
@@ -36,12 +37,15 @@ pub(super) struct Request<'a> {
     /// Run whose trained source is taken over.
     pub(super) source_from: Option<&'a Path>,
     pub(super) device: &'a Device,
+    /// Port of a page that shows the models while they are trained.
+    pub(super) view: Option<u16>,
 }
 
 /// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
 pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     // What came before in this process is no part of training.
     reset_peak_rss();
+    let server = request.view.map(live::bind).transpose()?;
     let dataset = training_images(request)?;
     check_window(&dataset, &request.config)?;
     if learns_no_motion(&dataset, &request.config) {
@@ -70,7 +74,8 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         }
     }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
-    let trained = with_bars(request, &folder, &dataset, (&mut cost, outlook));
+    let gallery = server.map(|server| Gallery::new(server, &folder, &request.config, &dataset));
+    let trained = with_bars(request, (&folder, &dataset), gallery.as_ref(), (&mut cost, outlook));
     cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
     if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
         write_cost(request.out, &cost)?;
@@ -116,8 +121,8 @@ impl Running {
 
 fn with_bars(
     request: &Request<'_>,
-    folder: &RunFolder,
-    dataset: &Dataset,
+    (folder, dataset): (&RunFolder, &Dataset),
+    gallery: Option<&Gallery<'_>>,
     (cost, mut outlook): (&mut Cost, Outlook),
 ) -> Result<Trained, TrainError> {
     let stop = stop_flag();
@@ -132,8 +137,13 @@ fn with_bars(
         if let Some(running) = &current {
             running.task.set(p.step as u64, p.steps as u64, || message(&p, left.as_deref()));
         }
+        if let Some(gallery) = gallery {
+            gallery.report(&p, &stop);
+        }
     };
-    let mut control = Control { stop: &stop, progress: &mut progress };
+    let mut onlooker = gallery;
+    let onlooker = onlooker.as_mut().map(|gallery| gallery as &mut dyn Onlooker);
+    let mut control = Control { stop: &stop, progress: &mut progress, onlooker };
     let trained = lgs_train::train(folder, dataset, &request.config, request.device, &mut control);
     current.into_iter().for_each(|running| running.end(cost));
     trained

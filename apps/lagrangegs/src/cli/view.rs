@@ -10,7 +10,7 @@ use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, MotionConfig};
 use lgs_train::RunFolder;
-use lgs_view::{Options, Server, Subject, TruthImage};
+use lgs_view::{Exhibit, Options, Server, Subject, TruthImage};
 
 use super::camera::Orbit;
 use super::failure::At;
@@ -68,7 +68,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if args.open && webbrowser::open(&url).is_err() {
         say("warning: no browser could be opened; open the address by hand");
     }
-    Ok(server.run(&subject)?)
+    Ok(server.run(&Arc::new(Exhibit::of(subject)))?)
 }
 
 /// The parts of a run that there are.
@@ -97,6 +97,7 @@ fn subject(args: &Args) -> Result<Subject> {
     let orbit = Orbit::around(&views, &start_cloud(&run.scene));
     Ok(Subject {
         title: args.run.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        run: args.run.display().to_string(),
         start: (orbit.at(-60.0), orbit.center()),
         laws: if has_scene { laws_of(&run) } else { Vec::new() },
         truth: frames.into_iter().map(|frame| truth(frame, &cameras, run.scene.background)).collect(),
@@ -108,6 +109,18 @@ fn subject(args: &Args) -> Result<Subject> {
     })
 }
 
+/// A scene in which the first frame of a source model rests, for as long as there is no other.
+pub(super) fn resting(source: &dyn SourceModel, background: [f32; 3]) -> LagrangianScene {
+    LagrangianScene {
+        static_gaussians: source.cloud_at(0.0),
+        dynamic_gaussians: GaussianCloud::default(),
+        velocities: Vec::new(),
+        objects: Vec::new(),
+        motion: MotionConfig { dt: 0.01, time_window: source.time_range().map_or(1.0, |[_, last]| last) },
+        background,
+    }
+}
+
 /// A run whose training is under way, with the source model's first frame in place of the scene.
 fn unfinished(
     folder: RunFolder,
@@ -117,15 +130,8 @@ fn unfinished(
     let Some(source) = source else {
         bail!("there is neither a scene nor a source model to look at yet: {}", folder.root().display());
     };
-    let white = config.data.white_background;
-    let scene = LagrangianScene {
-        static_gaussians: source.cloud_at(0.0),
-        dynamic_gaussians: GaussianCloud::default(),
-        velocities: Vec::new(),
-        objects: Vec::new(),
-        motion: MotionConfig { dt: 0.01, time_window: source.time_range().map_or(1.0, |[_, last]| last) },
-        background: if white { [1.0; 3] } else { [0.0; 3] },
-    };
+    let background = if config.data.white_background { [1.0; 3] } else { [0.0; 3] };
+    let scene = resting(source, background);
     Ok(Run { folder, config, scene })
 }
 
@@ -140,7 +146,7 @@ fn dataset(run: &Run, given: Option<&Path>, missing: &mut Vec<String>) -> Result
 }
 
 /// Cameras without those that only repeat another.
-fn distinct(cameras: Vec<(String, Camera)>) -> Vec<(String, Camera)> {
+pub(super) fn distinct(cameras: Vec<(String, Camera)>) -> Vec<(String, Camera)> {
     let mut found: Vec<(String, Camera)> = Vec::new();
     for (name, camera) in cameras {
         if found.iter().all(|(_, other)| *other != camera) {
@@ -150,7 +156,7 @@ fn distinct(cameras: Vec<(String, Camera)>) -> Vec<(String, Camera)> {
     found
 }
 
-fn start_cloud(scene: &LagrangianScene) -> GaussianCloud {
+pub(super) fn start_cloud(scene: &LagrangianScene) -> GaussianCloud {
     let mut motion = lgs_model::Motion::new(scene, lgs_dynamics::Edit::default(), Default::default());
     scene.cloud_at(&motion.state_at(0.0))
 }

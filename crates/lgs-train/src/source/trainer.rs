@@ -23,7 +23,7 @@ use crate::checkpoint::{Checkpoints, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows};
 use crate::data_summary::DataSummary;
-use crate::driver::{StepReport, Trainer};
+use crate::driver::{Glance, StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians, TrainableCloud};
 use crate::view::{View, report};
@@ -177,8 +177,7 @@ impl<'a> SourceTrainer<'a> {
         NewGaussians { features: self.motion.fresh_features(&cloud), cloud }
     }
 
-    /// Takes a step along the gradients that still belong to what they were found for, after what the passed
-    /// iterations of the schedule ask of the density.
+    /// Takes a step along the gradients, after what the passed iterations of the schedule ask of the density.
     fn descend(
         &mut self,
         leaves: &CloudLeaves,
@@ -232,6 +231,10 @@ impl Trainer for SourceTrainer<'_> {
         self.cloud.len()
     }
 
+    fn glance(&self) -> Glance {
+        Glance::Source(self.model())
+    }
+
     fn step(&mut self) -> StepReport {
         let passed = self.clock.advance();
         let iteration = self.clock.iteration();
@@ -248,8 +251,7 @@ impl Trainer for SourceTrainer<'_> {
         } else {
             self.smoothing.applied(leaves.tensors())
         };
-        let means = cloud.means.clone();
-        let device = self.device.clone().autodiff();
+        let (means, device) = (cloud.means.clone(), self.device.clone().autodiff());
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
         let view = View {
             frame,

@@ -10,7 +10,7 @@ use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
-use crate::driver::{SceneTrainer, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
 
 /// The fit of a scene's dynamics.
 pub struct FitDynamics<'a> {
@@ -66,6 +66,10 @@ impl Trainer for FitDynamics<'_> {
 
     fn gaussians(&self) -> usize {
         self.scene.len()
+    }
+
+    fn glance(&self) -> Glance {
+        Glance::Scene(Box::new(self.scene()))
     }
 
     fn step(&mut self) -> StepReport {

@@ -23,7 +23,7 @@ use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
 use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::cloud_tensors::{CloudTensors, row_indices};
-use crate::driver::{SceneTrainer, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
 use crate::view::{Comparison, View, report};
 
 /// Stage 2 of a run.
@@ -191,6 +191,10 @@ impl Trainer for TuneDynamics<'_> {
 
     fn gaussians(&self) -> usize {
         self.scene.len()
+    }
+
+    fn glance(&self) -> Glance {
+        Glance::Scene(Box::new(self.scene()))
     }
 
     fn step(&mut self) -> StepReport {

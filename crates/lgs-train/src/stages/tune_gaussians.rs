@@ -24,7 +24,7 @@ use super::frame_states::{FrameStates, StateTensors};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
-use crate::driver::{SceneTrainer, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
 use crate::trainable_cloud::TrainableCloud;
 use crate::view::{View, report};
 
@@ -128,6 +128,10 @@ impl Trainer for TuneGaussians<'_> {
 
     fn gaussians(&self) -> usize {
         self.scene.len()
+    }
+
+    fn glance(&self) -> Glance {
+        Glance::Scene(Box::new(self.scene()))
     }
 
     fn step(&mut self) -> StepReport {

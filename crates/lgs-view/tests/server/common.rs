@@ -1,6 +1,7 @@
 //! A server of a falling block, and a page that talks to it.
 
 use std::net::{IpAddr, Ipv4Addr, TcpStream};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -11,7 +12,7 @@ use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::{Coordinates, Port, State};
 use lgs_mechanics::terms::{Term, kind};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel};
-use lgs_view::{Options, Server, Stopper, Subject, TruthImage};
+use lgs_view::{Exhibit, Options, Server, Stopper, Subject, TruthImage};
 use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::stream::MaybeTlsStream;
@@ -39,7 +40,7 @@ pub(crate) fn camera() -> Camera {
     Camera::look_at([0.0, -4.0, 0.5], [0.0; 3], 0.8, 64, 48)
 }
 
-fn subject() -> Subject {
+pub(crate) fn subject() -> Subject {
     let law = ObjectLaw {
         coordinates: "point".to_owned(),
         verdict: Verdict::Described,
@@ -49,6 +50,7 @@ fn subject() -> Subject {
     let grey = || Ok(Image::filled(64, 48, [0.5; 3]));
     Subject {
         title: "falling".to_owned(),
+        run: "runs/falling".to_owned(),
         has_scene: true,
         scene: falling(),
         source: None,
@@ -69,6 +71,11 @@ pub(crate) struct Running {
 
 impl Running {
     pub(crate) fn start(most_pages: usize, token: Option<&str>) -> Self {
+        Self::of(Exhibit::of(subject()), most_pages, token)
+    }
+
+    pub(crate) fn of(exhibit: impl Into<Arc<Exhibit>>, most_pages: usize, token: Option<&str>) -> Self {
+        let exhibit = exhibit.into();
         let options = Options {
             host: IpAddr::V4(Ipv4Addr::LOCALHOST),
             port: 0,
@@ -79,7 +86,7 @@ impl Running {
         let server = Server::bind(options).expect("a free port");
         let (url, stopper) = (server.url(), server.stopper());
         let address = url.trim_start_matches("http://").split('/').next().expect("an address").to_owned();
-        let thread = std::thread::spawn(move || server.run(&subject()).expect("the server runs"));
+        let thread = std::thread::spawn(move || server.run(&exhibit).expect("the server runs"));
         Self { address, stopper, thread: Some(thread) }
     }
 

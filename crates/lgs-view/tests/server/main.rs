@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod common;
+mod training;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -81,6 +82,31 @@ fn objects_are_picked_and_paths_are_sampled() {
     assert_eq!(paths["times"][64], 2.25);
     let fallen = first[2].as_f64().unwrap() - last[2].as_f64().unwrap();
     assert!((fallen - (2.25_f64.powi(2) - 0.75_f64.powi(2))).abs() < 1e-3, "{fallen}");
+}
+
+#[test]
+fn the_potential_of_an_object_is_sampled_in_its_picture() {
+    let server = Running::start(4, None);
+    let mut page = server.page();
+    let mut view = request(7, 0.0);
+    view.as_object_mut().unwrap().remove("kind");
+    let mut slice = |view: &Value, object: usize| {
+        page.send(&json!({"kind": "slice", "view": view, "object": object}).to_string());
+        page.answer()
+    };
+    let found = slice(&view, 0)["slice"].clone();
+    let values: Vec<f64> =
+        found["values"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect();
+    let columns = found["size"][0].as_u64().unwrap() as usize;
+    assert!(values[0] > 0.9 && values[values.len() - 1] < 0.1, "the potential falls downwards");
+    assert!((values[0] - values[columns - 1]).abs() < 1e-3, "and is level sideways");
+    let arrows = found["arrows"].as_array().unwrap();
+    assert!(arrows.iter().all(|arrow| arrow[3].as_f64() > arrow[1].as_f64()), "the force points down");
+    view["edits"] = json!([{"potential": 2.0}]);
+    let spread = |slice: &Value| slice["range"][1].as_f64().unwrap() - slice["range"][0].as_f64().unwrap();
+    let doubled = slice(&view, 0)["slice"].clone();
+    assert!((spread(&doubled) - 2.0 * spread(&found)).abs() < 1e-3 * spread(&found));
+    assert!(slice(&view, 3)["reason"].as_str().unwrap().contains("no object 3"));
 }
 
 #[test]
