@@ -35,7 +35,7 @@ impl Onlooker for Curious {
 }
 
 /// Trains for seconds; returns the scene's file and the curve.
-fn trained(folder: &Path, dataset: &Dataset, onlooker: Option<&mut dyn Onlooker>) -> [Vec<u8>; 2] {
+fn trained(folder: &Path, dataset: &Dataset, onlooker: Option<&mut Curious>) -> [Vec<u8>; 2] {
     let settings = [
         "source.iterations=60",
         "source.warmup_iterations=20",
@@ -49,7 +49,9 @@ fn trained(folder: &Path, dataset: &Dataset, onlooker: Option<&mut dyn Onlooker>
     let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("settings");
     let run = RunFolder::create(folder, &config, dataset).expect("a run");
     let stop = AtomicBool::new(false);
-    let mut control = Control { stop: &stop, progress: &mut |_| {}, onlooker };
+    let onlooker = onlooker.map(|curious| curious as &mut dyn Onlooker);
+    let mut progress = |_| {};
+    let mut control = Control { stop: &stop, progress: &mut progress, onlooker };
     train(&run, dataset, &config, &DeviceName::Cpu.device(), &mut control).expect("trained");
     ["lagrangian.safetensors", "events.jsonl"].map(|name| std::fs::read(folder.join(name)).expect(name))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use glam::{Mat3, Mat4, Quat, Vec3};
-use lgs_core::Camera;
+use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
 use lgs_data::files::read_bytes;
 use serde::Deserialize;
 
@@ -54,14 +54,14 @@ struct KeyframeEntry {
 }
 
 impl CameraPath {
-    /// Reads a path; Gaussians nearer than `near` are not drawn.
-    pub(crate) fn read(path: &Path, near: f32) -> Result<Self> {
+    /// Reads a path.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
         let bytes = read_bytes(path).at(path)?;
         let file: PathFile = match serde_json::from_slice(&bytes) {
             Ok(file) => file,
             Err(error) => bail!("this is no camera path: {error}: {}", path.display()),
         };
-        match checked(&file, near) {
+        match checked(&file) {
             Ok(keys) => Ok(Self { keys }),
             Err(reason) => bail!("{reason}: {}", path.display()),
         }
@@ -154,7 +154,7 @@ fn hermite(ends: [Vec3; 2], slopes: [Vec3; 2], part: f32) -> Vec3 {
 }
 
 /// The keyframes of a file, or what is wrong with it.
-fn checked(file: &PathFile, near: f32) -> Result<Vec<Keyframe>, String> {
+fn checked(file: &PathFile) -> Result<Vec<Keyframe>, String> {
     if file.format != FORMAT {
         return Err(format!("`format` should be `{FORMAT}`, found `{}`", file.format));
     }
@@ -171,7 +171,7 @@ fn checked(file: &PathFile, near: f32) -> Result<Vec<Keyframe>, String> {
     }
     let mut keys: Vec<Keyframe> = Vec::with_capacity(file.keyframes.len());
     for (index, entry) in file.keyframes.iter().enumerate() {
-        let key = keyframe(entry, [file.width, file.height], near)
+        let key = keyframe(entry, [file.width, file.height])
             .map_err(|reason| format!("keyframe {index}: {reason}"))?;
         if let Some(last) = keys.last().filter(|last| last.seconds >= key.seconds) {
             let [last, found] = [last.seconds, key.seconds];
@@ -182,7 +182,7 @@ fn checked(file: &PathFile, near: f32) -> Result<Vec<Keyframe>, String> {
     Ok(keys)
 }
 
-fn keyframe(entry: &KeyframeEntry, [width, height]: [u32; 2], near: f32) -> Result<Keyframe, String> {
+fn keyframe(entry: &KeyframeEntry, [width, height]: [u32; 2]) -> Result<Keyframe, String> {
     let KeyframeEntry { seconds, time, camera_from_world: rows, fx, fy, cx, cy } = entry;
     let numbers = [*seconds, *time, *cx, *cy];
     if !numbers.iter().chain(rows.as_flattened()).all(|number| number.is_finite()) {
@@ -199,7 +199,8 @@ fn keyframe(entry: &KeyframeEntry, [width, height]: [u32; 2], near: f32) -> Resu
         return Err("`camera_from_world` should be a rotation and a translation".to_owned());
     }
     let [fx, fy, cx, cy] = [*fx, *fy, *cx, *cy];
-    let camera = Camera { width, height, fx, fy, cx, cy, camera_from_world: pose, near };
+    let (near, filter) = (DEFAULT_NEAR, PixelFilter::default());
+    let camera = Camera { width, height, fx, fy, cx, cy, camera_from_world: pose, near, filter };
     Ok(Keyframe { seconds: *seconds, time: *time, camera })
 }
 
@@ -239,14 +240,14 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let path = dir.path().join("path.json");
         std::fs::write(&path, value.to_string()).expect("written");
-        CameraPath::read(&path, 0.2)
+        CameraPath::read(&path)
     }
 
     #[test]
     fn a_film_has_the_times_of_its_keyframes() {
         let (times, cameras) = file(|_| {}).expect("a path").film(2).expect("a film");
         assert_eq!(times, [0.5, 0.25, 0.0, -0.25, -0.5]);
-        assert_eq!((cameras.len(), cameras[0].width, cameras[4].near), (5, 100, 0.2));
+        assert_eq!((cameras.len(), cameras[0].width, cameras[4].height), (5, 100, 80));
     }
 
     #[test]

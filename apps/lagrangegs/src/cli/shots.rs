@@ -57,14 +57,16 @@ impl Wish<'_> {
 
     /// A path's own times, unless others are given: then the camera goes evenly along the path.
     fn film(&self, run: &Run, file: &Path) -> Result<Shots> {
-        let path = CameraPath::read(file, run.config.source.near)?;
-        let (times, cameras) = match self.times {
+        let path = CameraPath::read(file)?;
+        let (times, mut cameras) = match self.times {
             Some(times) => (times.0.clone(), path.spread(times.0.len())),
             None => match path.film(self.rate) {
                 Ok(film) => film,
                 Err(reason) => bail!("{reason}: {}", file.display()),
             },
         };
+        let (near, filter) = (run.config.source.near, run.config.source.antialias.filter());
+        cameras.iter_mut().for_each(|camera| *camera = Camera { near, filter, ..*camera });
         let place = if self.times.is_some() { run.folder.root() } else { file };
         times_fit(run, &times, place)?;
         Ok(Shots { times, cameras })
