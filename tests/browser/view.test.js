@@ -229,6 +229,29 @@ test('views that are kept become a path that render follows', async () => {
   assert.deepEqual(faults, []);
 });
 
+test('videos play in the browser, with their size and their duration', async (context) => {
+  await open();
+  writeFileSync(join(made.folder, 'player.html'), '<video muted></video>');
+  for (const name of ['film.mp4', 'film.webm']) {
+    const words = ['--times', '0:1:0.1', '--fps', '10', '--size', '64', '--out', join(made.folder, name)];
+    try {
+      call('render', made.run, ...words);
+    } catch (error) {
+      if (/feature `av1`/.test(error.message)) { context.skip('a build without AV1'); return; }
+      throw error;
+    }
+    await page.goto(`file://${join(made.folder, 'player.html')}`);
+    const played = await page.evaluate(async (src) => {
+      const video = document.querySelector('video');
+      await new Promise((done) => { video.onloadeddata = done; video.onerror = done; video.src = src; });
+      if (video.error) return video.error.message;
+      await new Promise((done) => { video.onseeked = done; video.currentTime = 1; });
+      return [video.videoWidth, Number(video.duration.toFixed(2)), video.currentTime];
+    }, name);
+    assert.deepEqual(played, [64, 1.1, 1], name);
+  }
+});
+
 test('the potential of an object lies over the picture, and follows its scale', async () => {
   await open();
   const overlay = () => page.evaluate(() => {

@@ -1,9 +1,9 @@
 //! A track as an MP4 file, its index first so that it plays while it loads.
 
 use mp4_atom::{
-    Av01, Av1c, Codec, Compressor, Dinf, Encode, FixedPoint, FourCC, Ftyp, Hdlr, Mdat, Mdhd, Mdia, Minf,
-    Moov, Mvhd, Stbl, Stco, Stsc, StscEntry, Stsd, Stss, Stsz, StszSamples, Stts, SttsEntry, Tkhd, Trak,
-    Visual, Vmhd,
+    Av01, Av1c, Codec, Compressor, Dinf, Dref, DrefEntry, Encode, FixedPoint, FourCC, Ftyp, Hdlr, Mdat, Mdhd,
+    Mdia, Minf, Moov, Mvhd, Stbl, Stco, Stsc, StscEntry, Stsd, Stss, Stsz, StszSamples, Stts, SttsEntry,
+    Tkhd, Trak, Url, Visual, Vmhd,
 };
 
 use crate::error::VideoError;
@@ -53,7 +53,8 @@ fn moov(track: &Track, first: u32) -> Moov {
                 hdlr: Hdlr { handler: FourCC::new(b"vide"), name: "video".to_owned() },
                 minf: Minf {
                     vmhd: Some(Vmhd::default()),
-                    dinf: Dinf::default(),
+                    // The samples are in the file itself.
+                    dinf: Dinf { dref: Dref { entries: vec![DrefEntry::Url(Url::default())] } },
                     stbl: samples(track, first),
                     ..Minf::default()
                 },

@@ -43,6 +43,7 @@ fn an_mp4_has_its_frames_its_size_and_its_duration() {
     assert!(rest.is_empty());
     let Moov { mvhd, trak, .. } = moov.unwrap();
     assert_eq!(mvhd.duration * 25, FRAMES as u64 * u64::from(mvhd.timescale));
+    assert_eq!(trak[0].mdia.minf.dinf.dref.entries.len(), 1, "players look for the samples here");
     let samples = &trak[0].mdia.minf.stbl;
     let Codec::Av01(codec) = &samples.stsd.codecs[0] else { panic!("no AV1") };
     assert_eq!((codec.visual.width, codec.visual.height), (48, 33));
