@@ -172,7 +172,7 @@ pub(crate) struct Slice {
     pub(crate) values: Vec<f32>,
     /// Least and largest potential, per mass.
     pub(crate) range: [f64; 2],
-    /// Forces −∇U as arrows, both ends in parts of the picture's sides; the longest is as long as a cell.
+    /// Forces −∇U as arrows, both ends in parts of the picture's sides.
     pub(crate) arrows: Vec<[f32; 4]>,
 }
 

@@ -8,7 +8,7 @@ use crate::draw::{camera, check_time};
 use crate::motions::Motions;
 use crate::protocol::{FrameRequest, ObjectEdit, Slice};
 use crate::subject::Subject;
-use crate::thresholds::{SLICE_ARROWS, SLICE_COLUMNS};
+use crate::thresholds::{SLICE_ARROW_LENGTH, SLICE_ARROWS, SLICE_COLUMNS};
 
 /// A plane that faces a camera.
 struct Facing<'a> {
@@ -96,11 +96,11 @@ fn grid([columns, rows]: [usize; 2]) -> impl Iterator<Item = [f32; 2]> {
     (0..columns * rows).map(move |i| [middle(i % columns, columns), middle(i / columns, rows)])
 }
 
-/// Arrows from feet along steps, the longest of which is as long as a cell.
+/// Arrows from feet along steps, the longest of which is nearly as long as a cell.
 fn fitted(feet: &[[f32; 2]], steps: Vec<[f32; 2]>, [columns, rows]: [usize; 2]) -> Vec<[f32; 4]> {
     let length = |step: &[f32; 2]| (step[0] * columns as f32).hypot(step[1] * rows as f32);
     let longest = steps.iter().map(length).filter(|length| length.is_finite()).fold(0.0, f32::max);
-    let factor = if longest > 0.0 { 1.0 / longest } else { 0.0 };
+    let factor = if longest > 0.0 { SLICE_ARROW_LENGTH / longest } else { 0.0 };
     let arrow = |(foot, step): (&[f32; 2], [f32; 2])| {
         [foot[0], foot[1], foot[0] + factor * step[0], foot[1] + factor * step[1]]
     };

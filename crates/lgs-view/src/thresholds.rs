@@ -34,6 +34,8 @@ pub(crate) const NEARLY_UPRIGHT: f32 = 0.707;
 pub(crate) const SLICE_COLUMNS: usize = 48;
 /// Columns of force arrows over a picture.
 pub(crate) const SLICE_ARROWS: usize = 15;
+/// Length of the longest of them over that of a cell, so that heads and feet do not touch.
+pub(crate) const SLICE_ARROW_LENGTH: f32 = 0.75;
 /// Seconds for which a page counts as looking after it has asked how training goes; pages ask every second.
 pub(crate) const LOOKING_SECS: u64 = 4;
 /// Least seconds between two snapshots of models in training.
