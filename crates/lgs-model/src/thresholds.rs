@@ -20,6 +20,8 @@ pub(crate) const FIRST_RADIUS: f32 = 0.2;
 pub(crate) const RADIUS_OF_COVER: f32 = 0.7;
 /// Radius of a node that takes over a part of another one's Gaussians, in radii of that one: half the volume.
 pub(crate) const SHARED_RADIUS: f32 = 0.8;
+/// Change of its logit: a new node begins with little weight, so that nothing jumps.
+pub(crate) const SHARED_LOGIT: f32 = -2.0;
 /// Sum of weights over Gaussians below which nothing follows a node: less than one Gaussian.
 pub(crate) const IDLE_LOAD: f32 = 0.5;
 /// Discord of a node that asks for another one, in means over moving nodes.

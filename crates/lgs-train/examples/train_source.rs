@@ -1,6 +1,8 @@
 //! Trains a source model on a dataset and prints, eight times, what its held-out frames say and, if the
-//! dataset has a ground truth, how far its tracks are from it: `train_source DATA [key=value]…`.
+//! dataset has a ground truth, how far each object's tracks are from it (mean, median), −1 being all that is
+//! static: `train_source DATA [key=value]…`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -19,6 +21,8 @@ use lgs_train::{DeviceName, Trainer};
 const REPORTS: usize = 8;
 /// Logit of the opacity from which a Gaussian counts as a part of a body: one half.
 const OPAQUE: f32 = 0.0;
+/// Largest distance from a true point of a Gaussian that counts as its part, world units.
+const NEAR: f32 = 0.05;
 
 /// Mean PSNR of every so many frames, dB.
 fn mean_psnr(model: &dyn SourceModel, frames: &[Frame], every: usize, background: [f32; 3]) -> f32 {
@@ -47,32 +51,36 @@ fn rigid(truth: &GroundTruth, object: i32, [start, time]: [usize; 2]) -> ([[f32;
     (centers, kabsch(&moments))
 }
 
-/// Mean distances of opaque Gaussians on moving objects, and on the rest, from where the truth carries them,
-/// over sampled times up to a last one, world units.
-fn track_errors(model: &dyn SourceModel, truth: &GroundTruth, last: f32) -> [f32; 2] {
+/// Label of each object and the mean and median distance of its opaque Gaussians from where the truth carries
+/// them, over sampled times up to a last one, world units; −1 is all that is static.
+fn track_errors(model: &dyn SourceModel, truth: &GroundTruth, last: f32) -> Vec<(i32, [f32; 2])> {
     let start = truth.times.iter().position(|&t| t > -1e-4).unwrap_or(0);
     let cloud = model.cloud_at(truth.times[start]);
-    let opaque: Vec<usize> = (0..cloud.len()).filter(|&i| cloud.raw_opacities[i] > OPAQUE).collect();
-    let means: Vec<[f32; 3]> = opaque.iter().map(|&i| cloud.means[i]).collect();
-    let objects = nearest_indices(&truth.points[start], &means).into_iter().map(|p| truth.object[p as usize]);
-    let objects: Vec<i32> = objects.collect();
-    let (mut sums, mut counts) = ([0.0_f32; 2], [0.0_f32; 2]);
+    let nearest = nearest_indices(&truth.points[start], &cloud.means);
+    let is_part = |&i: &usize| {
+        let point = truth.points[start][nearest[i] as usize];
+        cloud.raw_opacities[i] > OPAQUE && norm(sub(cloud.means[i], point)) < NEAR
+    };
+    let parts: Vec<usize> = (0..cloud.len()).filter(is_part).collect();
+    let mut errors: BTreeMap<i32, Vec<f32>> = BTreeMap::new();
     for time in (start..truth.times.len()).take_while(|&time| truth.times[time] < last).step_by(5) {
         let positions = model.positions_at(truth.times[time]);
         for object in truth.objects().into_iter().chain([-1]) {
             let ([before, after], rotation) = rigid(truth, object, [start, time]);
-            let is_static = usize::from(object < 0);
-            for (i, &mean) in means.iter().enumerate().filter(|&(i, _)| objects[i] == object) {
+            for &i in parts.iter().filter(|&&i| truth.object[nearest[i] as usize] == object) {
                 let carried = match object {
-                    -1 => mean,
-                    _ => add(after, mat_vec(&rotation, sub(mean, before))),
+                    -1 => cloud.means[i],
+                    _ => add(after, mat_vec(&rotation, sub(cloud.means[i], before))),
                 };
-                sums[is_static] += norm(sub(positions[opaque[i]], carried));
-                counts[is_static] += 1.0;
+                errors.entry(object).or_default().push(norm(sub(positions[i], carried)));
             }
         }
     }
-    std::array::from_fn(|i| sums[i] / counts[i].max(1.0))
+    let summary = |mut errors: Vec<f32>| {
+        errors.sort_by(f32::total_cmp);
+        [errors.iter().sum::<f32>() / errors.len() as f32, errors[errors.len() / 2]]
+    };
+    errors.into_iter().map(|(object, errors)| (object, summary(errors))).collect()
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -106,8 +114,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let val = mean_psnr(&*model, dataset.split("val"), every, dataset.background);
         print!("{step:5} {:6.1} s {} Gaussians, val {val:.2} dB", spent.as_secs_f32(), trainer.gaussians());
         if let Some(truth) = &truth {
-            let [moving, rest] = track_errors(&*model, truth, last);
-            print!(", tracks off by {moving:.4} (moving) {rest:.4} (static)");
+            for (object, [mean, median]) in track_errors(&*model, truth, last) {
+                print!(", {object}: {mean:.4} {median:.4}");
+            }
         }
         println!();
     }

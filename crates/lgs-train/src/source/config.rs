@@ -122,6 +122,7 @@ impl SourceConfig {
             window_steps: 1,
             velocity: None,
             advection: None,
+            nodes: None,
             ..self.clone()
         }
     }

@@ -69,7 +69,8 @@ impl SourceConfig {
         let factor = stretch_factor(self.stretch, width);
         let mut stretched = Self { stretch: 1.0, ..self.clone() };
         let (rates, densify) = (&mut stretched.learning_rates, &mut stretched.densify);
-        for count in [
+        let of_nodes = stretched.nodes.as_mut().map(|nodes| &mut nodes.chosen_before);
+        let counts = [
             &mut stretched.iterations,
             &mut stretched.warmup_iterations,
             &mut stretched.window_interval,
@@ -81,7 +82,8 @@ impl SourceConfig {
             &mut densify.after,
             &mut densify.before,
             &mut densify.prune_large_after,
-        ] {
+        ];
+        for count in counts.into_iter().chain(of_nodes) {
             *count = (*count as f64 * factor).round() as usize;
         }
         stretched

@@ -20,6 +20,8 @@ pub struct NodesConfig {
     pub neighbors: usize,
     /// Iterations after which nodes are chosen and looked for anew.
     pub interval: usize,
+    /// Nodes are chosen before this iteration; later ones would have too little time to find their place.
+    pub chosen_before: usize,
     /// Weight of the mean squared relative error with which the frame of a node carries its neighbours
     /// (SC-GS: 1e-4 to 1e-5 of a sum).
     pub rigidity: f32,
@@ -47,6 +49,7 @@ impl NodesConfig {
             most: 256,
             neighbors: 4,
             interval: 100,
+            chosen_before: 2000,
             rigidity: 1.0,
             rigidity_neighbors: 6,
             robust_scale: 0.1,
@@ -57,7 +60,8 @@ impl NodesConfig {
     /// The published numbers of nodes and neighbours.
     #[must_use]
     pub fn paper() -> Self {
-        Self { initial: 512, most: 512, neighbors: 3, rigidity_neighbors: 10, ..Self::quick() }
+        let (initial, most, neighbors) = (512, 512, 3);
+        Self { initial, most, neighbors, chosen_before: 25_000, rigidity_neighbors: 10, ..Self::quick() }
     }
 
     /// Checks the values; a refusal is (field, reason).

@@ -5,7 +5,8 @@ use lgs_core::{GaussianCloud, SH_C0};
 
 use crate::source::config::DELTAS;
 use crate::thresholds::{
-    COLOUR_REACH, FIRST_RADIUS, IDLE_LOAD, MOST_ADDED, NODE_OPACITY, RADIUS_OF_COVER, SHARED_RADIUS, UNEVEN,
+    COLOUR_REACH, FIRST_RADIUS, IDLE_LOAD, MOST_ADDED, NODE_OPACITY, RADIUS_OF_COVER, SHARED_LOGIT,
+    SHARED_RADIUS, UNEVEN,
 };
 
 use super::mixture::{Carrier, Mixture};
@@ -140,9 +141,9 @@ fn shared(node: &Node, number: usize, places: Places<'_>, neighbors: &Neighbors)
     let own = rows.filter(|(_, row)| row[0] as usize == number).map(|(i, _)| i);
     let distance = |i: usize| node.squared_distances(places.means[i], places.features[i]).iter().sum::<f32>();
     let farthest = own.max_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(b.cmp(&a)))?;
-    let log_radius = node.log_radius + SHARED_RADIUS.ln();
+    let (log_radius, logit) = (node.log_radius + SHARED_RADIUS.ln(), node.logit + SHARED_LOGIT);
     let (position, features) = (places.means[farthest], places.features[farthest]);
-    Some(Node { position, log_radius, features, ..*node }.row())
+    Some(Node { position, log_radius, logit, features }.row())
 }
 
 #[cfg(test)]

@@ -197,7 +197,7 @@ impl SourceMotion for NodesMotion {
         let is_chosen = at.iteration >= self.structure.adapted + self.config.interval;
         let change = if nodes.is_empty() {
             Some(self.begin(learned))
-        } else if is_chosen {
+        } else if is_chosen && at.iteration < self.config.chosen_before {
             self.rechosen(learned, &nodes, at)
         } else {
             None

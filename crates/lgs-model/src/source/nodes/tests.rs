@@ -81,7 +81,7 @@ impl Scene {
 
 #[test]
 fn the_fused_blend_agrees_with_its_twin() {
-    for (nodes, n, followed) in [(1, 1, 1), (5, 40, 3), (40, 2500, 4), (40, 300, 8)] {
+    for (nodes, n, followed) in [(3, 2, 2), (5, 40, 3), (40, 2500, 4), (40, 300, 8)] {
         let scene = Scene::new(nodes, n, followed);
         let fused = scene.tensors(|[nodes, poses, means, rotations, features]| {
             let followers = tensor::Followers { means, rotations, features };
