@@ -35,8 +35,8 @@ pub(crate) const RESTING: f32 = 0.02;
 pub(crate) const MOTION_SAMPLES: usize = 6;
 /// Least distance of two nodes that is divided by, world units.
 pub(crate) const LEAST_SPACING: f32 = 1e-4;
-/// Time between the three poses that give an acceleration: a fortieth of the recording, within which motion is
-/// a parabola.
+/// Time between the three poses that give an acceleration: a fortieth of the recording, within which motion
+/// is a parabola.
 pub(crate) const ACCELERATION_STEP: f32 = 0.025;
 /// The acceleration is looked at in one of so many iterations, with as much more weight: it takes three
 /// evaluations of the network.

@@ -23,8 +23,9 @@ pub struct Moment {
 /// Networks that move Gaussians, without their parameters, which a trainer keeps as one flat vector.
 ///
 /// A kind may also learn features of every Gaussian, and change what it is made of while it trains: the
-/// trainer asks it before every iteration whether [`Self::adapt`] is due, tells it when Gaussians are replaced,
-/// and puts what it keeps beside its parameters into checkpoints. Kinds that do neither leave these alone.
+/// trainer asks it before every iteration whether [`Self::adapt`] is due, tells it when Gaussians are
+/// replaced, and puts what it keeps beside its parameters into checkpoints. Kinds that do neither leave these
+/// alone.
 pub trait SourceMotion {
     /// Fresh parameters.
     fn init(&self, seed: u64) -> Vec<f32>;

@@ -2,8 +2,8 @@
 //!
 //! A node k at p_k that is at p'_k and turned by A_k carries x to A_k (x − p_k) + p'_k; a Gaussian is where
 //! its nodes carry it on average, and turned by the average of their quaternions, whose signs are those of
-//! the heaviest node. Positions of nodes are constants, and distances in the weights see centres as constants, so
-//! that gradients reach a Gaussian's centre through the nodes' frames alone.
+//! the heaviest node. Positions of nodes are constants, and distances in the weights see centres as
+//! constants, so that gradients reach a Gaussian's centre through the nodes' frames alone.
 //!
 //! Gaussians run in blocks of fixed size, each with its own sums over nodes; these are added in order.
 

@@ -1,12 +1,11 @@
 //! The blend of nodes as a Burn operation, differentiable by nodes, their poses and the Gaussians that follow
 //! them.
 
-use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
+use burn::backend::{Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::Tensor;
+use lgs_tensor::Kernel;
 use lgs_tensor::flex::{rows, tensor_of_rows};
-use lgs_tensor::{Kernel, fused};
 
 use super::blend::{BlendInput, blend as blend_rows, blend_vjp};
 use super::neighbors::Neighbors;
@@ -68,30 +67,9 @@ impl Kernel<Neighbors, 5> for Flex {
     }
 }
 
-impl BlendOps for Flex {
-    fn blend_nodes(
-        nodes: FloatTensor<Self>,
-        poses: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        features: FloatTensor<Self>,
-        neighbors: Neighbors,
-    ) -> FloatTensor<Self> {
-        Self::forward(&neighbors, [nodes, poses, means, rotations, features])
-    }
-}
-
-impl<B: BlendKernels, C: CheckpointStrategy> BlendOps for Autodiff<B, C> {
-    fn blend_nodes(
-        nodes: FloatTensor<Self>,
-        poses: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        features: FloatTensor<Self>,
-        neighbors: Neighbors,
-    ) -> FloatTensor<Self> {
-        fused::<B, C, _, _>(neighbors, [nodes, poses, means, rotations, features])
-    }
+lgs_tensor::operations! {
+    BlendOps of BlendKernels;
+    blend_nodes(nodes, poses, means, rotations, features; neighbors: Neighbors);
 }
 
 /// Gaussians that follow nodes, as tensors.
