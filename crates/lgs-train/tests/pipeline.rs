@@ -118,8 +118,9 @@ fn a_run_that_was_stopped_in_every_stage_delivers_the_same_bytes_on_any_number_o
 }
 
 #[test]
-fn so_does_one_with_a_velocity_field() {
+fn so_do_those_with_a_velocity_field_or_control_nodes() {
     stopped_runs_deliver_the_same_bytes(SourceKind::Freegave);
+    stopped_runs_deliver_the_same_bytes(SourceKind::Nodes);
 }
 
 #[test]
@@ -155,11 +156,6 @@ fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
         resumed.step();
     }
     assert_eq!(resumed.model().cloud_at(0.4), whole.model().cloud_at(0.4));
-}
-
-#[test]
-fn so_does_one_with_control_nodes() {
-    stopped_runs_deliver_the_same_bytes(SourceKind::Nodes);
 }
 
 fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
