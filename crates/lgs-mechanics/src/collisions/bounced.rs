@@ -1,6 +1,6 @@
 //! A law with its contact, and how far it is known.
 
-use super::bouncing::OF_CONTACT;
+use super::freedom::OF_CONTACT;
 use super::samples::Samples;
 use crate::bands::{Normal, Verdict, radius};
 use crate::choose::DESCRIBED;

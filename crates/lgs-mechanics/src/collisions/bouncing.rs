@@ -1,6 +1,7 @@
 //! Start, law and contact as the unknowns of one motion through impacts.
 
 use super::bounced::Bounced;
+use super::freedom::{Freedom, OF_CONTACT};
 use super::samples::{Later, Samples};
 use crate::contact::Plane;
 use crate::coordinates::State;
@@ -12,22 +13,6 @@ use crate::thresholds::{
     CONTACT_ITERATIONS, CONTACT_PASSES, CONTACT_SPREAD, FRICTIONS, MOST_FRICTION, RESTITUTIONS,
 };
 use nalgebra::DVector;
-
-/// Unknowns of a contact: restitution, friction, two tilts and a shift of the plane.
-pub(super) const OF_CONTACT: usize = 5;
-
-/// How far a plane may be from where it was found.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Freedom {
-    /// Point about which it tilts.
-    pub(super) about: [f64; 3],
-    /// Standard deviation of its tilts, radians.
-    pub(super) tilt: f64,
-    /// Standard deviation of its shift, world units.
-    pub(super) shift: f64,
-    /// Unknowns that are fitted to the track.
-    pub(super) unknowns: usize,
-}
 
 /// A motion through impacts as a problem of least squares.
 pub(super) struct Bouncing {

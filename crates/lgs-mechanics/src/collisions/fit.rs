@@ -2,8 +2,9 @@
 
 use super::body::{Body, Observed};
 use super::bounced::Bounced;
-use super::bouncing::{Bouncing, Freedom};
-use super::flights::{flights, trimmed};
+use super::bouncing::Bouncing;
+use super::flights::flights;
+use super::freedom::Freedom;
 use super::laws::{FlightLaw, law_of_flights};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
@@ -79,7 +80,7 @@ fn on_ground(body: &Body, seen: &Observed, ground: &Ground) -> Option<Bounced> {
     let freedom = Freedom {
         about: seen.centers()[seen.times.len() / 2],
         tilt: ground.tilt_deviation(extent),
-        shift: (NEAR_PLANE * extent).hypot(ground.roughness),
+        shift: (NEAR_PLANE * extent).hypot(ground.roughness).hypot(seen.least[1]),
         unknowns: 0,
     };
     through(body, seen, flights, &|_: &FlightLaw| vec![(contact.clone(), freedom)])
@@ -184,13 +185,11 @@ fn masses(coordinates: &Coordinates, is_shell: bool) -> Vec<Coordinates> {
     found
 }
 
-/// Samples that are smeared by an impact.
+/// Samples that are smeared by an impact: those beside the ends of flights.
 fn left_out(law: &FlightLaw, flights: &[Range<usize>], samples: usize) -> Vec<bool> {
-    let kept = trimmed(flights, law.blurred, samples);
-    let is_out = |k: usize| {
-        let within = |ranges: &[Range<usize>]| ranges.iter().any(|range| range.contains(&k));
-        within(flights) && !within(&kept)
-    };
+    let ends = flights.iter().flat_map(|flight| [flight.start, flight.end]);
+    let ends: Vec<usize> = ends.filter(|end| (1..samples).contains(end)).collect();
+    let is_out = |k: usize| ends.iter().any(|end| k + law.blurred >= *end && k < end + law.blurred);
     (0..samples).map(is_out).collect()
 }
 

@@ -5,6 +5,7 @@ mod bounced;
 mod bouncing;
 mod fit;
 mod flights;
+mod freedom;
 mod laws;
 mod plane_of_impact;
 mod samples;

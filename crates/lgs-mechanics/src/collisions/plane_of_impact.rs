@@ -1,7 +1,7 @@
 //! The plane of an impact, where nothing at rest shows it.
 
 use super::body::{Body, Observed};
-use super::bouncing::Freedom;
+use super::freedom::Freedom;
 use super::laws::FlightLaw;
 use crate::contact::{Contact, Origin, Plane, impacts};
 use crate::coordinates::State;

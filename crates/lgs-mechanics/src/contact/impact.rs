@@ -1,7 +1,7 @@
 //! Impacts: sudden changes of velocity, and where they are in a track.
 
 use crate::error::MechanicsError;
-use crate::thresholds::{FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, MEDIAN_OF_THREE};
+use crate::thresholds::{FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, LEAST_OF_LARGEST, MEDIAN_OF_THREE};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,8 @@ struct Jump {
 }
 
 /// Impacts in a path of a body's centre at ascending times, found where the velocities of parabolas through
-/// the samples before and after differ by far more than elsewhere along the path.
+/// the samples before and after differ by far more than elsewhere along the path, and not by little against
+/// the largest difference.
 #[must_use]
 pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
     let count = times.len().min(centers.len());
@@ -60,7 +61,9 @@ pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
     // Most places are no impacts: their median jump is noise, or what parabolas leave of a smooth path.
     let Some(median) = sizes.get(sizes.len() / 2) else { return Vec::new() };
     let least = IMPACT_JUMP * median / MEDIAN_OF_THREE;
-    jumps.retain(|jump| jump.size > least);
+    // What a source wiggles by is small against what it shows of a true impact.
+    let largest = jumps.iter().map(|jump| jump.change.length()).fold(0.0, f64::max);
+    jumps.retain(|jump| jump.size > least && jump.change.length() >= LEAST_OF_LARGEST * largest);
     jumps.sort_by(|a, b| b.size.total_cmp(&a.size));
     let mut found: Vec<Jump> = Vec::new();
     for jump in jumps {

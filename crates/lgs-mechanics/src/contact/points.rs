@@ -2,6 +2,8 @@
 
 use crate::thresholds::{DIRECTIONS, FEWEST_OF_SPHERE, FINEST_CORNER, ROUND};
 use glam::DVec3;
+use lgs_core::geometry::solve_positive;
+use nalgebra::DMatrix;
 
 /// The surface by which a body touches a plane, from its centre.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +20,7 @@ impl Surface {
     /// hull.
     #[must_use]
     pub fn of(points: &[[f64; 3]]) -> Self {
-        let count = points.len().max(1) as f64;
-        let middle = points.iter().map(|point| DVec3::from(*point)).sum::<DVec3>() / count;
+        let middle = middle_of(points);
         let away = |k: usize| Some(DVec3::from(points[farthest(points, direction(k))?]) - middle);
         let along = |k: usize| away(k).map(|away| direction(k).dot(away));
         let reaches: Vec<f64> = (0..DIRECTIONS).filter_map(along).collect();
@@ -39,6 +40,22 @@ impl Surface {
         let length = |point: &[f64; 3]| DVec3::from(*point).length();
         self.points.iter().map(length).fold(0.0, f64::max) + self.radius
     }
+}
+
+/// The centre of the sphere nearest to points, in the mean square of squared distances; their mean where they
+/// have none.
+fn middle_of(points: &[[f64; 3]]) -> DVec3 {
+    let mean = points.iter().map(|point| DVec3::from(*point)).sum::<DVec3>() / points.len().max(1) as f64;
+    // |p|² = 2 c·p + (r² − |c|²) about the mean.
+    let (mut gram, mut right) = (DMatrix::<f64>::zeros(4, 4), DMatrix::<f64>::zeros(4, 1));
+    for point in points {
+        let p = DVec3::from(*point) - mean;
+        let row = DMatrix::from_row_slice(1, 4, &[2.0 * p.x, 2.0 * p.y, 2.0 * p.z, 1.0]);
+        gram += row.transpose() * &row;
+        right += row.transpose() * p.length_squared();
+    }
+    let found = solve_positive(gram, &right).map(|found| DVec3::from_slice(&found.as_slice()[..3]));
+    mean + found.filter(|center| center.is_finite()).unwrap_or_default()
 }
 
 /// Mean and standard deviation.

@@ -1,32 +1,68 @@
 //! Contacts of rigid bodies (method §5.7): laws through the impacts of a track, and planes at rest that a
 //! body has not met yet.
 
+use super::choice::penalty;
+use super::geometry::center_of_mass;
 use super::observed::{ObservedPoses, mean_pose};
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{EXPECTED_TIMES, JUDGED_WINDOWS, LIGHTEST, NEAR, NEAR_PATH, STILL, WITHIN_REACH};
+use crate::thresholds::{
+    CENTER_COEFFICIENTS, EXPECTED_TIMES, JUDGED_WINDOWS, LIGHTEST, NEAR, NEAR_PATH, STILL, WITHIN_REACH,
+};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
+use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
 use lgs_mechanics::contact::{Contact, Ground, Surface, planes};
-use lgs_mechanics::coordinates::{Ball, Coordinates, Port, State};
+use lgs_mechanics::coordinates::{Ball, Coordinates, Port};
 use lgs_mechanics::fit::Fitted;
 use lgs_mechanics::{Candidate, Edit, System};
 
 /// Places of points at rest around a body.
 pub(crate) type Surroundings<'a> = &'a [[f64; 3]];
 
+/// A law through impacts about a centre of mass.
+pub(super) struct Impacted {
+    pub(super) bounced: Bounced,
+    /// The centre of mass in shape axes.
+    middle: DVec3,
+}
+
 /// The likeliest law through the impacts of a body's track; `None` where there is no impact or no such law.
+/// The centre of mass is that of a ball, else that of the particles, or the point that flies along a parabola
+/// where the flight says so.
 pub(super) fn through_impacts(
     observed: &ObservedPoses,
     motion: &SharedMotion,
     surroundings: Surroundings<'_>,
-) -> Option<Bounced> {
+) -> Option<Impacted> {
+    let first = &observed.poses[0];
+    let whole = surface(motion, first, &first.shift.to_array());
+    let ball = (whole.radius > 0.0).then(|| first.linear.transpose() * DVec3::from(whole.points[0]));
+    let found = about(ball.unwrap_or_default(), observed, motion, surroundings)?;
+    if ball.is_some() || found.bounced.chi_square <= DESCRIBED {
+        return Some(found);
+    }
+    let flight = found.bounced.free.clone();
+    let center =
+        center_of_mass(&observed.poses[flight.clone()], &observed.times[flight], CENTER_COEFFICIENTS[1]);
+    let other = center.and_then(|center| about(center, observed, motion, surroundings));
+    let more = penalty(3.0, 6 * observed.times.len());
+    Some(other.filter(|other| other.bounced.evidence() + more < found.bounced.evidence()).unwrap_or(found))
+}
+
+/// The same for a body with its centre of mass at a point of the shape.
+fn about(
+    middle: DVec3,
+    observed: &ObservedPoses,
+    motion: &SharedMotion,
+    surroundings: Surroundings<'_>,
+) -> Option<Impacted> {
     let turns = observed.turns(STILL);
     let coordinates = if turns { Coordinates::Rigid(observed.inertia) } else { Coordinates::Point };
-    let x = configurations(observed, &observed.poses, &coordinates);
+    let x = configurations(observed, &observed.poses, (&coordinates, middle));
     let surface = surface(motion, &observed.poses[0], &x[0]);
-    let centers: Vec<DVec3> = observed.poses.iter().map(|pose| pose.shift).collect();
+    let centers: Vec<DVec3> = x.iter().map(|x| center(x)).collect();
     let spins = if turns { spins(observed) } else { Vec::new() };
     let body = Body {
         centers: observed.laws.candidates(&Coordinates::Point),
@@ -36,31 +72,41 @@ pub(super) fn through_impacts(
         is_shell: turns,
         coordinates,
     };
-    explain(&body, &Observed { times: &observed.times, x: &x, least: observed.least() })
+    let bounced = explain(&body, &Observed { times: &observed.times, x: &x, least: observed.least() })?;
+    Some(Impacted { bounced, middle })
 }
 
-/// Configurations of poses in the coordinates of a body with a contact.
-pub(super) fn configurations(
+/// Configurations of poses in the coordinates of a body with its centre of mass at a point of the shape.
+fn configurations(
     observed: &ObservedPoses,
     poses: &[Pose],
-    coordinates: &Coordinates,
+    (coordinates, middle): (&Coordinates, DVec3),
 ) -> Vec<Vec<f64>> {
+    let centered: Vec<Pose> = poses.iter().map(|pose| Pose { shift: pose.apply(middle), ..*pose }).collect();
     match coordinates {
-        Coordinates::Rigid(inertia) => observed.configurations_of(poses, inertia),
-        _ => poses.iter().map(|pose| pose.shift.to_array().to_vec()).collect(),
+        Coordinates::Rigid(inertia) => observed.configurations_of(&centered, inertia),
+        _ => centered.iter().map(|pose| pose.shift.to_array().to_vec()).collect(),
     }
 }
 
-/// The pose of the shape in the first state of a law with a contact.
-pub(super) fn base(observed: &ObservedPoses, coordinates: &Coordinates, start: &State) -> Pose {
-    let shift = DVec3::from_slice(&start.x[start.x.len() - 3..]);
-    let linear = match coordinates {
-        Coordinates::Rigid(inertia) => {
-            DMat3::from_quat(quaternion(&start.x).normalize() * quaternion(&inertia.frame).inverse())
-        }
-        _ => mean_pose(&observed.poses).linear,
-    };
-    Pose { linear, shift }
+impl Impacted {
+    /// Evidence of other poses at the samples, by a law with so many unknowns beside its start.
+    pub(super) fn evidence_of(&self, observed: &ObservedPoses, poses: &[Pose], unknowns: f64) -> f64 {
+        let of_body = (&self.bounced.law.coordinates, self.middle);
+        self.bounced.evidence_of(&configurations(observed, poses, of_body), unknowns)
+    }
+
+    /// The pose of the shape at the start.
+    pub(super) fn base(&self, observed: &ObservedPoses) -> Pose {
+        let start = &self.bounced.start.x;
+        let linear = match &self.bounced.law.coordinates {
+            Coordinates::Rigid(inertia) => {
+                DMat3::from_quat(quaternion(start).normalize() * quaternion(&inertia.frame).inverse())
+            }
+            _ => mean_pose(&observed.poses).linear,
+        };
+        Pose { linear, shift: center(start) - linear * self.middle }
+    }
 }
 
 /// Laws of a rotation about the centre, on which no weight acts.

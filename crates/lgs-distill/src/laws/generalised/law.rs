@@ -1,7 +1,7 @@
 //! The law of an object in generalised coordinates, with what is known of it.
 
 use super::choice::{Chosen, choose_law, unknowns};
-use super::contact::{self, Surroundings};
+use super::contact::{self, Impacted, Surroundings};
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
 use crate::motion::pose::{Pose, PoseKind};
@@ -83,14 +83,15 @@ pub(crate) fn law_within(
         return GeneralisedLaw::smooth(choose_modal(motion, laws, resolution)?, (motion, &[]), seed);
     }
     let mut observed = ObservedPoses::new(motion, laws, resolution);
-    let bounced = contact::through_impacts(&observed, motion, surroundings);
-    tracing::debug!(bounced = ?bounced.as_ref().map(told), "a law through impacts");
-    if let Some(bounced) = bounced.as_ref().filter(|bounced| bounced.is_within_noise()) {
-        return GeneralisedLaw::bounced(bounced, &observed, motion, seed);
+    let impacted = contact::through_impacts(&observed, motion, surroundings);
+    tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
+    let is_sure = |found: &&Impacted| found.bounced.is_within_noise() && is_on_observed_plane(&found.bounced);
+    if let Some(impacted) = impacted.as_ref().filter(is_sure) {
+        return GeneralisedLaw::impacted(impacted, &observed, motion, seed);
     }
     let chosen = choose_law(&observed);
-    if let Some(bounced) = bounced.filter(|bounced| is_likelier(bounced, chosen.as_ref(), &observed)) {
-        return GeneralisedLaw::bounced(&bounced, &observed, motion, seed);
+    if let Some(impacted) = impacted.filter(|found| is_likelier(found, chosen.as_ref(), &observed)) {
+        return GeneralisedLaw::impacted(&impacted, &observed, motion, seed);
     }
     let mut chosen = chosen?;
     if observed.allow_for(errors.slow, chosen.chi_square) {
@@ -104,11 +105,15 @@ fn told(bounced: &Bounced) -> (&Law, f64, f64, f64) {
     (&bounced.law, bounced.chi_square, bounced.error, bounced.evidence())
 }
 
+fn is_on_observed_plane(bounced: &Bounced) -> bool {
+    bounced.law.contact.as_ref().is_some_and(|contact| contact.origin == Origin::Observed)
+}
+
 /// Whether a law through impacts is likelier than a smooth one. On a plane that nothing at rest shows, it has
 /// to say where the body is after the impact: what stops a body in the air may be a hand.
-fn is_likelier(bounced: &Bounced, chosen: Option<&Chosen>, observed: &ObservedPoses) -> bool {
-    let is_observed = bounced.law.contact.as_ref().is_some_and(|contact| contact.origin == Origin::Observed);
-    if !is_observed && bounced.error > MOST_AFTER_IMPACT * bounced.path() {
+fn is_likelier(impacted: &Impacted, chosen: Option<&Chosen>, observed: &ObservedPoses) -> bool {
+    let bounced = &impacted.bounced;
+    if !is_on_observed_plane(bounced) && bounced.error > MOST_AFTER_IMPACT * bounced.path() {
         return false;
     }
     let Some(Chosen { system, choice, .. }) = chosen else { return true };
@@ -117,10 +122,9 @@ fn is_likelier(bounced: &Bounced, chosen: Option<&Chosen>, observed: &ObservedPo
         return true;
     };
     let poses: Vec<Pose> = states.iter().map(|state| system.pose_in(&state.x)).collect();
-    let predicted = contact::configurations(observed, &poses, &bounced.law.coordinates);
     // The start of the law with a contact is not counted, so as many are left out of the other's.
     let beyond_start = unknowns(system, choice.law()) - 2.0 * bounced.start.v.len() as f64;
-    let smooth = bounced.evidence_of(&predicted, beyond_start);
+    let smooth = impacted.evidence_of(observed, &poses, beyond_start);
     tracing::debug!(
         smooth,
         bounced = bounced.evidence(),
@@ -153,14 +157,15 @@ impl GeneralisedLaw {
     }
 
     /// A law through impacts.
-    fn bounced(
-        bounced: &Bounced,
+    fn impacted(
+        impacted: &Impacted,
         observed: &ObservedPoses,
         motion: &SharedMotion,
         seed: u64,
     ) -> Option<Self> {
+        let bounced = &impacted.bounced;
         let known = Known { chi_square: bounced.chi_square, ..Known::default() };
-        let base = contact::base(observed, &bounced.law.coordinates, &bounced.start);
+        let base = impacted.base(observed);
         let (law, start) = (bounced.law.clone(), bounced.start.clone());
         let mut found = Self { window_error: 0.0, known, law, start, base };
         found.window_error = found.error_over(motion)?;
