@@ -12,6 +12,7 @@ fn help_and_version_are_no_errors() {
         "eval --help",
         "render --help",
         "export --help",
+        "convert --help",
         "info --help",
         "weights --help",
     ] {
@@ -39,6 +40,7 @@ fn unknown_or_missing_arguments_are_bad_usage() {
         ("render run --times 0 --out x --size 0", "0"),
         ("render run --times 0 --out x --camera orbit:left", "left"),
         ("export run --times 0 --out x --format obj", "obj"),
+        ("convert one.ply", "OUT"),
         ("info", "PATH"),
         ("weights import", "FILE"),
     ] {

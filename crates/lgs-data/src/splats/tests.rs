@@ -137,6 +137,28 @@ fn splat_bytes_are_those_of_the_description() {
 }
 
 #[test]
+fn compressed_ply_words_are_those_of_the_description() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(&folder, SplatFormat::CompressedPly);
+    let mut two = one();
+    two.means.push([3.0, 4.0, -1.0]);
+    two.rotations.push([2.0, 0.0, 0.0, 0.0]);
+    two.log_scales.push([1.0, -1.0, -1.0]);
+    two.raw_opacities.push(100.0);
+    two.sh.extend([0.0; 3]);
+    write_splats(&path, &two, SplatFormat::CompressedPly).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    let words: Vec<u32> =
+        bytes[bytes.len() - 32..].as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    // The largest of 0, 0.6, 0, 0.8 is the last; 0.6 / √2 + 0.5 is 946 of 1023.
+    let first = [0, 3 << 30 | 512 << 20 | 946 << 10 | 512, 0, 255 << 16 | 128];
+    // The second is at the upper bound of everything that has bounds, but for red, green and y of the scales.
+    let scales = 2047 << 21 | 2047;
+    let second = [u32::MAX, 512 << 20 | 512 << 10 | 512, scales, 255 << 8 | 255];
+    assert_eq!(words, [first, second].concat());
+}
+
+#[test]
 fn spz_bytes_are_those_of_the_description() {
     let folder = tempfile::tempdir().unwrap();
     let path = file(&folder, SplatFormat::Spz);
