@@ -59,8 +59,8 @@ pub fn write_with_parents(
     write_atomically(path, fill)
 }
 
-/// Writes a folder through a temporary one beside it: either all of it arrives or nothing does. The folder must
-/// be new or empty.
+/// Writes a folder through a temporary one beside it: either all of it arrives or nothing does. The folder
+/// must be new or empty.
 ///
 /// # Errors
 /// If the folder holds something or can't be created, or `fill` fails; the temporary folder is removed.

@@ -21,10 +21,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
     format: Option<DatasetFormat>,
     /// Width of the images, pixels [default: as they are]
-    #[arg(long, value_name = "PX", conflicts_with = "reduce", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "PX", conflicts_with = "reduce", value_parser = at_least_one())]
     size: Option<u32>,
     /// Make images smaller by this factor, each way
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = at_least_one())]
     reduce: Option<u32>,
     /// Take only times from A to below B, which become 0 and 1
     #[arg(long, value_name = "A:B", value_parser = span)]
@@ -50,6 +50,10 @@ pub(super) struct Args {
     /// Print one JSON document instead of text
     #[arg(long)]
     json: bool,
+}
+
+fn at_least_one() -> impl clap::builder::TypedValueParser<Value = u32> {
+    clap::value_parser!(u32).range(1..)
 }
 
 fn span(text: &str) -> Result<[f32; 2], String> {

@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Splits that rules distribute anew; others stay as they are.
 const POOLED: [&str; 3] = ["train", "val", "test"];
 
-/// Rules; by default all frames are imported in the splits of the source. With any rule about splits, the
-/// frames of `train`, `val` and `test` are all in `train` but for those that a rule puts elsewhere; later
-/// rules win, in the order of the fields.
+/// Rules; by default all frames are imported in the splits of the source. With a rule that names cameras or
+/// counts images, the frames of `train`, `val` and `test` are all in `train` but for those that a rule puts
+/// elsewhere; later rules win, in the order of the fields.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImportRules {
     /// Only times of at least the first and below the second number, which become 0 and 1.
@@ -22,16 +22,17 @@ pub struct ImportRules {
     pub test_cameras: Vec<String>,
     /// One image of so many, beginning with the first, is in `test`.
     pub test_every: Option<usize>,
-    /// Images later than this time, of the source, are in `test`.
+    /// Images later than this time, of the source, are in `test`, whatever their split was.
     pub test_after: Option<f32>,
 }
 
 type Splits = Vec<(String, Vec<FrameSpec>)>;
 
 impl ImportRules {
-    fn distributes(&self) -> bool {
+    /// Whether the source's own choice of held-out images is given up.
+    fn replaces(&self) -> bool {
         let by_camera = !(self.val_cameras.is_empty() && self.test_cameras.is_empty());
-        by_camera || self.test_every.is_some() || self.test_after.is_some()
+        by_camera || self.test_every.is_some()
     }
 }
 
@@ -43,7 +44,7 @@ pub(super) fn assigned(mut splits: Splits, rules: &ImportRules) -> Result<Splits
             return Err(Problem::Malformed(format!("`{field}` should be at least 1, found 0")));
         }
     }
-    if rules.distributes() {
+    if rules.replaces() || rules.test_after.is_some() {
         splits = distributed(splits, rules)?;
     }
     let moments = moments(&splits, rules);
@@ -75,6 +76,8 @@ fn moments(splits: &Splits, rules: &ImportRules) -> BTreeSet<u32> {
 fn distributed(splits: Splits, rules: &ImportRules) -> Result<Splits, Problem> {
     let (pooled, mut others): (Splits, Splits) =
         splits.into_iter().partition(|(name, _)| POOLED.contains(&name.as_str()));
+    let own = pooled.iter().flat_map(|(name, specs)| specs.iter().map(move |_| name.clone()));
+    let own: Vec<String> = own.collect();
     let specs: Vec<FrameSpec> = pooled.into_iter().flat_map(|(_, specs)| specs).collect();
     let names = camera_names(&specs);
     let known: BTreeSet<&String> = names.iter().collect();
@@ -90,8 +93,10 @@ fn distributed(splits: Splits, rules: &ImportRules) -> Result<Splits, Problem> {
             "test"
         } else if rules.val_cameras.contains(&names[index]) {
             "val"
-        } else {
+        } else if rules.replaces() {
             "train"
+        } else {
+            own[index].as_str()
         }
     };
     let mut found: BTreeMap<&str, Vec<FrameSpec>> = BTreeMap::new();

@@ -2,14 +2,16 @@
 //!
 //! Poses are camera-to-world with OpenGL axes where a format follows D-NeRF. Intrinsics of a frame (`fl_x`,
 //! `fl_y`, `cx`, `cy`, `w`, `h`) win over those of its file, which win over `camera_angle_x`; published sets
-//! do carry a wrong file-level angle. Images are decoded in parallel and kept as 8-bit RGBA; colours are
-//! composited over the background on demand in floats, `c = rgb·α + background·(1 − α)`. The published
-//! programs truncate that to 8 bits, which only adds noise.
+//! do carry a wrong file-level angle. Images are decoded in parallel and kept as 8-bit RGBA with a mask;
+//! colours are composited over the background on demand in floats, `c = rgb·α + background·(1 − α)`. The
+//! published programs truncate that to 8 bits, which only adds noise.
 //!
-//! `set.rs` is a set in memory, `load.rs` loads one. `formats/` has one reader per format, `transforms.rs`
-//! the JSON that several of them share, `frame_spec.rs` the description of a frame by a reader, `pixels.rs`
-//! decodes images, `points.rs` makes the positions of the first Gaussians, `fingerprint.rs` tells one set
-//! from another.
+//! `set.rs` is a loaded set, `store.rs` holds its images within a bound of memory, `load.rs` loads one and
+//! `import.rs` writes one. `formats/` has one reader per format, `transforms.rs` the JSON that several of
+//! them share, `frame_spec.rs` the description of a frame by a reader; `npy.rs`, `times.rs`, `poses.rs`,
+//! `lens.rs` and `videos.rs` help readers. `pixels.rs` decodes images, `undistort.rs` takes lenses out of
+//! them, `points.rs` makes the positions of the first Gaussians, `pose_check.rs` names poses that cannot be
+//! right, `fingerprint.rs` tells one set from another.
 
 mod error;
 mod fingerprint;

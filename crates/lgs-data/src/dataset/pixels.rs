@@ -60,8 +60,8 @@ fn resized(image: &RgbaImage, width: u32, height: u32) -> RgbaImage {
     RgbaImage::from_fn(width, height, |x, y| Rgba(straight(small.get_pixel(x, y).0)))
 }
 
-/// A resized pixel counts if nothing that was left out had a part in it, negative parts of the cubic included:
-/// levels are ones that overshoot without being clamped.
+/// A resized pixel counts if nothing that was left out had a part in it, negative parts of the cubic
+/// included: levels are ones that overshoot without being clamped.
 fn resized_mask(mask: &GrayImage, width: u32, height: u32) -> GrayImage {
     const LEVELS: [f32; 2] = [0.25, 0.5];
     let levels = ImageBuffer::<Luma<f32>, Vec<f32>>::from_fn(mask.width(), mask.height(), |x, y| {

@@ -49,3 +49,46 @@ fn is_in_view(camera: &Camera, place: [f32; 3]) -> bool {
     let inside = |v: f32, size: u32| (0.0..=size as f32).contains(&v);
     depth > 0.0 && inside(x, camera.width) && inside(y, camera.height)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ply::Points;
+
+    /// Eight cameras in a circle that look at the middle, the third of which looks as `turn` says.
+    fn rig(turn: impl Fn(Camera) -> Camera) -> Dataset {
+        let frame = |i: usize| {
+            let angle = 0.7 * i as f32;
+            let camera = Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), 1.0], [0.0; 3], 0.8, 4, 3);
+            let camera = if i == 2 { turn(camera) } else { camera };
+            Frame { name: format!("{i}.png"), camera_id: i, camera, time: 0.0, pixels: vec![0; 48].into() }
+        };
+        let mut set = Dataset::none([1.0; 3]);
+        set.splits.insert("train".into(), (0..8).map(frame).collect());
+        set
+    }
+
+    /// A camera that looks the other way.
+    fn away(camera: Camera) -> Camera {
+        let [x, y, z] = camera.center_in_world();
+        Camera::look_at([x, y, z], [2.0 * x, 2.0 * y, 2.0 * z], 0.8, 4, 3)
+    }
+
+    #[test]
+    fn a_camera_that_looks_away_is_named() {
+        assert_eq!(rig(|camera| camera).suspicious_poses(), [""; 0]);
+        let found = rig(away).suspicious_poses();
+        assert!(found.len() == 1 && found[0].contains("`2.png`"), "{found:?}");
+        let mut set = rig(away);
+        let positions: Vec<[f32; 3]> = (0..40).map(|i| [0.01 * i as f32, 0.0, 0.1]).collect();
+        set.init_points = Some(Points { colors: vec![[0.5; 3]; 40], positions });
+        assert!(set.suspicious_poses()[0].contains("points of the set"));
+    }
+
+    #[test]
+    fn a_rig_that_looks_outwards_is_left_alone() {
+        let mut set = rig(|camera| camera);
+        set.splits.values_mut().flatten().for_each(|frame| frame.camera = away(frame.camera));
+        assert_eq!(set.suspicious_poses(), [""; 0]);
+    }
+}

@@ -10,8 +10,8 @@ pub(super) type Wrong = (&'static str, String);
 /// The pose with a rotation and a translation.
 ///
 /// # Errors
-/// What was expected and what was found: a value that is not finite, a reflection, axes of another length than
-/// 1, or axes that are not perpendicular.
+/// What was expected and what was found: a value that is not finite, a reflection, axes of another length
+/// than 1, or axes that are not perpendicular.
 pub(super) fn rigid(rotation: DMat3, translation: DVec3) -> Result<DMat4, Wrong> {
     if !(rotation.is_finite() && translation.is_finite()) {
         return Err(("finite", "a value that is not".to_owned()));

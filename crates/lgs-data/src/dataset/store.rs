@@ -223,7 +223,10 @@ mod tests {
     use super::*;
 
     fn picture(i: usize) -> Picture {
-        Picture { rgba: vec![i as u8; 4 * 6], mask: (i % 3 == 0).then(|| vec![(i % 2) as u8 * 255; 6]) }
+        Picture {
+            rgba: vec![i as u8; 4 * 6],
+            mask: i.is_multiple_of(3).then(|| vec![(i % 2) as u8 * 255; 6]),
+        }
     }
 
     fn kept(limit: usize) -> (Arc<Store>, Vec<Pixels>) {
@@ -238,7 +241,7 @@ mod tests {
             let (store, pixels) = kept(limit);
             for i in (0..20).chain((0..20).rev()).chain([3, 3, 17, 3]) {
                 assert_eq!(*pixels[i].picture(), picture(i), "limit {limit}");
-                assert_eq!(pixels[i].has_mask(), i % 3 == 0);
+                assert_eq!(pixels[i].has_mask(), i.is_multiple_of(3));
                 assert!(store.state().bytes <= limit, "limit {limit}");
             }
             assert_eq!(store.state().file.is_some(), limit < 20 * 30, "limit {limit}");

@@ -75,7 +75,8 @@ fn run(video: &Path, folder: &Path, program: &Path, every_frame: [&str; 2]) -> s
         .output()
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;

@@ -2,12 +2,14 @@
 //!
 //! The calibration is a `.toml` as Pose2Sim and anipose write it (a table per camera with `name`, `size`,
 //! `matrix`, `distortions` in OpenCV's order, `rotation` as a Rodrigues vector, `translation`, perhaps
-//! `fisheye`; camera-from-world), in the folder or in `calibration/`, or our own `cameras.json`, whose
-//! `img_name`s are the cameras' names. OpenCV counts pixels from their centres, so that half a pixel is added
-//! to principal points of a `.toml`.
+//! `fisheye`; camera-from-world), in the folder or in `calibration/`; `intri.yml` and `extri.yml` of OpenCV's
+//! file storage; or our own `cameras.json`, whose `img_name`s are the cameras' names. OpenCV counts pixels
+//! from their centres, so that half a pixel is added to principal points of all but the last.
 //!
 //! Images of one number are of one moment: number `n` of a to b has the time (n − a) / (b − a + 1), unless
 //! `times.csv` has a row for every moment. Of eight cameras or more, every eighth is in the split `val`.
+
+mod opencv_file;
 
 use super::reader::FormatReader;
 use super::views::{Views, has_extension, place_of};
@@ -38,12 +40,16 @@ impl FormatReader for Rig {
     }
 
     fn marker(&self) -> &'static str {
-        "a calibration (`*calib*.toml` or `cameras.json`) beside folders or videos of its cameras"
+        "a calibration (`*calib*.toml`, `intri.yml` or `cameras.json`) beside folders of its cameras"
     }
 
     fn is_at(&self, root: &Path) -> bool {
-        let found = calibration_of(root).and_then(|path| cameras(&path).ok());
-        found.is_some_and(|cameras| cameras.iter().any(|camera| place_of(root, &camera.name).is_some()))
+        let Some(path) = calibration_of(root) else { return false };
+        match cameras(&path) {
+            Ok(cameras) => cameras.iter().any(|camera| place_of(root, &camera.name).is_some()),
+            // A calibration that is malformed should be named; `cameras.json` is in other folders too.
+            Err(_) => !has_extension(&path, &["json"]),
+        }
     }
 
     fn splits(&self, root: &Path) -> Result<Vec<String>, DatasetError> {
@@ -56,7 +62,8 @@ impl FormatReader for Rig {
 
     fn sources(&self, root: &Path, split: &str) -> Vec<PathBuf> {
         let csv = Some(csv_times::file_of(root)).filter(|path| path.exists());
-        std::iter::once(self.split_file(root, split)).chain(csv).collect()
+        let poses = Some(root.join(opencv_file::POSES)).filter(|path| path.exists());
+        std::iter::once(self.split_file(root, split)).chain(poses).chain(csv).collect()
     }
 
     fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {
@@ -95,8 +102,10 @@ fn calibration_of(root: &Path) -> Option<PathBuf> {
         named.sort();
         found.extend(named);
     }
-    let own = root.join("cameras.json");
-    found.into_iter().next().or_else(|| own.is_file().then_some(own))
+    let opencv = root.join(opencv_file::INTRINSICS);
+    found.extend(Some(opencv).filter(|path| path.is_file() && root.join(opencv_file::POSES).is_file()));
+    found.extend(Some(root.join("cameras.json")).filter(|path| path.is_file()));
+    found.into_iter().next()
 }
 
 /// All frames: moment after moment, camera after camera.
@@ -124,23 +133,27 @@ fn frames(root: &Path) -> Result<Vec<FrameSpec>, DatasetError> {
     let mut specs = Vec::new();
     for (&moment, time) in views.moments.iter().zip(times) {
         for (number, camera) in cameras.iter().enumerate() {
-            let image_path = views.image(number, moment);
-            let file = image_path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            specs.push(FrameSpec {
-                described_in: path.clone(),
-                index: specs.len(),
-                name: format!("{}/{file}", camera.name),
-                image_path,
-                view: Some(camera.name.clone()),
-                time: time as f32,
-                camera_from_world: camera.camera_from_world,
-                own: camera.intrinsics,
-                lens: camera.lens,
-                ..FrameSpec::default()
-            });
+            let (described_in, index, time) = (path.clone(), specs.len(), time as f32);
+            specs.push(FrameSpec { described_in, index, time, ..camera.spec(views.image(number, moment)) });
         }
     }
     Ok(specs)
+}
+
+impl RigCamera {
+    /// What the camera says of an image.
+    fn spec(&self, image_path: PathBuf) -> FrameSpec {
+        let file = image_path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        FrameSpec {
+            name: format!("{}/{file}", self.name),
+            image_path,
+            view: Some(self.name.clone()),
+            camera_from_world: self.camera_from_world,
+            own: self.intrinsics,
+            lens: self.lens,
+            ..FrameSpec::default()
+        }
+    }
 }
 
 fn cameras(path: &Path) -> Result<Vec<RigCamera>, DatasetError> {
@@ -158,6 +171,9 @@ fn cameras(path: &Path) -> Result<Vec<RigCamera>, DatasetError> {
         };
         return Ok(read_cameras_json(path).map_err(wrong)?.into_iter().map(own).collect());
     }
+    if has_extension(path, &["yml"]) {
+        return opencv_file::cameras(path);
+    }
     let text = String::from_utf8_lossy(&files::read_bytes(path)?).into_owned();
     let wrong = |problem| DatasetError::new(path, problem);
     let table: Table = text.parse().map_err(|e| wrong(Problem::Malformed(format!("malformed TOML: {e}"))))?;
@@ -171,51 +187,68 @@ fn cameras(path: &Path) -> Result<Vec<RigCamera>, DatasetError> {
     Ok(found)
 }
 
+/// A table of a `.toml` with the camera's name.
+struct Calibrated<'a> {
+    name: &'a str,
+    table: &'a Table,
+}
+
 /// A camera of a `.toml`.
 fn camera(key: &str, table: &Table) -> Result<RigCamera, Problem> {
-    let name = table.get("name").and_then(Value::as_str).unwrap_or(key).to_owned();
-    let part = |field, expected: &str, found: String| Problem::Part {
-        part: format!("camera `{name}`"),
-        field,
-        expected: expected.to_owned(),
-        found,
-    };
-    let list = |field: &'static str| {
-        let value = table.get(field).ok_or_else(|| part(field, "a list of numbers", "nothing".to_owned()))?;
-        numbers(value).ok_or_else(|| part(field, "a list of finite numbers", value.to_string()))
-    };
-    let three = |field: &'static str| {
-        let found = list(field)?;
-        match found[..] {
-            [x, y, z] => Ok(DVec3::new(x, y, z)),
-            _ => Err(part(field, "three numbers", format!("{found:?}"))),
-        }
-    };
-    let matrix = list("matrix")?;
+    let name = table.get("name").and_then(Value::as_str).unwrap_or(key);
+    let own = Calibrated { name, table };
+    let matrix = own.list("matrix")?;
     let [fx, skew, cx, _, fy, cy, ..] = matrix[..] else {
-        return Err(part("matrix", "3 x 3 numbers", format!("{} numbers", matrix.len())));
+        return Err(own.wrong("matrix", "3 x 3 numbers", format!("{} numbers", matrix.len())));
     };
     if skew != 0.0 {
-        return Err(part("matrix", "a camera without skew", skew.to_string()));
+        return Err(own.wrong("matrix", "a camera without skew", skew.to_string()));
     }
-    let distortions = if table.contains_key("distortions") { list("distortions")? } else { Vec::new() };
-    let is_fisheye = table.get("fisheye").and_then(Value::as_bool).unwrap_or(false);
-    let lens = match distortions[..] {
-        [k1, k2, k3, k4] if is_fisheye => Some(Lens::Fisheye([k1, k2, k3, k4])),
-        _ if is_fisheye => None,
-        _ => Lens::of_opencv(&distortions),
-    };
-    let count = if is_fisheye { "4 numbers" } else { "0, 1, 2, 4, 5 or 8 numbers" };
-    let lens = lens.ok_or_else(|| part("distortions", count, format!("{} numbers", distortions.len())))?;
-    let size = if table.contains_key("size") { list("size")? } else { Vec::new() };
-    let pose = poses::rigid(poses::rotation_of_vector(three("rotation")?), three("translation")?)
-        .map_err(|(expected, found)| part("rotation", expected, found))?;
+    let size = if table.contains_key("size") { own.list("size")? } else { Vec::new() };
+    let rotation = poses::rotation_of_vector(own.three("rotation")?);
+    let pose = poses::rigid(rotation, own.three("translation")?)
+        .map_err(|(expected, found)| own.wrong("rotation", expected, found))?;
     Ok(RigCamera {
         intrinsics: Intrinsics::of([fx, fy], [cx + 0.5, cy + 0.5], size.first_chunk().copied()),
-        lens,
+        lens: own.lens()?,
         camera_from_world: pose.as_mat4(),
-        name,
+        name: name.to_owned(),
     })
+}
+
+impl Calibrated<'_> {
+    fn wrong(&self, field: &'static str, expected: &str, found: String) -> Problem {
+        Problem::Part { part: format!("camera `{}`", self.name), field, expected: expected.to_owned(), found }
+    }
+
+    fn list(&self, field: &'static str) -> Result<Vec<f64>, Problem> {
+        let absent = || self.wrong(field, "a list of numbers", "nothing".to_owned());
+        let value = self.table.get(field).ok_or_else(absent)?;
+        numbers(value).ok_or_else(|| self.wrong(field, "a list of finite numbers", value.to_string()))
+    }
+
+    fn three(&self, field: &'static str) -> Result<DVec3, Problem> {
+        let found = self.list(field)?;
+        match found[..] {
+            [x, y, z] => Ok(DVec3::new(x, y, z)),
+            _ => Err(self.wrong(field, "three numbers", format!("{found:?}"))),
+        }
+    }
+
+    fn lens(&self) -> Result<Lens, Problem> {
+        let field = "distortions";
+        let found = if self.table.contains_key(field) { self.list(field)? } else { Vec::new() };
+        let is_fisheye = self.table.get("fisheye").and_then(Value::as_bool).unwrap_or(false);
+        let lens = match found[..] {
+            [k1, k2, k3, k4] if is_fisheye => Some(Lens::Fisheye([k1, k2, k3, k4])),
+            _ if is_fisheye => None,
+            _ => Lens::of_opencv(&found),
+        };
+        let count = if is_fisheye { "4 numbers" } else { "0, 1, 2, 4, 5 or 8 numbers" };
+        let lens = lens.ok_or_else(|| self.wrong(field, count, format!("{} numbers", found.len())))?;
+        lens.check(0, field)?;
+        Ok(lens)
+    }
 }
 
 /// Finite numbers of a list, those of lists within it too.

@@ -79,7 +79,8 @@ fn rules_say_what_is_test() {
     let late = ImportRules { test_after: Some(0.5), ..ImportRules::default() };
     let (_dir2, set) = imported(&root, late);
     assert!(times(&set, "train").iter().all(|&t| t <= 0.5) && times(&set, "test")[0] > 0.5);
-    assert!(set.split("val").is_empty() && !set.split("long").is_empty());
+    assert!(!set.split("val").is_empty() && !set.split("long").is_empty());
+    assert!(times(&set, "val").iter().all(|&t| t <= 0.5), "what was held out stays so");
     let held =
         ImportRules { test_cameras: vec!["1".into()], val_cameras: vec!["2".into()], ..Default::default() };
     let (_dir3, set) = imported(&root, held);

@@ -127,3 +127,36 @@ fn calibrations_that_cannot_be_are_named() {
         assert!(message.contains(expected) && message.ends_with("Calib.toml"), "{message}");
     }
 }
+
+#[test]
+fn opencv_s_file_storage_is_read() {
+    let dir = folder("");
+    std::fs::remove_file(dir.path().join("Calib.toml")).unwrap();
+    let matrix = |key: &str, data: &str| {
+        format!("{key}: !!opencv-matrix\n   rows: 3\n   dt: d\n   data: [ {data} ]\n")
+    };
+    let intrinsics = ["left", "right"].map(|name| {
+        let k = matrix(&format!("K_{name}"), "5., 0., 2.5, 0.,\n 5.5, 1.5, 0., 0., 1.");
+        k + &matrix(&format!("dist_{name}"), "0., 0., 0., 0., 0.")
+    });
+    let poses = matrix("Rot_left", "1., 0., 0., 0., 0., -1., 0., 1., 0.") + &matrix("T_left", "0.5, 0., 4.");
+    let other = matrix("R_right", "1.5707963267948966, 0., 0.") + &matrix("T_right", "-0.5, 0., 4.");
+    let write = |name: &str, text: &str| {
+        std::fs::write(dir.path().join(name), format!("%YAML:1.0\n---\n{text}")).unwrap();
+    };
+    write("intri.yml", &intrinsics.concat());
+    write("extri.yml", &(poses.clone() + &other));
+    let set = load(&dir).unwrap();
+    let cameras = [0, 1].map(|i| set.split("train")[i].camera);
+    assert_eq!([cameras[0].fx, cameras[0].fy, cameras[0].cx, cameras[0].cy], [5.0, 5.5, 3.0, 2.0]);
+    let centers = cameras.map(|camera| camera.center_in_world());
+    assert!((centers[0][0] + 0.5).abs() < 1e-6 && (centers[1][0] - 0.5).abs() < 1e-6, "{centers:?}");
+    assert!(cameras.iter().all(|camera| camera.ray_direction_in_world([3.0, 2.0])[1] > 0.999));
+    write("extri.yml", &poses);
+    let message = load(&dir).unwrap_err().to_string();
+    assert!(message.contains("camera `right`") && message.ends_with("extri.yml"), "{message}");
+    write("extri.yml", &(poses.replace("-1.", "1.") + &other));
+    assert!(load(&dir).unwrap_err().to_string().contains("reflection"));
+    write("intri.yml", "K_left: !!opencv-matrix\n data: [ 1., nan ]\n");
+    assert!(load(&dir).unwrap_err().to_string().contains("`nan`"));
+}
