@@ -158,7 +158,7 @@ impl Probe<'_> {
             ..self.source.clone()
         };
         (config.densify.before, config.guide.weight) = (0, 0.0);
-        config.densify.max_gaussians = gaussians;
+        (config.densify.max_gaussians, config.densify.per_pixel) = (0, 0.0);
         let mut trainer = SourceTrainer::new(self.dataset, &config, 0, self.device)?;
         trainer.step();
         let begun = Instant::now();

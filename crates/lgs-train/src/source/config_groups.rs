@@ -12,9 +12,8 @@ pub enum WarmupFrames {
     /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the
     /// scene's start (FreeGave).
     First,
-    /// The former, with the whole window at once after the warm-up and first points in the hull of all times,
-    /// where the camera is elsewhere at nearly every image: then no few moments show the scene from enough
-    /// sides. The latter where cameras stand.
+    /// The former, with the whole window at once after the warm-up, where the camera is elsewhere at nearly
+    /// every image: then no few moments show the scene from enough sides. The latter where cameras stand.
     ByCameras,
 }
 

@@ -23,6 +23,7 @@ impl SourceConfig {
         match (kind, preset) {
             (SourceKind::Freegave, Preset::Quick) => Self::freegave_quick(),
             (SourceKind::Freegave, Preset::Standard) => Self::freegave_standard(),
+            (SourceKind::Nodes, Preset::Standard) => Self::nodes_standard(),
             (_, Preset::Standard) => Self { kind, ..Self::standard() },
             (SourceKind::Freegave, Preset::Paper) => Self::freegave_paper(),
             (SourceKind::Nodes, Preset::Quick) => Self::nodes_quick(),

@@ -1,10 +1,11 @@
 //! Settings of source training for a dataset: what they leave to the data is filled in.
 
 use super::config::SourceConfig;
-use super::config_groups::{InitialPoints, WarmupFrames};
+use super::config_groups::WarmupFrames;
 use crate::data_summary::DataSummary;
 use crate::thresholds::{
-    COARSEST_WIDTH, FEWEST_BUDGETED, MAX_STRETCH, MOST_BUDGETED, REFERENCE_EXTENT, REFERENCE_WIDTH,
+    COARSEST_WIDTH, FEWEST_BUDGETED, FIRST_SHARE, MAX_STRETCH, MOST_BUDGETED, REFERENCE_EXTENT,
+    REFERENCE_WIDTH,
 };
 
 /// The factor of all counts of iterations: the one given or, if that is 0, one that follows from the images'
@@ -41,7 +42,9 @@ impl SourceConfig {
             densify.max_gaussians = (count as usize).clamp(FEWEST_BUDGETED, MOST_BUDGETED);
         }
         if densify.max_gaussians > 0 {
-            config.initial_gaussians = config.initial_gaussians.min(densify.max_gaussians);
+            // Room to grow where images ask for it: first points are hardly ever in the right places.
+            let most = (FIRST_SHARE * densify.max_gaussians as f64) as usize;
+            config.initial_gaussians = config.initial_gaussians.min(most.max(1));
         }
         while config.sh_degree > 0 && !has_views_for(config.sh_degree, config.views_per_coefficient, data) {
             config.sh_degree -= 1;
@@ -57,8 +60,7 @@ impl SourceConfig {
 
     fn with_frames_by_cameras(self, data: &DataSummary) -> Self {
         if data.has_jumping_camera() {
-            let initial_points = InitialPoints::HullOfAll;
-            Self { warmup_frames: WarmupFrames::All, window_steps: 1, initial_points, ..self }
+            Self { warmup_frames: WarmupFrames::All, window_steps: 1, ..self }
         } else {
             Self { warmup_frames: WarmupFrames::First, ..self }
         }

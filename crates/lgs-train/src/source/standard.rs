@@ -13,19 +13,25 @@ impl SourceConfig {
         Self {
             iterations,
             coarse_levels: 2,
-            coarse_share: 0.4,
+            coarse_share: 0.25,
             warmup_iterations: 600,
             warmup_frames: WarmupFrames::ByCameras,
-            initial_gaussians: 8000,
+            initial_gaussians: 3000,
             sh_degree: 3,
             views_per_coefficient: 3.0,
-            random_background: 0.5,
             learning_rates: LearningRates::standard(),
             densify: DensifyConfig::standard(iterations),
             static_regulariser: 0.0,
             static_regulariser_after: 0,
             ..quick
         }
+    }
+
+    /// Control nodes for any set.
+    #[must_use]
+    pub fn nodes_standard() -> Self {
+        let Self { kind, nodes, rigidity, deformation, .. } = Self::nodes_quick();
+        Self { kind, nodes, rigidity, deformation, ..Self::standard() }
     }
 
     /// FreeGave for any set.
@@ -44,8 +50,8 @@ impl LearningRates {
             position_unit: 0.0,
             position_start: 4e-4,
             position_end: 4e-6,
-            deformation_start: 2e-3,
-            deformation_end: 2e-5,
+            deformation_start: 3e-3,
+            deformation_end: 3e-5,
             ..Self::quick()
         }
     }

@@ -206,7 +206,7 @@ impl<'a> SourceTrainer<'a> {
         }
         let rates = self.config.cloud_rates(iteration);
         self.cloud.step(by_attribute, &rates);
-        self.density.disturb(&mut self.cloud, iteration, rates.means);
+        self.density.disturb(&mut self.cloud, self.clock.taken(), rates.means);
     }
 }
 

@@ -33,7 +33,8 @@ impl SourceConfig {
             ("densify.mcmc.scale_weight", self.densify.mcmc.scale_weight),
         ];
         weights.into_iter().try_for_each(|(key, value)| not_negative(key, f64::from(value)))?;
-        let has_budget = self.densify.method != DensifyMethod::Mcmc || self.densify.max_gaussians > 0;
+        let is_bounded = self.densify.max_gaussians > 0 || self.densify.per_pixel > 0.0;
+        let has_budget = self.densify.method != DensifyMethod::Mcmc || is_bounded;
         require(has_budget, "densify.max_gaussians", format_args!("0 is no budget for the method `mcmc`"))?;
         positive("rigidity.robust_scale", f64::from(self.rigidity.robust_scale))?;
         fraction("front_share", self.front_share)?;
