@@ -17,6 +17,7 @@ pub fn methods() -> &'static [Method] {
     &[
         Method { name: "defgs", title: "DefGS", settings: &["source.kind=defgs"] },
         Method { name: "freegave", title: "FreeGave", settings: &["source.kind=freegave"] },
+        Method { name: "nodes", title: "control nodes", settings: &["source.kind=nodes"] },
     ]
 }
 

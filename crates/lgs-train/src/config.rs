@@ -137,10 +137,10 @@ pub struct TrainConfig {
 }
 
 impl TrainConfig {
-    /// The defaults of a preset, with a DefGS source and the preset's own dynamics.
+    /// The defaults of a preset, with its own kinds of source and dynamics.
     #[must_use]
     pub fn preset(preset: Preset) -> Self {
-        Self::of(preset, SourceKind::default(), preset.dynamics())
+        Self::of(preset, preset.source(), preset.dynamics())
     }
 
     /// The defaults of a preset with a kind of source and of dynamics.

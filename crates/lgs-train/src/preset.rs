@@ -1,6 +1,7 @@
 //! Presets of a configuration.
 
 use lgs_distill::DynamicsKind;
+use lgs_model::source::SourceKind;
 use serde::{Deserialize, Serialize};
 
 /// Sets of defaults.
@@ -26,6 +27,16 @@ pub enum Preset {
 }
 
 impl Preset {
+    /// The kind of source model unless the configuration names one.
+    #[must_use]
+    pub fn source(self) -> SourceKind {
+        match self {
+            // Motion costs next to nothing per Gaussian, of which there are many.
+            Self::Standard => SourceKind::Nodes,
+            Self::Quick | Self::Paper => SourceKind::Defgs,
+        }
+    }
+
     /// What moves objects unless the configuration says so.
     #[must_use]
     pub fn dynamics(self) -> DynamicsKind {

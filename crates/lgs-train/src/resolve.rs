@@ -41,7 +41,7 @@ impl TrainConfig {
         let preset =
             choice(given.get("preset"), "preset", "`quick`, `standard` or `paper`")?.unwrap_or(preset);
         let kind = given.get("source").and_then(|source| source.get("kind"));
-        let kind = choice(kind, "source.kind", &known_kinds())?.unwrap_or_default();
+        let kind = choice(kind, "source.kind", &known_kinds())?.unwrap_or_else(|| preset.source());
         let dynamics = given.get("distill").and_then(|distill| distill.get("dynamics"));
         let dynamics = choice(dynamics, "distill.dynamics", "`terms` or `networks`")?;
         let dynamics = dynamics.unwrap_or_else(|| preset.dynamics());
