@@ -196,7 +196,8 @@ fn the_schedule_of_a_time_budget_is_recorded_and_repeated_exactly_also_in_parts(
     let more = ["time_budget_secs=4", "source.stretch=100", "tune_gaussians.stretch=100"];
     let config = tiny_config_with(SourceKind::Defgs, &more);
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
-    [&whole, &parts].map(|path| RunFolder::create(path, &config, &dataset).expect("run"));
+    RunFolder::create(&whole, &config, &dataset).expect("run");
+    RunFolder::create(&parts, &config, &dataset).expect("run");
     let train_in = |path: &Path, stop: Option<(Stage, usize)>| run_with(&config, path, &dataset, stop);
     train_in(&whole, None).expect("train");
     let schedule = read_schedule(&whole.join("schedule.json")).expect("a schedule");
