@@ -37,8 +37,7 @@ pub(super) struct Args {
     /// Model that learns the motion from the images: Deformable 3D Gaussians (defgs), a deformation that a
     /// field of rigid velocities carries on (freegave), a network that moves control nodes which the
     /// Gaussians follow (nodes), constant velocities (linear), or trajectories from elsewhere (frames)
-    /// [default: defgs,
-    /// with the preset `standard` nodes]
+    /// [default: defgs, with the preset `standard` nodes]
     #[arg(long, value_name = "SOURCE", value_parser = source_kind())]
     source: Option<SourceKind>,
     /// Take the source model from here instead of training it: a folder of splat files, a .safetensors of
