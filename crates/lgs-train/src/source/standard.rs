@@ -64,7 +64,7 @@ impl DensifyConfig {
         Self {
             before: iterations * 6 / 10,
             min_opacity: 0.005,
-            opacity_reset_interval: 800,
+            opacity_reset_interval: 2000,
             per_pixel: 0.125,
             max_gaussians: 0,
             ..Self::quick(iterations)
