@@ -185,7 +185,7 @@ fn a_scene_without_movers_has_images_but_no_motion() {
     let metrics = evaluate(&subject, &EvalOptions::default(), &|_, _| {});
     assert!(metrics.splits["val"].lagrangian.is_some());
     assert_eq!(metrics.physics.cycle_error.negated_step, None);
-    assert_eq!(metrics.physics.extent_ratio_max, Some(1.0));
+    assert_eq!(metrics.physics.extent_ratio_max, None, "what has no object keeps its size");
 }
 
 #[test]
@@ -200,4 +200,29 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| evaluate(&subject, &EvalOptions::default(), &|_, _| {}))
     };
     assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn what_a_mask_leaves_out_is_not_scored() {
+    let scene = falling(8);
+    let mut dataset = own_images(&scene, &[("test", &[0.8, 0.9])]);
+    let psnr = |dataset: &Dataset, half_resolution: bool| {
+        let subject = Subject { scene: &scene, source: None, dataset: Some(dataset), truth: None, laws: &[] };
+        let options = EvalOptions { half_resolution, ..EvalOptions::default() };
+        evaluate(&subject, &options, &|_, _| {}).splits["test"]
+            .lagrangian
+            .as_ref()
+            .and_then(|s| s.psnr)
+            .expect("PSNR")
+    };
+    let whole = psnr(&dataset, false);
+    for frame in dataset.splits.values_mut().flatten() {
+        let mut picture = (*frame.picture()).clone();
+        let is_spoilt = |i: usize| i.is_multiple_of(5);
+        picture.rgba.as_chunks_mut::<4>().0.iter_mut().step_by(5).for_each(|p| *p = [255, 0, 255, 255]);
+        picture.mask = Some((0..frame.camera.pixels()).map(|i| u8::from(!is_spoilt(i))).collect());
+        frame.pixels = Pixels::of(picture);
+    }
+    assert!(psnr(&dataset, false) > whole - 1.0, "{} dB of {whole}", psnr(&dataset, false));
+    assert!(psnr(&dataset, true) > 40.0);
 }
