@@ -5,8 +5,9 @@ use glam::{DMat3, DVec3};
 use lgs_core::geometry::{narrow, wide};
 use lgs_dynamics::{RolloutSpec, Supports, System, VelocityPolicy, rollout};
 use lgs_mechanics::bands::Known;
-use lgs_mechanics::coordinates::{Embedding, State};
+use lgs_mechanics::coordinates::{Bodies, Embedding, Placement, State};
 use lgs_mechanics::{self as mechanics, Law};
+use std::ops::Range;
 
 /// The dynamics of an object with the state that it starts from.
 #[derive(Clone, Debug)]
@@ -24,8 +25,10 @@ pub struct DistilledLaw {
     pub law: Law,
     /// Configuration and velocity at the first sample.
     pub start: State,
-    /// Rotation and shift of the shape at the first sample.
-    pub base: (DMat3, DVec3),
+    /// Which particles belong to which body of the coordinates.
+    pub bodies: Bodies,
+    /// Rotation and shift of the shape of each body at the first sample.
+    pub bases: Vec<(DMat3, DVec3)>,
     /// How well the law is known.
     pub known: Known,
     /// `[n]` positions at the first sample, world units.
@@ -77,8 +80,17 @@ impl Distilled {
         }
     }
 
-    /// The same with its particles in another order: index of the first, of the second, …, each particle
-    /// once.
+    /// Groups of particles that stay together in any order: the bodies of a law, else all particles.
+    #[must_use]
+    pub fn ranges(&self) -> Vec<Range<usize>> {
+        match self {
+            Self::Particles(particles) => Bodies::default().ranges(particles.q0.len()),
+            Self::Generalised(law) => law.bodies.ranges(law.q0.len()),
+        }
+    }
+
+    /// The same with its particles in another order within their groups: index of the first, of the second,
+    /// …, each particle once.
     #[must_use]
     pub fn in_order(self, order: &[u32]) -> Self {
         match self {
@@ -115,8 +127,11 @@ impl DistilledLaw {
     fn at(&self, times: &[f64]) -> Vec<Vec<[f32; 3]>> {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
         let placed = |state: State| {
-            let place = embedding.placements(&state.x)[0];
-            self.q0.iter().map(|&p| narrow(place.apply(wide(p)))).collect()
+            let placed = embedding.placements(&state.x).into_iter().zip(self.bodies.ranges(self.q0.len()));
+            let of_body = |(place, rows): (Placement, Range<usize>)| {
+                self.q0[rows].iter().map(move |&p| narrow(place.apply(wide(p))))
+            };
+            placed.flat_map(of_body).collect()
         };
         let states = mechanics::System::new(&self.law, mechanics::Edit::NONE).states(&self.start, times);
         states.unwrap_or_default().into_iter().map(placed).collect()

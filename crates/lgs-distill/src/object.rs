@@ -3,7 +3,7 @@
 use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::generalised::{Errors, GeneralisedLaw, Laws, Surroundings, find_law, law_within};
+use crate::laws::generalised::{Errors, Evidence, GeneralisedLaw, Laws, Surroundings, find_law, law_within};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
@@ -17,6 +17,7 @@ use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
 use lgs_dynamics::ForceKind;
 use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::coordinates::Bodies;
 
 /// Finds the dynamics behind an object's trajectories: a law in generalised coordinates if one describes its
 /// motion, else a system of particles; or the paper's networks, if the configuration asks for them.
@@ -29,66 +30,120 @@ pub fn distill(
     seed: u64,
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<Distilled, DistillError> {
-    distill_among(trajectories, &[], config, seed, progress)
+    Prepared::new(trajectories, &[], (config, seed), progress)?.distilled(config, seed, progress)
 }
 
-/// The same for an object among points at rest, on which it may fall.
-pub(crate) fn distill_among(
-    trajectories: &Trajectories,
-    surroundings: Surroundings<'_>,
-    config: &DistillConfig,
-    seed: u64,
-    progress: &mut dyn FnMut(DistillProgress),
-) -> Result<Distilled, DistillError> {
-    config.validate()?;
-    trajectories.validate()?;
-    if trajectories.is_empty() {
-        return Err(DistillError::Empty);
-    }
-    if config.dynamics == DynamicsKind::Networks {
-        let found = distill_networks(trajectories, config, seed, progress)?;
-        return Ok(Distilled::Particles(Box::new(found)));
-    }
-    let motion = denoise(trajectories, config);
-    progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
-    if let Some(law) = law_of(&motion, surroundings, config, seed)
-        && law.report.describes_window(config)
-    {
-        return Ok(Distilled::Generalised(Box::new(law)));
-    }
-    Ok(Distilled::Particles(Box::new(distill_particles(motion, config, seed, progress)?)))
+/// An object before it is known whether it moves by itself.
+pub(crate) enum Prepared {
+    /// The paper's networks.
+    Networks(Box<Distilled>),
+    /// Its denoised motion, and the law of it as that of a single body.
+    Body(Box<ObjectMotion>, Option<Box<GeneralisedLaw>>),
 }
 
-/// The law in generalised coordinates, where the configuration wants one and the particles share a motion.
+impl Prepared {
+    /// Denoises trajectories and seeks the law of a single body among points at rest, on which it may fall.
+    pub(crate) fn new(
+        trajectories: &Trajectories,
+        surroundings: Surroundings<'_>,
+        (config, seed): (&DistillConfig, u64),
+        progress: &mut dyn FnMut(DistillProgress),
+    ) -> Result<Self, DistillError> {
+        config.validate()?;
+        trajectories.validate()?;
+        if trajectories.is_empty() {
+            return Err(DistillError::Empty);
+        }
+        if config.dynamics == DynamicsKind::Networks {
+            let found = distill_networks(trajectories, config, seed, progress)?;
+            return Ok(Self::Networks(Box::new(Distilled::Particles(Box::new(found)))));
+        }
+        let motion = denoise(trajectories, config);
+        progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
+        let law = motion.shared.as_ref();
+        let law = law.and_then(|motion| law_of(&[&motion.shared], surroundings, config, seed));
+        Ok(Self::Body(Box::new(motion), law.map(Box::new)))
+    }
+
+    /// The object by its own law, or as particles where that does not describe it.
+    pub(crate) fn distilled(
+        self,
+        config: &DistillConfig,
+        seed: u64,
+        progress: &mut dyn FnMut(DistillProgress),
+    ) -> Result<Distilled, DistillError> {
+        let (motion, law) = match self {
+            Self::Networks(found) => return Ok(*found),
+            Self::Body(motion, law) => (motion, law),
+        };
+        if let (Some(law), Some(shared)) = (law, &motion.shared) {
+            // Images put a rigid body right that its tracks have a little wrong, but not a shape.
+            let is_open = shared.shared.kind == PoseKind::Rigid || law.known.verdict != Verdict::Outside;
+            let law = law.distilled(&[&shared.shared], &DistillReport::of_motion(&motion), config);
+            if is_open && law.report.describes_window(config) {
+                return Ok(Distilled::Generalised(Box::new(law)));
+            }
+        }
+        Ok(Distilled::Particles(Box::new(distill_particles(*motion, config, seed, progress)?)))
+    }
+}
+
+/// The law in generalised coordinates of one body, or of two that act on each other, where the configuration
+/// wants one.
 fn law_of(
-    motion: &ObjectMotion,
+    bodies: &[&SharedMotion],
     surroundings: Surroundings<'_>,
     config: &DistillConfig,
     seed: u64,
-) -> Option<DistilledLaw> {
-    let shared = &motion.shared.as_ref()?.shared;
+) -> Option<GeneralisedLaw> {
     let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    let find = |laws| find_law(shared, (laws, surroundings), resolution, seed);
-    law_of_motion(shared, &DistillReport::of_motion(motion), config, find)
+    let found = find_law(bodies, (laws(config)?, surroundings), resolution, seed)?;
+    tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
+    Some(found)
 }
 
-fn law_of_motion(
-    motion: &SharedMotion,
-    report: &DistillReport,
-    config: &DistillConfig,
-    find: impl FnOnce(Laws) -> Option<GeneralisedLaw>,
-) -> Option<DistilledLaw> {
+/// The laws that the configuration admits.
+fn laws(config: &DistillConfig) -> Option<Laws> {
     if config.coordinates == CoordinatesKind::Particles {
         return None;
     }
-    let laws = if config.force == ForceKind::None { Laws::Conservative } else { Laws::All };
-    let found = find(laws)?;
-    tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
-    // Images put a rigid body right that its tracks have a little wrong, but not a shape.
-    if motion.kind == PoseKind::Affine && found.known.verdict == Verdict::Outside {
+    Some(if config.force == ForceKind::None { Laws::Conservative } else { Laws::All })
+}
+
+/// Two objects that act on each other.
+pub(crate) struct Couple {
+    /// The law of both.
+    pub(crate) law: DistilledLaw,
+    /// The order in which its coordinates take them.
+    pub(crate) order: [usize; 2],
+    /// How much likelier it is than a law for each of them, in units of χ².
+    pub(crate) gain: f64,
+}
+
+/// The law of two objects that act on each other, if it is likelier than a law for each of them. Objects
+/// whose own laws explain them are left alone.
+pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
+    let [a, b] = objects.map(|object| match object {
+        Prepared::Body(motion, Some(law)) => Some((motion, law)),
+        _ => None,
+    });
+    let (a, b) = (a?, b?);
+    if [&a, &b].iter().all(|(_, law)| law.known.verdict == Verdict::Explained) {
         return None;
     }
-    Some(found.distilled(&motion.shape, report, config))
+    let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
+    let found = law_of(&shared, &[], config, seed)?;
+    let (together, apart) = (found.evidence?, a.1.evidence?.and(b.1.evidence?));
+    let inflation = Evidence::inflation([together, apart].into_iter());
+    let gain = apart.score(inflation) - together.score(inflation);
+    tracing::debug!(gain, inflation, ?together, ?apart, "two objects as one system?");
+    if gain <= 0.0 {
+        return None;
+    }
+    let order = [found.order[0], found.order[1]];
+    let reports = [&a.0, &b.0].map(|motion| DistillReport::of_motion(motion));
+    let law = found.distilled(&order.map(|i| shared[i]), &DistillReport::joined(&reports), config);
+    law.report.describes_window(config).then_some(Couple { law, order, gain })
 }
 
 /// Poses of a rigid body, each seen by itself.
@@ -107,23 +162,42 @@ pub struct BodyPoses {
     pub surroundings: Vec<[f64; 3]>,
 }
 
-/// Finds the law behind the poses of a rigid body. `None` if there is no law that stays with them, or the
-/// configuration wants none.
+/// Finds the law behind the poses of a rigid body, or of two that act on each other, at the same times, in
+/// the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
+/// wants none, or the law takes the bodies the other way round.
 #[must_use]
-pub fn law_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
-    let BodyPoses { times, poses, shape, slow_error, surroundings } = observed;
-    let weights = vec![(shape.len() as f64).recip(); shape.len()];
-    let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
-    let motion = SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 };
-    let report = DistillReport::of_poses(&motion);
-    let errors = Errors { resolution: 0.0, slow: slow_error };
-    let find = |laws| law_within(&motion, (laws, &surroundings), errors, seed);
-    law_of_motion(&motion, &report, config, find).filter(|law| law.report.describes_window(config))
+pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
+    let slow = observed.iter().map(|body| body.slow_error).fold(0.0, f64::max);
+    let surroundings = observed.first()?.surroundings.clone();
+    let motions: Vec<SharedMotion> = observed.into_iter().map(BodyPoses::into_motion).collect();
+    let bodies: Vec<&SharedMotion> = motions.iter().collect();
+    let found = law_within(&bodies, (laws(config)?, &surroundings), Errors { resolution: 0.0, slow }, seed)?;
+    tracing::debug!(law = ?found.law, known = ?found.known, "a law of poses");
+    let reports: Vec<DistillReport> = motions.iter().map(DistillReport::of_poses).collect();
+    let is_in_order = found.order.iter().copied().eq(0..bodies.len());
+    let law = found.distilled(&bodies, &DistillReport::joined(&reports), config);
+    (is_in_order && law.report.describes_window(config)).then_some(law)
+}
+
+impl BodyPoses {
+    fn into_motion(self) -> SharedMotion {
+        let Self { times, poses, shape, .. } = self;
+        let weights = vec![(shape.len() as f64).recip(); shape.len()];
+        let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
+        SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 }
+    }
 }
 
 impl GeneralisedLaw {
-    fn distilled(self, shape: &[DVec3], before: &DistillReport, config: &DistillConfig) -> DistilledLaw {
-        let (q0, v0) = self.initial_states(shape);
+    /// The same for its bodies, in the order of its coordinates.
+    fn distilled(
+        self,
+        bodies: &[&SharedMotion],
+        before: &DistillReport,
+        config: &DistillConfig,
+    ) -> DistilledLaw {
+        let shapes: Vec<&[DVec3]> = bodies.iter().map(|motion| motion.shape.as_slice()).collect();
+        let (q0, v0) = self.initial_states(&shapes);
         let mut report = DistillReport {
             window_error: self.window_error,
             generalised: Some(GeneralisedReport { law: self.law.clone(), known: self.known.clone() }),
@@ -137,7 +211,8 @@ impl GeneralisedLaw {
             law.known.verdict = Verdict::Described;
         }
         let known = report.generalised.as_ref().map(|law| law.known.clone()).unwrap_or_default();
-        let base = (self.base.linear, self.base.shift);
-        DistilledLaw { law: self.law, start: self.start, base, known, q0, v0, report }
+        let bases = self.bases.iter().map(|base| (base.linear, base.shift)).collect();
+        let bodies = Bodies::of_sizes(&shapes.iter().map(|shape| shape.len()).collect::<Vec<_>>());
+        DistilledLaw { law: self.law, start: self.start, bodies, bases, known, q0, v0, report }
     }
 }

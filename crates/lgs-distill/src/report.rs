@@ -81,6 +81,25 @@ impl DistillReport {
         }
     }
 
+    /// Objects as one, before any fit of both.
+    pub(crate) fn joined(reports: &[Self]) -> Self {
+        let mean = |of: fn(&Self) -> f64| {
+            let weighted: f64 =
+                reports.iter().map(|report| report.particles as f64 * of(report).powi(2)).sum();
+            let particles: usize = reports.iter().map(|report| report.particles).sum();
+            (weighted / particles.max(1) as f64).sqrt()
+        };
+        Self {
+            particles: reports.iter().map(|report| report.particles).sum(),
+            paths: reports.first().map_or(PathKind::default(), |report| report.paths),
+            independent_noise: mean(|report| report.independent_noise),
+            shared_residual: mean(|report| report.shared_residual),
+            displacement: mean(|report| report.displacement),
+            degree: reports.iter().map(|report| report.degree).max().unwrap_or(0),
+            ..Self::default()
+        }
+    }
+
     /// The part of the report that precedes any fit.
     pub(crate) fn of_motion(motion: &ObjectMotion) -> Self {
         Self {

@@ -1,9 +1,10 @@
-//! Stage 1 for a whole scene: every object by itself, and the objects that no system follows given up.
+//! Stage 1 for a whole scene: every object by itself or with another one that it acts on, and the objects
+//! that no system follows given up.
 
 use crate::config::{DistillConfig, DynamicsKind};
-use crate::distilled::Distilled;
+use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::object::distill_among;
+use crate::object::{Prepared, couple};
 use crate::progress::DistillProgress;
 use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
@@ -15,12 +16,12 @@ use crate::trajectories::{Trajectories, same_length};
 pub struct SceneDistillation {
     /// Labels of all particles.
     pub partition: Partition,
-    /// Every object's particles (indices into the scene's) and system.
+    /// Every object's particles (indices into the scene's), body by body, and its system.
     pub objects: Vec<(Vec<usize>, Distilled)>,
 }
 
 /// Distils each object of a partition of the same particles; `progress` also gets the object and the number
-/// of objects.
+/// of objects. Two objects that act on each other, by a force or by a joint, become one.
 ///
 /// A group of particles that no system follows is no object, nor is one that its system forecasts badly while
 /// the motions of others explain it roughly: its particles go to the others or to rest, and all is distilled
@@ -39,25 +40,96 @@ pub fn distill_objects(
     trajectories.validate()?;
     same_length("partition", trajectories.len(), partition.object.len())?;
     loop {
-        let surroundings = at_rest(trajectories, &partition);
-        let mut objects = Vec::with_capacity(partition.objects);
-        for object in 0..partition.objects {
-            let members = partition.members(object);
-            let own_seed = seed.wrapping_add(object as u64);
-            let mut tell = |p| progress(object, partition.objects, p);
-            let own = trajectories.select(&members);
-            let distilled = distill_among(&own, &surroundings, config, own_seed, &mut tell)?;
-            objects.push((members, distilled));
-        }
+        let objects = distil_once(trajectories, &partition, (config, seed), progress)?;
         if config.dynamics == DynamicsKind::Networks {
-            return Ok(SceneDistillation { partition, objects });
+            return Ok(scene_of(trajectories, objects));
         }
-        let kept = kept_objects(trajectories, &partition, &objects);
+        let kept = kept_objects(trajectories, &objects);
         if !kept.contains(&false) || !kept.contains(&true) {
-            return Ok(SceneDistillation { partition, objects });
+            return Ok(scene_of(trajectories, objects));
         }
         tracing::debug!(?kept, "objects that no system follows are dissolved");
-        partition = dissolve(trajectories, &partition, &kept);
+        let groups = partition.objects;
+        let is_kept = |group: usize| {
+            let of_object = |(object, kept): (&Object, &bool)| *kept && object.groups.contains(&group);
+            objects.iter().zip(&kept).any(of_object)
+        };
+        partition = dissolve(trajectories, &partition, &(0..groups).map(is_kept).collect::<Vec<_>>());
+    }
+}
+
+/// An object of one group of the partition, or of several that act on each other.
+struct Object {
+    groups: Vec<usize>,
+    members: Vec<usize>,
+    distilled: Distilled,
+}
+
+/// Distils the groups of a partition: first each as a body by itself, then those that act on each other, then
+/// what is left by itself.
+fn distil_once(
+    trajectories: &Trajectories,
+    partition: &Partition,
+    (config, seed): (&DistillConfig, u64),
+    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+) -> Result<Vec<Object>, DistillError> {
+    let own_seed = |group: usize| seed.wrapping_add(group as u64);
+    let surroundings = at_rest(trajectories, partition);
+    let mut prepared = Vec::with_capacity(partition.objects);
+    for group in 0..partition.objects {
+        let mut tell = |p| progress(group, partition.objects, p);
+        let own = trajectories.select(&partition.members(group));
+        prepared.push(Some(Prepared::new(&own, &surroundings, (config, own_seed(group)), &mut tell)?));
+    }
+    let mut objects = Vec::with_capacity(partition.objects);
+    for (groups, law) in couples(&prepared, config, seed) {
+        groups.iter().for_each(|&group| prepared[group] = None);
+        let members = groups.iter().flat_map(|&group| partition.members(group)).collect();
+        objects.push(Object { groups, members, distilled: Distilled::Generalised(Box::new(law)) });
+    }
+    for (group, prepared) in prepared.into_iter().enumerate() {
+        let Some(prepared) = prepared else { continue };
+        let mut tell = |p| progress(group, partition.objects, p);
+        let distilled = prepared.distilled(config, own_seed(group), &mut tell)?;
+        objects.push(Object { groups: vec![group], members: partition.members(group), distilled });
+    }
+    Ok(objects)
+}
+
+/// Groups that act on each other, in the order in which their law takes them, and that law: the likeliest
+/// first, each group once.
+fn couples(
+    prepared: &[Option<Prepared>],
+    config: &DistillConfig,
+    seed: u64,
+) -> Vec<(Vec<usize>, DistilledLaw)> {
+    let mut all = Vec::new();
+    for (a, first) in prepared.iter().enumerate() {
+        for (b, second) in prepared.iter().enumerate().skip(a + 1) {
+            let (Some(first), Some(second)) = (first, second) else { continue };
+            let found = couple([first, second], config, seed.wrapping_add(a as u64));
+            all.extend(found.map(|found| (found.gain, found.order.map(|i| [a, b][i]), found.law)));
+        }
+    }
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut taken: Vec<usize> = Vec::new();
+    let mut chosen = Vec::new();
+    for (_, groups, law) in all {
+        if groups.iter().all(|group| !taken.contains(group)) {
+            taken.extend(groups);
+            chosen.push((groups.to_vec(), law));
+        }
+    }
+    chosen
+}
+
+/// The objects by falling size, and the labels of all particles.
+fn scene_of(trajectories: &Trajectories, mut objects: Vec<Object>) -> SceneDistillation {
+    objects.sort_by_key(|object| (std::cmp::Reverse(object.members.len()), object.members.first().copied()));
+    let groups = objects.iter().map(|object| object.members.clone()).collect();
+    SceneDistillation {
+        partition: Partition::of_groups(groups, trajectories.len()),
+        objects: objects.into_iter().map(|object| (object.members, object.distilled)).collect(),
     }
 }
 
@@ -72,17 +144,14 @@ fn at_rest(trajectories: &Trajectories, partition: &Partition) -> Vec<[f64; 3]> 
 }
 
 /// Which objects stay: those that their systems describe, or if all do, all but one that is a part of others.
-fn kept_objects(
-    trajectories: &Trajectories,
-    partition: &Partition,
-    objects: &[(Vec<usize>, Distilled)],
-) -> Vec<bool> {
-    let is_described = |(_, object): &(_, Distilled)| {
-        object.report().window_error <= UNDESCRIBED_FRACTION * object.report().displacement
+fn kept_objects(trajectories: &Trajectories, objects: &[Object]) -> Vec<bool> {
+    let is_described = |object: &Object| {
+        let report = object.distilled.report();
+        report.window_error <= UNDESCRIBED_FRACTION * report.displacement
     };
     let mut kept: Vec<bool> = objects.iter().map(is_described).collect();
     if !kept.contains(&false)
-        && let Some(part) = part_of_others(trajectories, partition, objects)
+        && let Some(part) = part_of_others(trajectories, objects)
     {
         kept[part] = false;
     }
@@ -90,19 +159,20 @@ fn kept_objects(
 }
 
 /// The object that is forecast worst, if that is badly and others explain it roughly.
-fn part_of_others(
-    trajectories: &Trajectories,
-    partition: &Partition,
-    objects: &[(Vec<usize>, Distilled)],
-) -> Option<usize> {
+fn part_of_others(trajectories: &Trajectories, objects: &[Object]) -> Option<usize> {
     let missed = |o: usize| {
-        let report = objects[o].1.report();
+        let report = objects[o].distilled.report();
         report.forecast_error.unwrap_or(0.0) / report.displacement.max(f64::MIN_POSITIVE)
     };
     let worst = (0..objects.len())
         .max_by(|&a, &b| missed(a).total_cmp(&missed(b)))
         .filter(|&o| missed(o) > POOR_FORECAST_FRACTION)?;
-    let left = fraction_left_by_others(trajectories, partition, worst);
+    let others = objects.iter().enumerate().filter(|(o, _)| *o != worst);
+    let bodies = |(_, object): (usize, &'_ Object)| {
+        object.distilled.ranges().into_iter().map(|rows| object.members[rows].to_vec()).collect::<Vec<_>>()
+    };
+    let others: Vec<Vec<usize>> = others.flat_map(bodies).collect();
+    let left = fraction_left_by_others(trajectories, &objects[worst].members, &others);
     tracing::debug!(object = worst, missed = missed(worst), left, "forecast worst");
     (left < LEFT_BY_OTHERS_FRACTION).then_some(worst)
 }

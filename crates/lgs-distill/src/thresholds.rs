@@ -51,6 +51,16 @@ pub(crate) const OUTLIER_SHARE: usize = 20;
 /// Groups are merged if a motion of both leaves of each at most this many times its own residual, and
 /// [`RESIDUAL_TOLERANCE`]: one motion for two groups has half as many unknowns per particle.
 pub(crate) const MERGED_RESIDUAL: f64 = 2.0;
+/// Neighbourhoods whose motions are tried for the parts of a group of two bodies: each part holds some of
+/// them unless it is a twentieth of the group …
+pub(crate) const NEIGHBORHOODS: usize = 20;
+/// … and their size, as a part of the group: one that small lies within one body, if it is not at the joint.
+pub(crate) const NEIGHBORHOOD_SHARE: usize = 12;
+/// Rounds of fits and assignments; what changes after three are single particles at the joint.
+pub(crate) const SETTLING_ROUNDS: usize = 4;
+/// Two motions part a group if each leaves of its part at most this fraction of what one motion leaves of
+/// all: two have twice the unknowns, and a body cut at random gains a few per cent.
+pub(crate) const PARTED_RESIDUAL: f64 = 0.5;
 /// Displacements in a feature of k-means, at times spread evenly over the window (method §5.1).
 pub(crate) const DISPLACEMENTS: usize = 8;
 /// Weight of the first position in a feature (method §5.1).
@@ -99,6 +109,9 @@ pub(crate) const MOST_KINEMATIC: f64 = 10.0;
 /// Singular values, as a fraction of the largest, below which a direction is not determined: that of a point
 /// along a fixed axis, of which rounding and noise leave less.
 pub(crate) const UNDETERMINED_DIRECTION: f64 = 1e-4;
+/// Cosine of the angle between the axes of two bodies up to which they may turn about one: poses with errors
+/// of a few degrees tell an axis to some ten degrees from a turn of half a radian.
+pub(crate) const PARALLEL_AXES: f64 = 0.95;
 /// Coefficients of the paths, polynomials in time, by which a centre of mass is told from other points of a
 /// turning body: a straight line and a parabola.
 pub(crate) const CENTER_COEFFICIENTS: [usize; 2] = [2, 3];

@@ -76,7 +76,8 @@ impl Candidate {
             let scale = scales.of(&parameter, space);
             let origins = scales.origin_of(space);
             let is_place = parameter.entry == Entry::Place;
-            let origin = if is_place { origins[place % origins.len().max(1)] } else { 0.0 };
+            let origin =
+                origins.get(place % origins.len().max(1)).copied().filter(|_| is_place).unwrap_or(0.0);
             FreeParameter {
                 name: format!("{prefix}{}", parameter.name),
                 scale,

@@ -173,7 +173,8 @@ pub(crate) fn parameter_count(coordinates: &Coordinates, terms: &[Term]) -> usiz
 
 /// Description of the parameters of coordinates and terms.
 pub(crate) fn parameter_table(coordinates: &Coordinates, terms: &[Term]) -> Vec<(Parameter, Space)> {
-    let own = Space { dimension: 0, quantity: terms::Quantity::Rate };
+    // Lengths among the coordinates' own parameters are measured by the extent of the path.
+    let own = Space { dimension: 0, quantity: terms::Quantity::Separation };
     let mut table: Vec<(Parameter, Space)> =
         coordinates.parameters().into_iter().map(|parameter| (parameter, own)).collect();
     for term in terms {

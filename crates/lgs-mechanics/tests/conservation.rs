@@ -44,7 +44,8 @@ fn conservative_motions_keep_their_energy() {
     assert_energy_kept(law(tree(), &[0.25, 0.6, 0.0], &double), &state(&[1.4, -0.6], &[0.3, 1.0]));
     let spinning = law(top(), &[0.0, 0.0], &[("uniform-field", Port::Arm, &[0.0, 0.0, -9.81])]);
     assert_energy_kept(spinning, &state(&tilted(), &[0.5, 0.0, 40.0]));
-    let tied = law(Coordinates::Pair, &[2.5], &[("spring-length", Port::Between, &[60.0, 0.6])]);
+    let tied =
+        law(Coordinates::Pair, &[2.5, 0.1, -0.2, 0.0], &[("spring-length", Port::Between, &[60.0, 0.6])]);
     assert_energy_kept(tied, &state(&[0.0, 0.0, 0.0, 0.8, 0.1, 0.0], &[1.0, 0.5, 4.0, 0.0, -0.5, 4.0]));
 }
 

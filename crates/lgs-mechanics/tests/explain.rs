@@ -133,7 +133,7 @@ fn modes_that_vibrate_and_fade() {
 fn two_balls_joined_by_a_spring() {
     let terms: [(&str, Port, &[f64]); 2] =
         [("uniform-field", Port::Both, &[0.0, 0.0, -5.0]), ("spring-length", Port::Between, &[40.0, 0.7])];
-    let law = law(Coordinates::Pair, &[1.7], &terms);
+    let law = law(Coordinates::Pair, &[1.7, 0.05, -0.03, 0.02], &terms);
     let start = state(&[0.5, -0.2, 0.3, -0.4, 0.1, 0.2], &[1.0, 0.4, 2.7, -1.0, 0.3, 1.5]);
     let (names, found) = explained(&law, &start, 0.001);
     assert_eq!(names, ["uniform-field@both", "spring-length@between"]);

@@ -140,7 +140,7 @@ fn two_balls_on_a_spring() {
     let terms: [(&str, Port, &[f64]); 2] =
         [("uniform-field", Port::Both, &[0.0, 0.0, -9.81]), ("spring-length", Port::Between, &[60.0, 0.6])];
     let start = state(&[0.0, 0.0, 0.0, 0.8, 0.1, 0.0], &[1.0, 0.5, 4.0, 0.0, -0.5, 4.0]);
-    check(law(Coordinates::Pair, &[ratio], &terms), &start, |x, _| {
+    check(law(Coordinates::Pair, &[ratio, 0.0, 0.0, 0.0], &terms), &start, |x, _| {
         let r: Vec<f64> = (0..3).map(|i| x[i] - x[i + 3]).collect();
         let part = -60.0 * (1.0 - 0.6 / norm(&r));
         let field = [0.0, 0.0, -9.81];

@@ -62,7 +62,6 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
         }
     };
     let driven = law.terms.iter().any(|term| term.role == Role::Drives);
-    let coupled: Vec<String> = law.coupled_with.iter().map(usize::to_string).collect();
     let trust = match law.trusted {
         Some([from, to]) => {
             format!("The forecast is trusted from t = {} to t = {}.", number(from, 2), number(to, 2))
@@ -71,7 +70,7 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
     };
     let parts = [
         Some(claim.to_owned()),
-        (!coupled.is_empty()).then(|| format!("The same law moves object {}.", coupled.join(" and "))),
+        (law.bodies > 1).then(|| format!("The law moves {} bodies, which act on each other.", law.bodies)),
         driven.then(|| "A constant drive may add energy.".to_owned()),
         law.contact.as_ref().map(collision),
         law.forecast_error.map(|e| {
@@ -161,10 +160,10 @@ mod tests {
 
     #[test]
     fn an_untrusted_and_driven_law_says_so() {
-        let mut untrusted = ObjectLaw { trusted: None, coupled_with: vec![3], ..law(Verdict::Described) };
+        let mut untrusted = ObjectLaw { trusted: None, bodies: 2, ..law(Verdict::Described) };
         untrusted.terms[0].role = Role::Drives;
         let text = sentences(&untrusted).join(" ");
-        for words in ["Described:", "object 3", "drive", "not trusted beyond the captured window"] {
+        for words in ["Described:", "2 bodies", "drive", "not trusted beyond the captured window"] {
             assert!(text.contains(words), "{words}: {text}");
         }
     }

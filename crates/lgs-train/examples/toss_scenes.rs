@@ -66,7 +66,7 @@ fn row(name: &str, path: &Path, settings: &[String]) -> Result<String, Box<dyn s
     let frames = read_frames(path)?;
     let truth = centers(&frames);
     let scene = learned(path, frames.times[frames.times.len() / 3], settings)?;
-    let Some(GeneralisedDynamics { law, start, known }) = scene.objects[0].dynamics.generalised() else {
+    let Some(GeneralisedDynamics { law, start, known, .. }) = scene.objects[0].dynamics.generalised() else {
         return Ok(format!("{name:10} no law in generalised coordinates"));
     };
     let field = law.terms.iter().position(|term| term.kind.name() == "uniform-field").ok_or("no field")?;

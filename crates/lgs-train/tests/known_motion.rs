@@ -9,7 +9,7 @@ use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::Known;
-use lgs_mechanics::coordinates::{Coordinates, Hinge, Port, State};
+use lgs_mechanics::coordinates::{Bodies, Coordinates, Hinge, Port, State};
 use lgs_mechanics::terms::Term;
 use lgs_model::{
     Dynamics, GeneralisedDynamics, LagrangianScene, Motion, MotionConfig, ObjectModel, ParticleDynamics,
@@ -192,7 +192,7 @@ fn bar_on_a_hinge(axis: [f64; 3], pivot: [f64; 3], torque: f64) -> LagrangianSce
     let coordinates = Coordinates::Hinge(Hinge { axis, pivot });
     let law = Law::new(coordinates, terms, vec![torque], 0.01).expect("a law");
     let start = State { x: vec![0.0], v: vec![1.5] };
-    let dynamics = GeneralisedDynamics { law, start, known: Known::default() };
+    let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
     let mut scene = turning_bar();
     scene.velocities = dynamics.start_velocities(&scene.dynamic_gaussians.means, Edit::default());
     scene.objects[0].dynamics = Dynamics::Generalised(dynamics);
@@ -215,4 +215,35 @@ fn a_hinge_that_is_a_little_wrong_is_put_right_by_the_images() {
     let off = (hinge.pivot[0] - 0.1).hypot(hinge.pivot[1] + 0.2);
     assert!(off < 0.012 && hinge.axis[1].abs() < 0.015, "{hinge:?}");
     assert!((law.parameters[0] - 4.0).abs() < 0.2, "{law:?}");
+}
+
+/// The bar cut in two, of which a spring draws the second half to the first one.
+fn halves_on_a_spring(stiffness: f64, away: f64) -> LagrangianScene {
+    let terms = vec![Term::named("spring-length", Port::Between).expect("a term")];
+    let parameters = vec![1.5, 0.0, 0.0, 0.0, stiffness, 0.5];
+    let law = Law::new(Coordinates::Pair, terms, parameters, 0.01).expect("a law");
+    let start =
+        State { x: vec![-0.2, 0.1, 0.1, 0.5 + away, 0.1, 0.1], v: vec![0.0, 0.2, 0.0, 0.1, -0.3, 0.2] };
+    let bodies = Bodies::of_sizes(&[12, 12]);
+    let dynamics = GeneralisedDynamics { law, bodies, start, known: Known::default() };
+    let mut scene = turning_bar();
+    scene.dynamic_gaussians.means[12..].iter_mut().for_each(|q| q[0] += 0.3 + away as f32);
+    scene.velocities = dynamics.start_velocities(&scene.dynamic_gaussians.means, Edit::default());
+    scene.objects[0].dynamics = Dynamics::Generalised(dynamics);
+    scene
+}
+
+#[test]
+fn a_law_of_two_bodies_is_put_right_by_the_images_of_both() {
+    let truth = halves_on_a_spring(30.0, 0.0);
+    let (frames, device) = (images(&truth), DeviceName::Cpu.device());
+    let config = FitDynamicsConfig { steps: 5, frames: 0 };
+    let mut stage = FitDynamics::new(halves_on_a_spring(24.0, 0.02), data(&frames, &device), &config);
+    while !stage.is_finished() {
+        stage.step();
+    }
+    let found = stage.scene();
+    let law = &found.objects[0].dynamics.generalised().expect("a law").law;
+    assert!((law.parameters[4] - 30.0).abs() < 1.5, "{law:?}");
+    assert!(distance(&found, &truth) < 0.01, "{}", distance(&found, &truth));
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lagrangegs::lgs_mechanics::Law;
 use lagrangegs::lgs_mechanics::bands::{Known, Verdict};
-use lagrangegs::lgs_mechanics::coordinates::State;
+use lagrangegs::lgs_mechanics::coordinates::{Bodies, State};
 use lagrangegs::lgs_model::{
     Dynamics, GeneralisedDynamics, LagrangianScene, TensorFile, load_scene, scene_to_tensors,
 };
@@ -21,7 +21,8 @@ fn under_gravity(run: &Path) -> LagrangianScene {
     let law: Law = serde_json::from_str(GRAVITY).expect("law");
     let start = State { x: vec![0.15, 0.15, 0.15], v: vec![0.0; 3] };
     let known = Known { verdict: Verdict::Explained, trusted: [-0.5, 1.5], ..Known::default() };
-    scene.objects[0].dynamics = Dynamics::Generalised(GeneralisedDynamics { law, start, known });
+    scene.objects[0].dynamics =
+        Dynamics::Generalised(GeneralisedDynamics { law, bodies: Bodies::default(), start, known });
     scene
 }
 

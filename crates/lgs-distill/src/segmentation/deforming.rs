@@ -26,17 +26,25 @@ pub(super) fn merge_pieces(
     groups: Vec<Vec<usize>>,
     neighbors: usize,
 ) -> Vec<Vec<usize>> {
-    let own = |members: Vec<usize>| {
-        let poses = motion_of(trajectories, &members);
-        let left = [Some(poses.as_slice()), None].map(|p| median_residual(trajectories, &members, p));
-        Piece { members, left }
-    };
-    let mut pieces: Vec<Piece> = groups.into_iter().map(own).collect();
+    let mut pieces: Vec<Piece> = groups.into_iter().map(|group| piece(trajectories, group)).collect();
     while let Some((a, b, both)) = first_pair(trajectories, &pieces, neighbors) {
         pieces[a] = both;
         pieces.remove(b);
     }
     pieces.into_iter().map(|piece| piece.members).collect()
+}
+
+/// Whether two groups are pieces of one deforming body.
+pub(super) fn is_one_deforming(trajectories: &Trajectories, groups: [&[usize]; 2]) -> bool {
+    let [a, b] = groups.map(|members| piece(trajectories, members.to_vec()));
+    together(trajectories, &a, &b).is_some()
+}
+
+/// A group by its own rigid motion.
+fn piece(trajectories: &Trajectories, members: Vec<usize>) -> Piece {
+    let poses = motion_of(trajectories, &members);
+    let left = [Some(poses.as_slice()), None].map(|p| median_residual(trajectories, &members, p));
+    Piece { members, left }
 }
 
 /// The first two pieces, by their order, that touch and are parts of one body, and that body.

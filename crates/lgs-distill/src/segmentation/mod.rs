@@ -1,5 +1,6 @@
 //! Static particles and objects: which particles move, and which of them move together.
 
+mod articulated;
 mod deforming;
 mod first_groups;
 mod graph;

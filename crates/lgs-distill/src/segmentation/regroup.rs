@@ -1,11 +1,13 @@
 //! Refines a partition by the objects' own motions.
 //!
-//! The graph of neighbours joins an object to whatever wobbles beside it, and parts one body into pieces that
-//! do not touch. Here every object's rigid motion is fitted robustly, objects that move alike are merged, and
-//! each moving particle goes to the motion that explains its path best, or to rest if that does. Particles
-//! that no motion explains are grouped anew among themselves. At last the pieces of bodies that deform are
-//! put together. A scene that is one object with nothing static beside it is left as it is.
+//! The graph of neighbours joins an object to whatever wobbles beside it, and to a body that hangs on it, and
+//! parts one body into pieces that do not touch. Here groups of two bodies are parted, every object's rigid
+//! motion is fitted robustly, objects that move alike are merged, and each moving particle goes to the motion
+//! that explains its path best, or to rest if that does. Particles that no motion explains are grouped anew
+//! among themselves. At last the pieces of bodies that deform are put together. A scene that is one body with
+//! nothing static beside it is left as it is.
 
+use super::articulated::part_groups;
 use super::deforming::merge_pieces;
 use super::graph::components;
 use super::partition::Partition;
@@ -29,12 +31,15 @@ pub(crate) fn regroup(
 ) -> Result<Partition, DistillError> {
     trajectories.validate()?;
     let moving: Vec<usize> = (0..trajectories.len()).filter(|&i| partition.object[i] >= 0).collect();
-    let one_body = partition.objects == 1 && moving.len() == trajectories.len();
-    if partition.objects == 0 || one_body || config.method == PartitionMethod::KMeans {
+    if partition.objects == 0 || config.method == PartitionMethod::KMeans {
         return Ok(partition);
     }
     let regrouping = Regrouping { trajectories, moving: &moving, config };
-    let mut groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();
+    let groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();
+    let mut groups = part_groups(trajectories, groups, config.smallest_object);
+    if groups.len() == 1 && moving.len() == trajectories.len() {
+        return Ok(partition);
+    }
     for round in 0..config.regroup_rounds {
         // The last round leaves no particle unexplained: each takes its nearest motion, or rests.
         let tolerance = if round + 1 == config.regroup_rounds {
@@ -60,15 +65,15 @@ pub(crate) fn dissolve(trajectories: &Trajectories, partition: &Partition, kept:
     next
 }
 
-/// The residual that the best motion of other objects leaves of the paths of an object's particles, as a part
-/// of the residual at rest; the median over the particles.
+/// The residual that the best motion of others leaves of the paths of some particles, as a part of the
+/// residual at rest; the median over the particles.
 pub(crate) fn fraction_left_by_others(
     trajectories: &Trajectories,
-    partition: &Partition,
-    object: usize,
+    members: &[usize],
+    others: &[Vec<usize>],
 ) -> f64 {
-    let motions = motions_of(trajectories, partition, |o| o != object);
-    median_fraction_left(trajectories, &partition.members(object), &motions)
+    let motions: Vec<Vec<Pose>> = others.iter().map(|members| motion_of(trajectories, members)).collect();
+    median_fraction_left(trajectories, members, &motions)
 }
 
 /// Rigid motions of some of the objects.

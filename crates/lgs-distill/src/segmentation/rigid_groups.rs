@@ -17,8 +17,8 @@ pub(crate) fn nearest_motion(
     particle: usize,
     motions: &[Vec<Pose>],
 ) -> Option<(usize, f64)> {
-    let rest = residual(trajectories, particle, None);
-    let residuals = motions.iter().map(|poses| residual(trajectories, particle, Some(poses)));
+    let rest = path_residual(trajectories, particle, None);
+    let residuals = motions.iter().map(|poses| path_residual(trajectories, particle, Some(poses)));
     let (object, best) = residuals.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
     (best < rest).then(|| (object, best / rest))
 }
@@ -98,6 +98,14 @@ impl RigidGroup {
     }
 }
 
+/// Mean residual over a sample of a group's members: unlike the median it counts a part that a robust motion
+/// leaves out.
+pub(super) fn mean_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
+    let residuals = sampled(members, SAMPLE_SIZE).map(|i| path_residual(trajectories, i, poses));
+    let (sum, count) = residuals.fold((0.0, 0.0), |(sum, count), residual| (sum + residual, count + 1.0));
+    sum / f64::max(count, 1.0)
+}
+
 /// Whether a motion that leaves `joint` of a group's paths explains it about as well as the group's own
 /// motion, given with what rest leaves.
 pub(super) fn explains(joint: f64, [own, rest]: [f64; 2]) -> bool {
@@ -111,7 +119,7 @@ pub(super) fn sampled(members: &[usize], count: usize) -> impl Iterator<Item = u
 
 /// Median residual over a group's members.
 pub(super) fn median_residual(trajectories: &Trajectories, members: &[usize], poses: Option<&[Pose]>) -> f64 {
-    median_over(members, |i| residual(trajectories, i, poses)).unwrap_or(0.0)
+    median_over(members, |i| path_residual(trajectories, i, poses)).unwrap_or(0.0)
 }
 
 /// Median of a figure over a sample of a group's members; none for an empty group.
@@ -121,7 +129,7 @@ fn median_over(members: &[usize], figure: impl Fn(usize) -> f64) -> Option<f64> 
 
 /// Root mean square distance of a particle's path from its best place in a motion; without a motion, from its
 /// mean.
-fn residual(trajectories: &Trajectories, particle: usize, poses: Option<&[Pose]>) -> f64 {
+pub(super) fn path_residual(trajectories: &Trajectories, particle: usize, poses: Option<&[Pose]>) -> f64 {
     let samples = trajectories.times.len();
     let part = 1.0 / samples as f64;
     // Rotations keep distances, so residuals can be taken in the body's axes.

@@ -23,6 +23,7 @@ impl ObjectLaw {
         let of_terms: usize = (0..law.terms.len()).map(|index| law.range(index).len()).sum();
         Self {
             coordinates: law.coordinates.name().to_owned(),
+            bodies: law.coordinates.bodies(),
             kinetic: all[..all.len() - of_terms].to_vec(),
             terms: law.terms.iter().enumerate().map(term).collect(),
             contact: law.contact.as_ref().map(|contact| describing(contact, &law.events)),

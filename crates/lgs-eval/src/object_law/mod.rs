@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 pub struct ObjectLaw {
     /// Name of the coordinates, such as `rigid` or `hinge`; `particles` for the paper's system.
     pub coordinates: String,
-    /// Other objects of the scene that the same law moves, by number.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub coupled_with: Vec<usize>,
+    /// Number of bodies that the law moves.
+    #[serde(skip_serializing_if = "is_one")]
+    pub bodies: usize,
     /// Parameters of the kinetic energy: moments of inertia, ratios of masses.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kinetic: Vec<LawParameter>,
@@ -48,7 +48,7 @@ impl Default for ObjectLaw {
     fn default() -> Self {
         Self {
             coordinates: String::new(),
-            coupled_with: Vec::new(),
+            bodies: 1,
             kinetic: Vec::new(),
             terms: Vec::new(),
             contact: None,
@@ -61,6 +61,10 @@ impl Default for ObjectLaw {
             expected: None,
         }
     }
+}
+
+fn is_one(bodies: &usize) -> bool {
+    *bodies == 1
 }
 
 /// One energy or force of a law.
@@ -163,7 +167,7 @@ mod tests {
             serde_json::from_str(r#"{"coordinates":"rigid","verdict":"described"}"#).expect("law");
         assert_eq!((law.verdict, law.terms.len(), law.coverage), (Verdict::Described, 0, None));
         let text = serde_json::to_string(&law).expect("text");
-        assert!(!text.contains("coupled_with") && !text.contains("kinetic"), "{text}");
+        assert!(!text.contains("bodies") && !text.contains("kinetic"), "{text}");
         assert_eq!(serde_json::from_str::<ObjectLaw>(&text).expect("again"), law);
     }
 }

@@ -7,7 +7,7 @@
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion};
 
-use super::{length, long_steps};
+use super::long_steps;
 use crate::finite::finite;
 
 /// Largest change of the mean energy from its start, over the largest mean kinetic energy; nothing if nothing
@@ -36,10 +36,10 @@ pub fn energy_drift(scene: &LagrangianScene, force_scale: f32) -> Option<f64> {
 fn mean_energies(scene: &LagrangianScene, motion: &mut Motion<'_>, step: usize) -> (f64, f64) {
     let n = scene.dynamic_gaussians.len() as f64;
     let (mut potential, mut kinetic) = (0.0, 0.0);
-    for (index, object) in scene.objects.iter().enumerate() {
-        potential += motion.fields(index, step).potential;
-        let v = &motion.states(step)[step].v[object.members.clone()];
-        kinetic += v.iter().map(|&v| 0.5 * length(v).powi(2)).sum::<f64>();
+    for index in 0..scene.objects.len() {
+        let fields = motion.fields(index, step);
+        potential += fields.potential;
+        kinetic += fields.kinetic;
     }
     (potential / n, kinetic / n)
 }

@@ -35,7 +35,10 @@ impl Coordinates {
         let dimension = self.space(port).map_or(0, |space| space.dimension);
         let part = |start: usize| &state.x[start..start + dimension];
         let sites = self.sites(port).into_iter().map(|site| match site.minus {
-            Some(minus) => (1.0, part(site.plus).iter().zip(part(minus)).map(|(a, b)| a - b).collect()),
+            Some(minus) => {
+                let apart = part(site.plus).iter().zip(part(minus)).enumerate();
+                (1.0, apart.map(|(axis, (a, b))| a - b - site.offset_in(p, axis)).collect())
+            }
             None => {
                 let second = matches!(self, Self::Pair) && site.plus > 0;
                 (if second { p[0] } else { 1.0 }, part(site.plus).to_vec())

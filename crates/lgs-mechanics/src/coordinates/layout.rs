@@ -74,7 +74,11 @@ impl Coordinates {
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         match self {
-            Self::Pair => vec![Parameter::nonlinear("mass-ratio", 0, 0).within(0.02, 50.0)],
+            Self::Pair => {
+                let mass_ratio = Parameter::nonlinear("mass-ratio", 0, 0).within(0.02, 50.0);
+                let offset = |axis| Parameter::place("offset", axis, Space::PLACE);
+                std::iter::once(mass_ratio).chain((0..3).map(offset)).collect()
+            }
             Self::Tree(tree) => tree.parameters(),
             _ => self.inertia().map_or_else(Vec::new, Inertia::parameters),
         }
@@ -84,7 +88,7 @@ impl Coordinates {
     #[must_use]
     pub fn start(&self) -> Vec<f64> {
         match self {
-            Self::Pair => vec![1.0],
+            Self::Pair => vec![1.0, 0.0, 0.0, 0.0],
             Self::Tree(tree) => tree.start(),
             _ => self.inertia().map_or_else(Vec::new, Inertia::start),
         }
@@ -120,11 +124,11 @@ impl Coordinates {
     /// Where a term at a port acts in vector coordinates.
     pub(crate) fn sites(&self, port: Port) -> Vec<Site> {
         let half = self.freedoms() / 2;
-        let mass = matches!(self, Self::Pair).then_some(0);
+        let [mass, offset] = [0, 1].map(|at| matches!(self, Self::Pair).then_some(at));
         match port {
             Port::Second => vec![Site::at(half)],
             Port::Both => vec![Site::at(0), Site::at(half)],
-            Port::Between => vec![Site { plus: 0, minus: Some(half), mass }],
+            Port::Between => vec![Site { plus: 0, minus: Some(half), mass, offset }],
             _ => vec![Site::at(0)],
         }
     }

@@ -17,6 +17,7 @@
 //! [`Coordinates::difference`] finds it. For a rotation `R` it is the rotation vector `δ` in body axes,
 //! `R exp(δ)`.
 
+mod bodies;
 mod embedding;
 mod energy;
 mod inertia;
@@ -26,6 +27,7 @@ mod modal;
 mod port;
 mod tree;
 
+pub use bodies::Bodies;
 pub use embedding::{Embedding, Placement, PlacementRate};
 pub use inertia::{Inertia, InertiaForm};
 pub use joint::{Ball, Hinge, Rolling, Slider};
@@ -56,7 +58,7 @@ pub enum Coordinates {
     Modal(Modal),
     /// Two bodies on a chain of two parallel hinges.
     Tree(Tree),
-    /// Two points.
+    /// Two points, each a fixed vector from where it acts on the other one.
     Pair,
 }
 

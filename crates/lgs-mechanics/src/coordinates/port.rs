@@ -15,8 +15,8 @@ pub enum Port {
     Second,
     /// Each of two points by itself, with the same parameters.
     Both,
-    /// The separation `x₁ − x₂` of two points, with an equal and opposite force on the second; or the
-    /// difference of two angles.
+    /// The separation `x₁ − x₂ − o` of two points, with an equal and opposite force on the second, where the
+    /// offset `o` says where the force acts on them; or the difference of two angles.
     Between,
     /// Centre of a rigid body.
     Center,
@@ -57,11 +57,18 @@ pub(crate) struct Site {
     pub(crate) minus: Option<usize>,
     /// Parameter by which the opposite reaction is divided (a mass ratio).
     pub(crate) mass: Option<usize>,
+    /// First of three parameters that are taken off a difference of positions.
+    pub(crate) offset: Option<usize>,
 }
 
 impl Site {
+    /// What is taken off component `axis` of a difference of positions.
+    pub(crate) fn offset_in(&self, parameters: &[f64], axis: usize) -> f64 {
+        self.offset.map_or(0.0, |first| parameters[first + axis])
+    }
+
     /// On the components from `plus`.
     pub(crate) fn at(plus: usize) -> Self {
-        Self { plus, minus: None, mass: None }
+        Self { plus, minus: None, mass: None, offset: None }
     }
 }

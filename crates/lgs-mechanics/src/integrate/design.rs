@@ -68,7 +68,9 @@ fn vector_columns(
                 None => part(site.plus).to_vec(),
             }
         };
-        let block = block(coordinates, term, p, At { y: &read(&state.x), w: &read(&state.v) });
+        let mut y = read(&state.x);
+        y.iter_mut().enumerate().for_each(|(axis, y)| *y -= site.offset_in(all, axis));
+        let block = block(coordinates, term, p, At { y: &y, w: &read(&state.v) });
         let reaction = site.mass.map_or(1.0, |mass| 1.0 / all[mass]);
         for (index, column) in columns.iter_mut().enumerate() {
             for axis in 0..space.dimension {

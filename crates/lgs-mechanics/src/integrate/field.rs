@@ -55,8 +55,8 @@ impl KickField for VectorField<'_> {
             let p = &self.parameters[term.parameters.clone()];
             self.force.resize(term.dimension, 0.0);
             for site in &term.sites {
-                let y = read(site, x, term.dimension, &mut self.y);
-                let w = read(site, v, term.dimension, &mut self.w);
+                let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
+                let w = read(site, (v, None), term.dimension, &mut self.w);
                 term.kind.force(p, At { y, w }, &mut self.force);
                 let reaction = site.mass.map_or(1.0, |mass| 1.0 / self.parameters[mass]);
                 for (axis, force) in self.force.iter().enumerate() {
@@ -77,8 +77,8 @@ impl KickField for VectorField<'_> {
         out.reset(n, self.parameters.len());
         for term in &self.terms {
             for site in &term.sites {
-                let y = read(site, x, term.dimension, &mut self.y);
-                let w = read(site, v, term.dimension, &mut self.w);
+                let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
+                let w = read(site, (v, None), term.dimension, &mut self.w);
                 let p = &self.parameters[term.parameters.clone()];
                 self.derivatives.reset(term.dimension, p.len());
                 term.kind.derivatives(p, At { y, w }, &mut self.derivatives);
@@ -103,12 +103,20 @@ impl KickField for VectorField<'_> {
     }
 }
 
-/// The vector of a site, in place if it is a part of the state.
-fn read<'b>(site: &Site, from: &'b [f64], dimension: usize, buffer: &'b mut Vec<f64>) -> &'b [f64] {
+/// The vector of a site, in place if it is a part of the state; of a position with the parameters that hold
+/// its offset.
+fn read<'b>(
+    site: &Site,
+    (from, parameters): (&'b [f64], Option<&[f64]>),
+    dimension: usize,
+    buffer: &'b mut Vec<f64>,
+) -> &'b [f64] {
     let plus = &from[site.plus..site.plus + dimension];
     let Some(minus) = site.minus else { return plus };
+    let offset = |axis| parameters.map_or(0.0, |parameters| site.offset_in(parameters, axis));
+    let apart = plus.iter().zip(&from[minus..minus + dimension]).enumerate();
     buffer.clear();
-    buffer.extend(plus.iter().zip(&from[minus..minus + dimension]).map(|(a, b)| a - b));
+    buffer.extend(apart.map(|(axis, (a, b))| a - b - offset(axis)));
     buffer
 }
 
@@ -135,6 +143,9 @@ fn scatter(
             }
             for (j, column) in term.parameters.clone().enumerate() {
                 out.p[(first + i, column)] += weight * from.p[(i, j)];
+            }
+            for (offset, j) in site.offset.iter().flat_map(|offset| (0..d).map(move |j| (offset + j, j))) {
+                out.p[(first + i, offset)] -= weight * from.y[(i, j)];
             }
         }
     }

@@ -79,7 +79,7 @@ fn pair() -> (Law, State) {
         ("linear-drag", Port::Second, &[0.3]),
     ];
     let start = state(&[0.5, -0.2, 0.3, -0.4, 0.1, 0.2], &[1.0, 0.4, 2.7, -1.0, 0.3, 1.5]);
-    (law(Coordinates::Pair, &[1.7], &terms), start)
+    (law(Coordinates::Pair, &[1.7, 0.1, -0.05, 0.02], &terms), start)
 }
 
 fn vibrating() -> (Law, State) {

@@ -4,9 +4,9 @@ use glam::{DVec3, Vec3};
 use lgs_core::linear::{add, scale, sub};
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, Supports, System, VelocityPolicy};
 use lgs_dynamics::{rollout, rollout_reversed};
+use lgs_mechanics::Law;
 use lgs_mechanics::bands::Known;
-use lgs_mechanics::coordinates::{self, Coordinates, Embedding};
-use lgs_mechanics::{Law, MechanicsError};
+use lgs_mechanics::coordinates::{self, Bodies};
 
 /// How the particles of an object move.
 #[expect(clippy::large_enum_variant, reason = "a scene has a few objects")]
@@ -14,7 +14,8 @@ use lgs_mechanics::{Law, MechanicsError};
 pub enum Dynamics {
     /// Every particle by itself under networks U and Q, aligned after each step (Eq. 4 to 6).
     Particles(ParticleDynamics),
-    /// All particles by the few generalised coordinates of a law (method §4.7).
+    /// All particles by the few generalised coordinates of a law (method §4.7), of one body or of several
+    /// that act on each other.
     Generalised(GeneralisedDynamics),
 }
 
@@ -34,6 +35,8 @@ pub struct ParticleDynamics {
 pub struct GeneralisedDynamics {
     /// Coordinates, terms and the values of all parameters.
     pub law: Law,
+    /// Which particles belong to which body of the coordinates.
+    pub bodies: Bodies,
     /// Configuration and velocity at t = 0.
     pub start: coordinates::State,
     /// How well the law is known.
@@ -50,6 +53,8 @@ pub struct ObjectFields {
     pub conservative: Vec<[f32; 3]>,
     /// Accelerations `[n, 3]` that the force Q causes.
     pub force: Vec<[f32; 3]>,
+    /// Kinetic energy, in the unit of the potential energy.
+    pub kinetic: f64,
 }
 
 /// A stretch of time, from a state to later or earlier ones.
@@ -112,102 +117,8 @@ impl ParticleDynamics {
             potential: self.system.potentials(&state.q).iter().map(|&u| f64::from(u)).sum(),
             conservative: self.system.potential_gradients(&state.q).iter().map(|g| g.map(|x| -x)).collect(),
             force: self.system.forces(&state.q, &state.v),
+            kinetic: state.v.iter().map(|&v| 0.5 * wide(v).length_squared()).sum(),
         }
-    }
-}
-
-impl GeneralisedDynamics {
-    /// Configurations and velocities at some times. Where the motion cannot be followed (the past of a body
-    /// that friction has brought to rest is not determined), it stays as it was at the last time where it
-    /// can.
-    #[must_use]
-    pub fn states(&self, edit: Edit, times: &[f64]) -> Vec<coordinates::State> {
-        let edit = lgs_mechanics::Edit {
-            velocity: f64::from(edit.velocity_scale),
-            potential: f64::from(edit.potential_scale),
-            force: f64::from(edit.force_scale),
-        };
-        let system = lgs_mechanics::System::new(&self.law, edit);
-        if let Ok(states) = system.states(&self.start, times) {
-            return states;
-        }
-        let at = |&time: &f64| match system.states(&self.start, &[time]) {
-            Ok(mut states) => states.remove(0),
-            Err(MechanicsError::Undetermined { time }) => {
-                let last = system.states(&self.start, &[time]).map(|mut states| states.remove(0));
-                last.unwrap_or_else(|_| self.start.clone())
-            }
-            Err(_) => self.start.clone(),
-        };
-        times.iter().map(at).collect()
-    }
-
-    /// The same with the record of its own impacts up to a time, by which the way back past them is known.
-    #[must_use]
-    pub fn with_impacts(mut self, until: f64) -> Self {
-        if self.law.contact.is_some() {
-            let system = lgs_mechanics::System::new(&self.law, lgs_mechanics::Edit::NONE);
-            self.law.events = system.impacts(&self.start, until).unwrap_or_default();
-        }
-        self
-    }
-
-    /// Particles that are at `points` at t = 0, in a configuration.
-    #[must_use]
-    pub fn placed(&self, points: &[[f32; 3]], state: &coordinates::State) -> State {
-        let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
-        let (place, rate) = (embedding.placements(&state.x)[0], embedding.rates(&state.x, &state.v)[0]);
-        let turn = place.rotation;
-        let rotation = [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32);
-        State {
-            q: points.iter().map(|&p| narrow(place.apply(wide(p)))).collect(),
-            v: points.iter().map(|&p| narrow(rate.apply(wide(p)))).collect(),
-            rotation: vec![rotation; points.len()],
-        }
-    }
-
-    /// Velocities at t = 0 of particles at `points`, those of an edited motion with α.
-    #[must_use]
-    pub fn start_velocities(&self, points: &[[f32; 3]], edit: Edit) -> Vec<[f32; 3]> {
-        let mut start = self.start.clone();
-        start.v.iter_mut().for_each(|v| *v *= f64::from(edit.velocity_scale));
-        self.placed(points, &start).v
-    }
-
-    /// The object at rest with its centre at a place; nothing where the coordinates have no free centre.
-    fn at_place(&self, place: [f32; 3]) -> Option<coordinates::State> {
-        let mut state = self.start.clone();
-        state.v.fill(0.0);
-        let first = match self.law.coordinates {
-            Coordinates::Point => 0,
-            Coordinates::Rigid(_) => 4,
-            _ => return None,
-        };
-        state.x[first..first + 3].copy_from_slice(&place.map(f64::from));
-        Some(state)
-    }
-
-    /// Energies and accelerations of particles that are at `points` at t = 0.
-    fn fields(&self, points: &[[f32; 3]], state: &coordinates::State) -> ObjectFields {
-        let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
-        let carried = |a: &[f64]| -> Vec<[f32; 3]> {
-            let rate = embedding.rates(&state.x, a)[0];
-            points.iter().map(|&p| narrow(rate.apply(wide(p)))).collect()
-        };
-        let system = lgs_mechanics::System::new(&self.law, lgs_mechanics::Edit::NONE);
-        let [conservative, force] = system.accelerations(state).map(|a| carried(&a));
-        let potential = self.law.potential_energy(state) * self.inertia(points, &embedding, state);
-        ObjectFields { potential, conservative, force }
-    }
-
-    /// Kinetic energy of the particles, of unit mass each, over that of the law: the number of particles
-    /// where the law's energies are per mass, their moment of inertia where it has one angle.
-    fn inertia(&self, points: &[[f32; 3]], embedding: &Embedding<'_>, state: &coordinates::State) -> f64 {
-        if state.v.len() != 1 {
-            return points.len() as f64;
-        }
-        let rate = embedding.rates(&state.x, &[1.0])[0];
-        points.iter().map(|&p| rate.apply(wide(p)).length_squared()).sum()
     }
 }
 
@@ -290,10 +201,10 @@ impl Dynamics {
     }
 }
 
-fn wide(p: [f32; 3]) -> DVec3 {
+pub(super) fn wide(p: [f32; 3]) -> DVec3 {
     Vec3::from(p).as_dvec3()
 }
 
-fn narrow(p: DVec3) -> [f32; 3] {
+pub(super) fn narrow(p: DVec3) -> [f32; 3] {
     p.as_vec3().to_array()
 }

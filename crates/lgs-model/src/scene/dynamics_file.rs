@@ -2,7 +2,7 @@
 
 use lgs_dynamics::{Supports, System, SystemConfig};
 use lgs_mechanics::Law;
-use lgs_mechanics::coordinates::State;
+use lgs_mechanics::coordinates::{Bodies, State};
 
 use super::dynamics::{Dynamics, GeneralisedDynamics, ParticleDynamics};
 use crate::tensor_file::{TensorFile, TensorFileError};
@@ -16,7 +16,10 @@ const MAX_HIDDEN_LAYERS: usize = 16;
 pub(super) fn insert_dynamics(file: &mut TensorFile, prefix: &str, dynamics: &Dynamics, members: usize) {
     match dynamics {
         Dynamics::Particles(particles) => insert_particles(file, prefix, particles, members),
-        Dynamics::Generalised(GeneralisedDynamics { law, start, known }) => {
+        Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known }) => {
+            if bodies.count() > 1 {
+                file.set_metadata(&format!("{prefix}.bodies"), json(bodies));
+            }
             file.set_metadata(&format!("{prefix}.known"), json(known));
             file.set_metadata(&format!("{prefix}.law"), json(law));
             file.set_metadata(&format!("{prefix}.start"), json(start));
@@ -47,15 +50,33 @@ pub(super) fn read_dynamics(
         return read_particles(file, prefix, members).map(Dynamics::Particles);
     }
     let law: Law = file.metadata_json(&name)?;
-    if law.coordinates.bodies() != 1 {
-        return Err(file.field(&name, "coordinates of one body", law.coordinates.name().to_owned()));
-    }
+    let bodies = read_bodies(file, prefix, &law, members)?;
     let name = format!("{prefix}.start");
     let start: State = file.metadata_json(&name)?;
     let checked = law.coordinates.check_state(&start);
     checked.map_err(|e| file.field(&name, "a state of the law's coordinates", e.to_string()))?;
     let known = file.metadata_json(&format!("{prefix}.known"))?;
-    Ok(Dynamics::Generalised(GeneralisedDynamics { law, start, known }))
+    Ok(Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known }))
+}
+
+/// Which particles belong to which body of a law's coordinates; files tell it where there are several.
+fn read_bodies(
+    file: &TensorFile,
+    prefix: &str,
+    law: &Law,
+    members: usize,
+) -> Result<Bodies, TensorFileError> {
+    let expected = law.coordinates.bodies();
+    if expected == 1 {
+        return Ok(Bodies::default());
+    }
+    let name = format!("{prefix}.bodies");
+    let bodies: Bodies = file.metadata_json(&name)?;
+    if bodies.count() != expected || !bodies.fit(members) {
+        let expected = format!("the first rows of {} later bodies, ascending within {members}", expected - 1);
+        return Err(file.field(&name, &expected, json(&bodies)));
+    }
+    Ok(bodies)
 }
 
 fn read_particles(
@@ -97,4 +118,44 @@ fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option
 pub(super) fn json<T: serde::Serialize>(value: &T) -> String {
     // These are plain structs of numbers, strings and enums: serialisation cannot fail.
     serde_json::to_string(value).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::coordinates::{Coordinates, Port};
+    use lgs_mechanics::terms::Term;
+
+    fn on_a_spring(bodies: Bodies) -> Dynamics {
+        let terms = vec![Term::named("spring-length", Port::Between).expect("a term")];
+        let parameters = vec![1.5, 0.0, 0.0, 0.0, 20.0, 0.5];
+        let law = Law::new(Coordinates::Pair, terms, parameters, 0.01).expect("a law");
+        let start = State { x: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0], v: vec![0.0; 6] };
+        Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known: Known::default() })
+    }
+
+    #[test]
+    fn a_law_of_two_bodies_keeps_which_particle_belongs_to_which() {
+        let mut file = TensorFile::new("test");
+        insert_dynamics(&mut file, "object.0", &on_a_spring(Bodies::of_sizes(&[3, 2])), 5);
+        let read = read_dynamics(&file, "object.0", 5).expect("dynamics");
+        let Dynamics::Generalised(read) = read else { panic!("{read:?}") };
+        let points = [[0.0; 3]; 5];
+        let mut state = read.start.clone();
+        state.x = vec![0.0, 1.0, 0.0, 1.0, 0.0, 2.0];
+        let moved = read.placed(&points, &state).q;
+        assert!(moved[..3].iter().all(|q| *q == [0.0, 1.0, 0.0]), "{moved:?}");
+        assert!(moved[3..].iter().all(|q| *q == [0.0, 0.0, 2.0]), "{moved:?}");
+    }
+
+    #[test]
+    fn bodies_without_particles_are_refused() {
+        for (sizes, members) in [(&[3, 2][..], 3), (&[0, 5], 5), (&[5], 5), (&[2, 2, 1], 5)] {
+            let mut file = TensorFile::new("test");
+            insert_dynamics(&mut file, "object.0", &on_a_spring(Bodies::of_sizes(sizes)), members);
+            let error = read_dynamics(&file, "object.0", members).expect_err("no body is empty").to_string();
+            assert!(error.contains("object.0.bodies"), "{error}");
+        }
+    }
 }

@@ -7,6 +7,7 @@
 mod dynamics;
 mod dynamics_file;
 mod file;
+mod generalised;
 mod motion;
 mod recording;
 

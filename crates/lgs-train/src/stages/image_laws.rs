@@ -2,6 +2,8 @@
 //! them, are free of the errors that a source model makes at the ends of a window, and of its smoothness; a
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
+use std::ops::Range;
+
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, exp, quaternion, solve_positive, wide};
 use lgs_core::linear::{norm, quat_mul, sub};
@@ -14,6 +16,7 @@ use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, Motion, ObjectMo
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::body::rows_of_parts;
 use super::initial_pose::mean;
 use super::observation::{Displacement, Normal, Observation, Pose, displaced, observe};
 
@@ -47,10 +50,14 @@ pub(super) fn with_laws_of_images(
     if times.first() != Some(&0.0) || !scene.objects.iter().any(is_rigid) {
         return scene;
     }
-    let found = displacements(&scene, frames, &times);
+    let mut found = displacements(&scene, frames, &times).into_iter();
     let mut changed = scene.clone();
-    for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| is_rigid(object)) {
-        let poses = poses_of(&scene, object, (&times, &found[index]));
+    for (index, object) in scene.objects.iter().enumerate() {
+        let parts: Vec<_> = rows_of_parts(object).into_iter().zip(&mut found).collect();
+        if !is_rigid(object) {
+            continue;
+        }
+        let poses = parts.iter().map(|(rows, found)| poses_of(&scene, rows, (&times, found))).collect();
         let law = law_of_poses(poses, config, seed.wrapping_add(index as u64));
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
         if let Some(law) = law {
@@ -60,24 +67,30 @@ pub(super) fn with_laws_of_images(
     changed
 }
 
-/// Whether an object moves as a rigid body by a law.
+/// Whether an object moves as one or several rigid bodies by a law.
 fn is_rigid(object: &ObjectModel) -> bool {
     let law = object.dynamics.generalised().filter(|_| object.recording.is_none());
     law.is_some_and(|dynamics| !matches!(dynamics.law.coordinates, Coordinates::Modal(_)))
 }
 
-/// Displacements of all objects, by object and time.
+/// Rows of the rigid parts of all objects among the dynamic Gaussians.
+fn parts_of(scene: &LagrangianScene) -> Vec<Range<usize>> {
+    scene.objects.iter().flat_map(rows_of_parts).collect()
+}
+
+/// Displacements of the rigid parts of all objects, by part and time.
 fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> Vec<Vec<Found>> {
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     let clouds: Vec<GaussianCloud> =
         times.iter().map(|&time| scene.cloud_at(&motion.state_at(time))).collect();
     let still = Found { turn: DQuat::IDENTITY, shift: DVec3::ZERO, square_error: 0.0 };
-    let mut found = vec![vec![still; times.len()]; scene.objects.len()];
+    let parts = parts_of(scene);
+    let mut found = vec![vec![still; times.len()]; parts.len()];
     for _ in 0..ROUNDS {
         let bodies: Vec<Vec<Pose>> =
-            (0..times.len()).map(|at| bodies_in(scene, &clouds[at], (&found, at))).collect();
+            (0..times.len()).map(|at| bodies_in(scene, &parts, &clouds[at], (&found, at))).collect();
         let moved: Vec<GaussianCloud> =
-            (0..times.len()).map(|at| moved(&clouds[at], scene, (&found, at))).collect();
+            (0..times.len()).map(|at| moved(&clouds[at], scene, &parts, (&found, at))).collect();
         let at = |frame: &Frame| times.partition_point(|&time| time < frame.time.max(0.0));
         let observed: Vec<Observation> = frames
             .par_iter()
@@ -86,11 +99,11 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
         let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
         let mse = observed.iter().map(|o| o.squared_error).sum::<f64>() / values;
         tracing::debug!(psnr = psnr_of_mse(mse), "poses from images");
-        for (object, found) in found.iter_mut().enumerate() {
+        for (part, found) in found.iter_mut().enumerate() {
             for (time, found) in found.iter_mut().enumerate() {
                 let own = frames.iter().zip(&observed).filter(|(frame, _)| at(frame) == time);
-                let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[object]).collect();
-                found.refine(&normals, bodies[time][object].radius, 1.0 / (CORRELATED_VALUES * mse));
+                let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[part]).collect();
+                found.refine(&normals, bodies[time][part].radius, 1.0 / (CORRELATED_VALUES * mse));
             }
         }
     }
@@ -136,12 +149,13 @@ fn solved(normals: &[&Normal], radius: f32, weight: f64) -> Displacement {
 /// The bodies where they have been found at a time; `cloud` is that of the scene's motion.
 fn bodies_in(
     scene: &LagrangianScene,
+    parts: &[Range<usize>],
     cloud: &GaussianCloud,
     (found, at): (&[Vec<Found>], usize),
 ) -> Vec<Pose> {
     let first = scene.static_gaussians.len();
-    let body = |(object, found): (&ObjectModel, &Vec<Found>)| {
-        let rows = first + object.members.start..first + object.members.end;
+    let body = |(rows, found): (&Range<usize>, &Vec<Found>)| {
+        let rows = first + rows.start..first + rows.end;
         let own = &cloud.means[rows.clone()];
         let center = mean(own);
         let square: f32 = own.iter().map(|&p| norm(sub(p, center)).powi(2)).sum();
@@ -149,19 +163,20 @@ fn bodies_in(
         let center = (wide(center) + found[at].shift).as_vec3().to_array();
         Pose { rows, center, radius }
     };
-    scene.objects.iter().zip(found).map(body).collect()
+    parts.iter().zip(found).map(body).collect()
 }
 
 /// A cloud with all bodies where they have been found at a time.
 fn moved(
     cloud: &GaussianCloud,
     scene: &LagrangianScene,
+    parts: &[Range<usize>],
     (found, at): (&[Vec<Found>], usize),
 ) -> GaussianCloud {
     let mut cloud = cloud.clone();
     let first = scene.static_gaussians.len();
-    for (object, found) in scene.objects.iter().zip(found) {
-        let rows = first + object.members.start..first + object.members.end;
+    for (rows, found) in parts.iter().zip(found) {
+        let rows = first + rows.start..first + rows.end;
         let center = mean(&cloud.means[rows.clone()]);
         let body = Pose { rows, center, radius: 1.0 };
         let axis = found[at].turn.to_scaled_axis();
@@ -171,17 +186,17 @@ fn moved(
     cloud
 }
 
-/// The points of an object about their centre, and their poses as the images show them. Views that disagree
-/// tell of errors of the Gaussians, which are much the same at neighbouring times.
-fn poses_of(scene: &LagrangianScene, object: &ObjectModel, (times, found): (&[f32], &[Found])) -> BodyPoses {
-    let points = &scene.dynamic_gaussians.means[object.members.clone()];
+/// The points of a rigid part about their centre, and their poses as the images show them. Views that
+/// disagree tell of errors of the Gaussians, which are much the same at neighbouring times.
+fn poses_of(scene: &LagrangianScene, rows: &Range<usize>, (times, found): (&[f32], &[Found])) -> BodyPoses {
+    let points = &scene.dynamic_gaussians.means[rows.clone()];
     let center = wide(mean(points));
     let shape = points.iter().map(|&p| wide(p) - center).collect();
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     let pose = |(&time, found): (&f32, &Found)| {
         let state = motion.state_at(time);
-        let turn = quaternion(&state.rotation[object.members.start].map(f64::from)).normalize();
-        let at = wide(mean(&state.q[object.members.clone()]));
+        let turn = quaternion(&state.rotation[rows.start].map(f64::from)).normalize();
+        let at = wide(mean(&state.q[rows.clone()]));
         (DMat3::from_quat(found.turn * turn), at + found.shift)
     };
     let square_error = found.iter().map(|found| found.square_error).sum::<f64>() / found.len().max(1) as f64;
@@ -196,13 +211,15 @@ fn poses_of(scene: &LagrangianScene, object: &ObjectModel, (times, found): (&[f3
 
 /// Gives an object of a scene another law.
 fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usize) {
-    let DistilledLaw { law, start, base, known, q0, v0, .. } = found;
+    let DistilledLaw { law, start, bodies, bases, known, q0, v0, .. } = found;
     let members = scene.objects[object].members.clone();
     scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&q0);
     scene.velocities[members.clone()].copy_from_slice(&v0);
-    let turn = components(DQuat::from_mat3(&base.0).normalize()).map(|c| c as f32);
-    for rotation in &mut scene.dynamic_gaussians.rotations[members] {
-        *rotation = quat_mul(turn, *rotation);
+    for (rows, (linear, _)) in rows_of_parts(&scene.objects[object]).into_iter().zip(bases) {
+        let turn = components(DQuat::from_mat3(&linear).normalize()).map(|c| c as f32);
+        for rotation in &mut scene.dynamic_gaussians.rotations[rows] {
+            *rotation = quat_mul(turn, *rotation);
+        }
     }
-    scene.objects[object].dynamics = Dynamics::Generalised(GeneralisedDynamics { law, start, known });
+    scene.objects[object].dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known });
 }

@@ -4,6 +4,8 @@
 //! A scene's Gaussians lie in spatial order, body by body: what kernels read together then lies together in
 //! memory.
 
+use std::ops::Range;
+
 use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
@@ -115,7 +117,7 @@ fn assemble(
     let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
     for (rows, object) in distilled.objects {
         let start = dynamic_gaussians.len();
-        let order = spatial_order(object.q0());
+        let order = order_within(&object);
         let object = object.in_order(&order);
         let rows: Vec<usize> = order.iter().map(|&i| rows[i as usize]).collect();
         append(&mut dynamic_gaussians, &cloud.select(&rows));
@@ -152,10 +154,19 @@ fn dynamics(object: Distilled, options: &MotionOptions) -> Dynamics {
             Dynamics::Particles(ParticleDynamics { system: object.system, supports, velocity_policy })
         }
         Distilled::Generalised(object) => {
-            let DistilledLaw { law, start, known, .. } = *object;
-            Dynamics::Generalised(GeneralisedDynamics { law, start, known })
+            let DistilledLaw { law, bodies, start, known, .. } = *object;
+            Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known })
         }
     }
+}
+
+/// Spatial order of an object's particles, body by body.
+fn order_within(object: &Distilled) -> Vec<u32> {
+    let of_body = |rows: Range<usize>| {
+        let first = rows.start as u32;
+        spatial_order(&object.q0()[rows]).into_iter().map(move |i| first + i)
+    };
+    object.ranges().into_iter().flat_map(of_body).collect()
 }
 
 /// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a

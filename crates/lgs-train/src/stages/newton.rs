@@ -15,7 +15,7 @@ use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::body::{Body, Response, part_of};
+use super::body::{Body, Response, part_of, rows_of_parts};
 use super::observation::{Normal, Observation, Pose, observe, squared_error};
 use crate::driver::StepReport;
 
@@ -113,13 +113,15 @@ impl Newton {
         StepReport { loss, psnr: psnr_of_mse(mse) as f32 }
     }
 
-    /// The step of one object's unknowns, given its responses by time.
-    fn step_of(&self, object: usize, responses: &[Response], observed: &Observed<'_>) -> Vec<f64> {
+    /// The step of one object's unknowns, given its responses by time and part.
+    fn step_of(&self, object: usize, responses: &[Vec<Response>], observed: &Observed<'_>) -> Vec<f64> {
         let Observed { frames, times, observations, mse } = *observed;
+        let first: usize = self.bodies[..object].iter().map(|body| body.radii().len()).sum();
         let evidence: Vec<(&Response, &Normal)> = (frames.iter().zip(observations))
-            .map(|(frame, o)| (&responses[times.index(frame)], &o.normals[object]))
+            .flat_map(|(frame, o)| responses[times.index(frame)].iter().zip(&o.normals[first..]))
             .collect();
-        let pixels = frames.iter().zip(&evidence).map(|(f, (at, _))| pixel_at(&f.camera, at.center));
+        let centers = frames.iter().map(|frame| (frame, responses[times.index(frame)][0].center));
+        let pixels = centers.map(|(frame, center)| pixel_at(&frame.camera, center));
         let pixel = median(pixels).unwrap_or(0.0).max(f64::MIN_POSITIVE);
         let trajectories = tracing::trace_span!("trajectories")
             .in_scope(|| self.bodies[object].information_of_trajectories(&self.parts[object], &times.0));
@@ -130,8 +132,8 @@ impl Newton {
         solve(&evidence, &trajectories, &self.changes[object], &weights)
     }
 
-    /// Every object's pose and its derivatives, by object and time.
-    fn responses(&self, times: &Times) -> Vec<Vec<Response>> {
+    /// Poses and their derivatives, by object, time and part.
+    fn responses(&self, times: &Times) -> Vec<Vec<Vec<Response>>> {
         let _span = tracing::trace_span!("responses").entered();
         let all = self.bodies.iter().zip(&self.parts).zip(&self.changes);
         all.map(|((body, part), change)| body.responses(part, change, &times.0)).collect()
@@ -143,19 +145,23 @@ impl Newton {
         scene: &LagrangianScene,
         frames: &[&Frame],
         times: &Times,
-        responses: &[Vec<Response>],
+        responses: &[Vec<Vec<Response>>],
     ) -> Vec<Observation> {
         let clouds = clouds_at(&self.applied_to(scene), times);
         let _span = tracing::trace_span!("observations").entered();
         let of_frame = |frame: &&Frame| {
             let at = times.index(frame);
             let pose = |object: usize| {
-                let members = &scene.objects[object].members;
-                let rows =
-                    scene.static_gaussians.len() + members.start..scene.static_gaussians.len() + members.end;
-                Pose { rows, center: responses[object][at].center, radius: self.bodies[object].radius() }
+                let parts = rows_of_parts(&scene.objects[object]).into_iter();
+                let parts = parts.zip(&responses[object][at]).zip(self.bodies[object].radii());
+                let first = scene.static_gaussians.len();
+                parts.map(move |((rows, response), radius)| Pose {
+                    rows: first + rows.start..first + rows.end,
+                    center: response.center,
+                    radius,
+                })
             };
-            let poses: Vec<Pose> = (0..self.bodies.len()).map(pose).collect();
+            let poses: Vec<Pose> = (0..self.bodies.len()).flat_map(pose).collect();
             observe(frame, &clouds[at], &poses, scene.background)
         };
         frames.par_iter().map(of_frame).collect()

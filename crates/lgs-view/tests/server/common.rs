@@ -9,7 +9,7 @@ use lgs_core::{Camera, GaussianCloud, Image};
 use lgs_eval::laws::ObjectLaw;
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::{Known, Verdict};
-use lgs_mechanics::coordinates::{Coordinates, Port, State};
+use lgs_mechanics::coordinates::{Bodies, Coordinates, Port, State};
 use lgs_mechanics::terms::{Term, kind};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel};
 use lgs_view::{Exhibit, Options, Server, Stopper, Subject, TruthImage};
@@ -25,7 +25,12 @@ pub(crate) fn falling() -> LagrangianScene {
     let field = Term { kind: kind("uniform-field").expect("a kind"), port: Port::Whole };
     let law = Law::new(Coordinates::Point, vec![field], vec![0.0, 0.0, -2.0], 0.01).expect("a law");
     let start = State { x: vec![0.0; 3], v: vec![0.0; 3] };
-    let dynamics = Dynamics::Generalised(GeneralisedDynamics { law, start, known: Known::default() });
+    let dynamics = Dynamics::Generalised(GeneralisedDynamics {
+        law,
+        bodies: Bodies::default(),
+        start,
+        known: Known::default(),
+    });
     LagrangianScene {
         static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.2]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
         velocities: vec![[0.0; 3]; means.len()],

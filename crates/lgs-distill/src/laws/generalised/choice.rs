@@ -1,12 +1,13 @@
 //! The choice of coordinates and terms for the motion of a rigid body, by one evidence for all of them: χ² of
 //! the poses, whitened, and the Bayesian penalty of all unknowns, those of the joints included (method §5.4).
 
+use super::evidence::{Evidence, unknowns};
 use super::kinematics::{Configured, free_systems, systems};
 use super::observed::ObservedPoses;
 use super::rigid_law::combined;
 use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, Judged, PARSIMONY, choose};
+use lgs_mechanics::choose::{Choice, choose};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
@@ -20,9 +21,11 @@ pub(super) struct Chosen {
     pub(super) choice: Choice,
     /// χ² of the poses for each degree of freedom that the chosen law leaves.
     pub(super) chi_square: f64,
+    /// What speaks for the chosen law.
+    pub(super) evidence: Evidence,
 }
 
-/// Chooses among all systems of coordinates and their laws; `None` if no law can be fitted.
+/// Chooses among all systems of coordinates of one body and their laws; `None` if no law can be fitted.
 pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
     let of_system = |system: Configured| {
         let choice = match &system.coordinates {
@@ -49,12 +52,7 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
         let free = choose_free(observed, of_point.map(|(_, choice)| choice));
         found.extend(free);
     }
-    let (index, judged) = best_of(&found, samples, 6 * observed.times.len())?;
-    let (system, choice) = found.swap_remove(index);
-    let law = &choice.judged[judged];
-    let left = samples - unknowns(&system, law);
-    let chi_square = (law.fitted.loss + system.chi_square) / left.max(1.0);
-    Some(Chosen { system, choice: Choice { chosen: judged, ..choice }, chi_square })
+    best_of(found, (samples, 6 * observed.times.len()))
 }
 
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one
@@ -79,46 +77,33 @@ fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Conf
     systems.into_par_iter().flat_map_iter(of_inertia).collect()
 }
 
-/// The best score of all laws in all coordinates (see [`Judged::score`]): indices of the system and of its
-/// law.
-fn best_of(found: &[(Configured, Choice)], samples: f64, values: usize) -> Option<(usize, usize)> {
-    let chi_square = |system: &Configured, judged: &Judged| judged.fitted.loss + system.chi_square;
-    let least = found
-        .iter()
-        .flat_map(|(system, choice)| choice.judged.iter().map(move |judged| chi_square(system, judged)));
-    // Where no law explains the poses, their noise is larger than it looks: by as much as the best law
-    // leaves.
-    let inflation = (least.fold(f64::INFINITY, f64::min) / samples.max(1.0)).max(1.0);
-    let score = |system: &Configured, judged: &Judged| {
-        let evidence = chi_square(system, judged) / inflation + penalty(unknowns(system, judged), values);
-        // Simplicity counts unknowns in halves.
-        let of_system = 2 * (system.joint_constants() + 2 * system.coordinates.freedoms());
-        evidence + PARSIMONY * (judged.simplicity + of_system) as f64
+/// The law with the best score of all laws in all coordinates, for so many independent samples and values.
+pub(super) fn best_of(
+    mut found: Vec<(Configured, Choice)>,
+    (samples, values): (f64, usize),
+) -> Option<Chosen> {
+    let of_system = |(index, (system, choice)): (usize, &(Configured, Choice))| -> Vec<_> {
+        let of_law = |(at, law)| (index, at, Evidence::of(system, law, (samples, values)));
+        choice.judged.iter().enumerate().map(of_law).collect()
     };
-    let mut best: Option<(f64, usize, usize)> = None;
-    for (index, (system, choice)) in found.iter().enumerate() {
-        for (at, judged) in choice.judged.iter().enumerate() {
-            let score = score(system, judged);
-            let terms: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
-            tracing::debug!(coordinates = system.coordinates.name(), ?terms, score, "score of a law");
-            if score.is_finite() && best.is_none_or(|(least, ..)| score < least) {
-                best = Some((score, index, at));
-            }
+    let all: Vec<(usize, usize, Evidence)> = found.iter().enumerate().flat_map(of_system).collect();
+    let inflation = Evidence::inflation(all.iter().map(|(_, _, evidence)| *evidence));
+    let mut best: Option<(f64, (usize, usize, Evidence))> = None;
+    for (index, at, evidence) in all {
+        let (system, choice) = &found[index];
+        let score = evidence.score(inflation);
+        let terms = &choice.judged[at].fitted.law.terms;
+        let terms: Vec<&str> = terms.iter().map(|term| term.kind.name()).collect();
+        tracing::debug!(coordinates = system.coordinates.name(), ?terms, score, "score of a law");
+        if score.is_finite() && best.as_ref().is_none_or(|(least, _)| score < *least) {
+            best = Some((score, (index, at, evidence)));
         }
     }
-    best.map(|(_, index, at)| (index, at))
-}
-
-/// The Bayesian penalty of unknowns, for as many values as there are: correlated errors tell little of a
-/// law's constants, but enough of them to forbid one constant for each.
-pub(super) fn penalty(unknowns: f64, values: usize) -> f64 {
-    unknowns * (values.max(1) as f64).ln()
-}
-
-/// Unknowns of a law in its coordinates: constants of the geometry, start and parameters.
-pub(super) fn unknowns(system: &Configured, judged: &Judged) -> f64 {
-    let freedoms = system.coordinates.freedoms();
-    (system.constants + 2 * freedoms + judged.fitted.law.parameters.len()) as f64
+    let (_, (index, judged, evidence)) = best?;
+    let (system, choice) = found.swap_remove(index);
+    let left = samples - unknowns(&system, &choice.judged[judged]);
+    let chi_square = evidence.chi_square / left.max(1.0);
+    Some(Chosen { system, choice: Choice { chosen: judged, ..choice }, chi_square, evidence })
 }
 
 /// The motion of the centre, as that of a point, which begins at a place in each configuration.

@@ -1,7 +1,7 @@
 //! Contacts of rigid bodies (method §5.7): laws through the impacts of a track, and planes at rest that a
 //! body has not met yet.
 
-use super::choice::penalty;
+use super::evidence::penalty;
 use super::geometry::center_of_mass;
 use super::observed::{ObservedPoses, mean_pose};
 use crate::motion::pose::Pose;

@@ -46,3 +46,22 @@ pub(super) fn pivot(poses: &[Pose]) -> Option<(DVec3, DVec3)> {
     let (points, arms) = body_points(&about_mean, |_| vec![1.0])?;
     Some((mean + points[0], arms[0]))
 }
+
+/// The point that two bodies have in common, in the shape axes of each: `c_k + R_k a = d_k + S_k b`. What
+/// their rotations do not determine is as small as it can be.
+pub(super) fn joint(first: &[Pose], second: &[Pose]) -> Option<(DVec3, DVec3)> {
+    let mut rows = DMatrix::zeros(3 * first.len(), 6);
+    let mut right = DVector::zeros(3 * first.len());
+    for (k, (a, b)) in first.iter().zip(second).enumerate() {
+        let apart = b.shift - a.shift;
+        for i in 0..3 {
+            (0..3).for_each(|j| rows[(3 * k + i, j)] = a.linear.col(j)[i]);
+            (0..3).for_each(|j| rows[(3 * k + i, 3 + j)] = -b.linear.col(j)[i]);
+            right[3 * k + i] = apart[i];
+        }
+    }
+    let svd = rows.svd(true, true);
+    let found = svd.solve(&right, UNDETERMINED_DIRECTION * svd.singular_values.max()).ok()?;
+    let [a, b] = [0, 3].map(|at| DVec3::from_slice(&found.as_slice()[at..]));
+    (a.is_finite() && b.is_finite()).then_some((a, b))
+}

@@ -8,15 +8,17 @@ use crate::motion::pose::Pose;
 use crate::thresholds::CENTER_COEFFICIENTS;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
-use lgs_mechanics::coordinates::{Ball, Coordinates, Embedding, Hinge, Inertia, InertiaForm, Rolling};
+use lgs_mechanics::coordinates::{
+    Ball, Coordinates, Embedding, Hinge, Inertia, InertiaForm, Placement, Rolling,
+};
 
 /// A system of coordinates with the configuration at each sample.
 pub(super) struct Configured {
     pub(super) coordinates: Coordinates,
     /// Configurations, one for each sample.
     pub(super) x: Vec<Vec<f64>>,
-    /// Pose of the shape in the first configuration.
-    pub(super) base: Pose,
+    /// Pose of the shape of each body in the first configuration.
+    pub(super) bases: Vec<Pose>,
     /// Constants of its geometry: those of the joint and of the shape's pose in it.
     pub(super) constants: usize,
     /// χ² of the poses that the coordinates can have nearest to the observed ones.
@@ -25,12 +27,28 @@ pub(super) struct Configured {
 
 impl Configured {
     fn new(observed: &ObservedPoses, coordinates: Coordinates, x: Vec<Vec<f64>>, constants: usize) -> Self {
+        Self::of_bodies(&[observed], coordinates, x, constants)
+    }
+
+    /// The same for coordinates of several bodies.
+    pub(super) fn of_bodies(
+        bodies: &[&ObservedPoses],
+        coordinates: Coordinates,
+        x: Vec<Vec<f64>>,
+        constants: usize,
+    ) -> Self {
         let placements = placements(&coordinates, &x);
-        let back = placements.iter().zip(&observed.poses).map(|(place, pose)| place.before(pose));
-        let base = mean_pose(&back.collect::<Vec<_>>());
-        let predicted: Vec<Pose> = placements.iter().map(|place| place.after(&base)).collect();
-        let chi_square = observed.chi_square(&predicted);
-        Self { coordinates, x, base, constants, chi_square }
+        let mut bases = Vec::with_capacity(bodies.len());
+        let mut chi_square = 0.0;
+        for (body, observed) in bodies.iter().enumerate() {
+            let own = || placements.iter().map(|of_time| &of_time[body]);
+            let back = own().zip(&observed.poses).map(|(place, pose)| place.before(pose));
+            let base = mean_pose(&back.collect::<Vec<_>>());
+            let predicted: Vec<Pose> = own().map(|place| place.after(&base)).collect();
+            chi_square += observed.chi_square(&predicted);
+            bases.push(base);
+        }
+        Self { coordinates, x, bases, constants, chi_square }
     }
 
     /// Constants by which the coordinates count as simple: those of a joint. A centre of mass is never quite
@@ -39,9 +57,10 @@ impl Configured {
         if matches!(self.coordinates, Coordinates::Rigid(_)) { 0 } else { self.constants }
     }
 
-    /// The pose of the shape in a configuration.
-    pub(super) fn pose_in(&self, x: &[f64]) -> Pose {
-        placements(&self.coordinates, &[self.x[0].clone(), x.to_vec()])[1].after(&self.base)
+    /// The pose of the shape of each body in a configuration.
+    pub(super) fn poses_in(&self, x: &[f64]) -> Vec<Pose> {
+        let placed = placements(&self.coordinates, &[self.x[0].clone(), x.to_vec()]);
+        placed[1].iter().zip(&self.bases).map(|(place, base)| place.after(base)).collect()
     }
 }
 
@@ -63,13 +82,12 @@ impl Placed {
     }
 }
 
-fn placements(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Placed> {
+/// Placements of each body, by configuration.
+fn placements(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Vec<Placed>> {
     let embedding = Embedding::new(coordinates, &x[0]);
-    let placed = |x: &Vec<f64>| {
-        let place = embedding.placements(x)[0];
-        Placed { rotation: place.linear, shift: place.to - place.linear * place.from }
-    };
-    x.iter().map(placed).collect()
+    let of_body =
+        |place: Placement| Placed { rotation: place.linear, shift: place.to - place.linear * place.from };
+    x.iter().map(|x| embedding.placements(x).into_iter().map(of_body).collect()).collect()
 }
 
 /// Every system of coordinates but that of a free body which the poses suggest.
@@ -115,7 +133,7 @@ fn inertias(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -> Vec<KnownI
 }
 
 /// Constants of a pose.
-const POSE: usize = 6;
+pub(super) const POSE: usize = 6;
 
 fn point(observed: &ObservedPoses) -> Configured {
     let x = observed.poses.iter().map(|pose| pose.shift.to_array().to_vec()).collect();

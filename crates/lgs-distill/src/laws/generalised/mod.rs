@@ -3,9 +3,12 @@
 
 mod choice;
 mod contact;
+mod couples;
+mod evidence;
 mod geometry;
 mod inertia;
 mod kinematics;
+mod known;
 mod law;
 mod modal;
 mod observed;
@@ -15,5 +18,7 @@ mod tests;
 mod turning;
 
 pub(crate) use contact::Surroundings;
-pub(crate) use law::{Errors, GeneralisedLaw, find_law, law_within};
+pub(crate) use evidence::Evidence;
+pub(crate) use known::GeneralisedLaw;
+pub(crate) use law::{Errors, find_law, law_within};
 pub(crate) use observed::Laws;

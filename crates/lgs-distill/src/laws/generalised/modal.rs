@@ -1,7 +1,8 @@
 //! Modes of a deforming body: the proper orthogonal decomposition of its affine motion, and the laws of their
 //! amplitudes (method §4.7).
 
-use super::choice::{Chosen, penalty};
+use super::choice::Chosen;
+use super::evidence::{Evidence, penalty, unknowns};
 use super::kinematics::Configured;
 use super::observed::Laws;
 use crate::motion::pose::Pose;
@@ -51,11 +52,9 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
 /// A choice with its evidence among numbers of modes, in units of χ².
 fn chosen(system: Configured, choice: Choice, (samples, values): (f64, usize)) -> (f64, Chosen) {
     let law = choice.law();
-    let unknowns =
-        (system.constants + 2 * system.coordinates.freedoms() + law.fitted.law.parameters.len()) as f64;
-    let loss = law.fitted.loss + system.chi_square;
-    let chi_square = loss / (samples - unknowns).max(1.0);
-    (loss + penalty(unknowns, values), Chosen { system, choice, chi_square })
+    let (unknowns, evidence) = (unknowns(&system, law), Evidence::of(&system, law, (samples, values)));
+    let chi_square = evidence.chi_square / (samples - unknowns).max(1.0);
+    (evidence.chi_square + penalty(unknowns, values), Chosen { system, choice, chi_square, evidence })
 }
 
 impl Decomposition {
@@ -109,7 +108,7 @@ impl Decomposition {
         };
         Configured {
             coordinates: self.coordinates(modes),
-            base: self.modes.iter().zip(&x[0]).fold(self.rest, sum),
+            bases: vec![self.modes.iter().zip(&x[0]).fold(self.rest, sum)],
             x,
             // The pose at rest, and the directions of the modes.
             constants: ENTRIES + modes * (ENTRIES - modes),

@@ -125,10 +125,20 @@ impl ObservedPoses {
 
     /// The track of a joint, no better known than the poses are.
     pub(super) fn along(&self, joint: &Coordinates, mut track: Track) -> Track {
-        let radius = if matches!(joint, Coordinates::Hinge(_)) { self.radius } else { 1.0 };
-        coarsen(&mut track.noise, self.resolution / radius.max(f64::MIN_POSITIVE));
-        inflate(&mut track.noise, self.inflation);
+        let is_angle = matches!(joint, Coordinates::Hinge(_));
+        self.limit(&mut track.noise, if is_angle { self.radius } else { 1.0 });
         track
+    }
+
+    /// Makes the noise of an angle no less than that of the poses.
+    pub(super) fn limit_angle(&self, noise: &mut Noise) {
+        self.limit(std::slice::from_mut(noise), self.radius);
+    }
+
+    /// The same for noise of something by which the particles move so far.
+    fn limit(&self, noise: &mut [Noise], lever: f64) {
+        coarsen(noise, self.resolution / lever.max(f64::MIN_POSITIVE));
+        inflate(noise, self.inflation);
     }
 
     /// Enlarges the noise such that a law whose χ² for each sample is given leaves 1, if errors of this size

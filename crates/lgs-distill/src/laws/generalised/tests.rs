@@ -8,7 +8,10 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::testing::block;
 use glam::DVec3;
 use lgs_core::geometry::rotation_by;
-use lgs_mechanics::coordinates::Coordinates;
+use lgs_mechanics::coordinates::{Coordinates, Embedding, Port, State, Tree};
+use lgs_mechanics::terms::Term;
+use lgs_mechanics::{Edit, Law, System};
+use rand::RngExt;
 
 const SAMPLES: usize = 61;
 
@@ -52,7 +55,7 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
     };
     let found = center_of_mass(&motion(thrown).poses, &times(), 3).expect("a centre");
     assert!(found.truncate().distance(offset.truncate()) < 1e-6, "{found}");
-    let law = find_law(&motion(thrown), (Laws::All, &[]), 0.0, 1).expect("a law").law;
+    let law = find_law(&[&motion(thrown)], (Laws::All, &[]), 0.0, 1).expect("a law").law;
     assert_eq!(law.terms.iter().map(|term| term.kind.name()).collect::<Vec<_>>(), ["uniform-field"]);
     let field = DVec3::from_slice(&law.parameters[law.range(0)]);
     assert!(field.distance(DVec3::new(0.0, 0.0, -1.2)) < 1e-3, "{field}");
@@ -62,10 +65,72 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
 fn a_constant_torque_on_a_hinge_is_a_drive_and_is_left_out_where_only_potentials_are_admitted() {
     let body = motion(|t| turned(DVec3::Z, DVec3::ZERO, 0.4 * t + 3.0 * t * t));
     let terms = |laws: Laws| -> Vec<&str> {
-        let law = find_law(&body, (laws, &[]), 0.0, 1).expect("a law").law;
+        let law = find_law(&[&body], (laws, &[]), 0.0, 1).expect("a law").law;
         assert!(matches!(law.coordinates, Coordinates::Hinge(_)), "{law:?}");
         law.terms.iter().map(|term| term.kind.name()).collect()
     };
     assert_eq!(terms(Laws::All), ["constant-drive"]);
     assert!(!terms(Laws::Conservative).contains(&"constant-drive"));
+}
+
+/// The motions of two bodies by a law, each with noise of its own, in the order of its coordinates; what is
+/// seen of them at the start is centred on two places.
+fn two_by(law: &Law, start: &State, places: [DVec3; 2]) -> [SharedMotion; 2] {
+    let states = System::new(law, Edit::NONE).states(start, &times()).expect("a motion");
+    let embedding = Embedding::new(&law.coordinates, &start.x);
+    let mut rng = lgs_core::stream(3, "noise of couples", 0);
+    let mut draw = || DVec3::from([(); 3].map(|()| 2e-4 * rng.sample::<f64, _>(rand_distr::StandardNormal)));
+    [0, 1].map(|body| {
+        let place = places[body];
+        let pose = |state: &State| {
+            let placed = embedding.placements(&state.x)[body];
+            Pose { linear: rotation_by(draw()) * placed.linear, shift: placed.apply(place) + draw() }
+        };
+        SharedMotion { poses: states.iter().map(pose).collect(), ..motion(|t| turned(DVec3::Z, place, t)) }
+    })
+}
+
+fn couple(coordinates: Coordinates, own: &[f64], terms: &[(&str, Port, &[f64])]) -> Law {
+    let placed = terms.iter().map(|(name, port, _)| Term::named(name, *port).expect("a term")).collect();
+    let values = terms.iter().flat_map(|(_, _, values)| values.iter().copied());
+    let values = own.iter().copied().chain(values).collect();
+    Law::new(coordinates, placed, values, 0.005).expect("a law")
+}
+
+#[test]
+fn two_bodies_on_a_spring_are_told_from_two_that_fall_side_by_side() {
+    let field: (&str, Port, &[f64]) = ("uniform-field", Port::Both, &[0.0, 0.0, -1.0]);
+    let spring: (&str, Port, &[f64]) = ("spring-length", Port::Between, &[20.0, 0.8]);
+    let start = State { x: vec![-0.5, 0.0, 0.0, 0.6, 0.1, 0.0], v: vec![0.1, -0.4, 0.5, 0.1, 0.3, 0.5] };
+    let found = |terms: &[(&str, Port, &[f64])]| {
+        let law = couple(Coordinates::Pair, &[1.4, 0.0, 0.0, 0.0], terms);
+        let [a, b] = two_by(&law, &start, [DVec3::new(-0.5, 0.02, 0.0), DVec3::new(0.6, 0.1, 0.04)]);
+        find_law(&[&a, &b], (Laws::All, &[]), 0.0, 1)
+    };
+    let law = found(&[field, spring]).expect("a law").law;
+    assert_eq!(law.coordinates, Coordinates::Pair);
+    let near = |at: usize, truth: f64| (law.parameters[at] / truth - 1.0).abs() < 0.02;
+    assert!(near(0, 1.4) && near(6, -1.0) && near(7, 20.0), "{law:?}");
+    assert!(found(&[field]).is_none(), "nothing acts between them");
+}
+
+#[test]
+fn a_pendulum_on_a_pendulum_has_two_hinges_whichever_comes_first() {
+    let [axis, pivot, link, arm] = [[0.0, 1.0, 0.0], [0.1, 0.0, 0.5], [0.0, 0.1, -0.6], [0.0, 0.0, -0.5]];
+    let terms: [(&str, Port, &[f64]); 2] =
+        [("fourier", Port::First, &[12.0, 0.0]), ("fourier", Port::Second, &[5.0, 0.0])];
+    let law = couple(Coordinates::Tree(Tree { axis, pivot, link, arm }), &[0.4, 0.6, 0.0], &terms);
+    let start = State { x: vec![0.8, -0.5], v: vec![0.5, -1.0] };
+    let [upper, lower] = two_by(&law, &start, [DVec3::new(0.1, 0.0, -0.4), DVec3::new(0.2, 0.1, -0.9)]);
+    let found = find_law(&[&lower, &upper], (Laws::All, &[]), 0.0, 1).expect("a law");
+    assert_eq!(found.order, [1, 0], "the upper body hangs in the world");
+    let Coordinates::Tree(tree) = found.law.coordinates else { panic!("{:?}", found.law) };
+    let (axis, pivot) = (DVec3::from(tree.axis), DVec3::from(tree.pivot));
+    assert!(axis.y.abs() > 0.999 && (pivot - DVec3::new(0.1, pivot.y, 0.5)).length() < 0.01, "{tree:?}");
+    let later = System::new(&law, Edit::NONE).states(&start, &[1.5]).expect("a motion").remove(0);
+    let forecast = System::new(&found.law, Edit::NONE).states(&found.start, &[1.5]).expect("one").remove(0);
+    let turn = |now: f64, then: f64| (now - then).abs();
+    let turns =
+        |body: usize| turn(forecast.x[body], found.start.x[body]) - turn(later.x[body], start.x[body]);
+    assert!([0, 1].iter().all(|&body| turns(body).abs() < 0.02), "{forecast:?} for {later:?}");
 }

@@ -28,6 +28,18 @@ impl Turning {
         }
         Some(Self { axis, angles })
     }
+
+    /// The angles about a known axis, from the first pose on.
+    pub(super) fn about(axis: DVec3, poses: &[Pose]) -> Self {
+        Self { axis, angles: angles(poses, axis, &poses[0].linear) }
+    }
+
+    /// Mean square of the angles about their mean.
+    pub(super) fn mean_square(&self) -> f64 {
+        let n = self.angles.len().max(1) as f64;
+        let mean = self.angles.iter().sum::<f64>() / n;
+        self.angles.iter().map(|angle| (angle - mean).powi(2)).sum::<f64>() / n
+    }
 }
 
 /// The direction of the body whose images differ least.

@@ -1,9 +1,11 @@
 //! An object that follows a law in generalised coordinates: its start, the law's parameters and the place of
 //! its joint or centre of mass are the unknowns.
 
-use glam::Vec3;
-use lgs_core::linear::{quat_mul, scale, sub};
-use lgs_mechanics::coordinates::Embedding;
+use std::ops::Range;
+
+use glam::DMat3;
+use lgs_core::linear::{norm, quat_mul, scale, sub};
+use lgs_mechanics::coordinates::{Bodies, Embedding, State};
 use lgs_mechanics::terms::Entry;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
@@ -27,22 +29,27 @@ const PROBE: f64 = 0.01;
 /// law's parameters, and of the geometry of its coordinates.
 pub(in crate::stages) struct LawBody {
     base: GeneralisedDynamics,
-    /// Root mean square distance from the centre, world units.
-    radius: f32,
+    /// Root mean square distance from the centre of each body, world units.
+    radii: Vec<f32>,
     units: Vec<f64>,
 }
 
 impl LawBody {
     pub(super) fn new(scene: &LagrangianScene, object: usize, base: &GeneralisedDynamics) -> Self {
         let points = &scene.dynamic_gaussians.means[scene.objects[object].members.clone()];
-        let center = mean(points);
-        let squares: f32 = points.iter().map(|&p| sub(p, center).iter().map(|x| x * x).sum::<f32>()).sum();
-        let radius = (squares / (3 * points.len().max(1)) as f32).sqrt().max(f32::MIN_POSITIVE);
-        Self { units: units(base, f64::from(radius), scene.motion.time_window), base: base.clone(), radius }
+        let radius = |rows: Range<usize>| {
+            let points = &points[rows];
+            let center = mean(points);
+            let square: f32 = points.iter().map(|&p| norm(sub(p, center)).powi(2)).sum();
+            (square / (3 * points.len().max(1)) as f32).sqrt().max(f32::MIN_POSITIVE)
+        };
+        let radii: Vec<f32> = base.bodies.ranges(points.len()).into_iter().map(radius).collect();
+        let mean_radius = f64::from(radii.iter().sum::<f32>() / radii.len() as f32);
+        Self { units: units(base, mean_radius, scene.motion.time_window), base: base.clone(), radii }
     }
 
-    pub(super) fn radius(&self) -> f32 {
-        self.radius
+    pub(super) fn radii(&self) -> &[f32] {
+        &self.radii
     }
 
     pub(super) fn unknowns(&self) -> usize {
@@ -82,19 +89,28 @@ impl LawBody {
             Dynamics::Generalised(reshaped.with_impacts(f64::from(scene.motion.time_window)));
     }
 
-    pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {
+    pub(super) fn responses(
+        &self,
+        alone: &LagrangianScene,
+        change: &[f64],
+        times: &[f32],
+    ) -> Vec<Vec<Response>> {
         let positions = self.positions(alone, change, times);
-        let mut responses = Vec::with_capacity(times.len());
-        for (q, rates) in positions.iter().zip(self.rates(alone, change, times)) {
-            let center = mean(q);
-            let offsets: Vec<[f32; 3]> = q.iter().map(|&p| sub(p, center)).collect();
-            let displacement = |rates: &Vec<[f32; 3]>| {
-                let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
-                [tx, ty, tz, rx, ry, rz].map(f64::from)
+        let parts = bodies_of(alone);
+        let of_time = |(q, rates): (&Vec<[f32; 3]>, Vec<Vec<[f32; 3]>>)| -> Vec<Response> {
+            let of_part = |rows: Range<usize>| {
+                let center = mean(&q[rows.clone()]);
+                let offsets: Vec<[f32; 3]> = q[rows.clone()].iter().map(|&p| sub(p, center)).collect();
+                let displacement = |rates: &Vec<[f32; 3]>| {
+                    let rates = &rates[rows.clone()];
+                    let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
+                    [tx, ty, tz, rx, ry, rz].map(f64::from)
+                };
+                Response { center, by_unknown: rates.iter().map(displacement).collect() }
             };
-            responses.push(Response { center, by_unknown: rates.iter().map(displacement).collect() });
-        }
-        responses
+            parts.ranges(q.len()).into_iter().map(of_part).collect()
+        };
+        positions.iter().zip(self.rates(alone, change, times)).map(of_time).collect()
     }
 
     pub(super) fn information_of_trajectories(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {
@@ -115,24 +131,30 @@ impl LawBody {
     /// Positions of the particles of `alone` after a change, by time.
     fn positions(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<[f32; 3]>> {
         let [changed, reshaped] = self.changed(change);
-        let points = self.base.placed(&alone.dynamic_gaussians.means, &changed.start).q;
+        let points = self.started(alone, &changed.start);
         let times: Vec<f64> = times.iter().map(|&t| f64::from(t)).collect();
         let states = reshaped.states(lgs_dynamics::Edit::default(), &times);
+        let reshaped = GeneralisedDynamics { bodies: bodies_of(alone), ..reshaped };
         states.iter().map(|state| reshaped.placed(&points, state).q).collect()
+    }
+
+    /// The particles of `alone` in a changed start.
+    fn started(&self, alone: &LagrangianScene, start: &State) -> Vec<[f32; 3]> {
+        let base = GeneralisedDynamics { bodies: bodies_of(alone), ..self.base.clone() };
+        base.placed(&alone.dynamic_gaussians.means, start).q
     }
 
     /// Derivatives of the particles' positions: by time, unknown and particle. Those by start and parameters
     /// are exact, those by the geometry central differences.
     fn rates(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<Vec<[f32; 3]>>> {
         let [changed, reshaped] = self.changed(change);
-        let points = self.base.placed(&alone.dynamic_gaussians.means, &changed.start).q;
-        let embedding = Embedding::new(&reshaped.law.coordinates, &reshaped.start.x);
+        let points = self.started(alone, &changed.start);
+        let moving = GeneralisedDynamics { bodies: bodies_of(alone), ..reshaped.clone() };
         let exact = |at: &Sensitivity| -> Vec<Vec<[f32; 3]>> {
             let of_unknown = |unknown: usize| {
                 let column = at.position.column(unknown) * self.units[unknown];
-                let rate = embedding.rates(&at.state.x, column.as_slice())[0];
-                let of_point = |&p: &[f32; 3]| rate.apply(Vec3::from(p).as_dvec3()).as_vec3().to_array();
-                points.iter().map(of_point).collect()
+                let rates = moving.carried(&points, &at.state, column.as_slice());
+                rates.iter().map(|rate| rate.as_vec3().to_array()).collect()
             };
             (0..at.position.ncols()).map(of_unknown).collect()
         };
@@ -150,6 +172,11 @@ impl LawBody {
         }
         rates
     }
+}
+
+/// Which particles of a scene of one object belong to which of its bodies.
+fn bodies_of(alone: &LagrangianScene) -> Bodies {
+    alone.objects[0].dynamics.generalised().map(|dynamics| dynamics.bodies.clone()).unwrap_or_default()
 }
 
 /// The states at some times with their derivatives; those at the start where the motion cannot be followed.
@@ -170,8 +197,9 @@ fn units(dynamics: &GeneralisedDynamics, radius: f64, time_window: f32) -> Vec<f
     let length_of = |freedom: usize| {
         let mut unit = vec![0.0; n];
         unit[freedom] = 1.0;
-        let rate = embedding.rates(&start.x, &unit)[0];
-        if rate.linear.to_cols_array().iter().all(|x| *x == 0.0) { rate.to.length() } else { radius }
+        let rates = embedding.rates(&start.x, &unit);
+        let turns = rates.iter().any(|rate| rate.linear != DMat3::ZERO);
+        if turns { radius } else { rates.iter().map(|rate| rate.to.length()).fold(0.0, f64::max) }
     };
     let of_start: Vec<f64> =
         (0..n).map(|freedom| radius / length_of(freedom).max(f64::MIN_POSITIVE)).collect();

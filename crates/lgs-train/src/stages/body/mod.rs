@@ -1,11 +1,15 @@
-//! An object as a body: a few numbers change where it starts, how it starts and the constants of its law.
+//! An object as a body, or a few: some numbers change where it starts, how it starts and the constants of its
+//! law.
 
 mod geometry;
 mod law;
 mod particles;
 
+use std::ops::Range;
+
 use lgs_core::{GaussianCloud, Stream};
 use lgs_dynamics::Supports;
+use lgs_mechanics::coordinates::Bodies;
 use lgs_model::{Dynamics, LagrangianScene, ObjectModel};
 
 use super::observation::Displacement;
@@ -23,7 +27,8 @@ pub(super) enum Body {
     Recorded,
 }
 
-/// A body's centre at a time, and the derivative of its pose by each unknown.
+/// The centre of a rigid part at a time, and the derivative of its pose by each unknown.
+#[derive(Default)]
 pub(super) struct Response {
     pub(super) center: [f32; 3],
     /// Displacement per unit of the unknown.
@@ -41,12 +46,12 @@ impl Body {
         }
     }
 
-    /// Root mean square distance from the centre, world units.
-    pub(super) fn radius(&self) -> f32 {
+    /// Root mean square distance from the centre of each of its rigid parts, world units.
+    pub(super) fn radii(&self) -> Vec<f32> {
         match self {
-            Self::Particles(body) => body.radius(),
-            Self::Law(body) => body.radius(),
-            Self::Recorded => 1.0,
+            Self::Particles(body) => vec![body.radius()],
+            Self::Law(body) => body.radii().to_vec(),
+            Self::Recorded => vec![1.0],
         }
     }
 
@@ -67,15 +72,20 @@ impl Body {
         }
     }
 
-    /// The body at some times after a change, with its derivatives by each unknown; `alone` is a scene of
-    /// some of its particles.
-    pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Response> {
+    /// The parts of the body at some times after a change, with their derivatives by each unknown, by time
+    /// and part; `alone` is a scene of some of its particles.
+    pub(super) fn responses(
+        &self,
+        alone: &LagrangianScene,
+        change: &[f64],
+        times: &[f32],
+    ) -> Vec<Vec<Response>> {
         match self {
-            Self::Particles(body) => body.responses(alone, change, times),
-            Self::Law(body) => body.responses(alone, change, times),
-            Self::Recorded => {
-                times.iter().map(|_| Response { center: [0.0; 3], by_unknown: Vec::new() }).collect()
+            Self::Particles(body) => {
+                body.responses(alone, change, times).into_iter().map(|response| vec![response]).collect()
             }
+            Self::Law(body) => body.responses(alone, change, times),
+            Self::Recorded => times.iter().map(|_| vec![Response::default()]).collect(),
         }
     }
 
@@ -90,6 +100,16 @@ impl Body {
     }
 }
 
+/// The rows of each rigid part of an object among the scene's dynamic Gaussians.
+pub(super) fn rows_of_parts(object: &ObjectModel) -> Vec<Range<usize>> {
+    let ObjectModel { members, dynamics, .. } = object;
+    let ranges = match dynamics.generalised() {
+        Some(generalised) if object.recording.is_none() => generalised.bodies.ranges(members.len()),
+        _ => Bodies::default().ranges(members.len()),
+    };
+    ranges.into_iter().map(|rows| members.start + rows.start..members.start + rows.end).collect()
+}
+
 /// The scene of at most `subset` particles of one object.
 pub(super) fn part_of(
     scene: &LagrangianScene,
@@ -102,6 +122,9 @@ pub(super) fn part_of(
     let rows: Vec<usize> = chosen.iter().map(|&i| members.start + i as usize).collect();
     let dynamic_gaussians = scene.dynamic_gaussians.select(&rows);
     let mut dynamics = dynamics.clone();
+    if let Dynamics::Generalised(generalised) = &mut dynamics {
+        generalised.bodies = generalised.bodies.of(&chosen);
+    }
     if let Some(supports) = dynamics.particles_mut().and_then(|particles| particles.supports.as_mut())
         && rows.len() < members.len()
     {

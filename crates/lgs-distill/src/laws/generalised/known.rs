@@ -1,0 +1,158 @@
+//! A law with its start, and what is known of it.
+
+use super::evidence::Evidence;
+use crate::motion::pose::Pose;
+use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::{EXPLAINED_WINDOWS, JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW, TRUSTED_FRACTION};
+use glam::DVec3;
+use lgs_core::geometry::narrow;
+use lgs_mechanics::bands::{Band, Known, PositionBand, Rival, Verdict, trusted};
+use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
+use lgs_mechanics::coordinates::{Embedding, Placement, State};
+use lgs_mechanics::{Edit, Law, System};
+
+/// The law of one body, or of several that act on each other, with its start and what is known of it.
+pub(crate) struct GeneralisedLaw {
+    /// The law, at a step that resolves it.
+    pub(crate) law: Law,
+    /// State at the first sample.
+    pub(crate) start: State,
+    /// The bodies, by their places among those that the law was sought for, in the order in which the
+    /// coordinates take them.
+    pub(crate) order: Vec<usize>,
+    /// Pose of the shape of each of them at the first sample.
+    pub(crate) bases: Vec<Pose>,
+    /// Root mean square position error over the window.
+    pub(crate) window_error: f64,
+    /// How well it is known.
+    pub(crate) known: Known,
+    /// What speaks for it, by the noise that the scatter of the poses tells of; nothing for laws through
+    /// impacts.
+    pub(crate) evidence: Option<Evidence>,
+}
+
+impl GeneralisedLaw {
+    /// A law of bodies, in the order of its coordinates, of which only χ² is known yet; `None` if it cannot
+    /// be followed over the window.
+    pub(super) fn new(
+        (law, start): (Law, State),
+        bases: Vec<Pose>,
+        chi_square: f64,
+        bodies: &[&SharedMotion],
+    ) -> Option<Self> {
+        let known = Known { chi_square, ..Known::default() };
+        let order = (0..bodies.len()).collect();
+        let mut found = Self { law, start, order, bases, window_error: 0.0, known, evidence: None };
+        found.window_error = found.error_over(bodies)?;
+        Some(found)
+    }
+
+    /// Times at which a forecast is judged.
+    pub(super) fn judged_times(&self, bodies: &[&SharedMotion]) -> Vec<f64> {
+        let spacing = bodies[0].duration() / TIMES_IN_WINDOW as f64;
+        let [first, last] = JUDGED_WINDOWS.map(|windows| (windows * TIMES_IN_WINDOW as f64) as i32);
+        (first..=last).map(|i| f64::from(i) * spacing).collect()
+    }
+
+    /// Positions of the shape points of each body at the first sample, and their velocities, body by body in
+    /// the order of the coordinates.
+    pub(crate) fn initial_states(&self, shapes: &[&[DVec3]]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        let rates = Embedding::new(&self.law.coordinates, &self.start.x).rates(&self.start.x, &self.start.v);
+        let mut states = (Vec::new(), Vec::new());
+        for ((base, rate), shape) in self.bases.iter().zip(rates).zip(shapes) {
+            let positions = shape.iter().map(|&b| base.apply(b));
+            states.0.extend(positions.clone().map(narrow));
+            states.1.extend(positions.map(|position| narrow(rate.apply(position))));
+        }
+        states
+    }
+
+    /// The pose of the shape of each body in a configuration.
+    fn poses_in(&self, x: &[f64]) -> Vec<Pose> {
+        let pose = |(place, base): (Placement, &Pose)| Pose {
+            linear: place.linear * base.linear,
+            shift: place.apply(base.shift),
+        };
+        let placed = Embedding::new(&self.law.coordinates, &self.start.x).placements(x);
+        placed.into_iter().zip(&self.bases).map(pose).collect()
+    }
+
+    /// Root mean square error of the particles' positions over the window.
+    fn error_over(&self, bodies: &[&SharedMotion]) -> Option<f64> {
+        let times: Vec<f64> = bodies[0].times.iter().map(|t| t - bodies[0].times[0]).collect();
+        let states = System::new(&self.law, Edit::NONE).states(&self.start, &times).ok()?;
+        let points = points_of(bodies);
+        let of_sample = |(sample, state): (usize, &State)| {
+            let observed: Vec<Pose> = bodies.iter().map(|motion| motion.poses[sample]).collect();
+            distance(&points, &self.poses_in(&state.x), &observed).powi(2)
+        };
+        let sum: f64 = states.iter().enumerate().map(of_sample).sum();
+        Some((sum / times.len() as f64).sqrt())
+    }
+
+    /// The verdict, and the times between which the forecast is trusted: those where the 90 % band over the
+    /// law's posterior and its rivals is narrower than a fraction of the path.
+    pub(super) fn judge(&mut self, bodies: &[&SharedMotion], choice: &Choice, seed: u64) {
+        self.known.rivals = rivals(choice);
+        if self.known.chi_square > DESCRIBED {
+            return;
+        }
+        self.known.verdict = Verdict::Described;
+        let Some(band) = Band::new(choice, &self.judged_times(bodies), seed) else { return };
+        let points = points_of(bodies);
+        let apart = |a: &State, b: &State| distance(&points, &self.poses_in(&a.x), &self.poses_in(&b.x));
+        self.trust(&band.radius(0.9, &apart), bodies);
+    }
+
+    /// Takes the radius of a band at the times at which a forecast is judged.
+    pub(super) fn trust(&mut self, radius: &[f64], bodies: &[&SharedMotion]) {
+        let (times, window) = (self.judged_times(bodies), bodies[0].duration());
+        let path = self.path(bodies, &times);
+        self.known.trusted = trusted(&times, radius, [0.0, window], TRUSTED_FRACTION * path);
+        if self.known.trusted[1] >= EXPLAINED_WINDOWS * window {
+            self.known.verdict = Verdict::Explained;
+        }
+        let radius = radius.iter().map(|radius| radius.is_finite().then_some(*radius)).collect();
+        self.known.band = PositionBand { times, radius };
+    }
+
+    /// Length of the path in a window, the mean over the times that the law can be followed to.
+    fn path(&self, bodies: &[&SharedMotion], times: &[f64]) -> f64 {
+        let system = System::new(&self.law, Edit::NONE);
+        let states = |times: &[f64]| system.states(&self.start, times).unwrap_or_default();
+        let zero = times.partition_point(|time| *time < 0.0);
+        let halves = [states(&times[..zero]), states(&times[zero..])];
+        let points = points_of(bodies);
+        let mut sum = 0.0;
+        for pair in halves.iter().flat_map(|half| half.windows(2)) {
+            sum += distance(&points, &self.poses_in(&pair[0].x), &self.poses_in(&pair[1].x));
+        }
+        let followed: usize = halves.iter().map(|half| half.len().saturating_sub(1)).sum();
+        sum * TIMES_IN_WINDOW as f64 / followed.max(1) as f64
+    }
+}
+
+/// Points that stand for the particles of each body.
+fn points_of(bodies: &[&SharedMotion]) -> Vec<Vec<DVec3>> {
+    bodies.iter().map(|motion| motion.sigma_points()).collect()
+}
+
+/// Root mean square distance of the points of all bodies in two poses each.
+fn distance(points: &[Vec<DVec3>], a: &[Pose], b: &[Pose]) -> f64 {
+    let of_body = |(points, (a, b)): (&Vec<DVec3>, (&Pose, &Pose))| {
+        points.iter().map(|&p| a.apply(p).distance_squared(b.apply(p))).sum::<f64>()
+    };
+    let sum: f64 = points.iter().zip(a.iter().zip(b)).map(of_body).sum();
+    (sum / points.iter().map(Vec::len).sum::<usize>().max(1) as f64).sqrt()
+}
+
+/// Laws in the same coordinates with a weight worth telling, the likeliest first.
+fn rivals(choice: &Choice) -> Vec<Rival> {
+    let weighted = choice.judged.iter().zip(choice.weights());
+    let told = weighted.filter(|(_, weight)| *weight >= LEAST_WEIGHT);
+    let rival = |(judged, weight): (&Judged, f64)| {
+        let names: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
+        Rival { terms: names.join(" + "), weight }
+    };
+    told.map(rival).collect()
+}
