@@ -3,6 +3,7 @@
 mod bad_input;
 mod bad_laws;
 mod bench;
+mod datasets;
 mod films;
 mod foreign;
 mod imported;
