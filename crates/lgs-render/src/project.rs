@@ -104,14 +104,7 @@ impl<S: Simd> Projection<'_, S> {
         // The conic's factors in base 2.
         let base2 = (0.5 * std::f32::consts::LOG2_E).sqrt();
         let along = splat(simd, base2) * (c / determinant).sqrt();
-        let log2_peak = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
-        let log2_opacity = match view.filter {
-            PixelFilter::Dilation => log2_peak,
-            PixelFilter::Mip => {
-                let energy = (area / determinant).max(splat(simd, LEAST_ENERGY));
-                energy.log2().mul_add(splat(simd, 0.5), log2_peak)
-            }
-        };
+        let log2_opacity = self.log2_opacity(index, area, determinant);
         // Squared Mahalanobis radius of the ellipse: 2 ln(255 o).
         let reach = (log2_opacity + splat(simd, LOG2_255)).max(splat(simd, 0.0))
             * splat(simd, 2.0 * std::f32::consts::LN_2);
@@ -127,6 +120,20 @@ impl<S: Simd> Projection<'_, S> {
         out.set_extent(index, [a, b, c], determinant, reach);
         let direction = std::array::from_fn(|i| mean[i] - splat(simd, view.center[i]));
         out.basis.evaluate(simd, index, direction, degree);
+    }
+
+    /// The opacity on the image, given the determinants of the covariances without and with the filter.
+    #[inline(always)]
+    fn log2_opacity(self, index: usize, area: V<S>, determinant: V<S>) -> V<S> {
+        let Self { simd, inputs, view } = self;
+        let log2_peak = -(splat(simd, 1.0) + (-inputs.raw_opacity.get(simd, index)).exp()).log2();
+        match view.filter {
+            PixelFilter::Dilation => log2_peak,
+            PixelFilter::Mip => {
+                let energy = (area / determinant).max(splat(simd, LEAST_ENERGY));
+                energy.log2().mul_add(splat(simd, 0.5), log2_peak)
+            }
+        }
     }
 
     #[inline(always)]

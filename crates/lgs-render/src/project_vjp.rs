@@ -78,28 +78,18 @@ pub(crate) fn project_vjp(
 ) -> ParameterCotangent {
     let chain = view.chain(splats, index);
     let (v_mean2d, v_covariance) = ellipse_vjp(projected.factor, &v.moments);
-    let by_covariance: [[f32; 3]; 2] = std::array::from_fn(|i| {
-        add(scale(chain.m[0], 2.0 * v_covariance[i][0]), scale(chain.m[1], 2.0 * v_covariance[i][1]))
-    });
+    let v_m = image_axes_vjp(view, &chain.m, v_covariance, v.moments[0]);
     // ∂α/∂o · o (1 - o), and the sum of v is already o ∂α/∂o.
-    let (v_m, opacity) = match view.filter {
-        PixelFilter::Dilation => (by_covariance, projected.log2_opacity.exp2()),
-        PixelFilter::Mip => {
-            let by_energy = energy_vjp(&chain.m, view.blur, v.moments[0]);
-            let opacity = 1.0 / (1.0 + (-splats.raw_opacities[index]).exp());
-            (std::array::from_fn(|i| add(by_covariance[i], by_energy[i])), opacity)
-        }
+    let opacity = match view.filter {
+        PixelFilter::Dilation => projected.log2_opacity.exp2(),
+        PixelFilter::Mip => 1.0 / (1.0 + (-splats.raw_opacities[index]).exp()),
     };
-
     let log_scale = std::array::from_fn(|j| v_m[0][j] * chain.m[0][j] + v_m[1][j] * chain.m[1][j]);
     let v_turned =
         v_m.map(|row| [row[0] * chain.scales[0], row[1] * chain.scales[1], row[2] * chain.scales[2]]);
-    let v_rotation: Mat3 = std::array::from_fn(|i| {
-        add(
-            scale(v_turned[0], chain.image_from_world[0][i]),
-            scale(v_turned[1], chain.image_from_world[1][i]),
-        )
-    });
+    let world = &chain.image_from_world;
+    let v_rotation: Mat3 =
+        std::array::from_fn(|i| add(scale(v_turned[0], world[0][i]), scale(v_turned[1], world[1][i])));
     let v_image_from_world = v_turned.map(|row| mat_vec(&chain.rotation, row));
     let v_camera_mean = camera_mean_vjp(view, &chain, v_mean2d, &v_image_from_world);
     let v_direction = sh::color_vjp(
@@ -118,8 +108,26 @@ pub(crate) fn project_vjp(
     }
 }
 
-/// Cotangent of `M = J W R S`, given that of the logarithm of the Mip filter's factor `√(N / D)` with `N = |m₀
-/// × m₁|²` and `D = N + b (|m₀|² + |m₁|²) + b²`.
+/// Cotangent of `M = J W R S`, given those of the covariance and of the logarithm of the opacity.
+#[inline(always)]
+fn image_axes_vjp(
+    view: &View,
+    m: &[[f32; 3]; 2],
+    v_covariance: [[f32; 2]; 2],
+    v_log_opacity: f32,
+) -> [[f32; 3]; 2] {
+    let by_covariance = v_covariance.map(|row| add(scale(m[0], 2.0 * row[0]), scale(m[1], 2.0 * row[1])));
+    match view.filter {
+        PixelFilter::Dilation => by_covariance,
+        PixelFilter::Mip => {
+            let by_energy = energy_vjp(m, view.blur, v_log_opacity);
+            std::array::from_fn(|i| add(by_covariance[i], by_energy[i]))
+        }
+    }
+}
+
+/// Cotangent of `M = J W R S`, given that of the logarithm of the Mip filter's factor `√(N / D)` with
+/// `N = |m₀ × m₁|²` and `D = N + b (|m₀|² + |m₁|²) + b²`.
 #[inline(always)]
 fn energy_vjp([m0, m1]: &[[f32; 3]; 2], blur: f32, v: f32) -> [[f32; 3]; 2] {
     let n = cross(*m0, *m1);

@@ -145,8 +145,7 @@ fn project(
     }
 }
 
-/// The factor of opacities under the Mip filter `[n, 1]`: the root of the ratio of the determinants of the
-/// covariances without and with the filter.
+/// The factor of opacities under the Mip filter `[n, 1]`, given `M = J W R S` and the filtered covariances.
 fn kept_energy([m0, m1]: &[[Tensor<2>; 3]; 2], [a, b, c]: &[Tensor<2>; 3]) -> Tensor<2> {
     let minor = |i: usize, j: usize| m0[i].clone() * m1[j].clone() - m0[j].clone() * m1[i].clone();
     let area = [minor(1, 2), minor(2, 0), minor(0, 1)].into_iter().map(|m| m.clone() * m);
@@ -247,10 +246,7 @@ fn cumulative_product(factors: &Tensor<2>) -> Tensor<2> {
     let mut product: Option<Tensor<2>> = None;
     for i in 0..n {
         let factor = factors.clone().slice([i..i + 1, 0..pixels]);
-        let next = match product {
-            Some(before) => before * factor,
-            None => factor,
-        };
+        let next = product.map_or_else(|| factor.clone(), |before| before * factor.clone());
         rows.push(next.clone());
         product = Some(next);
     }

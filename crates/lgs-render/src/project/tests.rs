@@ -28,7 +28,7 @@ fn the_factored_exponent_is_the_quadratic_form() {
 
     let m = view.chain(&splats, 0).m;
     let inner = |a: [f32; 3], b: [f32; 3]| lgs_core::linear::dot(a, b);
-    let (a, b, c) = (inner(m[0], m[0]) + BLUR, inner(m[0], m[1]), inner(m[1], m[1]) + BLUR);
+    let (a, b, c) = (inner(m[0], m[0]) + view.blur, inner(m[0], m[1]), inner(m[1], m[1]) + view.blur);
     let d = [3.0, -2.0];
     let exponent = -0.5 * (c * d[0] * d[0] - 2.0 * b * d[0] * d[1] + a * d[1] * d[1]) / (a * c - b * b);
     let (u, w) = (g.factor[0] * d[0] + g.factor[1] * d[1], g.factor[2] * d[1]);

@@ -88,8 +88,11 @@ impl<'a> Proposals<'a> {
     fn blocks(&self, index: usize, model: &dyn Posed) -> Blocks {
         let frame = &self.frames[index];
         let cloud = model.at(frame.time);
-        let drawn = rasterize(&Splats::from(&cloud), &frame.camera, self.background);
-        Blocks::new(frame.camera, &frame.composited(self.background), &drawn.image)
+        let mut drawn = rasterize(&Splats::from(&cloud), &frame.camera, self.background);
+        let mut truth = frame.composited(self.background);
+        frame.leave_out(&mut truth.pixels, self.background);
+        frame.leave_out(&mut drawn.image, self.background);
+        Blocks::new(frame.camera, &truth, &drawn.image)
     }
 
     /// The images nearest in time to one, of other cameras than its own, one of each camera.
@@ -147,6 +150,9 @@ fn canonical(
     (sh_degree, time): (usize, f32),
     model: &dyn Posed,
 ) -> GaussianCloud {
+    if found.is_empty() {
+        return GaussianCloud::default();
+    }
     let places: Vec<[f32; 3]> = found.iter().map(|&(_, place)| place).collect();
     let colors: Vec<[f32; 3]> = found.iter().map(|&(block, _)| blocks.color(block)).collect();
     let widths: Vec<f32> = places.iter().map(|&place| PROPOSED_SCALE * blocks.width_at(place)).collect();

@@ -138,13 +138,16 @@ mod tests {
         GaussianCloud::isotropic(means, 0.3 * pixel, [0.2; 3], 0.99)
     }
 
-    /// The largest transmittance in the middle of a view of the wall.
-    fn thinnest(cloud: &GaussianCloud, view: &Camera) -> f32 {
+    /// The range of transmittances in the middle of a view of the wall.
+    fn unevenness(cloud: &GaussianCloud, view: &Camera) -> f32 {
         let drawn = rasterize(&Splats::from(cloud), view, [1.0; 3]);
         let side = view.width as usize;
         let inner = 3 * side / 8..5 * side / 8;
         let pixels = inner.clone().flat_map(|y| inner.clone().map(move |x| y * side + x));
-        pixels.map(|i| drawn.transmittance[i]).fold(0.0, f32::max)
+        let (low, high) = pixels
+            .map(|i| drawn.transmittance[i])
+            .fold((1.0_f32, 0.0_f32), |(low, high), t| (low.min(t), high.max(t)));
+        high - low
     }
 
     #[test]
@@ -153,10 +156,12 @@ mod tests {
         let cloud = wall(size);
         let smoothing = Smoothing::new(&cloud.means, &[camera(size)]);
         let smoothed = smoothing.applied_on_host(&cloud, &device);
-        let (training, zoomed) = (camera(size), camera(8 * size));
-        let holes = |cloud: &GaussianCloud| thinnest(cloud, &zoomed) - thinnest(cloud, &training);
-        assert!(holes(&cloud) > 0.3, "without the filter, holes open: {}", holes(&cloud));
-        assert!(holes(&smoothed) < 0.5 * holes(&cloud), "{} {}", holes(&smoothed), holes(&cloud));
+        for drawn in [&cloud, &smoothed] {
+            assert!(unevenness(drawn, &camera(size)) < 0.05, "both are even in the training view");
+        }
+        let (open, closed) =
+            (unevenness(&cloud, &camera(8 * size)), unevenness(&smoothed, &camera(8 * size)));
+        assert!(open > 0.5 && closed < 0.1, "holes without the filter {open}, with it {closed}");
     }
 
     #[test]
@@ -170,11 +175,22 @@ mod tests {
         let f = (0.2_f32).sqrt() * 4.0 / camera(100).fx;
         assert!((drawn.log_scales[1][0].exp() / f - 1.0).abs() < 1e-2);
         let mass = |c: &GaussianCloud| c.opacity(1) * (3.0 * c.log_scales[1][0]).exp();
-        assert!((mass(&drawn) / mass(&cloud) - 1.0).abs() < 0.02 || drawn.opacity(1) < 2.0 * OPACITY_MARGIN);
+        assert!((mass(&drawn) / mass(&cloud) - 1.0).abs() < 0.02);
     }
 
     #[test]
-    fn gradients_match_difference_quotients_and_files_keep_the_widths() {
+    fn files_keep_the_widths() {
+        let smoothing = Smoothing::new(&[[0.0; 3]], &[camera(60)]);
+        let mut file = TensorFile::new("test/1");
+        smoothing.insert_into(&mut file);
+        let mut back = Smoothing { cameras: vec![camera(60)], widths: Vec::new() };
+        assert!(back.restore(&file, 2).is_err());
+        back.restore(&file, 1).expect("read");
+        assert_eq!(back, smoothing);
+    }
+
+    #[test]
+    fn gradients_match_difference_quotients() {
         let device = DeviceName::Cpu.device();
         let mut cloud = GaussianCloud::isotropic(vec![[0.0; 3]], 0.02, [0.5; 3], 0.7);
         cloud.log_scales[0] = [0.01_f32.ln(), 0.03_f32.ln(), 0.1_f32.ln()];
@@ -183,16 +199,10 @@ mod tests {
             let drawn = smoothing.applied_on_host(cloud, &device);
             drawn.raw_opacities[0] + drawn.log_scales[0].iter().sum::<f32>()
         };
-        let leaf = CloudTensors::new(&cloud, &device);
-        let scales = leaf.log_scales.autodiff().require_grad();
-        let opacity = leaf.raw_opacities.autodiff().require_grad();
-        let tracked = CloudTensors {
-            log_scales: scales.clone(),
-            raw_opacities: opacity.clone(),
-            means: leaf.means.autodiff(),
-            rotations: leaf.rotations.autodiff(),
-            sh: leaf.sh.autodiff(),
-        };
+        let mut tracked = CloudTensors::new(&cloud, &device).autodiff();
+        tracked.log_scales = tracked.log_scales.require_grad();
+        tracked.raw_opacities = tracked.raw_opacities.require_grad();
+        let (scales, opacity) = (tracked.log_scales.clone(), tracked.raw_opacities.clone());
         let drawn = smoothing.applied(tracked);
         let mut gradients = (drawn.raw_opacities.sum() + drawn.log_scales.sum()).backward();
         let by_scale = crate::adam::values(&scales.grad_remove(&mut gradients).expect("a gradient"));
@@ -205,17 +215,11 @@ mod tests {
             };
             (moved(1e-2) - moved(-1e-2)) / 2e-2
         };
-        for (axis, expected) in by_scale.iter().enumerate() {
+        for axis in 0..3 {
             let found = slope(&|c, d| c.log_scales[0][axis] += d);
-            assert!((found - expected).abs() < 5e-3, "axis {axis}: {found} {expected}");
+            assert!((found - by_scale[axis]).abs() < 5e-3, "axis {axis}: {found} {}", by_scale[axis]);
         }
         let found = slope(&|c, d| c.raw_opacities[0] += d);
         assert!((found - by_opacity[0]).abs() < 5e-3, "{found} {}", by_opacity[0]);
-        let mut file = TensorFile::new("test/1");
-        smoothing.insert_into(&mut file);
-        let mut restored = Smoothing { widths: Vec::new(), ..smoothing.clone() };
-        restored.restore(&file, 1).expect("read");
-        assert_eq!(restored, smoothing);
-        assert!(restored.restore(&file, 2).is_err());
     }
 }
