@@ -45,8 +45,8 @@ impl NodesConfig {
     #[must_use]
     pub fn quick() -> Self {
         Self {
-            initial: 128,
-            most: 256,
+            initial: 256,
+            most: 512,
             neighbors: 4,
             interval: 100,
             chosen_before: 2000,
