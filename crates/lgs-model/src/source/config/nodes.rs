@@ -30,7 +30,8 @@ pub struct NodesConfig {
     /// Relative error beyond which two nodes are taken to belong to two bodies and pull less and less.
     pub robust_scale: f32,
     /// Weight of the mean squared acceleration of nodes, in half extents of the scene per unit of time
-    /// squared.
+    /// squared. A swinging pendulum's is about 1000: a weight of 1e-5 costs as much as the images do, and
+    /// keeps the nodes from following it.
     pub acceleration: f32,
 }
 
@@ -53,7 +54,7 @@ impl NodesConfig {
             rigidity: 1.0,
             rigidity_neighbors: 6,
             robust_scale: 0.1,
-            acceleration: 1e-5,
+            acceleration: 1e-7,
         }
     }
 
