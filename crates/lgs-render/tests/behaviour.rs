@@ -226,7 +226,7 @@ fn covered(depth: f32, filter: PixelFilter) -> f32 {
 #[test]
 fn the_mip_filter_keeps_the_energy_of_what_is_smaller_than_a_pixel() {
     // On the image its standard deviation is 64 · 0.02 / depth: 0.64 pixels at 2, 0.16 at 8.
-    for depth in [2.0, 4.0, 8.0] {
+    for depth in [2.0_f32, 4.0, 8.0] {
         let peak = 0.9 * std::f32::consts::TAU;
         let true_area = peak * (64.0 * 0.02 / depth).powi(2);
         let (mip, dilated) = (covered(depth, PixelFilter::Mip), covered(depth, PixelFilter::Dilation));
