@@ -215,9 +215,9 @@ mod tests {
             };
             (moved(1e-2) - moved(-1e-2)) / 2e-2
         };
-        for axis in 0..3 {
+        for (axis, expected) in by_scale.iter().enumerate() {
             let found = slope(&|c, d| c.log_scales[0][axis] += d);
-            assert!((found - by_scale[axis]).abs() < 5e-3, "axis {axis}: {found} {}", by_scale[axis]);
+            assert!((found - expected).abs() < 5e-3, "axis {axis}: {found} {expected}");
         }
         let found = slope(&|c, d| c.raw_opacities[0] += d);
         assert!((found - by_opacity[0]).abs() < 5e-3, "{found} {}", by_opacity[0]);
