@@ -66,3 +66,46 @@ pub(crate) fn report(loss: &Tensor<1>, errors: &[Tensor<1>]) -> StepReport {
     let figures = values(&Tensor::cat(vec![loss.clone().inner(), mean], 0));
     StepReport { loss: figures[0], psnr: psnr_of_mse(f64::from(figures[1])) as f32 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::DeviceName;
+    use lgs_core::Camera;
+    use lgs_data::dataset::{Picture, Pixels};
+
+    /// Loss and gradient by the mean of a Gaussian of a frame that is grey, but `shade` where it is masked.
+    fn compared(shade: u8) -> (f32, Vec<f32>) {
+        let camera = Camera::look_at([0.0, -3.0, 0.0], [0.0; 3], 0.6, 24, 24);
+        let column = |i: usize| i % 24 < 9;
+        let rgba = (0..576).flat_map(|i| if column(i) { [shade, 0, shade, 255] } else { [90, 90, 90, 255] });
+        let mask = (0..576).map(|i| if column(i) { 0 } else { 255 }).collect();
+        let pixels = Pixels::of(Picture { rgba: rgba.collect(), mask: Some(mask) });
+        let frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, pixels };
+        let device = DeviceName::Cpu.device().autodiff();
+        let row = |values: &[f32]| Tensor::<1>::from_floats(values, &device);
+        let means = row(&[0.05, 0.0, 0.1]).reshape([1, 3]).require_grad();
+        let splats = SplatTensors {
+            means: means.clone(),
+            rotations: row(&[1.0, 0.0, 0.0, 0.0]).reshape([1, 4]),
+            log_scales: row(&[-1.0; 3]).reshape([1, 3]),
+            raw_opacities: row(&[1.0]),
+            sh: row(&[0.7, -0.2, 0.4]).reshape([1, 1, 3]),
+            means2d_probe: Tensor::zeros([1, 2], &device),
+        };
+        let view =
+            View { frame: &frame, background: [1.0; 3], ssim_weight: 0.2, sh_degree: 0, device: &device };
+        let compared = view.compare(&splats);
+        let gradient = means.grad(&compared.loss.backward()).map(|gradient| values(&gradient.reshape([3])));
+        let figures = values(&Tensor::cat(vec![compared.loss.inner(), compared.mse], 0));
+        assert!((0.01..0.45).contains(&figures[1]), "{figures:?}");
+        (figures[0], gradient.unwrap_or_default())
+    }
+
+    #[test]
+    fn what_a_mask_leaves_out_has_no_part_in_the_loss() {
+        let (loss, gradient) = compared(255);
+        assert_eq!((loss, gradient.clone()), compared(0));
+        assert!(loss > 0.0 && gradient.iter().any(|g| *g != 0.0));
+    }
+}

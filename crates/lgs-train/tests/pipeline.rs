@@ -130,6 +130,7 @@ fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
     let more = [
         "source.densify.method=mcmc",
         "source.densify.max_gaussians=330",
+        "source.densify.mcmc.growth=0.2",
         "source.densify.proposals=5",
         "source.antialias=mip-smoothing",
     ];

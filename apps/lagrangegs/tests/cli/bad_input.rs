@@ -51,16 +51,6 @@ fn a_dataset_is_never_written_into() {
 }
 
 #[test]
-fn video_files_are_declined_clearly() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
-    let out = dir.path().join("film.mp4");
-    call("render {run} --times 0 --out {out}", &[("run", &run), ("out", &out)])
-        .fails(&out, &["not supported yet"]);
-    assert!(!out.exists());
-}
-
-#[test]
 fn a_scene_cut_anywhere_is_damaged() {
     let dir = folder();
     let run = falling_run(dir.path(), dir.path());

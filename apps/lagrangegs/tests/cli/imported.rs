@@ -105,13 +105,15 @@ fn frames_that_do_not_fit_are_refused_before_a_run_is_made() {
     refused(&named, &["vertex"]);
     std::fs::write(&named, bytes).expect("restore");
     std::fs::write(&list, whole).expect("restore");
-    std::fs::write(
-        &list,
-        r#"{"frames": [{"file": "frame0002.ply", "time": 0.3},
-                       {"file": "frame0003.ply", "time": 0.6}]}"#,
-    )
-    .expect("write");
+    let listed = |from: usize, to: usize| {
+        let frame = |i: usize| format!(r#"{{"file": "frame000{i}.ply", "time": 0.{i}}}"#);
+        let text = format!(r#"{{"frames": [{}]}}"#, (from..to).map(frame).collect::<Vec<_>>().join(", "));
+        std::fs::write(&list, text).expect("write");
+    };
+    listed(3, 8);
     refused(&frames, &["frames from t = 0 on", "the first at t = 0.3"]);
+    listed(3, 5);
+    refused(&frames, &["at least 5 times", "2 times"]);
     call("train --source frames --out {out}", &[("out", &out)]).is_bad_usage(&["DATA"]);
 }
 
