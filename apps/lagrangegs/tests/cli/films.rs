@@ -107,6 +107,6 @@ fn an_mp4_and_a_webm_are_written() {
         let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
         call("render {run} --times 0:0.5:0.1 --size 40 --label --out {out}", &paths).ok();
         let bytes = std::fs::read(&out).expect("a file");
-        assert!(bytes[..96].windows(4).any(|window| window == mark), "{name}");
+        assert!(bytes[..128].windows(4).any(|window| window == mark), "{name}");
     }
 }
