@@ -41,3 +41,9 @@ pub(crate) const ACCELERATION_STEP: f32 = 0.025;
 /// The acceleration is looked at in one of so many iterations, with as much more weight: it takes three
 /// evaluations of the network.
 pub(crate) const ACCELERATION_STRIDE: usize = 4;
+
+// Recorded motions
+
+/// Part of a recording's length after its end over which a law that takes no notice of it is brought to where
+/// the recording ends: some images of a video, short beside what is forecast.
+pub(crate) const HANDOVER: f64 = 0.1;

@@ -30,17 +30,20 @@ pub enum Stage {
     TuneDynamics,
     /// Stage 3: refinement of the Gaussians.
     TuneGaussians,
+    /// Stage 3 once more, where objects play their source's tracks that had a law before.
+    RetuneGaussians,
 }
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Source,
         Self::Distill,
         Self::RefineGaussians,
         Self::FitDynamics,
         Self::TuneDynamics,
         Self::TuneGaussians,
+        Self::RetuneGaussians,
     ];
 
     /// The stage's name in files and messages.
@@ -53,6 +56,7 @@ impl Stage {
             Self::FitDynamics => "fit-dynamics",
             Self::TuneDynamics => "tune-dynamics",
             Self::TuneGaussians => "tune-gaussians",
+            Self::RetuneGaussians => "retune-gaussians",
         }
     }
 

@@ -48,7 +48,9 @@ impl LastStage {
         match stage {
             Stage::Source | Stage::Distill => true,
             Stage::FitDynamics | Stage::TuneDynamics => self >= Self::TuneDynamics,
-            Stage::RefineGaussians | Stage::TuneGaussians => self == Self::TuneGaussians,
+            Stage::RefineGaussians | Stage::TuneGaussians | Stage::RetuneGaussians => {
+                self == Self::TuneGaussians
+            }
         }
     }
 }

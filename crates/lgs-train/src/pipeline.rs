@@ -6,7 +6,7 @@ use burn::tensor::Device;
 use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
-use lgs_distill::LinearPart;
+use lgs_distill::{CoordinatesKind, LinearPart};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{
     LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
@@ -21,7 +21,8 @@ use crate::import::imported_source;
 use crate::run_folder::RunFolder;
 use crate::source::SourceTrainer;
 use crate::stages::{
-    FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene,
+    FitDynamics, HeldToSource, InitialSceneRequest, SourceOfScene, TrainingData, TuneDynamics, TuneGaussians,
+    WorseThanSource, held_to_source, initialise_scene, load_rows, save_rows,
 };
 use crate::training_loop::TrainingLoop;
 use crate::window::{check_window, end_of_window, learns_no_motion};
@@ -132,11 +133,41 @@ impl Pipeline<'_> {
             if self.is_left_out(stage, &scene) {
                 continue;
             }
+            if stage == Stage::RetuneGaussians && stage > reached {
+                let held = self.held_to_source(self.with_laws_of_tuned_gaussians(scene), source)?;
+                scene = held.scene;
+                if !held.worse.iter().any(|object| object.plays_tracks) {
+                    continue;
+                }
+            }
             let mut trainer = self.trainer(stage, scene);
             self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
         }
-        Ok(self.with_laws_of_tuned_gaussians(scene))
+        Ok(scene)
+    }
+
+    /// The scene with the laws given up that draw the window worse than the source. The paper's dynamics are
+    /// never replaced.
+    fn held_to_source(
+        &self,
+        scene: LagrangianScene,
+        source: &dyn SourceModel,
+    ) -> Result<HeldToSource, TrainError> {
+        let path = self.run.source_rows_path();
+        if self.config.distill.coordinates == CoordinatesKind::Particles || !path.exists() {
+            return Ok(HeldToSource { scene, worse: Vec::new() });
+        }
+        let rows = load_rows(&path, source, &scene)?;
+        let held = held_to_source(scene, &SourceOfScene { source, rows }, self.dataset.split("train"));
+        for WorseThanSource { object, decibels, plays_tracks } in &held.worse {
+            let instead = if *plays_tracks { "; it plays the source's tracks there" } else { "" };
+            tracing::warn!(
+                "object {object}: its law draws the captured window {decibels:.1} dB worse than the source \
+                 does{instead}; its motion is not to be trusted"
+            );
+        }
+        Ok(held)
     }
 
     /// The scene with laws chosen a last time by the images, now that the Gaussians are those of stage 3:
@@ -203,6 +234,7 @@ impl Pipeline<'_> {
         let json = serde_json::to_vec_pretty(&initial.reports)
             .map_err(|e| FileError::new("write file", &path, e.into()))?;
         write_atomically(&path, |w| w.write_all(&json))?;
+        save_rows(&initial.source_rows, &self.run.source_rows_path())?;
         self.checkpoints.save(Stage::Distill, 0, scene_to_tensors(&initial.scene, CHECKPOINT_FORMAT))?;
         Ok(initial.scene)
     }
@@ -215,7 +247,9 @@ impl Pipeline<'_> {
         let nothing_to_do = match stage {
             Stage::Source | Stage::Distill => false,
             Stage::RefineGaussians => config.refine_gaussians.iterations == 0 || scene.is_empty(),
-            Stage::TuneGaussians => config.tune_gaussians.iterations == 0 || scene.is_empty(),
+            Stage::TuneGaussians | Stage::RetuneGaussians => {
+                config.tune_gaussians.iterations == 0 || scene.is_empty()
+            }
             Stage::FitDynamics => !has_fit || scene.objects.is_empty(),
             Stage::TuneDynamics => {
                 let is_fitted = has_fit && scene.objects.iter().all(is_a_law);
@@ -235,6 +269,7 @@ impl Pipeline<'_> {
             Stage::RefineGaussians => {
                 Box::new(TuneGaussians::refinement(scene, data, &config.refine_gaussians))
             }
+            Stage::RetuneGaussians => Box::new(TuneGaussians::again(scene, data, &config.tune_gaussians)),
             _ => Box::new(TuneGaussians::new(scene, data, &config.tune_gaussians)),
         }
     }

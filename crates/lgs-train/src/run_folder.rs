@@ -124,6 +124,11 @@ impl RunFolder {
         self.root().join("distillation.json")
     }
 
+    /// The file that says which of the source's Gaussians each Gaussian of the scene is.
+    pub(crate) fn source_rows_path(&self) -> PathBuf {
+        self.root.join("source-rows.safetensors")
+    }
+
     /// The file of the source model: of the kind that was asked for, or, where the run has one of a still
     /// scene, of that.
     #[must_use]

@@ -55,6 +55,15 @@ pub(crate) const FEWEST_FRAMES: usize = 16;
 /// Distance of frames from even times, as a fraction of their spacing: that of rounded decimals.
 pub(crate) const EVEN: f32 = 0.01;
 
+// Laws held to their source
+
+/// Decibels by which a law may draw its object worse in the window than the source does: the one figure of
+/// the contract.
+pub(crate) const MOST_BELOW_SOURCE: f64 = 0.5;
+/// Training frames that are compared, spread evenly over the window: four of each twelfth of it, whose means
+/// differ by less than a tenth of a decibel from those of all.
+pub(crate) const HELD_FRAMES: usize = 48;
+
 // Adam and the first Gaussians, as 3D Gaussian splatting has them (method §3.4)
 
 /// Summand under Adam's division by the root of the second moment: so small that steps do not depend on the

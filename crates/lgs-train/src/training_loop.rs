@@ -106,6 +106,7 @@ fn span_of(stage: Stage) -> tracing::Span {
         Stage::FitDynamics => tracing::trace_span!("fit-dynamics"),
         Stage::TuneDynamics => tracing::trace_span!("tune-dynamics"),
         Stage::TuneGaussians => tracing::trace_span!("tune-gaussians"),
+        Stage::RetuneGaussians => tracing::trace_span!("retune-gaussians"),
     }
 }
 

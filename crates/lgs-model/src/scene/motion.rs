@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 
-use super::dynamics::{Dynamics, ObjectFields, ParticleDynamics, Stretch};
+use super::dynamics::{Dynamics, ObjectFields, Stretch};
 use super::{LagrangianScene, ObjectModel};
 
 /// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
@@ -127,19 +127,8 @@ impl<'a> Motion<'a> {
         let mut states: Vec<SceneState> = (0..stretch.steps).map(|_| SceneState::default()).collect();
         for (object, &edit) in self.scene.objects.iter().zip(&self.edits) {
             let members = &object.members;
-            // An edited motion is that of the dynamics, also where there is a recording.
-            let plays = object.recording.is_some() && edit == Edit::default();
-            let path = match &object.dynamics {
-                Dynamics::Particles(particles) if plays => {
-                    played(object, particles, (&part_of(start, members), stretch, edit))
-                }
-                Dynamics::Particles(particles) => particles.advance(&part_of(start, members), stretch, edit),
-                Dynamics::Generalised(generalised) => {
-                    let points = &self.scene.dynamic_gaussians.means[members.clone()];
-                    let configurations = generalised.states(edit, &stretch.times());
-                    configurations.iter().map(|state| generalised.placed(points, state)).collect()
-                }
-            };
+            let points = &self.scene.dynamic_gaussians.means[members.clone()];
+            let path = object.advance(points, (&part_of(start, members), stretch, edit));
             for (state, part) in states.iter_mut().zip(path) {
                 state.q.extend(part.q);
                 state.v.extend(part.v);
@@ -213,19 +202,45 @@ impl LagrangianScene {
     }
 }
 
-/// The states of an object after each step: recorded ones as long as there are any, and from the last of them
-/// on those of its dynamics.
-fn played(
-    object: &ObjectModel,
-    dynamics: &ParticleDynamics,
-    (start, stretch, edit): (&SceneState, Stretch, Edit),
-) -> Vec<SceneState> {
-    let recorded = stretch.times().into_iter().map_while(|time| object.recording.as_ref()?.at(time));
-    let mut path: Vec<SceneState> = recorded.collect();
-    let rest = Stretch { steps: stretch.steps - path.len(), ..stretch };
-    let carried_on = dynamics.advance(path.last().unwrap_or(start), rest, edit);
-    path.extend(carried_on);
-    path
+impl ObjectModel {
+    /// The states after each step of a stretch from `start`, of particles that are at `points` at t = 0:
+    /// recorded ones as long as there are any, and those of its dynamics from then on. An edited motion is
+    /// that of the dynamics alone.
+    fn advance(
+        &self,
+        points: &[[f32; 3]],
+        (start, stretch, edit): (&SceneState, Stretch, Edit),
+    ) -> Vec<SceneState> {
+        let recording = self.recording.as_ref().filter(|_| edit == Edit::default());
+        let times = stretch.times();
+        let mut path = recording.map_or_else(Vec::new, |recording| recording.played(points, &times));
+        let times = &times[path.len()..];
+        let carried_on = match &self.dynamics {
+            Dynamics::Particles(particles) => {
+                let rest = Stretch { steps: times.len(), ..stretch };
+                particles.advance(path.last().unwrap_or(start), rest, edit)
+            }
+            Dynamics::Generalised(generalised) => {
+                let place = |state: &_| generalised.placed(points, state);
+                let states = |times: &[f64]| -> Vec<SceneState> {
+                    generalised.states(edit, times).iter().map(place).collect()
+                };
+                let mut later = states(times);
+                let is_after = |time: &f64| stretch.reversal.is_none() && *time > 0.0;
+                if let Some(recording) = recording.filter(|_| times.first().is_some_and(is_after)) {
+                    let end = [recording.end()];
+                    if let (Some(recorded), Some(moved)) =
+                        (recording.played(points, &end).pop(), states(&end).pop())
+                    {
+                        recording.hand_over([&recorded, &moved], &mut later, times);
+                    }
+                }
+                later
+            }
+        };
+        path.extend(carried_on);
+        path
+    }
 }
 
 /// The rows of one object.

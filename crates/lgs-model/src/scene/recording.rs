@@ -1,10 +1,11 @@
 //! The recorded motion of an object that no law describes: its particles as the source model had them inside
 //! the captured window.
 
-use lgs_core::linear::{add, quat_normalize, scale, sub};
+use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, scale, sub};
 use lgs_dynamics::State;
 
 use crate::tensor_file::{TensorFile, TensorFileError};
+use crate::thresholds::HANDOVER;
 
 /// States of an object's particles at ascending times, from t = 0 to the end of the captured window.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,6 +66,48 @@ impl Recording {
         Some(State { q, v, rotation })
     }
 
+    /// The recorded states at as many of the times as there are, in order, of particles that are at `points`
+    /// at t = 0: what these are off the recording's first positions turns with each particle.
+    pub(super) fn played(&self, points: &[[f32; 3]], times: &[f64]) -> Vec<State> {
+        let placed = |mut state: State| {
+            let moved = points.iter().zip(self.start()).zip(&state.rotation);
+            for (q, ((&point, &start), &rotation)) in state.q.iter_mut().zip(moved) {
+                let offset = sub(point, start);
+                if offset != [0.0; 3] {
+                    *q = add(*q, mat_vec(&matrix_from_quat(rotation), offset));
+                }
+            }
+            state
+        };
+        times.iter().map_while(|&time| self.at(time)).map(placed).collect()
+    }
+
+    /// Last time of the recording.
+    pub(super) fn end(&self) -> f64 {
+        f64::from(self.times[self.times.len() - 1])
+    }
+
+    /// Brings later states of a motion that takes no notice of the recording nearer to it, the less the later
+    /// they are, so that nothing jumps where the recording ends; `there` are the states at its end, the
+    /// recorded one first.
+    pub(super) fn hand_over(&self, there: [&State; 2], later: &mut [State], times: &[f64]) {
+        let [recorded, moved] = there;
+        let turn = |(&[w, x, y, z], &to): (&[f32; 4], &[f32; 4])| quat_mul(to, [w, -x, -y, -z]);
+        let turns: Vec<[f32; 4]> = moved.rotation.iter().zip(&recorded.rotation).map(turn).collect();
+        for (state, time) in later.iter_mut().zip(times) {
+            let part = 1.0 - (time - self.end()) / (HANDOVER * self.end());
+            if part <= 0.0 {
+                return;
+            }
+            for (q, (&from, &to)) in state.q.iter_mut().zip(moved.q.iter().zip(&recorded.q)) {
+                *q = add(*q, scale(sub(to, from), part as f32));
+            }
+            for (rotation, turn) in state.rotation.iter_mut().zip(&turns) {
+                *rotation = quat_mul(between(&[1.0, 0.0, 0.0, 0.0], turn, part as f32), *rotation);
+            }
+        }
+    }
+
     /// Adds the recording to a file under a prefix.
     pub(super) fn insert_into(&self, file: &mut TensorFile, prefix: &str) {
         let (samples, n) = (self.times.len(), self.positions[0].len());
@@ -122,6 +165,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_goes_on_after_a_recording_begins_where_it_ends() {
+        let still = [1.0, 0.0, 0.0, 0.0];
+        let rows = |x: f32| vec![[x, 0.0, 0.0]];
+        let recording =
+            Recording::new(vec![0.0, 1.0], vec![rows(0.0), rows(1.0)], vec![vec![still]; 2]).expect("whole");
+        let state = |x: f32| State { q: rows(x), v: rows(2.0), rotation: vec![still] };
+        let mut later = [state(1.4), state(1.5), state(1.8)];
+        recording.hand_over([&state(1.0), &state(1.4)], &mut later, &[1.0, 1.0 + 0.5 * HANDOVER, 1.3]);
+        let places: Vec<f32> = later.iter().map(|state| state.q[0][0]).collect();
+        assert!((places[0] - 1.0).abs() < 1e-6 && (places[1] - 1.3).abs() < 1e-6, "{places:?}");
+        assert_eq!(places[2], 1.8, "the motion by itself");
+    }
+
+    #[test]
     fn a_recording_is_played_between_its_times_alone() {
         let turned = [0.0, 0.0, 0.0, 1.0];
         let still = [1.0, 0.0, 0.0, 0.0];
@@ -135,6 +192,9 @@ mod tests {
         assert_eq!((middle.q[0], middle.v[0]), ([0.5, 0.0, 0.0], [2.0, 0.0, 0.0]));
         assert!((middle.rotation[0][0] - middle.rotation[0][3]).abs() < 1e-6, "half of half a turn");
         assert!(recording.at(0.6).is_none() && recording.at(-0.1).is_none());
+        let moved = recording.played(&[[0.0, 0.2, 0.0]], &[0.5, 0.6]);
+        assert_eq!(moved.len(), 1, "as many as there are");
+        assert!((moved[0].q[0][1] + 0.2).abs() < 1e-6, "a particle apart turns with the others");
         assert!(Recording::new(vec![0.0], vec![vec![[0.0; 3]]], vec![vec![still]]).is_none());
     }
 }

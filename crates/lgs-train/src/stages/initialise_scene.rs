@@ -20,7 +20,7 @@ use lgs_model::{
 
 use super::motion_options::MotionOptions;
 use super::observed_motion::{TrainingFrames, observed_to_move};
-use super::recorder::Recorder;
+use super::recorder::{Recorder, SourceTracks};
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
 
@@ -30,6 +30,8 @@ pub struct InitialScene {
     pub scene: LagrangianScene,
     /// What distillation found, object by object.
     pub reports: Vec<DistillReport>,
+    /// The source's Gaussian that each Gaussian is, the static ones first, then the dynamic ones.
+    pub source_rows: Vec<usize>,
 }
 
 /// What stage 1 needs beside the source.
@@ -64,7 +66,7 @@ pub fn initialise_scene(
     request: &InitialSceneRequest<'_>,
     progress: &mut dyn FnMut(usize, usize, DistillProgress),
 ) -> Result<InitialScene, TrainError> {
-    let times = sampled_times(source, request);
+    let times = sampled_times(source, request.time_window, request.motion.dt);
     let dt = times[1] - times[0];
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();
     let cloud = source.cloud_at(0.0);
@@ -81,15 +83,15 @@ pub fn initialise_scene(
     let seen = observed_to_move(source, &found, training, request.partition.unseen_motion);
     let partition = found.with_only(&seen);
     let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
-    let recorder = Recorder { source, trajectories: &trajectories, config: &object };
+    let tracks = SourceTracks { source, times: &trajectories.times };
+    let recorder = Recorder { tracks, trajectories: &trajectories, config: &object };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
 }
 
 /// Times at which the source is sampled: those of its frames, if these lie evenly apart and are enough for
 /// everything that is fitted to them, else a grid of Δτ. What is between frames is a guess, above all at an
 /// impact.
-fn sampled_times(source: &dyn SourceModel, request: &InitialSceneRequest<'_>) -> Vec<f32> {
-    let window = request.time_window;
+pub(super) fn sampled_times(source: &dyn SourceModel, window: f32, step: f32) -> Vec<f32> {
     let known = source.known_times().unwrap_or_default();
     let in_window = known.iter().filter(|&&time| time >= 0.0 && time <= window * (1.0 + EVEN)).count();
     let frames = &known[known.partition_point(|&time| time < 0.0)..][..in_window];
@@ -102,8 +104,8 @@ fn sampled_times(source: &dyn SourceModel, request: &InitialSceneRequest<'_>) ->
             return frames.to_vec();
         }
     }
-    let steps = (window / request.motion.dt).round().max(1.0) as usize;
-    (0..=steps).map(|i| i as f32 * request.motion.dt).collect()
+    let steps = (window / step).round().max(1.0) as usize;
+    (0..=steps).map(|i| i as f32 * step).collect()
 }
 
 fn assemble(
@@ -115,6 +117,7 @@ fn assemble(
     let static_rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
     let mut dynamic_gaussians = cloud.select(&[]);
     let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
+    let mut source_rows = Vec::new();
     for (rows, object) in distilled.objects {
         let start = dynamic_gaussians.len();
         let order = order_within(&object);
@@ -125,6 +128,7 @@ fn assemble(
         let at_start = recording.as_ref().map_or(object.q0(), Recording::start);
         dynamic_gaussians.means[start..].copy_from_slice(at_start);
         velocities.extend(object.v0());
+        source_rows.extend(rows);
         reports.push(object.report().clone());
         objects.push(ObjectModel {
             members: start..dynamic_gaussians.len(),
@@ -133,10 +137,10 @@ fn assemble(
         });
     }
     let motion = MotionConfig { dt, time_window: request.time_window };
-    let static_gaussians = in_spatial_order(cloud, &static_rows);
+    let static_rows = in_spatial_order(cloud, &static_rows);
     InitialScene {
         scene: LagrangianScene {
-            static_gaussians,
+            static_gaussians: cloud.select(&static_rows),
             dynamic_gaussians,
             velocities,
             objects,
@@ -144,6 +148,7 @@ fn assemble(
             background: request.background,
         },
         reports,
+        source_rows: [static_rows, source_rows].concat(),
     }
 }
 
@@ -180,9 +185,9 @@ fn alignment(object: &DistilledParticles, options: &MotionOptions) -> (Option<Su
 }
 
 /// Some rows of a cloud, in spatial order.
-fn in_spatial_order(cloud: &GaussianCloud, rows: &[usize]) -> GaussianCloud {
+fn in_spatial_order(cloud: &GaussianCloud, rows: &[usize]) -> Vec<usize> {
     let means: Vec<[f32; 3]> = rows.iter().map(|&i| cloud.means[i]).collect();
-    cloud.select(&spatial_order(&means).iter().map(|&i| rows[i as usize]).collect::<Vec<_>>())
+    spatial_order(&means).iter().map(|&i| rows[i as usize]).collect()
 }
 
 fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {

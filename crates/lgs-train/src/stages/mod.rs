@@ -7,6 +7,7 @@ mod body;
 mod config;
 mod fit_dynamics;
 mod frame_states;
+mod held_to_source;
 mod image_laws;
 mod initial_pose;
 mod initialise_scene;
@@ -23,6 +24,8 @@ mod tune_gaussians;
 
 pub use config::{FitDynamicsConfig, InitialVelocity, TuneDynamicsConfig, TuneGaussiansConfig};
 pub use fit_dynamics::FitDynamics;
+pub use held_to_source::{HeldToSource, SourceOfScene, WorseThanSource, held_to_source};
+pub(crate) use held_to_source::{load_rows, save_rows};
 pub use initialise_scene::{InitialScene, InitialSceneRequest, initialise_scene};
 pub use motion_options::MotionOptions;
 pub use tune_dynamics::TuneDynamics;

@@ -5,9 +5,17 @@ use lgs_distill::{CoordinatesKind, DistillConfig, Distilled, Trajectories};
 use lgs_model::Recording;
 use lgs_model::source::SourceModel;
 
-/// The tracks of the source.
-pub(super) struct Recorder<'a> {
+/// The motion of the source at some times.
+#[derive(Clone, Copy)]
+pub(super) struct SourceTracks<'a> {
     pub(super) source: &'a dyn SourceModel,
+    pub(super) times: &'a [f32],
+}
+
+/// The tracks of the source, where no law describes them.
+pub(super) struct Recorder<'a> {
+    pub(super) tracks: SourceTracks<'a>,
+    /// Positions at the times of the tracks.
     pub(super) trajectories: &'a Trajectories,
     pub(super) config: &'a DistillConfig,
 }
@@ -21,9 +29,15 @@ impl Recorder<'_> {
             return None;
         }
         tracing::debug!(gaussians = rows.len(), "no law describes an object: it plays its source's tracks");
-        let Trajectories { times, positions, .. } = self.trajectories;
+        self.tracks.recording(rows, &self.trajectories.positions)
+    }
+}
+
+impl SourceTracks<'_> {
+    /// The motion of some Gaussians, given the positions of all at the times of the tracks.
+    fn recording(&self, rows: &[usize], positions: &[Vec<[f32; 3]>]) -> Option<Recording> {
         let positions = positions.iter().map(|all| rows.iter().map(|&i| all[i]).collect()).collect();
-        let start = self.source.cloud_at(times[0]).rotations;
+        let start = self.source.cloud_at(self.times[0]).rotations;
         let since_start = |&time: &f32| {
             let now = self.source.cloud_at(time).rotations;
             let turn = |&i: &usize| {
@@ -32,6 +46,13 @@ impl Recorder<'_> {
             };
             rows.iter().map(turn).collect()
         };
-        Recording::new(times.clone(), positions, times.iter().map(since_start).collect())
+        Recording::new(self.times.to_vec(), positions, self.times.iter().map(since_start).collect())
+    }
+
+    /// The motion of some Gaussians.
+    pub(super) fn of(&self, rows: &[usize]) -> Option<Recording> {
+        let positions: Vec<Vec<[f32; 3]>> =
+            self.times.iter().map(|&time| self.source.positions_at(time)).collect();
+        self.recording(rows, &positions)
     }
 }

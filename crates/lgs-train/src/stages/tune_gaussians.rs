@@ -72,6 +72,12 @@ impl<'a> TuneGaussians<'a> {
         Self::of_stage(Stage::RefineGaussians, scene, data, config)
     }
 
+    /// Stage 3 once more from its first step.
+    #[must_use]
+    pub fn again(scene: LagrangianScene, data: TrainingData<'a>, config: &TuneGaussiansConfig) -> Self {
+        Self::of_stage(Stage::RetuneGaussians, scene, data, config)
+    }
+
     fn of_stage(
         stage: Stage,
         scene: LagrangianScene,

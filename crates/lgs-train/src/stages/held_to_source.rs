@@ -1,0 +1,277 @@
+//! Laws held to their source (method §6): inside the captured window, images of a scene are never much worse
+//! than those of the source model that it came from.
+//!
+//! The law of an object that draws the training images worse than the source does is not to be trusted. The
+//! object plays the source's motion of its Gaussians in the window, if that draws them better: with the
+//! Gaussians at rest as the source has them, since they have been fitted beside the wrong motion. Its law goes
+//! on beyond the window, and under edits.
+
+use std::path::Path;
+
+use lgs_core::{GaussianCloud, Image};
+use lgs_data::dataset::Frame;
+use lgs_dynamics::{Edit, Reversal};
+use lgs_mechanics::bands::{PositionBand, Verdict};
+use lgs_model::source::SourceModel;
+use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel, TensorFile, TensorFileError};
+use lgs_render::{Splats, rasterize};
+use rayon::prelude::*;
+
+use super::initialise_scene::sampled_times;
+use super::recorder::SourceTracks;
+use super::spread::spread_over_time;
+use crate::thresholds::{HELD_FRAMES, MOST_BELOW_SOURCE};
+
+/// Format of the file of a scene's Gaussians in its source.
+const FORMAT: &str = "lagrangegs-source-rows/1";
+
+/// The source of a scene, and which of its Gaussians each Gaussian of the scene is.
+pub struct SourceOfScene<'a> {
+    /// The source model.
+    pub source: &'a dyn SourceModel,
+    /// Rows of the source's Gaussians, the static ones first, then the dynamic ones.
+    pub rows: Vec<usize>,
+}
+
+/// A scene that claims no law which is much worse than the source in the window.
+pub struct HeldToSource {
+    /// The scene.
+    pub scene: LagrangianScene,
+    /// Objects whose laws draw the window too badly.
+    pub worse: Vec<WorseThanSource>,
+}
+
+/// An object whose law draws the window worse than the source does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorseThanSource {
+    /// Index of the object.
+    pub object: usize,
+    /// Decibels by which it is worse.
+    pub decibels: f64,
+    /// Whether it plays the source's tracks in the window now, which draw it better.
+    pub plays_tracks: bool,
+}
+
+/// Writes which of the source's Gaussians each Gaussian of a scene is.
+pub(crate) fn save_rows(rows: &[usize], path: &Path) -> Result<(), TensorFileError> {
+    let mut file = TensorFile::new(FORMAT);
+    let rows: Vec<u32> = rows.iter().map(|&row| row as u32).collect();
+    file.insert_indices("rows", &[rows.len()], &rows);
+    file.save(path)
+}
+
+/// Reads what [`save_rows`] wrote for a scene of a source.
+pub(crate) fn load_rows(
+    path: &Path,
+    source: &dyn SourceModel,
+    scene: &LagrangianScene,
+) -> Result<Vec<usize>, TensorFileError> {
+    let file = TensorFile::load(path, FORMAT)?;
+    let rows: Vec<usize> = file.indices("rows")?.1.iter().map(|&row| row as usize).collect();
+    let expected = scene.len();
+    if rows.len() == expected && rows.iter().all(|&row| row < source.len()) {
+        return Ok(rows);
+    }
+    let expected = format!("{expected} rows below {}", source.len());
+    Err(file.field("rows", &expected, format!("{} rows", rows.len())))
+}
+
+/// Gives up laws that draw what training images show of their objects worse than the source does, by more
+/// than half a decibel, and plays the source's tracks instead where these draw it better.
+#[must_use]
+pub fn held_to_source(mut scene: LagrangianScene, of: &SourceOfScene<'_>, frames: &[Frame]) -> HeldToSource {
+    let frames = spread_over_time(frames, HELD_FRAMES, [1, 2]);
+    let below = decibels_below(&scene, of, &frames);
+    tracing::debug!(?below, "decibels below the source, by object");
+    let is_worse = |(object, &below): (usize, &f64)| {
+        let is_law = scene.objects[object].recording.is_none();
+        (is_law && below > MOST_BELOW_SOURCE).then_some(object)
+    };
+    let worse: Vec<usize> = below.iter().enumerate().filter_map(is_worse).collect();
+    if worse.is_empty() {
+        return HeldToSource { scene, worse: Vec::new() };
+    }
+    worse.iter().for_each(|&object| give_up(&mut scene.objects[object]));
+    let playing = with_tracks(&scene, &worse, of);
+    let after = decibels_below(&playing, of, &frames);
+    tracing::debug!(?after, "the same with the source's tracks");
+    let are_better = worse.iter().all(|&object| after[object] < below[object]);
+    let told = |&object: &usize| WorseThanSource {
+        object,
+        decibels: below[object],
+        plays_tracks: playing.objects[object].recording.is_some() && are_better,
+    };
+    let worse = worse.iter().map(told).collect();
+    HeldToSource { scene: if are_better { playing } else { scene }, worse }
+}
+
+/// The scene with the source's tracks of some objects, and the source's Gaussians at rest.
+fn with_tracks(scene: &LagrangianScene, objects: &[usize], of: &SourceOfScene<'_>) -> LagrangianScene {
+    let mut playing = scene.clone();
+    let times = sampled_times(of.source, scene.motion.time_window, scene.motion.dt);
+    let tracks = SourceTracks { source: of.source, times: &times };
+    let start = of.source.cloud_at(times[0]);
+    let (at_rest, moving) = of.rows.split_at(scene.static_gaussians.len());
+    playing.static_gaussians = start.select(at_rest);
+    for &object in objects {
+        let members = scene.objects[object].members.clone();
+        let rows = &moving[members.clone()];
+        let Some(recording) = tracks.of(rows) else { continue };
+        put(&mut playing.dynamic_gaussians, members.start, &start.select(rows));
+        playing.objects[object].recording = Some(recording);
+    }
+    playing
+}
+
+/// Says of an object's law that it is not to be trusted.
+fn give_up(object: &mut ObjectModel) {
+    if let Dynamics::Generalised(dynamics) = &mut object.dynamics {
+        dynamics.known.verdict = Verdict::Outside;
+        dynamics.known.trusted = [0.0; 2];
+        dynamics.known.band = PositionBand::default();
+    }
+}
+
+/// Decibels by which each object is drawn worse than by the source; 0 where no frame shows it.
+fn decibels_below(scene: &LagrangianScene, of: &SourceOfScene<'_>, frames: &[&Frame]) -> Vec<f64> {
+    let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
+    let clouds: Vec<GaussianCloud> =
+        frames.iter().map(|frame| scene.cloud_at(&motion.state_at(frame.time.max(0.0)))).collect();
+    let errors: Vec<Vec<[f64; 2]>> =
+        frames.par_iter().zip(&clouds).map(|(frame, cloud)| errors(scene, of, frame, cloud)).collect();
+    let below = |object: usize| {
+        let sum = |which: usize| errors.iter().map(|of_frame| of_frame[object][which]).sum::<f64>();
+        let [own, source] = [sum(0), sum(1)];
+        if own > 0.0 && source > 0.0 { 10.0 * (own / source).log10() } else { 0.0 }
+    };
+    (0..scene.objects.len()).map(below).collect()
+}
+
+/// Squared errors of a frame by object, each pixel by the part of it that the object covers: of the scene and
+/// of the source.
+fn errors(
+    scene: &LagrangianScene,
+    of: &SourceOfScene<'_>,
+    frame: &Frame,
+    cloud: &GaussianCloud,
+) -> Vec<[f64; 2]> {
+    let source = of.source.cloud_at(frame.time);
+    let truth = shown(frame, frame.composited(scene.background), scene.background);
+    let drawn = [cloud, &source].map(|cloud| {
+        let drawn = rasterize(&Splats::from(cloud), &frame.camera, scene.background).to_image();
+        shown(frame, drawn, scene.background)
+    });
+    let first = scene.static_gaussians.len();
+    let of_object = |object: &ObjectModel| {
+        let rows = first + object.members.start..first + object.members.end;
+        let own: Vec<usize> = rows.clone().collect();
+        let alone = [cloud.select(&own), source.select(&of.rows[rows])];
+        let [own, theirs] = alone.map(|alone| transmittance(&alone, frame));
+        let covered = |i: usize| f64::from(1.0 - own[i].min(theirs[i]));
+        drawn.each_ref().map(|drawn| {
+            let pixels = drawn.pixels.iter().zip(&truth.pixels).enumerate();
+            pixels.map(|(i, (a, b))| covered(i) * square(a, b)).sum()
+        })
+    };
+    scene.objects.iter().map(of_object).collect()
+}
+
+/// An image without what the frame's mask leaves out.
+fn shown(frame: &Frame, mut image: Image, background: [f32; 3]) -> Image {
+    frame.leave_out(&mut image.pixels, background);
+    image
+}
+
+/// What Gaussians by themselves let through of the background, pixel by pixel.
+fn transmittance(cloud: &GaussianCloud, frame: &Frame) -> Vec<f32> {
+    rasterize(&Splats::from(cloud), &frame.camera, [0.0; 3]).transmittance
+}
+
+fn square(a: &[f32; 3], b: &[f32; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
+}
+
+/// Writes Gaussians over those of a cloud, from a row on.
+fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
+    let rows = first..first + new.len();
+    cloud.means[rows.clone()].copy_from_slice(&new.means);
+    cloud.rotations[rows.clone()].copy_from_slice(&new.rotations);
+    cloud.log_scales[rows.clone()].copy_from_slice(&new.log_scales);
+    cloud.raw_opacities[rows.clone()].copy_from_slice(&new.raw_opacities);
+    let values = new.sh.len() / new.len().max(1);
+    cloud.sh[rows.start * values..rows.end * values].copy_from_slice(&new.sh);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_core::Camera;
+    use lgs_mechanics::Law;
+    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+    use lgs_model::source::ImportedFrames;
+    use lgs_model::{GeneralisedDynamics, MotionConfig};
+
+    /// A ball that slides by 0.6 in a unit of time.
+    fn sliding() -> ImportedFrames {
+        let gaussians = GaussianCloud::isotropic(vec![[0.0; 3]], 0.15, [0.1, 0.5, 0.2], 0.9);
+        let positions = vec![vec![[0.0; 3]], vec![[0.6, 0.0, 0.0]]];
+        let rotations = vec![gaussians.rotations.clone()];
+        ImportedFrames::new(lgs_data::frames::FrameSequence {
+            gaussians,
+            times: vec![0.0, 1.0],
+            positions,
+            rotations,
+        })
+    }
+
+    /// The ball as it slides freely with a velocity.
+    fn scene(velocity: f64) -> LagrangianScene {
+        let cloud = sliding().cloud_at(0.0);
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.05).expect("a law");
+        let known = Known { verdict: Verdict::Explained, trusted: [-1.0, 3.0], ..Known::default() };
+        let start = State { x: vec![0.0; 3], v: vec![velocity, 0.0, 0.0] };
+        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
+        LagrangianScene {
+            static_gaussians: cloud.select(&[]),
+            velocities: vec![[velocity as f32, 0.0, 0.0]],
+            objects: vec![ObjectModel {
+                members: 0..1,
+                dynamics: Dynamics::Generalised(dynamics),
+                recording: None,
+            }],
+            dynamic_gaussians: cloud,
+            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
+            background: [1.0; 3],
+        }
+    }
+
+    fn held(velocity: f64) -> HeldToSource {
+        let source = sliding();
+        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.8, 48, 48);
+        let frame = |k: usize| {
+            let time = k as f32 / 10.0;
+            let drawn = rasterize(&Splats::from(&source.cloud_at(time)), &camera, [1.0; 3]);
+            let bytes = |p: &[f32; 3]| [p[0], p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8);
+            let pixels = drawn.image.iter().flat_map(bytes).collect::<Vec<u8>>().into();
+            Frame { name: String::new(), camera_id: 0, camera, time, pixels }
+        };
+        let frames: Vec<Frame> = (0..=10).map(frame).collect();
+        held_to_source(scene(velocity), &SourceOfScene { source: &source, rows: vec![0] }, &frames)
+    }
+
+    #[test]
+    fn a_law_that_images_contradict_gives_way_to_the_tracks_of_its_source() {
+        let right = held(0.6);
+        assert!(right.worse.is_empty() && right.scene.objects[0].recording.is_none());
+        let wrong = held(0.2);
+        assert!(wrong.worse[0].decibels > 3.0 && wrong.worse[0].plays_tracks, "{:?}", wrong.worse);
+        let object = &wrong.scene.objects[0];
+        let known = &object.dynamics.generalised().expect("a law").known;
+        assert_eq!((known.verdict, known.trusted), (Verdict::Outside, [0.0; 2]));
+        let mut motion = Motion::new(&wrong.scene, Edit::default(), Reversal::default());
+        let mut place = |time: f32| f64::from(motion.state_at(time).q[0][0]);
+        assert!((place(0.5) - 0.3).abs() < 1e-3 && (place(1.0) - 0.6).abs() < 1e-3);
+        assert!((place(2.0) - 0.4).abs() < 1e-3, "the law goes on beyond the window");
+    }
+}
