@@ -60,8 +60,8 @@ pub(crate) const EVEN: f32 = 0.01;
 /// Decibels by which a law may draw its object worse in the window than the source does: the one figure of
 /// the contract.
 pub(crate) const MOST_BELOW_SOURCE: f64 = 0.5;
-/// Training frames that are compared, spread evenly over the window: four of each twelfth of it, whose means
-/// differ by less than a tenth of a decibel from those of all.
+/// Training frames that are compared, spread evenly over the window: several at each part of it, at the cost
+/// of as many steps of stage 3.
 pub(crate) const HELD_FRAMES: usize = 48;
 
 // Adam and the first Gaussians, as 3D Gaussian splatting has them (method §3.4)

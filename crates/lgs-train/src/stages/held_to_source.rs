@@ -2,9 +2,9 @@
 //! than those of the source model that it came from.
 //!
 //! The law of an object that draws the training images worse than the source does is not to be trusted. The
-//! object plays the source's motion of its Gaussians in the window, if that draws them better: with the
-//! Gaussians at rest as the source has them, since they have been fitted beside the wrong motion. Its law goes
-//! on beyond the window, and under edits.
+//! object plays the source's motion of its Gaussians in the window, if that draws them better: with those at
+//! rest as the source has them, since they have been fitted beside the wrong motion. Its law goes on beyond
+//! the window, and under edits.
 
 use std::path::Path;
 

@@ -114,10 +114,10 @@ fn assemble(
     (request, dt): (&InitialSceneRequest<'_>, f32),
     recorder: &Recorder<'_>,
 ) -> InitialScene {
-    let static_rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
+    let mut source_rows = at_rest(cloud, &distilled);
+    let static_gaussians = cloud.select(&source_rows);
     let mut dynamic_gaussians = cloud.select(&[]);
     let (mut velocities, mut objects, mut reports) = (Vec::new(), Vec::new(), Vec::new());
-    let mut source_rows = Vec::new();
     for (rows, object) in distilled.objects {
         let start = dynamic_gaussians.len();
         let order = order_within(&object);
@@ -130,17 +130,13 @@ fn assemble(
         velocities.extend(object.v0());
         source_rows.extend(rows);
         reports.push(object.report().clone());
-        objects.push(ObjectModel {
-            members: start..dynamic_gaussians.len(),
-            dynamics: dynamics(object, request.motion),
-            recording,
-        });
+        let (members, dynamics) = (start..dynamic_gaussians.len(), dynamics(object, request.motion));
+        objects.push(ObjectModel { members, dynamics, recording });
     }
     let motion = MotionConfig { dt, time_window: request.time_window };
-    let static_rows = in_spatial_order(cloud, &static_rows);
     InitialScene {
         scene: LagrangianScene {
-            static_gaussians: cloud.select(&static_rows),
+            static_gaussians,
             dynamic_gaussians,
             velocities,
             objects,
@@ -148,7 +144,7 @@ fn assemble(
             background: request.background,
         },
         reports,
-        source_rows: [static_rows, source_rows].concat(),
+        source_rows,
     }
 }
 
@@ -184,8 +180,9 @@ fn alignment(object: &DistilledParticles, options: &MotionOptions) -> (Option<Su
     (aligned.map(|alignment| object.supports(alignment.support)), options.velocity_policy)
 }
 
-/// Some rows of a cloud, in spatial order.
-fn in_spatial_order(cloud: &GaussianCloud, rows: &[usize]) -> Vec<usize> {
+/// Rows of the Gaussians at rest, in spatial order.
+fn at_rest(cloud: &GaussianCloud, distilled: &SceneDistillation) -> Vec<usize> {
+    let rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
     let means: Vec<[f32; 3]> = rows.iter().map(|&i| cloud.means[i]).collect();
     spatial_order(&means).iter().map(|&i| rows[i as usize]).collect()
 }
