@@ -2,16 +2,18 @@
 //!
 //! Rigid motions part a body that bends or stretches into pieces. An affine motion has as many unknowns as
 //! two rigid ones, so where it explains each of two pieces about as well as the piece's own rigid motion
-//! does, the pieces are one body.
+//! does, the pieces are one body. Particles that no rigid piece has room for then join the body whose affine
+//! motion explains them.
 
-use super::rigid_groups::{explains, median_residual, motion_of, sampled};
+use super::rigid_groups::{explains, median_residual, motion_of, path_residual, sampled};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::procrustes::fit_shared_motion;
-use crate::thresholds::SAMPLE_SIZE;
+use crate::thresholds::{PARTED_RESIDUAL, RESIDUAL_TOLERANCE, SAMPLE_SIZE, SETTLING_ROUNDS};
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::inverse;
 use lgs_core::median;
+use rayon::prelude::*;
 
 /// A group of particles with the residuals that its own motion and rest leave of their paths.
 struct Piece {
@@ -32,6 +34,52 @@ pub(super) fn merge_pieces(
         pieces.remove(b);
     }
     pieces.into_iter().map(|piece| piece.members).collect()
+}
+
+/// The groups with the particles of none that a deforming group's affine motion explains: it leaves at most
+/// the part `tolerance` of what rest leaves. The motions are fitted anew until no particle joins.
+pub(super) fn take_in(
+    trajectories: &Trajectories,
+    mut groups: Vec<Vec<usize>>,
+    mut loose: Vec<usize>,
+    tolerance: f64,
+) -> Vec<Vec<usize>> {
+    for _ in 0..SETTLING_ROUNDS {
+        let motions: Vec<_> = groups.iter().map(|members| deformation(trajectories, members)).collect();
+        let motions: Vec<_> =
+            motions.iter().map(|poses| poses.as_deref().and_then(AffineMotion::new)).collect();
+        let nearest = |&i: &usize| {
+            let left =
+                motions.iter().map(|m| m.as_ref().map_or(f64::INFINITY, |m| m.residual(trajectories, i)));
+            let (group, best) = left.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+            (best <= tolerance * path_residual(trajectories, i, None)).then_some(group)
+        };
+        let chosen: Vec<Option<usize>> = loose.par_iter().map(nearest).collect();
+        tracing::debug!(loose = loose.len(), joining = chosen.iter().flatten().count(), "deforming bodies");
+        if chosen.iter().all(Option::is_none) {
+            break;
+        }
+        chosen.iter().zip(&loose).for_each(|(group, &i)| group.iter().for_each(|&g| groups[g].push(i)));
+        loose = chosen.iter().zip(loose).filter(|(group, _)| group.is_none()).map(|(_, i)| i).collect();
+    }
+    groups.iter_mut().for_each(|members| members.sort_unstable());
+    groups
+}
+
+/// The affine motion of a group that is no rigid body but a deforming one.
+fn deformation(trajectories: &Trajectories, members: &[usize]) -> Option<Vec<Pose>> {
+    let [own, rest] = piece(trajectories, members.to_vec()).left;
+    if own <= RESIDUAL_TOLERANCE * rest {
+        return None;
+    }
+    let poses = affine_motion_of(trajectories, &sampled(members, SAMPLE_SIZE).collect::<Vec<_>>());
+    let left = AffineMotion::new(&poses)?.median_residual(trajectories, members);
+    (left <= PARTED_RESIDUAL * own).then_some(poses)
+}
+
+/// The affine motion of most of the chosen particles, one pose per sample.
+fn affine_motion_of(trajectories: &Trajectories, chosen: &[usize]) -> Vec<Pose> {
+    fit_shared_motion(&trajectories.select(chosen), PoseKind::Affine).poses
 }
 
 /// Whether two groups are pieces of one deforming body.
@@ -83,7 +131,7 @@ fn together(trajectories: &Trajectories, a: &Piece, b: &Piece) -> Option<Piece> 
     // Equally many of each decide, so that the larger piece does not outvote the smaller one.
     let half = |piece: &Piece| sampled(&piece.members, SAMPLE_SIZE / 2).collect::<Vec<_>>();
     let chosen = [half(a), half(b)].concat();
-    let poses = fit_shared_motion(&trajectories.select(&chosen), PoseKind::Affine).poses;
+    let poses = affine_motion_of(trajectories, &chosen);
     let motion = AffineMotion::new(&poses)?;
     let joint = [a, b].map(|piece| motion.median_residual(trajectories, &piece.members));
     tracing::debug!(?joint, a = ?a.left, b = ?b.left, "one deforming body?");
@@ -108,17 +156,18 @@ impl<'a> AffineMotion<'a> {
         Some(Self { poses, inverse_gram: inverse(&gram)? })
     }
 
-    /// Median over a sample of the members of the root mean square distance of a path from that of the
-    /// particle's best place in the motion.
+    /// Root mean square distance of a particle's path from that of its best place in the motion.
+    fn residual(&self, trajectories: &Trajectories, particle: usize) -> f64 {
+        let seen = || self.poses.iter().enumerate().map(|(s, pose)| (pose, trajectories.at(s, particle)));
+        let place: DVec3 =
+            self.inverse_gram * seen().map(|(p, x)| p.linear.transpose() * (x - p.shift)).sum::<DVec3>();
+        let squares = seen().map(|(pose, x)| pose.apply(place).distance_squared(x));
+        (squares.sum::<f64>() / self.poses.len() as f64).sqrt()
+    }
+
+    /// Median of [`AffineMotion::residual`] over a sample of the members.
     fn median_residual(&self, trajectories: &Trajectories, members: &[usize]) -> f64 {
-        let one = |i: usize| {
-            let seen = || self.poses.iter().enumerate().map(|(s, pose)| (pose, trajectories.at(s, i)));
-            let place: DVec3 =
-                self.inverse_gram * seen().map(|(p, x)| p.linear.transpose() * (x - p.shift)).sum::<DVec3>();
-            let squares = seen().map(|(pose, x)| pose.apply(place).distance_squared(x));
-            (squares.sum::<f64>() / self.poses.len() as f64).sqrt()
-        };
-        median(sampled(members, SAMPLE_SIZE).map(one)).unwrap_or(0.0)
+        median(sampled(members, SAMPLE_SIZE).map(|i| self.residual(trajectories, i))).unwrap_or(0.0)
     }
 }
 
@@ -142,6 +191,18 @@ mod tests {
         let stretch = |t: f64, _, p: DVec3| p * DVec3::new(1.0 + 0.3 * (6.0 * t).sin(), 1.0, 1.0);
         let (trajectories, halves) = bar(stretch);
         assert_eq!(merge_pieces(&trajectories, halves, 8).len(), 1);
+    }
+
+    #[test]
+    fn a_deforming_body_takes_in_its_particles_and_no_others() {
+        let stretch = |t: f64, half: usize, p: DVec3| match half {
+            0 => p * DVec3::new(1.0 + 0.3 * (6.0 * t).sin(), 1.0, 1.0),
+            _ => p + DVec3::Z * t * t,
+        };
+        let (trajectories, halves) = bar(stretch);
+        let (group, loose) = halves[0].split_at(36);
+        let loose = [loose, &halves[1]].concat();
+        assert_eq!(take_in(&trajectories, vec![group.to_vec()], loose, 0.25), [halves[0].clone()]);
     }
 
     #[test]

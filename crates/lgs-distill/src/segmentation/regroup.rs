@@ -4,11 +4,12 @@
 //! parts one body into pieces that do not touch. Here groups of two bodies are parted, every object's rigid
 //! motion is fitted robustly, objects that move alike are merged, and each moving particle goes to the motion
 //! that explains its path best, or to rest if that does. Particles that no motion explains are grouped anew
-//! among themselves. At last the pieces of bodies that deform are put together. A scene that is one body with
-//! nothing static beside it is left as it is.
+//! among themselves. At last the pieces of bodies that deform are put together, and take in what rests beside
+//! them only because no rigid motion explains it. A scene that is one body with nothing static beside it is left
+//! as it is.
 
 use super::articulated::part_groups;
-use super::deforming::merge_pieces;
+use super::deforming::{merge_pieces, take_in};
 use super::graph::components;
 use super::partition::Partition;
 use super::rigid_groups::{distinct_motions, median_fraction_left, motion_of, nearest_motion};
@@ -18,7 +19,7 @@ use crate::motion::pose::Pose;
 use crate::trajectories::Trajectories;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The refined partition of the same particles; one by k-means is left as it is.
 ///
@@ -50,6 +51,9 @@ pub(crate) fn regroup(
         groups = regrouping.round(groups, tolerance);
     }
     let groups = merge_pieces(trajectories, groups, config.neighbors);
+    let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
+    let loose = moving.into_iter().filter(|i| !taken.contains(i)).collect();
+    let groups = take_in(trajectories, groups, loose, f64::from(config.displacement_tolerance));
     Ok(Partition::of_groups(groups, trajectories.len()))
 }
 
