@@ -15,7 +15,7 @@ use crate::contact::{Contact, Impact};
 use crate::coordinates::{Coordinates, Port};
 use crate::error::MechanicsError;
 use crate::law::{Law, check_term, ranges, space_of};
-use crate::terms::{Entry, Parameter, Term};
+use crate::terms::{Parameter, Term};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -146,11 +146,8 @@ fn listed(owner: &str, described: &[Parameter], mut values: Values) -> Result<Ve
 fn values_of(owner: &str, described: &[Parameter], values: Values) -> Result<Vec<f64>, MechanicsError> {
     let list = listed(owner, described, values)?;
     for (parameter, &value) in described.iter().zip(&list) {
-        let scaled =
-            parameter.entry == Entry::Place || parameter.unit.length != 0.0 || parameter.unit.time != 0.0;
-        let absolute = |bound: f64| bound == 0.0 || bound.is_infinite() || !scaled;
-        let [lower, upper] = parameter.bounds;
-        if (absolute(lower) && value < lower) || (absolute(upper) && value > upper) {
+        let [lower, upper] = parameter.absolute_bounds();
+        if !(lower..=upper).contains(&value) {
             let what = format!("`{}` of {owner}", parameter.name);
             let allowed = format!("{lower} to {upper}");
             return Err(MechanicsError::OutOfBounds { what, value, allowed });

@@ -88,6 +88,16 @@ impl Parameter {
     pub fn within(self, lower: f64, upper: f64) -> Self {
         Self { bounds: [lower, upper], ..self }
     }
+
+    /// Those of its bounds that hold whatever the scales are: zeros, and the ones of numbers without a unit;
+    /// infinite where a bound depends on a scale.
+    #[must_use]
+    pub fn absolute_bounds(&self) -> [f64; 2] {
+        let is_scaled = self.entry == Entry::Place || self.unit.length != 0.0 || self.unit.time != 0.0;
+        let [lower, upper] = self.bounds;
+        let kept = |bound: f64, open: f64| if bound == 0.0 || !is_scaled { bound } else { open };
+        [kept(lower, f64::NEG_INFINITY), kept(upper, f64::INFINITY)]
+    }
 }
 
 /// Name of an axis of a space: x, y, z in space, numbers elsewhere.
@@ -191,5 +201,21 @@ impl Scales {
             3 => self.axes.iter().map(|axis| axis.to_vec()).collect(),
             d => (0..d).map(|axis| (0..d).map(|i| f64::from(u8::from(i == axis))).collect()).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_in_units_of_a_scale_are_not_absolute_and_the_others_are() {
+        let open = f64::INFINITY;
+        let factor = Parameter::nonlinear("log-factor", 0, 0).within(-1.6, 1.6);
+        assert_eq!(factor.absolute_bounds(), [-1.6, 1.6]);
+        let drag = Parameter::linear("drag", 0, -1).within(0.0, 50.0);
+        assert_eq!(drag.absolute_bounds(), [0.0, open]);
+        let place = Parameter::place("centre", 0, Space::PLACE);
+        assert_eq!(place.absolute_bounds(), [-open, open]);
     }
 }

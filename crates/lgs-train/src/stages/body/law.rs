@@ -66,9 +66,9 @@ impl LawBody {
         let table = changed.law.table();
         let parameters = changed.law.parameters.iter_mut().zip(&change[2 * n..]);
         for ((parameter, change), (described, _)) in parameters.zip(&table) {
-            // Bounds at zero hold in every unit: no damping becomes negative.
-            let lower = if described.bounds[0] == 0.0 { 0.0 } else { f64::NEG_INFINITY };
-            *parameter = (*parameter + change).max(lower);
+            // No damping becomes negative, and no moment of inertia one that no body of this shape has.
+            let [lower, upper] = described.absolute_bounds();
+            *parameter = (*parameter + change).clamp(lower, upper);
         }
         let mut reshaped = changed.clone();
         geometry::change(&change[2 * n + m..], &mut reshaped);
