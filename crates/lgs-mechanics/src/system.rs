@@ -10,7 +10,7 @@ use crate::contact::Impact;
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::error::MechanicsError;
-use crate::integrate::{self, NoSolution, Stepper, Tangent};
+use crate::integrate::{self, NoSolution, Solved, Stepper, Tangent};
 use crate::law::Law;
 use crate::thresholds::ON_GRID;
 use collide::{Collider, Moment};
@@ -132,7 +132,7 @@ impl<'a> System<'a> {
 trait Moving {
     type Kept;
     type Read;
-    fn advance(&mut self, h: f64) -> Result<(), NoSolution>;
+    fn advance(&mut self, h: f64) -> Solved;
     fn keep(&self) -> Self::Kept;
     fn restore(&mut self, kept: &Self::Kept);
     fn read(&self) -> Self::Read;
@@ -150,7 +150,7 @@ impl Moving for Plain<'_> {
     type Kept = (Moment, usize);
     type Read = State;
 
-    fn advance(&mut self, h: f64) -> Result<(), NoSolution> {
+    fn advance(&mut self, h: f64) -> Solved {
         match &mut self.collider {
             Some(collider) => return collider.advance(self.stepper.as_mut(), &mut self.at, h),
             None => integrate::advance(self.stepper.as_mut(), &mut self.at.state, h)?,
@@ -184,7 +184,7 @@ impl Moving for Tangential<'_> {
     type Kept = (State, Tangent);
     type Read = Sensitivity;
 
-    fn advance(&mut self, h: f64) -> Result<(), NoSolution> {
+    fn advance(&mut self, h: f64) -> Solved {
         integrate::advance_with_tangent(self.stepper.as_mut(), &mut self.state, &mut self.tangent, h)
     }
 

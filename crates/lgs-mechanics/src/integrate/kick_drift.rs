@@ -10,7 +10,7 @@
 
 use super::kick_field::{KickField, Linearised};
 use super::solve::{self, add_scaled, finite, norm};
-use super::stepper::{NoSolution, Stepper, Tangent};
+use super::stepper::{NoSolution, Solved, Stepper, Tangent};
 use crate::coordinates::State;
 use crate::thresholds::{KICK_STEPS, SOLVED_STEP};
 
@@ -29,7 +29,7 @@ impl<F: KickField> KickDrift<F> {
     }
 
     /// Solves `(I − s ∂a/∂v) u = r` for all columns of `r`, in place.
-    fn solve_velocity(&self, s: f64, r: &mut [f64]) -> Result<(), NoSolution> {
+    fn solve_velocity(&self, s: f64, r: &mut [f64]) -> Solved {
         match self.field.depends_on_velocity() {
             true => solve::shifted(&self.at.v, s, self.field.freedoms(), r),
             false => Ok(()),
@@ -37,7 +37,7 @@ impl<F: KickField> KickDrift<F> {
     }
 
     /// `v⁺ = u + s a(x, v⁺)`, where `v` holds `u` at first.
-    fn implicit_kick(&mut self, state: &mut State, s: f64) -> Result<(), NoSolution> {
+    fn implicit_kick(&mut self, state: &mut State, s: f64) -> Solved {
         self.field.acceleration(&state.x, &state.v, &mut self.a);
         let kicked = state.v.clone();
         state.v.iter_mut().zip(&self.a).for_each(|(v, a)| *v += s * a);
@@ -64,19 +64,14 @@ impl<F: KickField> KickDrift<F> {
 }
 
 impl<F: KickField> Stepper for KickDrift<F> {
-    fn step(&mut self, state: &mut State, h: f64) -> Result<(), NoSolution> {
+    fn step(&mut self, state: &mut State, h: f64) -> Solved {
         self.field.acceleration(&state.x, &state.v, &mut self.a);
         state.v.iter_mut().zip(&self.a).for_each(|(v, a)| *v += 0.5 * h * a);
         self.field.drift(state, h);
         self.implicit_kick(state, 0.5 * h)
     }
 
-    fn step_with_tangent(
-        &mut self,
-        state: &mut State,
-        tangent: &mut Tangent,
-        h: f64,
-    ) -> Result<(), NoSolution> {
+    fn step_with_tangent(&mut self, state: &mut State, tangent: &mut Tangent, h: f64) -> Solved {
         self.field.linearise(&state.x, &state.v, &mut self.at);
         let mut kicks = vec![0.0; tangent.v.len()];
         self.at.add_by_position(tangent, 0.5 * h, &mut kicks);

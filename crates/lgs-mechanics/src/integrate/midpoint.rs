@@ -10,7 +10,7 @@
 use super::field::VectorField;
 use super::kick_field::{KickField, Linearised};
 use super::solve::{self, add_scaled, finite, norm};
-use super::stepper::{NoSolution, Stepper, Tangent};
+use super::stepper::{NoSolution, Solved, Stepper, Tangent};
 use crate::coordinates::State;
 use crate::terms::Block;
 use crate::thresholds::{MIDPOINT_STEPS, SOLVED_STEP};
@@ -30,7 +30,7 @@ impl<'a> Midpoint<'a> {
     }
 
     /// The mean velocity of a step; leaves the linearisation at the middle behind.
-    fn mean_velocity(&mut self, state: &State, h: f64) -> Result<Vec<f64>, NoSolution> {
+    fn mean_velocity(&mut self, state: &State, h: f64) -> Solved<Vec<f64>> {
         let n = self.field.freedoms();
         let mut mean = state.v.clone();
         for _ in 0..MIDPOINT_STEPS {
@@ -62,18 +62,13 @@ fn finish(state: &mut State, mean: &[f64], h: f64) {
 }
 
 impl Stepper for Midpoint<'_> {
-    fn step(&mut self, state: &mut State, h: f64) -> Result<(), NoSolution> {
+    fn step(&mut self, state: &mut State, h: f64) -> Solved {
         let mean = self.mean_velocity(state, h)?;
         finish(state, &mean, h);
         Ok(())
     }
 
-    fn step_with_tangent(
-        &mut self,
-        state: &mut State,
-        tangent: &mut Tangent,
-        h: f64,
-    ) -> Result<(), NoSolution> {
+    fn step_with_tangent(&mut self, state: &mut State, tangent: &mut Tangent, h: f64) -> Solved {
         let mean = self.mean_velocity(state, h)?;
         // (I − h/2 (h/2 A_x + A_v)) V̄ = V + h/2 (A_x X + A_p).
         let mut by_mean = tangent.v.clone();

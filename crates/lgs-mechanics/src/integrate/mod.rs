@@ -23,4 +23,4 @@ mod stepper;
 pub(crate) use composition::{advance, advance_with_tangent};
 pub(crate) use design::{design, inertial_force};
 pub(crate) use scheme::{acceleration, stepper};
-pub(crate) use stepper::{NoSolution, Stepper, Tangent};
+pub(crate) use stepper::{NoSolution, Solved, Stepper, Tangent};

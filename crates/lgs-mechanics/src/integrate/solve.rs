@@ -1,10 +1,10 @@
 //! Small vectors and linear systems inside of a step.
 
-use super::stepper::NoSolution;
+use super::stepper::{NoSolution, Solved};
 use crate::terms::Block;
 
 /// Solves `(I − s A) u = r` for all columns of `r` (`[n, columns]`, row by row), in place.
-pub(crate) fn shifted(a: &Block, s: f64, n: usize, r: &mut [f64]) -> Result<(), NoSolution> {
+pub(crate) fn shifted(a: &Block, s: f64, n: usize, r: &mut [f64]) -> Solved {
     let mut matrix = Block::zeros(n, n);
     for i in 0..n {
         for j in 0..n {
@@ -15,7 +15,7 @@ pub(crate) fn shifted(a: &Block, s: f64, n: usize, r: &mut [f64]) -> Result<(), 
 }
 
 /// Solves `A u = r` for all columns of `r` by elimination with row exchange, in place; `A` is overwritten.
-pub(crate) fn in_place(a: &mut Block, n: usize, r: &mut [f64]) -> Result<(), NoSolution> {
+pub(crate) fn in_place(a: &mut Block, n: usize, r: &mut [f64]) -> Solved {
     let columns = r.len() / n.max(1);
     for pivot in 0..n {
         let best = (pivot..n)
@@ -62,6 +62,6 @@ pub(super) fn norm(values: &[f64]) -> f64 {
 }
 
 /// Refuses numbers that are not finite.
-pub(super) fn finite(values: &[f64]) -> Result<(), NoSolution> {
+pub(super) fn finite(values: &[f64]) -> Solved {
     if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(NoSolution) }
 }

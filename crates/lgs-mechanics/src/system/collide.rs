@@ -2,7 +2,7 @@
 
 use crate::contact::{Body, Contact, Impact, Touch, solve};
 use crate::coordinates::State;
-use crate::integrate::{self, NoSolution, Stepper};
+use crate::integrate::{self, NoSolution, Solved, Stepper};
 use crate::law::Law;
 use crate::thresholds::{CONTACT_PARTS, HALVINGS, LIFT, MOST_IMPACTS, TOUCHING};
 use glam::DVec3;
@@ -35,12 +35,7 @@ impl<'a> Collider<'a> {
     }
 
     /// Advances by a step that may be negative.
-    pub(crate) fn advance(
-        &mut self,
-        stepper: &mut dyn Stepper,
-        at: &mut Moment,
-        h: f64,
-    ) -> Result<(), NoSolution> {
+    pub(crate) fn advance(&mut self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         if h < 0.0 {
             return self.back(stepper, at, h);
         }
@@ -54,7 +49,7 @@ impl<'a> Collider<'a> {
 
     /// Free motion backward to the last known impact, whose change is taken back, and on; a motion that would
     /// come out of the plane is not determined.
-    fn back(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Result<(), NoSolution> {
+    fn back(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         let target = at.time + h;
         let depth = self.gap(&at.state).min(0.0) - TOUCHING * self.contact.extent();
         let passed = |impact: &&Impact| impact.time < at.time && impact.time >= target;
@@ -86,7 +81,7 @@ impl<'a> Collider<'a> {
     }
 
     /// A part of a step near the plane.
-    fn part(&mut self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Result<(), NoSolution> {
+    fn part(&mut self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         let mut left = h;
         for _ in 0..MOST_IMPACTS {
             let free = moved(stepper, at, left)?;
@@ -106,7 +101,7 @@ impl<'a> Collider<'a> {
     }
 
     /// The last moment before a point is below the plane; the present one if one touches already.
-    fn first_touch(&self, stepper: &mut dyn Stepper, at: &Moment, h: f64) -> Result<Moment, NoSolution> {
+    fn first_touch(&self, stepper: &mut dyn Stepper, at: &Moment, h: f64) -> Solved<Moment> {
         let mut best = at.clone();
         if self.gap(&at.state) <= 0.0 {
             return Ok(best);
@@ -155,7 +150,7 @@ impl<'a> Collider<'a> {
 
     /// A part of a step in which slow contacts stay closed: impulses against what the free motion would do,
     /// then positions with the velocities that are left.
-    fn rest(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Result<(), NoSolution> {
+    fn rest(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         let free = moved(stepper, at, h)?;
         let normal = DVec3::from(self.contact.plane.normal);
         let before = self.body(&at.state);
@@ -185,7 +180,7 @@ impl<'a> Collider<'a> {
 }
 
 /// Free motion.
-fn moved(stepper: &mut dyn Stepper, at: &Moment, h: f64) -> Result<Moment, NoSolution> {
+fn moved(stepper: &mut dyn Stepper, at: &Moment, h: f64) -> Solved<Moment> {
     let mut moved = at.clone();
     integrate::advance(stepper, &mut moved.state, h)?;
     moved.time += h;

@@ -1,7 +1,7 @@
 //! Central forces about a fitted centre, or between two points: `Q = −k rⁿ r̂`, `r = |y − c|`, with
 //! `U = k rⁿ⁺¹/(n + 1)`, or `k ln r` for `n = −1`.
 
-use super::kind::{At, Derivatives, Role, TermKind, default_start};
+use super::kind::{At, Derivatives, Label, Role, TermKind, default_start};
 use super::quadratic::dot;
 use crate::parameter::{Parameter, Quantity, Scales, Space};
 use crate::thresholds::{LARGEST_EXPONENT, STARTING_DISTANCE, STARTING_EXPONENTS};
@@ -46,12 +46,8 @@ impl Central {
 }
 
 impl TermKind for Central {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: self.name, role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {

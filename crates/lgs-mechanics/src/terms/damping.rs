@@ -1,6 +1,6 @@
 //! Damping with a matrix: `Q = −D w` with `D` positive semidefinite, as for coupled modes.
 
-use super::kind::{At, Block, Derivatives, Role, TermKind};
+use super::kind::{At, Block, Derivatives, Label, Role, TermKind};
 use super::quadratic::Form;
 use crate::parameter::{Parameter, Scales, Space};
 
@@ -12,12 +12,8 @@ pub(super) const DAMPING: Damping = Damping;
 pub(super) struct Damping;
 
 impl TermKind for Damping {
-    fn name(&self) -> &'static str {
-        "damping-positive"
-    }
-
-    fn role(&self) -> Role {
-        Role::Dissipates
+    fn label(&self) -> Label {
+        Label { name: "damping-positive", role: Role::Dissipates }
     }
 
     fn suits(&self, space: Space) -> bool {

@@ -1,7 +1,7 @@
 //! Fourier terms in an angle: gravity on a pendulum is `Q = −s sin θ + c cos θ = −k sin(θ − θ₀)`, with
 //! `U = −s cos θ − c sin θ`; a second harmonic describes two equal sides.
 
-use super::kind::{At, Derivatives, Role, TermKind};
+use super::kind::{At, Derivatives, Label, Role, TermKind};
 use crate::parameter::{Parameter, Quantity, Space};
 
 /// The kind `fourier`: the first harmonic.
@@ -24,12 +24,8 @@ impl Fourier {
 }
 
 impl TermKind for Fourier {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: self.name, role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {

@@ -1,7 +1,7 @@
 //! Gyroscopic force: `Q = G w` with an antisymmetric matrix `G`; in three dimensions `Q = b × w`, the force
 //! of a uniform magnetic field (up to the charge's sign). Its power is zero.
 
-use super::kind::{At, Derivatives, Role, TermKind};
+use super::kind::{At, Derivatives, Label, Role, TermKind};
 use crate::parameter::{Parameter, Space, axis_name};
 
 /// The kind `gyroscopic`.
@@ -20,12 +20,8 @@ fn entries(d: usize) -> Vec<(usize, usize)> {
 }
 
 impl TermKind for Gyroscopic {
-    fn name(&self) -> &'static str {
-        "gyroscopic"
-    }
-
-    fn role(&self) -> Role {
-        Role::Gyroscopic
+    fn label(&self) -> Label {
+        Label { name: "gyroscopic", role: Role::Gyroscopic }
     }
 
     fn suits(&self, space: Space) -> bool {

@@ -18,6 +18,15 @@ pub enum Role {
     Drives,
 }
 
+/// How a kind of term is called, and what it does to the energy of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Name in files and tables.
+    pub name: &'static str,
+    /// Effect on the energy.
+    pub role: Role,
+}
+
 /// Position and velocity in the space of a term.
 #[derive(Clone, Copy, Debug)]
 pub struct At<'a> {
@@ -105,11 +114,18 @@ impl Derivatives {
 /// Parameters are passed as a slice in the order of [`TermKind::parameters`]; the dimension of the space is
 /// the length of `at.y`. Symmetric special cases (an isotropic spring) are kinds of their own.
 pub trait TermKind: Debug + Send + Sync {
+    /// Its name and role.
+    fn label(&self) -> Label;
+
     /// Name in files and tables.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.label().name
+    }
 
     /// Effect on the energy.
-    fn role(&self) -> Role;
+    fn role(&self) -> Role {
+        self.label().role
+    }
 
     /// Whether the kind makes sense in a space.
     fn suits(&self, space: Space) -> bool;

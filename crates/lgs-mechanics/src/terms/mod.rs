@@ -1,6 +1,7 @@
 //! Terms: the summands of a law, each a potential energy or a generalised force.
 //!
-//! A kind of term is a value that implements [`TermKind`] in a file of its own, which the list below names.
+//! A kind of term is a value that implements [`TermKind`], alone in a file or with kinds whose formula it
+//! shares; the list below names it.
 //! It acts on a *space*: a vector `y` with velocity `w = ẏ` that coordinates offer, such as the centre of a
 //! body, the angle of a hinge, the amplitudes of modes or the separation of two points. All forces are per
 //! unit of mass (or of whatever inertia the coordinates are measured in), so they are accelerations.
@@ -8,44 +9,41 @@
 //! Energies and forces are autonomous: no signature takes a time.
 
 mod central;
-mod constant_drive;
+mod constant;
 mod damping;
-mod dry_friction;
+mod drag;
 mod fourier;
 mod gyroscopic;
 mod kind;
-mod linear_drag;
 mod placed;
 mod polynomial;
 mod quadratic;
-mod quadratic_drag;
 mod quartic;
 mod rest_length;
 mod spring;
 #[cfg(test)]
 mod tests;
-mod uniform_field;
 
 pub use crate::parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
-pub use kind::{At, Block, Derivatives, Role, TermKind};
+pub use kind::{At, Block, Derivatives, Label, Role, TermKind};
 pub use placed::Term;
 
 /// Every kind of term, in the order in which files and tables name them.
 #[rustfmt::skip]
 static KINDS: &[&dyn TermKind] = &[
-    &uniform_field::UNIFORM_FIELD,
+    &constant::FIELD,
     &spring::ISOTROPIC, &spring::AXIAL, &spring::FULL, &spring::POSITIVE,
     &rest_length::REST_LENGTH,
     &quartic::RADIAL, &quartic::AXIS,
     &polynomial::CUBIC, &polynomial::QUARTIC,
     &central::INVERSE_SQUARE, &central::LOGARITHM, &central::POWER,
     &fourier::FIRST, &fourier::SECOND,
-    &linear_drag::LINEAR_DRAG,
-    &quadratic_drag::QUADRATIC_DRAG,
+    &drag::LINEAR,
+    &drag::QUADRATIC,
     &damping::DAMPING,
-    &dry_friction::DRY_FRICTION,
+    &drag::DRY,
     &gyroscopic::GYROSCOPIC,
-    &constant_drive::CONSTANT_DRIVE,
+    &constant::DRIVE,
 ];
 
 /// Every kind of term, in a fixed order.

@@ -2,7 +2,7 @@
 //! constant, whose force is linear in all coefficients. They describe a window and forecast badly beyond
 //! it; kinds with fewer parameters come before them.
 
-use super::kind::{At, Derivatives, Role, TermKind};
+use super::kind::{At, Derivatives, Label, Role, TermKind};
 use crate::parameter::{Parameter, Space, axis_name};
 
 /// The kind `polynomial-three`.
@@ -55,12 +55,8 @@ fn lowered(mut exponents: Exponents, axis: usize) -> Option<(f64, Exponents)> {
 }
 
 impl TermKind for Polynomial {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: self.name, role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {

@@ -1,7 +1,7 @@
 //! Even quartic potentials about a fitted centre: `U = ½ a r² + ¼ b r⁴`, and along one axis only,
 //! `U = ½ k |o|² + ½ a (ê · o)² + ¼ (u · o)⁴` with `o = y − c` and `ê = u/|u|`, the double well of `a < −k`.
 
-use super::kind::{At, Block, Derivatives, Role, TermKind, default_start};
+use super::kind::{At, Block, Derivatives, Label, Role, TermKind, default_start};
 use super::quadratic::dot;
 use crate::parameter::{Parameter, Quantity, Scales, Space, axis_name};
 
@@ -27,12 +27,8 @@ fn place_parameters(space: Space) -> impl Iterator<Item = Parameter> {
 }
 
 impl TermKind for Radial {
-    fn name(&self) -> &'static str {
-        "quartic-radial"
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: "quartic-radial", role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {
@@ -87,12 +83,8 @@ impl Axis {
 }
 
 impl TermKind for Axis {
-    fn name(&self) -> &'static str {
-        "quartic-axis"
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: "quartic-axis", role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {

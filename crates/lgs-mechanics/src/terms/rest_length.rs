@@ -1,6 +1,6 @@
 //! Spring with a rest length, to a point or between two: `U = ½ k (r − L)²`, `r = |y − c|`.
 
-use super::kind::{At, Block, Derivatives, Role, TermKind};
+use super::kind::{At, Block, Derivatives, Label, Role, TermKind};
 use super::quadratic::dot;
 use crate::parameter::{Parameter, Quantity, Scales, Space};
 use crate::thresholds::STARTING_LENGTHS;
@@ -21,12 +21,8 @@ fn offset(p: &[f64], y: &[f64]) -> (Vec<f64>, f64) {
 }
 
 impl TermKind for RestLength {
-    fn name(&self) -> &'static str {
-        "spring-length"
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: "spring-length", role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {

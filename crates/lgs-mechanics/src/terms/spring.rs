@@ -4,7 +4,7 @@
 //! On an angle the isotropic spring is a torsion spring, on the amplitudes of modes the full one is the modal
 //! stiffness with its equilibrium.
 
-use super::kind::{At, Block, Derivatives, Role, TermKind};
+use super::kind::{At, Block, Derivatives, Label, Role, TermKind};
 use super::quadratic::{Form, full_matrix};
 use crate::parameter::{Parameter, Scales, Space};
 use nalgebra::{DMatrix, DVector};
@@ -38,12 +38,8 @@ impl Spring {
 }
 
 impl TermKind for Spring {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn role(&self) -> Role {
-        Role::Conserves
+    fn label(&self) -> Label {
+        Label { name: self.name, role: Role::Conserves }
     }
 
     fn suits(&self, space: Space) -> bool {
