@@ -2,7 +2,6 @@
 
 use crate::files::FileError;
 use crate::ply::PlyError;
-use crate::splats::SplatError;
 use std::path::{Path, PathBuf};
 
 /// A file or folder that cannot be read, with the problem of its contents as `P`.
@@ -15,9 +14,6 @@ pub enum ReadError<P> {
     /// A file of points is malformed.
     #[error(transparent)]
     Ply(#[from] PlyError),
-    /// A splat file is malformed.
-    #[error(transparent)]
-    Splats(#[from] SplatError),
     /// The contents of a file are wrong, or those of several files do not fit together.
     #[error("{problem}: {}", path.display())]
     Content {
@@ -33,13 +29,21 @@ impl<P> ReadError<P> {
         Self::Content { path: path.to_path_buf(), problem }
     }
 
+    /// The same error with another problem for its problem.
+    pub(crate) fn map<Q>(self, problem_of: impl FnOnce(P) -> Q) -> ReadError<Q> {
+        match self {
+            Self::File(error) => ReadError::File(error),
+            Self::Ply(error) => ReadError::Ply(error),
+            Self::Content { path, problem } => ReadError::Content { path, problem: problem_of(problem) },
+        }
+    }
+
     /// The file or folder that the error is about.
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
             Self::File(error) => error.path(),
             Self::Ply(error) => error.path(),
-            Self::Splats(error) => error.path(),
             Self::Content { path, .. } => path,
         }
     }

@@ -10,6 +10,7 @@ use super::frame_spec::FrameSpec;
 use super::import_rules::{ImportRules, assigned};
 use super::load::{AbsentImages, Progress, leave_out_absent, photograph};
 use super::pixels::Masked;
+use super::transforms::write_split;
 use crate::edit::MotionEdit;
 use crate::files::{self, FileError};
 use crate::ply::write_points;
@@ -17,7 +18,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{DynamicImage, ExtendedColorType, ImageEncoder};
 use lgs_core::Camera;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -143,13 +144,7 @@ fn write_splits(
             Ok(entry(spec, name, &camera, masked.has_left_out()))
         };
         let frames = jobs.par_iter().map(frame).collect::<Result<Vec<Value>, DatasetError>>()?;
-        let mut file = json!({ "frames": frames });
-        if let (Some(edit), Some(keys)) = (edit, file.as_object_mut()) {
-            keys.insert("edit".to_owned(), json!(edit));
-        }
-        files::write_atomically(&folder.join(format!("transforms_{split}.json")), |w| {
-            serde_json::to_writer(w, &file).map_err(Into::into)
-        })?;
+        write_split(folder, (split, *edit), Map::from_iter([("frames".to_owned(), json!(frames))]))?;
     }
     Ok(())
 }

@@ -43,6 +43,9 @@ pub use load::{AbsentImages, LoadOptions, Progress};
 pub use points::SceneBox;
 pub use set::{Dataset, Frame};
 pub use store::{Picture, Pixels};
+pub(crate) use transforms::write_split;
 
+#[cfg(test)]
+mod testing;
 #[cfg(test)]
 mod tests;

@@ -6,11 +6,13 @@ use super::frame_spec::SizeRule;
 use super::frame_spec::{FrameSpec, Intrinsics};
 use super::lens::Lens;
 use super::poses;
-use crate::files;
+use crate::edit::MotionEdit;
+use crate::files::{self, FileError};
 use glam::{DMat3, DVec3};
 use lgs_core::Camera;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
 #[derive(Deserialize)]
@@ -36,6 +38,20 @@ pub(super) struct TransformsFile {
 /// Reads a file as it is; its values are not checked.
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
     parse(&files::read_bytes(path)?).map_err(|error| DatasetError::new(path, Problem::Json(error)))
+}
+
+/// Writes the file of a split, with the edit that the split shows, if it shows one.
+pub(crate) fn write_split(
+    folder: &Path,
+    (split, edit): (&str, Option<MotionEdit>),
+    mut file: Map<String, Value>,
+) -> Result<(), FileError> {
+    if let Some(edit) = edit {
+        file.insert("edit".to_owned(), json!(edit));
+    }
+    files::write_atomically(&folder.join(format!("transforms_{split}.json")), |w| {
+        serde_json::to_writer(w, &file).map_err(Into::into)
+    })
 }
 
 impl TransformsFile {

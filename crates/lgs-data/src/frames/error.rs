@@ -1,6 +1,7 @@
 //! Defects of a sequence of frames.
 
 use crate::ReadError;
+use crate::splats::{SplatError, SplatProblem};
 use crate::tracks::{TracksError, TracksProblem};
 
 /// Frames that cannot be read.
@@ -8,12 +9,13 @@ pub type FramesError = ReadError<FramesProblem>;
 
 impl From<TracksError> for FramesError {
     fn from(error: TracksError) -> Self {
-        match error {
-            ReadError::File(error) => Self::File(error),
-            ReadError::Ply(error) => Self::Ply(error),
-            ReadError::Splats(error) => Self::Splats(error),
-            ReadError::Content { path, problem } => Self::Content { path, problem: problem.into() },
-        }
+        error.map(Into::into)
+    }
+}
+
+impl From<SplatError> for FramesError {
+    fn from(error: SplatError) -> Self {
+        error.map(Into::into)
     }
 }
 
@@ -77,6 +79,9 @@ pub enum FramesProblem {
     /// A file of point tracks.
     #[error(transparent)]
     Tracks(#[from] TracksProblem),
+    /// A splat file.
+    #[error(transparent)]
+    Splats(#[from] SplatProblem),
     /// The file is not a safetensors file.
     #[error("no folder of frames, no point tracks (.c3d, .csv, .tsv) and no whole safetensors file: {0}")]
     Tensors(String),

@@ -1,47 +1,11 @@
 //! Defects of splat files.
 
-use std::path::{Path, PathBuf};
-
 use lgs_core::CloudError;
 
-use crate::files::FileError;
-use crate::ply::PlyError;
+use crate::ReadError;
 
 /// A splat file that cannot be read or written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SplatError {
-    /// The file can't be read or written.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A polygon file is malformed.
-    #[error(transparent)]
-    Ply(#[from] PlyError),
-    /// The contents are not what they should be.
-    #[error("{problem}: {}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// The defect.
-        problem: SplatProblem,
-    },
-}
-
-impl SplatError {
-    pub(super) fn new(path: &Path, problem: SplatProblem) -> Self {
-        Self::Content { path: path.to_path_buf(), problem }
-    }
-
-    /// The file that the error is about.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        match self {
-            Self::File(error) => error.path(),
-            Self::Ply(error) => error.path(),
-            Self::Content { path, .. } => path,
-        }
-    }
-}
+pub type SplatError = ReadError<SplatProblem>;
 
 /// A defect of a `.splat` or `.spz` file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,4 +1,5 @@
 use super::*;
+use crate::testing::assert_named;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use lgs_core::linear::quat_normalize;
@@ -202,11 +203,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 
 fn refused(path: &Path, bytes: &[u8], words: &[&str]) {
     fs::write(path, bytes).unwrap();
-    let text = read_splats(path).unwrap_err().to_string();
-    assert!(text.ends_with(&path.display().to_string()), "{text}");
-    for word in words {
-        assert!(text.contains(word), "should contain {word}: {text}");
-    }
+    assert_named(&read_splats(path).unwrap_err(), path, words);
 }
 
 #[test]

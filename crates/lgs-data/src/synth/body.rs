@@ -96,6 +96,11 @@ impl Stage {
 }
 
 impl Body {
+    /// A body of one part, about its origin.
+    pub(super) fn of(name: &'static str, motion: Motion, part: Part) -> Self {
+        Self { name, motion, parts: vec![part], center: DVec3::ZERO }
+    }
+
     /// Radius of a sphere around the body's origin that contains it.
     pub(super) fn bound(&self) -> f64 {
         self.parts.iter().map(|part| part.center.length() + part.bound).fold(0.0, f64::max)

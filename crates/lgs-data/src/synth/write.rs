@@ -26,7 +26,7 @@ use super::scenes::Scene;
 use super::trace::{self, Backdrop};
 use super::truth;
 use super::view::{HELD_OUT, View};
-use crate::dataset::Progress;
+use crate::dataset::{Progress, write_split};
 use crate::edit::MotionEdit;
 use crate::files::{self, FileError};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -217,14 +217,9 @@ fn write_transforms(
 ) -> Result<(), SynthError> {
     let own: Vec<&Shot> = shots.iter().filter(|shot| shot.split == split).collect();
     let frames: Vec<Value> = own.iter().map(|shot| frame_entry(shot, &views[shot.view])).collect();
-    let mut file = json!({ "camera_angle_x": views[0].fov, "frames": frames });
-    if let (Some(edit), Some(entries)) = (edit, file.as_object_mut()) {
-        entries.insert("edit".to_owned(), json!(edit));
-    }
-    files::write_atomically(&folder.join(format!("transforms_{split}.json")), |w| {
-        serde_json::to_writer(w, &file).map_err(Into::into)
-    })?;
-    Ok(())
+    let entries = [("camera_angle_x", json!(views[0].fov)), ("frames", json!(frames))];
+    let file = entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    Ok(write_split(folder, (split, edit), file)?)
 }
 
 fn frame_entry(shot: &Shot, view: &View) -> Value {

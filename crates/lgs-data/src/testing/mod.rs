@@ -1,10 +1,26 @@
-//! Files for tests that only other programs write: PyTorch checkpoints and motion capture.
+//! Files for tests that only other programs write: PyTorch checkpoints and motion capture. And what errors
+//! about files have to say.
 
 mod archive;
 mod c3d;
 
 pub use archive::checkpoint_archive;
 pub use c3d::{C3d, C3dForm, Processor};
+
+use std::path::Path;
+
+/// Asserts that an error holds all of `words` and ends with the file that it is about.
+///
+/// # Panics
+/// If it does not.
+#[track_caller]
+pub fn assert_named(error: &dyn std::error::Error, path: &Path, words: &[&str]) {
+    let text = error.to_string();
+    assert!(text.ends_with(&path.display().to_string()), "should end with {}: {text}", path.display());
+    for word in words {
+        assert!(text.contains(word), "should contain {word}: {text}");
+    }
+}
 
 /// One value of a checkpoint's dictionary.
 #[derive(Clone, Copy, Debug)]

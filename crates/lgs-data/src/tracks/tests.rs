@@ -1,5 +1,5 @@
 use super::*;
-use crate::testing::{C3d, C3dForm, Processor};
+use crate::testing::{C3d, C3dForm, Processor, assert_named};
 use std::fs;
 use std::path::PathBuf;
 
@@ -24,11 +24,7 @@ fn c3d_file(processor: Processor, form: C3dForm, frames: &[Vec<Option<[f32; 3]>>
 }
 
 fn refused(path: &Path, words: &[&str]) {
-    let text = read_tracks(path).unwrap_err().to_string();
-    assert!(text.ends_with(&path.display().to_string()), "{text}");
-    for word in words {
-        assert!(text.contains(word), "should contain {word}: {text}");
-    }
+    assert_named(&read_tracks(path).unwrap_err(), path, words);
 }
 
 #[test]

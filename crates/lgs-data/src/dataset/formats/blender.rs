@@ -2,7 +2,7 @@
 //! name images beside it. A frame needs `file_path` and `transform_matrix`, and a `time` unless no frame of
 //! the whole set has one: a still scene, as NeRF's synthetic ones are, whose images are all at time 0.
 
-use super::reader::FormatReader;
+use super::reader::{FormatReader, Label};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::transforms::{self, TransformsFile};
@@ -31,12 +31,8 @@ impl Blender {
 }
 
 impl FormatReader for Blender {
-    fn name(&self) -> &'static str {
-        "blender"
-    }
-
-    fn marker(&self) -> &'static str {
-        "`transforms_train.json`"
+    fn label(&self) -> Label {
+        Label { name: "blender", marker: "`transforms_train.json`" }
     }
 
     fn is_at(&self, root: &Path) -> bool {

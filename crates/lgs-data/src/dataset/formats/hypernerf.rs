@@ -12,7 +12,7 @@
 //! intrinsics scale with them. World units are those of `scene.json`: `(position − center) · scale`, for
 //! cameras and for the points of `points.npy`.
 
-use super::reader::FormatReader;
+use super::reader::{FormatReader, Label};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::{FrameSpec, Intrinsics, SizeRule};
 use crate::dataset::lens::Lens;
@@ -59,12 +59,8 @@ struct CameraFile {
 }
 
 impl FormatReader for HyperNerf {
-    fn name(&self) -> &'static str {
-        "hypernerf"
-    }
-
-    fn marker(&self) -> &'static str {
-        "`dataset.json` beside `camera/`"
+    fn label(&self) -> Label {
+        Label { name: "hypernerf", marker: "`dataset.json` beside `camera/`" }
     }
 
     fn is_at(&self, root: &Path) -> bool {

@@ -72,7 +72,7 @@ impl DatasetFormat {
     /// The format's name on the command line and in configurations.
     #[must_use]
     pub fn name(self) -> &'static str {
-        self.reader().name()
+        self.reader().label().name
     }
 
     /// The format of that name.
@@ -98,7 +98,7 @@ impl DatasetFormat {
         if !root.is_dir() {
             return Err(DatasetError::new(root, Problem::NoFolder));
         }
-        let markers = || Self::ALL.iter().map(|f| format!("{} ({})", f.reader().marker(), f.name()));
+        let markers = || Self::ALL.iter().map(|f| format!("{} ({})", f.reader().label().marker, f.name()));
         let unknown =
             || DatasetError::new(root, Problem::NoFormat(markers().collect::<Vec<_>>().join(" or ")));
         asked.or_else(|| Self::detect(root)).ok_or_else(unknown)

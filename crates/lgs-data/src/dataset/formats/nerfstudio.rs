@@ -15,7 +15,7 @@
 //! static captures, the others are in `train`, and there is no `test`; fewer than eight images are all in
 //! `train`.
 
-use super::reader::{FormatReader, points_of};
+use super::reader::{FormatReader, Label, points_of};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
 use crate::dataset::lens::Lens;
@@ -48,12 +48,8 @@ struct Layout {
 }
 
 impl FormatReader for Nerfstudio {
-    fn name(&self) -> &'static str {
-        "nerfstudio"
-    }
-
-    fn marker(&self) -> &'static str {
-        "`transforms.json`"
+    fn label(&self) -> Label {
+        Label { name: "nerfstudio", marker: "`transforms.json`" }
     }
 
     fn is_at(&self, root: &Path) -> bool {
@@ -176,6 +172,7 @@ fn set_times(frames: &mut [TransformsFrame]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::testing::load;
     use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
     use crate::ply::Points;
     use crate::ply::write_points;
@@ -198,10 +195,6 @@ mod tests {
         edit(&mut file);
         std::fs::write(dir.path().join("transforms.json"), file.to_string()).unwrap();
         dir
-    }
-
-    fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-        Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
     }
 
     fn refusal(edit: impl FnOnce(&mut Value)) -> String {

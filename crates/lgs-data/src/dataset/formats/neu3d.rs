@@ -7,7 +7,7 @@
 //! in the split `test`, as in the publications, and all others are in `train`. Images of one number are of
 //! one moment.
 
-use super::reader::FormatReader;
+use super::reader::{FormatReader, Label};
 use super::views::{Views, place_of};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::{FrameSpec, Intrinsics, SizeRule};
@@ -21,12 +21,8 @@ const COLUMNS: usize = 17;
 pub(super) struct Neu3d;
 
 impl FormatReader for Neu3d {
-    fn name(&self) -> &'static str {
-        "neu3d"
-    }
-
-    fn marker(&self) -> &'static str {
-        "`poses_bounds.npy` beside `cam00`"
+    fn label(&self) -> Label {
+        Label { name: "neu3d", marker: "`poses_bounds.npy` beside `cam00`" }
     }
 
     fn is_at(&self, root: &Path) -> bool {
@@ -125,7 +121,8 @@ fn camera(row: &[f64], name: &str) -> Result<(Mat4, Intrinsics), Problem> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
+    use crate::dataset::DatasetFormat;
+    use crate::dataset::testing::load;
 
     /// Cameras at x = 0, 1, 2 that look along +y, at 4 moments, with `edit` on the rows.
     fn folder(edit: impl FnOnce(&mut Vec<f64>)) -> tempfile::TempDir {
@@ -146,10 +143,6 @@ mod tests {
         let bytes = npy::tests::npy([rows.len() / 17, 17], &rows);
         std::fs::write(dir.path().join("poses_bounds.npy"), bytes).unwrap();
         dir
-    }
-
-    fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-        Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
     }
 
     #[test]

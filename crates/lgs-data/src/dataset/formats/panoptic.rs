@@ -6,7 +6,7 @@
 //! the time i / n. Points are those of `init_pt_cld.npz`: rows x y z r g b and whether a person is there.
 //! The masks in `seg/` say where people are, not what to leave out, and are not read.
 
-use super::reader::FormatReader;
+use super::reader::{FormatReader, Label};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::{FrameSpec, Intrinsics, SizeRule};
 use crate::dataset::lens::Lens;
@@ -32,12 +32,8 @@ struct Meta {
 }
 
 impl FormatReader for Panoptic {
-    fn name(&self) -> &'static str {
-        "panoptic"
-    }
-
-    fn marker(&self) -> &'static str {
-        "`train_meta.json`"
+    fn label(&self) -> Label {
+        Label { name: "panoptic", marker: "`train_meta.json`" }
     }
 
     fn is_at(&self, root: &Path) -> bool {
@@ -157,6 +153,7 @@ fn matrix<const N: usize>(rows: &[Vec<Option<f64>>]) -> Result<[[f64; N]; N], po
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::testing::load;
     use crate::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions};
     use serde_json::json;
 
@@ -189,10 +186,6 @@ mod tests {
         edit(&mut meta);
         std::fs::write(&path, meta.to_string()).unwrap();
         dir
-    }
-
-    fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-        Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
     }
 
     fn refusal(edit: impl FnOnce(&mut Value)) -> String {

@@ -6,13 +6,18 @@ use crate::edit::MotionEdit;
 use crate::ply::{self, Points};
 use std::path::{Path, PathBuf};
 
+/// What users read of a format.
+pub(in crate::dataset) struct Label {
+    /// Name on the command line and in configurations, lower case.
+    pub(in crate::dataset) name: &'static str,
+    /// The file by which the format is known, for messages.
+    pub(in crate::dataset) marker: &'static str,
+}
+
 /// The reader of one format. All paths are those of files in the folder `root`.
 pub(in crate::dataset) trait FormatReader: Sync {
-    /// The format's name on the command line and in configurations, lower case.
-    fn name(&self) -> &'static str;
-
-    /// The file by which the format is known, for messages.
-    fn marker(&self) -> &'static str;
+    /// The format's name, and the file by which it is known.
+    fn label(&self) -> Label;
 
     /// Whether the folder holds a set in this format.
     fn is_at(&self, root: &Path) -> bool;

@@ -11,7 +11,7 @@
 
 mod opencv_file;
 
-use super::reader::FormatReader;
+use super::reader::{FormatReader, Label};
 use super::views::{Views, has_extension, place_of};
 use super::{csv_times, hold_out};
 use crate::cameras::read_cameras_json;
@@ -24,6 +24,9 @@ use glam::{DVec3, Mat4};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
+const MARKER: &str =
+    "a calibration (`*calib*.toml`, `intri.yml` or `cameras.json`) beside folders of its cameras";
+
 pub(super) struct Rig;
 
 /// A calibrated camera.
@@ -35,12 +38,8 @@ struct RigCamera {
 }
 
 impl FormatReader for Rig {
-    fn name(&self) -> &'static str {
-        "rig"
-    }
-
-    fn marker(&self) -> &'static str {
-        "a calibration (`*calib*.toml`, `intri.yml` or `cameras.json`) beside folders of its cameras"
+    fn label(&self) -> Label {
+        Label { name: "rig", marker: MARKER }
     }
 
     fn is_at(&self, root: &Path) -> bool {

@@ -10,9 +10,9 @@ fn missing_folders_and_files_are_named() {
     assert!(error.contains("`transforms_train.json` (blender)"), "{error}");
     let dir = folder(|_, _| {});
     fs::remove_file(dir.path().join("transforms_train.json")).unwrap();
-    assert!(message(&dir, "transforms_train.json").contains("`train`"));
+    assert!(refusal(&dir, "transforms_train.json").contains("`train`"));
     let dir = folder(|_, path| fs::remove_file(path.join("b.png")).unwrap());
-    message(&dir, "b.png");
+    refusal(&dir, "b.png");
 }
 
 #[test]
@@ -20,7 +20,7 @@ fn malformed_json_is_named() {
     let dir = folder(|_, _| {});
     for text in ["", "{", "[]", r#"{"frames": 3}"#, r#"{"frames": [{"file_path": 7}]}"#] {
         fs::write(dir.path().join("transforms_train.json"), text).unwrap();
-        let message = message(&dir, "transforms_train.json");
+        let message = refusal(&dir, "transforms_train.json");
         assert!(message.contains("malformed JSON"), "{text}: {message}");
     }
 }
@@ -35,7 +35,7 @@ fn an_empty_split_is_an_error() {
                 json["frames"] = frames.clone();
             }
         });
-        assert!(message(&dir, "transforms_train.json").contains("empty"));
+        assert!(refusal(&dir, "transforms_train.json").contains("empty"));
     }
 }
 
@@ -45,13 +45,13 @@ fn missing_fields_are_named_with_their_frame() {
         let dir = folder(|json, _| {
             json["frames"][1].as_object_mut().unwrap().remove(field);
         });
-        let message = message(&dir, "transforms_train.json");
+        let message = refusal(&dir, "transforms_train.json");
         assert!(message.contains("frame 1") && message.contains(&format!("`{field}`")), "{message}");
     }
     let dir = folder(|json, _| {
         json.as_object_mut().unwrap().remove("camera_angle_x");
     });
-    assert!(message(&dir, "transforms_train.json").contains("`camera_angle_x`"));
+    assert!(refusal(&dir, "transforms_train.json").contains("`camera_angle_x`"));
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn poses_that_are_not_finite_or_not_rigid_are_named() {
     for (bad, expected) in [("NaN", "finite"), ("-Infinity", "finite"), ("1e39", "finite"), ("3.0", "rigid")]
     {
         fs::write(&path, good.replacen("[[1.0,", &format!("[[{bad},"), 1)).unwrap();
-        let message = message(&dir, "transforms_train.json");
+        let message = refusal(&dir, "transforms_train.json");
         assert!(
             message.contains("frame 0")
                 && message.contains("`transform_matrix`")
@@ -71,9 +71,9 @@ fn poses_that_are_not_finite_or_not_rigid_are_named() {
         );
     }
     let dir = folder(|json, _| json["frames"][1]["transform_matrix"] = json!([[1, 2], [3]]));
-    assert!(message(&dir, "transforms_train.json").contains("4 x 4"));
+    assert!(refusal(&dir, "transforms_train.json").contains("4 x 4"));
     let dir = folder(|json, _| json["frames"][1]["time"] = 1e39.into());
-    assert!(message(&dir, "transforms_train.json").contains("`time`"));
+    assert!(refusal(&dir, "transforms_train.json").contains("`time`"));
 }
 
 #[test]
@@ -92,15 +92,15 @@ fn strings_that_say_nan_are_left_alone() {
 fn images_that_do_not_decode_or_have_another_size_are_named() {
     for (bytes, what) in [(&b"not an image"[..], "text"), (&[][..], "nothing")] {
         let dir = folder(|_, path| fs::write(path.join("b.png"), bytes).unwrap());
-        assert!(message(&dir, "b.png").contains("decode"), "{what}");
+        assert!(refusal(&dir, "b.png").contains("decode"), "{what}");
     }
     let truncated = folder(|_, path| {
         let bytes = fs::read(path.join("b.png")).unwrap();
         fs::write(path.join("b.png"), &bytes[..bytes.len() / 2]).unwrap();
     });
-    message(&truncated, "b.png");
+    refusal(&truncated, "b.png");
     let dir = folder(|json, _| json["frames"][1]["w"] = 9.into());
-    let message = message(&dir, "transforms_train.json");
+    let message = refusal(&dir, "transforms_train.json");
     assert!(
         message.contains("frame 1") && message.contains("9 x 6") && message.contains("8 x 6"),
         "{message}"
@@ -111,6 +111,6 @@ fn images_that_do_not_decode_or_have_another_size_are_named() {
 fn focal_lengths_that_cannot_be_are_named() {
     for value in [0.0, -5.0, 1e300] {
         let dir = folder(|json, _| json["frames"][0]["fl_x"] = value.into());
-        assert!(message(&dir, "transforms_train.json").contains("`fl_x`"));
+        assert!(refusal(&dir, "transforms_train.json").contains("`fl_x`"));
     }
 }

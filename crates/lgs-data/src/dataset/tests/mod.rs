@@ -1,5 +1,6 @@
 mod defects;
 
+use super::testing::{load, refusal};
 use super::*;
 use image::{Rgba, RgbaImage};
 use serde_json::{Value, json};
@@ -29,17 +30,6 @@ fn folder(edit: impl FnOnce(&mut Value, &Path)) -> tempfile::TempDir {
     fs::write(dir.path().join("transforms_train.json"), train.to_string()).unwrap();
     fs::write(dir.path().join("transforms_test.json"), test.to_string()).unwrap();
     dir
-}
-
-fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-    Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
-}
-
-/// The message of the error, which has to end with the name of the file.
-fn message(dir: &tempfile::TempDir, file: &str) -> String {
-    let message = load(dir).unwrap_err().to_string();
-    assert!(message.ends_with(file), "{message}");
-    message
 }
 
 #[test]
@@ -74,7 +64,7 @@ fn a_set_without_any_time_is_still() {
         fs::write(path, json.to_string()).unwrap();
     };
     without_times("transforms_train.json");
-    assert!(message(&dir, "transforms_train.json").contains("`time`"), "the test images have times");
+    assert!(refusal(&dir, "transforms_train.json").contains("`time`"), "the test images have times");
     without_times("transforms_test.json");
     let still = load(&dir).unwrap();
     assert!(still.is_still() && still.splits.values().flatten().all(|frame| frame.time == 0.0));
@@ -204,7 +194,7 @@ fn shipped_points_win_and_bad_ones_are_an_error() {
     let dataset = load(&dir).unwrap();
     assert_eq!(dataset.initial_points(100, 0), points);
     fs::write(dir.path().join("points3d.ply"), "ply\n").unwrap();
-    message(&dir, "points3d.ply");
+    refusal(&dir, "points3d.ply");
 }
 
 #[test]

@@ -159,7 +159,7 @@ fn spring_pair(draws: &mut Draws) -> (Stage, Rig) {
         let radius = draws.within(0.26..0.34);
         let texture = Texture::new(draws.palette(), draws.within(0.35..0.5));
         let ball = Part::new(Shape::Ellipsoid(DVec3::splat(radius)), DVec3::ZERO, texture);
-        Body { name, motion, parts: vec![ball], center: DVec3::ZERO }
+        Body::of(name, motion, ball)
     };
     let bodies = ["first", "second"].into_iter().zip(motions).map(body).collect();
     framed(Stage { bodies, fixed: Vec::new() })

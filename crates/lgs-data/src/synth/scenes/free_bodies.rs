@@ -165,6 +165,5 @@ fn bounce(draws: &mut Draws) -> (Stage, Rig) {
         dvec3(0.0, 0.0, -radius - thickness),
         Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
     );
-    let body = Body { name: "ball", motion, parts: vec![ball], center: DVec3::ZERO };
-    framed(Stage { bodies: vec![body], fixed: vec![floor] })
+    framed(Stage { bodies: vec![Body::of("ball", motion, ball)], fixed: vec![floor] })
 }

@@ -52,12 +52,7 @@ fn crate_on_a_spring(draws: &mut Draws) -> Body {
         frequency: draws.usual_or(5.0, 4.2..5.4),
     };
     let texture = Texture::new([0xc1121f, 0xffba08, 0x6a040f], 0.7);
-    Body {
-        name: "crate",
-        motion,
-        parts: vec![Part::new(Shape::Cuboid(DVec3::splat(0.45)), DVec3::ZERO, texture)],
-        center: DVec3::ZERO,
-    }
+    Body::of("crate", motion, Part::new(Shape::Cuboid(DVec3::splat(0.45)), DVec3::ZERO, texture))
 }
 
 fn turntable(draws: &mut Draws) -> Body {
@@ -89,10 +84,5 @@ fn circling_ball(draws: &mut Draws) -> Body {
     let frequency = draws.usual_or(4.4, 4.1..4.7);
     let motion = Motion::Harmonic { center: dvec3(0.05, -0.25, 2.0), displacement, velocity, frequency };
     let skin = Texture::new([0x14532d, 0xf1faee, 0xd00070], 0.65);
-    Body {
-        name: "circling ball",
-        motion,
-        parts: vec![Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::ZERO, skin)],
-        center: DVec3::ZERO,
-    }
+    Body::of("circling ball", motion, Part::new(Shape::Ellipsoid(DVec3::splat(0.5)), DVec3::ZERO, skin))
 }

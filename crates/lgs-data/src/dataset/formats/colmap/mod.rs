@@ -12,7 +12,7 @@ mod text;
 
 use super::csv_times;
 use super::hold_out;
-use super::reader::FormatReader;
+use super::reader::{FormatReader, Label};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::{FrameSpec, SizeRule};
 use crate::dataset::{poses, times};
@@ -26,12 +26,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Colmap;
 
 impl FormatReader for Colmap {
-    fn name(&self) -> &'static str {
-        "colmap"
-    }
-
-    fn marker(&self) -> &'static str {
-        "`sparse/0/images.bin`"
+    fn label(&self) -> Label {
+        Label { name: "colmap", marker: "`sparse/0/images.bin`" }
     }
 
     fn is_at(&self, root: &Path) -> bool {

@@ -1,5 +1,5 @@
-use super::*;
-use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
+use crate::dataset::DatasetFormat;
+use crate::dataset::testing::{load, refusal};
 
 const CAMERAS: &str = "# ID MODEL W H PARAMS\n1 PINHOLE 6 4 5 5.5 3.1 2\n2 SIMPLE_RADIAL 6 4 5 3 2 0.3\n";
 /// Half a turn about the x axis, as the camera sees it, in the first image.
@@ -64,16 +64,6 @@ fn binary(edit: impl Fn(&str, &mut Vec<u8>)) -> tempfile::TempDir {
         std::fs::write(dir.path().join(format!("sparse/0/{name}.bin")), bytes).unwrap();
     }
     dir
-}
-
-fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-    Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
-}
-
-fn refusal(dir: &tempfile::TempDir, file: &str) -> String {
-    let message = load(dir).unwrap_err().to_string();
-    assert!(message.ends_with(file), "{message}");
-    message
 }
 
 #[test]

@@ -1,5 +1,6 @@
 use super::*;
-use crate::dataset::{Dataset, DatasetFormat, LoadOptions};
+use crate::dataset::DatasetFormat;
+use crate::dataset::testing::load;
 use serde_json::json;
 
 /// Four images of two cameras, whose first camera `edit` may change.
@@ -32,10 +33,6 @@ fn folder(edit: impl FnOnce(&mut Value)) -> tempfile::TempDir {
     let points = npy::tests::npy([1, 3], &[2.0, 2.0, 3.0]);
     std::fs::write(dir.path().join("points.npy"), points).unwrap();
     dir
-}
-
-fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-    Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
 }
 
 #[test]

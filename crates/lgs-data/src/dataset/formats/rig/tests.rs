@@ -1,31 +1,31 @@
-use super::*;
 use crate::cameras::write_cameras_json;
+use crate::dataset::testing::load;
 use crate::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions};
 use lgs_core::Camera;
 
-/// Two cameras as Pose2Sim writes them, at four moments.
-const CALIBRATION: &str = r#"
-[cam_a]
-name = "left"
+/// A camera as Pose2Sim writes it.
+fn camera(section: &str, name: &str, k1: f64, x: f64) -> String {
+    format!(
+        r#"
+[{section}]
+name = "{name}"
 size = [ 6.0, 4.0]
 matrix = [ [ 5.0, 0.0, 2.5], [ 0.0, 5.5, 1.5], [ 0.0, 0.0, 1.0]]
-distortions = [ 0.0, 0.0, 0.0, 0.0]
+distortions = [ {k1:?}, 0.0, 0.0, 0.0]
 rotation = [ 1.5707963267948966, 0.0, 0.0]
-translation = [ 0.5, 0.0, 4.0]
+translation = [ {x:?}, 0.0, 4.0]
 fisheye = false
+"#
+    )
+}
 
-[cam_b]
-name = "right"
-size = [ 6.0, 4.0]
-matrix = [ [ 5, 0, 2.5], [ 0, 5, 1.5], [ 0, 0, 1]]
-distortions = [ 0.3, 0.0, 0.0, 0.0]
-rotation = [ 1.5707963267948966, 0.0, 0.0]
-translation = [ -0.5, 0.0, 4.0]
-fisheye = false
-
-[metadata]
-adjusted = false
-"#;
+/// Two cameras at four moments, the matrix of the second in whole numbers where they are.
+fn calibration() -> String {
+    let matrix = "[ [ 5, 0, 2.5], [ 0, 5, 1.5], [ 0, 0, 1]]";
+    let second = camera("cam_b", "right", 0.3, -0.5)
+        .replace("[ [ 5.0, 0.0, 2.5], [ 0.0, 5.5, 1.5], [ 0.0, 0.0, 1.0]]", matrix);
+    camera("cam_a", "left", 0.0, 0.5) + &second + "\n[metadata]\nadjusted = false\n"
+}
 
 fn folder(calibration: &str) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
@@ -40,13 +40,9 @@ fn folder(calibration: &str) -> tempfile::TempDir {
     dir
 }
 
-fn load(dir: &tempfile::TempDir) -> Result<Dataset, DatasetError> {
-    Dataset::load(dir.path(), &LoadOptions::default(), &|_, _| {})
-}
-
 #[test]
 fn a_calibration_and_folders_are_a_set() {
-    let dir = folder(CALIBRATION);
+    let dir = folder(&calibration());
     assert_eq!(DatasetFormat::detect(dir.path()), Some(DatasetFormat::Rig));
     crate::dataset::import::tests::assert_round_trip(dir.path());
     let set = load(&dir).unwrap();
@@ -91,7 +87,7 @@ fn our_own_cameras_and_times_are_read() {
 
 #[test]
 fn a_camera_that_ends_early_is_named_or_skipped() {
-    let dir = folder(CALIBRATION);
+    let dir = folder(&calibration());
     std::fs::remove_file(dir.path().join("right/frame_010.png")).unwrap();
     let message = load(&dir).unwrap_err().to_string();
     assert!(message.contains("1 of 8") && message.ends_with("right/frame_010.png"), "{message}");
@@ -102,7 +98,7 @@ fn a_camera_that_ends_early_is_named_or_skipped() {
 
 #[test]
 fn cameras_without_images_and_images_without_cameras_are_named() {
-    let dir = folder(CALIBRATION);
+    let dir = folder(&calibration());
     std::fs::create_dir(dir.path().join("spare")).unwrap();
     std::fs::copy(dir.path().join("left/frame_007.png"), dir.path().join("spare/frame_007.png")).unwrap();
     assert!(load(&dir).unwrap().remarks[0].contains("`spare`"));
@@ -121,7 +117,7 @@ fn calibrations_that_cannot_be_are_named() {
         ("[cam_a]", "[cam_a", "malformed TOML"),
         ("size = [ 6.0, 4.0]\nmatrix = [ [ 5.0", "size = [ 8.0, 4.0]\nmatrix = [ [ 5.0", "8 x 4"),
     ] {
-        let dir = folder(&CALIBRATION.replace(from, to));
+        let dir = folder(&calibration().replace(from, to));
         let options = LoadOptions { format: Some(DatasetFormat::Rig), ..LoadOptions::default() };
         let message = Dataset::load(dir.path(), &options, &|_, _| {}).unwrap_err().to_string();
         assert!(message.contains(expected) && message.ends_with("Calib.toml"), "{message}");
