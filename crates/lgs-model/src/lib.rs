@@ -11,6 +11,7 @@
 mod scene;
 pub mod source;
 mod tensor_file;
+pub mod testing;
 mod thresholds;
 
 pub use scene::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics, Recording};

@@ -72,10 +72,15 @@ impl LinearRange {
     }
 }
 
-/// Names, shapes and ranges of the parameters of named layers.
-#[must_use]
-pub fn params_of(layers: Vec<(String, &LinearRange)>) -> Vec<ParamRange> {
-    layers.into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
+/// The places of layers that have names.
+pub trait NamedLayers {
+    /// Every layer with its name.
+    fn linears(&self) -> Vec<(String, &LinearRange)>;
+
+    /// Names, shapes and ranges of all parameters.
+    fn params(&self) -> Vec<ParamRange> {
+        self.linears().into_iter().flat_map(|(name, layer)| layer.params(&name)).collect()
+    }
 }
 
 /// Sizes of a network.

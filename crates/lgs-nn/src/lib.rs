@@ -44,7 +44,7 @@ mod tape;
 
 pub use gradients::MlpGradients;
 pub use init::init_uniform;
-pub use layout::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, ParamRange, params_of};
+pub use layout::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, NamedLayers, ParamRange};
 pub use mlp::Mlp;
 pub use network::OutputCotangents;
 pub use tape::{CallArrays, Keep, Scratch, Tape};

@@ -14,20 +14,19 @@ pub(crate) trait Epilogue {
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s);
 }
 
+/// The sums of `R` rows and `V` vectors.
+pub(crate) type Tile<S, const R: usize, const V: usize> = [[<S as Simd>::f32s; V]; R];
+
 /// A left operand by its layout in memory.
 pub(crate) trait Left: Copy {
     /// `R` rows from `row` on times `V` vectors from `column` on of a panel `[depth, width]` of vectors.
-    fn tile<S: Simd, const R: usize, const V: usize>(
-        self,
-        simd: S,
-        row: usize,
-        panel: Panel<'_, S>,
-    ) -> [[S::f32s; V]; R];
+    fn tile<S: Simd, const R: usize, const V: usize>(self, row: usize, panel: Panel<'_, S>) -> Tile<S, R, V>;
 }
 
 /// The part of a panel of the right operand that a tile reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Panel<'a, S: Simd> {
+    simd: S,
     /// `[depth, width]`.
     vectors: &'a [S::f32s],
     width: usize,
@@ -44,13 +43,8 @@ pub(crate) struct Columns<'a>(pub(crate) &'a [f32], pub(crate) usize);
 
 impl Left for Rows<'_> {
     #[inline(always)]
-    fn tile<S: Simd, const R: usize, const V: usize>(
-        self,
-        simd: S,
-        row: usize,
-        panel: Panel<'_, S>,
-    ) -> [[S::f32s; V]; R] {
-        let depth = panel.vectors.len() / panel.width;
+    fn tile<S: Simd, const R: usize, const V: usize>(self, row: usize, panel: Panel<'_, S>) -> Tile<S, R, V> {
+        let (simd, depth) = (panel.simd, panel.vectors.len() / panel.width);
         let lines: [&[f32]; R] = std::array::from_fn(|r| &self.0[(row + r) * self.1..][..depth]);
         // Pieces of fixed length need no bounds checks inside.
         let pieces: [&[[f32; COLUMNS]]; R] = std::array::from_fn(|r| lines[r].as_chunks().0);
@@ -84,12 +78,8 @@ impl Left for Rows<'_> {
 
 impl Left for Columns<'_> {
     #[inline(always)]
-    fn tile<S: Simd, const R: usize, const V: usize>(
-        self,
-        simd: S,
-        row: usize,
-        panel: Panel<'_, S>,
-    ) -> [[S::f32s; V]; R] {
+    fn tile<S: Simd, const R: usize, const V: usize>(self, row: usize, panel: Panel<'_, S>) -> Tile<S, R, V> {
+        let simd = panel.simd;
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
         for (a, b) in self.0.chunks_exact(self.1).zip(panel.vectors.chunks_exact(panel.width)) {
             let (a, b) = (&a[row..row + R], &b[panel.column..panel.column + V]);
@@ -122,33 +112,32 @@ impl<L: Left, E: Epilogue> Product<'_, L, E> {
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize>(
         &mut self,
-        simd: S,
         row: usize,
         first: usize,
         panel: Panel<'_, S>,
     ) {
-        let sums = self.left.tile::<S, R, V>(simd, row, panel);
+        let sums = self.left.tile::<S, R, V>(row, panel);
         for (r, sums) in sums.iter().enumerate() {
             for (v, &sums) in sums.iter().enumerate() {
-                self.epilogue.take(simd, row + r, first + (panel.column + v) * S::F32_LANES, sums);
+                self.epilogue.take(panel.simd, row + r, first + (panel.column + v) * S::F32_LANES, sums);
             }
         }
     }
 
     /// All rows of the `V` vectors at a panel's column.
     #[inline(always)]
-    fn tiles<S: Simd, const R: usize, const V: usize>(&mut self, simd: S, first: usize, panel: Panel<'_, S>) {
+    fn tiles<S: Simd, const R: usize, const V: usize>(&mut self, first: usize, panel: Panel<'_, S>) {
         let mut row = 0;
         while row + R <= self.rows {
-            self.tile::<S, R, V>(simd, row, first, panel);
+            self.tile::<S, R, V>(row, first, panel);
             row += R;
         }
         while row + 3 <= self.rows {
-            self.tile::<S, 3, V>(simd, row, first, panel);
+            self.tile::<S, 3, V>(row, first, panel);
             row += 3;
         }
         while row < self.rows {
-            self.tile::<S, 1, V>(simd, row, first, panel);
+            self.tile::<S, 1, V>(row, first, panel);
             row += 1;
         }
     }
@@ -165,14 +154,14 @@ impl<L: Left, E: Epilogue> WithSimd for Product<'_, L, E> {
             // 32 registers hold 24 sums of the widest vectors, 16 registers 12 of half the width, beside the
             // operands.
             while S::F32_LANES == COLUMNS && column + 4 <= width {
-                self.tiles::<S, 6, 4>(simd, first, Panel { vectors, width, column });
+                self.tiles::<S, 6, 4>(first, Panel { simd, vectors, width, column });
                 column += 4;
             }
             while column < width {
                 match S::F32_LANES {
-                    16 => self.tiles::<S, 8, 1>(simd, first, Panel { vectors, width, column }),
-                    8 => self.tiles::<S, 6, 2>(simd, first, Panel { vectors, width, column }),
-                    _ => self.tiles::<S, 4, 4>(simd, first, Panel { vectors, width, column }),
+                    16 => self.tiles::<S, 8, 1>(first, Panel { simd, vectors, width, column }),
+                    8 => self.tiles::<S, 6, 2>(first, Panel { simd, vectors, width, column }),
+                    _ => self.tiles::<S, 4, 4>(first, Panel { simd, vectors, width, column }),
                 }
                 column += match S::F32_LANES {
                     16 => 1,

@@ -97,14 +97,46 @@ where
     (output, kept)
 }
 
-/// Implements a trait of operations for the backends that run their kernels directly, and for autodiff over
-/// any backend that has the kernels.
+/// Declares operations, and makes them of the kernels of every backend.
 ///
-/// The first line names both traits; each further line is a method: its differentiable tensors and, after the
-/// semicolon, the constants of its call.
+/// Two traits come first: that of backends which have all the kernels, and that of the operations, which
+/// those backends, autodiff over them and [`burn::backend::Dispatch`] have. Each further line is an
+/// operation: its differentiable tensors with their ranks, after the semicolon the constants of its call, and
+/// the rank of the result. It becomes a method of the second trait and a function on tensors of any device.
 #[macro_export]
 macro_rules! operations {
-    ($ops:ident of $kernels:ident; $($name:ident($($input:ident),+; $call:ident: $constants:ty);)+) => {
+    (
+        $(#[$of_kernels:meta])*
+        pub trait $kernels:ident;
+        $(#[$of_ops:meta])*
+        pub trait $ops:ident;
+        $(
+            $(#[$of_name:meta])*
+            $public:vis fn $name:ident(
+                $($input:ident: $rank:literal),+; $call:ident: $constants:ty
+            ) -> $out:literal;
+        )+
+    ) => {
+        $(#[$of_kernels])*
+        pub trait $kernels: $($crate::Kernel<$constants, { [$(stringify!($input)),+].len() }> +)+ {}
+
+        impl<B> $kernels for B where
+            B: $($crate::Kernel<$constants, { [$(stringify!($input)),+].len() }> +)+
+        {
+        }
+
+        $(#[$of_ops])*
+        #[::burn::backend::backend_extension(Autodiff, Flex)]
+        pub trait $ops: ::burn::backend::Backend {
+            $(
+                $(#[$of_name])*
+                fn $name(
+                    $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
+                    $call: $constants,
+                ) -> ::burn::backend::tensor::FloatTensor<Self>;
+            )+
+        }
+
         impl $ops for ::burn::backend::Flex {
             $(fn $name(
                 $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
@@ -126,5 +158,17 @@ macro_rules! operations {
                 $crate::fused::<B, C, _, _>($call, [$($input),+])
             })+
         }
+
+        $(
+            $(#[$of_name])*
+            #[must_use]
+            $public fn $name(
+                $($input: ::burn::tensor::Tensor<$rank>,)+
+                $call: $constants,
+            ) -> ::burn::tensor::Tensor<$out> {
+                let out = <::burn::backend::Dispatch as $ops>::$name($($input.into_dispatch(),)+ $call);
+                ::burn::tensor::Tensor::from_dispatch(out)
+            }
+        )+
     };
 }

@@ -7,10 +7,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, section};
 use lgs_bench::{Beside, Panels, median_secs};
-use lgs_model::source::DeformInput;
-use lgs_model::source::network::{deform, deform_kept, deform_vjp};
 use lgs_model::source::reference::{self, ReferenceInput};
-use lgs_model::source::{DELTAS, Deformation, DeformationConfig, InputFrame};
+use lgs_model::source::{DELTAS, Deformation, DeformationConfig, InputFrame, NetworkInput, PoseNetwork};
 
 /// Gaussians of a scene in training, early and late.
 const COUNTS: [usize; 2] = [4000, 20_000];
@@ -27,7 +25,7 @@ pub(crate) fn run(machine: &Machine) {
     for count in COUNTS {
         let case = Case::new(&network, count);
         let name = |what: &str| format!("{count} Gaussians, {what}");
-        let measured = Beside::measure::<Panels, _>(machine.cores, || deform(case.input()));
+        let measured = Beside::measure::<Panels, _>(machine.cores, || DeformationConfig::poses(case.input()));
         share(&name("forward"), measured, forward * count as f64, None).print();
         let measured = Beside::measure::<Panels, _>(machine.cores, || case.both());
         share(&name("forward + backward"), measured, both * count as f64, None).print();
@@ -52,22 +50,14 @@ impl<'a> Case<'a> {
         Self { network, means: points(count, 1.0, 1), rotations, v_poses: vec![[1.0; DELTAS]; count] }
     }
 
-    fn input(&self) -> DeformInput<'_> {
-        let Deformation { config, frame, params } = self.network;
-        DeformInput {
-            config,
-            frame: *frame,
-            params,
-            means: &self.means,
-            rotations: &self.rotations,
-            time: TIME,
-        }
+    fn input(&self) -> NetworkInput<'_, DeformationConfig> {
+        self.network.input(&self.means, &self.rotations, TIME)
     }
 
     fn both(&self) -> Vec<f32> {
-        let (poses, kept) = deform_kept(self.input());
+        let (poses, kept) = DeformationConfig::poses_kept(self.input());
         std::hint::black_box(poses);
-        deform_vjp(self.input(), &kept, &self.v_poses).params
+        DeformationConfig::vjp(self.input(), &kept, &self.v_poses).params
     }
 
     /// The same by Burn's operations and its gradient.

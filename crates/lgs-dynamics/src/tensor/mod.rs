@@ -10,11 +10,10 @@ mod ops;
 use crate::state::{Edit, VelocityPolicy};
 use crate::supports::Supports;
 use crate::system::SystemConfig;
-use burn::backend::Dispatch;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
-pub use ops::{AccelerationCall, AlignCall, DynamicsKernels, DynamicsOps};
+pub use ops::{AccelerationCall, AlignCall, DynamicsKernels, DynamicsOps, rollout};
 
 /// The constants of a rollout; the fields are those of [`crate::RolloutSpec`] and [`crate::System`].
 #[derive(Clone, Debug)]
@@ -48,29 +47,7 @@ pub fn acceleration(
     q: Tensor<2>,
     v: Tensor<2>,
 ) -> Tensor<2> {
-    let out = <Dispatch as DynamicsOps>::acceleration(
-        params.into_dispatch(),
-        q.into_dispatch(),
-        v.into_dispatch(),
-        AccelerationCall { config, edit },
-    );
-    Tensor::from_dispatch(out)
-}
-
-/// States `[states, n, 10]` (position, velocity, rotation quaternion) of a rollout from rotation identity;
-/// differentiable by all tensors.
-///
-/// # Panics
-/// If the shapes do not fit the system or the supports.
-#[must_use]
-pub fn rollout(params: Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: RolloutCall) -> Tensor<3> {
-    let out = <Dispatch as DynamicsOps>::rollout(
-        params.into_dispatch(),
-        q0.into_dispatch(),
-        v0.into_dispatch(),
-        call,
-    );
-    Tensor::from_dispatch(out)
+    ops::acceleration(params, q, v, AccelerationCall { config, edit })
 }
 
 /// Aligned positions `[n, 3]` and rotation matrices `[n, 3, 3]`; differentiable by both tensors.
@@ -80,11 +57,6 @@ pub fn rollout(params: Tensor<1>, q0: Tensor<2>, v0: Tensor<2>, call: RolloutCal
 #[must_use]
 pub fn align(position: Tensor<2>, candidate: Tensor<2>, supports: Arc<Supports>) -> (Tensor<2>, Tensor<3>) {
     let n = supports.particles();
-    let packed = <Dispatch as DynamicsOps>::align(
-        position.into_dispatch(),
-        candidate.into_dispatch(),
-        AlignCall { supports },
-    );
-    let packed = Tensor::<2>::from_dispatch(packed);
+    let packed = ops::align(position, candidate, AlignCall { supports });
     (packed.clone().slice([0..n, 0..3]), packed.slice([0..n, 3..12]).reshape([n, 3, 3]))
 }

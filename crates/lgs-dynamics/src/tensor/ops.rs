@@ -1,12 +1,9 @@
-//! The backend extension: the kernels' calls and the operations.
+//! The kernels' calls and the operations.
 
 use super::RolloutCall;
 use crate::state::Edit;
 use crate::supports::Supports;
 use crate::system::SystemConfig;
-use burn::backend::tensor::FloatTensor;
-use burn::backend::{Backend, backend_extension};
-use lgs_tensor::Kernel;
 use std::sync::Arc;
 
 /// The constants of a call of accelerations.
@@ -25,43 +22,24 @@ pub struct AlignCall {
     pub supports: Arc<Supports>,
 }
 
-/// Backends that can run systems: kernels of accelerations and rollouts (parameters `[p]`, positions and
-/// velocities `[n, 3]`) and of the alignment (positions and candidates `[n, 3]`).
-pub trait DynamicsKernels:
-    Kernel<AccelerationCall, 3> + Kernel<RolloutCall, 3> + Kernel<AlignCall, 2>
-{
-}
-
-impl<B> DynamicsKernels for B where
-    B: Kernel<AccelerationCall, 3> + Kernel<RolloutCall, 3> + Kernel<AlignCall, 2>
-{
-}
-
-/// The operations on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
-pub trait DynamicsOps: Backend {
-    /// Accelerations `[n, 3]`.
-    fn acceleration(
-        params: FloatTensor<Self>,
-        q: FloatTensor<Self>,
-        v: FloatTensor<Self>,
-        call: AccelerationCall,
-    ) -> FloatTensor<Self>;
-    /// States `[states, n, 10]`.
-    fn rollout(
-        params: FloatTensor<Self>,
-        q0: FloatTensor<Self>,
-        v0: FloatTensor<Self>,
-        call: RolloutCall,
-    ) -> FloatTensor<Self>;
-    /// Aligned positions and rotation matrices `[n, 3 + 9]`.
-    fn align(position: FloatTensor<Self>, candidate: FloatTensor<Self>, call: AlignCall)
-    -> FloatTensor<Self>;
-}
-
 lgs_tensor::operations! {
-    DynamicsOps of DynamicsKernels;
-    acceleration(params, q, v; call: AccelerationCall);
-    rollout(params, q0, v0; call: RolloutCall);
-    align(position, candidate; call: AlignCall);
+    /// Backends that can run systems: kernels of accelerations and rollouts (parameters `[p]`, positions and
+    /// velocities `[n, 3]`) and of the alignment (positions and candidates `[n, 3]`).
+    pub trait DynamicsKernels;
+
+    /// The operations on backends with and without gradients.
+    pub trait DynamicsOps;
+
+    /// Accelerations `[n, 3]`.
+    pub(super) fn acceleration(params: 1, q: 2, v: 2; call: AccelerationCall) -> 2;
+
+    /// States `[states, n, 10]` (position, velocity, rotation quaternion) of a rollout from rotation
+    /// identity; differentiable by all tensors.
+    ///
+    /// # Panics
+    /// If the shapes do not fit the system or the supports.
+    pub fn rollout(params: 1, q0: 2, v0: 2; call: RolloutCall) -> 3;
+
+    /// Aligned positions and rotation matrices `[n, 3 + 9]`.
+    pub(super) fn align(position: 2, candidate: 2; call: AlignCall) -> 2;
 }

@@ -5,8 +5,9 @@ use lgs_nn::encoding::encode_into;
 use lgs_nn::{Mlp, MlpGradients, OutputCotangents, Scratch, Tape};
 
 use super::config::{DELTAS, DeformationConfig, NetworkLayout};
-use super::input::{DeformInput, InputFrame};
+use super::input::InputFrame;
 use super::pose::{pose, pose_vjp};
+use super::pose_network::NetworkInput;
 use super::time_part::TimePart;
 
 /// The values of a block that its backward pass needs.
@@ -42,8 +43,8 @@ pub(super) struct Pass<'a> {
 
 impl<'a> Pass<'a> {
     /// The pass of a network whose parameters are the first of those given.
-    pub(super) fn new(input: &DeformInput<'a>) -> Self {
-        let DeformInput { config, frame, params, time, .. } = *input;
+    pub(super) fn new(input: &NetworkInput<'a, DeformationConfig>) -> Self {
+        let NetworkInput { config, frame, params, time, .. } = *input;
         let layout = config.layout();
         assert!(params.len() >= layout.len, "parameters of the deformation network");
         let gain = config.gain(time);

@@ -6,10 +6,12 @@
 //! network pushes to zero or below is replaced by [`DEFORMED_SCALE_FLOOR`].
 
 use std::path::Path;
+use std::sync::Arc;
 
 use burn::tensor::Tensor;
 use lgs_core::GaussianCloud;
 use lgs_core::linear::quat_normalize;
+use lgs_nn::NamedLayers;
 use serde::{Deserialize, Serialize};
 
 use super::config::{DELTAS, DeformationConfig, ScaleMode};
@@ -19,8 +21,9 @@ use super::kind::SourceKind;
 use super::model::SourceModel;
 use super::motion::{Canonical, Captured, Learned, Moment, MotionConfig, SourceMotion};
 use super::network::Deformation;
+use super::pose_network::PoseNetwork;
 use super::registry::{Imports, Kind, Training};
-use super::tensor::{DeformSpec, deform};
+use super::tensor::{NetworkCall, deform};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::tensor_file::{TensorFile, TensorFileError};
 
@@ -152,18 +155,18 @@ fn validate(config: &MotionConfig<'_>) -> Result<(), (String, String)> {
 }
 
 fn motion(config: &MotionConfig<'_>, captured: Captured) -> Box<dyn SourceMotion> {
-    Box::new(DeformationMotion { config: config.deformation.clone(), frame: captured.frame })
+    Box::new(DeformationMotion { config: Arc::new(config.deformation.clone()), frame: captured.frame })
 }
 
 /// The deformation network in training.
 struct DeformationMotion {
-    config: DeformationConfig,
+    config: Arc<DeformationConfig>,
     frame: InputFrame,
 }
 
 impl SourceMotion for DeformationMotion {
     fn init(&self, seed: u64) -> Vec<f32> {
-        Deformation::init(self.config.clone(), self.frame, seed).params
+        self.config.fresh(seed)
     }
 
     fn parameters(&self) -> usize {
@@ -171,8 +174,8 @@ impl SourceMotion for DeformationMotion {
     }
 
     fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
-        let spec = DeformSpec { config: self.config.clone(), frame: self.frame, time: at.time };
-        deform(network, canonical.means, canonical.rotations, spec)
+        let call = NetworkCall { config: Arc::clone(&self.config), frame: self.frame, time: at.time };
+        deform(network, canonical.means, canonical.rotations, call)
     }
 
     fn scale_mode(&self) -> ScaleMode {
@@ -181,7 +184,8 @@ impl SourceMotion for DeformationMotion {
 
     fn model(&self, learned: Learned) -> Box<dyn SourceModel> {
         let Learned { cloud: canonical, parameters: params, .. } = learned;
-        let deformation = Deformation { config: self.config.clone(), frame: self.frame, params };
+        let config = (*self.config).clone();
+        let deformation = Deformation { config, frame: self.frame, params };
         Box::new(DefGs { canonical, deformation })
     }
 }

@@ -1,8 +1,6 @@
-//! Inputs of the deformation network.
+//! The frame in which networks see positions.
 
 use serde::{Deserialize, Serialize};
-
-use super::config::DeformationConfig;
 
 /// The affine map applied to positions before encoding: `(x − center) / scale`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,21 +34,4 @@ impl InputFrame {
             Self::IDENTITY
         }
     }
-}
-
-/// The network, the Gaussians and the time of a call.
-#[derive(Clone, Copy)]
-pub struct DeformInput<'a> {
-    /// Sizes.
-    pub config: &'a DeformationConfig,
-    /// The map of positions before encoding.
-    pub frame: InputFrame,
-    /// Parameters `[P]`.
-    pub params: &'a [f32],
-    /// Canonical centres `[n]`.
-    pub means: &'a [[f32; 3]],
-    /// Canonical quaternions `[n]`, of any length but zero.
-    pub rotations: &'a [[f32; 4]],
-    /// Time of the frame.
-    pub time: f32,
 }

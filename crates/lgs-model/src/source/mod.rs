@@ -24,6 +24,7 @@ pub mod network;
 pub mod nodes;
 mod official;
 pub mod pose;
+mod pose_network;
 pub mod reference;
 mod registry;
 pub mod tensor;
@@ -40,7 +41,7 @@ pub use error::SourceError;
 pub use file::{import_source, imported_kind, load_source};
 pub use freegave::{FreeGave, FreeGaveConfig};
 pub use imported::ImportedFrames;
-pub use input::{DeformInput, InputFrame};
+pub use input::InputFrame;
 pub use kind::SourceKind;
 pub use linear::LinearMotion;
 pub use model::SourceModel;
@@ -48,6 +49,7 @@ pub use motion::{Canonical, Captured, Learned, Moment, MotionConfig, Remade, Sou
 pub use network::Deformation;
 pub use nodes::ControlNodes;
 pub use official::{OfficialDefGs, OfficialSettings, is_official_defgs, read_official_defgs};
+pub use pose_network::{NetworkInput, Networks, PoseGradients, PoseNetwork};
 
 use registry::Kind;
 

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use lgs_data::files::FileError;
 use lgs_data::ply::read_ply;
 use lgs_data::pth::{PthError, StateDict};
-use lgs_nn::ParamRange;
 use lgs_nn::encoding::encoded_width;
+use lgs_nn::{NamedLayers, ParamRange};
 
 use super::config::{DELTAS, DeformationConfig, HeadInit, MotionHead, ScaleMode};
 use super::defgs::DefGs;

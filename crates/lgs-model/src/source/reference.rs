@@ -8,6 +8,7 @@ use lgs_nn::{LinearRange, MlpLayout};
 
 use super::config::{DeformationConfig, MotionHead};
 use super::input::InputFrame;
+use super::pose_network::PoseNetwork;
 
 fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
     let weight: Tensor<2> =
@@ -36,10 +37,11 @@ pub(super) fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     Tensor::cat(vec![w, n], 1)
 }
 
-/// Inputs of [`deform`].
-pub struct ReferenceInput<'a> {
+/// Inputs of [`deform`] and of the twins of other networks: those of [`NetworkInput`](super::NetworkInput)
+/// as tensors.
+pub struct ReferenceInput<'a, N: PoseNetwork> {
     /// Sizes.
-    pub config: &'a DeformationConfig,
+    pub config: &'a N,
     /// The map of positions before encoding.
     pub frame: InputFrame,
     /// Parameters `[P]`.
@@ -48,19 +50,22 @@ pub struct ReferenceInput<'a> {
     pub means: Tensor<2>,
     /// Canonical quaternions `[n, 4]`.
     pub rotations: Tensor<2>,
-    /// Time of the frame.
-    pub time: f32,
+    /// The time of the call, or its times.
+    pub time: N::Time,
 }
 
-/// Pose rows `[n, DELTAS]`, as [`super::network::deform`]. The rotation's coefficients are written for angles
+/// Pose rows `[n, DELTAS]`, as [`super::tensor::deform`]. The rotation's coefficients are written for angles
 /// that are not tiny.
 #[must_use]
-pub fn deform(input: ReferenceInput<'_>) -> Tensor<2> {
+pub fn deform(input: ReferenceInput<'_, DeformationConfig>) -> Tensor<2> {
     deform_with_codes(input, None)
 }
 
 /// The same for a network that also reads codes `[n, code]`.
-pub(super) fn deform_with_codes(input: ReferenceInput<'_>, codes: Option<Tensor<2>>) -> Tensor<2> {
+pub(super) fn deform_with_codes(
+    input: ReferenceInput<'_, DeformationConfig>,
+    codes: Option<Tensor<2>>,
+) -> Tensor<2> {
     let ReferenceInput { config, frame, params, means, rotations, time } = input;
     let mut input =
         vec![encoded_positions(config, frame, &means), time_features(config, &params, time, means.dims()[0])];

@@ -1,102 +1,84 @@
-//! The deformation network as a Burn operation, differentiable by its parameters and by the Gaussians that it
-//! moves.
+//! Networks that move Gaussians as Burn operations, differentiable by their parameters and by the Gaussians
+//! that they move: the kernel of all of them, and the operation of the deformation network.
 
-use burn::backend::tensor::FloatTensor;
-use burn::backend::{Backend, Dispatch, Flex, backend_extension};
-use burn::tensor::Tensor;
-use lgs_tensor::Kernel;
-use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
 use std::sync::Arc;
 
-use super::config::DeformationConfig;
-use super::input::{DeformInput, InputFrame};
-use super::network::{Kept, deform as deform_rows, deform_kept, deform_vjp};
+use burn::backend::Flex;
+use burn::backend::tensor::FloatTensor;
+use lgs_tensor::Kernel;
+use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
 
-/// The constants of a call.
+use super::config::DeformationConfig;
+use super::input::InputFrame;
+use super::pose_network::{NetworkInput, PoseNetwork};
+
+/// The constants of a call of networks.
 #[derive(Clone, Debug)]
-pub struct DeformSpec {
+pub struct NetworkCall<N: PoseNetwork> {
     /// Sizes.
-    pub config: DeformationConfig,
+    pub config: Arc<N>,
     /// The map of positions before encoding.
     pub frame: InputFrame,
-    /// The frame's time.
-    pub time: f32,
+    /// The time of the call, or its times.
+    pub time: N::Time,
 }
 
-/// Backends that can run the network: kernels from parameters `[P]`, centres `[n, 3]` and quaternions
-/// `[n, 4]` to pose rows `[n, DELTAS]`.
-pub trait DeformationKernels: Kernel<DeformSpec, 3> {}
-
-impl<B: Kernel<DeformSpec, 3>> DeformationKernels for B {}
-
-/// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
-pub trait DeformationOps: Backend {
-    /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
-    fn deform(
-        params: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        spec: DeformSpec,
-    ) -> FloatTensor<Self>;
-}
-
-fn input<'a>(inputs: &'a [FloatTensor<Flex>; 3], spec: &'a DeformSpec) -> DeformInput<'a> {
-    let [params, means, rotations] = inputs;
-    DeformInput {
-        config: &spec.config,
-        frame: spec.frame,
-        params: floats(params),
-        means: rows(means),
-        rotations: rows(rotations),
-        time: spec.time,
+impl<N: PoseNetwork> NetworkCall<N> {
+    fn input<'a>(&'a self, inputs: &'a [FloatTensor<Flex>; 3]) -> NetworkInput<'a, N> {
+        let [params, means, rotations] = inputs;
+        NetworkInput {
+            config: &self.config,
+            frame: self.frame,
+            params: floats(params),
+            means: rows(means),
+            rotations: rows(rotations),
+            time: self.time,
+        }
     }
 }
 
-impl Kernel<DeformSpec, 3> for Flex {
-    type Kept = ([FloatTensor<Self>; 3], Arc<Kept>);
+impl<N: PoseNetwork> Kernel<NetworkCall<N>, 3> for Flex {
+    type Kept = ([FloatTensor<Self>; 3], Arc<N::Kept>);
 
-    fn forward(spec: &DeformSpec, inputs: [FloatTensor<Self>; 3]) -> FloatTensor<Self> {
+    fn forward(call: &NetworkCall<N>, inputs: [FloatTensor<Self>; 3]) -> FloatTensor<Self> {
         let _span = tracing::trace_span!("deformation network").entered();
         let inputs = inputs.map(|t| t.to_contiguous());
-        tensor_of_rows(deform_rows(input(&inputs, spec)))
+        tensor_of_rows(N::poses(call.input(&inputs)))
     }
 
-    fn forward_kept(spec: &DeformSpec, inputs: [FloatTensor<Self>; 3]) -> (FloatTensor<Self>, Self::Kept) {
+    fn forward_kept(
+        call: &NetworkCall<N>,
+        inputs: [FloatTensor<Self>; 3],
+    ) -> (FloatTensor<Self>, Self::Kept) {
         let _span = tracing::trace_span!("deformation network").entered();
         let inputs = inputs.map(|t| t.to_contiguous());
-        let (poses, kept) = deform_kept(input(&inputs, spec));
+        let (poses, kept) = N::poses_kept(call.input(&inputs));
         (tensor_of_rows(poses), (inputs, Arc::new(kept)))
     }
 
     fn vjp(
-        spec: &DeformSpec,
+        call: &NetworkCall<N>,
         (inputs, kept): Self::Kept,
         v_poses: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
         let _span = tracing::trace_span!("deformation network, backward").entered();
-        let v = deform_vjp(input(&inputs, spec), &kept, rows(&v_poses.to_contiguous()));
+        let v = N::vjp(call.input(&inputs), &kept, rows(&v_poses.to_contiguous()));
         let len = v.params.len();
         [tensor(v.params, [len]), tensor_of_rows(v.means), tensor_of_rows(v.rotations)]
     }
 }
 
 lgs_tensor::operations! {
-    DeformationOps of DeformationKernels;
-    deform(params, means, rotations; spec: DeformSpec);
-}
+    /// Backends that can run the deformation network: kernels from parameters `[P]`, centres `[n, 3]` and
+    /// quaternions `[n, 4]` to pose rows `[n, DELTAS]`.
+    pub trait DeformationKernels;
 
-/// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters
-/// `[P]`; differentiable by all three, by the centres not through their encoding.
-#[must_use]
-pub fn deform(params: Tensor<1>, means: Tensor<2>, rotations: Tensor<2>, spec: DeformSpec) -> Tensor<2> {
-    let out = <Dispatch as DeformationOps>::deform(
-        params.into_dispatch(),
-        means.into_dispatch(),
-        rotations.into_dispatch(),
-        spec,
-    );
-    Tensor::from_dispatch(out)
+    /// The operation of the deformation network on backends with and without gradients.
+    pub trait DeformationOps;
+
+    /// Pose rows `[n, DELTAS]` of Gaussians with centres `[n, 3]` and quaternions `[n, 4]`, from parameters
+    /// `[P]`; differentiable by all three, by the centres not through their encoding.
+    pub fn deform(params: 1, means: 2, rotations: 2; call: NetworkCall<DeformationConfig>) -> 2;
 }
 
 #[cfg(test)]
@@ -110,11 +92,11 @@ mod tests {
     fn compare(config: &DeformationConfig, n: usize) {
         let net = Deformation::init(config.clone(), FRAME, 5);
         let time = 0.4;
-        let spec = DeformSpec { config: config.clone(), frame: FRAME, time };
+        let call = NetworkCall { config: Arc::new(config.clone()), frame: FRAME, time };
         compare_twins(
             &net.params,
             n,
-            |params, means, rotations| deform(params, means, rotations, spec),
+            |params, means, rotations| deform(params, means, rotations, call),
             |params, means, rotations| {
                 reference::deform(ReferenceInput { config, frame: FRAME, params, means, rotations, time })
             },
@@ -156,15 +138,9 @@ mod tests {
         let weights = weights(3000);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
-            let input = DeformInput {
-                config: &config,
-                frame: net.frame,
-                params: &net.params,
-                means: &means,
-                rotations: &rotations,
-                time: 0.3,
-            };
-            pool.install(|| deform_vjp(input, &deform_kept(input).1, weights.as_chunks().0))
+            let input = net.input(&means, &rotations, 0.3);
+            let back = |kept| DeformationConfig::vjp(input, &kept, weights.as_chunks().0);
+            pool.install(|| back(DeformationConfig::poses_kept(input).1))
         };
         let one = run(1);
         assert!(one.params.iter().any(|v| *v != 0.0));
@@ -177,14 +153,8 @@ mod tests {
         let config = DeformationConfig::quick();
         let net = Deformation::init(config.clone(), InputFrame::IDENTITY, 5);
         assert!(net.poses(&[], &[], 0.5).is_empty());
-        let input = DeformInput {
-            config: &config,
-            frame: net.frame,
-            params: &net.params,
-            means: &[],
-            rotations: &[],
-            time: 0.5,
-        };
-        assert!(deform_vjp(input, &deform_kept(input).1, &[]).params.iter().all(|v| *v == 0.0));
+        let input = net.input(&[], &[], 0.5);
+        let (_, kept) = DeformationConfig::poses_kept(input);
+        assert!(DeformationConfig::vjp(input, &kept, &[]).params.iter().all(|v| *v == 0.0));
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use std::path::PathBuf;
 
 fn sample() -> TensorFile {
     let mut file = TensorFile::new("sample/1");
@@ -9,12 +10,18 @@ fn sample() -> TensorFile {
     file
 }
 
-#[test]
-fn a_file_round_trips_and_is_the_same_bytes_every_time() {
+/// The bytes of the sample in a file of a temporary folder.
+fn saved() -> (tempfile::TempDir, PathBuf, Vec<u8>) {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("sample.safetensors");
     sample().save(&path).expect("save");
-    let first = std::fs::read(&path).expect("bytes");
+    let bytes = std::fs::read(&path).expect("bytes");
+    (folder, path, bytes)
+}
+
+#[test]
+fn a_file_round_trips_and_is_the_same_bytes_every_time() {
+    let (_folder, path, first) = saved();
     sample().save(&path).expect("save again");
     assert_eq!(first, std::fs::read(&path).expect("bytes"));
     let back = TensorFile::load(&path, "sample/1").expect("load");
@@ -25,10 +32,7 @@ fn a_file_round_trips_and_is_the_same_bytes_every_time() {
 
 #[test]
 fn a_file_cut_at_any_byte_is_an_error() {
-    let folder = tempfile::tempdir().expect("folder");
-    let path = folder.path().join("cut.safetensors");
-    sample().save(&path).expect("save");
-    let whole = std::fs::read(&path).expect("bytes");
+    let (_folder, path, whole) = saved();
     for length in 0..whole.len() {
         std::fs::write(&path, &whole[..length]).expect("cut");
         assert!(TensorFile::load(&path, "sample/1").is_err(), "cut at {length}");

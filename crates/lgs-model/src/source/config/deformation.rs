@@ -2,7 +2,7 @@
 //! flat vector.
 
 use lgs_nn::encoding::encoded_width;
-use lgs_nn::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, ParamRange, params_of};
+use lgs_nn::{Activation, LinearRange, MlpLayout, MlpShape, MlpSizes, NamedLayers};
 use serde::{Deserialize, Serialize};
 
 use super::heads::{DELTAS, HeadInit, MotionHead, ScaleMode};
@@ -205,18 +205,12 @@ impl NetworkLayout {
         let inputs = [0..position, codes].into_iter().filter(|columns| !columns.is_empty()).collect();
         MlpShape { layout: self.mlp.clone(), inputs, activation: Activation::Relu }
     }
+}
 
-    /// Every layer with its name.
-    #[must_use]
-    pub fn linears(&self) -> Vec<(String, &LinearRange)> {
+impl NamedLayers for NetworkLayout {
+    fn linears(&self) -> Vec<(String, &LinearRange)> {
         let time = self.time.iter().flatten().enumerate().map(|(i, l)| (format!("time.{i}"), l));
         time.chain(self.mlp.named_linears()).collect()
-    }
-
-    /// Names, shapes and ranges of all parameters.
-    #[must_use]
-    pub fn params(&self) -> Vec<ParamRange> {
-        params_of(self.linears())
     }
 }
 

@@ -6,12 +6,13 @@ use lgs_nn::encoding::encode_into;
 use lgs_nn::{Activation, Mlp, MlpGradients, MlpLayout, MlpShape, OutputCotangents, Scratch, Tape};
 use rayon::prelude::*;
 
-use super::input::{AdvectionInput, Learns};
+use super::config::FreeGaveConfig;
+use super::input::Learns;
 use super::twist::{TWIST, Twist, integrate, integrate_vjp, rotation, steps, twist_times};
 use crate::source::blocks::{Activations, Block, Pass, encoded};
 use crate::source::config::DELTAS;
-use crate::source::input::DeformInput;
 use crate::source::network::BLOCK;
+use crate::source::pose_network::NetworkInput;
 
 /// Motion bases at all times of the integration.
 #[derive(Debug, Default)]
@@ -47,7 +48,7 @@ struct FlowKept {
 
 /// A call's constants.
 pub(super) struct Call<'a> {
-    input: AdvectionInput<'a>,
+    input: NetworkInput<'a, FreeGaveConfig>,
     pass: Pass<'a>,
     code: Mlp,
     segment: Mlp,
@@ -65,12 +66,12 @@ pub(super) struct Partial {
 }
 
 impl<'a> Call<'a> {
-    pub(super) fn new(input: AdvectionInput<'a>) -> Self {
-        let AdvectionInput { config, frame, params, means, rotations, advection } = input;
+    pub(super) fn new(input: NetworkInput<'a, FreeGaveConfig>) -> Self {
+        let NetworkInput { config, frame, params, means, rotations, time: advection } = input;
         let layout = config.layout();
         assert_eq!(params.len(), layout.len, "parameters of FreeGave's networks");
         assert_eq!(means.len(), rotations.len(), "centres and quaternions");
-        let pass = Pass::new(&DeformInput {
+        let pass = Pass::new(&NetworkInput {
             config: &config.deformation,
             frame,
             params,
@@ -95,7 +96,7 @@ impl<'a> Call<'a> {
 
     /// The motion bases at the times of the integration.
     pub(super) fn bases(&self) -> Bases {
-        let times = twist_times(self.input.advection.from, &self.steps);
+        let times = twist_times(self.input.time.from, &self.steps);
         if times.is_empty() {
             return Bases::default();
         }
@@ -116,7 +117,7 @@ impl<'a> Call<'a> {
         bases: &Bases,
         keep: impl Fn(BlockKept) -> T + Sync,
     ) -> (Vec<[f32; DELTAS]>, Vec<T>) {
-        let AdvectionInput { means, rotations, .. } = self.input;
+        let NetworkInput { means, rotations, .. } = self.input;
         let mut poses = vec![[0.0; DELTAS]; means.len()];
         let blocks =
             poses.par_chunks_mut(BLOCK).zip(means.par_chunks(BLOCK)).zip(rotations.par_chunks(BLOCK));
@@ -149,7 +150,7 @@ impl<'a> Call<'a> {
         for (b, pose) in poses.iter_mut().enumerate() {
             let twists = self.mixed(&weights, bases, (b, block));
             pose[..3].copy_from_slice(&integrate(&self.steps, &twists, starts[b]));
-            if self.input.advection.turns {
+            if self.input.time.turns {
                 let turn = rotation(self.input.config.velocity.rotation, &self.steps, &twists);
                 let turned = quat_mul(turn, [pose[3], pose[4], pose[5], pose[6]]);
                 pose[3..7].copy_from_slice(&turned);
@@ -184,7 +185,7 @@ impl<'a> Call<'a> {
         let v_from_flow =
             kept.flow.as_ref().map(|flow| self.backward_flow(flow, (&kept.codes, bases), rows, partial));
         let mut v_codes = vec![0.0; kept.codes.len()];
-        if self.input.advection.learns == Learns::All {
+        if self.input.time.learns == Learns::All {
             let (means, rotations) = (&self.input.means[gaussians.clone()], &self.input.rotations[gaussians]);
             let block = Block { means, rotations, codes: &kept.codes };
             v_codes = self.pass.backward(&kept.deformation, block, rows, &mut partial.deformation);

@@ -1,7 +1,7 @@
 //! Sizes and choices of FreeGave's networks (method §3.2), and where each parameter lies in the flat vector.
 
 use lgs_nn::encoding::encoded_width;
-use lgs_nn::{LinearRange, MlpLayout, MlpSizes, ParamRange, params_of};
+use lgs_nn::{LinearRange, MlpLayout, MlpSizes, NamedLayers};
 use serde::{Deserialize, Serialize};
 
 use super::twist::TWIST;
@@ -79,22 +79,16 @@ impl FreeGaveLayout {
         let velocity = mlp(time, [velocity.depth, velocity.width], TWIST * k, MlpSizes::NO_SKIP);
         Self { deformation: own, code, segment, velocity, len }
     }
+}
 
-    /// Every layer with its name.
-    #[must_use]
-    pub fn linears(&self) -> Vec<(String, &LinearRange)> {
+impl NamedLayers for FreeGaveLayout {
+    fn linears(&self) -> Vec<(String, &LinearRange)> {
         let own = self.deformation.linears().into_iter().map(|(name, l)| (format!("deformation.{name}"), l));
         let rest = [("code", &self.code), ("segment", &self.segment), ("velocity", &self.velocity)];
         let rest = rest.into_iter().flat_map(|(network, layout)| {
             layout.named_linears().map(move |(name, l)| (format!("{network}.{name}"), l))
         });
         own.chain(rest).collect()
-    }
-
-    /// Names, shapes and ranges of all parameters.
-    #[must_use]
-    pub fn params(&self) -> Vec<ParamRange> {
-        params_of(self.linears())
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lgs_core::GaussianCloud;
+use lgs_nn::NamedLayers;
 use serde::{Deserialize, Serialize};
 
 use super::config::FreeGaveConfig;

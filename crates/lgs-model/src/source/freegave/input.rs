@@ -1,7 +1,6 @@
-//! Inputs of FreeGave's networks: Gaussians, the times between which they are carried, and what learns.
+//! The times between which FreeGave's networks carry Gaussians, and what learns.
 
 use super::config::FreeGaveConfig;
-use crate::source::input::InputFrame;
 
 /// The parameters that receive gradients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,21 +46,4 @@ impl Advection {
             learns: Learns::All,
         }
     }
-}
-
-/// The networks, the Gaussians and the times of a call.
-#[derive(Clone, Copy)]
-pub struct AdvectionInput<'a> {
-    /// Sizes.
-    pub config: &'a FreeGaveConfig,
-    /// The map of positions before encoding.
-    pub frame: InputFrame,
-    /// Parameters `[P]`.
-    pub params: &'a [f32],
-    /// Canonical centres `[n]`.
-    pub means: &'a [[f32; 3]],
-    /// Canonical quaternions `[n]`, of any length but zero.
-    pub rotations: &'a [[f32; 4]],
-    /// The times.
-    pub advection: Advection,
 }

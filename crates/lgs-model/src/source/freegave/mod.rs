@@ -20,7 +20,7 @@ pub mod tensor;
 pub mod twist;
 
 pub use config::{FreeGaveConfig, FreeGaveLayout};
-pub use input::{Advection, AdvectionInput, Learns};
+pub use input::{Advection, Learns};
 pub use model::FreeGave;
 pub(super) use motion::KIND;
 pub use network::FreeGaveNetworks;

@@ -8,8 +8,8 @@ use lgs_core::linear::{norm, sub};
 
 use super::file::{from_tensors, to_tensors};
 use super::inflated::drawn_shape;
-use super::input::{Advection, AdvectionInput};
-use super::network::{FreeGaveNetworks, carry};
+use super::input::Advection;
+use super::network::FreeGaveNetworks;
 use crate::source::config::{DELTAS, RotationForm};
 use crate::source::defgs::compose;
 use crate::source::error::SourceError;
@@ -53,16 +53,8 @@ impl FreeGave {
 
     /// Pose rows at a time by the render step alone.
     fn carried(&self, time: f32) -> Vec<[f32; DELTAS]> {
-        let FreeGaveNetworks { config, frame, params } = &self.networks;
-        let GaussianCloud { means, rotations, .. } = &self.canonical;
-        carry(AdvectionInput {
-            config,
-            frame: *frame,
-            params,
-            means,
-            rotations,
-            advection: Advection::to_draw(config, time),
-        })
+        let advection = Advection::to_draw(&self.networks.config, time);
+        self.networks.poses(&self.canonical.means, &self.canonical.rotations, advection)
     }
 
     /// Pose rows at a time, with those that never move where they are at t = 0.

@@ -11,11 +11,13 @@ use super::config::FreeGaveConfig;
 use super::input::{Advection, Learns};
 use super::model::FreeGave;
 use super::network::FreeGaveNetworks;
-use super::tensor::{AdvectionSpec, carry};
+use super::tensor::carry;
 use crate::source::config::{AdvectionConfig, ScaleMode};
 use crate::source::model::SourceModel;
 use crate::source::motion::{Canonical, Captured, Learned, Moment, MotionConfig, SourceMotion};
+use crate::source::pose_network::PoseNetwork;
 use crate::source::registry::{Imports, Kind, Training};
+use crate::source::tensor::NetworkCall;
 use crate::thresholds::AGREEMENT_STRIDE;
 
 pub(in crate::source) const KIND: Kind = Kind {
@@ -57,14 +59,14 @@ struct VelocityMotion {
 }
 
 impl VelocityMotion {
-    fn spec(&self, advection: Advection) -> AdvectionSpec {
-        AdvectionSpec { config: Arc::clone(&self.config), frame: self.captured.frame, advection }
+    fn call(&self, time: Advection) -> NetworkCall<FreeGaveConfig> {
+        NetworkCall { config: Arc::clone(&self.config), frame: self.captured.frame, time }
     }
 }
 
 impl SourceMotion for VelocityMotion {
     fn init(&self, seed: u64) -> Vec<f32> {
-        FreeGaveNetworks::init((*self.config).clone(), self.captured.frame, seed).params
+        self.config.fresh(seed)
     }
 
     fn parameters(&self) -> usize {
@@ -73,7 +75,7 @@ impl SourceMotion for VelocityMotion {
 
     fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
         let advection = training_advection(&self.config.velocity, &self.advection, at, self.captured.seed);
-        carry(network, canonical.means, canonical.rotations, self.spec(advection))
+        carry(network, canonical.means, canonical.rotations, self.call(advection))
     }
 
     /// Disagreement of velocity field and deformation over an advection step at a random time, for every few
@@ -92,7 +94,7 @@ impl SourceMotion for VelocityMotion {
         let [means, rotations] =
             [&canonical.means, &canonical.rotations].map(|all| all.clone().select(0, chosen.clone()));
         let position = |network: Tensor<1>, advection| {
-            carry(network, means.clone(), rotations.clone(), self.spec(advection)).narrow(1, 0, 3)
+            carry(network, means.clone(), rotations.clone(), self.call(advection)).narrow(1, 0, 3)
         };
         let step = if longest_step > 0.0 { longest_step } else { f32::INFINITY };
         let advection =

@@ -9,36 +9,17 @@
 
 use std::ops::Range;
 
+use lgs_nn::NamedLayers;
+
 use super::call::{Bases, BlockKept, Call, Partial};
 use super::config::FreeGaveConfig;
-use super::input::AdvectionInput;
+use super::input::Advection;
 use crate::source::config::DELTAS;
-use crate::source::input::InputFrame;
-use crate::source::network::{BLOCK, DeformGradients, PoseRows, initial_params, partial_sums};
+use crate::source::network::{BLOCK, initial_params, partial_sums};
+use crate::source::pose_network::{NetworkInput, Networks, PoseGradients, PoseNetwork, PoseRows};
 
 /// The networks with their parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FreeGaveNetworks {
-    /// Sizes.
-    pub config: FreeGaveConfig,
-    /// The map of positions before encoding.
-    pub frame: InputFrame,
-    /// All parameters, laid out as [`FreeGaveConfig::layout`] says.
-    pub params: Vec<f32>,
-}
-
-impl FreeGaveNetworks {
-    /// Fresh networks: weights and biases uniform in ±1/√fan_in, the heads of deformation and velocity as
-    /// configured.
-    #[must_use]
-    pub fn init(config: FreeGaveConfig, frame: InputFrame, seed: u64) -> Self {
-        let layout = config.layout();
-        let random = lgs_core::stream(seed, "FreeGave's networks", 0);
-        let heads = [&layout.deformation.mlp.head, &layout.velocity.head];
-        let params = initial_params(&layout.linears(), &heads, config.deformation.head_init, random);
-        Self { config, frame, params }
-    }
-}
+pub type FreeGaveNetworks = Networks<FreeGaveConfig>;
 
 /// The values of a forward pass that the backward pass needs.
 #[derive(Debug, Default)]
@@ -47,46 +28,38 @@ pub struct Kept {
     bases: Bases,
 }
 
-/// Pose rows `[x', q', Δs]` of Gaussians.
-///
-/// # Panics
-/// If lengths do not fit.
-#[must_use]
-pub fn carry(input: AdvectionInput<'_>) -> Vec<[f32; DELTAS]> {
-    let call = Call::new(input);
-    call.forward(&call.bases(), |_| ()).0
-}
+impl PoseNetwork for FreeGaveConfig {
+    type Time = Advection;
+    type Kept = Kept;
 
-/// The same, with what [`carry_vjp`] needs.
-///
-/// # Panics
-/// If lengths do not fit.
-#[must_use]
-pub fn carry_kept(input: AdvectionInput<'_>) -> (Vec<[f32; DELTAS]>, Kept) {
-    let call = Call::new(input);
-    let bases = call.bases();
-    let (poses, blocks) = call.forward(&bases, |kept| kept);
-    (poses, Kept { blocks, bases })
-}
+    /// Weights and biases uniform in ±1/√fan_in, the heads of deformation and velocity as configured.
+    fn fresh(&self, seed: u64) -> Vec<f32> {
+        let (layout, random) = (self.layout(), lgs_core::stream(seed, "FreeGave's networks", 0));
+        let heads = [&layout.deformation.mlp.head, &layout.velocity.head];
+        initial_params(&layout.linears(), &heads, self.deformation.head_init, random)
+    }
 
-/// Gradients of [`carry`], given those by its rows and what [`carry_kept`] left for the same input.
-///
-/// # Panics
-/// If lengths do not fit.
-#[must_use]
-pub fn carry_vjp(input: AdvectionInput<'_>, kept: &Kept, v_poses: &[[f32; DELTAS]]) -> DeformGradients {
-    let n = input.means.len();
-    assert_eq!(
-        (input.rotations.len(), v_poses.len(), kept.blocks.len()),
-        (n, n, n.div_ceil(BLOCK)),
-        "Gaussians and cotangents"
-    );
-    let call = Call::new(input);
-    let mut rows = v_poses.to_vec();
-    let zero = || call.partial(&kept.bases);
-    let add = |partial: &mut Partial, gaussians: Range<usize>, block: &BlockKept, rows: &mut PoseRows| {
-        call.backward((block, &kept.bases), gaussians, rows, partial);
-    };
-    let partials = partial_sums(&mut rows, &kept.blocks, zero, add);
-    DeformGradients::new(call.sum(&kept.bases, &partials), &rows)
+    fn poses(input: NetworkInput<'_, Self>) -> Vec<[f32; DELTAS]> {
+        let call = Call::new(input);
+        call.forward(&call.bases(), |_| ()).0
+    }
+
+    fn poses_kept(input: NetworkInput<'_, Self>) -> (Vec<[f32; DELTAS]>, Kept) {
+        let call = Call::new(input);
+        let bases = call.bases();
+        let (poses, blocks) = call.forward(&bases, |kept| kept);
+        (poses, Kept { blocks, bases })
+    }
+
+    fn vjp(input: NetworkInput<'_, Self>, kept: &Kept, v_poses: &PoseRows) -> PoseGradients {
+        input.assert_cotangents(v_poses, kept.blocks.len(), BLOCK);
+        let call = Call::new(input);
+        let mut rows = v_poses.to_vec();
+        let zero = || call.partial(&kept.bases);
+        let add = |partial: &mut Partial, gaussians: Range<usize>, block: &BlockKept, rows: &mut PoseRows| {
+            call.backward((block, &kept.bases), gaussians, rows, partial);
+        };
+        let partials = partial_sums(&mut rows, &kept.blocks, zero, add);
+        PoseGradients::new(call.sum(&kept.bases, &partials), &rows)
+    }
 }

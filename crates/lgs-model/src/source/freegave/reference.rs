@@ -6,31 +6,13 @@ use burn::tensor::{Tensor, TensorData};
 use lgs_nn::encoding::encode;
 
 use super::config::FreeGaveConfig;
-use super::input::Advection;
 use super::twist::{TWIST, steps, twist_times};
-use crate::source::input::InputFrame;
 use crate::source::reference::{ReferenceInput, columns, cross, deform_with_codes, encoded_positions, mlp};
 
-/// Inputs of [`carry`].
-pub struct CarryInput<'a> {
-    /// Sizes.
-    pub config: &'a FreeGaveConfig,
-    /// The map of positions before encoding.
-    pub frame: InputFrame,
-    /// Parameters `[P]`.
-    pub params: Tensor<1>,
-    /// Canonical centres `[n, 3]`.
-    pub means: Tensor<2>,
-    /// Canonical quaternions `[n, 4]`.
-    pub rotations: Tensor<2>,
-    /// The times; rotations along the integration are left out.
-    pub advection: Advection,
-}
-
-/// Pose rows `[n, DELTAS]`, as [`super::network::carry`] without turning.
+/// Pose rows `[n, DELTAS]`, as [`super::tensor::carry`]; rotations along the integration are left out.
 #[must_use]
-pub fn carry(input: CarryInput<'_>) -> Tensor<2> {
-    let CarryInput { config, frame, params, means, rotations, advection } = input;
+pub fn carry(input: ReferenceInput<'_, FreeGaveConfig>) -> Tensor<2> {
+    let ReferenceInput { config, frame, params, means, rotations, time: advection } = input;
     let layout = config.layout();
     let x = encoded_positions(&config.deformation, frame, &means);
     let codes = mlp(&params, &layout.code, &x, relu);
@@ -69,12 +51,14 @@ fn velocity(twist: &Tensor<2>, p: &Tensor<2>) -> Tensor<2> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::input::{AdvectionInput, Learns};
-    use super::super::network::{FreeGaveNetworks, carry_kept, carry_vjp};
-    use super::super::tensor::{self, AdvectionSpec};
+    use super::super::input::{Advection, Learns};
+    use super::super::network::FreeGaveNetworks;
+    use super::super::tensor;
     use super::*;
     use crate::source::config::VelocityConfig;
-    use crate::source::network::DeformGradients;
+    use crate::source::input::InputFrame;
+    use crate::source::pose_network::{PoseGradients, PoseNetwork};
+    use crate::source::tensor::NetworkCall;
     use crate::source::testing::{FRAME, compare_twins, gaussians, weights};
     use crate::source::{DeformationConfig, HeadInit, MotionHead};
     use std::sync::Arc;
@@ -94,13 +78,13 @@ mod tests {
 
     fn compare(config: &FreeGaveConfig, n: usize, advection: Advection) {
         let params = FreeGaveNetworks::init(config.clone(), FRAME, 5).params;
-        let spec = AdvectionSpec { config: Arc::new(config.clone()), frame: FRAME, advection };
+        let call = NetworkCall { config: Arc::new(config.clone()), frame: FRAME, time: advection };
         compare_twins(
             &params,
             n,
-            |params, means, rotations| tensor::carry(params, means, rotations, spec),
+            |params, means, rotations| tensor::carry(params, means, rotations, call),
             |params, means, rotations| {
-                carry(CarryInput { config, frame: FRAME, params, means, rotations, advection })
+                carry(ReferenceInput { config, frame: FRAME, params, means, rotations, time: advection })
             },
         );
     }
@@ -125,12 +109,11 @@ mod tests {
     }
 
     /// Gradients of a weighted sum of the pose rows of some Gaussians.
-    fn carried_back(networks: &FreeGaveNetworks, count: usize, advection: Advection) -> DeformGradients {
+    fn carried_back(networks: &FreeGaveNetworks, count: usize, advection: Advection) -> PoseGradients {
         let (means, rotations) = gaussians(count);
-        let FreeGaveNetworks { config, frame, params } = networks;
-        let (means, rotations) = (means.as_slice(), rotations.as_slice());
-        let input = AdvectionInput { config, frame: *frame, params, means, rotations, advection };
-        carry_vjp(input, &carry_kept(input).1, weights(count).as_chunks().0)
+        let input = networks.input(&means, &rotations, advection);
+        let (_, kept) = FreeGaveConfig::poses_kept(input);
+        FreeGaveConfig::vjp(input, &kept, weights(count).as_chunks().0)
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! The parameters are those of the network, then a row per node. Nodes are chosen when the Gaussians begin to
 //! move, and again every so many iterations; until then there are none, and everything rests.
 
+use std::sync::Arc;
+
 use burn::tensor::Tensor;
 use lgs_core::{GaussianCloud, stream};
 use rand::RngExt;
@@ -18,8 +20,9 @@ use crate::source::config::{DeformationConfig, NodesConfig, ScaleMode};
 use crate::source::model::SourceModel;
 use crate::source::motion::{Canonical, Captured, Learned, Moment, MotionConfig, Remade, SourceMotion};
 use crate::source::network::Deformation;
+use crate::source::pose_network::PoseNetwork;
 use crate::source::registry::{Imports, Kind, Training};
-use crate::source::tensor::{DeformSpec, deform};
+use crate::source::tensor::{NetworkCall, deform};
 use crate::tensor_file::{TensorFile, TensorFileError};
 use crate::thresholds::{ACCELERATION_STEP, ACCELERATION_STRIDE, MOTION_SAMPLES, RESTING};
 
@@ -48,7 +51,7 @@ fn validate(config: &MotionConfig<'_>) -> Result<(), (String, String)> {
 
 fn motion(config: &MotionConfig<'_>, captured: Captured) -> Box<dyn SourceMotion> {
     Box::new(NodesMotion {
-        network: config.deformation.clone(),
+        network: Arc::new(config.deformation.clone()),
         config: config.nodes.cloned().unwrap_or_default(),
         captured,
         structure: Structure::default(),
@@ -57,7 +60,7 @@ fn motion(config: &MotionConfig<'_>, captured: Captured) -> Box<dyn SourceMotion
 
 /// The motion of nodes.
 struct NodesMotion {
-    network: DeformationConfig,
+    network: Arc<DeformationConfig>,
     config: NodesConfig,
     captured: Captured,
     structure: Structure,
@@ -81,13 +84,13 @@ impl NodesMotion {
     /// Pose rows of nodes at a time.
     fn node_poses(&self, network: Tensor<1>, nodes: &Tensor<2>, time: f32) -> Tensor<2> {
         let positions = nodes.clone().detach().narrow(1, 0, 3);
-        let spec = DeformSpec { config: self.network.clone(), frame: self.captured.frame, time };
-        deform(network, positions, unturned(self.structure.count, nodes), spec)
+        let call = NetworkCall { config: Arc::clone(&self.network), frame: self.captured.frame, time };
+        deform(network, positions, unturned(self.structure.count, nodes), call)
     }
 
     fn deformation(&self, parameters: &[f32]) -> Deformation {
         let params = parameters[..self.own()].to_vec();
-        Deformation { config: self.network.clone(), frame: self.captured.frame, params }
+        Deformation { config: (*self.network).clone(), frame: self.captured.frame, params }
     }
 
     /// Whether each node is ever away from its place up to a time.
@@ -142,7 +145,7 @@ impl NodesMotion {
 
 impl SourceMotion for NodesMotion {
     fn init(&self, seed: u64) -> Vec<f32> {
-        Deformation::init(self.network.clone(), self.captured.frame, seed).params
+        self.network.fresh(seed)
     }
 
     fn parameters(&self) -> usize {

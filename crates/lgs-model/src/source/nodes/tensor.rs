@@ -1,34 +1,14 @@
 //! The blend of nodes as a Burn operation, differentiable by nodes, their poses and the Gaussians that follow
 //! them.
 
+use burn::backend::Flex;
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::Tensor;
 use lgs_tensor::Kernel;
 use lgs_tensor::flex::{rows, tensor_of_rows};
 
 use super::blend::{BlendInput, blend as blend_rows, blend_vjp};
 use super::neighbors::Neighbors;
-
-/// Backends that can blend nodes: kernels from nodes `[m, NODE]`, their poses `[m, DELTAS]`, centres `[n,
-/// 3]`, quaternions `[n, 4]` and features `[n, FEATURES]` to pose rows `[n, DELTAS]`.
-pub trait BlendKernels: Kernel<Neighbors, 5> {}
-
-impl<B: Kernel<Neighbors, 5>> BlendKernels for B {}
-
-/// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
-pub trait BlendOps: Backend {
-    /// Pose rows `[n, DELTAS]` from nodes, their poses, centres, quaternions and features.
-    fn blend_nodes(
-        nodes: FloatTensor<Self>,
-        poses: FloatTensor<Self>,
-        means: FloatTensor<Self>,
-        rotations: FloatTensor<Self>,
-        features: FloatTensor<Self>,
-        neighbors: Neighbors,
-    ) -> FloatTensor<Self>;
-}
 
 fn input<'a>(inputs: &'a [FloatTensor<Flex>; 5], neighbors: &'a Neighbors) -> BlendInput<'a> {
     let [nodes, poses, means, rotations, features] = inputs;
@@ -68,8 +48,15 @@ impl Kernel<Neighbors, 5> for Flex {
 }
 
 lgs_tensor::operations! {
-    BlendOps of BlendKernels;
-    blend_nodes(nodes, poses, means, rotations, features; neighbors: Neighbors);
+    /// Backends that can blend nodes: kernels from nodes `[m, NODE]`, their poses `[m, DELTAS]`, centres `[n,
+    /// 3]`, quaternions `[n, 4]` and features `[n, FEATURES]` to pose rows `[n, DELTAS]`.
+    pub trait BlendKernels;
+
+    /// The operation of the blend on backends with and without gradients.
+    pub trait BlendOps;
+
+    /// Pose rows `[n, DELTAS]` from nodes, their poses, centres, quaternions and features.
+    fn blend_nodes(nodes: 2, poses: 2, means: 2, rotations: 2, features: 2; neighbors: Neighbors) -> 2;
 }
 
 /// Gaussians that follow nodes, as tensors.
@@ -87,13 +74,5 @@ pub struct Followers {
 #[must_use]
 pub fn blend(nodes: Tensor<2>, poses: Tensor<2>, followers: Followers, neighbors: &Neighbors) -> Tensor<2> {
     let Followers { means, rotations, features } = followers;
-    let out = <Dispatch as BlendOps>::blend_nodes(
-        nodes.into_dispatch(),
-        poses.into_dispatch(),
-        means.into_dispatch(),
-        rotations.into_dispatch(),
-        features.into_dispatch(),
-        neighbors.clone(),
-    );
-    Tensor::from_dispatch(out)
+    blend_nodes(nodes, poses, means, rotations, features, neighbors.clone())
 }
