@@ -56,6 +56,14 @@ const difference = (a, b) => {
   return a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0) / a.length;
 };
 
+/** Drags from one place of the page to another. */
+async function drag([fromX, fromY], [toX, toY]) {
+  await page.mouse.move(fromX, fromY);
+  await page.mouse.down();
+  await page.mouse.move(toX, toY, { steps: 6 });
+  await page.mouse.up();
+}
+
 async function goto(time) {
   await page.fill('#exact-time', String(time));
   await page.press('#exact-time', 'Enter');
@@ -117,10 +125,7 @@ test('original and edited motion stand side by side, and under a divider', async
   await page.selectOption('#layout', 'split');
   await settled();
   const bar = await page.locator('#divider').boundingBox();
-  await page.mouse.move(bar.x + 6, bar.y + 100);
-  await page.mouse.down();
-  await page.mouse.move(bar.x - 144, bar.y + 100, { steps: 4 });
-  await page.mouse.up();
+  await drag([bar.x + 6, bar.y + 100], [bar.x - 144, bar.y + 100]);
   const cut = await page.locator('#divider').getAttribute('aria-valuenow');
   assert.ok(Number(cut) < 40, `the divider is at ${cut} %`);
   await page.selectOption('#compare', 'source');
@@ -176,10 +181,7 @@ test('keys play, step, draw and fly; a drag orbits; a click picks an object', as
   await page.mouse.click(...ball);
   await page.waitForSelector('section.selected');
   const before = await pixels();
-  await page.mouse.move(...middle);
-  await page.mouse.down();
-  await page.mouse.move(middle[0] + 120, middle[1] + 30, { steps: 6 });
-  await page.mouse.up();
+  await drag(middle, [middle[0] + 120, middle[1] + 30]);
   await settled();
   assert.ok(difference(before, await pixels()) > 0.1, 'the camera orbited');
   assert.deepEqual(faults, []);

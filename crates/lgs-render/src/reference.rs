@@ -7,7 +7,7 @@
 
 use crate::projected::{ALPHA_MAX, ALPHA_MIN, LEAST_ENERGY, TRANSMITTANCE_STOP};
 use crate::sh::{C1, C2, C3};
-use crate::tensor::SplatTensors;
+use crate::tensor::{SplatTensors, ViewSpec};
 use crate::view::blur_of;
 use crate::window::{RADIUS, weights};
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
@@ -18,18 +18,14 @@ use lgs_core::{Camera, PixelFilter, SH_C0};
 /// # Panics
 /// If no Gaussian is in front of the camera: tensors without rows are left to the fast kernel.
 #[must_use]
-pub fn rasterize(
-    splats: &SplatTensors,
-    camera: &Camera,
-    background: [f32; 3],
-    active_degree: usize,
-) -> (Tensor<3>, Tensor<2>) {
+pub fn rasterize(splats: &SplatTensors, view: ViewSpec) -> (Tensor<3>, Tensor<2>) {
+    let ViewSpec { camera, background, active_degree } = view;
     let device = splats.means.device();
     let (height, width) = (camera.height as usize, camera.width as usize);
-    let order = front_to_back(&splats.means, camera);
+    let order = front_to_back(&splats.means, &camera);
     assert!(!order.is_empty(), "no Gaussian in front of the camera");
     let order = Tensor::<1, Int>::from_data(TensorData::new(order.clone(), [order.len()]), &device);
-    let image_plane = project(splats, camera, &order, active_degree);
+    let image_plane = project(splats, &camera, &order, active_degree);
 
     let alpha = image_plane.alpha(width, height);
     let transmittance_after = cumulative_product(&alpha.clone().neg().add_scalar(1.0));

@@ -6,7 +6,7 @@ mod random_scene;
 use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
 use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, PixelFilter};
-use lgs_render::tensor::SplatTensors;
+use lgs_render::tensor::{SplatTensors, ViewSpec};
 use lgs_render::{ALPHA_MAX, SplatGradients};
 use random_scene::{BACKGROUND, camera, draw, gradients, random_cloud};
 
@@ -133,7 +133,8 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
     for ((width, height), filter) in views {
         let camera = Camera { filter, ..camera(width, height) };
         let drawn = draw(&cloud, &camera);
-        let (image, transmittance) = lgs_render::reference::rasterize(&tensors, &camera, BACKGROUND, 1);
+        let view = ViewSpec { camera, background: BACKGROUND, active_degree: 1 };
+        let (image, transmittance) = lgs_render::reference::rasterize(&tensors, view);
         // A pair within a rounding of alpha = 1/255 may be decided either way.
         let check = |found: &[f32], expected: burn::tensor::TensorData| {
             assert_values_close(

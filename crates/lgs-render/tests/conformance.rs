@@ -6,7 +6,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use common::{Vector, vectors};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_core::{Image, stream};
-use lgs_render::tensor::SplatTensors;
+use lgs_render::tensor::{SplatTensors, ViewSpec};
 use lgs_render::{
     ImageCotangents, SplatGradients, Splats, photometric, photometric_vjp, psnr, rasterize, rasterize_vjp,
     ssim, ssim_vjp,
@@ -113,7 +113,15 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().try_to_vec::<f32>().expect("f32 values")
 }
 
-fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) -> (Tensor<3>, Tensor<2>)) {
+fn view_of(vector: &Vector) -> ViewSpec {
+    ViewSpec {
+        camera: vector.camera(),
+        background: vector.rows::<3>("background")[0],
+        active_degree: vector.number("sh_degree") as usize,
+    }
+}
+
+fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, ViewSpec) -> (Tensor<3>, Tensor<2>)) {
     let device = Device::flex().autodiff();
     let n = vector.shape("means")[0];
     let splats = SplatTensors {
@@ -124,8 +132,7 @@ fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) 
         sh: tracked(vector, "sh", &device),
         means2d_probe: Tensor::<2>::zeros([n, 2], &device).require_grad(),
     };
-    let (image, transmittance) =
-        draw(&splats, vector.rows::<3>("background")[0], vector.number("sh_degree") as usize);
+    let (image, transmittance) = draw(&splats, view_of(vector));
     let check = |found: Vec<f32>, name: &str| {
         assert_values_close(
             &format!("{}: {name}", vector.name),
@@ -156,9 +163,8 @@ fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) 
 #[test]
 fn rasterize_conformance_of_the_tensor_operation() {
     for vector in vectors("rasterize") {
-        let camera = vector.camera();
-        check_tensors(&vector, |splats, background, degree| {
-            let drawn = lgs_render::tensor::rasterize(splats, &camera, background, degree);
+        check_tensors(&vector, |splats, view| {
+            let drawn = lgs_render::tensor::rasterize(splats, view);
             (drawn.image, drawn.transmittance)
         });
     }
@@ -167,10 +173,7 @@ fn rasterize_conformance_of_the_tensor_operation() {
 #[test]
 fn rasterize_conformance_of_the_reference() {
     for vector in vectors("rasterize") {
-        let camera = vector.camera();
-        check_tensors(&vector, |splats, background, degree| {
-            lgs_render::reference::rasterize(splats, &camera, background, degree)
-        });
+        check_tensors(&vector, lgs_render::reference::rasterize);
     }
 }
 

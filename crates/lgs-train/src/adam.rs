@@ -112,6 +112,15 @@ impl<const D: usize> AdamGroup<D> {
         }
         Ok(group)
     }
+
+    /// Reads what [`Self::insert_into`] wrote, if it has the shape of these values.
+    ///
+    /// # Errors
+    /// If something is absent, not finite or of another shape.
+    pub(crate) fn restore(&mut self, file: &TensorFile, name: &str) -> Result<(), TensorFileError> {
+        *self = Self::read_from(file, name, self.value.dims().map(Some), &self.device())?;
+        Ok(())
+    }
 }
 
 fn read<const D: usize>(

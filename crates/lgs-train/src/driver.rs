@@ -17,19 +17,31 @@ pub struct StepReport {
     pub psnr: f32,
 }
 
+/// How far a trainer has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// The stage that is trained.
+    pub stage: Stage,
+    /// Steps done.
+    pub step: usize,
+    /// Number of all steps; 0 where there is nothing to train or nothing to train on.
+    pub steps: usize,
+    /// Number of Gaussians now.
+    pub gaussians: usize,
+}
+
+impl Status {
+    /// That of a stage whose steps follow a clock.
+    #[must_use]
+    pub fn of(stage: Stage, clock: &Clock, gaussians: usize) -> Self {
+        Self { stage, step: clock.taken(), steps: clock.steps(), gaussians }
+    }
+}
+
 /// Something that trains step by step on images, and can be stopped and resumed at any step.
 pub trait Trainer {
-    /// The stage that is trained.
-    fn stage(&self) -> Stage;
-
-    /// Number of all steps; 0 where there is nothing to train or nothing to train on.
-    fn steps(&self) -> usize;
-
-    /// Steps done.
-    fn step_index(&self) -> usize;
-
-    /// Number of Gaussians now.
-    fn gaussians(&self) -> usize;
+    /// How far it has come.
+    fn status(&self) -> Status;
 
     /// The place on the schedule, where steps can cover more or less of it; nothing where they are counted.
     fn clock(&mut self) -> Option<&mut Clock> {
@@ -51,6 +63,26 @@ pub trait Trainer {
     /// # Errors
     /// If a tensor is absent or does not fit.
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError>;
+
+    /// The stage that is trained.
+    fn stage(&self) -> Stage {
+        self.status().stage
+    }
+
+    /// Number of all steps.
+    fn steps(&self) -> usize {
+        self.status().steps
+    }
+
+    /// Steps done.
+    fn step_index(&self) -> usize {
+        self.status().step
+    }
+
+    /// Number of Gaussians now.
+    fn gaussians(&self) -> usize {
+        self.status().gaussians
+    }
 
     /// Whether all steps are done.
     fn is_finished(&self) -> bool {

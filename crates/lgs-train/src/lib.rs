@@ -40,7 +40,7 @@ pub use clock::Clock;
 pub use config::{Preset, TrainConfig};
 pub use data_summary::DataSummary;
 pub use device::DeviceName;
-pub use driver::{Control, Glance, Onlooker, Progress, SceneTrainer, StepReport, Trainer};
+pub use driver::{Control, Glance, Onlooker, Progress, SceneTrainer, Status, StepReport, Trainer};
 pub use error::TrainError;
 pub use estimate::{Estimate, estimate};
 pub use import::imported_source;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use crate::budget::Budget;
 use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
-use crate::driver::{Control, Progress, StepReport, Trainer};
+use crate::driver::{Control, Progress, Status, StepReport, Trainer};
 use crate::error::TrainError;
 use crate::events::{Event, EventLog};
 use crate::run_folder::RunFolder;
@@ -80,11 +80,10 @@ impl TrainingLoop<'_> {
 /// One step, whose loss has to be finite.
 fn advance(trainer: &mut dyn Trainer) -> Result<Progress, TrainError> {
     let StepReport { loss, psnr } = trainer.step();
-    let (stage, step) = (trainer.stage(), trainer.step_index());
+    let Status { stage, step, steps, gaussians } = trainer.status();
     if !loss.is_finite() {
         return Err(TrainError::NonFinite { stage: stage.name(), step });
     }
-    let (steps, gaussians) = (trainer.steps(), trainer.gaussians());
     Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians, left_secs: None })
 }
 

@@ -3,9 +3,11 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::psnr_of_mse;
 use lgs_data::dataset::Frame;
-use lgs_render::tensor::{RasterTensors, SplatTensors, photometric_loss, rasterize};
+use lgs_model::LagrangianScene;
+use lgs_render::tensor::{RasterTensors, SplatTensors, ViewSpec, photometric_loss, rasterize};
 
 use crate::adam::values;
+use crate::cloud_tensors::CloudTensors;
 use crate::driver::StepReport;
 
 /// A training frame and the settings by which an image is compared with it.
@@ -31,11 +33,29 @@ pub(crate) struct Comparison {
     pub(crate) mse: Tensor<1>,
 }
 
-impl View<'_> {
+impl<'a> View<'a> {
+    /// A frame before the background of a scene, which is drawn in all its colours.
+    pub(crate) fn of_scene(
+        scene: &LagrangianScene,
+        frame: &'a Frame,
+        ssim_weight: f32,
+        device: &'a Device,
+    ) -> Self {
+        let sh_degree = scene.dynamic_gaussians.sh_degree;
+        Self { frame, background: scene.background, ssim_weight, sh_degree, device }
+    }
+
+    /// As [`Self::compare`], where nobody asks for the gradient by the projected centres.
+    pub(crate) fn compare_cloud(&self, cloud: CloudTensors) -> Comparison {
+        let probe = Tensor::zeros([cloud.len(), 2], self.device);
+        self.compare(&cloud.splats(probe))
+    }
+
     /// Draws Gaussians and compares the image with the frame.
     pub(crate) fn compare(&self, splats: &SplatTensors) -> Comparison {
         let Self { frame, background, ssim_weight, sh_degree, device } = *self;
-        let drawn = rasterize(splats, &frame.camera, background, sh_degree);
+        let drawn =
+            rasterize(splats, ViewSpec { camera: frame.camera, background, active_degree: sh_degree });
         let target = tracing::trace_span!("frame").in_scope(|| {
             let truth = frame.composited(background);
             let shape = [truth.height as usize, truth.width as usize, 3];

@@ -46,8 +46,13 @@ struct Shot {
     beside: Option<Beside>,
 }
 
-/// Gaussians at a time.
-pub(super) type CloudAt<'a> = dyn FnMut(f32) -> GaussianCloud + 'a;
+/// A motion before its background, and what stands beside it.
+pub(super) struct Subject<'a, 'b> {
+    /// Gaussians at a time.
+    pub(super) cloud_at: &'a mut (dyn FnMut(f32) -> GaussianCloud + 'a),
+    pub(super) background: [f32; 3],
+    pub(super) other: &'a mut Other<'b>,
+}
 
 impl Job {
     /// Renders all frames of a Lagrangian scene into a folder; returns the images. States are cached, so that
@@ -56,37 +61,26 @@ impl Job {
         let mut motion = Motion::new(scene, self.edit, self.reversal);
         let mut cloud_at = |time| scene.cloud_at(&motion.state_at(time));
         prepare_folder(out)?;
-        self.folder(&mut cloud_at, scene.background, &mut Other::Nothing, out)
+        let (background, mut other) = (scene.background, Other::Nothing);
+        self.folder(Subject { cloud_at: &mut cloud_at, background, other: &mut other }, out)
     }
 
     /// Renders all frames of anything that has a cloud at every time; returns what was written, in words.
-    pub(super) fn make(
-        &self,
-        cloud_at: &mut CloudAt<'_>,
-        background: [f32; 3],
-        other: &mut Other<'_>,
-        target: &Target,
-    ) -> Result<String> {
+    pub(super) fn make(&self, subject: Subject<'_, '_>, target: &Target) -> Result<String> {
         Ok(match target {
-            Target::Folder(out) => format!("{} images", self.folder(cloud_at, background, other, out)?.len()),
+            Target::Folder(out) => format!("{} images", self.folder(subject, out)?.len()),
             Target::Film(film) => {
-                let bytes = self.film(cloud_at, background, other, film)?;
+                let bytes = self.film(subject, film)?;
                 format!("a video of {} frames, {:.0} kB", self.times.len(), bytes as f64 / 1e3)
             }
         })
     }
 
     /// Writes each frame as it is done, then the list of frames and a contact sheet.
-    fn folder(
-        &self,
-        cloud_at: &mut CloudAt<'_>,
-        background: [f32; 3],
-        other: &mut Other<'_>,
-        out: &Path,
-    ) -> Result<Vec<Image>> {
+    fn folder(&self, subject: Subject<'_, '_>, out: &Path) -> Result<Vec<Image>> {
         remove_listed(out)?;
         let mut images = Vec::with_capacity(self.times.len());
-        let draw = self.drawer(background, other.name());
+        let draw = self.drawer(subject.background, subject.other.name());
         let work = |index: usize, shot: &Shot| {
             let image = draw(index, shot);
             write_png(&out.join(file_name(index, self.times[index], "png")), &image)?;
@@ -96,29 +90,23 @@ impl Job {
             images.push(image);
             Ok(())
         };
-        sweep_in_order("rendering", self.times.len(), self.shots(cloud_at, other), work, take)?;
+        sweep_in_order("rendering", self.times.len(), self.shots(subject), work, take)?;
         write_list(out, &self.list())?;
         write_png(&out.join("sheet.png"), &self.sheet(&images))?;
         Ok(images)
     }
 
     /// Encodes each frame as it is done; returns the size of the file, bytes.
-    fn film(
-        &self,
-        cloud_at: &mut CloudAt<'_>,
-        background: [f32; 3],
-        other: &mut Other<'_>,
-        film: &Film,
-    ) -> Result<usize> {
-        let mut video = film.begin(self.size(other.name()))?;
-        let draw = self.drawer(background, other.name());
+    fn film(&self, subject: Subject<'_, '_>, film: &Film) -> Result<usize> {
+        let mut video = film.begin(self.size(subject.other.name()))?;
+        let draw = self.drawer(subject.background, subject.other.name());
         let work = |index: usize, shot: &Shot| Ok(draw(index, shot));
         let take = |image: Image| film.push(&mut *video, &image);
-        sweep_in_order("rendering", self.times.len(), self.shots(cloud_at, other), work, take)?;
+        sweep_in_order("rendering", self.times.len(), self.shots(subject), work, take)?;
         film.finish(video)
     }
 
-    fn shots(&self, cloud_at: &mut CloudAt<'_>, other: &mut Other<'_>) -> impl FnMut(usize) -> Result<Shot> {
+    fn shots(&self, Subject { cloud_at, other, .. }: Subject<'_, '_>) -> impl FnMut(usize) -> Result<Shot> {
         move |index| {
             let time = self.times[index];
             Ok(Shot { cloud: cloud_at(time), beside: other.at(time) })

@@ -9,7 +9,7 @@ use lgs_model::Motion;
 
 use super::camera::{self, CameraChoice};
 use super::compare::{Compare, Other};
-use super::drawing::{Job, Label};
+use super::drawing::{Job, Label, Subject};
 use super::frames::MotionArgs;
 use super::output::{self, refuse_inside_dataset};
 use super::run::Run;
@@ -101,7 +101,7 @@ fn make(
         ModelName::Lagrangian => {
             let mut motion = Motion::new(&run.scene, job.edit, job.reversal);
             let mut cloud_at = |time| run.scene.cloud_at(&motion.state_at(time));
-            job.make(&mut cloud_at, background, other, target)
+            job.make(Subject { cloud_at: &mut cloud_at, background, other }, target)
         }
         ModelName::Source => {
             if job.edit != Edit::default() {
@@ -109,7 +109,8 @@ fn make(
             }
             let none = || format!("the run has no source model: {}", run.folder.root().display());
             let source = run.source()?.with_context(none)?;
-            job.make(&mut |time| source.cloud_at(time), background, other, target)
+            let mut cloud_at = |time| source.cloud_at(time);
+            job.make(Subject { cloud_at: &mut cloud_at, background, other }, target)
         }
     }
 }

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lagrangegs::lgs_core::GaussianCloud;
+use lagrangegs::lgs_dynamics::Supports;
 use lagrangegs::lgs_dynamics::testing::quadratic;
-use lagrangegs::lgs_dynamics::{Supports, VelocityPolicy};
-use lagrangegs::lgs_model::{
-    Dynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics, save_scene,
-};
+use lagrangegs::lgs_model::testing::particles;
+use lagrangegs::lgs_model::{LagrangianScene, save_scene};
 use lagrangegs::lgs_train::{Preset, TrainConfig};
 
 /// Exit code and output of a call.
@@ -159,22 +158,11 @@ pub(crate) fn falling() -> (tempfile::TempDir, PathBuf, PathBuf) {
 fn falling_scene() -> LagrangianScene {
     let system = quadratic([0.0, 0.0, 2.0], [0.0; 6]);
     let means: Vec<[f32; 3]> = (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| 0.1 * c as f32)).collect();
-    let supports = Some(Supports::nearest(&means, 8));
+    let (supports, velocities) = (Some(Supports::nearest(&means, 8)), vec![[0.0; 3]; means.len()]);
+    let dynamic_gaussians = GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9);
     LagrangianScene {
         static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
-        velocities: vec![[0.0; 3]; means.len()],
-        dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
-        objects: vec![ObjectModel {
-            members: 0..64,
-            recording: None,
-            dynamics: Dynamics::Particles(ParticleDynamics {
-                system,
-                supports,
-                velocity_policy: VelocityPolicy::Keep,
-            }),
-        }],
-        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
-        background: [1.0; 3],
+        ..particles(dynamic_gaussians, velocities, system, supports)
     }
 }
 

@@ -4,9 +4,7 @@ use crate::program::{call, falling, falling_run, files, folder, json_file, tiny_
 
 #[test]
 fn metrics_follow_the_schema_and_are_kept_in_the_run() {
-    let dir = folder();
-    let data = tiny_dataset(dir.path());
-    let run = falling_run(dir.path(), &data);
+    let (dir, data, run) = falling();
     let metrics = call("eval {run} --json", &[("run", &run)]).json();
     assert_eq!(metrics["schema"], 1);
     for split in ["train", "val", "test", "long", "past"] {
@@ -50,9 +48,7 @@ fn points_without_a_law_are_a_truth_for_all_that_needs_none() {
 
 #[test]
 fn a_report_needs_metrics_and_stands_alone_after_them() {
-    let dir = folder();
-    let data = tiny_dataset(dir.path());
-    let run = falling_run(dir.path(), &data);
+    let (dir, data, run) = falling();
     call("report {run}", &[("run", &run)]).fails(&run, &["has not been evaluated", "eval"]);
     call("eval {run}", &[("run", &run)]).ok();
     let names = files(&run.join("figures"));
@@ -120,9 +116,7 @@ fn frames_come_one_per_time_with_a_sheet() {
 
 #[test]
 fn a_view_of_the_dataset_is_found_by_its_name() {
-    let dir = folder();
-    let data = tiny_dataset(dir.path());
-    let run = falling_run(dir.path(), &data);
+    let (dir, data, run) = falling();
     let out = dir.path().join("out");
     let transforms = json_file(&data.join("transforms_val.json"));
     let name =

@@ -1,6 +1,6 @@
 //! `synth` and `info`.
 
-use crate::program::{call, falling_run, files, folder, tiny_dataset, unwritable};
+use crate::program::{call, falling, files, folder, tiny_dataset, unwritable};
 
 #[test]
 fn a_synthetic_dataset_is_complete_and_described() {
@@ -53,9 +53,7 @@ fn bad_synth_options_are_named() {
 
 #[test]
 fn info_describes_runs_scenes_and_splats() {
-    let dir = folder();
-    let data = tiny_dataset(dir.path());
-    let run = falling_run(dir.path(), &data);
+    let (dir, _, run) = falling();
     let text = call("info {run}", &[("run", &run)]).ok();
     assert!(text.contains("64") && text.contains("-0.75 to 2.25"), "{text}");
     let scene = run.join("lagrangian.safetensors");

@@ -3,8 +3,9 @@
 use lgs_core::GaussianCloud;
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::testing::quadratic;
-use lgs_dynamics::{Supports, System, VelocityPolicy};
-use lgs_model::{Dynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics};
+use lgs_dynamics::{Supports, System};
+use lgs_model::LagrangianScene;
+use lgs_model::testing::particles;
 
 /// Acceleration of a fall, downward.
 pub(crate) const GRAVITY: f32 = 2.0;
@@ -21,24 +22,9 @@ pub(crate) fn scene(
     system: System,
     neighbors: usize,
 ) -> LagrangianScene {
-    let n = means.len();
     let supports = (neighbors > 0).then(|| Supports::nearest(&means, neighbors + 1));
-    LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
-        velocities: means.iter().map(|&q| velocity(q)).collect(),
-        dynamic_gaussians: GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95),
-        objects: vec![ObjectModel {
-            members: 0..n,
-            recording: None,
-            dynamics: Dynamics::Particles(ParticleDynamics {
-                system,
-                supports,
-                velocity_policy: VelocityPolicy::Keep,
-            }),
-        }],
-        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
-        background: [1.0; 3],
-    }
+    let velocities = means.iter().map(|&q| velocity(q)).collect();
+    particles(GaussianCloud::isotropic(means, 0.04, [0.8, 0.3, 0.1], 0.95), velocities, system, supports)
 }
 
 pub(crate) fn falling(neighbors: usize) -> LagrangianScene {

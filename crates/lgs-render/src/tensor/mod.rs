@@ -10,7 +10,6 @@ mod ops;
 
 use burn::backend::Dispatch;
 use burn::tensor::{Int, Tensor};
-use lgs_core::Camera;
 
 pub use loss::{PhotometricCall, PhotometricKernels, PhotometricOps};
 pub use ops::{Drawn, RasterKept, RasterKernels, RasterOps, SplatPrimitives, ViewSpec};
@@ -50,12 +49,7 @@ pub struct RasterTensors {
 /// # Panics
 /// If the tensors' lengths differ or the degree (0 to 3) asks for more coefficients than there are.
 #[must_use]
-pub fn rasterize(
-    splats: &SplatTensors,
-    camera: &Camera,
-    background: [f32; 3],
-    active_degree: usize,
-) -> RasterTensors {
+pub fn rasterize(splats: &SplatTensors, view: ViewSpec) -> RasterTensors {
     let primitives = SplatPrimitives {
         means: splats.means.clone().into_dispatch(),
         rotations: splats.rotations.clone().into_dispatch(),
@@ -64,12 +58,9 @@ pub fn rasterize(
         sh: splats.sh.clone().into_dispatch(),
         means2d: splats.means2d_probe.clone().into_dispatch(),
     };
-    let Drawn { packed, radii } = <Dispatch as RasterOps>::rasterize(
-        primitives,
-        ViewSpec { camera: *camera, background, active_degree },
-    );
+    let Drawn { packed, radii } = <Dispatch as RasterOps>::rasterize(primitives, view);
     let packed = Tensor::<3>::from_dispatch(packed);
-    let (height, width) = (camera.height as usize, camera.width as usize);
+    let (height, width) = (view.camera.height as usize, view.camera.width as usize);
     RasterTensors {
         image: packed.clone().slice([0..height, 0..width, 0..3]),
         transmittance: packed.slice([0..height, 0..width, 3..4]).reshape([height, width]),

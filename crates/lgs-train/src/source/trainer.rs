@@ -23,7 +23,7 @@ use crate::checkpoint::{Checkpoints, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows};
 use crate::data_summary::DataSummary;
-use crate::driver::{Glance, StepReport, Trainer};
+use crate::driver::{Glance, Status, StepReport, Trainer};
 use crate::error::TrainError;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians, TrainableCloud};
 use crate::view::{View, report};
@@ -211,24 +211,12 @@ impl<'a> SourceTrainer<'a> {
 }
 
 impl Trainer for SourceTrainer<'_> {
-    fn stage(&self) -> Stage {
-        Stage::Source
-    }
-
-    fn steps(&self) -> usize {
-        self.clock.steps()
-    }
-
-    fn step_index(&self) -> usize {
-        self.clock.taken()
+    fn status(&self) -> Status {
+        Status::of(Stage::Source, &self.clock, self.cloud.len())
     }
 
     fn clock(&mut self) -> Option<&mut Clock> {
         Some(&mut self.clock)
-    }
-
-    fn gaussians(&self) -> usize {
-        self.cloud.len()
     }
 
     fn glance(&self) -> Glance {

@@ -10,7 +10,7 @@ use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
-use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
 
 /// The fit of a scene's dynamics.
 pub struct FitDynamics<'a> {
@@ -52,20 +52,10 @@ impl FitDynamics<'_> {
 }
 
 impl Trainer for FitDynamics<'_> {
-    fn stage(&self) -> Stage {
-        Stage::FitDynamics
-    }
-
-    fn steps(&self) -> usize {
-        if self.frames.is_empty() || self.scene.objects.is_empty() { 0 } else { self.config.steps }
-    }
-
-    fn step_index(&self) -> usize {
-        self.step
-    }
-
-    fn gaussians(&self) -> usize {
-        self.scene.len()
+    fn status(&self) -> Status {
+        let has_nothing = self.frames.is_empty() || self.scene.objects.is_empty();
+        let steps = if has_nothing { 0 } else { self.config.steps };
+        Status { stage: Stage::FitDynamics, step: self.step, steps, gaussians: self.scene.len() }
     }
 
     fn glance(&self) -> Glance {

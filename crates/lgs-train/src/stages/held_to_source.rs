@@ -214,15 +214,8 @@ mod tests {
 
     /// A ball that slides by 0.6 in a unit of time.
     fn sliding() -> ImportedFrames {
-        let gaussians = GaussianCloud::isotropic(vec![[0.0; 3]], 0.15, [0.1, 0.5, 0.2], 0.9);
-        let positions = vec![vec![[0.0; 3]], vec![[0.6, 0.0, 0.0]]];
-        let rotations = vec![gaussians.rotations.clone()];
-        ImportedFrames::new(lgs_data::frames::FrameSequence {
-            gaussians,
-            times: vec![0.0, 1.0],
-            positions,
-            rotations,
-        })
+        let ball = GaussianCloud::isotropic(vec![[0.0; 3]], 0.15, [0.1, 0.5, 0.2], 0.9);
+        lgs_model::testing::sliding(ball, [0.6, 0.0, 0.0])
     }
 
     /// The ball as it slides freely with a velocity.

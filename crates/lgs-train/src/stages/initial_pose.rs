@@ -51,14 +51,8 @@ impl InitialPose {
     }
 
     /// Reads what a checkpoint holds under a name.
-    pub(super) fn restore(
-        &mut self,
-        file: &TensorFile,
-        name: &str,
-        device: &Device,
-    ) -> Result<(), TensorFileError> {
-        self.group = AdamGroup::read_from(file, name, [Some(SIZE)], device)?;
-        Ok(())
+    pub(super) fn restore(&mut self, file: &TensorFile, name: &str) -> Result<(), TensorFileError> {
+        self.group.restore(file, name)
     }
 
     pub(super) fn insert_into(&self, file: &mut TensorFile, name: &str) {

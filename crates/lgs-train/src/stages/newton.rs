@@ -15,7 +15,7 @@ use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::body::{Body, Response, part_of, rows_of_parts};
+use super::body::{Body, Response, Responses, part_of, rows_of_parts};
 use super::observation::{Normal, Observation, Pose, observe, squared_error};
 use crate::driver::StepReport;
 
@@ -132,8 +132,8 @@ impl Newton {
         solve(&evidence, &trajectories, &self.changes[object], &weights)
     }
 
-    /// Poses and their derivatives, by object, time and part.
-    fn responses(&self, times: &Times) -> Vec<Vec<Vec<Response>>> {
+    /// Poses and their derivatives, by object.
+    fn responses(&self, times: &Times) -> Vec<Responses> {
         let _span = tracing::trace_span!("responses").entered();
         let all = self.bodies.iter().zip(&self.parts).zip(&self.changes);
         all.map(|((body, part), change)| body.responses(part, change, &times.0)).collect()
@@ -145,7 +145,7 @@ impl Newton {
         scene: &LagrangianScene,
         frames: &[&Frame],
         times: &Times,
-        responses: &[Vec<Vec<Response>>],
+        responses: &[Responses],
     ) -> Vec<Observation> {
         let clouds = clouds_at(&self.applied_to(scene), times);
         let _span = tracing::trace_span!("observations").entered();

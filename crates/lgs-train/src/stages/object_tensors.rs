@@ -106,17 +106,10 @@ impl TrainableObject {
     }
 
     /// Reads what a checkpoint holds under a name.
-    pub(super) fn restore(
-        &mut self,
-        file: &TensorFile,
-        name: &str,
-        device: &Device,
-    ) -> Result<(), TensorFileError> {
-        let shape = if self.twist_basis.is_some() { [6, 1] } else { self.base_velocity.dims() };
-        self.network =
-            AdamGroup::read_from(file, &format!("{name}.network"), [Some(self.config.parameters())], device)?;
-        self.velocity = AdamGroup::read_from(file, &format!("{name}.velocity"), shape.map(Some), device)?;
-        self.pose.restore(file, &format!("{name}.pose"), device)
+    pub(super) fn restore(&mut self, file: &TensorFile, name: &str) -> Result<(), TensorFileError> {
+        self.network.restore(file, &format!("{name}.network"))?;
+        self.velocity.restore(file, &format!("{name}.velocity"))?;
+        self.pose.restore(file, &format!("{name}.pose"))
     }
 
     /// Adds what a checkpoint holds of it under a name.

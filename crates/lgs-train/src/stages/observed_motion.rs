@@ -106,15 +106,7 @@ mod tests {
             sh: [[-1.7; 3], [1.0 / 0.282_094_8 * 0.5; 3]].concat(),
             sh_degree: 0,
         };
-        let shifted = gaussians.means.iter().map(|m| [m[0], m[1], m[2] + 0.6]).collect();
-        let positions = vec![gaussians.means.clone(), shifted];
-        let rotations = vec![gaussians.rotations.clone()];
-        ImportedFrames::new(lgs_data::frames::FrameSequence {
-            gaussians,
-            times: vec![0.0, 1.0],
-            positions,
-            rotations,
-        })
+        lgs_model::testing::sliding(gaussians, [0.0, 0.0, 0.6])
     }
 
     #[test]

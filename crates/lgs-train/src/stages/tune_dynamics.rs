@@ -23,7 +23,7 @@ use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
 use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::cloud_tensors::{CloudTensors, row_indices};
-use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
 use crate::view::{Comparison, View, report};
 
 /// Stage 2 of a run.
@@ -133,15 +133,7 @@ impl<'a> TuneDynamics<'a> {
             drawn = drawn.followed_by(CloudTensors { means, rotations, ..own });
         }
         let device = self.device.clone().autodiff();
-        let view = View {
-            frame,
-            background: self.scene.background,
-            ssim_weight: self.config.ssim_weight,
-            sh_degree: self.scene.dynamic_gaussians.sh_degree,
-            device: &device,
-        };
-        let probe = Tensor::zeros([drawn.len(), 2], &device);
-        view.compare(&drawn.splats(probe))
+        View::of_scene(&self.scene, frame, self.config.ssim_weight, &device).compare_cloud(drawn)
     }
 
     /// The scene that the kept motion of a checkpoint was rolled from.
@@ -177,20 +169,14 @@ impl<'a> TuneDynamics<'a> {
 }
 
 impl Trainer for TuneDynamics<'_> {
-    fn stage(&self) -> Stage {
-        Stage::TuneDynamics
-    }
-
-    fn steps(&self) -> usize {
-        if self.frames.is_empty() || self.objects.is_empty() { 0 } else { self.config.iterations }
-    }
-
-    fn step_index(&self) -> usize {
-        self.step
-    }
-
-    fn gaussians(&self) -> usize {
-        self.scene.len()
+    fn status(&self) -> Status {
+        let is_trained = !self.frames.is_empty() && !self.objects.is_empty();
+        Status {
+            stage: Stage::TuneDynamics,
+            step: self.step,
+            steps: if is_trained { self.config.iterations } else { 0 },
+            gaussians: self.scene.len(),
+        }
     }
 
     fn glance(&self) -> Glance {
@@ -239,7 +225,7 @@ impl Trainer for TuneDynamics<'_> {
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
         for object in &mut self.objects {
-            object.restore(file, &format!("tune.{}", object.index), &self.device)?;
+            object.restore(file, &format!("tune.{}", object.index))?;
         }
         if step > 0 {
             self.kept = Some(KeptMotion::roll(self.kept_scene(file)?, &self.device));

@@ -24,7 +24,7 @@ use super::frame_states::{FrameStates, StateTensors};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
-use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
 use crate::trainable_cloud::TrainableCloud;
 use crate::view::{View, report};
 
@@ -116,24 +116,12 @@ fn moved(at_start: CloudTensors, state: StateTensors, rolled_means: &Tensor<2>) 
 }
 
 impl Trainer for TuneGaussians<'_> {
-    fn stage(&self) -> Stage {
-        self.stage
-    }
-
-    fn steps(&self) -> usize {
-        self.clock.steps()
-    }
-
-    fn step_index(&self) -> usize {
-        self.clock.taken()
+    fn status(&self) -> Status {
+        Status::of(self.stage, &self.clock, self.scene.len())
     }
 
     fn clock(&mut self) -> Option<&mut Clock> {
         Some(&mut self.clock)
-    }
-
-    fn gaussians(&self) -> usize {
-        self.scene.len()
     }
 
     fn glance(&self) -> Glance {
@@ -151,15 +139,8 @@ impl Trainer for TuneGaussians<'_> {
         let (of_static, of_dynamic) = (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
         let moved = moved(of_dynamic.tensors(), kept.states.at(frame.time), &kept.means);
         let cloud = of_static.tensors().followed_by(moved);
-        let view = View {
-            frame,
-            background: self.scene.background,
-            ssim_weight: self.config.ssim_weight,
-            sh_degree: self.scene.dynamic_gaussians.sh_degree,
-            device: &device,
-        };
-        let probe = Tensor::zeros([cloud.len(), 2], &device);
-        let compared = view.compare(&cloud.splats(probe));
+        let compared =
+            View::of_scene(&self.scene, frame, self.config.ssim_weight, &device).compare_cloud(cloud);
         let mut gradients = tracing::trace_span!("backward").in_scope(|| compared.loss.backward());
         let decay = cosine_decay(self.clock.iteration() - 1, self.config.iterations);
         let rates = self.config.cloud_rates().scaled(decay);

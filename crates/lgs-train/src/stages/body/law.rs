@@ -10,7 +10,7 @@ use lgs_mechanics::terms::Entry;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
-use super::{Response, geometry};
+use super::{Response, Responses, geometry};
 use crate::stages::initial_pose::{mean, spin};
 
 /// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
@@ -89,12 +89,7 @@ impl LawBody {
             Dynamics::Generalised(reshaped.with_impacts(f64::from(scene.motion.time_window)));
     }
 
-    pub(super) fn responses(
-        &self,
-        alone: &LagrangianScene,
-        change: &[f64],
-        times: &[f32],
-    ) -> Vec<Vec<Response>> {
+    pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Responses {
         let positions = self.positions(alone, change, times);
         let parts = bodies_of(alone);
         let of_time = |(q, rates): (&Vec<[f32; 3]>, Vec<Vec<[f32; 3]>>)| -> Vec<Response> {

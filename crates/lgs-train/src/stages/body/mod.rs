@@ -35,6 +35,9 @@ pub(super) struct Response {
     pub(super) by_unknown: Vec<Displacement>,
 }
 
+/// Responses of all parts of a body, by time and part.
+pub(super) type Responses = Vec<Vec<Response>>;
+
 impl Body {
     pub(super) fn new(scene: &LagrangianScene, object: usize) -> Self {
         match &scene.objects[object].dynamics {
@@ -72,14 +75,9 @@ impl Body {
         }
     }
 
-    /// The parts of the body at some times after a change, with their derivatives by each unknown, by time
-    /// and part; `alone` is a scene of some of its particles.
-    pub(super) fn responses(
-        &self,
-        alone: &LagrangianScene,
-        change: &[f64],
-        times: &[f32],
-    ) -> Vec<Vec<Response>> {
+    /// The parts of the body at some times after a change, with their derivatives by each unknown; `alone` is
+    /// a scene of some of its particles.
+    pub(super) fn responses(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Responses {
         match self {
             Self::Particles(body) => {
                 body.responses(alone, change, times).into_iter().map(|response| vec![response]).collect()
