@@ -1,6 +1,6 @@
 //! Trains a source model on a dataset and prints, eight times, what its held-out frames say and, if the
 //! dataset has a ground truth, how far each object's tracks are from it (mean, median), −1 being all that is
-//! static: `train_source DATA [key=value]…`.
+//! static: `train_source DATA [quick|standard|paper] [key=value]…`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -85,9 +85,15 @@ fn track_errors(model: &dyn SourceModel, truth: &GroundTruth, last: f32) -> Vec<
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let data = arguments.next().ok_or("usage: train_source DATA [key=value]…")?;
-    let overrides: Vec<String> = arguments.collect();
-    let config = TrainConfig::resolve(Preset::Quick, None, &overrides)?;
+    let data = arguments.next().ok_or("usage: train_source DATA [quick|standard|paper] [key=value]…")?;
+    let (overrides, names): (Vec<String>, Vec<String>) = arguments.partition(|a| a.contains('='));
+    let preset = match names.first().map(String::as_str) {
+        None | Some("quick") => Preset::Quick,
+        Some("standard") => Preset::Standard,
+        Some("paper") => Preset::Paper,
+        Some(other) => return Err(format!("`{other}` is no preset").into()),
+    };
+    let config = TrainConfig::resolve(preset, None, &overrides)?;
     let data_config = &config.data;
     let options = LoadOptions {
         white_background: data_config.white_background,
@@ -111,8 +117,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let model = trainer.model();
         let every = if step == steps { 1 } else { 5 };
-        let val = mean_psnr(&*model, dataset.split("val"), every, dataset.background);
-        print!("{step:5} {:6.1} s {} Gaussians, val {val:.2} dB", spent.as_secs_f32(), trainer.gaussians());
+        let of = |split: &str| mean_psnr(&*model, dataset.split(split), every, dataset.background);
+        let (train, val, count) = (of("train"), of("val"), trainer.gaussians());
+        let seconds = spent.as_secs_f32();
+        print!("{step:5} {seconds:6.1} s {count} Gaussians, train {train:.2} dB, val {val:.2} dB");
         if let Some(truth) = &truth {
             for (object, [mean, median]) in track_errors(&*model, truth, last) {
                 print!(", {object}: {mean:.4} {median:.4}");

@@ -110,16 +110,11 @@ pub struct McmcConfig {
     /// by this times the learning rate times its covariance times a normal draw (published: 5e5 with lengths
     /// in world units, for scenes with an extent of 4.4, hence 1e7).
     pub noise: f32,
-    /// Weight of the mean opacity in the loss (published: 0.01).
-    pub opacity_weight: f32,
-    /// Weight of the mean standard deviation in the loss, in units of the scene's extent (published: 0.01 in
-    /// world units of such scenes, hence 0.044).
-    pub scale_weight: f32,
 }
 
 impl Default for McmcConfig {
     fn default() -> Self {
-        Self { growth: 0.05, noise: 1e7, opacity_weight: 0.01, scale_weight: 0.044 }
+        Self { growth: 0.05, noise: 1e7 }
     }
 }
 
@@ -154,6 +149,12 @@ pub struct DensifyConfig {
     pub opacity_reset_interval: usize,
     /// Opacities are also lowered once at this iteration if the background is white (paper: 500); 0: never.
     pub white_reset_at: usize,
+    /// Weight of the mean opacity in the loss (paper: 0; `mcmc` as published: 0.01): what images do not hold
+    /// fades, and is removed or moved.
+    pub opacity_weight: f32,
+    /// Weight of the mean standard deviation in the loss, in units of the scene's extent (paper: 0; `mcmc` as
+    /// published: 0.01 in world units of scenes with an extent of 4.4, hence 0.044).
+    pub scale_weight: f32,
     /// Gaussians per pixel of an image, if `max_gaussians` is 0 (paper: 0): the largest number is then this
     /// many, but at least 4000 and at most 40 000, and first points beyond it are thinned out.
     pub per_pixel: f32,

@@ -151,15 +151,17 @@ impl DensityControl {
         cloud.means.shift(rows(&shifts, &cloud.means.device()));
     }
 
-    /// A loss `[1]` with the method's weights of opacities and sizes.
-    pub(super) fn regularised(&self, loss: Tensor<1>, leaves: &CloudLeaves) -> Tensor<1> {
-        if self.config.method != DensifyMethod::Mcmc {
-            return loss;
+    /// A loss `[1]` with the weights of opacities and sizes.
+    pub(super) fn regularised(&self, mut loss: Tensor<1>, leaves: &CloudLeaves) -> Tensor<1> {
+        let DensifyConfig { opacity_weight, scale_weight, .. } = self.config;
+        if opacity_weight > 0.0 {
+            loss = loss + sigmoid(leaves.raw_opacities.clone()).mean().mul_scalar(opacity_weight);
         }
-        let (mcmc, length) = (&self.config.mcmc, self.extent.max(f32::MIN_POSITIVE));
-        let opacity = sigmoid(leaves.raw_opacities.clone()).mean().mul_scalar(mcmc.opacity_weight);
-        let scale = leaves.log_scales.clone().exp().mean().mul_scalar(mcmc.scale_weight / length);
-        loss + opacity + scale
+        if scale_weight > 0.0 {
+            let per_length = scale_weight / self.extent.max(f32::MIN_POSITIVE);
+            loss = loss + leaves.log_scales.clone().exp().mean().mul_scalar(per_length);
+        }
+        loss
     }
 
     fn plan(&self, cloud: &TrainableCloud, iteration: usize) -> DensifyPlan {

@@ -1,6 +1,8 @@
 //! The preset `standard`: settings that are resolved from the data ([`SourceConfig::resolved`]), for any size
 //! of images and worlds. Values were chosen by measurement (docs/experiments.md).
 
+use lgs_model::source::{DeformationConfig, NodesConfig};
+
 use super::config::SourceConfig;
 use super::config_groups::{DensifyConfig, LearningRates, WarmupFrames};
 
@@ -16,7 +18,7 @@ impl SourceConfig {
             coarse_share: 0.25,
             warmup_iterations: 600,
             warmup_frames: WarmupFrames::ByCameras,
-            initial_gaussians: 3000,
+            initial_gaussians: 1000,
             sh_degree: 3,
             views_per_coefficient: 3.0,
             learning_rates: LearningRates::standard(),
@@ -31,6 +33,8 @@ impl SourceConfig {
     #[must_use]
     pub fn nodes_standard() -> Self {
         let Self { kind, nodes, rigidity, deformation, .. } = Self::nodes_quick();
+        let nodes = nodes.map(|nodes| NodesConfig { rigidity: 0.1, ..nodes });
+        let deformation = DeformationConfig { width: 128, position_frequencies: 6, ..deformation };
         Self { kind, nodes, rigidity, deformation, ..Self::standard() }
     }
 
@@ -64,8 +68,9 @@ impl DensifyConfig {
         Self {
             before: iterations * 6 / 10,
             min_opacity: 0.005,
-            opacity_reset_interval: 2000,
-            per_pixel: 0.125,
+            opacity_weight: 0.01,
+            scale_weight: 0.044,
+            per_pixel: 0.25,
             max_gaussians: 0,
             ..Self::quick(iterations)
         }

@@ -29,8 +29,8 @@ impl SourceConfig {
             ("densify.prune_outside", self.densify.prune_outside),
             ("densify.mcmc.growth", self.densify.mcmc.growth),
             ("densify.mcmc.noise", self.densify.mcmc.noise),
-            ("densify.mcmc.opacity_weight", self.densify.mcmc.opacity_weight),
-            ("densify.mcmc.scale_weight", self.densify.mcmc.scale_weight),
+            ("densify.opacity_weight", self.densify.opacity_weight),
+            ("densify.scale_weight", self.densify.scale_weight),
         ];
         weights.into_iter().try_for_each(|(key, value)| not_negative(key, f64::from(value)))?;
         let is_bounded = self.densify.max_gaussians > 0 || self.densify.per_pixel > 0.0;
