@@ -69,7 +69,7 @@ impl Trainer for FitDynamics<'_> {
     }
 
     fn glance(&self) -> Glance {
-        Glance::Scene(Box::new(self.scene()))
+        Glance::Scene(self.scene().into())
     }
 
     fn step(&mut self) -> StepReport {
