@@ -35,12 +35,7 @@ pub(crate) fn components(content: &Content<'_>) -> Vec<SerializedComponentBatch>
         }
         Content::Line(text) => TextLog::new(text).as_serialized_batches(),
         Content::Page(text) => TextDocument::from_markdown(text).as_serialized_batches(),
-        Content::Label(name, rgb) => Points3D::update_fields()
-            .with_labels([name])
-            .with_show_labels(true)
-            .with_colors([color(rgb, 1.0)])
-            .with_radii([Radius::new_ui_points(MARK_POINTS)])
-            .as_serialized_batches(),
+        Content::Label(name, rgb) => label(name, rgb).as_serialized_batches(),
         Content::Place(point) => Points3D::update_fields().with_positions([point]).as_serialized_batches(),
         Content::Arrow(origin, vector, rgb) => Arrows3D::from_vectors([vector])
             .with_origins([origin])
@@ -53,6 +48,15 @@ pub(crate) fn components(content: &Content<'_>) -> Vec<SerializedComponentBatch>
                 .as_serialized_batches()
         }
     }
+}
+
+/// A point without its place.
+fn label(name: &str, rgb: [f32; 3]) -> Points3D {
+    Points3D::update_fields()
+        .with_labels([name])
+        .with_show_labels(true)
+        .with_colors([color(rgb, 1.0)])
+        .with_radii([Radius::new_ui_points(MARK_POINTS)])
 }
 
 /// Gaussians without their places.

@@ -1,7 +1,7 @@
 //! Numbers of recordings that are choices, in one place.
 
-/// Pictures of a stage of training, besides that of its first step: enough to see it converge, while rendering
-/// them stays far below a percent of the steps.
+/// Pictures of a stage of training, besides that of its first step: enough to see it converge, and few
+/// beside the hundreds of steps, each of which draws an image as well.
 pub(crate) const PICTURES_PER_STAGE: usize = 16;
 /// Paths of an object, drawn by as many of its Gaussians: a bundle that shows how it turns.
 pub(crate) const PATHS_PER_OBJECT: usize = 8;

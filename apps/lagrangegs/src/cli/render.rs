@@ -104,10 +104,7 @@ impl Sink {
             return args.video.target(&args.out).map(Self::Frames);
         }
         if args.compare.is_some() || args.label || args.video.is_set() {
-            bail!(
-                "--compare, --label, --fps and --encoder are not for recordings, whose viewer has the time: {}",
-                args.out.display()
-            );
+            bail!("--compare, --label, --fps and --encoder are not for recordings: {}", args.out.display());
         }
         Ok(Self::Recording(args.out.clone()))
     }

@@ -57,11 +57,7 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         // Before a folder is made for the run; training reads it again.
         imported_source(&request.config, &dataset).at(Path::new(&request.config.source.import))?;
     }
-    let folder = if request.resume {
-        RunFolder::open(request.out).at(request.out)?.0
-    } else {
-        RunFolder::create(request.out, &request.config, &dataset).at(request.out)?
-    };
+    let folder = run_folder(request, &dataset)?;
     let begun = Instant::now();
     let outlook = if request.resume || request.source_from.is_some() {
         Outlook::none()
@@ -86,6 +82,13 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     let trained = trained.at(request.out)?;
     recorded.at(request.out)?;
     Ok(trained)
+}
+
+fn run_folder(request: &Request<'_>, dataset: &Dataset) -> Result<RunFolder> {
+    if request.resume {
+        return Ok(RunFolder::open(request.out).at(request.out)?.0);
+    }
+    RunFolder::create(request.out, &request.config, dataset).at(request.out)
 }
 
 /// Cost of the source of a run: a run that takes the source over counts it as its own.
