@@ -103,6 +103,75 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     fs::read(path).map_err(|reason| FileError::new("read file", path, reason))
 }
 
+/// A file that can be read while it grows: until it is finished it has the name `STEM.part.EXTENSION`, beside
+/// the one that it gets in the end. Dropped unfinished it is removed; a killed process leaves it there.
+#[derive(Debug)]
+pub struct GrowingFile {
+    path: PathBuf,
+    part: PathBuf,
+    file: File,
+}
+
+impl GrowingFile {
+    /// Begins the file; folders that lead to it are created.
+    ///
+    /// # Errors
+    /// If the path is that of something other than a file, or nothing can be written there.
+    pub fn begin(path: &Path) -> Result<Self, FileError> {
+        let folder = folder_of(path);
+        fs::create_dir_all(folder).map_err(|reason| FileError::new("create folder", folder, reason))?;
+        let is_other = |path: &Path| path.exists() && !path.is_file();
+        let part = part_of(path);
+        if let Some(taken) = [path, &part].into_iter().find(|path| is_other(path)) {
+            let reason = io::Error::new(io::ErrorKind::AlreadyExists, "what is there is no file");
+            return Err(FileError::new("write file", taken, reason));
+        }
+        let file = File::create(&part).map_err(|reason| FileError::new("write file", path, reason))?;
+        Ok(Self { path: path.to_owned(), part, file })
+    }
+
+    /// The name that the file gets in the end.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// If the disk is full or the file can't be renamed.
+    pub fn finish(self) -> Result<(), FileError> {
+        let failed = |reason| FileError::new("write file", &self.path, reason);
+        self.file.sync_all().map_err(failed)?;
+        fs::rename(&self.part, &self.path).map_err(failed)?;
+        sync_folder(folder_of(&self.path));
+        Ok(())
+    }
+}
+
+impl Write for GrowingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for GrowingFile {
+    fn drop(&mut self) {
+        // After it was renamed there is nothing to remove.
+        let _ = fs::remove_file(&self.part);
+    }
+}
+
+/// The name of a file that grows.
+fn part_of(path: &Path) -> PathBuf {
+    let ending = path.extension().map_or_else(String::new, |ending| format!(".{}", ending.display()));
+    path.with_extension(format!("part{ending}"))
+}
+
 /// The folder a path lies in; `.` for a bare name.
 #[must_use]
 pub fn folder_of(path: &Path) -> &Path {
@@ -175,6 +244,23 @@ mod tests {
         write_with_parents(&path, |w| w.write_all(b"1")).unwrap();
         assert_eq!(read_bytes(&path).unwrap(), b"1");
         assert!(read_bytes(&dir.path().join("none")).unwrap_err().to_string().ends_with("none"));
+    }
+
+    #[test]
+    fn a_growing_file_can_be_read_and_takes_its_name_in_the_end() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, part) = (dir.path().join("new/a.rrd"), dir.path().join("new/a.part.rrd"));
+        let mut file = GrowingFile::begin(&path).unwrap();
+        file.write_all(b"half").unwrap();
+        assert_eq!(fs::read(&part).unwrap(), b"half");
+        assert!(!path.exists());
+        file.finish().unwrap();
+        assert_eq!((fs::read(&path).unwrap().as_slice(), part.exists()), (&b"half"[..], false));
+        drop(GrowingFile::begin(&path).unwrap());
+        assert_eq!((fs::read(&path).unwrap().as_slice(), part.exists()), (&b"half"[..], false));
+        let error = GrowingFile::begin(dir.path()).unwrap_err().to_string();
+        assert!(error.contains("no file") && error.ends_with(&dir.path().display().to_string()), "{error}");
+        assert!(GrowingFile::begin(&path.join("b.rrd")).is_err());
     }
 
     #[test]

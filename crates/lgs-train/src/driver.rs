@@ -1,5 +1,6 @@
 //! The interface of everything that trains step by step, and of whoever watches it.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use lgs_model::source::SourceModel;
@@ -7,6 +8,7 @@ use lgs_model::{LagrangianScene, TensorFile, TensorFileError};
 
 use crate::checkpoint::Stage;
 use crate::clock::Clock;
+use crate::thresholds::EVENT_INTERVAL;
 
 /// The figures of a training step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,11 +99,12 @@ pub trait SceneTrainer: Trainer {
 }
 
 /// What a stage has learned so far.
+#[derive(Clone)]
 pub enum Glance {
     /// The source model, while it is trained.
-    Source(Box<dyn SourceModel>),
+    Source(Arc<dyn SourceModel>),
     /// The scene, in the stages after it.
-    Scene(Box<LagrangianScene>),
+    Scene(Arc<LagrangianScene>),
 }
 
 /// Someone who looks at training now and then. Snapshots are copies: looking changes nothing in the result.
@@ -132,6 +135,14 @@ pub struct Progress {
     pub left_secs: Option<f64>,
 }
 
+impl Progress {
+    /// Whether the step is a line of `events.jsonl`.
+    #[must_use]
+    pub fn is_on_curve(&self) -> bool {
+        self.stage != Stage::Distill && self.step.is_multiple_of(EVENT_INTERVAL)
+    }
+}
+
 /// The caller's side of a training run.
 pub struct Control<'a> {
     /// Set from a signal handler: the stage writes a checkpoint and returns
@@ -140,12 +151,12 @@ pub struct Control<'a> {
     /// Called after every step.
     pub progress: &'a mut dyn FnMut(Progress),
     /// Who looks at the models while they are trained.
-    pub onlooker: Option<&'a mut dyn Onlooker>,
+    pub onlookers: Vec<&'a mut dyn Onlooker>,
 }
 
 impl<'a> Control<'a> {
-    /// Control without an onlooker.
+    /// Control without onlookers.
     pub fn new(stop: &'a AtomicBool, progress: &'a mut dyn FnMut(Progress)) -> Self {
-        Self { stop, progress, onlooker: None }
+        Self { stop, progress, onlookers: Vec::new() }
     }
 }

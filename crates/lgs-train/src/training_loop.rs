@@ -12,7 +12,6 @@ use crate::driver::{Control, Progress, Status, StepReport, Trainer};
 use crate::error::TrainError;
 use crate::events::{Event, EventLog};
 use crate::run_folder::RunFolder;
-use crate::thresholds::EVENT_INTERVAL;
 
 /// The files of a run that a training loop writes.
 pub(crate) struct TrainingLoop<'a> {
@@ -56,7 +55,7 @@ impl TrainingLoop<'_> {
             }
             let left_secs = self.budget.map(|budget| budget.borrow().left());
             let progress = Progress { left_secs, ..advance(trainer)? };
-            if progress.step.is_multiple_of(EVENT_INTERVAL) {
+            if progress.is_on_curve() {
                 events.append(&Event::of(&progress))?;
             }
             (control.progress)(progress);
@@ -87,12 +86,13 @@ fn advance(trainer: &mut dyn Trainer) -> Result<Progress, TrainError> {
     Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians, left_secs: None })
 }
 
-/// Shows the models to an onlooker who wants to see them.
+/// Shows the models to the onlookers who want to see them.
 fn show(trainer: &dyn Trainer, control: &mut Control<'_>) {
-    if let Some(onlooker) = control.onlooker.as_deref_mut()
-        && onlooker.wants()
-    {
-        onlooker.show(trainer.glance());
+    let mut glance = None;
+    for onlooker in &mut control.onlookers {
+        if onlooker.wants() {
+            onlooker.show(glance.get_or_insert_with(|| trainer.glance()).clone());
+        }
     }
 }
 

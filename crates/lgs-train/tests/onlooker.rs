@@ -49,9 +49,9 @@ fn trained(folder: &Path, dataset: &Dataset, onlooker: Option<&mut Curious>) -> 
     let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("settings");
     let run = RunFolder::create(folder, &config, dataset).expect("a run");
     let stop = AtomicBool::new(false);
-    let onlooker = onlooker.map(|curious| curious as &mut dyn Onlooker);
+    let onlookers = onlooker.into_iter().map(|curious| curious as &mut dyn Onlooker).collect();
     let mut progress = |_| {};
-    let mut control = Control { stop: &stop, progress: &mut progress, onlooker };
+    let mut control = Control { stop: &stop, progress: &mut progress, onlookers };
     train(&run, dataset, &config, &DeviceName::Cpu.device(), &mut control).expect("trained");
     ["lagrangian.safetensors", "events.jsonl"].map(|name| std::fs::read(folder.join(name)).expect(name))
 }

@@ -1,7 +1,8 @@
 //! Colours of objects: hues a golden angle apart, so that neighbours in number are far apart in colour.
 
 /// Colour of an object, linear RGB as Gaussians have it.
-pub(crate) fn object_color(index: usize) -> [f32; 3] {
+#[must_use]
+pub fn object_color(index: usize) -> [f32; 3] {
     const GOLDEN: f32 = 0.618_034;
     let hue = (0.58 + index as f32 * GOLDEN).fract() * 6.0;
     [5.0_f32, 3.0, 1.0].map(|shift| {

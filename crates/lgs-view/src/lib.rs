@@ -31,6 +31,7 @@ mod subject;
 mod thresholds;
 mod worker;
 
+pub use colors::object_color;
 pub use curve::StepSheet;
 pub use error::ViewError;
 pub use exhibit::Exhibit;

@@ -125,6 +125,7 @@ fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
             resume,
             source_from: source_from.as_deref(),
             view: None,
+            rerun: None,
             device,
         })?;
     }

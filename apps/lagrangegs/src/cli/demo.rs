@@ -75,6 +75,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         resume,
         source_from: None,
         view: None,
+        rerun: None,
         device: &args.device.device(),
     })?;
     let run = Run::open(&root)?;

@@ -38,6 +38,7 @@ located!(
     lgs_eval::lpips::store::WeightsError,
     lgs_report::ReportError,
     lgs_suite::SuiteError,
+    lgs_rerun::RerunError,
 );
 
 impl Located for tracks::TracksProblem {

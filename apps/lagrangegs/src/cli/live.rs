@@ -17,6 +17,7 @@ use lgs_view::{Exhibit, Options, Server, StepSheet, Stopper, Subject};
 
 use super::camera::Orbit;
 use super::progress::say;
+use super::run::name_of;
 use super::view::{distinct, resting, start_cloud};
 
 /// Memory for rollouts of the page, bytes: a snapshot is looked at for a second or two.
@@ -136,9 +137,8 @@ impl<'a> Gallery<'a> {
     ) -> Subject {
         let views: Vec<Camera> = self.cameras.iter().map(|(_, camera)| *camera).collect();
         let orbit = Orbit::around(&views, &start_cloud(&scene));
-        let name = self.folder.root().file_name();
         Subject {
-            title: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            title: name_of(self.folder.root()),
             run: self.folder.root().display().to_string(),
             has_scene,
             source,
@@ -179,10 +179,10 @@ impl Onlooker for &Gallery<'_> {
     fn show(&mut self, snapshot: Glance) {
         let begun = Instant::now();
         let subject = match snapshot {
-            Glance::Source(source) => self.source_subject(Arc::from(source)),
+            Glance::Source(source) => self.source_subject(source),
             Glance::Scene(scene) => {
                 let source = self.hall().source.clone();
-                self.subject(*scene, source, true)
+                self.subject(Arc::unwrap_or_clone(scene), source, true)
             }
         };
         let mut hall = self.hall();

@@ -25,6 +25,7 @@ mod laws;
 mod live;
 mod outlook;
 mod output;
+mod playback;
 mod profile;
 mod progress;
 mod render;
@@ -41,6 +42,7 @@ mod training;
 mod trust;
 mod video;
 mod view;
+mod watchers;
 mod weights;
 
 use std::process::ExitCode;

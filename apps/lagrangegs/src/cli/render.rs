@@ -12,6 +12,7 @@ use super::compare::{Compare, Other};
 use super::drawing::{Job, Label, Subject};
 use super::frames::MotionArgs;
 use super::output::{self, refuse_inside_dataset};
+use super::playback::record;
 use super::run::Run;
 use super::shots::{Shots, Wish};
 use super::times::Times;
@@ -46,7 +47,8 @@ pub(super) struct Args {
     /// How to mark frames of times at which the motion of some object is not trusted
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     mark_untrusted: Mark,
-    /// Folder to write images into, or a video: FILE.mp4, FILE.webm or FILE.gif
+    /// Folder to write images into, a video (FILE.mp4, FILE.webm or FILE.gif), or a recording for rerun's
+    /// viewer (FILE.rrd, only in builds with the feature `rerun`)
     #[arg(long)]
     out: PathBuf,
     #[command(flatten)]
@@ -71,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let Shots { times, cameras } = wish.shots(&run)?;
     refuse_inside_dataset(&args.out)?;
     let mut other = Other::open(&run, args.compare, &cameras, args.data.as_deref())?;
-    let target = args.video.target(&args.out)?;
+    let sink = Sink::of(args)?;
     let job = Job {
         times,
         cameras: cameras.iter().map(|camera| camera::with_width(camera, args.size)).collect(),
@@ -83,19 +85,37 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     warn_of(&job.trust, &job.times);
     let begun = Instant::now();
-    let made = make(&run, args.model, &job, (&mut other, &target))?;
+    let made = make(&run, args.model, &job, (&mut other, &sink))?;
     let rate = job.times.len() as f64 / begun.elapsed().as_secs_f64().max(1e-9);
     let out = args.out.display();
     output::print(&format!("{made}, {rate:.0} frames per second with rollout and writing, {out}\n"))
 }
 
+/// Where the frames go.
+enum Sink {
+    Frames(Target),
+    Recording(PathBuf),
+}
+
+impl Sink {
+    /// The sink that a path means.
+    fn of(args: &Args) -> Result<Self> {
+        if args.out.extension().is_none_or(|ending| ending != "rrd") {
+            return args.video.target(&args.out).map(Self::Frames);
+        }
+        if args.compare.is_some() || args.label || args.video.is_set() {
+            bail!("--compare, --label, --fps and --encoder are not for recordings: {}", args.out.display());
+        }
+        Ok(Self::Recording(args.out.clone()))
+    }
+}
+
 /// Renders the frames of one of the run's models; returns what was written, in words.
-fn make(
-    run: &Run,
-    model: ModelName,
-    job: &Job,
-    (other, target): (&mut Other<'_>, &Target),
-) -> Result<String> {
+fn make(run: &Run, model: ModelName, job: &Job, (other, sink): (&mut Other<'_>, &Sink)) -> Result<String> {
+    let target = match sink {
+        Sink::Frames(target) => target,
+        Sink::Recording(path) => return record(run, model, job, path),
+    };
     let background = run.scene.background;
     match model {
         ModelName::Lagrangian => {

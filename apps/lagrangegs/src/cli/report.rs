@@ -7,7 +7,7 @@ use lgs_core::Camera;
 use lgs_eval::{Metrics, Subject};
 use lgs_report::{Curve, FIGURES, RunSubject, read_metrics, write_run_report};
 use lgs_train::checkpoint::Stage;
-use lgs_train::events::Event;
+use lgs_train::events::read_events;
 
 use super::evidence::Evidence;
 use super::failure::At;
@@ -70,8 +70,7 @@ pub(super) fn write_report(run: &Run, subject: &Subject<'_>, metrics: &Metrics) 
 /// PSNR by step of every stage that renders, from the run's events; a line that a crash cut short is left
 /// out.
 fn training_curves(run: &Run) -> Vec<Curve> {
-    let text = std::fs::read_to_string(run.folder.events_path()).unwrap_or_default();
-    let events: Vec<Event> = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let events = read_events(&run.folder.events_path());
     let curve = |stage: Stage| {
         let own = events.iter().filter(|event| event.stage == stage.name());
         let points =

@@ -81,6 +81,11 @@ pub(crate) fn write_cost(root: &Path, cost: &Cost) -> Result<()> {
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, cost).map_err(Into::into)).at(&path)
 }
 
+/// The name of a run: that of its folder.
+pub(crate) fn name_of(root: &Path) -> String {
+    root.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
 /// Parses the name of a dataset's format.
 pub(crate) fn dataset_format(name: &str) -> Result<DatasetFormat, String> {
     let names = || DatasetFormat::ALL.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ");

@@ -77,6 +77,10 @@ pub(super) struct Args {
     /// Port of the page; 0 for a free one
     #[arg(long, default_value_t = 7007, requires = "view")]
     port: u16,
+    /// Write a recording for rerun's viewer while training goes on: the curve, and now and then the Gaussians
+    /// and a picture. It is FILE.part.rrd until the end (only in builds with the feature `rerun`)
+    #[arg(long, value_name = "FILE.rrd")]
+    rerun: Option<PathBuf>,
     #[command(flatten)]
     ablations: Ablations,
 }
@@ -126,6 +130,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         resume: args.resume,
         source_from: None,
         view: args.view.then_some(args.port),
+        rerun: args.rerun.as_deref(),
         device: &args.device.device(),
     };
     train(&request)?;

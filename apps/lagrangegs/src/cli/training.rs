@@ -12,15 +12,15 @@ use lgs_eval::memory::{peak_rss_bytes, reset_peak_rss};
 use lgs_train::checkpoint::Stage;
 use lgs_train::device::Device;
 use lgs_train::{
-    Control, Onlooker, Progress, RunFolder, TrainConfig, TrainError, Trained, check_window, imported_source,
+    Control, Progress, RunFolder, TrainConfig, TrainError, Trained, check_window, imported_source,
     learns_no_motion,
 };
 
 use super::failure::At;
-use super::live::{self, Gallery};
 use super::outlook::Outlook;
 use super::progress::{Task, say};
 use super::run::{load_dataset, load_options, read_cost, write_cost};
+use super::watchers::{Seats, Watchers};
 
 /// Exit code of a program that a second Ctrl-C ended: 128 + SIGINT, as shells report it.
 const ABORTED: i32 = 130;
@@ -39,13 +39,15 @@ pub(super) struct Request<'a> {
     pub(super) device: &'a Device,
     /// Port of a page that shows the models while they are trained.
     pub(super) view: Option<u16>,
+    /// Recording of rerun to write while they are trained.
+    pub(super) rerun: Option<&'a Path>,
 }
 
 /// Trains behind progress bars; Ctrl-C leaves a checkpoint, a second one ends the program at once.
 pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     // What came before in this process is no part of training.
     reset_peak_rss();
-    let server = request.view.map(live::bind).transpose()?;
+    let seats = Seats::take(request.view, request.rerun, (request.out, &request.config))?;
     let dataset = training_images(request)?;
     check_window(&dataset, &request.config)?;
     if learns_no_motion(&dataset, &request.config) {
@@ -55,11 +57,7 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         // Before a folder is made for the run; training reads it again.
         imported_source(&request.config, &dataset).at(Path::new(&request.config.source.import))?;
     }
-    let folder = if request.resume {
-        RunFolder::open(request.out).at(request.out)?.0
-    } else {
-        RunFolder::create(request.out, &request.config, &dataset).at(request.out)?
-    };
+    let folder = run_folder(request, &dataset)?;
     let begun = Instant::now();
     let outlook = if request.resume || request.source_from.is_some() {
         Outlook::none()
@@ -74,13 +72,23 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
         }
     }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
-    let gallery = server.map(|server| Gallery::new(server, &folder, &request.config, &dataset));
-    let trained = with_bars(request, (&folder, &dataset), gallery.as_ref(), (&mut cost, outlook));
+    let watchers = seats.watchers(&folder, &request.config, &dataset);
+    let trained = with_bars(request, (&folder, &dataset), &watchers, (&mut cost, outlook));
+    let recorded = watchers.finish();
     cost.train_secs = Some(cost.train_secs.unwrap_or(0.0) + begun.elapsed().as_secs_f64());
     if matches!(trained, Ok(_) | Err(TrainError::Interrupted { .. })) {
         write_cost(request.out, &cost)?;
     }
-    trained.at(request.out)
+    let trained = trained.at(request.out)?;
+    recorded.at(request.out)?;
+    Ok(trained)
+}
+
+fn run_folder(request: &Request<'_>, dataset: &Dataset) -> Result<RunFolder> {
+    if request.resume {
+        return Ok(RunFolder::open(request.out).at(request.out)?.0);
+    }
+    RunFolder::create(request.out, &request.config, dataset).at(request.out)
 }
 
 /// Cost of the source of a run: a run that takes the source over counts it as its own.
@@ -122,7 +130,7 @@ impl Running {
 fn with_bars(
     request: &Request<'_>,
     (folder, dataset): (&RunFolder, &Dataset),
-    gallery: Option<&Gallery<'_>>,
+    watchers: &Watchers<'_>,
     (cost, mut outlook): (&mut Cost, Outlook),
 ) -> Result<Trained, TrainError> {
     let stop = stop_flag();
@@ -137,14 +145,14 @@ fn with_bars(
         if let Some(running) = &current {
             running.task.set(p.step as u64, p.steps as u64, || message(&p, left.as_deref()));
         }
-        if let Some(gallery) = gallery {
-            gallery.report(&p, &stop);
-        }
+        watchers.report(&p, &stop);
     };
-    let mut onlooker = gallery;
-    let onlooker = onlooker.as_mut().map(|gallery| gallery as &mut dyn Onlooker);
-    let mut control = Control { stop: &stop, progress: &mut progress, onlooker };
-    let trained = lgs_train::train(folder, dataset, &request.config, request.device, &mut control);
+    let trained = {
+        let mut watching = watchers.onlookers();
+        let mut control = Control::new(&stop, &mut progress);
+        watching.iter_mut().for_each(|onlooker| control.onlookers.push(&mut **onlooker));
+        lgs_train::train(folder, dataset, &request.config, request.device, &mut control)
+    };
     current.into_iter().for_each(|running| running.end(cost));
     trained
 }

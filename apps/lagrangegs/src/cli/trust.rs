@@ -19,6 +19,16 @@ pub(super) enum ModelName {
     Source,
 }
 
+impl ModelName {
+    /// The model in words.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Self::Lagrangian => "Lagrangian scene",
+            Self::Source => "source model",
+        }
+    }
+}
+
 /// Where frames of times beyond trust are marked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum Mark {

@@ -58,6 +58,11 @@ impl VideoArgs {
         self.fps.unwrap_or(FRAMES_PER_SECOND)
     }
 
+    /// Whether something is said of a video.
+    pub(super) fn is_set(&self) -> bool {
+        self.fps.is_some() || self.encoder.is_some()
+    }
+
     /// The target that a path means; it can be written to.
     pub(super) fn target(&self, out: &Path) -> Result<Target> {
         let ending = out.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
@@ -65,7 +70,7 @@ impl VideoArgs {
             bail!("videos are .mp4, .webm or .gif, and images go into a folder: {}", out.display());
         }
         let Some(format) = VideoFormat::of(out) else {
-            if self.fps.is_some() || self.encoder.is_some() {
+            if self.is_set() {
                 bail!("--fps and --encoder are for .mp4, .webm and .gif: {}", out.display());
             }
             prepare_folder(out)?;

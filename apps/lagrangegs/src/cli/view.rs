@@ -17,7 +17,7 @@ use super::failure::At;
 use super::laws::laws_of;
 use super::output;
 use super::progress::say;
-use super::run::{Run, load_dataset, load_options};
+use super::run::{Run, load_dataset, load_options, name_of};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -96,7 +96,7 @@ fn subject(args: &Args) -> Result<Subject> {
     let views: Vec<Camera> = cameras.iter().map(|(_, camera)| *camera).collect();
     let orbit = Orbit::around(&views, &start_cloud(&run.scene));
     Ok(Subject {
-        title: args.run.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        title: name_of(&args.run),
         run: args.run.display().to_string(),
         start: (orbit.at(-60.0), orbit.center()),
         laws: if has_scene { laws_of(&run) } else { Vec::new() },

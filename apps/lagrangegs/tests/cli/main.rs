@@ -8,6 +8,7 @@ mod films;
 mod foreign;
 mod imported;
 mod program;
+mod recordings;
 mod runs;
 mod scenes;
 mod training;

@@ -9,7 +9,7 @@ mod table;
 mod trust;
 
 pub use coverage::{PositionErrors, band_coverage, covered, position_errors};
-pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows};
+pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows, verdict_name};
 pub use trust::Trust;
 
 use lgs_mechanics::bands::Verdict;

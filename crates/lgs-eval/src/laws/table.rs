@@ -41,9 +41,9 @@ fn object_cells(index: usize, law: &ObjectLaw) -> [String; 6] {
     let trusted = law.trusted.map_or_else(|| "-".to_owned(), |[from, to]| format!("{from:.2} .. {to:.2}"));
     let verdict = match law.expected {
         Some(expected) if !super::is_right(law.verdict, expected) => {
-            format!("{} (expected {})", name_of(law.verdict), name_of(expected))
+            format!("{} (expected {})", verdict_name(law.verdict), verdict_name(expected))
         }
-        _ => name_of(law.verdict).to_owned(),
+        _ => verdict_name(law.verdict).to_owned(),
     };
     [
         index.to_string(),
@@ -138,7 +138,8 @@ fn role_name(role: Role) -> &'static str {
 }
 
 /// The verdict's word in tables and files.
-pub(crate) fn name_of(verdict: Verdict) -> &'static str {
+#[must_use]
+pub fn verdict_name(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Explained => "explained",
         Verdict::Described => "described",

@@ -84,10 +84,20 @@ impl<'a> Motion<'a> {
     #[must_use]
     pub fn fields(&mut self, object: usize, steps: usize) -> ObjectFields {
         self.extend(steps, Direction::Forward);
-        let (state, t) = (&self.forward[steps], self.grid_time(steps, Direction::Forward));
+        self.fields_of(object, &self.forward[steps], self.grid_time(steps, Direction::Forward))
+    }
+
+    /// The same at any time.
+    #[must_use]
+    pub fn fields_at(&mut self, object: usize, time: f32) -> ObjectFields {
+        let state = self.state_at(time);
+        self.fields_of(object, &state, f64::from(time))
+    }
+
+    fn fields_of(&self, object: usize, state: &SceneState, time: f64) -> ObjectFields {
         let ObjectModel { members, dynamics, .. } = &self.scene.objects[object];
         let points = &self.scene.dynamic_gaussians.means[members.clone()];
-        dynamics.fields(points, &part_of(state, members), (self.edits[object], t))
+        dynamics.fields(points, &part_of(state, members), (self.edits[object], time))
     }
 
     fn states_of(&self, direction: Direction) -> &Vec<SceneState> {

@@ -220,7 +220,7 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn glance(&self) -> Glance {
-        Glance::Source(self.model())
+        Glance::Source(self.model().into())
     }
 
     fn step(&mut self) -> StepReport {

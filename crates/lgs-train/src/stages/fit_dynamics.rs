@@ -59,7 +59,7 @@ impl Trainer for FitDynamics<'_> {
     }
 
     fn glance(&self) -> Glance {
-        Glance::Scene(Box::new(self.scene()))
+        Glance::Scene(self.scene().into())
     }
 
     fn step(&mut self) -> StepReport {

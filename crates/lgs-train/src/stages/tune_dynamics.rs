@@ -180,7 +180,7 @@ impl Trainer for TuneDynamics<'_> {
     }
 
     fn glance(&self) -> Glance {
-        Glance::Scene(Box::new(self.scene()))
+        Glance::Scene(self.scene().into())
     }
 
     fn step(&mut self) -> StepReport {

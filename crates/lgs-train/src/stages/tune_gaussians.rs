@@ -125,7 +125,7 @@ impl Trainer for TuneGaussians<'_> {
     }
 
     fn glance(&self) -> Glance {
-        Glance::Scene(Box::new(self.scene()))
+        Glance::Scene(self.scene().into())
     }
 
     fn step(&mut self) -> StepReport {
