@@ -75,7 +75,7 @@ impl Distilled {
             Self::Particles(particles) => particles.rolled(RolloutSpec::new(dt, steps)),
             Self::Generalised(law) => {
                 let times: Vec<f64> = (0..=steps).map(|step| f64::from(dt) * step as f64).collect();
-                law.at(&times)
+                law.edited(mechanics::Edit::NONE, &times)
             }
         }
     }
@@ -123,8 +123,9 @@ pub struct DistilledParticles {
 }
 
 impl DistilledLaw {
-    /// Positions of all particles at some times, as far as the law can be followed.
-    fn at(&self, times: &[f64]) -> Vec<Vec<[f32; 3]>> {
+    /// Positions of all particles under an edit at some times, as far as the law can be followed.
+    #[must_use]
+    pub fn edited(&self, edit: mechanics::Edit, times: &[f64]) -> Vec<Vec<[f32; 3]>> {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
         let placed = |state: State| {
             let placed = embedding.placements(&state.x).into_iter().zip(self.bodies.ranges(self.q0.len()));
@@ -133,7 +134,7 @@ impl DistilledLaw {
             };
             placed.flat_map(of_body).collect()
         };
-        let states = mechanics::System::new(&self.law, mechanics::Edit::NONE).states(&self.start, times);
+        let states = mechanics::System::new(&self.law, edit).states(&self.start, times);
         states.unwrap_or_default().into_iter().map(placed).collect()
     }
 }

@@ -122,16 +122,18 @@ pub(crate) const LEAST_ARM: f64 = 0.1;
 /// The smallest moment of inertia, as a fraction of the trace of the second moments: that of a needle thirty
 /// times as long as it is thick.
 pub(crate) const LEAST_MOMENT: f64 = 1e-3;
-/// Weight of the particles' inertia against that of the motion, as a fraction of the mean square of the
-/// angular momentum: what the motion does not determine, as in a uniform spin, stays as the particles have
-/// it.
-pub(crate) const PARTICLES_INERTIA_WEIGHT: f64 = 1e-4;
 /// Windows over which the forecast of a law is judged, backward and forward.
 pub(crate) const JUDGED_WINDOWS: [f64; 2] = [-1.0, 3.0];
 /// Times in a window at which bands are computed.
 pub(crate) const TIMES_IN_WINDOW: usize = 16;
+/// Points of a body that stand for its particles in a band: the shares of points inside of a radius are then
+/// known to some per cent.
+pub(crate) const BAND_POINTS: usize = 48;
 /// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
 pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
+/// Scales of potential and force under which a law that explains a motion has to be known as well: half and
+/// twice the one, none and twice the other.
+pub(crate) const JUDGED_EDITS: [[f64; 2]; 4] = [[0.5, 1.0], [2.0, 1.0], [1.0, 0.0], [1.0, 2.0]];
 /// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
 pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
 /// Weight below which a rival is not told of.

@@ -29,6 +29,8 @@ pub struct FreeParameter {
     pub upper: f64,
     /// How it enters.
     pub entry: Entry,
+    /// Standard deviation of its normal prior about the value that fits start from; infinite without one.
+    pub spread: f64,
     /// Point from which a place is measured, 0 for everything else.
     pub origin: f64,
 }
@@ -84,6 +86,7 @@ impl Candidate {
                 lower: origin + parameter.bounds[0] * scale,
                 upper: origin + parameter.bounds[1] * scale,
                 entry: parameter.entry,
+                spread: parameter.spread * scale,
                 origin,
             }
         };

@@ -37,6 +37,9 @@ pub struct Parameter {
     pub bounds: [f64; 2],
     /// How it enters.
     pub entry: Entry,
+    /// Standard deviation of its normal prior about the value that fits start from, in units of the scale;
+    /// infinite without one. Places have a prior of their own.
+    pub spread: f64,
     /// The force is proportional to this power of it, together with the other parameters that have a power;
     /// 0 for the others.
     pub power: f64,
@@ -52,6 +55,7 @@ impl Parameter {
             unit: Unit { length: f64::from(length), time: f64::from(time) },
             bounds,
             entry: Entry::Linear,
+            spread: f64::INFINITY,
             power: 1.0,
         }
     }
@@ -87,6 +91,12 @@ impl Parameter {
     #[must_use]
     pub fn within(self, lower: f64, upper: f64) -> Self {
         Self { bounds: [lower, upper], ..self }
+    }
+
+    /// The same with a normal prior.
+    #[must_use]
+    pub fn spread(self, spread: f64) -> Self {
+        Self { spread, ..self }
     }
 
     /// Those of its bounds that hold whatever the scales are: zeros, and the ones of numbers without a unit;

@@ -69,8 +69,6 @@ pub(crate) const MOST_HALVINGS: usize = 12;
 
 /// First values of a candidate from which shooting starts.
 pub(crate) const SHOTS: usize = 3;
-/// χ² per independent sample below which a fit needs no other first values: it explains the track.
-pub(crate) const GOOD: f64 = 1.2;
 /// Surcharge of a gyroscopic term, in halves of an unknown: a circling point can be held by a spring (four
 /// unknowns) or by a gyroscopic force (three), and the spring comes first.
 pub(crate) const GYROSCOPIC: usize = 3;
@@ -97,6 +95,13 @@ pub(crate) const PLACE_REACH: f64 = 8.0;
 pub(crate) const UNIT_TOLERANCE: f64 = 1e-5;
 /// Bound of the logarithm of a moment over its prior: a factor of five.
 pub(crate) const MOST_LOG_FACTOR: f64 = 1.6;
+/// Deviation of what is not known of the distribution of a body's mass: logarithms of ratios of moments,
+/// couplings and tilts of axes, the direction to the centre. A body that is twice as dense in one half, or
+/// hollow, differs by up to as much from what its surface shows.
+pub(crate) const INERTIA_SPREAD: f64 = 0.3;
+/// Bound of an entry of the inverse inertia beside its diagonal, over the root of the two on it: three
+/// entries of less than a half keep the matrix positive definite whatever their signs.
+pub(crate) const MOST_COUPLING: f64 = 0.49;
 /// Rest lengths from which a fit starts, in extents of the path.
 pub(crate) const STARTING_LENGTHS: [f64; 3] = [0.25, 0.5, 1.0];
 /// Creeping speed, in extents of the path per window: a thousandth of the mean speed.
@@ -123,6 +128,9 @@ pub(crate) const ON_GRID: f64 = 1e-6;
 
 // Contact.
 
+/// χ² per independent sample below which the law of flights needs no other first values and no samples left
+/// out: it explains them.
+pub(crate) const GOOD: f64 = 1.2;
 /// Samples on either side of an impact from which its velocities are read.
 pub(crate) const IMPACT_SIDE: usize = 5;
 /// Fewest samples of a side: a parabola leaves one of them over.

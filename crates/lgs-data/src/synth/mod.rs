@@ -34,6 +34,7 @@ pub use scenes::{SceneInfo, scenes};
 pub use truth::GroundTruth;
 
 use crate::dataset::Progress;
+use crate::edit::MotionEdit;
 use crate::frames::FrameSequence;
 use law_file::law;
 use scenes::Scene;
@@ -67,6 +68,25 @@ pub fn ground_truth(
     let scene = find(scene, seed)?;
     let law = law(&scene, &SynthOptions { seed, ..SynthOptions::default() });
     Ok(truth::follow(&scene.stage, times, points_per_object, seed, law))
+}
+
+/// The same trajectories under every edit that datasets have, each with its edit; none for a scene without a
+/// law.
+///
+/// # Errors
+/// If there is no such scene.
+pub fn edited_ground_truths(
+    scene: &str,
+    times: &[f64],
+    points_per_object: usize,
+    seed: u64,
+) -> Result<Vec<(MotionEdit, GroundTruth)>, SynthError> {
+    let scene = find(scene, seed)?;
+    let edited = |edit: MotionEdit| {
+        let stage = scene.stage.edited(edit)?;
+        Some((edit, truth::follow(&stage, times, points_per_object, seed, serde_json::Value::Null)))
+    };
+    Ok(write::EDITS.iter().filter_map(|&(_, edit)| edited(edit)).collect())
 }
 
 /// The true tracks of 160 surface points of every object over the captured window, at 61 times, as frames of

@@ -13,8 +13,8 @@ pub struct Known {
     pub verdict: Verdict,
     /// Times since the start between which the forecast is trusted.
     pub trusted: [f64; 2],
-    /// Laws in the same coordinates that the evidence hardly tells from this one, the likeliest first, this
-    /// one among them.
+    /// Laws that the evidence hardly tells from this one, the likeliest first, this one among them; those in
+    /// other coordinates are told with these.
     pub rivals: Vec<Rival>,
     /// The 90 % band around the forecast; empty where no law describes the motion.
     pub band: PositionBand,
@@ -36,6 +36,7 @@ pub struct Rival {
 pub struct PositionBand {
     /// Times since the start, ascending.
     pub times: Vec<f64>,
-    /// Root mean square over the particles, world units; none where rivals cannot be followed.
+    /// Distance that holds 90 % of the posterior of positions, over the particles, world units; none where
+    /// rivals cannot be followed.
     pub radius: Vec<Option<f64>>,
 }

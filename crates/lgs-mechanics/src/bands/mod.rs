@@ -14,6 +14,7 @@ pub use verdict::Verdict;
 use crate::choose::Choice;
 use crate::coordinates::State;
 use crate::edit::Edit;
+use crate::fit::Fitted;
 use crate::system::System;
 use crate::thresholds::DRAWS;
 use draws::Draws;
@@ -29,17 +30,43 @@ pub struct Band {
     draws: Vec<Option<Vec<State>>>,
 }
 
-/// Number of draws of each candidate: its share of the weights, rounded so that the sum is kept.
-fn shares(choice: &Choice) -> Vec<usize> {
+/// Number of draws of each of several laws: its share of the weights, rounded so that the sum is kept.
+#[must_use]
+pub fn shares(weights: &[f64]) -> Vec<usize> {
     let mut sum = 0.0;
     let mut given = 0;
-    let share = |weight: f64| {
+    let share = |weight: &f64| {
         sum += weight * DRAWS as f64;
         let count = (sum.round() as usize).saturating_sub(given);
         given += count;
         count
     };
-    choice.weights().into_iter().map(share).collect()
+    weights.iter().map(share).collect()
+}
+
+/// Motions under an edit at the given times from draws of the posterior of one fit, `None` where one cannot
+/// be followed; `index` is that of the law among its rivals.
+#[must_use]
+pub fn drawn(
+    fitted: &Fitted,
+    count: usize,
+    (times, edit): (&[f64], Edit),
+    (seed, index): (u64, u64),
+) -> Vec<Option<Vec<State>>> {
+    let mut source = Draws::new(fitted, seed, index);
+    let motion = |_| {
+        let (law, start) = source.next();
+        System::new(&law, edit).states(&start, times).ok()
+    };
+    (0..count).map(motion).collect()
+}
+
+/// The distance within which a share of all lies; infinite without any.
+#[must_use]
+pub fn holding(share: f64, mut distances: Vec<f64>) -> f64 {
+    distances.sort_by(f64::total_cmp);
+    let last = distances.len().saturating_sub(1);
+    distances.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::INFINITY)
 }
 
 impl Band {
@@ -49,12 +76,8 @@ impl Band {
         let chosen = &choice.law().fitted;
         let middle = System::new(&chosen.law, Edit::NONE).states(&chosen.start, times).ok()?;
         let mut draws = Vec::with_capacity(DRAWS);
-        for (index, (judged, count)) in choice.judged.iter().zip(shares(choice)).enumerate() {
-            let mut source = Draws::new(&judged.fitted, seed, index as u64);
-            draws.extend((0..count).map(|_| {
-                let (law, start) = source.next();
-                System::new(&law, Edit::NONE).states(&start, times).ok()
-            }));
+        for (index, (judged, count)) in choice.judged.iter().zip(shares(&choice.weights())).enumerate() {
+            draws.extend(drawn(&judged.fitted, count, (times, Edit::NONE), (seed, index as u64)));
         }
         Some(Self { times: times.to_vec(), middle, draws })
     }
@@ -78,10 +101,7 @@ pub(crate) fn radius(
         let from = |draw: &Option<Vec<State>>| {
             draw.as_ref().map_or(f64::INFINITY, |states| distance(&middle[time], &states[time]))
         };
-        let mut distances: Vec<f64> = draws.iter().map(from).collect();
-        distances.sort_by(f64::total_cmp);
-        let last = distances.len().saturating_sub(1);
-        distances.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::INFINITY)
+        holding(share, draws.iter().map(from).collect())
     };
     (0..middle.len()).map(one).collect()
 }

@@ -91,8 +91,12 @@ const OF_A_ROTATION: &[(InertiaForm, &[(&str, Port)])] = &[
     (InertiaForm::Isotropic, &[("constant-drive", Port::Turn), ("linear-drag", Port::Spin)]),
     (InertiaForm::Prior, &[]),
     (InertiaForm::Prior, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Round, &[]),
+    (InertiaForm::Round, &[("linear-drag", Port::Spin)]),
     (InertiaForm::Free, &[]),
     (InertiaForm::Free, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Whole, &[]),
+    (InertiaForm::Whole, &[("linear-drag", Port::Spin)]),
 ];
 
 /// All combinations that the coordinates can have; names that do not suit a port drop out.

@@ -12,7 +12,7 @@ pub use candidates::{candidates, simplicity};
 use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
-use crate::thresholds::{GOOD, SHOTS};
+use crate::thresholds::SHOTS;
 
 /// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
 /// a law with one unknown more is, before anything is seen, `e` times less likely.
@@ -39,6 +39,13 @@ pub struct Judged {
 }
 
 impl Judged {
+    /// Names of its terms, joined by ` + `.
+    #[must_use]
+    pub fn names(&self) -> String {
+        let names: Vec<&str> = self.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
+        names.join(" + ")
+    }
+
     /// Evidence and prior odds together, in units of χ²; the smaller the likelier.
     #[must_use]
     pub fn score(&self) -> f64 {
@@ -67,10 +74,14 @@ impl Choice {
     /// Weight of each fitted candidate in forecasts; they add up to 1.
     #[must_use]
     pub fn weights(&self) -> Vec<f64> {
-        let best = self.judged[0].score();
-        let weight = |judged: &Judged| (-(judged.score() - best) / (2.0 * SOFTNESS)).exp();
-        let total: f64 = self.judged.iter().map(weight).sum();
-        self.judged.iter().map(|judged| weight(judged) / total).collect()
+        weights(&self.judged.iter().map(Judged::score).collect::<Vec<_>>())
+    }
+
+    /// Whether the chosen law explains the track to within the scatter of χ².
+    #[must_use]
+    pub fn explains(&self) -> bool {
+        let Fitted { law, start, loss, .. } = &self.law().fitted;
+        *loss <= explained(self.samples, law.parameters.len() + 2 * start.v.len())
     }
 
     /// Whether the chosen law describes the window, by its χ².
@@ -85,6 +96,15 @@ impl Choice {
     pub fn chi_square_per_sample(&self) -> f64 {
         self.law().fitted.loss / self.samples.max(1.0)
     }
+}
+
+/// Weights `exp(−S / 2 τ)` of laws by their scores; they add up to 1.
+#[must_use]
+pub fn weights(scores: &[f64]) -> Vec<f64> {
+    let best = scores.iter().copied().fold(f64::INFINITY, f64::min);
+    let weight = |score: &f64| (-(score - best) / (2.0 * SOFTNESS)).exp();
+    let total: f64 = scores.iter().map(weight).sum();
+    scores.iter().map(|score| weight(score) / total).collect()
 }
 
 /// How hard a fit of a candidate is tried.
@@ -103,10 +123,21 @@ pub fn fit(candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Fitt
     fit_with(candidate, track, scales, Effort::Full)
 }
 
+/// χ² up to which a law explains a track: that of the degrees of freedom which its unknowns leave, and the
+/// scatter of that, `√(2 N)`, and once more for the noise, which is estimated from as many samples.
+fn explained(samples: f64, unknowns: usize) -> f64 {
+    (samples - unknowns as f64).max(0.0) + 2.0 * samples.sqrt()
+}
+
+/// Unknowns of a candidate with its start.
+fn unknowns(candidate: &Candidate) -> usize {
+    candidate.parameter_count() + 2 * candidate.coordinates.freedoms()
+}
+
 fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effort) -> Option<Fitted> {
     let settings = Settings::default();
     let begin = &track.smooth[0].0;
-    let good = GOOD * track.independent_samples();
+    let good = explained(track.independent_samples(), unknowns(candidate));
     let mut best: Option<Fitted> = None;
     let shots = if effort == Effort::Full { SHOTS } else { 1 };
     for first in first_values(candidate, track, scales, shots) {
@@ -130,13 +161,13 @@ pub fn choose(list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choi
     let mut order: Vec<usize> = (0..list.len()).collect();
     order.sort_by_key(|&index| simplicity(&list[index]));
     let mut judged: Vec<Judged> = Vec::new();
-    let mut explained = usize::MAX;
+    let mut simplest = usize::MAX;
     for index in order {
         let own = simplicity(&list[index]);
-        let effort = if own > explained { Effort::Rival } else { Effort::Full };
+        let effort = if own > simplest { Effort::Rival } else { Effort::Full };
         let Some(found) = judge(index, &list[index], (track, scales), effort) else { continue };
-        if found.fitted.loss <= GOOD * samples {
-            explained = explained.min(own);
+        if found.fitted.loss <= explained(samples, unknowns(&list[index])) {
+            simplest = simplest.min(own);
         }
         judged.push(found);
     }

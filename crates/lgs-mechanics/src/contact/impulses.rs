@@ -11,8 +11,8 @@ use lgs_core::geometry::quaternion;
 pub(crate) struct Body {
     rotation: DMat3,
     center: DVec3,
-    /// Inverse moments of inertia; zero for a point, which does not turn.
-    inverse: DVec3,
+    /// Inverse of the inertia, body axes; zero for a point, which does not turn.
+    inverse: DMat3,
     /// Angular velocity, world axes.
     spin: DVec3,
     velocity: DVec3,
@@ -33,14 +33,14 @@ pub(crate) struct Touch {
 }
 
 impl Body {
-    pub(crate) fn new(state: &State, moments: Option<[f64; 3]>) -> Self {
-        match moments {
-            Some(moments) => {
+    pub(crate) fn new(state: &State, inverse: Option<DMat3>) -> Self {
+        match inverse {
+            Some(inverse) => {
                 let rotation = DMat3::from_quat(quaternion(&state.x));
                 Self {
                     rotation,
                     center: DVec3::from_slice(&state.x[4..]),
-                    inverse: DVec3::from_array(moments).recip(),
+                    inverse,
                     spin: rotation * DVec3::from_slice(&state.v),
                     velocity: DVec3::from_slice(&state.v[3..]),
                 }
@@ -48,7 +48,7 @@ impl Body {
             None => Self {
                 rotation: DMat3::IDENTITY,
                 center: DVec3::from_slice(&state.x),
-                inverse: DVec3::ZERO,
+                inverse: DMat3::ZERO,
                 spin: DVec3::ZERO,
                 velocity: DVec3::from_slice(&state.v),
             },
@@ -59,7 +59,7 @@ impl Body {
     pub(crate) fn at(x: &[f64]) -> Self {
         let turns = x.len() > 3;
         let state = State { x: x.to_vec(), v: vec![0.0; if turns { 6 } else { 3 }] };
-        Self::new(&state, turns.then_some([1.0; 3]))
+        Self::new(&state, turns.then_some(DMat3::IDENTITY))
     }
 
     /// All points that may touch.

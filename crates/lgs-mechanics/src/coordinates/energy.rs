@@ -16,8 +16,8 @@ impl Coordinates {
             _ => match self.inertia() {
                 None => 0.5 * square(v),
                 Some(inertia) => {
-                    let spin: f64 = inertia.moments(p).iter().zip(v).map(|(i, w)| i * w * w).sum();
-                    0.5 * (spin + square(&v[3..]))
+                    let spin = DVec3::from_slice(v);
+                    0.5 * (spin.dot(inertia.tensor(p) * spin) + square(&v[3..]))
                 }
             },
         }
@@ -26,7 +26,7 @@ impl Coordinates {
     /// Positions at which the energy of a term at a port counts, each with its weight (the point's mass).
     pub(crate) fn positions(&self, p: &[f64], port: Port, state: &State) -> Vec<(f64, Vec<f64>)> {
         if let (Self::Ball(ball), Port::Arm) = (self, port) {
-            let arm = quaternion(&state.x) * DVec3::from_array(ball.arm);
+            let arm = quaternion(&state.x) * ball.arm(p);
             return vec![(1.0, arm.to_array().to_vec())];
         }
         if self.has_rotation() {

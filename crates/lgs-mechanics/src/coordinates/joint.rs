@@ -1,6 +1,9 @@
 //! Joints of one body with the world.
 
-use super::Inertia;
+use super::{Inertia, InertiaForm};
+use crate::parameter::Parameter;
+use crate::thresholds::INERTIA_SPREAD;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// A body that turns by `θ` about a fixed axis: `q = pivot + exp(θ axis) (q₀ − pivot)`.
@@ -42,8 +45,46 @@ pub struct Rolling {
 pub struct Ball {
     /// The fixed point, world units.
     pub pivot: [f64; 3],
-    /// From the pivot to the centre, principal axes of the inertia, world units.
+    /// From the pivot to the centre, principal axes of the inertia, world units; where the law's parameters
+    /// have its direction, before these, see [`Ball::arm`].
     pub arm: [f64; 3],
     /// Inertia about the pivot.
     pub inertia: Inertia,
+}
+
+impl Ball {
+    /// Parameters of the inertia, then those of the direction to the centre, where there is one.
+    pub(crate) fn parameters(&self) -> Vec<Parameter> {
+        let mut all = self.inertia.parameters();
+        if self.inertia.form == InertiaForm::Whole && DVec3::from(self.arm) != DVec3::ZERO {
+            let across = |name| Parameter::nonlinear(name, 0, 0).spread(INERTIA_SPREAD);
+            all.extend(["arm-1", "arm-2"].map(across));
+        }
+        all
+    }
+
+    /// From the pivot to the centre with a law's parameters, in the axes of the prior.
+    #[must_use]
+    pub fn arm(&self, p: &[f64]) -> DVec3 {
+        let slopes = self.arm_slopes().into_iter().zip(p);
+        DVec3::from(self.arm) + slopes.map(|(slope, value)| slope * *value).sum::<DVec3>()
+    }
+
+    /// Derivatives of the vector to the centre by each of the coordinates' parameters.
+    pub(crate) fn arm_slopes(&self) -> Vec<DVec3> {
+        let arm = DVec3::from(self.arm);
+        let mut slopes = vec![DVec3::ZERO; self.parameters().len()];
+        let length = arm.length();
+        match self.inertia.form {
+            // The centre lies on the axis of a round body.
+            InertiaForm::Round => slopes[1..].copy_from_slice(&[DVec3::X * length, DVec3::Y * length]),
+            InertiaForm::Whole if length > 0.0 => {
+                let (first, second) = (arm / length).any_orthonormal_pair();
+                let own = slopes.len() - 2;
+                slopes[own..].copy_from_slice(&[first * length, second * length]);
+            }
+            _ => {}
+        }
+        slopes
+    }
 }

@@ -80,6 +80,7 @@ impl Coordinates {
                 std::iter::once(mass_ratio).chain((0..3).map(offset)).collect()
             }
             Self::Tree(tree) => tree.parameters(),
+            Self::Ball(ball) => ball.parameters(),
             _ => self.inertia().map_or_else(Vec::new, Inertia::parameters),
         }
     }
@@ -90,7 +91,7 @@ impl Coordinates {
         match self {
             Self::Pair => vec![1.0, 0.0, 0.0, 0.0],
             Self::Tree(tree) => tree.start(),
-            _ => self.inertia().map_or_else(Vec::new, Inertia::start),
+            _ => vec![0.0; self.parameters().len()],
         }
     }
 
@@ -142,7 +143,7 @@ impl Coordinates {
         if let Some(inertia) = self.inertia() {
             let moments = match inertia.form {
                 InertiaForm::Isotropic => [inertia.moments[1]; 3],
-                InertiaForm::Prior | InertiaForm::Free => inertia.moments,
+                _ => inertia.moments,
             };
             levers.iter_mut().zip(moments).for_each(|(lever, moment)| *lever = moment.sqrt());
         }

@@ -29,6 +29,7 @@ mod tree;
 
 pub use bodies::Bodies;
 pub use embedding::{Embedding, Placement, PlacementRate};
+pub(crate) use inertia::BESIDE;
 pub use inertia::{Inertia, InertiaForm};
 pub use joint::{Ball, Hinge, Rolling, Slider};
 pub use modal::{AffineMode, Modal};

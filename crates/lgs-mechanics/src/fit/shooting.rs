@@ -110,6 +110,9 @@ fn unknowns(candidate: &Candidate, scales: &Scales) -> (Vec<Unknown>, Vec<(usize
             let (middle, extent) = along_one_axis.unwrap_or((parameter.origin, parameter.scale));
             priors.push((unknowns.len(), middle, CENTRE_PRIOR * extent));
         }
+        if parameter.spread.is_finite() {
+            priors.push((unknowns.len(), constant, parameter.spread));
+        }
         let (lower, upper) = match parameter.entry {
             Entry::Constant => (constant, constant),
             _ => (parameter.lower, parameter.upper),

@@ -1,21 +1,23 @@
 //! Torques and forces on a rigid body, and its motion without any.
 //!
-//! Torques are in body axes. A drift splits the kinetic energy `½ π · I⁻¹ π` of the angular momentum
-//! `π = I ω` into `½ |π|²/I₂`, whose motion `R exp(h π/I₂)` is exact, and two rotations about principal
-//! axes, by `h π₁ (1/I₁ − 1/I₂)` and `h π₃ (1/I₃ − 1/I₂)`, in the order half, whole, half. The angular
-//! momentum in world axes is kept to rounding, a body with two or three equal moments moves exactly, and the
+//! Torques are in body axes. A drift splits the kinetic energy `½ π · W π` of the angular momentum `π = W⁻¹ ω`
+//! into `½ |π|²/I₂`, whose motion `R exp(h π/I₂)` is exact, and parts `½ c (n · π)²`, which turn the body by
+//! `h c n · π` about a fixed axis `n` of it, one after the other and then in the reverse order. `n` is a
+//! principal axis, or lies between two of the axes where these are coupled. The angular momentum in world
+//! axes is kept to rounding, a body with two or three equal moments along its axes moves exactly, and the
 //! drift by `−h` is the inverse.
 
 use super::applied::{Applied, applied_terms};
 use super::kick_field::{KickField, Linearised};
 use super::ports::{BodyPort, Moved};
 use super::stepper::Tangent;
-use crate::coordinates::{Coordinates, State};
+use crate::coordinates::{BESIDE, Coordinates, Inertia, InertiaForm, Port, State};
 use crate::edit::Edit;
 use crate::law::Law;
 use crate::terms::{At, Derivatives};
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, exp, quaternion, right_jacobian, rotate_by};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Terms that act on a rigid body.
 #[derive(Debug)]
@@ -23,35 +25,87 @@ pub(crate) struct BodyField<'a> {
     parameters: &'a [f64],
     terms: Vec<(Applied, BodyPort)>,
     freedoms: usize,
-    moments: DVec3,
-    /// `∂Iᵢ/∂p` for the first parameters: the index of the moment, and the derivative.
-    moment_slopes: Vec<(usize, f64)>,
+    /// The inertia, body axes.
+    tensor: DMat3,
+    /// Its inverse, and the derivatives of that by the first parameters.
+    inverse: DMat3,
+    slopes: Vec<DMat3>,
+    /// `1/I₂`.
+    base: f64,
+    turns: Vec<Turn>,
+    /// Derivatives of the arm by the first parameters.
+    arm_slopes: Vec<DVec3>,
     derivatives: Derivatives,
+}
+
+/// A part `½ c (n · π)²` of the kinetic energy.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    /// The axis `n`, of unit length.
+    axis: DVec3,
+    /// The entry of the inverse inertia that it belongs to.
+    entry: (usize, usize),
+    /// 1 or −1: how `c` changes with the entry.
+    sign: f64,
+    /// The coefficient `c`.
+    rate: f64,
+}
+
+/// The parts of an inverse inertia beside `base` times one: those of couplings and of the middle axis only if
+/// `is_coupled`.
+fn turns(inverse: &DMat3, base: f64, is_coupled: bool) -> Vec<Turn> {
+    let beside = BESIDE.into_iter().filter(|_| is_coupled).flat_map(|(i, j)| {
+        [1.0, -1.0].map(|sign| Turn {
+            axis: (DVec3::AXES[i] + sign * DVec3::AXES[j]) * FRAC_1_SQRT_2,
+            entry: (i, j),
+            sign,
+            rate: sign * inverse.col(j)[i],
+        })
+    });
+    let along = [0, 1, 2].into_iter().filter(|i| is_coupled || *i != 1).map(|i| Turn {
+        axis: DVec3::AXES[i],
+        entry: (i, i),
+        sign: 1.0,
+        rate: inverse.col(i)[i] - base,
+    });
+    beside.chain(along).collect()
 }
 
 impl<'a> BodyField<'a> {
     pub(crate) fn new(law: &'a Law, edit: &Edit) -> Self {
-        let arm = match &law.coordinates {
-            Coordinates::Ball(ball) => DVec3::from_array(ball.arm),
-            _ => DVec3::ZERO,
+        let (arm, arm_slopes) = match &law.coordinates {
+            Coordinates::Ball(ball) => (ball.arm(&law.parameters), ball.arm_slopes()),
+            _ => (DVec3::ZERO, Vec::new()),
         };
-        let moments = law.coordinates.inertia().map_or([1.0; 3], |inertia| inertia.moments(&law.parameters));
-        let own = law.coordinates.parameters().len();
-        let ports = law.terms.iter().map(|term| BodyPort { port: term.port, arm, scale: moments[1] });
+        let inertia = law.coordinates.inertia().copied().unwrap_or(Inertia::ball(1.0));
+        let inverse = inertia.inverse_tensor(&law.parameters);
+        let scale = inertia.moments[1];
+        let is_coupled = matches!(inertia.form, InertiaForm::Whole | InertiaForm::Round);
+        let ports = law.terms.iter().map(|term| BodyPort { port: term.port, arm, scale });
         Self {
             parameters: &law.parameters,
             terms: applied_terms(law, edit).into_iter().zip(ports).collect(),
             freedoms: law.coordinates.freedoms(),
-            moments: DVec3::from_array(moments),
-            moment_slopes: [(0, moments[0]), (2, moments[2])].into_iter().take(own).collect(),
+            tensor: inverse.inverse(),
+            turns: turns(&inverse, scale.recip(), is_coupled),
+            base: scale.recip(),
+            slopes: inertia.inverse_slopes(&law.parameters),
+            inverse,
+            arm_slopes,
             derivatives: Derivatives::default(),
         }
     }
 
-    /// Rotations about principal axes of a drift by `h`: axis, part of `h`, `1/Iᵢ − 1/I₂`.
-    fn splitting(&self, h: f64) -> [(usize, f64, f64); 3] {
-        let rest = |axis: usize| 1.0 / self.moments[axis] - 1.0 / self.moments[1];
-        [(0, 0.5 * h, rest(0)), (2, h, rest(2)), (0, 0.5 * h, rest(0))]
+    /// The turns of a drift by `h`, each with its part of `h`: half, whole for the last, half.
+    fn splitting(&self, h: f64) -> impl Iterator<Item = (&Turn, f64)> {
+        let (last, before) = self.turns.split_last().map_or((None, &[][..]), |(l, b)| (Some(l), b));
+        let half = move |turn| (turn, 0.5 * h);
+        before.iter().map(half).chain(last.map(|turn| (turn, h))).chain(before.iter().rev().map(half))
+    }
+
+    /// The step of the motion by `½ |π|²/I₂`.
+    fn free_step(&self, h: f64) -> f64 {
+        h * self.base
     }
 }
 
@@ -73,7 +127,7 @@ impl KickField for BodyField<'_> {
             let at = At { y: &y.to_array(), w: &w.to_array() };
             term.kind.force(&self.parameters[term.parameters.clone()], at, &mut force);
             let (torque, pull) = port.act(&moved, DVec3::from_array(force) * term.factor);
-            let spun = torque / self.moments;
+            let spun = self.inverse * torque;
             (0..3).for_each(|i| a[i] += spun[i]);
             (3..self.freedoms).for_each(|i| a[i] += pull[i - 3]);
         }
@@ -93,28 +147,38 @@ impl KickField for BodyField<'_> {
             self.derivatives.reset(3, p.len());
             term.kind.derivatives(p, at, &mut self.derivatives);
             port.scatter(&moved, DVec3::from_array(force), (&self.derivatives, term), out);
-        }
-        for row in 0..3 {
-            let inverse = 1.0 / self.moments[row];
-            for block in [&mut out.x, &mut out.v, &mut out.p] {
-                block.row_mut(row).iter_mut().for_each(|value| *value *= inverse);
+            if port.port == Port::Arm {
+                let by_arm = port.by_arm(&moved, DVec3::from_array(force), &self.derivatives);
+                for (column, slope) in self.arm_slopes.iter().enumerate() {
+                    let torque = by_arm * *slope * term.factor;
+                    (0..3).for_each(|row| out.p[(row, column)] += torque[row]);
+                }
             }
         }
-        for (column, &(axis, slope)) in self.moment_slopes.iter().enumerate() {
-            out.p[(axis, column)] -= out.a[axis] * slope / self.moments[axis];
+        for block in [&mut out.x, &mut out.v, &mut out.p] {
+            for column in 0..block.columns() {
+                let torque = DVec3::from_array(std::array::from_fn(|row| block[(row, column)]));
+                let spun = self.inverse * torque;
+                (0..3).for_each(|row| block[(row, column)] = spun[row]);
+            }
+        }
+        let torque = self.tensor * DVec3::from_slice(&out.a);
+        for (column, slope) in self.slopes.iter().enumerate() {
+            let spun = *slope * torque;
+            (0..3).for_each(|row| out.p[(row, column)] += spun[row]);
         }
     }
 
     fn drift(&self, state: &mut State, h: f64) {
-        let mut momentum = self.moments * DVec3::from_slice(&state.v);
-        let mut rotation = rotate_by(quaternion(&state.x), momentum * (h / self.moments[1]));
-        for (axis, part, rest) in self.splitting(h) {
-            let turn = exp(DVec3::AXES[axis] * (part * momentum[axis] * rest));
+        let mut momentum = self.tensor * DVec3::from_slice(&state.v);
+        let mut rotation = rotate_by(quaternion(&state.x), momentum * self.free_step(h));
+        for (part, h) in self.splitting(h) {
+            let turn = exp(part.axis * (h * part.axis.dot(momentum) * part.rate));
             rotation *= turn;
             momentum = turn.inverse() * momentum;
         }
         put_rotation(&mut state.x, rotation);
-        state.v[..3].copy_from_slice(&(momentum / self.moments).to_array());
+        state.v[..3].copy_from_slice(&(self.inverse * momentum).to_array());
         for i in 3..self.freedoms {
             state.x[i + 1] += h * state.v[i];
         }
@@ -123,19 +187,14 @@ impl KickField for BodyField<'_> {
     fn drift_tangent(&self, state: &State, tangent: &mut Tangent, h: f64) {
         let columns = tangent.columns;
         let first_parameter = columns - self.parameters.len();
-        let start = self.moments * DVec3::from_slice(&state.v);
+        let start = self.tensor * DVec3::from_slice(&state.v);
         for column in 0..columns {
-            let mut by_moments = DVec3::ZERO;
-            if let Some(&(axis, slope)) =
-                column.checked_sub(first_parameter).and_then(|index| self.moment_slopes.get(index))
-            {
-                by_moments[axis] = slope;
-            }
-            let spin = take(&tangent.v, column, columns);
-            let momentum = self.moments * spin + by_moments * DVec3::from_slice(&state.v);
-            let change = Change { angle: take(&tangent.x, column, columns), momentum, by_moments };
+            let own = column.checked_sub(first_parameter).and_then(|index| self.slopes.get(index));
+            let slope = own.copied().unwrap_or(DMat3::ZERO);
+            let momentum = self.tensor * (take(&tangent.v, column, columns) - slope * start);
+            let change = Change { angle: take(&tangent.x, column, columns), momentum, slope };
             let (change, end) = self.carry(start, change, h);
-            let spin = (change.momentum - by_moments * (end / self.moments)) / self.moments;
+            let spin = self.inverse * change.momentum + slope * end;
             put(&mut tangent.x, column, columns, change.angle);
             put(&mut tangent.v, column, columns, spin);
         }
@@ -145,28 +204,29 @@ impl KickField for BodyField<'_> {
     }
 }
 
-/// A change of rotation and angular momentum, both in body axes, and of the moments.
+/// A change of rotation and angular momentum, both in body axes, and of the inverse inertia.
 struct Change {
     angle: DVec3,
     momentum: DVec3,
-    by_moments: DVec3,
+    slope: DMat3,
 }
 
 impl BodyField<'_> {
     /// Carries a change through a drift; also the angular momentum after it.
     fn carry(&self, start: DVec3, mut change: Change, h: f64) -> (Change, DVec3) {
         let mut momentum = start;
-        let free = start * (h / self.moments[1]);
-        change.angle = exp(free).inverse() * change.angle
-            + right_jacobian(free) * change.momentum * (h / self.moments[1]);
-        for (axis, part, rest) in self.splitting(h) {
-            let unit = DVec3::AXES[axis];
-            let turn: DQuat = exp(unit * (part * momentum[axis] * rest)).inverse();
-            let rest_change = -change.by_moments[axis] / self.moments[axis].powi(2);
-            let angle = part * (change.momentum[axis] * rest + momentum[axis] * rest_change);
+        let step = self.free_step(h);
+        let free = start * step;
+        change.angle = exp(free).inverse() * change.angle + right_jacobian(free) * change.momentum * step;
+        for (part, h) in self.splitting(h) {
+            let along = part.axis.dot(momentum);
+            let turn: DQuat = exp(part.axis * (h * along * part.rate)).inverse();
+            let (row, column) = part.entry;
+            let faster = part.sign * change.slope.col(column)[row];
+            let angle = h * (part.axis.dot(change.momentum) * part.rate + along * faster);
             momentum = turn * momentum;
-            change.angle = turn * change.angle + unit * angle;
-            change.momentum = turn * change.momentum - unit.cross(momentum) * angle;
+            change.angle = turn * change.angle + part.axis * angle;
+            change.momentum = turn * change.momentum - part.axis.cross(momentum) * angle;
         }
         (change, momentum)
     }

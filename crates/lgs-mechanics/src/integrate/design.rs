@@ -17,7 +17,7 @@ pub(crate) fn design(
     for (term, range) in terms.iter().zip(ranges(coordinates, terms)) {
         let own = &p[range];
         if coordinates.has_rotation() {
-            columns.extend(body_columns(coordinates, term, own, state));
+            columns.extend(body_columns(coordinates, term, (p, own), state));
         } else {
             columns.extend(vector_columns(coordinates, term, (p, own), state));
         }
@@ -34,9 +34,14 @@ fn block(coordinates: &Coordinates, term: &Term, p: &[f64], at: At<'_>) -> Block
     block
 }
 
-fn body_columns(coordinates: &Coordinates, term: &Term, p: &[f64], state: &State) -> Vec<Vec<f64>> {
+fn body_columns(
+    coordinates: &Coordinates,
+    term: &Term,
+    (all, p): (&[f64], &[f64]),
+    state: &State,
+) -> Vec<Vec<f64>> {
     let arm = match coordinates {
-        Coordinates::Ball(ball) => DVec3::from_array(ball.arm),
+        Coordinates::Ball(ball) => ball.arm(all),
         _ => DVec3::ZERO,
     };
     let middle = coordinates.inertia().map_or(1.0, |inertia| inertia.moments[1]);
@@ -96,10 +101,10 @@ pub(crate) fn inertial_force(coordinates: &Coordinates, p: &[f64], state: &State
     }
     let mut force = a.to_vec();
     if let Some(inertia) = coordinates.inertia() {
-        let moments = DVec3::from_array(inertia.moments(p));
+        let tensor = inertia.tensor(p);
         let spin = DVec3::from_slice(&state.v);
-        let torque = moments * DVec3::from_slice(a) + spin.cross(moments * spin);
-        force[..3].copy_from_slice(&(torque / moments[1]).to_array());
+        let torque = tensor * DVec3::from_slice(a) + spin.cross(tensor * spin);
+        force[..3].copy_from_slice(&(torque / inertia.moments[1]).to_array());
     }
     force
 }

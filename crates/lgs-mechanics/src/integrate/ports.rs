@@ -120,6 +120,14 @@ impl BodyPort {
         }
     }
 
+    /// Derivative of the torque of a force at the end of the arm by the arm, body axes.
+    pub(super) fn by_arm(&self, moved: &Moved, force: DVec3, from: &Derivatives) -> DMat3 {
+        let back = moved.rotation.transpose();
+        let reading =
+            matrix(&from.y) * moved.rotation + matrix(&from.w) * moved.rotation * cross_matrix(moved.spin);
+        cross_matrix(back * force) * -1.0 + cross_matrix(self.arm) * back * reading
+    }
+
     /// Adds the derivatives of torque and force; rows of the torque are not yet divided by the moments.
     pub(super) fn scatter(
         &self,

@@ -5,7 +5,7 @@ use crate::coordinates::State;
 use crate::integrate::{self, NoSolution, Solved, Stepper};
 use crate::law::Law;
 use crate::thresholds::{CONTACT_PARTS, HALVINGS, LIFT, MOST_IMPACTS, TOUCHING};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use lgs_core::geometry::{exp, quaternion};
 
 /// Collisions along a motion, and those met so far.
@@ -14,7 +14,8 @@ pub(crate) struct Collider<'a> {
     contact: &'a Contact,
     /// Impacts known from the track, for the way back.
     known: &'a [Impact],
-    moments: Option<[f64; 3]>,
+    /// Inverse of the inertia, body axes; none for a point.
+    inverse: Option<DMat3>,
     /// Impacts met, in order.
     pub(crate) met: Vec<Impact>,
 }
@@ -29,9 +30,9 @@ pub(crate) struct Moment {
 impl<'a> Collider<'a> {
     /// Collisions of a law that has a contact.
     pub(crate) fn new(law: &'a Law) -> Option<Self> {
-        let moments = law.coordinates.inertia().map(|inertia| inertia.moments(&law.parameters));
+        let inverse = law.coordinates.inertia().map(|inertia| inertia.inverse_tensor(&law.parameters));
         let contact = law.contact.as_ref()?;
-        Some(Self { contact, known: &law.events, moments, met: Vec::new() })
+        Some(Self { contact, known: &law.events, inverse, met: Vec::new() })
     }
 
     /// Advances by a step that may be negative.
@@ -65,7 +66,7 @@ impl<'a> Collider<'a> {
     }
 
     fn body(&self, state: &State) -> Body {
-        Body::new(state, self.moments)
+        Body::new(state, self.inverse)
     }
 
     fn gap(&self, state: &State) -> f64 {

@@ -153,9 +153,10 @@ impl TermKind for Axis {
         scales.directions_of(space).into_iter().map(along).collect()
     }
 
-    /// With a known axis and centre the force is linear in `k`, `a` and `|u|⁴`.
-    fn columns(&self, _space: Space) -> usize {
-        3
+    /// With a known axis the force is `−k o − A s ê − q s³ ê + β s² ê + d` about any point, linear in all seven:
+    /// `β = 3 q δ` and what `d` has across tell how far the centre is from that point.
+    fn columns(&self, space: Space) -> usize {
+        4 + space.dimension
     }
 
     fn design(&self, p: &[f64], at: At<'_>, space: Space, out: &mut Block) {
@@ -164,18 +165,26 @@ impl TermKind for Axis {
         let o = offset(center, at.y);
         let along = dot(&axis, &o);
         for i in 0..o.len() {
-            let row = [-o[i], -along * axis[i], -along.powi(3) * axis[i]];
-            out.row_mut(i).copy_from_slice(&row);
+            let row = [-o[i], -along * axis[i], -along.powi(3) * axis[i], along * along * axis[i]];
+            out.row_mut(i)[..4].copy_from_slice(&row);
+            out[(i, 4 + i)] = 1.0;
         }
     }
 
     fn regressed(&self, p: &[f64], coefficients: &[f64], space: Space) -> Vec<f64> {
-        let (_, _, u, _) = Self::split(p, space.dimension);
-        let (axis, quartic) = axis_of(u);
-        let root = if coefficients[2] > 0.0 { coefficients[2] } else { quartic }.powf(0.25);
-        let mut values = p.to_vec();
-        values[..2].copy_from_slice(&coefficients[..2]);
-        values[2..2 + space.dimension].iter_mut().zip(&axis).for_each(|(u, axis)| *u = root * axis);
+        let d = space.dimension;
+        let (_, _, u, center) = Self::split(p, d);
+        let (axis, known) = axis_of(u);
+        let ([k, linear, quartic, square], push) =
+            ([0, 1, 2, 3].map(|i| coefficients[i]), &coefficients[4..]);
+        let is_well = quartic > 0.0;
+        let root = if is_well { quartic } else { known }.powf(0.25);
+        let shift = if is_well { square / (3.0 * quartic) } else { 0.0 };
+        let pushed = dot(&axis, push);
+        let across = |i: usize| if k > 0.0 { (push[i] - pushed * axis[i]) / k } else { 0.0 };
+        let mut values = vec![k, linear - 3.0 * quartic.max(0.0) * shift * shift];
+        values.extend(axis.iter().map(|axis| root * axis));
+        values.extend((0..d).map(|i| center[i] + shift * axis[i] + across(i)));
         values
     }
 }

@@ -1,9 +1,10 @@
 //! The choice of coordinates and terms for the motion of a rigid body, by one evidence for all of them: χ² of
 //! the poses, whitened, and the Bayesian penalty of all unknowns, those of the joints included (method §5.4).
 
-use super::evidence::{Evidence, unknowns};
+use super::evidence::Evidence;
 use super::kinematics::{Configured, free_systems, systems};
 use super::observed::ObservedPoses;
+use super::rated::Rated;
 use super::rigid_law::combined;
 use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
@@ -13,20 +14,8 @@ use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
 use rayon::prelude::*;
 
-/// A chosen law with its rivals in the same coordinates.
-pub(super) struct Chosen {
-    /// The coordinates, and the pose of the shape in them.
-    pub(super) system: Configured,
-    /// All laws in these coordinates.
-    pub(super) choice: Choice,
-    /// χ² of the poses for each degree of freedom that the chosen law leaves.
-    pub(super) chi_square: f64,
-    /// What speaks for the chosen law.
-    pub(super) evidence: Evidence,
-}
-
-/// Chooses among all systems of coordinates of one body and their laws; `None` if no law can be fitted.
-pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
+/// Rates the laws of one body in all systems of coordinates; `None` if no law can be fitted.
+pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
     let of_system = |system: Configured| {
         let choice = match &system.coordinates {
             Coordinates::Point => choose_center(observed, &system.x, 0),
@@ -52,7 +41,8 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Chosen> {
         let free = choose_free(observed, of_point.map(|(_, choice)| choice));
         found.extend(free);
     }
-    best_of(found, (samples, 6 * observed.times.len()))
+    let size = (samples, 6 * observed.times.len());
+    Rated::new(found, &|system, law| Evidence::of(system, law, size))
 }
 
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one
@@ -77,35 +67,6 @@ fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Conf
     systems.into_par_iter().flat_map_iter(of_inertia).collect()
 }
 
-/// The law with the best score of all laws in all coordinates, for so many independent samples and values.
-pub(super) fn best_of(
-    mut found: Vec<(Configured, Choice)>,
-    (samples, values): (f64, usize),
-) -> Option<Chosen> {
-    let of_system = |(index, (system, choice)): (usize, &(Configured, Choice))| -> Vec<_> {
-        let of_law = |(at, law)| (index, at, Evidence::of(system, law, (samples, values)));
-        choice.judged.iter().enumerate().map(of_law).collect()
-    };
-    let all: Vec<(usize, usize, Evidence)> = found.iter().enumerate().flat_map(of_system).collect();
-    let inflation = Evidence::inflation(all.iter().map(|(_, _, evidence)| *evidence));
-    let mut best: Option<(f64, (usize, usize, Evidence))> = None;
-    for (index, at, evidence) in all {
-        let (system, choice) = &found[index];
-        let score = evidence.score(inflation);
-        let terms = &choice.judged[at].fitted.law.terms;
-        let terms: Vec<&str> = terms.iter().map(|term| term.kind.name()).collect();
-        tracing::debug!(coordinates = system.coordinates.name(), ?terms, score, "score of a law");
-        if score.is_finite() && best.as_ref().is_none_or(|(least, _)| score < *least) {
-            best = Some((score, (index, at, evidence)));
-        }
-    }
-    let (_, (index, judged, evidence)) = best?;
-    let (system, choice) = found.swap_remove(index);
-    let left = samples - unknowns(&system, &choice.judged[judged]);
-    let chi_square = evidence.chi_square / left.max(1.0);
-    Some(Chosen { system, choice: Choice { chosen: judged, ..choice }, chi_square, evidence })
-}
-
 /// The motion of the centre, as that of a point, which begins at a place in each configuration.
 fn choose_center(observed: &ObservedPoses, x: &[Vec<f64>], at: usize) -> Option<Choice> {
     let x: Vec<Vec<f64>> = x.iter().map(|x| x[at..].to_vec()).collect();
@@ -126,7 +87,7 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     let track = Track { noise, ..Track::new(&coordinates, &observed.times, &x) };
     let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
     let has_arm = arm > 0.0;
-    let is_own = |c: &Candidate| c.coordinates == coordinates && (has_arm || !acts_on(c, Port::Arm));
+    let is_own = |c: &Candidate| c.coordinates == coordinates && has_arm == acts_on(c, Port::Arm);
     let list: Vec<Candidate> =
         observed.laws.candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
     let length = if has_arm { arm } else { 1.0 };
@@ -135,7 +96,7 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
 }
 
 /// Laws along a joint. A body that is balanced on its hinge has no weight to turn it, unless nothing else
-/// describes how it turns.
+/// explains how it turns.
 fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
     let track = observed.along(joint, Track::new(joint, &observed.times, x));
     let of = |list: &[Candidate]| choose(list, &track, &track.scales(joint));
@@ -144,7 +105,7 @@ fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f6
     if is_balanced {
         let has_weight = |c: &&Candidate| c.terms.iter().any(|term| term.kind.name().starts_with("fourier"));
         let weightless: Vec<Candidate> = all.iter().filter(|c| !has_weight(c)).cloned().collect();
-        let found = of(&weightless).filter(Choice::describes);
+        let found = of(&weightless).filter(Choice::explains);
         return found.or_else(|| of(&all));
     }
     of(&all)

@@ -1,10 +1,11 @@
 //! Laws of two bodies that act on each other: a force between their centres, or joints that hold one of them
 //! in the world and the other one on it (method §4.7).
 
-use super::choice::{Chosen, best_of};
+use super::evidence::Evidence;
 use super::geometry::{joint, pivot};
 use super::kinematics::{Configured, POSE};
 use super::observed::ObservedPoses;
+use super::rated::Rated;
 use super::turning::Turning;
 use crate::thresholds::{MOST_KINEMATIC, PARALLEL_AXES};
 use glam::DVec3;
@@ -17,32 +18,29 @@ use rayon::prelude::*;
 /// Two bodies at the same times.
 type Two<'a> = [&'a ObservedPoses; 2];
 
-/// Chooses among the laws of two bodies at the same times; also the order in which the coordinates take them.
-/// `None` if their poses do not suit any, or the likeliest of these laws lets them move by themselves.
-pub(super) fn choose_couple(bodies: Two<'_>) -> Option<(Chosen, [usize; 2])> {
+/// Rates the laws of two bodies at the same times. `None` if their poses do not suit any, or the likeliest of
+/// these laws lets them move by themselves.
+pub(super) fn choose_couple(bodies: Two<'_>) -> Option<Rated> {
     let samples = bodies.iter().map(|body| body.track.independent_samples()).sum::<f64>();
     let values = bodies.iter().map(|body| 6 * body.times.len()).sum();
-    let orders = [[0, 1], [1, 0]];
-    let trees = orders.into_iter().filter_map(|order| Some((tree(order.map(|i| bodies[i]))?, order)));
-    let tree = trees.min_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square));
-    let mut all: Vec<(Configured, [usize; 2])> = tree.into_iter().collect();
-    all.push((pair(bodies), orders[0]));
-    tracing::debug!(kinematic = ?all.iter().map(|(s, _)| s.chi_square / samples).collect::<Vec<_>>());
-    all.retain(|(system, _)| system.chi_square <= MOST_KINEMATIC * samples);
-    let order = all.first()?.1;
-    let with_laws = |(system, order): (Configured, [usize; 2])| {
-        let track = track_of(order.map(|i| bodies[i]), &system);
+    let trees = [[0, 1], [1, 0]].into_iter().filter_map(|order| tree(bodies, order));
+    let mut all: Vec<Configured> =
+        trees.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)).into_iter().collect();
+    all.push(pair(bodies));
+    tracing::debug!(kinematic = ?all.iter().map(|s| s.chi_square / samples).collect::<Vec<_>>());
+    all.retain(|system| system.chi_square <= MOST_KINEMATIC * samples);
+    let with_laws = |system: Configured| {
+        let track = track_of(bodies, &system);
         let list = bodies[0].laws.candidates(&system.coordinates);
         let choice = choose(&list, &track, &track.scales(&system.coordinates))?;
         Some((system, choice))
     };
     let found: Vec<(Configured, Choice)> = all.into_par_iter().filter_map(with_laws).collect();
-    let chosen = best_of(found, (samples, values))?;
-    if chosen.system.coordinates != Coordinates::Pair {
-        return Some((chosen, order));
-    }
-    let act_on_each_other = chosen.choice.law().fitted.law.terms.iter().any(|t| t.port == Port::Between);
-    act_on_each_other.then_some((chosen, orders[0]))
+    let rated = Rated::new(found, &|system, law| Evidence::of(system, law, (samples, values)))?;
+    let terms = &rated.best().judged.fitted.law.terms;
+    let act_on_each_other =
+        rated.system().coordinates != Coordinates::Pair || terms.iter().any(|t| t.port == Port::Between);
+    act_on_each_other.then_some(rated)
 }
 
 /// The track of two bodies, no better known than their poses are.
@@ -52,7 +50,8 @@ fn track_of(bodies: Two<'_>, system: &Configured) -> Track {
         track.noise = bodies.iter().flat_map(|body| body.track.noise[3..].iter().copied()).collect();
         return track;
     }
-    track.noise.iter_mut().zip(bodies).for_each(|(noise, body)| body.limit_angle(noise));
+    let noise = track.noise.iter_mut().zip(&system.order);
+    noise.for_each(|(noise, &body)| bodies[body].limit_angle(noise));
     track
 }
 
@@ -61,13 +60,13 @@ fn pair(bodies: Two<'_>) -> Configured {
     let [a, b] = bodies.map(|body| &body.poses);
     let x = a.iter().zip(b).map(|(a, b)| [a.shift.to_array(), b.shift.to_array()].concat()).collect();
     // The centres at the start are among the unknowns of the motion.
-    Configured::of_bodies(&bodies, Coordinates::Pair, x, 2 * (POSE - 3))
+    Configured::of_bodies((&bodies, &[0, 1]), Coordinates::Pair, x, 2 * (POSE - 3))
 }
 
 /// A body that turns about a hinge in the world, and one that turns about a parallel hinge on the first.
-fn tree(bodies: Two<'_>) -> Option<Configured> {
+fn tree(bodies: Two<'_>, order: [usize; 2]) -> Option<Configured> {
     let axis = common_axis(bodies)?;
-    let [first, second] = bodies.map(|body| &body.poses);
+    let [first, second] = order.map(|body| &bodies[body].poses);
     let angles = [first, second].map(|poses| Turning::about(axis, poses).angles);
     let (pivot, _) = pivot(first)?;
     let (on_first, on_second) = joint(first, second)?;
@@ -80,7 +79,7 @@ fn tree(bodies: Two<'_>) -> Option<Configured> {
         Tree { axis: axis.to_array(), pivot: pivot.to_array(), link: link.to_array(), arm: arm.to_array() };
     let x = angles[0].iter().zip(&angles[1]).map(|(&a, &b)| vec![a, b]).collect();
     // Axis, pivot and link have two each; the poses along the angles are among the unknowns of the motion.
-    Some(Configured::of_bodies(&bodies, Coordinates::Tree(tree), x, 6 + 2 * (POSE - 1)))
+    Some(Configured::of_bodies((&bodies, &order), Coordinates::Tree(tree), x, 6 + 2 * (POSE - 1)))
 }
 
 /// The axis that both bodies turn about, if there is one: the mean of their own, each by the square of what

@@ -1,7 +1,7 @@
 //! Systems of coordinates that can hold the poses of a body: joints are read off the poses, before any law.
 
 use super::geometry::{body_points, center_of_mass, pivot};
-use super::inertia::of_motion;
+use super::inertia::round_about;
 use super::observed::{ObservedPoses, mean_pose};
 use super::turning::Turning;
 use crate::motion::pose::Pose;
@@ -17,7 +17,9 @@ pub(super) struct Configured {
     pub(super) coordinates: Coordinates,
     /// Configurations, one for each sample.
     pub(super) x: Vec<Vec<f64>>,
-    /// Pose of the shape of each body in the first configuration.
+    /// The bodies, in the order in which the coordinates take them.
+    pub(super) order: Vec<usize>,
+    /// Pose of the shape of each body in the first configuration, in that order.
     pub(super) bases: Vec<Pose>,
     /// Constants of its geometry: those of the joint and of the shape's pose in it.
     pub(super) constants: usize,
@@ -27,12 +29,12 @@ pub(super) struct Configured {
 
 impl Configured {
     fn new(observed: &ObservedPoses, coordinates: Coordinates, x: Vec<Vec<f64>>, constants: usize) -> Self {
-        Self::of_bodies(&[observed], coordinates, x, constants)
+        Self::of_bodies((&[observed], &[0]), coordinates, x, constants)
     }
 
-    /// The same for coordinates of several bodies.
+    /// The same for coordinates that take several bodies in an order.
     pub(super) fn of_bodies(
-        bodies: &[&ObservedPoses],
+        (bodies, order): (&[&ObservedPoses], &[usize]),
         coordinates: Coordinates,
         x: Vec<Vec<f64>>,
         constants: usize,
@@ -40,7 +42,7 @@ impl Configured {
         let placements = placements(&coordinates, &x);
         let mut bases = Vec::with_capacity(bodies.len());
         let mut chi_square = 0.0;
-        for (body, observed) in bodies.iter().enumerate() {
+        for (body, observed) in order.iter().map(|&i| bodies[i]).enumerate() {
             let own = || placements.iter().map(|of_time| &of_time[body]);
             let back = own().zip(&observed.poses).map(|(place, pose)| place.before(pose));
             let base = mean_pose(&back.collect::<Vec<_>>());
@@ -48,13 +50,15 @@ impl Configured {
             chi_square += observed.chi_square(&predicted);
             bases.push(base);
         }
-        Self { coordinates, x, bases, constants, chi_square }
+        Self { coordinates, x, order: order.to_vec(), bases, constants, chi_square }
     }
 
     /// Constants by which the coordinates count as simple: those of a joint. A centre of mass is never quite
-    /// at the centre of the particles that are seen, so a law about it is as simple as one about that.
+    /// at the centre of the particles that are seen, so a law about it is as simple as one about that; and
+    /// modes are how a body deforms, whatever their law is.
     pub(super) fn joint_constants(&self) -> usize {
-        if matches!(self.coordinates, Coordinates::Rigid(_)) { 0 } else { self.constants }
+        let is_joint = !matches!(self.coordinates, Coordinates::Rigid(_) | Coordinates::Modal(_));
+        if is_joint { self.constants } else { 0 }
     }
 
     /// The pose of the shape of each body in a configuration.
@@ -113,23 +117,15 @@ pub(super) fn free_systems(observed: &ObservedPoses) -> Vec<Vec<Configured>> {
         }
     }
     let of_inertia =
-        |inertia: &KnownInertia| centers.iter().map(|&center| rigid(observed, inertia, center)).collect();
-    inertias(observed, &observed.inertia, DVec3::ZERO).iter().map(of_inertia).collect()
+        |inertia: &Inertia| centers.iter().map(|&center| rigid(observed, inertia, center)).collect();
+    inertias(&observed.inertia).iter().map(of_inertia).collect()
 }
 
-/// An inertia, and how many constants it has beside the parameters of its law.
-type KnownInertia = (Inertia, usize);
-
-/// The inertia of the particles, the same for all axes, with ratios of its moments to be fitted; and that of
-/// the motion, whose axes are fitted as well.
-fn inertias(observed: &ObservedPoses, prior: &Inertia, arm: DVec3) -> Vec<KnownInertia> {
-    let with = |form| Inertia { form, ..*prior };
-    let forms = [InertiaForm::Isotropic, InertiaForm::Prior, InertiaForm::Free];
-    let mut all: Vec<KnownInertia> = forms.map(|form| (with(form), 0)).to_vec();
-    let (turns, spins) = observed.turning();
-    let found = of_motion(&observed.times, (&turns, &spins), prior, arm);
-    all.extend(found.map(|inertia| (Inertia { form: InertiaForm::Free, ..inertia }, 3)));
-    all
+/// The inertia of the particles: the same for all axes, as it is, with ratios of its moments to be fitted, and
+/// with its axes as well.
+fn inertias(prior: &Inertia) -> Vec<Inertia> {
+    let forms = [InertiaForm::Isotropic, InertiaForm::Prior, InertiaForm::Free, InertiaForm::Whole];
+    forms.map(|form| Inertia { form, ..*prior }).to_vec()
 }
 
 /// Constants of a pose.
@@ -142,14 +138,14 @@ fn point(observed: &ObservedPoses) -> Configured {
 }
 
 /// A free body whose centre of mass is at the centre of its particles, or at a point of the shape.
-fn rigid(observed: &ObservedPoses, &(inertia, axes): &KnownInertia, center: Option<DVec3>) -> Configured {
+fn rigid(observed: &ObservedPoses, &inertia: &Inertia, center: Option<DVec3>) -> Configured {
     let mut x = observed.configurations(&inertia);
     if let Some(center) = center {
         for (x, pose) in x.iter_mut().zip(&observed.poses) {
             x[4..].copy_from_slice(&pose.apply(center).to_array());
         }
     }
-    let constants = axes + if center.is_some() { 3 } else { 0 };
+    let constants = if center.is_some() { 3 } else { 0 };
     Configured::new(observed, Coordinates::Rigid(inertia), x, constants)
 }
 
@@ -185,11 +181,18 @@ fn balls(observed: &ObservedPoses, (pivot, arm): (DVec3, DVec3)) -> Vec<Configur
     let own = quaternion(&observed.inertia.frame).inverse() * arm;
     let moments = |i: usize| observed.inertia.moments[i] + own.length_squared() - own[i] * own[i];
     let about_pivot = Inertia { moments: std::array::from_fn(moments), ..observed.inertia };
-    let ball = |(inertia, axes): KnownInertia| {
+    let ball = |inertia: Inertia, arm: DVec3| {
         let arm = quaternion(&inertia.frame).inverse() * arm;
         let coordinates = Coordinates::Ball(Ball { pivot: pivot.to_array(), arm: arm.to_array(), inertia });
         let x = observed.configurations(&inertia).iter().map(|x| x[..4].to_vec()).collect();
-        Configured::new(observed, coordinates, x, 3 + POSE - 3 + axes)
+        Configured::new(observed, coordinates, x, 3 + POSE - 3)
     };
-    inertias(observed, &about_pivot, arm).into_iter().map(ball).collect()
+    let forms = inertias(&about_pivot);
+    // Without weight no centre counts.
+    let weightless = forms.iter().map(|inertia| ball(*inertia, DVec3::ZERO));
+    if arm.length() <= 0.0 {
+        return weightless.collect();
+    }
+    let round = round_about(&about_pivot, arm);
+    weightless.chain(forms.iter().chain([&round]).map(|inertia| ball(*inertia, arm))).collect()
 }

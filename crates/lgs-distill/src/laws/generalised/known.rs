@@ -1,13 +1,17 @@
 //! A law with its start, and what is known of it.
 
 use super::evidence::Evidence;
+use super::mixture;
+use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{EXPLAINED_WINDOWS, JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW, TRUSTED_FRACTION};
+use crate::thresholds::{
+    EXPLAINED_WINDOWS, JUDGED_EDITS, JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW, TRUSTED_FRACTION,
+};
 use glam::DVec3;
 use lgs_core::geometry::narrow;
-use lgs_mechanics::bands::{Band, Known, PositionBand, Rival, Verdict, trusted};
-use lgs_mechanics::choose::{Choice, DESCRIBED, Judged};
+use lgs_mechanics::bands::{Known, PositionBand, Rival, Verdict, trusted};
+use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::coordinates::{Embedding, Placement, State};
 use lgs_mechanics::{Edit, Law, System};
 
@@ -91,23 +95,67 @@ impl GeneralisedLaw {
     }
 
     /// The verdict, and the times between which the forecast is trusted: those where the 90 % band over the
-    /// law's posterior and its rivals is narrower than a fraction of the path.
-    pub(super) fn judge(&mut self, bodies: &[&SharedMotion], choice: &Choice, seed: u64) {
-        self.known.rivals = rivals(choice);
+    /// posterior of the law and of its rivals in all coordinates is narrower than a fraction of the path.
+    pub(super) fn judge(&mut self, bodies: &[&SharedMotion], rated: &Rated, seed: u64) {
+        self.known.rivals = rivals(rated);
         if self.known.chi_square > DESCRIBED {
             return;
         }
         self.known.verdict = Verdict::Described;
-        let Some(band) = Band::new(choice, &self.judged_times(bodies), seed) else { return };
-        let points = points_of(bodies);
-        let apart = |a: &State, b: &State| distance(&points, &self.poses_in(&a.x), &self.poses_in(&b.x));
-        self.trust(&band.radius(0.9, &apart), bodies);
+        let times = self.judged_times(bodies);
+        let Some(radius) = self.band(bodies, rated, (&times, Edit::NONE), seed) else { return };
+        self.trust(&radius, &self.in_order(bodies));
+        if self.known.verdict == Verdict::Explained && !self.holds_under_edits(bodies, rated, seed) {
+            self.known.verdict = Verdict::Described;
+        }
+    }
+
+    /// Whether the band of the motion under each of the edits that are judged is as narrow as that of the
+    /// motion itself has to be: a law that explains a motion says what it would be under other physics.
+    fn holds_under_edits(&self, bodies: &[&SharedMotion], rated: &Rated, seed: u64) -> bool {
+        let until = EXPLAINED_WINDOWS * bodies[0].duration();
+        let times: Vec<f64> =
+            self.judged_times(bodies).into_iter().filter(|time| (0.0..=until).contains(time)).collect();
+        let ordered = self.in_order(bodies);
+        JUDGED_EDITS.into_iter().all(|[potential, force]| {
+            let edit = Edit { velocity: 1.0, potential, force };
+            let Some(radius) = self.band(bodies, rated, (&times, edit), seed) else { return false };
+            let most = TRUSTED_FRACTION * self.path(&ordered, (&times, edit));
+            let holds = radius.iter().all(|radius| *radius <= most);
+            tracing::debug!(potential, force, most, ?radius, "band under an edit");
+            holds
+        })
+    }
+
+    /// Radius of the 90 % band of the motion under an edit at some times; `None` if the law cannot be
+    /// followed.
+    fn band(
+        &self,
+        bodies: &[&SharedMotion],
+        rated: &Rated,
+        (times, edit): (&[f64], Edit),
+        seed: u64,
+    ) -> Option<Vec<f64>> {
+        let states = System::new(&self.law, edit).states(&self.start, times).ok()?;
+        let by_body = |state: &State| {
+            let own = self.poses_in(&state.x);
+            let mut poses = own.clone();
+            own.into_iter().zip(&self.order).for_each(|(pose, &body)| poses[body] = pose);
+            poses
+        };
+        let forecast: Vec<Vec<Pose>> = states.iter().map(by_body).collect();
+        Some(mixture::radius(rated, (bodies, &forecast), (times, edit), seed))
+    }
+
+    /// Bodies in the order of the coordinates.
+    fn in_order<'a>(&self, bodies: &[&'a SharedMotion]) -> Vec<&'a SharedMotion> {
+        self.order.iter().map(|&body| bodies[body]).collect()
     }
 
     /// Takes the radius of a band at the times at which a forecast is judged.
     pub(super) fn trust(&mut self, radius: &[f64], bodies: &[&SharedMotion]) {
         let (times, window) = (self.judged_times(bodies), bodies[0].duration());
-        let path = self.path(bodies, &times);
+        let path = self.path(bodies, (&times, Edit::NONE));
         self.known.trusted = trusted(&times, radius, [0.0, window], TRUSTED_FRACTION * path);
         if self.known.trusted[1] >= EXPLAINED_WINDOWS * window {
             self.known.verdict = Verdict::Explained;
@@ -116,9 +164,9 @@ impl GeneralisedLaw {
         self.known.band = PositionBand { times, radius };
     }
 
-    /// Length of the path in a window, the mean over the times that the law can be followed to.
-    fn path(&self, bodies: &[&SharedMotion], times: &[f64]) -> f64 {
-        let system = System::new(&self.law, Edit::NONE);
+    /// Length of the path under an edit in a window, the mean over the times that the law can be followed to.
+    fn path(&self, bodies: &[&SharedMotion], (times, edit): (&[f64], Edit)) -> f64 {
+        let system = System::new(&self.law, edit);
         let states = |times: &[f64]| system.states(&self.start, times).unwrap_or_default();
         let zero = times.partition_point(|time| *time < 0.0);
         let halves = [states(&times[..zero]), states(&times[zero..])];
@@ -146,13 +194,20 @@ fn distance(points: &[Vec<DVec3>], a: &[Pose], b: &[Pose]) -> f64 {
     (sum / points.iter().map(Vec::len).sum::<usize>().max(1) as f64).sqrt()
 }
 
-/// Laws in the same coordinates with a weight worth telling, the likeliest first.
-fn rivals(choice: &Choice) -> Vec<Rival> {
-    let weighted = choice.judged.iter().zip(choice.weights());
-    let told = weighted.filter(|(_, weight)| *weight >= LEAST_WEIGHT);
-    let rival = |(judged, weight): (&Judged, f64)| {
-        let names: Vec<&str> = judged.fitted.law.terms.iter().map(|term| term.kind.name()).collect();
-        Rival { terms: names.join(" + "), weight }
-    };
-    told.map(rival).collect()
+/// Laws with a weight worth telling, the likeliest first; the coordinates are told of where they are others.
+fn rivals(rated: &Rated) -> Vec<Rival> {
+    let own = rated.system().coordinates.name();
+    let mut told: Vec<Rival> = Vec::new();
+    for (law, weight) in rated.laws.iter().zip(rated.weights()) {
+        let coordinates = rated.systems[law.system].coordinates.name();
+        let names = law.judged.names();
+        let terms = if coordinates == own { names } else { format!("{coordinates}: {names}") };
+        // Laws that differ in the inertia or the centre alone count as one.
+        match told.iter_mut().find(|rival| rival.terms == terms) {
+            Some(rival) => rival.weight += weight,
+            None => told.push(Rival { terms, weight }),
+        }
+    }
+    told.retain(|rival| rival.weight >= LEAST_WEIGHT);
+    told
 }

@@ -1,13 +1,14 @@
 //! The law of an object in generalised coordinates: of one body, through impacts or without, or of two that
 //! act on each other.
 
-use super::choice::{Chosen, choose_law};
+use super::choice::choose_law;
 use super::contact::{self, Impacted, Surroundings};
 use super::couples::choose_couple;
 use super::evidence::unknowns;
 use super::known::GeneralisedLaw;
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
+use super::rated::Rated;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE, STEP_ERROR};
@@ -98,7 +99,7 @@ fn of_body(
         return through_impacts(&impacted, &observed, motion, seed);
     }
     let mut chosen = chosen?;
-    if observed.allow_for(errors.slow, chosen.chi_square) {
+    if observed.allow_for(errors.slow, chosen.chi_square()) {
         chosen = choose_law(&observed)?;
     }
     smooth(chosen, (&[motion], surroundings), seed)
@@ -111,13 +112,11 @@ fn of_couple(bodies: [&SharedMotion; 2], laws: Laws, errors: Errors, seed: u64) 
     }
     let mut observed = bodies.map(|motion| ObservedPoses::new(motion, laws, errors.resolution));
     let mut found = choose_couple(observed.each_ref())?;
-    let allowed = observed.each_mut().map(|body| body.allow_for(errors.slow, found.0.chi_square));
+    let allowed = observed.each_mut().map(|body| body.allow_for(errors.slow, found.chi_square()));
     if allowed.contains(&true) {
         found = choose_couple(observed.each_ref())?;
     }
-    let (chosen, order) = found;
-    let law = smooth(chosen, (&order.map(|i| bodies[i]), &[]), seed)?;
-    Some(GeneralisedLaw { order: order.to_vec(), ..law })
+    smooth(found, (&bodies, &[]), seed)
 }
 
 /// What is told of a law through impacts.
@@ -131,19 +130,20 @@ fn is_on_observed_plane(bounced: &Bounced) -> bool {
 
 /// Whether a law through impacts is likelier than a smooth one. On a plane that nothing at rest shows, it has
 /// to say where the body is after the impact: what stops a body in the air may be a hand.
-fn is_likelier(impacted: &Impacted, chosen: Option<&Chosen>, observed: &ObservedPoses) -> bool {
+fn is_likelier(impacted: &Impacted, chosen: Option<&Rated>, observed: &ObservedPoses) -> bool {
     let bounced = &impacted.bounced;
     if !is_on_observed_plane(bounced) && bounced.error > MOST_AFTER_IMPACT * bounced.path() {
         return false;
     }
-    let Some(Chosen { system, choice, .. }) = chosen else { return true };
-    let fitted = &choice.law().fitted;
+    let Some(rated) = chosen else { return true };
+    let (system, judged) = (rated.system(), &rated.best().judged);
+    let fitted = &judged.fitted;
     let Ok(states) = System::new(&fitted.law, Edit::NONE).states(&fitted.start, &observed.times) else {
         return true;
     };
     let poses: Vec<Pose> = states.iter().flat_map(|state| system.poses_in(&state.x)).collect();
     // The start of the law with a contact is not counted, so as many are left out of the other's.
-    let beyond_start = unknowns(system, choice.law()) - 2.0 * bounced.start.v.len() as f64;
+    let beyond_start = unknowns(system, judged) - 2.0 * bounced.start.v.len() as f64;
     let smooth = impacted.evidence_of(observed, &poses, beyond_start);
     tracing::debug!(
         smooth,
@@ -153,21 +153,22 @@ fn is_likelier(impacted: &Impacted, chosen: Option<&Chosen>, observed: &Observed
     bounced.evidence() < smooth
 }
 
-/// A law without impacts, of bodies in the order of its coordinates; with a contact, if a single body is
-/// about to go through a plane at rest.
+/// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at rest.
 fn smooth(
-    chosen: Chosen,
+    rated: Rated,
     (bodies, surroundings): (&[&SharedMotion], Surroundings<'_>),
     seed: u64,
 ) -> Option<GeneralisedLaw> {
-    let Chosen { system, choice, chi_square, evidence } = chosen;
-    let fitted = choice.law().fitted.clone();
+    let (system, best) = (rated.system(), rated.best());
+    let fitted = best.judged.fitted.clone();
     let duration = JUDGED_WINDOWS[1] * bodies[0].duration();
     let law = fitted.law.clone().resolved(&fitted.start, duration, STEP_ERROR).ok()?;
     let bases = system.poses_in(&fitted.start.x);
-    let mut found = GeneralisedLaw::new((law, fitted.start.clone()), bases, chi_square, bodies)?;
-    found.evidence = Some(evidence);
-    found.judge(bodies, &choice, seed);
+    let ordered: Vec<&SharedMotion> = system.order.iter().map(|&body| bodies[body]).collect();
+    let mut found = GeneralisedLaw::new((law, fitted.start.clone()), bases, rated.chi_square(), &ordered)?;
+    found.order.clone_from(&system.order);
+    found.evidence = Some(best.evidence);
+    found.judge(bodies, &rated, seed);
     if let [motion] = bodies
         && let Some(bounced) = contact::expected(&fitted, &found.bases[0], motion, surroundings)
     {

@@ -10,8 +10,10 @@ mod inertia;
 mod kinematics;
 mod known;
 mod law;
+mod mixture;
 mod modal;
 mod observed;
+mod rated;
 mod rigid_law;
 #[cfg(test)]
 mod tests;

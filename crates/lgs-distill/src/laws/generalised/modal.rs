@@ -1,16 +1,16 @@
 //! Modes of a deforming body: the proper orthogonal decomposition of its affine motion, and the laws of their
 //! amplitudes (method §4.7).
 
-use super::choice::Chosen;
-use super::evidence::{Evidence, penalty, unknowns};
+use super::evidence::Evidence;
 use super::kinematics::Configured;
 use super::observed::Laws;
+use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{FLAT_SHAPE, MOST_MODES};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{outer, principal_axes};
-use lgs_mechanics::choose::{Choice, choose};
+use lgs_mechanics::choose::choose;
 use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
 use lgs_mechanics::fit::Track;
 use nalgebra::DMatrix;
@@ -26,14 +26,14 @@ struct Decomposition {
     amplitudes: Vec<Vec<f64>>,
 }
 
-/// Chooses the number of modes and the law of their amplitudes; `None` if none can be fitted.
-pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -> Option<Chosen> {
+/// Rates the laws of the amplitudes for each number of modes; `None` if none can be fitted.
+pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -> Option<Rated> {
     let found = Decomposition::of(motion)?;
     let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
     let all = found.coordinates(ENTRIES);
     let mut whole = Track::new(&all, &times, &found.amplitudes);
     whole.noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
-    let samples = whole.independent_samples();
+    let size = (whole.independent_samples(), ENTRIES * times.len());
     let with = |modes: usize| {
         let system = found.configured(modes, &whole);
         let track = Track {
@@ -42,19 +42,10 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
         };
         let choice =
             choose(&laws.candidates(&system.coordinates), &track, &track.scales(&system.coordinates))?;
-        Some(chosen(system, choice, (samples, ENTRIES * times.len())))
+        Some((system, choice))
     };
-    let evidence = |(evidence, _): &(f64, Chosen)| *evidence;
-    let all: Vec<(f64, Chosen)> = (1..=MOST_MODES).filter_map(with).collect();
-    all.into_iter().min_by(|a, b| evidence(a).total_cmp(&evidence(b))).map(|(_, chosen)| chosen)
-}
-
-/// A choice with its evidence among numbers of modes, in units of χ².
-fn chosen(system: Configured, choice: Choice, (samples, values): (f64, usize)) -> (f64, Chosen) {
-    let law = choice.law();
-    let (unknowns, evidence) = (unknowns(&system, law), Evidence::of(&system, law, (samples, values)));
-    let chi_square = evidence.chi_square / (samples - unknowns).max(1.0);
-    (evidence.chi_square + penalty(unknowns, values), Chosen { system, choice, chi_square, evidence })
+    let found = (1..=MOST_MODES).filter_map(with).collect();
+    Rated::new(found, &|system, law| Evidence::of(system, law, size))
 }
 
 impl Decomposition {
@@ -108,6 +99,7 @@ impl Decomposition {
         };
         Configured {
             coordinates: self.coordinates(modes),
+            order: vec![0],
             bases: vec![self.modes.iter().zip(&x[0]).fold(self.rest, sum)],
             x,
             // The pose at rest, and the directions of the modes.

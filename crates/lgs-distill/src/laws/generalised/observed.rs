@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::candidates;
-use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia, State};
+use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
 use lgs_mechanics::terms::Role;
@@ -84,16 +84,6 @@ impl ObservedPoses {
             whitened.sum::<f64>()
         };
         (0..predicted.len()).map(of_sample).sum()
-    }
-
-    /// Rotations of the shape and its angular velocities in its own axes, both smooth.
-    pub(super) fn turning(&self) -> (Vec<DMat3>, Vec<DVec3>) {
-        let frame = quaternion(&self.inertia.frame);
-        let at = |(state, _): &(State, Vec<f64>)| {
-            let turn = quaternion(&state.x).normalize() * frame.inverse();
-            (DMat3::from_quat(turn), frame * DVec3::from_slice(&state.v))
-        };
-        self.track.smooth.iter().map(at).unzip()
     }
 
     /// Standard deviation of the place of the body, world units.

@@ -1,0 +1,75 @@
+//! Laws in all coordinates of an object, rated by one evidence: the chosen law and its rivals.
+
+use super::evidence::{Evidence, unknowns};
+use super::kinematics::Configured;
+use crate::thresholds::NO_RIVAL;
+use lgs_mechanics::choose::{Choice, Judged, weights};
+
+/// A law with what speaks for it.
+pub(super) struct RatedLaw {
+    /// The place of its coordinates among all.
+    pub(super) system: usize,
+    pub(super) judged: Judged,
+    pub(super) evidence: Evidence,
+    score: f64,
+}
+
+/// The likely laws of an object in all coordinates, the best score first; at least one.
+pub(super) struct Rated {
+    pub(super) systems: Vec<Configured>,
+    pub(super) laws: Vec<RatedLaw>,
+    /// How much larger the variance of the noise is than it looks: the least χ² for each sample, at least 1.
+    pub(super) inflation: f64,
+}
+
+impl Rated {
+    /// Rates all laws by the evidence for each of them; `None` if there are none.
+    pub(super) fn new(
+        found: Vec<(Configured, Choice)>,
+        evidence: &dyn Fn(&Configured, &Judged) -> Evidence,
+    ) -> Option<Self> {
+        let (systems, choices): (Vec<Configured>, Vec<Choice>) = found.into_iter().unzip();
+        let of_system = |(system, choice): (usize, Choice)| -> Vec<RatedLaw> {
+            let rated = |judged: Judged| {
+                let evidence = evidence(&systems[system], &judged);
+                RatedLaw { system, judged, evidence, score: f64::INFINITY }
+            };
+            choice.judged.into_iter().map(rated).collect()
+        };
+        let mut laws: Vec<RatedLaw> = choices.into_iter().enumerate().flat_map(of_system).collect();
+        let inflation = Evidence::inflation(laws.iter().map(|law| law.evidence));
+        laws.iter_mut().for_each(|law| law.score = law.evidence.score(inflation));
+        laws.retain(|law| law.score.is_finite());
+        laws.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let most = laws.first()?.score + NO_RIVAL;
+        laws.retain(|law| law.score <= most);
+        for law in &laws {
+            let terms = law.judged.names();
+            let coordinates = systems[law.system].coordinates.name();
+            tracing::debug!(coordinates, terms, score = law.score, "score of a law");
+        }
+        Some(Self { systems, laws, inflation })
+    }
+
+    /// The likeliest law.
+    pub(super) fn best(&self) -> &RatedLaw {
+        &self.laws[0]
+    }
+
+    /// The coordinates of the likeliest law.
+    pub(super) fn system(&self) -> &Configured {
+        &self.systems[self.best().system]
+    }
+
+    /// Weights of all laws in forecasts; they add up to 1.
+    pub(super) fn weights(&self) -> Vec<f64> {
+        weights(&self.laws.iter().map(|law| law.score).collect::<Vec<_>>())
+    }
+
+    /// χ² of the poses for each degree of freedom that the likeliest law leaves.
+    pub(super) fn chi_square(&self) -> f64 {
+        let best = self.best();
+        let left = best.evidence.samples - unknowns(self.system(), &best.judged);
+        best.evidence.chi_square / left.max(1.0)
+    }
+}
