@@ -11,6 +11,10 @@
 //! second mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque
 //! but as flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as
 //! binary images. Pixels that a frame's mask leaves out are in no figure.
+//!
+//! Cameras of a capture expose differently, and no training image tells how a held-out one does. PSNR is
+//! therefore also taken after every channel of the prediction was fitted to the truth by a gain and an offset
+//! (`psnr_fitted`): beside the others, never in their place.
 
 use lgs_core::{Image, psnr_of_mse};
 use serde::{Deserialize, Serialize};
@@ -112,6 +116,8 @@ pub struct ImageScore {
     pub psnr_content: Option<f64>,
     /// PSNR of the two foregrounds as binary images, dB; nothing without opacity.
     pub psnr_silhouette: Option<f64>,
+    /// PSNR over all pixels once each channel of the prediction is fitted by a gain and an offset, dB.
+    pub psnr_fitted: f64,
     /// Structural similarity.
     pub ssim: f64,
     /// LPIPS, filled in by who has the networks.
@@ -140,6 +146,7 @@ pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> Imag
         psnr_content: union(&predicted.content, &truth.content),
         psnr_silhouette: (rule == ForegroundRule::Opacity)
             .then(|| silhouette_psnr(&predicted.foreground, &truth.foreground)),
+        psnr_fitted: psnr_of_mse(fitted_mse([&predicted.image, &truth.image], counts)),
         ssim,
         perceptual: PerceptualScore::default(),
         predicted_pixels: predicted.foreground_pixels(),
@@ -159,6 +166,27 @@ fn squared_errors(a: &Image, b: &Image) -> Vec<f64> {
     let error =
         |(p, q): (&[f32; 3], &[f32; 3])| (0..3).map(|c| f64::from(p[c] - q[c]).powi(2)).sum::<f64>() / 3.0;
     a.pixels.iter().zip(&b.pixels).map(error).collect()
+}
+
+/// Mean squared difference of the pixels that count, after the least-squares fit of every channel of the
+/// first image to the second by a gain and an offset.
+fn fitted_mse([image, truth]: [&Image; 2], counts: impl Fn(usize) -> bool) -> f64 {
+    let of_channel = |c: usize| {
+        let pairs = image.pixels.iter().zip(&truth.pixels).enumerate().filter(|&(i, _)| counts(i));
+        let [mut n, mut x, mut y, mut xx, mut xy, mut yy] = [0.0; 6];
+        for (_, (p, q)) in pairs {
+            let (p, q) = (f64::from(p[c]), f64::from(q[c]));
+            n += 1.0;
+            (x, y) = (x + p, y + q);
+            (xx, xy, yy) = (xx + p * p, xy + p * q, yy + q * q);
+        }
+        let n = f64::max(n, 1.0);
+        let [spread, joint, own] = [xx - x * x / n, xy - x * y / n, yy - y * y / n];
+        // A channel of one value is fitted by an offset alone.
+        let explained = if spread > 0.0 { joint * joint / spread } else { 0.0 };
+        (own - explained).max(0.0) / n
+    };
+    (0..3).map(of_channel).sum::<f64>() / 3.0
 }
 
 fn masked_mse(squared: &[f64], inside: impl Fn(usize) -> bool) -> Option<f64> {
@@ -198,6 +226,18 @@ mod tests {
         let expected = -20.0 * (26.0_f64 / 255.0).log10();
         assert!((s.psnr - expected).abs() < 1e-4, "{s:?}");
         assert!((s.psnr_foreground.expect("foreground") - expected).abs() < 1e-4);
+    }
+
+    #[test]
+    fn an_exposure_is_fitted_away_and_a_difference_of_content_is_not() {
+        let ramp = |gain: f32, offset: f32| {
+            (0..256).map(|i| [gain * i as f32 / 255.0 + offset; 3]).collect::<Vec<_>>()
+        };
+        let of = |pixels| picture(pixels, &[1.0; 256], ForegroundRule::Opacity);
+        let s = score(&of(ramp(0.5, 0.1)), &of(ramp(0.6, 0.2)));
+        assert!(s.psnr < 17.0 && s.psnr_fitted > 50.0, "{s:?}");
+        let s = score(&of(ramp(0.0, 0.5)), &of(ramp(1.0, 0.0)));
+        assert!((s.psnr_fitted - 10.0 * 12.0_f64.log10()).abs() < 0.1, "{s:?}");
     }
 
     #[test]

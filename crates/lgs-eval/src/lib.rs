@@ -28,9 +28,9 @@ pub use cost::{Cost, StageCost};
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use lgs_mechanics::bands::Verdict;
 pub use metrics::{
-    CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore, Metrics,
-    ObjectPotential, ObjectSummary, Physics, PotentialAgainstTruth, Protocol, SplitMetrics, SplitScore,
-    TrajectoryDetail,
+    CameraCorrections, CycleError, ExtentAgainstTruth, FallTime, Footprint, FrameMetrics, FrameModelScore,
+    Metrics, ObjectPotential, ObjectSummary, Physics, PotentialAgainstTruth, Protocol, SplitMetrics,
+    SplitScore, TrajectoryDetail,
 };
 pub use render::{Rendered, render};
 pub use split_score::{FrameRow, aggregate, foreground_rule, score_frames};

@@ -33,8 +33,26 @@ pub struct Metrics {
     pub protocol: Protocol,
     /// Numbers of Gaussians and objects.
     pub footprint: Footprint,
+    /// Sizes of the corrections of the training cameras; nothing where they were taken as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cameras: Option<CameraCorrections>,
     /// Image figures of every frame, by split, in the order of the dataset.
     pub frames: BTreeMap<String, Vec<FrameMetrics>>,
+}
+
+/// How far a run has corrected its training cameras.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CameraCorrections {
+    /// Number of cameras.
+    pub cameras: usize,
+    /// Root mean square displacement of their images by corrections of poses, pixels.
+    pub pose_rms_pixels: f64,
+    /// Largest such displacement of a camera, pixels.
+    pub pose_max_pixels: f64,
+    /// Root mean square change of a middle grey by exposures, as a fraction of it.
+    pub exposure_rms: f64,
+    /// Largest such change.
+    pub exposure_max: f64,
 }
 
 /// The conditions under which images were compared.
@@ -72,6 +90,9 @@ pub struct SplitScore {
     pub psnr_content: Option<f64>,
     /// Mean over images of PSNR of true and predicted foreground as binary images; nothing for opaque images.
     pub psnr_silhouette: Option<f64>,
+    /// Mean over images of PSNR once every channel of the prediction is fitted to the truth by a gain and an
+    /// offset: what is left if the camera's exposure were known.
+    pub psnr_fitted: Option<f64>,
     /// Mean over images of SSIM.
     pub ssim: Option<f64>,
     /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without

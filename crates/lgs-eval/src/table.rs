@@ -1,7 +1,7 @@
 //! Metrics as aligned text: one line per split and model, then the motion's figures that exist.
 
 use crate::laws::law_rows;
-use crate::metrics::{Metrics, Physics, PotentialAgainstTruth, SplitScore};
+use crate::metrics::{CameraCorrections, Metrics, Physics, PotentialAgainstTruth, SplitScore};
 
 /// Splits in the order of time, then any others by name.
 const SPLIT_ORDER: [&str; 5] = ["train", "val", "test", "long", "past"];
@@ -44,6 +44,7 @@ pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
         "foreground",
         "content",
         "silhouette",
+        "fitted",
         "SSIM",
         "LPIPS vgg",
         "vgg [0,1]",
@@ -71,6 +72,7 @@ fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
         number(score.psnr_foreground, 2),
         number(score.psnr_content, 2),
         number(score.psnr_silhouette, 2),
+        number(score.psnr_fitted, 2),
         number(score.ssim, 4),
         lpips(score.lpips_vgg),
         lpips(score.lpips_vgg_unnormalised),
@@ -146,7 +148,7 @@ fn potential_rows(potential: &PotentialAgainstTruth) -> [Figure<'static>; 3] {
     ]
 }
 
-fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 5] {
+fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 7] {
     let (physics, fall) = (&metrics.physics, &metrics.physics.fall_time_exponent);
     let fall_text = || Some(format!("{:.4} (r = {:.5})", fall.slope?, fall.r?));
     let memory = metrics.cost.peak_rss_bytes.map(|b| format!("{:.0} MiB", b as f64 / f64::from(1 << 20)));
@@ -154,9 +156,25 @@ fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 5] {
         ("energy drift, no force", percent(physics.energy_drift)),
         ("fall time exponent", fall_text()),
         ("force over potential gradient", plain(physics.force_ratio)),
+        ("corrections of poses", metrics.cameras.map(pose_text)),
+        ("corrections of exposures", metrics.cameras.map(exposure_text)),
         ("training", metrics.cost.train_secs.map(|s| format!("{s:.0} s"))),
         ("peak memory", memory),
     ]
+}
+
+/// The sizes of corrections of poses.
+#[must_use]
+pub fn pose_text(sizes: CameraCorrections) -> String {
+    let CameraCorrections { pose_rms_pixels: rms, pose_max_pixels: most, cameras, .. } = sizes;
+    format!("{rms:.2} px rms, {most:.2} px at most, {cameras} cameras")
+}
+
+/// The sizes of corrections of exposures, of a middle grey.
+#[must_use]
+pub fn exposure_text(sizes: CameraCorrections) -> String {
+    let CameraCorrections { exposure_rms, exposure_max, .. } = sizes;
+    format!("{:.1} % rms, {:.1} % at most", 100.0 * exposure_rms, 100.0 * exposure_max)
 }
 
 /// Columns padded to their widest cell, two spaces between; `right` says which are aligned right (default:

@@ -113,7 +113,11 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().try_to_vec::<f32>().expect("f32 values")
 }
 
-fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) -> (Tensor<3>, Tensor<2>)) {
+/// Checks a rasterizer of tensors, and gives its gradient by the pose, of which the vectors say nothing.
+fn check_tensors(
+    vector: &Vector,
+    draw: impl Fn(&SplatTensors, [f32; 3], usize) -> (Tensor<3>, Tensor<2>),
+) -> Vec<f32> {
     let device = Device::flex().autodiff();
     let n = vector.shape("means")[0];
     let splats = SplatTensors {
@@ -123,6 +127,7 @@ fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) 
         raw_opacities: tracked(vector, "opacity_logits", &device),
         sh: tracked(vector, "sh", &device),
         means2d_probe: Tensor::<2>::zeros([n, 2], &device).require_grad(),
+        pose_probe: Tensor::<1>::zeros([6], &device).require_grad(),
     };
     let (image, transmittance) =
         draw(&splats, vector.rows::<3>("background")[0], vector.number("sh_degree") as usize);
@@ -151,6 +156,7 @@ fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, [f32; 3], usize) 
     check(splats.raw_opacities.grad(&grads).map(values), "grad_opacity_logits");
     check(splats.sh.grad(&grads).map(values), "grad_sh");
     check(splats.means2d_probe.grad(&grads).map(values), "grad_means2d");
+    values(splats.pose_probe.grad(&grads).expect("a gradient by the pose"))
 }
 
 #[test]
@@ -161,6 +167,21 @@ fn rasterize_conformance_of_the_tensor_operation() {
             let drawn = lgs_render::tensor::rasterize(splats, &camera, background, degree);
             (drawn.image, drawn.transmittance)
         });
+    }
+}
+
+#[test]
+fn the_gradient_by_the_pose_is_that_of_the_reference() {
+    for vector in vectors("rasterize") {
+        let camera = vector.camera();
+        let found = check_tensors(&vector, |splats, background, degree| {
+            let drawn = lgs_render::tensor::rasterize(splats, &camera, background, degree);
+            (drawn.image, drawn.transmittance)
+        });
+        let expected = check_tensors(&vector, |splats, background, degree| {
+            lgs_render::reference::rasterize(splats, &camera, background, degree)
+        });
+        assert_gradient_close(&format!("{}: pose", vector.name), &found, &expected);
     }
 }
 

@@ -54,6 +54,15 @@ impl Run {
         }
     }
 
+    /// The images of a dataset in some splits (default: all), seen through the cameras that the run has
+    /// refined.
+    pub(crate) fn images(&self, root: &Path, splits: Option<Vec<String>>) -> Result<Dataset> {
+        let dataset = load_dataset(root, &load_options(&self.config, splits))?;
+        let path = self.folder.refined_cameras_path();
+        let refined = self.folder.refined_cameras().at(&path)?;
+        Ok(refined.map(|cameras| cameras.applied_to(&dataset)).unwrap_or(dataset))
+    }
+
     /// Training cameras by image name; none if the run does not list them.
     pub(crate) fn cameras(&self) -> Result<Vec<(String, Camera)>> {
         let path = self.folder.root().join("source").join("cameras.json");

@@ -19,6 +19,7 @@ use super::proposals::{ProposalRound, Proposals};
 use super::smoothing::Smoothing;
 use super::snapshot::Snapshot;
 use crate::adam::AdamGroup;
+use crate::cameras::{CameraRefinement, RefinedCameras};
 use crate::checkpoint::{Checkpoints, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows};
@@ -44,6 +45,7 @@ pub struct SourceTrainer<'a> {
     smoothing: Smoothing,
     order: FrameOrder,
     priors: MotionPriors,
+    cameras: CameraRefinement,
 }
 
 impl<'a> SourceTrainer<'a> {
@@ -84,6 +86,7 @@ impl<'a> SourceTrainer<'a> {
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
+            cameras: CameraRefinement::new(dataset, &config.cameras, config.iterations, device),
             config,
             device: device.clone(),
         })
@@ -93,6 +96,12 @@ impl<'a> SourceTrainer<'a> {
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
         self.motion.model(self.drawn())
+    }
+
+    /// The training cameras as they have been refined; nothing where they are not.
+    #[must_use]
+    pub fn refined_cameras(&self) -> Option<RefinedCameras> {
+        self.cameras.refined()
     }
 
     /// All that has been learned so far, with the Gaussians as they are drawn.
@@ -253,14 +262,16 @@ impl Trainer for SourceTrainer<'_> {
         };
         let (means, device) = (cloud.means.clone(), self.device.clone().autodiff());
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
+        let sensor = self.cameras.sensor(frame, iteration);
         let view = View {
             frame,
+            sensor: &sensor,
             background: self.background.at(self.clock.taken()),
             ssim_weight: self.config.ssim_weight,
             sh_degree: self.config.active_degree(iteration),
             device: &device,
         };
-        let compared = view.compare(&cloud.splats(probe.clone()));
+        let compared = view.compare(cloud.splats(probe.clone()));
         let loss = compared.loss.clone();
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
         let total = self.density.regularised(total, &leaves);
@@ -268,6 +279,7 @@ impl Trainer for SourceTrainer<'_> {
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
         }
+        self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend(&leaves, &mut gradients, passed);
         self.network.step(self.config.deformation_rate(iteration), network.grad_remove(&mut gradients));
         report(&compared.loss, &[compared.mse])
@@ -283,6 +295,7 @@ impl Trainer for SourceTrainer<'_> {
         self.priors.insert_into(&mut file);
         self.smoothing.insert_into(&mut file);
         self.order.insert_into(&mut file);
+        self.cameras.insert_into(&mut file);
         file
     }
 
@@ -295,6 +308,7 @@ impl Trainer for SourceTrainer<'_> {
         self.priors.restore(file, self.cloud.len())?;
         self.smoothing.restore(file, self.cloud.len())?;
         self.order.restore(file, &self.config)?;
+        self.cameras.restore(file, &self.device)?;
         self.clock.restore(file, step)
     }
 }

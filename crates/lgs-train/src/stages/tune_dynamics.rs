@@ -24,7 +24,7 @@ use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::cloud_tensors::{CloudTensors, row_indices};
 use crate::driver::{Glance, SceneTrainer, StepReport, Trainer};
-use crate::view::{Comparison, View, report};
+use crate::view::{Comparison, Sensor, View, report};
 
 /// Stage 2 of a run.
 pub struct TuneDynamics<'a> {
@@ -133,15 +133,17 @@ impl<'a> TuneDynamics<'a> {
             drawn = drawn.followed_by(CloudTensors { means, rotations, ..own });
         }
         let device = self.device.clone().autodiff();
+        let sensor = Sensor::of(frame, &device);
         let view = View {
             frame,
+            sensor: &sensor,
             background: self.scene.background,
             ssim_weight: self.config.ssim_weight,
             sh_degree: self.scene.dynamic_gaussians.sh_degree,
             device: &device,
         };
         let probe = Tensor::zeros([drawn.len(), 2], &device);
-        view.compare(&drawn.splats(probe))
+        view.compare(drawn.splats(probe))
     }
 
     /// The scene that the kept motion of a checkpoint was rolled from.
