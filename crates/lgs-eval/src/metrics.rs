@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::corrections::CameraCorrections;
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
 use crate::lpips::store::Origin;
@@ -38,21 +39,6 @@ pub struct Metrics {
     pub cameras: Option<CameraCorrections>,
     /// Image figures of every frame, by split, in the order of the dataset.
     pub frames: BTreeMap<String, Vec<FrameMetrics>>,
-}
-
-/// How far a run has corrected its training cameras.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CameraCorrections {
-    /// Number of cameras.
-    pub cameras: usize,
-    /// Root mean square displacement of their images by corrections of poses, pixels.
-    pub pose_rms_pixels: f64,
-    /// Largest such displacement of a camera, pixels.
-    pub pose_max_pixels: f64,
-    /// Root mean square change of a middle grey by exposures, as a fraction of it.
-    pub exposure_rms: f64,
-    /// Largest such change.
-    pub exposure_max: f64,
 }
 
 /// The conditions under which images were compared.

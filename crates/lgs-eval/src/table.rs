@@ -1,7 +1,7 @@
 //! Metrics as aligned text: one line per split and model, then the motion's figures that exist.
 
 use crate::laws::law_rows;
-use crate::metrics::{CameraCorrections, Metrics, Physics, PotentialAgainstTruth, SplitScore};
+use crate::metrics::{Metrics, Physics, PotentialAgainstTruth, SplitScore};
 
 /// Splits in the order of time, then any others by name.
 const SPLIT_ORDER: [&str; 5] = ["train", "val", "test", "long", "past"];
@@ -156,25 +156,11 @@ fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 7] {
         ("energy drift, no force", percent(physics.energy_drift)),
         ("fall time exponent", fall_text()),
         ("force over potential gradient", plain(physics.force_ratio)),
-        ("corrections of poses", metrics.cameras.map(pose_text)),
-        ("corrections of exposures", metrics.cameras.map(exposure_text)),
+        ("corrections of poses", metrics.cameras.map(|sizes| sizes.pose_text())),
+        ("corrections of exposures", metrics.cameras.map(|sizes| sizes.exposure_text())),
         ("training", metrics.cost.train_secs.map(|s| format!("{s:.0} s"))),
         ("peak memory", memory),
     ]
-}
-
-/// The sizes of corrections of poses.
-#[must_use]
-pub fn pose_text(sizes: CameraCorrections) -> String {
-    let CameraCorrections { pose_rms_pixels: rms, pose_max_pixels: most, cameras, .. } = sizes;
-    format!("{rms:.2} px rms, {most:.2} px at most, {cameras} cameras")
-}
-
-/// The sizes of corrections of exposures, of a middle grey.
-#[must_use]
-pub fn exposure_text(sizes: CameraCorrections) -> String {
-    let CameraCorrections { exposure_rms, exposure_max, .. } = sizes;
-    format!("{:.1} % rms, {:.1} % at most", 100.0 * exposure_rms, 100.0 * exposure_max)
 }
 
 /// Columns padded to their widest cell, two spaces between; `right` says which are aligned right (default:

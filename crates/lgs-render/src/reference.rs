@@ -6,6 +6,7 @@
 //! fast kernel.
 
 mod loss;
+mod pose;
 
 pub use loss::{photometric_loss, ssim};
 
@@ -15,6 +16,7 @@ use crate::tensor::SplatTensors;
 use crate::view::blur_of;
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 use lgs_core::{Camera, PixelFilter, SH_C0};
+use pose::Pose;
 
 /// Image `[H, W, 3]` and transmittance `[H, W]`; the inputs and semantics of [`crate::tensor::rasterize`].
 ///
@@ -102,44 +104,6 @@ fn columns<const N: usize>(tensor: &Tensor<2>) -> [Tensor<2>; N] {
     std::array::from_fn(|i| tensor.clone().slice([0..rows, i..i + 1]))
 }
 
-/// The pose of the camera, to first order in the motion of the scene that the probe is: the way to camera
-/// axes, and the centre in the world.
-struct Pose {
-    /// Entries `[1, 1]` of the rotation from world to camera axes.
-    rotation: [[Tensor<2>; 3]; 3],
-    /// Entries `[1, 1]`.
-    translation: [Tensor<2>; 3],
-    /// Entries `[1, 1]`, world units.
-    center: [Tensor<2>; 3],
-}
-
-impl Pose {
-    fn new(camera: &Camera, probe: &Tensor<1>) -> Self {
-        let m = camera.camera_from_world.transpose().to_cols_array_2d();
-        let [rx, ry, rz, tx, ty, tz] = columns::<6>(&probe.clone().reshape([1, 6]));
-        // ω × p, for p a column of the matrix.
-        let turned = |j: usize| {
-            let times = |t: &Tensor<2>, i: usize| t.clone().mul_scalar(m[i][j]);
-            [times(&ry, 2) - times(&rz, 1), times(&rz, 0) - times(&rx, 2), times(&rx, 1) - times(&ry, 0)]
-        };
-        let moved = [0, 1, 2, 3].map(|j| {
-            let by = turned(j);
-            std::array::from_fn::<_, 3, _>(|i| by[i].clone().add_scalar(m[i][j]))
-        });
-        let shift = [tx, ty, tz];
-        let center = camera.center_in_world();
-        // The scene's translation moves the centre by −Wᵀ τ, its rotation leaves it in place.
-        let along = |k: usize| {
-            (0..3).map(|i| shift[i].clone().mul_scalar(-m[i][k])).reduce(|s, t| s + t).expect("three terms")
-        };
-        Self {
-            rotation: std::array::from_fn(|i| std::array::from_fn(|j| moved[j][i].clone())),
-            translation: std::array::from_fn(|i| moved[3][i].clone() + shift[i].clone()),
-            center: std::array::from_fn(|k| along(k).add_scalar(center[k])),
-        }
-    }
-}
-
 fn project(
     splats: &SplatTensors,
     camera: &Camera,
@@ -149,10 +113,7 @@ fn project(
     let pose = Pose::new(camera, &splats.pose_probe);
     let means = splats.means.clone().select(0, order.clone());
     let world = columns::<3>(&means);
-    let camera_means: [Tensor<2>; 3] = std::array::from_fn(|i| {
-        let terms = (0..3).map(|j| world[j].clone() * pose.rotation[i][j].clone());
-        terms.fold(pose.translation[i].clone(), |sum, term| term + sum)
-    });
+    let camera_means = pose.camera_means(&world);
     let rows = image_axes(splats, (camera, &pose), order, &camera_means);
     let [x, y, z] = camera_means;
     let inner = |a: &[Tensor<2>; 3], b: &[Tensor<2>; 3]| {

@@ -113,22 +113,27 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     tensor.into_data().try_to_vec::<f32>().expect("f32 values")
 }
 
+/// The Gaussians of a vector, tracked.
+fn tracked_splats(vector: &Vector, device: &Device) -> SplatTensors {
+    let n = vector.shape("means")[0];
+    SplatTensors {
+        means: tracked(vector, "means", device),
+        rotations: tracked(vector, "quats", device),
+        log_scales: tracked(vector, "log_scales", device),
+        raw_opacities: tracked(vector, "opacity_logits", device),
+        sh: tracked(vector, "sh", device),
+        means2d_probe: Tensor::<2>::zeros([n, 2], device).require_grad(),
+        pose_probe: Tensor::<1>::zeros([6], device).require_grad(),
+    }
+}
+
 /// Checks a rasterizer of tensors, and gives its gradient by the pose, of which the vectors say nothing.
 fn check_tensors(
     vector: &Vector,
     draw: impl Fn(&SplatTensors, [f32; 3], usize) -> (Tensor<3>, Tensor<2>),
 ) -> Vec<f32> {
     let device = Device::flex().autodiff();
-    let n = vector.shape("means")[0];
-    let splats = SplatTensors {
-        means: tracked(vector, "means", &device),
-        rotations: tracked(vector, "quats", &device),
-        log_scales: tracked(vector, "log_scales", &device),
-        raw_opacities: tracked(vector, "opacity_logits", &device),
-        sh: tracked(vector, "sh", &device),
-        means2d_probe: Tensor::<2>::zeros([n, 2], &device).require_grad(),
-        pose_probe: Tensor::<1>::zeros([6], &device).require_grad(),
-    };
+    let splats = tracked_splats(vector, &device);
     let (image, transmittance) =
         draw(&splats, vector.rows::<3>("background")[0], vector.number("sh_degree") as usize);
     let check = |found: Vec<f32>, name: &str| {

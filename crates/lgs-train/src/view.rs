@@ -109,6 +109,10 @@ mod tests {
     use lgs_core::Camera;
     use lgs_data::dataset::{Picture, Pixels};
 
+    fn view<'a>(frame: &'a Frame, sensor: &'a Sensor, device: &'a Device) -> View<'a> {
+        View { frame, sensor, background: [1.0; 3], ssim_weight: 0.2, sh_degree: 0, device }
+    }
+
     /// Loss and gradient by the mean of a Gaussian of a frame that is grey, but `shade` where it is masked.
     fn compared(shade: u8) -> (f32, Vec<f32>) {
         let camera = Camera::look_at([0.0, -3.0, 0.0], [0.0; 3], 0.6, 24, 24);
@@ -136,16 +140,7 @@ mod tests {
             means2d_probe: Tensor::zeros([1, 2], &device),
             pose_probe: Tensor::zeros([6], &device),
         };
-        let (sensor, background) = (Sensor::of(&frame, &device), [1.0; 3]);
-        let view = View {
-            frame: &frame,
-            sensor: &sensor,
-            background,
-            ssim_weight: 0.2,
-            sh_degree: 0,
-            device: &device,
-        };
-        let compared = view.compare(splats);
+        let compared = view(&frame, &Sensor::of(&frame, &device), &device).compare(splats);
         let gradient = means.grad(&compared.loss.backward()).map(|gradient| values(&gradient.reshape([3])));
         let figures = values(&Tensor::cat(vec![compared.loss.inner(), compared.mse], 0));
         assert!((0.01..0.45).contains(&figures[1]), "{figures:?}");

@@ -25,9 +25,9 @@ pub struct CamerasConfig {
     /// Refine exposure and white balance: a gain and an offset per channel and camera (paper: off). `auto`:
     /// unless the images were rendered, which a set in the D-NeRF layout is taken to be.
     pub refine_exposure: Refine,
-    /// Refine poses: a rotation and a translation per camera (paper: off). `auto`: where poses were found from
-    /// the images themselves, as structure from motion does, and several cameras show each moment; a moving
-    /// camera by itself cannot tell its own motion from the scene's.
+    /// Refine poses: a rotation and a translation per camera (paper: off). `auto`: where poses were found
+    /// from the images themselves, as structure from motion does, and several cameras show each moment; a
+    /// moving camera by itself cannot tell its own motion from the scene's.
     pub refine_poses: Refine,
     /// Rate of gains and offsets at the start, per step.
     pub exposure_start: f64,

@@ -1,4 +1,4 @@
-//! Refinement of the training cameras while the source model is trained (method §3.5): their poses, and what
+//! Refinement of the training cameras while the source model is trained (method §3.8): their poses, and what
 //! each makes of the scene's colours.
 //!
 //! Cameras are told apart by their poses: all images of a physical camera that stands share one correction,
@@ -14,3 +14,6 @@ mod refinement;
 pub use config::{CamerasConfig, Refine};
 pub use refined::{CorrectionSizes, RefinedCamera, RefinedCameras};
 pub(crate) use refinement::CameraRefinement;
+
+#[cfg(test)]
+mod tests;

@@ -46,8 +46,8 @@ pub struct CorrectionSizes {
 }
 
 impl RefinedCameras {
-    /// A dataset with the corrections on all frames of the cameras that were refined, in whatever split. Other
-    /// cameras stay as they are given.
+    /// A dataset with the corrections on all frames of the cameras that were refined, in whatever split.
+    /// Other cameras stay as they are given.
     #[must_use]
     pub fn applied_to(&self, dataset: &Dataset) -> Dataset {
         let mut corrected = dataset.clone();

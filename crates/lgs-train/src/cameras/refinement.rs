@@ -1,7 +1,8 @@
 //! What is learned of the training cameras: gains, offsets and motions, one row per camera.
 //!
-//! Motions are in pixels: a rotation about an axis of the camera by as many, and a translation that shifts the
-//! middle of the scene by as many, so that one rate suits all of them whatever the lens and the world's scale.
+//! Motions are in pixels: a rotation about an axis of the camera by as many, and a translation that shifts
+//! the middle of the scene by as many, so that one rate suits all of them whatever the lens and the world's
+//! scale.
 
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use lgs_core::optim::log_linear;

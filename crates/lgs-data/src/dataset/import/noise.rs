@@ -1,8 +1,8 @@
 //! Noise of cameras and exposures, put on a set whose own are good, to see what training makes of it.
 //!
-//! Only the training split is disturbed: what is held out keeps its cameras and images, so that figures before
-//! and after can be compared. The mean change of exposure over cameras is none, since images do not tell a
-//! scene that is brighter from cameras that all expose more.
+//! Only the training split is disturbed: what is held out keeps its cameras and images, so that figures
+//! before and after can be compared. The mean change of exposure over cameras is none, since images do not
+//! tell a scene that is brighter from cameras that all expose more.
 
 use crate::dataset::error::Problem;
 use crate::dataset::frame_spec::FrameSpec;
