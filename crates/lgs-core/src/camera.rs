@@ -1,10 +1,14 @@
 //! A pinhole camera with OpenCV axes: x right, y down, z forward.
 
-use glam::{Mat4, Vec3, Vec4};
+use crate::geometry::exp;
+use glam::{DMat4, DVec3, Mat4, Vec3, Vec4};
 
 /// Depth up to which nothing is drawn unless a camera says otherwise, world units: as in 3D Gaussian
 /// splatting (method §2.1).
 pub const DEFAULT_NEAR: f32 = 0.2;
+
+/// Places across an image at which the displacement of a camera is sampled; it is nearly linear in them.
+const SAMPLES: u32 = 5;
 
 /// What a rasterizer does about detail finer than a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -137,6 +141,37 @@ impl Camera {
         }
     }
 
+    /// The camera to which the scene appears moved: rotated about the camera's centre by a rotation vector,
+    /// the first three numbers, then shifted by the last three, all in the axes of this camera.
+    #[must_use]
+    pub fn seeing_moved(&self, [rx, ry, rz, tx, ty, tz]: [f32; 6]) -> Self {
+        let wide = |x: f32, y: f32, z: f32| DVec3::new(f64::from(x), f64::from(y), f64::from(z));
+        let moved = DMat4::from_rotation_translation(exp(wide(rx, ry, rz)), wide(tx, ty, tz));
+        Self { camera_from_world: (moved * self.camera_from_world.as_dmat4()).as_mat4(), ..*self }
+    }
+
+    /// How far apart this camera and another see the points of a plane at a depth of this one, pixels: root
+    /// mean square over the image.
+    #[must_use]
+    pub fn displacement(&self, other: &Self, depth: f32) -> f64 {
+        let world_from_camera = self.camera_from_world.as_dmat4().inverse();
+        let other_from_camera = other.camera_from_world.as_dmat4() * world_from_camera;
+        let square = |i: u32| {
+            let [x, y] =
+                [(i % SAMPLES, self.width, self.cx, self.fx), (i / SAMPLES, self.height, self.cy, self.fy)]
+                    .map(|(at, size, center, focal)| {
+                        let pixel = f64::from(size) * (f64::from(at) + 0.5) / f64::from(SAMPLES);
+                        (pixel - f64::from(center)) / f64::from(focal)
+                    });
+            let point = DVec3::new(x, y, 1.0) * f64::from(depth);
+            let seen = other_from_camera.transform_point3(point);
+            let dx = f64::from(other.fx) * (seen.x / seen.z - x);
+            let dy = f64::from(other.fy) * (seen.y / seen.z - y);
+            dx * dx + dy * dy
+        };
+        ((0..SAMPLES * SAMPLES).map(square).sum::<f64>() / f64::from(SAMPLES * SAMPLES)).sqrt()
+    }
+
     /// Number of pixels.
     #[must_use]
     pub fn pixels(&self) -> usize {
@@ -161,6 +196,25 @@ mod tests {
         );
         let (up, _) = camera.pixel_from_world([0.0, 0.0, 0.5]);
         assert!(up[1] < camera.cy, "world up is towards row 0");
+    }
+
+    #[test]
+    fn a_turned_camera_keeps_its_centre_and_a_shift_is_in_its_own_axes() {
+        let camera = Camera::look_at([2.0, -3.0, 1.5], [0.1, 0.2, 0.3], 0.9, 64, 48);
+        let distance = |other: &Camera| {
+            let [a, b] = [&camera, other].map(|c| Vec3::from(c.center_in_world()));
+            (a - b).length()
+        };
+        let turned = camera.seeing_moved([0.01, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!(distance(&turned) < 1e-5);
+        let (before, depth) = camera.pixel_from_world([0.1, 0.2, 0.3]);
+        let (after, _) = turned.pixel_from_world([0.1, 0.2, 0.3]);
+        assert!((after[1] - before[1] + 0.01 * camera.fy).abs() < 0.02, "{before:?} {after:?}");
+        assert!((camera.displacement(&turned, depth) - f64::from(0.01 * camera.fy)).abs() < 0.1);
+        let shifted = camera.seeing_moved([0.0, 0.0, 0.0, 0.02, 0.0, 0.0]);
+        assert!((distance(&shifted) - 0.02).abs() < 1e-5);
+        let (after, _) = shifted.pixel_from_world([0.1, 0.2, 0.3]);
+        assert!((after[0] - before[0] - 0.02 * camera.fx / depth).abs() < 1e-3);
     }
 
     #[test]

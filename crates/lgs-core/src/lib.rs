@@ -15,6 +15,7 @@
 
 mod camera;
 mod cloud;
+mod exposure;
 pub mod geometry;
 mod harmonics;
 mod image;
@@ -30,6 +31,7 @@ pub mod thresholds;
 
 pub use camera::{Camera, DEFAULT_NEAR, PixelFilter};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
+pub use exposure::Exposure;
 pub use harmonics::SH_C0;
 pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};

@@ -1,5 +1,12 @@
 //! Gradient descent by Adam on slices, and the decay of its learning rate.
 
+/// Log-linear interpolation between the ends of a schedule; `part` of it is done, in [0, 1].
+#[must_use]
+pub fn log_linear(part: f64, [start, end]: [f64; 2]) -> f64 {
+    let u = part.clamp(0.0, 1.0);
+    ((1.0 - u) * start.ln() + u * end.ln()).exp()
+}
+
 /// Decay of the first moment.
 const BETA1: f32 = 0.9;
 /// Decay of the second moment.

@@ -11,10 +11,15 @@
 //! second mask is always scored too (`psnr_content`), because some sets paint a white floor that is opaque
 //! but as flattering as an empty background. The silhouette's PSNR compares the two foregrounds by opacity as
 //! binary images. Pixels that a frame's mask leaves out are in no figure.
+//!
+//! Cameras of a capture expose differently, and no training image tells how a held-out one does. PSNR is
+//! therefore also taken after every channel of the prediction was fitted to the truth by a gain and an offset
+//! (`psnr_fitted`): beside the others, never in their place.
 
 use lgs_core::{Image, psnr_of_mse};
 use serde::{Deserialize, Serialize};
 
+use crate::fitted::fitted_mse;
 use crate::half_size::{halved, halved_pixels};
 use crate::lpips::{Perceptual, PerceptualScore};
 use crate::thresholds::{CONTENT_THRESHOLD, OPACITY_THRESHOLD};
@@ -112,6 +117,8 @@ pub struct ImageScore {
     pub psnr_content: Option<f64>,
     /// PSNR of the two foregrounds as binary images, dB; nothing without opacity.
     pub psnr_silhouette: Option<f64>,
+    /// PSNR over all pixels once each channel of the prediction is fitted by a gain and an offset, dB.
+    pub psnr_fitted: f64,
     /// Structural similarity.
     pub ssim: f64,
     /// LPIPS, filled in by who has the networks.
@@ -140,6 +147,7 @@ pub fn score(predicted: &Picture, truth: &Picture, rule: ForegroundRule) -> Imag
         psnr_content: union(&predicted.content, &truth.content),
         psnr_silhouette: (rule == ForegroundRule::Opacity)
             .then(|| silhouette_psnr(&predicted.foreground, &truth.foreground)),
+        psnr_fitted: psnr_of_mse(fitted_mse([&predicted.image, &truth.image], counts)),
         ssim,
         perceptual: PerceptualScore::default(),
         predicted_pixels: predicted.foreground_pixels(),

@@ -8,9 +8,11 @@
 //! A figure that can't be had (no ground truth, no LPIPS weights, a rollout that left the numbers) is `None`
 //! and becomes `null`; no figure is made up.
 
+mod corrections;
 mod cost;
 mod evaluate;
 mod finite;
+mod fitted;
 pub mod half_size;
 pub mod image_score;
 pub mod laws;
@@ -24,6 +26,7 @@ mod split_score;
 pub mod table;
 mod thresholds;
 
+pub use corrections::CameraCorrections;
 pub use cost::{Cost, StageCost};
 pub use evaluate::{EvalOptions, Subject, evaluate};
 pub use lgs_mechanics::bands::Verdict;

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::corrections::CameraCorrections;
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
 use crate::lpips::store::Origin;
@@ -33,6 +34,9 @@ pub struct Metrics {
     pub protocol: Protocol,
     /// Numbers of Gaussians and objects.
     pub footprint: Footprint,
+    /// Sizes of the corrections of the training cameras; nothing where they were taken as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cameras: Option<CameraCorrections>,
     /// Image figures of every frame, by split, in the order of the dataset.
     pub frames: BTreeMap<String, Vec<FrameMetrics>>,
 }
@@ -72,6 +76,9 @@ pub struct SplitScore {
     pub psnr_content: Option<f64>,
     /// Mean over images of PSNR of true and predicted foreground as binary images; nothing for opaque images.
     pub psnr_silhouette: Option<f64>,
+    /// Mean over images of PSNR once every channel of the prediction is fitted to the truth by a gain and an
+    /// offset: what is left if the camera's exposure were known.
+    pub psnr_fitted: Option<f64>,
     /// Mean over images of SSIM.
     pub ssim: Option<f64>,
     /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without

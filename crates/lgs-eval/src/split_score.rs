@@ -125,7 +125,9 @@ impl Pictures {
         };
         let drawn = |cloud: &GaussianCloud| {
             let rendered = render(cloud, &frame.camera, background);
-            picture(rendered.image.clone(), &mut rendered.opacity())
+            let mut image = rendered.image.clone();
+            frame.exposure.expose(&mut image.pixels, &rendered.transmittance, background);
+            picture(image, &mut rendered.opacity())
         };
         let size = [frame.camera.width, frame.camera.height].map(|side| side as usize);
         let truth = picture(frame.composited(background), &mut frame.alpha().into_iter());
@@ -172,6 +174,7 @@ pub fn aggregate(scores: &[ImageScore]) -> Option<SplitScore> {
         psnr_foreground: mean(scores.iter().filter_map(|s| s.psnr_foreground).collect()),
         psnr_content: mean(scores.iter().filter_map(|s| s.psnr_content).collect()),
         psnr_silhouette: mean(scores.iter().filter_map(|s| s.psnr_silhouette).collect()),
+        psnr_fitted: mean(scores.iter().map(|s| s.psnr_fitted).collect()),
         ssim: mean(scores.iter().map(|s| s.ssim).collect()),
         lpips_vgg: perceptual(|p| p.vgg),
         lpips_vgg_unnormalised: perceptual(|p| p.vgg_unnormalised),
@@ -192,6 +195,7 @@ mod tests {
             psnr_foreground: foreground,
             psnr_content: None,
             psnr_silhouette: None,
+            psnr_fitted: psnr,
             ssim: 0.5,
             perceptual: PerceptualScore { alex: foreground, ..PerceptualScore::default() },
             predicted_pixels: 0,

@@ -44,6 +44,7 @@ pub fn split_rows(metrics: &Metrics) -> Vec<Vec<String>> {
         "foreground",
         "content",
         "silhouette",
+        "fitted",
         "SSIM",
         "LPIPS vgg",
         "vgg [0,1]",
@@ -71,6 +72,7 @@ fn score_row(split: &str, model: &str, score: &SplitScore) -> Vec<String> {
         number(score.psnr_foreground, 2),
         number(score.psnr_content, 2),
         number(score.psnr_silhouette, 2),
+        number(score.psnr_fitted, 2),
         number(score.ssim, 4),
         lpips(score.lpips_vgg),
         lpips(score.lpips_vgg_unnormalised),
@@ -146,7 +148,7 @@ fn potential_rows(potential: &PotentialAgainstTruth) -> [Figure<'static>; 3] {
     ]
 }
 
-fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 5] {
+fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 7] {
     let (physics, fall) = (&metrics.physics, &metrics.physics.fall_time_exponent);
     let fall_text = || Some(format!("{:.4} (r = {:.5})", fall.slope?, fall.r?));
     let memory = metrics.cost.peak_rss_bytes.map(|b| format!("{:.0} MiB", b as f64 / f64::from(1 << 20)));
@@ -154,6 +156,8 @@ fn law_and_cost_rows(metrics: &Metrics) -> [Figure<'static>; 5] {
         ("energy drift, no force", percent(physics.energy_drift)),
         ("fall time exponent", fall_text()),
         ("force over potential gradient", plain(physics.force_ratio)),
+        ("corrections of poses", metrics.cameras.map(|sizes| sizes.pose_text())),
+        ("corrections of exposures", metrics.cameras.map(|sizes| sizes.exposure_text())),
         ("training", metrics.cost.train_secs.map(|s| format!("{s:.0} s"))),
         ("peak memory", memory),
     ]

@@ -5,7 +5,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{GRAVITY, block, fallen, falling, scene, truth};
-use lgs_core::Camera;
+use lgs_core::{Camera, Exposure};
 use lgs_data::dataset::{Dataset, Frame, Pixels};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::testing::quadratic;
@@ -55,6 +55,7 @@ fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
             camera_id,
             camera: cameras[camera_id],
             time,
+            exposure: Exposure::IDENTITY,
             pixels: Pixels::from(rgba),
         }
     };

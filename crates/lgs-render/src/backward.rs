@@ -47,6 +47,8 @@ pub struct RasterizedVjp {
     pub gradients: SplatGradients,
     /// Cotangents of the entries of all tile lists, by number.
     entries: Vec<CotangentCell>,
+    /// Cotangents of the pose, chunk by chunk.
+    poses: Vec<[f32; 6]>,
 }
 
 impl RasterizedVjp {
@@ -60,7 +62,11 @@ impl RasterizedVjp {
         self.entries.resize_with(forward.tiling.len(), CotangentCell::default);
         blend_vjp(forward, v, &self.entries);
         self.gradients.resize(splats);
-        pull_back(splats, &View::from(camera), forward, &self.entries, &mut self.gradients);
+        let (entries, gradients) = (&self.entries, &mut self.gradients);
+        pull_back(splats, &View::from(camera), (forward, entries), gradients, &mut self.poses);
+        // In the order of chunks, whatever the number of threads.
+        gradients.pose =
+            std::array::from_fn(|i| self.poses.iter().map(|pose| f64::from(pose[i])).sum::<f64>() as f32);
     }
 }
 
@@ -94,13 +100,14 @@ impl ImageCotangents<'_> {
     }
 }
 
-/// The last step: from sums over pixels to parameters. Every element of `out` is replaced.
+/// The last step: from sums over pixels to parameters. Every element of `out` is replaced but the pose, of
+/// which `poses` holds a sum per chunk.
 fn pull_back(
     splats: &Splats,
     view: &View,
-    forward: &Rasterized,
-    entries: &[CotangentCell],
+    (forward, entries): (&Rasterized, &[CotangentCell]),
     out: &mut SplatGradients,
+    poses: &mut Vec<[f32; 6]>,
 ) {
     let (arch, stride) = (Arch::new(), 3 * splats.sh_coefficients);
     let shape = out
@@ -113,12 +120,13 @@ fn pull_back(
         .par_chunks_mut(CHUNK)
         .zip(out.sh.par_chunks_mut(CHUNK * stride))
         .zip(out.means2d.par_chunks_mut(CHUNK));
-    shape.zip(shade).enumerate().for_each(
+    let chunks = shape.zip(shade).enumerate().map(
         |(chunk, (((means, rotations), log_scales), ((raw_opacities, sh), means2d)))| {
             let out = ChunkGradients { means, rotations, log_scales, raw_opacities, sh, means2d };
-            arch.dispatch(PullBackChunk { splats, view, forward, entries, first: chunk * CHUNK, out });
+            arch.dispatch(PullBackChunk { splats, view, forward, entries, first: chunk * CHUNK, out })
         },
     );
+    chunks.collect_into_vec(poses);
 }
 
 /// The part of [`SplatGradients`] that belongs to a chunk.
@@ -142,12 +150,13 @@ struct PullBackChunk<'a> {
 }
 
 impl WithSimd for PullBackChunk<'_> {
-    type Output = ();
+    /// Cotangent of the pose.
+    type Output = [f32; 6];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, _: S) -> [f32; 6] {
         let Self { splats, view, forward, entries, first, out } = self;
-        let stride = 3 * splats.sh_coefficients;
+        let (stride, mut pose) = (3 * splats.sh_coefficients, [0.0; 6]);
         for i in 0..out.means.len() {
             let v_sh = &mut out.sh[i * stride..(i + 1) * stride];
             v_sh.fill(0.0);
@@ -163,6 +172,8 @@ impl WithSimd for PullBackChunk<'_> {
             out.log_scales[i] = v.log_scale;
             out.raw_opacities[i] = v.raw_opacity;
             out.means2d[i] = v.mean2d;
+            pose.iter_mut().zip(v.pose).for_each(|(sum, v)| *sum += v);
         }
+        pose
     }
 }

@@ -64,6 +64,8 @@ pub(crate) struct ParameterCotangent {
     pub log_scale: [f32; 3],
     pub raw_opacity: f32,
     pub mean2d: [f32; 2],
+    /// Of a small motion of the Gaussian in camera axes: rotation vector, translation.
+    pub pose: [f32; 6],
 }
 
 /// Pulls the image cotangent of one Gaussian back to its parameters; `v_sh` (zero on entry) receives that of
@@ -105,7 +107,35 @@ pub(crate) fn project_vjp(
         log_scale,
         raw_opacity: v.moments[0] * (1.0 - opacity),
         mean2d: v_mean2d,
+        pose: pose_vjp(view, &chain, v_camera_mean, &v_image_from_world, v_direction),
     }
+}
+
+/// Cotangent of a small motion `p → p + ω × p + τ` of the scene in camera axes, as `[ω, τ]`, given those of
+/// the mean in camera axes, of `J W`, and of the mean by its colour alone.
+///
+/// The motion turns the camera's rotation `W` by ω, and moves the camera's centre by `−Wᵀ τ`, which is what
+/// directions of view depend on.
+#[inline(always)]
+fn pose_vjp(
+    view: &View,
+    chain: &Chain,
+    v_camera_mean: [f32; 3],
+    v_image_from_world: &[[f32; 3]; 2],
+    v_direction: [f32; 3],
+) -> [f32; 6] {
+    let focal = view.focal.map(|focal| focal / chain.camera_mean[2]);
+    let [row_x, row_y] = [0, 1].map(|i| scale(v_image_from_world[i], focal[i]));
+    let row_z = add(scale(row_x, -chain.tangent[0]), scale(row_y, -chain.tangent[1]));
+    let [w_x, w_y, w_z] = view.rotation;
+    let by_rotation = [
+        dot(row_z, w_y) - dot(row_y, w_z),
+        dot(row_x, w_z) - dot(row_z, w_x),
+        dot(row_y, w_x) - dot(row_x, w_y),
+    ];
+    let turn = add(cross(chain.camera_mean, v_camera_mean), by_rotation);
+    let shift = add(v_camera_mean, mat_vec(&view.rotation, v_direction));
+    [turn[0], turn[1], turn[2], shift[0], shift[1], shift[2]]
 }
 
 /// Cotangent of `M = J W R S`, given those of the covariance and of the logarithm of the opacity.

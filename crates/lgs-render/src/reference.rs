@@ -5,13 +5,18 @@
 //! culling, depth order, which pairs reach 1/255, where blending stops — is a mask of constants, as in the
 //! fast kernel.
 
+mod loss;
+mod pose;
+
+pub use loss::{photometric_loss, ssim};
+
 use crate::projected::{ALPHA_MAX, ALPHA_MIN, LEAST_ENERGY, TRANSMITTANCE_STOP};
 use crate::sh::{C1, C2, C3};
 use crate::tensor::{SplatTensors, ViewSpec};
 use crate::view::blur_of;
-use crate::window::{RADIUS, weights};
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 use lgs_core::{Camera, PixelFilter, SH_C0};
+use pose::Pose;
 
 /// Image `[H, W, 3]` and transmittance `[H, W]`; the inputs and semantics of [`crate::tensor::rasterize`].
 ///
@@ -95,24 +100,17 @@ fn columns<const N: usize>(tensor: &Tensor<2>) -> [Tensor<2>; N] {
     std::array::from_fn(|i| tensor.clone().slice([0..rows, i..i + 1]))
 }
 
-/// Rotation rows and translation from world to camera axes.
-fn camera_rows(camera: &Camera) -> ([[f32; 3]; 3], [f32; 3]) {
-    let m = camera.camera_from_world.transpose().to_cols_array_2d();
-    ([0, 1, 2].map(|i| [m[i][0], m[i][1], m[i][2]]), [m[0][3], m[1][3], m[2][3]])
-}
-
 fn project(
     splats: &SplatTensors,
     camera: &Camera,
     order: &Tensor<1, Int>,
     active_degree: usize,
 ) -> ImagePlane {
-    let device = splats.means.device();
-    let (rotation, translation) = camera_rows(camera);
+    let pose = Pose::new(camera, &splats.pose_probe);
     let means = splats.means.clone().select(0, order.clone());
-    let camera_means = means.clone().matmul(row(rotation, &device).transpose()) + row([translation], &device);
-    let camera_means = columns::<3>(&camera_means);
-    let rows = image_axes(splats, camera, order, &camera_means);
+    let world = columns::<3>(&means);
+    let camera_means = pose.camera_means(&world);
+    let rows = image_axes(splats, (camera, &pose), order, &camera_means);
     let [x, y, z] = camera_means;
     let inner = |a: &[Tensor<2>; 3], b: &[Tensor<2>; 3]| {
         (0..3).map(|j| a[j].clone() * b[j].clone()).reduce(|s, t| s + t).expect("three terms")
@@ -137,7 +135,7 @@ fn project(
         ],
         covariance,
         opacity,
-        color: color(&means, camera, splats.sh.clone().select(0, order.clone()), active_degree),
+        color: color(&world, &pose, splats.sh.clone().select(0, order.clone()), active_degree),
     }
 }
 
@@ -153,11 +151,11 @@ fn kept_energy([m0, m1]: &[[Tensor<2>; 3]; 2], [a, b, c]: &[Tensor<2>; 3]) -> Te
 /// The rows of `J W R S`, entries `[n, 1]`, of Gaussians with means in camera axes.
 fn image_axes(
     splats: &SplatTensors,
-    camera: &Camera,
+    (camera, pose): (&Camera, &Pose),
     order: &Tensor<1, Int>,
     [x, y, z]: &[Tensor<2>; 3],
 ) -> [[Tensor<2>; 3]; 2] {
-    let (rotation, _) = camera_rows(camera);
+    let rotation = &pose.rotation;
     let scales = columns::<3>(&splats.log_scales.clone().select(0, order.clone()).exp());
     let turned = rotation_columns(&splats.rotations.clone().select(0, order.clone()));
     let limit = [camera.width as f32 / (2.0 * camera.fx), camera.height as f32 / (2.0 * camera.fy)]
@@ -167,7 +165,7 @@ fn image_axes(
         let tangent = (coordinate.clone() / z.clone()).clamp(-limit[i], limit[i]);
         // Row i of J W R S; `world[k]` is component k of row i of J W.
         let world: [Tensor<2>; 3] = std::array::from_fn(|k| {
-            (tangent.clone().mul_scalar(-rotation[2][k]).add_scalar(rotation[i][k]) / z.clone())
+            ((rotation[i][k].clone() - tangent.clone() * rotation[2][k].clone()) / z.clone())
                 .mul_scalar(focal)
         });
         std::array::from_fn(|j| {
@@ -193,8 +191,9 @@ fn rotation_columns(raw: &Tensor<2>) -> [[Tensor<2>; 3]; 3] {
 }
 
 /// Colours `[n, 3]`.
-fn color(means: &Tensor<2>, camera: &Camera, sh: Tensor<3>, degree: usize) -> Tensor<2> {
-    let offset = means.clone() - row([camera.center_in_world()], &means.device());
+fn color(means: &[Tensor<2>; 3], pose: &Pose, sh: Tensor<3>, degree: usize) -> Tensor<2> {
+    let offset = [0, 1, 2].map(|i| means[i].clone() - pose.center[i].clone());
+    let offset = Tensor::cat(offset.to_vec(), 1);
     let length = (offset.clone() * offset.clone()).sum_dim(1).sqrt();
     let [x, y, z] = columns::<3>(&(offset / length));
     let [n, _, _] = sh.dims();
@@ -247,49 +246,4 @@ fn cumulative_product(factors: &Tensor<2>) -> Tensor<2> {
         product = Some(next);
     }
     Tensor::cat(rows, 0)
-}
-
-/// Mean SSIM of two images `[H, W, 3]`, a tensor of one value.
-#[must_use]
-pub fn ssim(a: &Tensor<3>, b: &Tensor<3>) -> Tensor<1> {
-    let blurred = |t: Tensor<3>| blur(&t);
-    let (mean_a, mean_b) = (blurred(a.clone()), blurred(b.clone()));
-    let variance_a = blurred(a.clone() * a.clone()) - mean_a.clone() * mean_a.clone();
-    let variance_b = blurred(b.clone() * b.clone()) - mean_b.clone() * mean_b.clone();
-    let covariance = blurred(a.clone() * b.clone()) - mean_a.clone() * mean_b.clone();
-    let (c1, c2) = (0.01 * 0.01, 0.03 * 0.03);
-    let numerator = (mean_a.clone() * mean_b.clone()).mul_scalar(2.0).add_scalar(c1)
-        * covariance.mul_scalar(2.0).add_scalar(c2);
-    let denominator = (mean_a.clone() * mean_a + mean_b.clone() * mean_b).add_scalar(c1)
-        * (variance_a + variance_b).add_scalar(c2);
-    (numerator / denominator).mean()
-}
-
-/// `(1 - λ) mean|image - target| + λ (1 - SSIM)`, a tensor of one value.
-#[must_use]
-pub fn photometric_loss(image: &Tensor<3>, target: &Tensor<3>, lambda: f32) -> Tensor<1> {
-    let absolute = (image.clone() - target.clone()).abs().mean();
-    absolute.mul_scalar(1.0 - lambda) + ssim(image, target).neg().add_scalar(1.0).mul_scalar(lambda)
-}
-
-/// The 11×11 window with zero padding as two banded matrices.
-fn blur(image: &Tensor<3>) -> Tensor<3> {
-    let [height, width, _] = image.dims();
-    let device = image.device();
-    let rows = band_matrix(height, &device).matmul(image.clone().reshape([height, width * 3]));
-    let planes = rows.reshape([height, width, 3]).permute([1, 0, 2]).reshape([width, height * 3]);
-    band_matrix(width, &device).matmul(planes).reshape([width, height, 3]).permute([1, 0, 2])
-}
-
-fn band_matrix(size: usize, device: &Device) -> Tensor<2> {
-    let window = weights();
-    let mut values = vec![0.0; size * size];
-    for i in 0..size {
-        for (tap, weight) in window.iter().enumerate() {
-            if let Some(j) = (i + tap).checked_sub(RADIUS).filter(|&j| j < size) {
-                values[i * size + j] = *weight;
-            }
-        }
-    }
-    Tensor::from_data(TensorData::new(values, [size, size]), device)
 }

@@ -87,6 +87,9 @@ pub struct SplatGradients {
     pub sh: Vec<f32>,
     /// Gradient by the projected centres, per pixel: the statistic that drives densification.
     pub means2d: Vec<[f32; 2]>,
+    /// Gradient by a small motion of the scene in camera axes ([`lgs_core::Camera::seeing_moved`]): by its
+    /// rotation vector about the camera's centre, then by its translation.
+    pub pose: [f32; 6],
 }
 
 impl SplatGradients {

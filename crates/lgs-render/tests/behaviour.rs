@@ -35,6 +35,7 @@ fn assert_finite(v: &SplatGradients) {
         &v.raw_opacities,
         &v.sh,
         v.means2d.as_flattened(),
+        &v.pose,
     ];
     assert!(arrays.iter().all(|a| a.iter().all(|x| x.is_finite())));
 }
@@ -126,6 +127,7 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
         raw_opacities: floats(&cloud.raw_opacities),
         sh: floats(&cloud.sh).reshape([n, 4, 3]),
         means2d_probe: Tensor::zeros([n, 2], &device),
+        pose_probe: Tensor::zeros([6], &device),
     };
     let sizes = [(1, 1), (17, 31), (33, 16), (64, 47)];
     let views =

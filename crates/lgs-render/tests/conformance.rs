@@ -121,17 +121,27 @@ fn view_of(vector: &Vector) -> ViewSpec {
     }
 }
 
-fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, ViewSpec) -> (Tensor<3>, Tensor<2>)) {
-    let device = Device::flex().autodiff();
+/// The Gaussians of a vector, tracked.
+fn tracked_splats(vector: &Vector, device: &Device) -> SplatTensors {
     let n = vector.shape("means")[0];
-    let splats = SplatTensors {
-        means: tracked(vector, "means", &device),
-        rotations: tracked(vector, "quats", &device),
-        log_scales: tracked(vector, "log_scales", &device),
-        raw_opacities: tracked(vector, "opacity_logits", &device),
-        sh: tracked(vector, "sh", &device),
-        means2d_probe: Tensor::<2>::zeros([n, 2], &device).require_grad(),
-    };
+    SplatTensors {
+        means: tracked(vector, "means", device),
+        rotations: tracked(vector, "quats", device),
+        log_scales: tracked(vector, "log_scales", device),
+        raw_opacities: tracked(vector, "opacity_logits", device),
+        sh: tracked(vector, "sh", device),
+        means2d_probe: Tensor::<2>::zeros([n, 2], device).require_grad(),
+        pose_probe: Tensor::<1>::zeros([6], device).require_grad(),
+    }
+}
+
+/// Checks a rasterizer of tensors, and gives its gradient by the pose, of which the vectors say nothing.
+fn check_tensors(
+    vector: &Vector,
+    draw: impl Fn(&SplatTensors, ViewSpec) -> (Tensor<3>, Tensor<2>),
+) -> Vec<f32> {
+    let device = Device::flex().autodiff();
+    let splats = tracked_splats(vector, &device);
     let (image, transmittance) = draw(&splats, view_of(vector));
     let check = |found: Vec<f32>, name: &str| {
         assert_values_close(
@@ -158,6 +168,7 @@ fn check_tensors(vector: &Vector, draw: impl Fn(&SplatTensors, ViewSpec) -> (Ten
     check(splats.raw_opacities.grad(&grads).map(values), "grad_opacity_logits");
     check(splats.sh.grad(&grads).map(values), "grad_sh");
     check(splats.means2d_probe.grad(&grads).map(values), "grad_means2d");
+    values(splats.pose_probe.grad(&grads).expect("a gradient by the pose"))
 }
 
 #[test]
@@ -167,6 +178,18 @@ fn rasterize_conformance_of_the_tensor_operation() {
             let drawn = lgs_render::tensor::rasterize(splats, view);
             (drawn.image, drawn.transmittance)
         });
+    }
+}
+
+#[test]
+fn the_gradient_by_the_pose_is_that_of_the_reference() {
+    for vector in vectors("rasterize") {
+        let found = check_tensors(&vector, |splats, view| {
+            let drawn = lgs_render::tensor::rasterize(splats, view);
+            (drawn.image, drawn.transmittance)
+        });
+        let expected = check_tensors(&vector, lgs_render::reference::rasterize);
+        assert_gradient_close(&format!("{}: pose", vector.name), &found, &expected);
     }
 }
 

@@ -37,7 +37,11 @@ impl Probe {
     }
 
     fn loss(&self, cloud: &GaussianCloud) -> f64 {
-        let drawn = rasterize(&Splats::from(cloud), &self.camera, BACKGROUND);
+        self.loss_from(&self.camera, cloud)
+    }
+
+    fn loss_from(&self, camera: &Camera, cloud: &GaussianCloud) -> f64 {
+        let drawn = rasterize(&Splats::from(cloud), camera, BACKGROUND);
         let weighted =
             |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>();
         weighted(drawn.image.as_flattened(), self.v_image.as_flattened())
@@ -91,6 +95,20 @@ fn check_all(camera: Camera) {
     check(&probe, ("log_scales", v.log_scales.as_flattened()), 1e-2, |c| c.log_scales.as_flattened_mut());
     check(&probe, ("raw_opacities", &v.raw_opacities), 1e-2, |c| &mut c.raw_opacities);
     check(&probe, ("sh", &v.sh), 1e-2, |c| &mut c.sh);
+    check_pose(&probe, &cloud, v.pose);
+}
+
+fn check_pose(probe: &Probe, cloud: &GaussianCloud, found: [f32; 6]) {
+    let scale = found.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+    for (i, found) in found.into_iter().enumerate() {
+        let moved = |d: f32| {
+            let mut by = [0.0; 6];
+            by[i] = d;
+            probe.loss_from(&probe.camera.seeing_moved(by), cloud)
+        };
+        let slope = ((moved(3e-3) - moved(-3e-3)) / 6e-3) as f32;
+        assert!((slope - found).abs() < 0.01 * scale, "pose[{i}]: quotient {slope}, gradient {found}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use lgs_core::{Camera, GaussianCloud};
+use lgs_core::{Camera, Exposure, GaussianCloud};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_data::frames::FrameSequence;
 use lgs_data::ply::read_ply;
@@ -79,6 +79,7 @@ fn dataset() -> Dataset {
         camera_id: 0,
         camera,
         time,
+        exposure: Exposure::IDENTITY,
         pixels: vec![200; 4 * (SIZE * SIZE) as usize].into(),
     };
     let split = |name: &str, times: &[f32]| {

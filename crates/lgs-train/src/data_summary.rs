@@ -1,6 +1,6 @@
 //! What settings are resolved from: sizes and numbers of the training images.
 
-use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::dataset::{CameraOrigin, Dataset, Frame};
 
 /// Sizes and numbers of a dataset's training images.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,8 @@ pub struct DataSummary {
     pub points: usize,
     /// Extent of the scene, world units (method §1).
     pub extent: f32,
+    /// Where poses come from.
+    pub cameras: CameraOrigin,
 }
 
 impl DataSummary {
@@ -32,6 +34,7 @@ impl DataSummary {
             times: distinct(frames, |frame| frame.time.to_bits() as usize),
             points: dataset.init_points.as_ref().map_or(0, |points| points.positions.len()),
             extent: dataset.extent(),
+            cameras: dataset.camera_origin,
         })
     }
 
@@ -39,6 +42,12 @@ impl DataSummary {
     #[must_use]
     pub fn pixels(&self) -> f64 {
         f64::from(self.size[0]) * f64::from(self.size[1])
+    }
+
+    /// Mean number of images of a time.
+    #[must_use]
+    pub fn images_per_time(&self) -> f32 {
+        self.images as f32 / self.times.max(1) as f32
     }
 
     /// Whether the camera is elsewhere at nearly every image, so that no camera shows what moves before its

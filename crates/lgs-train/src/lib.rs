@@ -9,6 +9,7 @@
 
 mod adam;
 pub mod budget;
+pub mod cameras;
 pub mod checkpoint;
 mod clock;
 mod cloud_rates;

@@ -53,6 +53,10 @@ pub fn train(
     let pipeline = Pipeline { run, dataset, config, device, checkpoints, budget: run.budget(config)? };
     let latest = pipeline.checkpoints.latest()?;
     let source = pipeline.source(latest.as_ref(), control)?;
+    // Later stages see the images through the cameras that the source has refined.
+    let corrected = run.refined_cameras()?.map(|cameras| cameras.applied_to(dataset));
+    let dataset = corrected.as_ref().unwrap_or(dataset);
+    let pipeline = Pipeline { dataset, ..pipeline };
     let scene = if learns_no_motion(dataset, config) {
         still_scene(&*source, config.motion.dt, dataset.background)
     } else {
@@ -112,8 +116,14 @@ impl Pipeline<'_> {
         let mut trainer =
             SourceTrainer::new(self.dataset, &self.config.source, self.config.seed, self.device)?;
         self.training_loop().drive(&mut trainer, latest, control)?;
-        let source = trainer.model();
-        self.run.write_source(&*source, trainer.step_index(), self.dataset)?;
+        let (source, step) = (trainer.model(), trainer.step_index());
+        match trainer.refined_cameras() {
+            Some(cameras) => {
+                self.run.write_refined_cameras(&cameras)?;
+                self.run.write_source(&*source, step, &cameras.applied_to(self.dataset))?;
+            }
+            None => self.run.write_source(&*source, step, self.dataset)?,
+        }
         Ok(source)
     }
 

@@ -10,6 +10,7 @@ use lgs_model::source::{SourceKind, SourceModel};
 use serde::{Deserialize, Serialize};
 
 use crate::budget::Budget;
+use crate::cameras::RefinedCameras;
 use crate::checkpoint::{Checkpoints, RunIdentity};
 use crate::config::{ConfigError, Preset, TrainConfig};
 use crate::error::TrainError;
@@ -127,6 +128,33 @@ impl RunFolder {
     /// The file that says which of the source's Gaussians each Gaussian of the scene is.
     pub(crate) fn source_rows_path(&self) -> PathBuf {
         self.root.join("source-rows.safetensors")
+    }
+
+    /// The file of the cameras as source training has refined them.
+    #[must_use]
+    pub fn refined_cameras_path(&self) -> PathBuf {
+        self.root.join("source").join("refined-cameras.safetensors")
+    }
+
+    /// Writes the cameras as source training has refined them.
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    pub(crate) fn write_refined_cameras(&self, cameras: &RefinedCameras) -> Result<(), TrainError> {
+        let path = self.refined_cameras_path();
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
+        }
+        Ok(cameras.save(&path)?)
+    }
+
+    /// The training cameras as the run has refined them; nothing where it takes them as they are.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is damaged.
+    pub fn refined_cameras(&self) -> Result<Option<RefinedCameras>, TrainError> {
+        let path = self.refined_cameras_path();
+        Ok(path.exists().then(|| RefinedCameras::load(&path)).transpose()?)
     }
 
     /// The file of the source model: of the kind that was asked for, or, where the run has one of a still

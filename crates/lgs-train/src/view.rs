@@ -1,7 +1,7 @@
 //! A training frame beside what is drawn of Gaussians from its camera.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use lgs_core::psnr_of_mse;
+use lgs_core::{Camera, Exposure, psnr_of_mse};
 use lgs_data::dataset::Frame;
 use lgs_model::LagrangianScene;
 use lgs_render::tensor::{RasterTensors, SplatTensors, ViewSpec, photometric_loss, rasterize};
@@ -10,10 +10,42 @@ use crate::adam::values;
 use crate::cloud_tensors::CloudTensors;
 use crate::driver::StepReport;
 
+/// How a frame is seen, and the leaves of what is learned of its camera.
+pub(crate) struct Sensor {
+    pub(crate) camera: Camera,
+    /// `[6]`, values unused: a leaf that receives the gradient by the camera's pose, if that is learned.
+    pub(crate) pose: Option<Tensor<1>>,
+    /// `[6]`: gains minus 1, then offsets; nothing where colours are as they are.
+    pub(crate) exposure: Option<Tensor<1>>,
+}
+
+impl Sensor {
+    /// A frame seen as it says itself.
+    pub(crate) fn of(frame: &Frame, device: &Device) -> Self {
+        let Exposure { gain: [r, g, b], offset: [x, y, z] } = frame.exposure;
+        let changes = || Tensor::from_floats([r - 1.0, g - 1.0, b - 1.0, x, y, z], device);
+        let exposure = (frame.exposure != Exposure::IDENTITY).then(changes);
+        Self { camera: frame.camera, pose: None, exposure }
+    }
+
+    /// An image `[h, w, 3]` as the sensor shows it, given the transmittance `[h, w]` to the background
+    /// ([`Exposure::expose`]).
+    fn exposed(&self, image: Tensor<3>, transmittance: Tensor<2>, background: [f32; 3]) -> Tensor<3> {
+        let Some(exposure) = &self.exposure else { return image };
+        let [height, width, _] = image.dims();
+        let part = |from: usize| exposure.clone().slice([from..from + 3]).reshape([1, 1, 3]);
+        let through = transmittance.reshape([height, width, 1]);
+        let behind = Tensor::<1>::from_floats(background, &image.device()).reshape([1, 1, 3]);
+        let covered = image.clone() - through.clone() * behind;
+        image + covered * part(0) + through.neg().add_scalar(1.0) * part(3)
+    }
+}
+
 /// A training frame and the settings by which an image is compared with it.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub(crate) frame: &'a Frame,
+    pub(crate) sensor: &'a Sensor,
     /// Colour behind the Gaussians, and behind transparent pixels of the frame.
     pub(crate) background: [f32; 3],
     /// Weight of 1 − SSIM in the photometric loss.
@@ -37,31 +69,34 @@ impl<'a> View<'a> {
     /// A frame before the background of a scene, which is drawn in all its colours.
     pub(crate) fn of_scene(
         scene: &LagrangianScene,
-        frame: &'a Frame,
+        (frame, sensor): (&'a Frame, &'a Sensor),
         ssim_weight: f32,
         device: &'a Device,
     ) -> Self {
         let sh_degree = scene.dynamic_gaussians.sh_degree;
-        Self { frame, background: scene.background, ssim_weight, sh_degree, device }
+        Self { frame, sensor, background: scene.background, ssim_weight, sh_degree, device }
     }
 
     /// As [`Self::compare`], where nobody asks for the gradient by the projected centres.
     pub(crate) fn compare_cloud(&self, cloud: CloudTensors) -> Comparison {
         let probe = Tensor::zeros([cloud.len(), 2], self.device);
-        self.compare(&cloud.splats(probe))
+        self.compare(cloud.splats(probe))
     }
 
     /// Draws Gaussians and compares the image with the frame.
-    pub(crate) fn compare(&self, splats: &SplatTensors) -> Comparison {
-        let Self { frame, background, ssim_weight, sh_degree, device } = *self;
-        let drawn =
-            rasterize(splats, ViewSpec { camera: frame.camera, background, active_degree: sh_degree });
+    pub(crate) fn compare(&self, splats: SplatTensors) -> Comparison {
+        let Self { frame, sensor, background, ssim_weight, sh_degree, device } = *self;
+        let pose_probe = sensor.pose.clone().unwrap_or(splats.pose_probe);
+        let splats = SplatTensors { pose_probe, ..splats };
+        let spec = ViewSpec { camera: sensor.camera, background, active_degree: sh_degree };
+        let drawn = rasterize(&splats, spec);
+        let exposed = sensor.exposed(drawn.image.clone(), drawn.transmittance.clone(), background);
         let target = tracing::trace_span!("frame").in_scope(|| {
             let truth = frame.composited(background);
             let shape = [truth.height as usize, truth.width as usize, 3];
             Tensor::<3>::from_data(TensorData::new(truth.pixels.into_flattened(), shape), device)
         });
-        let (image, target, part) = self.without_masked(drawn.image.clone(), target);
+        let (image, target, part) = self.without_masked(exposed, target);
         let error = image.clone().inner().clamp(0.0, 1.0) - target.clone().inner();
         let loss = photometric_loss(image, target, ssim_weight) / part;
         Comparison { drawn, loss, mse: error.square().mean() / part }
@@ -94,6 +129,10 @@ mod tests {
     use lgs_core::Camera;
     use lgs_data::dataset::{Picture, Pixels};
 
+    fn view<'a>(frame: &'a Frame, sensor: &'a Sensor, device: &'a Device) -> View<'a> {
+        View { frame, sensor, background: [1.0; 3], ssim_weight: 0.2, sh_degree: 0, device }
+    }
+
     /// Loss and gradient by the mean of a Gaussian of a frame that is grey, but `shade` where it is masked.
     fn compared(shade: u8) -> (f32, Vec<f32>) {
         let camera = Camera::look_at([0.0, -3.0, 0.0], [0.0; 3], 0.6, 24, 24);
@@ -101,7 +140,14 @@ mod tests {
         let rgba = (0..576).flat_map(|i| if column(i) { [shade, 0, shade, 255] } else { [90, 90, 90, 255] });
         let mask = (0..576).map(|i| if column(i) { 0 } else { 255 }).collect();
         let pixels = Pixels::of(Picture { rgba: rgba.collect(), mask: Some(mask) });
-        let frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, pixels };
+        let frame = Frame {
+            name: String::new(),
+            camera_id: 0,
+            camera,
+            time: 0.0,
+            exposure: Exposure::IDENTITY,
+            pixels,
+        };
         let device = DeviceName::Cpu.device().autodiff();
         let row = |values: &[f32]| Tensor::<1>::from_floats(values, &device);
         let means = row(&[0.05, 0.0, 0.1]).reshape([1, 3]).require_grad();
@@ -112,14 +158,31 @@ mod tests {
             raw_opacities: row(&[1.0]),
             sh: row(&[0.7, -0.2, 0.4]).reshape([1, 1, 3]),
             means2d_probe: Tensor::zeros([1, 2], &device),
+            pose_probe: Tensor::zeros([6], &device),
         };
-        let view =
-            View { frame: &frame, background: [1.0; 3], ssim_weight: 0.2, sh_degree: 0, device: &device };
-        let compared = view.compare(&splats);
+        let compared = view(&frame, &Sensor::of(&frame, &device), &device).compare(splats);
         let gradient = means.grad(&compared.loss.backward()).map(|gradient| values(&gradient.reshape([3])));
         let figures = values(&Tensor::cat(vec![compared.loss.inner(), compared.mse], 0));
         assert!((0.01..0.45).contains(&figures[1]), "{figures:?}");
         (figures[0], gradient.unwrap_or_default())
+    }
+
+    #[test]
+    fn images_are_exposed_as_on_slices() {
+        let device = DeviceName::Cpu.device();
+        let exposure = Exposure { gain: [1.1, 1.0, 0.9], offset: [0.0, 0.02, -0.03] };
+        let camera = Camera::look_at([0.0, -3.0, 0.0], [0.0; 3], 0.6, 2, 1);
+        let (name, pixels) = (String::new(), Pixels::from(vec![0; 8]));
+        let frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
+        let (image, transmittance) = ([[0.2, 0.5, 0.9], [0.7, 0.4, 0.1]], [0.3, 0.8]);
+        let mut expected = image;
+        exposure.expose(&mut expected, &transmittance, [0.3, 0.6, 0.2]);
+        let drawn = Tensor::<1>::from_floats([0.2, 0.5, 0.9, 0.7, 0.4, 0.1], &device).reshape([1, 2, 3]);
+        let through = Tensor::<1>::from_floats(transmittance, &device).reshape([1, 2]);
+        let found = Sensor::of(&frame, &device).exposed(drawn, through, [0.3, 0.6, 0.2]);
+        for (found, expected) in values(&found).iter().zip(expected.as_flattened()) {
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Gaussians are refined.
 
 use lgs_core::linear::{add, cross, mat_vec, matrix_from_quat, norm, quat_mul, sub};
-use lgs_core::{Camera, GaussianCloud};
+use lgs_core::{Camera, Exposure, GaussianCloud};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::testing::quadratic;
 use lgs_dynamics::{Edit, Reversal, Supports, VelocityPolicy};
@@ -71,6 +71,7 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
             camera_id: i % 3,
             camera,
             time,
+            exposure: Exposure::IDENTITY,
             pixels: drawn.pixels.iter().flat_map(pixel).collect::<Vec<u8>>().into(),
         }
     };

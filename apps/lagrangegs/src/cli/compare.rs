@@ -10,7 +10,7 @@ use lgs_dynamics::{Edit, Reversal};
 use lgs_model::Motion;
 use lgs_model::source::SourceModel;
 
-use super::run::{Run, load_dataset, load_options};
+use super::run::Run;
 use super::thresholds::SAME_POSE;
 
 /// What stands beside each frame.
@@ -96,7 +96,7 @@ fn truth(run: &Run, cameras: &[Camera], data: Option<&Path>) -> Result<Vec<Frame
     let Some(root) = run.dataset_path(data)?.filter(|root| root.is_dir()) else {
         bail!("the dataset is not where training found it; name it with --data: {place}");
     };
-    let dataset = load_dataset(&root, &load_options(&run.config, None))?;
+    let dataset = run.images(&root, None)?;
     let is_edit = |split: &str| split.starts_with("edit-");
     let plain = dataset.splits.into_iter().filter(|(split, _)| !is_edit(split));
     let is_own = |frame: &Frame| cameras.iter().all(|camera| is_same_pose(&frame.camera, camera));

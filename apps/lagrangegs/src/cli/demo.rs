@@ -23,7 +23,7 @@ use super::drawing::{Job, Label, time_label};
 use super::eval::measure;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
-use super::run::{Run, load_dataset, load_options};
+use super::run::Run;
 use super::shots::orbit;
 use super::times::Times;
 use super::trust::ModelName;
@@ -82,7 +82,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;
     let renders = root.join("renders");
     pictures(&run, &renders)?;
-    let dataset = load_dataset(&data, &load_options(&run.config, None))?;
+    let dataset = run.images(&data, None)?;
     comparison(&run, &dataset, &renders.join("comparison.png"))?;
     output::print(&format!(
         "{}\nreport    {}\npictures  {}\nrun       {}\n",

@@ -62,6 +62,7 @@ pub(super) fn measure(
     let subject = evidence.subject(run);
     let mut metrics = scored(&subject, options);
     metrics.cost = run.cost();
+    metrics.cameras = run.camera_corrections()?;
     let path = run.folder.root().join("metrics.json");
     write_atomically(&path, |w| serde_json::to_writer_pretty(w, &metrics).map_err(Into::into)).at(&path)?;
     write_report(run, &subject, &metrics)?;

@@ -11,7 +11,7 @@ use lgs_model::source::SourceModel;
 
 use super::failure::At;
 use super::laws::laws_of;
-use super::run::{Run, load_dataset, load_options};
+use super::run::Run;
 
 /// The models and data that a run is measured with beside its scene: its source model, its dataset, and the
 /// ground truth that the dataset ships.
@@ -25,8 +25,7 @@ pub(crate) struct Evidence {
 impl Evidence {
     /// Reads what there is: the images of some splits (default: all) of the dataset in a folder.
     pub(crate) fn load(run: &Run, root: Option<&Path>, splits: Option<Vec<String>>) -> Result<Self> {
-        let options = load_options(&run.config, splits);
-        let dataset = root.map(|root| load_dataset(root, &options)).transpose()?;
+        let dataset = root.map(|root| run.images(root, splits)).transpose()?;
         let truth = root.map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
         Ok(Self { source: run.source()?, dataset, truth, laws: laws_of(run) })
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use lgs_data::dataset::{DatasetFormat, ImportOptions, ImportRules, ImportSize, import};
+use lgs_data::dataset::{CaptureNoise, DatasetFormat, ImportOptions, ImportRules, ImportSize, import};
 use lgs_data::files::folder_of;
 
 use super::failure::At;
@@ -47,6 +47,15 @@ pub(super) struct Args {
     /// Leave out images that are listed but absent, and count them
     #[arg(long)]
     skip_missing: bool,
+    /// Put noise on the training cameras, pixels of root mean square: for trying the refinement of poses
+    #[arg(long, value_name = "PX", default_value_t = 0.0)]
+    camera_noise: f32,
+    /// Change the exposure of training cameras by up to this fraction either way
+    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    exposure_noise: f32,
+    /// Draws the noise
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
     /// Print one JSON document instead of text
     #[arg(long)]
     json: bool,
@@ -98,6 +107,8 @@ impl Args {
             test_every: self.test_every,
             test_after: self.test_after,
         };
-        ImportOptions { format: self.format, absent: absent_images(self.skip_missing), size, rules }
+        let noise =
+            CaptureNoise { camera: self.camera_noise, exposure: self.exposure_noise, seed: self.seed };
+        ImportOptions { format: self.format, absent: absent_images(self.skip_missing), size, rules, noise }
     }
 }

@@ -124,6 +124,10 @@ fn run_folder(path: &Path) -> Result<Facts> {
     if let Some(secs) = run.cost().train_secs {
         facts.push(("training", json!(format!("{secs:.0} s"))));
     }
+    if let Some(sizes) = run.camera_corrections()? {
+        facts.push(("corrections of poses", json!(sizes.pose_text())));
+        facts.push(("corrections of exposures", json!(sizes.exposure_text())));
+    }
     facts.push((
         "source model",
         json!(

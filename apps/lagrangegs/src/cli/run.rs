@@ -7,7 +7,7 @@ use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions};
 use lgs_data::files::write_atomically;
-use lgs_eval::Cost;
+use lgs_eval::{CameraCorrections, Cost};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
@@ -52,6 +52,28 @@ impl Run {
                 Ok(recorded.map(|dataset| dataset.path))
             }
         }
+    }
+
+    /// The images of a dataset in some splits (default: all), seen through the cameras that the run has
+    /// refined.
+    pub(crate) fn images(&self, root: &Path, splits: Option<Vec<String>>) -> Result<Dataset> {
+        let dataset = load_dataset(root, &load_options(&self.config, splits))?;
+        let path = self.folder.refined_cameras_path();
+        let refined = self.folder.refined_cameras().at(&path)?;
+        Ok(refined.map(|cameras| cameras.applied_to(&dataset)).unwrap_or(dataset))
+    }
+
+    /// The sizes of the corrections of the training cameras; nothing where they are taken as they are.
+    pub(crate) fn camera_corrections(&self) -> Result<Option<CameraCorrections>> {
+        let refined = self.folder.refined_cameras().at(&self.folder.refined_cameras_path())?;
+        let sizes = refined.map(|cameras| cameras.sizes());
+        Ok(sizes.map(|sizes| CameraCorrections {
+            cameras: sizes.cameras,
+            pose_rms_pixels: sizes.pose_rms,
+            pose_max_pixels: sizes.pose_max,
+            exposure_rms: sizes.exposure_rms,
+            exposure_max: sizes.exposure_max,
+        }))
     }
 
     /// Training cameras by image name; none if the run does not list them.

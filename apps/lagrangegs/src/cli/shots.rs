@@ -11,7 +11,7 @@ use lgs_model::Motion;
 
 use super::camera::{self, CameraChoice, Orbit};
 use super::camera_path::CameraPath;
-use super::run::{Run, load_dataset, load_options};
+use super::run::Run;
 use super::times::Times;
 
 /// A time and a camera for every frame.
@@ -85,7 +85,7 @@ impl Wish<'_> {
         let format = run.config.data.format.or_else(|| DatasetFormat::detect(&root));
         let holds = |split: &&str| format.is_some_and(|format| format.has_split(&root, split));
         let split = name.split('/').next().filter(holds);
-        let dataset = load_dataset(&root, &load_options(&run.config, split.map(|s| vec![s.to_owned()])))?;
+        let dataset = run.images(&root, split.map(|s| vec![s.to_owned()]))?;
         let all: Vec<(String, Camera)> =
             dataset.splits.values().flatten().map(|f| (f.name.clone(), f.camera)).collect();
         match camera::find(name, &all).filter(|_| name.parse::<usize>().is_err()) {

@@ -17,7 +17,7 @@ use super::failure::At;
 use super::laws::laws_of;
 use super::output;
 use super::progress::say;
-use super::run::{Run, load_dataset, load_options, name_of};
+use super::run::Run;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -142,7 +142,7 @@ fn dataset(run: &Run, given: Option<&Path>, missing: &mut Vec<String>) -> Result
         missing.push(format!("the dataset is no longer where training found it: {}", root.display()));
         return Ok(None);
     }
-    load_dataset(&root, &load_options(&run.config, Some(vec!["train".to_owned()]))).map(Some)
+    run.images(&root, Some(vec!["train".to_owned()])).map(Some)
 }
 
 /// Cameras without those that only repeat another.

@@ -4,12 +4,17 @@
 //! Images keep their names below `images/`, masks have the same below `masks/`. The set is written into a
 //! temporary folder that gets its name when all of it is there; nothing is written into the source.
 
+mod noise;
+
+pub use noise::CaptureNoise;
+
 use super::error::{DatasetError, Problem};
 use super::formats::DatasetFormat;
 use super::frame_spec::FrameSpec;
 use super::import_rules::{ImportRules, assigned};
 use super::load::{AbsentImages, Progress, leave_out_absent, photograph};
 use super::pixels::Masked;
+use super::set::CameraOrigin;
 use super::transforms::write_split;
 use crate::edit::MotionEdit;
 use crate::files::{self, FileError};
@@ -17,6 +22,7 @@ use crate::ply::write_points;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{DynamicImage, ExtendedColorType, ImageEncoder};
 use lgs_core::Camera;
+use noise::Disturbances;
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -46,6 +52,8 @@ pub struct ImportOptions {
     pub size: ImportSize,
     /// Which frames, and in which splits.
     pub rules: ImportRules,
+    /// Noise that is put on the training cameras.
+    pub noise: CaptureNoise,
 }
 
 /// What was imported.
@@ -88,8 +96,14 @@ pub fn import(
         Ok((name, edit, specs))
     };
     let splits = splits.into_iter().map(with_edit).collect::<Result<Vec<Split>, DatasetError>>()?;
+    let training = splits.iter().find(|(name, ..)| name == "train").map_or(&[][..], |(_, _, specs)| specs);
+    let photographer = Photographer {
+        size: options.size,
+        noise: Disturbances::of(training, options.noise).map_err(|p| DatasetError::new(source, p))?,
+        origin: format.camera_origin(source)?,
+    };
     files::write_folder(out, |folder| {
-        write_splits(folder, &splits, options.size, progress)?;
+        write_splits(folder, &splits, &photographer, progress)?;
         if let Some(points) = format.points(source)? {
             write_points(&folder.join("points3d.ply"), &points)?;
         }
@@ -124,10 +138,24 @@ fn copy_truth(source: &Path, folder: &Path) -> Result<(), DatasetError> {
     Ok(())
 }
 
+/// How the images of a set are taken over.
+struct Photographer {
+    size: ImportSize,
+    noise: Disturbances,
+    origin: CameraOrigin,
+}
+
+impl Photographer {
+    fn photograph(&self, split: &str, spec: &FrameSpec) -> Result<(Camera, Masked), DatasetError> {
+        let taken = photograph(spec, width_of(spec, self.size)?)?;
+        Ok(if split == "train" { self.noise.applied(spec, taken) } else { taken })
+    }
+}
+
 fn write_splits(
     folder: &Path,
     splits: &[Split],
-    size: ImportSize,
+    photographer: &Photographer,
     progress: Progress<'_>,
 ) -> Result<(), DatasetError> {
     let total = splits.iter().map(|(_, _, specs)| specs.len()).sum();
@@ -136,7 +164,7 @@ fn write_splits(
     for (split, edit, specs) in splits {
         let jobs: Vec<(&FrameSpec, String, bool)> = specs.iter().map(|spec| names.of(spec)).collect();
         let frame = |(spec, name, is_new): &(&FrameSpec, String, bool)| {
-            let (camera, masked) = photograph(spec, width_of(spec, size)?)?;
+            let (camera, masked) = photographer.photograph(split, spec)?;
             if *is_new {
                 write_images(folder, name, &masked)?;
             }
@@ -144,7 +172,9 @@ fn write_splits(
             Ok(entry(spec, name, &camera, masked.has_left_out()))
         };
         let frames = jobs.par_iter().map(frame).collect::<Result<Vec<Value>, DatasetError>>()?;
-        write_split(folder, (split, *edit), Map::from_iter([("frames".to_owned(), json!(frames))]))?;
+        let facts = [("cameras", json!(photographer.origin)), ("frames", json!(frames))];
+        let facts = facts.map(|(key, value)| (key.to_owned(), value));
+        write_split(folder, (split, *edit), Map::from_iter(facts))?;
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use super::set::{Dataset, Frame};
 use super::store::Store;
 use super::undistort::undistorted;
 use crate::thresholds::NAMED_ABSENT;
-use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
+use lgs_core::{Camera, DEFAULT_NEAR, Exposure, PixelFilter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -99,6 +99,7 @@ impl Dataset {
             absent,
             remarks: format.remarks(root)?,
             edits,
+            camera_origin: format.camera_origin(root)?,
             background: if options.white_background { [1.0; 3] } else { [0.0; 3] },
             init_points: format.points(root)?,
             fingerprint: fingerprint::of(root, format)?,
@@ -197,7 +198,8 @@ fn load_frame(spec: &FrameSpec, options: &LoadOptions, store: &Arc<Store>) -> Re
     let (camera, masked) = photograph(spec, options.resolution)?;
     let camera = Camera { near: options.near, filter: options.filter, ..camera };
     let pixels = store.keep(masked.into_picture())?;
-    Ok(Frame { name: spec.name.clone(), camera_id: 0, camera, time: spec.time, pixels })
+    let (name, exposure) = (spec.name.clone(), Exposure::IDENTITY);
+    Ok(Frame { name, camera_id: 0, camera, time: spec.time, exposure, pixels })
 }
 
 /// Numbers cameras in order of first appearance.

@@ -37,11 +37,11 @@ mod videos;
 pub use crate::ply::Points;
 pub use error::{DatasetError, Problem};
 pub use formats::{DatasetFormat, format_or_auto};
-pub use import::{ImportOptions, ImportSize, Imported, import};
+pub use import::{CaptureNoise, ImportOptions, ImportSize, Imported, import};
 pub use import_rules::ImportRules;
 pub use load::{AbsentImages, LoadOptions, Progress};
 pub use points::SceneBox;
-pub use set::{Dataset, Frame};
+pub use set::{CameraOrigin, Dataset, Frame};
 pub use store::{Picture, Pixels};
 pub(crate) use transforms::write_split;
 

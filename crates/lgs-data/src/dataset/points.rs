@@ -146,7 +146,8 @@ fn view_of(frame: &Frame) -> (Vec3, Vec3, f32) {
     (Vec3::from(camera.center_in_world()), axis.normalize_or(Vec3::Z), half_tan)
 }
 
-fn point_nearest_to_axes(views: &[(Vec3, Vec3, f32)]) -> Vec3 {
+/// The point nearest to viewing axes, each given with its camera's centre; half tangents play no part.
+pub(super) fn point_nearest_to_axes(views: &[(Vec3, Vec3, f32)]) -> Vec3 {
     let count = views.len() as f32;
     let mean_eye = views.iter().map(|v| v.0).sum::<Vec3>() / count;
     let spread = views.iter().map(|v| v.0.distance(mean_eye)).fold(0.0, f32::max).max(1.0);

@@ -54,6 +54,7 @@ fn is_in_view(camera: &Camera, place: [f32; 3]) -> bool {
 mod tests {
     use super::*;
     use crate::ply::Points;
+    use lgs_core::Exposure;
 
     /// Eight cameras in a circle that look at the middle, the third of which looks as `turn` says.
     fn rig(turn: impl Fn(Camera) -> Camera) -> Dataset {
@@ -61,7 +62,8 @@ mod tests {
             let angle = 0.7 * i as f32;
             let camera = Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), 1.0], [0.0; 3], 0.8, 4, 3);
             let camera = if i == 2 { turn(camera) } else { camera };
-            Frame { name: format!("{i}.png"), camera_id: i, camera, time: 0.0, pixels: vec![0; 48].into() }
+            let (name, exposure) = (format!("{i}.png"), Exposure::IDENTITY);
+            Frame { name, camera_id: i, camera, time: 0.0, exposure, pixels: vec![0; 48].into() }
         };
         let mut set = Dataset::none([1.0; 3]);
         set.splits.insert("train".into(), (0..8).map(frame).collect());

@@ -4,10 +4,24 @@ use super::pixels::Masked;
 use super::store::{Picture, Pixels};
 use crate::edit::MotionEdit;
 use crate::ply::Points;
-use lgs_core::{Camera, Image};
+use lgs_core::{Camera, Exposure, Image};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Where the cameras of a set come from, which says how far they can be trusted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CameraOrigin {
+    /// Images were rendered: poses are exact, and all cameras are exposed alike.
+    #[default]
+    Exact,
+    /// A rig that was calibrated by itself: its cameras see light each in its own way.
+    Calibrated,
+    /// Poses were found from the images themselves, to about a pixel.
+    Estimated,
+}
 
 /// Cameras, times and images of a scene.
 #[derive(Clone, Debug)]
@@ -20,6 +34,8 @@ pub struct Dataset {
     /// The edits that some splits show: the same start under other physics. Such splits are not of the motion
     /// that the others show.
     pub edits: BTreeMap<String, MotionEdit>,
+    /// Where poses and intrinsics come from.
+    pub camera_origin: CameraOrigin,
     /// Colour behind transparent pixels.
     pub background: [f32; 3],
     /// The points that the set ships, such as `points3d.ply`.
@@ -43,6 +59,8 @@ pub struct Frame {
     pub camera: Camera,
     /// Time, as in the file; the captured sequence spans [0, 1).
     pub time: f32,
+    /// What the camera makes of the scene's colours; nothing, unless it was found by training.
+    pub exposure: Exposure,
     /// The image, in memory or on the disk.
     pub pixels: Pixels,
 }
@@ -55,6 +73,7 @@ impl Dataset {
             root: PathBuf::new(),
             splits: BTreeMap::new(),
             edits: BTreeMap::new(),
+            camera_origin: CameraOrigin::default(),
             background,
             init_points: None,
             absent: Vec::new(),
@@ -116,7 +135,8 @@ impl Frame {
         let camera = self.camera.resized(width, height as u32);
         let picture = Masked::of(&self.picture(), own_width, own_height).resized(width, height as u32);
         let (name, pixels) = (self.name.clone(), Pixels::of(picture.into_picture()));
-        Self { name, camera_id: self.camera_id, camera, time: self.time, pixels }
+        let Self { camera_id, time, exposure, .. } = *self;
+        Self { name, camera_id, camera, time, exposure, pixels }
     }
 
     /// Opacity of every pixel, in [0, 1].

@@ -26,12 +26,15 @@ pub struct SplatPrimitives<B: Backend> {
     pub sh: FloatTensor<B>,
     /// `[n, 2]`
     pub means2d: FloatTensor<B>,
+    /// `[6]`
+    pub pose: FloatTensor<B>,
 }
 
 impl<B: Backend> SplatPrimitives<B> {
     /// The tensors in the order of the fields.
-    fn into_array(self) -> [FloatTensor<B>; 6] {
-        [self.means, self.rotations, self.log_scales, self.raw_opacities, self.sh, self.means2d]
+    fn into_array(self) -> [FloatTensor<B>; 7] {
+        let Self { means, rotations, log_scales, raw_opacities, sh, means2d, pose } = self;
+        [means, rotations, log_scales, raw_opacities, sh, means2d, pose]
     }
 }
 
@@ -56,8 +59,8 @@ pub struct Drawn<B: Backend> {
     pub radii: IntTensor<B>,
 }
 
-/// Backends that can draw: kernels from the six tensors of [`SplatPrimitives`] to the packed image.
-pub trait RasterKernels: Kernel<ViewSpec, 6> {
+/// Backends that can draw: kernels from the tensors of [`SplatPrimitives`] to the packed image.
+pub trait RasterKernels: Kernel<ViewSpec, 7> {
     /// [`Drawn::radii`] of a forward pass.
     fn radii(kept: &Self::Kept) -> IntTensor<Self>;
 }
@@ -72,13 +75,13 @@ pub trait RasterOps: Backend {
 /// The state that a forward pass on the CPU keeps.
 #[derive(Clone, Debug)]
 pub struct RasterKept {
-    inputs: [FloatTensor<Flex>; 6],
+    inputs: [FloatTensor<Flex>; 7],
     forward: Arc<Rasterized>,
 }
 
 /// Contiguous tensors as slices.
-fn splats(inputs: &[FloatTensor<Flex>; 6], active_degree: usize) -> Splats<'_> {
-    let [means, rotations, log_scales, raw_opacities, sh, _] = inputs;
+fn splats(inputs: &[FloatTensor<Flex>; 7], active_degree: usize) -> Splats<'_> {
+    let [means, rotations, log_scales, raw_opacities, sh, _, _] = inputs;
     Splats {
         means: rows(means),
         rotations: rows(rotations),
@@ -90,10 +93,10 @@ fn splats(inputs: &[FloatTensor<Flex>; 6], active_degree: usize) -> Splats<'_> {
     }
 }
 
-impl Kernel<ViewSpec, 6> for Flex {
+impl Kernel<ViewSpec, 7> for Flex {
     type Kept = RasterKept;
 
-    fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 6]) -> (FloatTensor<Self>, RasterKept) {
+    fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 7]) -> (FloatTensor<Self>, RasterKept) {
         let _span = tracing::trace_span!("rasterize").entered();
         let inputs = inputs.map(|input| input.to_contiguous());
         let forward = rasterize(&splats(&inputs, view.active_degree), &view.camera, view.background);
@@ -103,7 +106,7 @@ impl Kernel<ViewSpec, 6> for Flex {
         (tensor(packed.into_flattened(), shape), RasterKept { inputs, forward: Arc::new(forward) })
     }
 
-    fn vjp(view: &ViewSpec, kept: RasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 6] {
+    fn vjp(view: &ViewSpec, kept: RasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 7] {
         let _span = tracing::trace_span!("rasterize, backward").entered();
         let v_packed = v_packed.to_contiguous();
         let (v_image, v_transmittance): (Vec<[f32; 3]>, Vec<f32>) =
@@ -120,6 +123,7 @@ impl Kernel<ViewSpec, 6> for Flex {
             tensor(v.raw_opacities, [n]),
             tensor(v.sh, [n, coefficients, 3]),
             tensor_of_rows(v.means2d),
+            tensor(v.pose.to_vec(), [6]),
         ]
     }
 }

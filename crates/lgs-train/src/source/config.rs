@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::config_groups::{
     Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
 };
+use crate::cameras::CamerasConfig;
+
 /// Training of a source model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -80,6 +82,8 @@ pub struct SourceConfig {
     /// The control nodes that the deformation network moves: the kind `nodes` alone has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<NodesConfig>,
+    /// Refinement of the training cameras.
+    pub cameras: CamerasConfig,
     /// Learning rates of Gaussians and networks.
     pub learning_rates: LearningRates,
     /// Adaptive density.

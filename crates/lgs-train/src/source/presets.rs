@@ -11,6 +11,7 @@ use super::config_groups::{
     Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
     RigidityConfig, WarmupFrames,
 };
+use crate::cameras::CamerasConfig;
 use crate::preset::Preset;
 
 /// Near plane of FreeGave as published, world units.
@@ -65,6 +66,7 @@ impl SourceConfig {
             velocity: None,
             advection: None,
             nodes: None,
+            cameras: CamerasConfig::off(),
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
             rigidity: RigidityConfig { weight: 0.0, neighbors: 4, robust_scale: 0.1 },
@@ -106,6 +108,7 @@ impl SourceConfig {
             velocity: None,
             advection: None,
             nodes: None,
+            cameras: CamerasConfig::default(),
             learning_rates: LearningRates::quick(),
             densify: DensifyConfig::quick(iterations),
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },

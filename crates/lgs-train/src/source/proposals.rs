@@ -174,7 +174,7 @@ fn canonical(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::Camera;
+    use lgs_core::{Camera, Exposure};
 
     /// A model of two Gaussians of which one is missing, moved by a shift that grows with time.
     struct Shifted(GaussianCloud);
@@ -218,7 +218,8 @@ mod tests {
             let byte = |c: f32| (255.0 * c.clamp(0.0, 1.0)) as u8;
             let rgba: Vec<u8> =
                 drawn.image.iter().flat_map(|p| [byte(p[0]), byte(p[1]), byte(p[2]), 255]).collect();
-            Frame { name: i.to_string(), camera_id: i % 6, camera, time, pixels: rgba.into() }
+            let (name, exposure) = (i.to_string(), Exposure::IDENTITY);
+            Frame { name, camera_id: i % 6, camera, time, exposure, pixels: rgba.into() }
         };
         (0..30).map(frame).collect()
     }

@@ -52,6 +52,7 @@ impl SourceConfig {
         while data.size[0] >> config.coarse_levels < COARSEST_WIDTH && config.coarse_levels > 0 {
             config.coarse_levels -= 1;
         }
+        config.cameras = config.cameras.resolved(data.cameras, data.images_per_time());
         if config.warmup_frames == WarmupFrames::ByCameras {
             config = config.with_frames_by_cameras(data);
         }
@@ -101,8 +102,15 @@ fn has_views_for(degree: usize, per_coefficient: f32, data: &DataSummary) -> boo
 mod tests {
     use super::*;
 
-    const SET: DataSummary =
-        DataSummary { size: [400, 400], images: 50, views: 50, times: 50, points: 0, extent: 4.4 };
+    const SET: DataSummary = DataSummary {
+        size: [400, 400],
+        images: 50,
+        views: 50,
+        times: 50,
+        points: 0,
+        extent: 4.4,
+        cameras: CameraOrigin::Exact,
+    };
 
     #[test]
     fn nothing_assumes_a_size_of_images_or_of_the_world() {
@@ -137,9 +145,11 @@ mod tests {
         let quick = SourceConfig::quick();
         assert_eq!(
             quick.resolved(&DataSummary { size: [160, 160], ..SET }),
-            SourceConfig { stretch: 1.0, ..quick }
+            SourceConfig { stretch: 1.0, cameras: CamerasConfig::off(), ..quick }
         );
     }
 
     use super::super::config_groups::DensifyConfig;
+    use crate::cameras::CamerasConfig;
+    use lgs_data::dataset::CameraOrigin;
 }

@@ -3,11 +3,11 @@
 
 use super::config::SourceConfig;
 use crate::cloud_rates::CloudRates;
+use lgs_core::optim::log_linear;
 
-/// Log-linear interpolation from `start` to `end` over `steps`, constant afterwards.
-fn log_linear(iteration: usize, start: f64, end: f64, steps: usize) -> f64 {
-    let u = (iteration as f64 / steps.max(1) as f64).clamp(0.0, 1.0);
-    ((1.0 - u) * start.ln() + u * end.ln()).exp()
+/// The part of a schedule of some steps that is done.
+fn part(iteration: usize, steps: usize) -> f64 {
+    iteration as f64 / steps.max(1) as f64
 }
 
 /// A schedule's length: its own, or that of the training where it says 0.
@@ -20,12 +20,8 @@ impl SourceConfig {
     #[must_use]
     pub fn position_rate(&self, iteration: usize) -> f64 {
         let rates = &self.learning_rates;
-        log_linear(
-            iteration,
-            rates.position_start,
-            rates.position_end,
-            over(rates.position_steps, self.iterations),
-        )
+        let done = part(iteration, over(rates.position_steps, self.iterations));
+        log_linear(done, [rates.position_start, rates.position_end])
     }
 
     /// Learning rate of the deformation network at an iteration.
@@ -34,12 +30,8 @@ impl SourceConfig {
         let rates = &self.learning_rates;
         let active = (iteration + 1).saturating_sub(self.warmup_iterations);
         let ramp = (active as f64 / rates.deformation_ramp.max(1) as f64).min(1.0);
-        ramp * log_linear(
-            iteration,
-            rates.deformation_start,
-            rates.deformation_end,
-            over(rates.deformation_steps, self.iterations),
-        )
+        let done = part(iteration, over(rates.deformation_steps, self.iterations));
+        ramp * log_linear(done, [rates.deformation_start, rates.deformation_end])
     }
 
     /// Learning rates of the Gaussians' attributes at an iteration.

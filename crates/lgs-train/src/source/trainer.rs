@@ -1,6 +1,6 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
-use std::ops::RangeInclusive;
+mod descent;
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
@@ -9,24 +9,24 @@ use lgs_model::{TensorFile, TensorFileError};
 
 use super::background::Background;
 use super::config::SourceConfig;
-use super::density::{DensityControl, Replaced};
+use super::density::DensityControl;
 use super::guide::Guide;
 use super::image_levels::ImageLevels;
 use super::initial::initial_cloud;
 use super::order::FrameOrder;
 use super::priors::MotionPriors;
-use super::proposals::{ProposalRound, Proposals};
+use super::proposals::Proposals;
 use super::smoothing::Smoothing;
-use super::snapshot::Snapshot;
 use crate::adam::AdamGroup;
+use crate::cameras::{CameraRefinement, RefinedCameras};
 use crate::checkpoint::{Checkpoints, Stage};
 use crate::clock::Clock;
-use crate::cloud_tensors::{CloudTensors, host_rows};
+use crate::cloud_tensors::CloudTensors;
 use crate::data_summary::DataSummary;
 use crate::driver::{Glance, Status, StepReport, Trainer};
 use crate::error::TrainError;
-use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians, TrainableCloud};
-use crate::view::{View, report};
+use crate::trainable_cloud::{CloudLeaves, TrainableCloud};
+use crate::view::{Sensor, View, report};
 
 /// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
@@ -44,6 +44,7 @@ pub struct SourceTrainer<'a> {
     smoothing: Smoothing,
     order: FrameOrder,
     priors: MotionPriors,
+    cameras: CameraRefinement,
 }
 
 impl<'a> SourceTrainer<'a> {
@@ -84,6 +85,7 @@ impl<'a> SourceTrainer<'a> {
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
+            cameras: CameraRefinement::new(dataset, &config.cameras, config.iterations, device),
             config,
             device: device.clone(),
         })
@@ -93,6 +95,12 @@ impl<'a> SourceTrainer<'a> {
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
         self.motion.model(self.drawn())
+    }
+
+    /// The training cameras as they have been refined; nothing where they are not.
+    #[must_use]
+    pub fn refined_cameras(&self) -> Option<RefinedCameras> {
+        self.cameras.refined()
     }
 
     /// All that has been learned so far, with the Gaussians as they are drawn.
@@ -138,6 +146,23 @@ impl<'a> SourceTrainer<'a> {
         self.smoothing.applied(leaves.tensors()).posed(poses, self.motion.scale_mode())
     }
 
+    /// A frame as it is compared at an iteration.
+    fn view<'f>(
+        &self,
+        (frame, sensor): (&'f Frame, &'f Sensor),
+        iteration: usize,
+        device: &'f Device,
+    ) -> View<'f> {
+        View {
+            frame,
+            sensor,
+            background: self.background.at(self.clock.taken()),
+            ssim_weight: self.config.ssim_weight,
+            sh_degree: self.config.active_degree(iteration),
+            device,
+        }
+    }
+
     /// The photometric loss with the priors of the motion, in whose pose the Gaussians are drawn.
     fn with_priors(
         &mut self,
@@ -161,52 +186,6 @@ impl<'a> SourceTrainer<'a> {
             Some(gradient) => loss + (means * gradient.autodiff()).sum(),
             None => loss,
         }
-    }
-
-    /// Gaussians for what the model lacks, where an iteration asks for them.
-    fn proposed(&self, iteration: usize) -> NewGaussians {
-        let count = self.config.densify.proposals;
-        if count == 0 || !self.density.is_due(iteration) {
-            return NewGaussians::default();
-        }
-        let last_time = self.order.last_time(iteration, &self.config);
-        let round = ProposalRound { iteration, last_time, count, sh_degree: self.config.sh_degree };
-        let is_deformed = !self.config.is_warmup(iteration);
-        let snapshot = Snapshot { motion: &*self.motion, learned: self.drawn(), is_deformed };
-        let cloud = self.proposals.find(round, &snapshot);
-        NewGaussians { features: self.motion.fresh_features(&cloud), cloud }
-    }
-
-    /// Takes a step along the gradients, after what the passed iterations of the schedule ask of the density.
-    fn descend(
-        &mut self,
-        leaves: &CloudLeaves,
-        gradients: &mut burn::tensor::Gradients,
-        passed: RangeInclusive<usize>,
-    ) {
-        let mut replaced = Replaced::Nothing;
-        for iteration in passed {
-            let proposed = self.proposed(iteration);
-            replaced = replaced.max(self.density.adapt(&mut self.cloud, iteration, &proposed));
-        }
-        let iteration = self.clock.iteration();
-        let mut by_attribute = leaves.gradients(gradients);
-        match replaced {
-            Replaced::Nothing => {}
-            Replaced::Opacities => by_attribute.raw_opacities = None,
-            Replaced::Gaussians => {
-                by_attribute = CloudGradients::default();
-                self.priors.forget_neighbors();
-                self.smoothing.renew(|| host_rows(&self.cloud.means.value()));
-                self.motion.forget_gaussians();
-            }
-        }
-        if let Some(gradients) = by_attribute.means.as_ref().filter(|_| self.motion.observes()) {
-            self.motion.observe(&host_rows(gradients));
-        }
-        let rates = self.config.cloud_rates(iteration);
-        self.cloud.step(by_attribute, &rates);
-        self.density.disturb(&mut self.cloud, self.clock.taken(), rates.means);
     }
 }
 
@@ -241,14 +220,9 @@ impl Trainer for SourceTrainer<'_> {
         };
         let (means, device) = (cloud.means.clone(), self.device.clone().autodiff());
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
-        let view = View {
-            frame,
-            background: self.background.at(self.clock.taken()),
-            ssim_weight: self.config.ssim_weight,
-            sh_degree: self.config.active_degree(iteration),
-            device: &device,
-        };
-        let compared = view.compare(&cloud.splats(probe.clone()));
+        let sensor = self.cameras.sensor(frame, iteration);
+        let view = self.view((frame, &sensor), iteration, &device);
+        let compared = view.compare(cloud.splats(probe.clone()));
         let loss = compared.loss.clone();
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
         let total = self.density.regularised(total, &leaves);
@@ -256,6 +230,7 @@ impl Trainer for SourceTrainer<'_> {
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
         }
+        self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend(&leaves, &mut gradients, passed);
         self.network.step(self.config.deformation_rate(iteration), network.grad_remove(&mut gradients));
         report(&compared.loss, &[compared.mse])
@@ -271,6 +246,7 @@ impl Trainer for SourceTrainer<'_> {
         self.priors.insert_into(&mut file);
         self.smoothing.insert_into(&mut file);
         self.order.insert_into(&mut file);
+        self.cameras.insert_into(&mut file);
         file
     }
 
@@ -283,6 +259,7 @@ impl Trainer for SourceTrainer<'_> {
         self.priors.restore(file, self.cloud.len())?;
         self.smoothing.restore(file, self.cloud.len())?;
         self.order.restore(file, &self.config)?;
+        self.cameras.restore(file, &self.device)?;
         self.clock.restore(file, step)
     }
 }

@@ -15,6 +15,8 @@ impl SourceConfig {
         self.kind.validate(&self.import, &self.motion())?;
         self.validate_rates()?;
         self.validate_counts()?;
+        let of_cameras = |(key, reason)| (format!("cameras.{key}"), reason);
+        self.cameras.validate().map_err(of_cameras)?;
         let weights = [
             ("initial_half_extent", self.initial_half_extent),
             ("views_per_coefficient", self.views_per_coefficient),

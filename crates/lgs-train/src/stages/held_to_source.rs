@@ -158,8 +158,10 @@ fn errors(
     let source = of.source.cloud_at(frame.time);
     let truth = shown(frame, frame.composited(scene.background), scene.background);
     let drawn = [cloud, &source].map(|cloud| {
-        let drawn = rasterize(&Splats::from(cloud), &frame.camera, scene.background).to_image();
-        shown(frame, drawn, scene.background)
+        let drawn = rasterize(&Splats::from(cloud), &frame.camera, scene.background);
+        let mut image = drawn.to_image();
+        frame.exposure.expose(&mut image.pixels, &drawn.transmittance, scene.background);
+        shown(frame, image, scene.background)
     });
     let first = scene.static_gaussians.len();
     let of_object = |object: &ObjectModel| {
@@ -205,7 +207,7 @@ fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::Camera;
+    use lgs_core::{Camera, Exposure};
     use lgs_mechanics::Law;
     use lgs_mechanics::bands::Known;
     use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
@@ -247,7 +249,8 @@ mod tests {
             let drawn = rasterize(&Splats::from(&source.cloud_at(time)), &camera, [1.0; 3]);
             let bytes = |p: &[f32; 3]| [p[0], p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8);
             let pixels = drawn.image.iter().flat_map(bytes).collect::<Vec<u8>>().into();
-            Frame { name: String::new(), camera_id: 0, camera, time, pixels }
+            let exposure = Exposure::IDENTITY;
+            Frame { name: String::new(), camera_id: 0, camera, time, exposure, pixels }
         };
         let frames: Vec<Frame> = (0..=10).map(frame).collect();
         held_to_source(scene(velocity), &SourceOfScene { source: &source, rows: vec![0] }, &frames)

@@ -6,7 +6,7 @@ use std::ops::Range;
 use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
 use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
-use lgs_render::{Splats, photometric, rasterize};
+use lgs_render::{Rasterized, Splats, photometric, rasterize};
 
 /// Step of the central differences of images by a body's displacement, in radii and radians.
 const PROBE: f64 = 0.005;
@@ -87,7 +87,8 @@ fn truth(frame: &Frame, background: [f32; 3]) -> Image {
 }
 
 fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
-    let mut image = rasterize(splats, &frame.camera, background).image;
+    let Rasterized { mut image, transmittance, .. } = rasterize(splats, &frame.camera, background);
+    frame.exposure.expose(&mut image, &transmittance, background);
     frame.leave_out(&mut image, background);
     image
 }
@@ -145,7 +146,7 @@ fn product(a: &[f32], b: &[f32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::Camera;
+    use lgs_core::{Camera, Exposure};
     use lgs_data::dataset::Pixels;
     use nalgebra::DMatrix;
 
@@ -162,7 +163,8 @@ mod tests {
         for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
             let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
-            let mut frame = Frame { name: String::new(), camera_id: 0, camera, time: 0.0, pixels };
+            let (name, exposure) = (String::new(), Exposure::IDENTITY);
+            let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
             let (means, rotations) = displaced(&cloud, &body, &by);
             let drawn = draw(
                 &Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) },

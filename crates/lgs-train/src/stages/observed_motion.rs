@@ -72,9 +72,11 @@ fn errors(
     let mut image = frame.composited(background);
     frame.leave_out(&mut image.pixels, background);
     let error = |cloud: &GaussianCloud| {
-        let mut drawn = rasterize(&Splats::from(cloud), &frame.camera, background).to_image();
-        frame.leave_out(&mut drawn.pixels, background);
-        mse(&drawn, &image)
+        let drawn = rasterize(&Splats::from(cloud), &frame.camera, background);
+        let mut own = drawn.to_image();
+        frame.exposure.expose(&mut own.pixels, &drawn.transmittance, background);
+        frame.leave_out(&mut own.pixels, background);
+        mse(&own, &image)
     };
     let cloud = source.cloud_at(frame.time);
     let resting = members.iter().map(|members| {
@@ -92,7 +94,7 @@ fn errors(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::Camera;
+    use lgs_core::{Camera, Exposure};
     use lgs_distill::PartitionConfig;
     use lgs_model::source::ImportedFrames;
 
@@ -124,6 +126,7 @@ mod tests {
                 camera_id: 0,
                 camera,
                 time,
+                exposure: Exposure::IDENTITY,
                 pixels: drawn.pixels.iter().enumerate().flat_map(pixel).collect::<Vec<u8>>().into(),
             }
         };

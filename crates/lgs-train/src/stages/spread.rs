@@ -14,7 +14,7 @@ pub(super) fn spread_over_time(frames: &[Frame], count: usize, phase: [usize; 2]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::Camera;
+    use lgs_core::{Camera, Exposure};
 
     #[test]
     fn frames_are_spread_over_time_and_differ_by_phase() {
@@ -24,6 +24,7 @@ mod tests {
             camera_id: 0,
             camera,
             time: ((7 * i) % 12) as f32,
+            exposure: Exposure::IDENTITY,
             pixels: vec![0; 4].into(),
         };
         let frames: Vec<Frame> = (0..12).map(frame).collect();

@@ -24,7 +24,7 @@ use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::cloud_tensors::{CloudTensors, row_indices};
 use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
-use crate::view::{Comparison, View, report};
+use crate::view::{Comparison, Sensor, View, report};
 
 /// Stage 2 of a run.
 pub struct TuneDynamics<'a> {
@@ -133,7 +133,9 @@ impl<'a> TuneDynamics<'a> {
             drawn = drawn.followed_by(CloudTensors { means, rotations, ..own });
         }
         let device = self.device.clone().autodiff();
-        View::of_scene(&self.scene, frame, self.config.ssim_weight, &device).compare_cloud(drawn)
+        let sensor = Sensor::of(frame, &device);
+        let view = View::of_scene(&self.scene, (frame, &sensor), self.config.ssim_weight, &device);
+        view.compare_cloud(drawn)
     }
 
     /// The scene that the kept motion of a checkpoint was rolled from.

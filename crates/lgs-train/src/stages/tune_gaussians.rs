@@ -26,7 +26,7 @@ use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
 use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
 use crate::trainable_cloud::TrainableCloud;
-use crate::view::{View, report};
+use crate::view::{Sensor, View, report};
 
 /// Name of the means of the kept motion in a checkpoint.
 const ROLLED_MEANS: &str = "tune.rolled_means";
@@ -139,8 +139,9 @@ impl Trainer for TuneGaussians<'_> {
         let (of_static, of_dynamic) = (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
         let moved = moved(of_dynamic.tensors(), kept.states.at(frame.time), &kept.means);
         let cloud = of_static.tensors().followed_by(moved);
-        let compared =
-            View::of_scene(&self.scene, frame, self.config.ssim_weight, &device).compare_cloud(cloud);
+        let sensor = Sensor::of(frame, &device);
+        let view = View::of_scene(&self.scene, (frame, &sensor), self.config.ssim_weight, &device);
+        let compared = view.compare_cloud(cloud);
         let mut gradients = tracing::trace_span!("backward").in_scope(|| compared.loss.backward());
         let decay = cosine_decay(self.clock.iteration() - 1, self.config.iterations);
         let rates = self.config.cloud_rates().scaled(decay);

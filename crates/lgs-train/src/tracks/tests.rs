@@ -1,4 +1,5 @@
 use super::*;
+use lgs_core::Exposure;
 use lgs_core::linear::add;
 
 const RADIUS: f32 = 0.3;
@@ -30,7 +31,8 @@ fn scene(cameras: Cameras) -> Vec<Frame> {
             if hit { [40, 40, 40, 255] } else { [255; 4] }
         };
         let rgba: Vec<u8> = (0..(size * size) as usize).flat_map(pixel).collect();
-        Frame { name: format!("{i}"), camera_id: id, camera, time, pixels: rgba.into() }
+        let (name, exposure) = (format!("{i}"), Exposure::IDENTITY);
+        Frame { name, camera_id: id, camera, time, exposure, pixels: rgba.into() }
     };
     (0..90).map(frame).collect()
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use lgs_data::dataset::{Dataset, DatasetFormat, Frame, LoadOptions};
+use lgs_data::dataset::{CameraOrigin, Dataset, DatasetFormat, Frame, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_data::synth::GroundTruth;
 use lgs_report::rig_figure;
@@ -38,6 +38,7 @@ pub(super) fn facts(args: &Args, format: DatasetFormat) -> Result<Facts> {
         ("motion", json!(if set.is_still() { "none: a still scene" } else { "images of several times" })),
         ("image sizes", json!(sizes.join(", "))),
         ("cameras", json!(cameras)),
+        ("poses", json!(origin(set.camera_origin))),
         ("transparency", json!(if frames().any(Frame::has_alpha) { "yes" } else { "no, images are opaque" })),
         ("masks", json!(if masked > 0 { format!("{masked} images") } else { "none".to_owned() })),
         ("initial points", json!(points.unwrap_or_else(|| "none".to_owned()))),
@@ -48,6 +49,15 @@ pub(super) fn facts(args: &Args, format: DatasetFormat) -> Result<Facts> {
     }
     facts.extend(lacks(&set));
     Ok(facts)
+}
+
+/// Where poses come from, in words.
+fn origin(origin: CameraOrigin) -> &'static str {
+    match origin {
+        CameraOrigin::Exact => "exact, as of rendered images",
+        CameraOrigin::Calibrated => "of a calibrated rig",
+        CameraOrigin::Estimated => "found from the images",
+    }
 }
 
 /// What is absent or strange; nothing where all is well.

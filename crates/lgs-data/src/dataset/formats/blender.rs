@@ -1,10 +1,13 @@
 //! The D-NeRF ("Blender") layout: every `transforms_<split>.json` of the folder is a split, and its frames
 //! name images beside it. A frame needs `file_path` and `transform_matrix`, and a `time` unless no frame of
 //! the whole set has one: a still scene, as NeRF's synthetic ones are, whose images are all at time 0.
+//! Cameras are taken to be exact, as those of rendered images are, unless `cameras` says otherwise, which
+//! `import` writes.
 
 use super::reader::{FormatReader, Label};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
+use crate::dataset::set::CameraOrigin;
 use crate::dataset::transforms::{self, TransformsFile};
 use crate::edit::MotionEdit;
 use crate::files::FileError;
@@ -17,6 +20,13 @@ pub(super) struct Blender;
 #[derive(Deserialize)]
 struct EditedSplit {
     edit: MotionEdit,
+}
+
+/// The key that says where cameras come from.
+#[derive(Deserialize)]
+struct WithOrigin {
+    #[serde(default)]
+    cameras: CameraOrigin,
 }
 
 impl Blender {
@@ -63,6 +73,14 @@ impl FormatReader for Blender {
             file.stand_still();
         }
         file.specs(root, &path)
+    }
+
+    fn camera_origin(&self, root: &Path) -> Result<CameraOrigin, DatasetError> {
+        let path = self.split_file(root, "train");
+        if !path.exists() {
+            return Ok(CameraOrigin::Exact);
+        }
+        Ok(transforms::read::<WithOrigin>(&path)?.cameras)
     }
 
     /// Splits whose names begin with `edit-` have to say which edit they show.

@@ -20,6 +20,7 @@ mod views;
 
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::FrameSpec;
+use crate::dataset::set::CameraOrigin;
 use crate::edit::MotionEdit;
 use crate::ply::Points;
 use reader::FormatReader;
@@ -145,6 +146,11 @@ impl DatasetFormat {
     /// The edit that a split shows.
     pub(super) fn edit(self, root: &Path, split: &str) -> Result<Option<MotionEdit>, DatasetError> {
         self.reader().edit(root, split)
+    }
+
+    /// Where the cameras of the set come from.
+    pub(super) fn camera_origin(self, root: &Path) -> Result<CameraOrigin, DatasetError> {
+        self.reader().camera_origin(root)
     }
 
     /// What a user should know of the set although it can be read.

@@ -10,6 +10,7 @@ use super::reader::{FormatReader, Label};
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::{FrameSpec, Intrinsics, SizeRule};
 use crate::dataset::lens::Lens;
+use crate::dataset::set::CameraOrigin;
 use crate::dataset::{npy, poses, transforms};
 use crate::ply::Points;
 use glam::{DMat3, DVec3};
@@ -47,6 +48,10 @@ impl FormatReader for Panoptic {
 
     fn split_file(&self, root: &Path, split: &str) -> PathBuf {
         root.join(format!("{split}_meta.json"))
+    }
+
+    fn camera_origin(&self, _: &Path) -> Result<CameraOrigin, DatasetError> {
+        Ok(CameraOrigin::Calibrated)
     }
 
     fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {

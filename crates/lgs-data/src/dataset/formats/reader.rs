@@ -2,6 +2,7 @@
 
 use crate::dataset::error::DatasetError;
 use crate::dataset::frame_spec::FrameSpec;
+use crate::dataset::set::CameraOrigin;
 use crate::edit::MotionEdit;
 use crate::ply::{self, Points};
 use std::path::{Path, PathBuf};
@@ -62,6 +63,16 @@ pub(in crate::dataset) trait FormatReader: Sync {
     fn remarks(&self, root: &Path) -> Result<Vec<String>, DatasetError> {
         let _ = root;
         Ok(Vec::new())
+    }
+
+    /// Where poses and intrinsics come from. Default: from the images themselves, as structure from motion
+    /// finds them.
+    ///
+    /// # Errors
+    /// If what says so is unreadable or malformed.
+    fn camera_origin(&self, root: &Path) -> Result<CameraOrigin, DatasetError> {
+        let _ = root;
+        Ok(CameraOrigin::Estimated)
     }
 
     /// The points that the set ships. Default: those of `points3d.ply`, if there is one.

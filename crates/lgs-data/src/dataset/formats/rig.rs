@@ -18,6 +18,7 @@ use crate::cameras::read_cameras_json;
 use crate::dataset::error::{DatasetError, Problem};
 use crate::dataset::frame_spec::{FrameSpec, Intrinsics};
 use crate::dataset::lens::Lens;
+use crate::dataset::set::CameraOrigin;
 use crate::dataset::{poses, times};
 use crate::files;
 use glam::{DVec3, Mat4};
@@ -63,6 +64,10 @@ impl FormatReader for Rig {
         let csv = Some(csv_times::file_of(root)).filter(|path| path.exists());
         let poses = Some(root.join(opencv_file::POSES)).filter(|path| path.exists());
         std::iter::once(self.split_file(root, split)).chain(poses).chain(csv).collect()
+    }
+
+    fn camera_origin(&self, _: &Path) -> Result<CameraOrigin, DatasetError> {
+        Ok(CameraOrigin::Calibrated)
     }
 
     fn frames(&self, root: &Path, split: &str) -> Result<Vec<FrameSpec>, DatasetError> {

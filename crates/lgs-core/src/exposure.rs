@@ -1,0 +1,81 @@
+//! What a camera makes of the colours of a scene: exposure and white balance.
+
+/// A gain and an offset of every channel, of display-referred values.
+///
+/// A change of exposure or white balance multiplies light by a factor k per channel. The transfer curve of
+/// sRGB is `1.055 L^(1/2.4) − 0.055` above its toe, so that this is a gain of `k^(1/2.4)` and an offset of
+/// 0.055 times that gain minus 1 in display-referred values. These two numbers also describe a black level,
+/// and a gain that was applied to display-referred values themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// Factor of every channel.
+    pub gain: [f32; 3],
+    /// What is added to every channel after that.
+    pub offset: [f32; 3],
+}
+
+impl Default for Exposure {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Exposure {
+    /// The exposure that leaves colours as they are.
+    pub const IDENTITY: Self = Self { gain: [1.0; 3], offset: [0.0; 3] };
+
+    /// Exposes a drawn image: what covers the background, whose share of each pixel `transmittance` is. The
+    /// background is put behind images and is no part of what was photographed.
+    ///
+    /// # Panics
+    /// If there are not as many transmittances as pixels (a bug).
+    pub fn expose(&self, pixels: &mut [[f32; 3]], transmittance: &[f32], background: [f32; 3]) {
+        assert_eq!(pixels.len(), transmittance.len(), "pixels and transmittances");
+        if *self == Self::IDENTITY {
+            return;
+        }
+        for (pixel, through) in pixels.iter_mut().zip(transmittance) {
+            for (c, value) in pixel.iter_mut().enumerate() {
+                let behind = through * background[c];
+                *value = self.gain[c] * (*value - behind) + self.offset[c] * (1.0 - through) + behind;
+            }
+        }
+    }
+
+    /// Largest and root-mean-square change that it makes to a channel of middle grey (0.5), as fractions of
+    /// it.
+    #[must_use]
+    pub fn change_of_grey(&self) -> (f64, f64) {
+        let changes = [0, 1, 2].map(|c| f64::from(self.gain[c] - 1.0) + f64::from(self.offset[c]) / 0.5);
+        let largest = changes.iter().fold(0.0_f64, |most, change| most.max(change.abs()));
+        (largest, (changes.iter().map(|c| c * c).sum::<f64>() / 3.0).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_background_is_not_exposed() {
+        let exposure = Exposure { gain: [1.1, 1.0, 0.9], offset: [0.0, 0.02, 0.0] };
+        let mut pixels = vec![[1.0; 3], [0.5; 3], [0.75; 3]];
+        exposure.expose(&mut pixels, &[1.0, 0.0, 0.5], [1.0; 3]);
+        let expected = [[1.0; 3], [0.55, 0.52, 0.45], [0.775, 0.76, 0.725]];
+        for (found, expected) in pixels.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((found - expected).abs() < 1e-6, "{pixels:?}");
+        }
+    }
+
+    #[test]
+    fn light_times_a_factor_is_a_gain_and_an_offset_in_display_referred_values() {
+        let displayed = |light: f32| 1.055 * light.powf(1.0 / 2.4) - 0.055;
+        let gain = 1.3_f32.powf(1.0 / 2.4);
+        let exposure = Exposure { gain: [gain; 3], offset: [0.055 * (gain - 1.0); 3] };
+        for light in [0.01, 0.2, 0.6] {
+            let mut pixel = [[displayed(light); 3]];
+            exposure.expose(&mut pixel, &[0.0], [1.0; 3]);
+            assert!((pixel[0][0] - displayed(1.3 * light)).abs() < 1e-6);
+        }
+    }
+}

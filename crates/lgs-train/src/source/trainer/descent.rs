@@ -1,0 +1,58 @@
+//! The last part of an iteration: a step of the Gaussians, and what the schedule asks of their number.
+
+use std::ops::RangeInclusive;
+
+use super::SourceTrainer;
+use crate::cloud_tensors::host_rows;
+use crate::source::density::Replaced;
+use crate::source::proposals::ProposalRound;
+use crate::source::snapshot::Snapshot;
+use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians};
+
+impl SourceTrainer<'_> {
+    /// Gaussians for what the model lacks, where an iteration asks for them.
+    fn proposed(&self, iteration: usize) -> NewGaussians {
+        let count = self.config.densify.proposals;
+        if count == 0 || !self.density.is_due(iteration) {
+            return NewGaussians::default();
+        }
+        let last_time = self.order.last_time(iteration, &self.config);
+        let round = ProposalRound { iteration, last_time, count, sh_degree: self.config.sh_degree };
+        let is_deformed = !self.config.is_warmup(iteration);
+        let snapshot = Snapshot { motion: &*self.motion, learned: self.drawn(), is_deformed };
+        let cloud = self.proposals.find(round, &snapshot);
+        NewGaussians { features: self.motion.fresh_features(&cloud), cloud }
+    }
+
+    /// Takes a step along the gradients, after what the passed iterations of the schedule ask of the density.
+    pub(super) fn descend(
+        &mut self,
+        leaves: &CloudLeaves,
+        gradients: &mut burn::tensor::Gradients,
+        passed: RangeInclusive<usize>,
+    ) {
+        let mut replaced = Replaced::Nothing;
+        for iteration in passed {
+            let proposed = self.proposed(iteration);
+            replaced = replaced.max(self.density.adapt(&mut self.cloud, iteration, &proposed));
+        }
+        let iteration = self.clock.iteration();
+        let mut by_attribute = leaves.gradients(gradients);
+        match replaced {
+            Replaced::Nothing => {}
+            Replaced::Opacities => by_attribute.raw_opacities = None,
+            Replaced::Gaussians => {
+                by_attribute = CloudGradients::default();
+                self.priors.forget_neighbors();
+                self.smoothing.renew(|| host_rows(&self.cloud.means.value()));
+                self.motion.forget_gaussians();
+            }
+        }
+        if let Some(gradients) = by_attribute.means.as_ref().filter(|_| self.motion.observes()) {
+            self.motion.observe(&host_rows(gradients));
+        }
+        let rates = self.config.cloud_rates(iteration);
+        self.cloud.step(by_attribute, &rates);
+        self.density.disturb(&mut self.cloud, self.clock.taken(), rates.means);
+    }
+}
