@@ -5,7 +5,8 @@
 //! a unit of time being a second. Both write a [`Recording`].
 //!
 //! The feature `rerun` brings recordings; without it each is refused when it is begun, and nothing of rerun
-//! is compiled. The same calls write the same bytes.
+//! is compiled. The same calls record the same chunks and numbers of rows;
+//! the bytes differ in the order in which rerun's encoder lists them.
 
 #[cfg(not(feature = "rerun"))]
 mod absent;

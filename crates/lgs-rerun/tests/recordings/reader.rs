@@ -33,6 +33,18 @@ impl Contents {
         contents
     }
 
+    /// Asserts that another recording has the same name and the same chunks, numbers included.
+    #[track_caller]
+    pub(crate) fn assert_same(&self, other: &Self) {
+        assert_eq!(self.recording, other.recording);
+        assert_eq!(self.entities(), other.entities());
+        for (entity, chunks) in &self.chunks {
+            let others = &other.chunks[entity];
+            assert_eq!(chunks.len(), others.len(), "{entity}");
+            assert!(chunks.iter().zip(others).all(|(a, b)| a.are_equal(b)), "{entity}");
+        }
+    }
+
     /// All entities but rerun's own.
     pub(crate) fn entities(&self) -> Vec<&str> {
         self.chunks.keys().map(String::as_str).filter(|entity| !entity.starts_with("/__")).collect()
