@@ -82,8 +82,8 @@ const OF_BOTH: &[&[&str]] = &[&[], &["uniform-field"], &["uniform-field", "linea
 /// Laws of the vector from a pivot to the centre.
 const OF_AN_ARM: &[&[&str]] = &[&[], &["uniform-field"]];
 
-/// Laws of a body's rotation, with the moments of inertia that they take: a uniform spin, one that is damped
-/// or driven, and tumbling.
+/// Laws of a body's rotation, with the inertia that they take: a uniform spin, one that is damped or driven,
+/// and tumbling.
 const OF_A_ROTATION: &[(InertiaForm, &[(&str, Port)])] = &[
     (InertiaForm::Isotropic, &[]),
     (InertiaForm::Isotropic, &[("linear-drag", Port::Spin)]),
@@ -101,7 +101,8 @@ const OF_A_ROTATION: &[(InertiaForm, &[(&str, Port)])] = &[
 
 /// All combinations that the coordinates can have; names that do not suit a port drop out.
 ///
-/// A body's moments of inertia are those of a ball, those given, or free; the form given does not matter.
+/// A body's moments of inertia are those of a ball, those given, or free, whichever form is given; round and
+/// whole ones are offered to a body of that form.
 #[must_use]
 pub fn candidates(coordinates: &Coordinates) -> Vec<Candidate> {
     let sets = match coordinates {
@@ -134,6 +135,9 @@ fn of_a_body(coordinates: &Coordinates, inertia: &Inertia, others: &[Vec<Term>])
     let round = inertia.moments.iter().all(|moment| *moment == inertia.moments[0]);
     let mut found = Vec::new();
     for (form, turning) in OF_A_ROTATION {
+        if matches!(form, InertiaForm::Round | InertiaForm::Whole) && *form != inertia.form {
+            continue;
+        }
         // The moments given are those of a ball as well.
         if round && *form == InertiaForm::Prior {
             continue;

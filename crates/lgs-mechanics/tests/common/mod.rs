@@ -57,7 +57,7 @@ pub fn tilted() -> [f64; 4] {
 
 /// One law and start in each kind of coordinates, with conservative and other terms.
 pub fn examples() -> Vec<(Law, State)> {
-    vec![point(), pair(), vibrating(), hinged(), chained(), flying(), spinning(), wobbling()]
+    vec![point(), pair(), vibrating(), hinged(), chained(), flying(), spinning(), wobbling(), round()]
 }
 
 fn point() -> (Law, State) {
@@ -132,11 +132,23 @@ fn spinning() -> (Law, State) {
     (law(top(), &[0.1, -0.2], &terms), state(&tilted(), &[1.0, -2.0, 20.0]))
 }
 
-/// A body whose axes of inertia are not those of the prior.
+/// A body whose axes of inertia and whose centre are not those of the prior.
 fn wobbling() -> (Law, State) {
     let inertia = Inertia { form: InertiaForm::Whole, ..asymmetric() };
     let ball = Coordinates::Ball(Ball { pivot: [0.0; 3], arm: [0.1, -0.05, 0.3], inertia });
-    let terms: [(&str, Port, &[f64]); 2] =
-        [("uniform-field", Port::Arm, &[0.0, 0.3, -9.0]), ("linear-drag", Port::Spin, &[0.2])];
-    (law(ball, &[0.1, -0.2, 0.2, -0.3, 0.1], &terms), state(&tilted(), &[1.0, -2.0, 6.0]))
+    let terms: [(&str, Port, &[f64]); 3] = [
+        ("uniform-field", Port::Arm, &[0.0, 0.3, -9.0]),
+        ("linear-drag", Port::Arm, &[0.3]),
+        ("linear-drag", Port::Spin, &[0.2]),
+    ];
+    let own = [0.1, -0.2, 0.2, -0.3, 0.1, 0.2, -0.1];
+    (law(ball, &own, &terms), state(&tilted(), &[1.0, -2.0, 6.0]))
+}
+
+/// A round body whose axis is not that of the prior.
+fn round() -> (Law, State) {
+    let inertia = Inertia { form: InertiaForm::Round, ..asymmetric() };
+    let ball = Coordinates::Ball(Ball { pivot: [0.0; 3], arm: [0.0, 0.0, 0.3], inertia });
+    let terms: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Arm, &[0.0, 0.3, -9.0])];
+    (law(ball, &[0.1, -0.2, 0.3], &terms), state(&tilted(), &[1.0, -2.0, 6.0]))
 }

@@ -17,6 +17,8 @@ mod rated;
 mod rigid_law;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod top_tests;
 mod turning;
 
 pub(crate) use contact::Surroundings;
