@@ -33,7 +33,7 @@ impl SourceConfig {
     #[must_use]
     pub fn nodes_standard() -> Self {
         let Self { kind, nodes, rigidity, deformation, .. } = Self::nodes_quick();
-        let nodes = nodes.map(|nodes| NodesConfig { rigidity: 0.1, ..nodes });
+        let nodes = nodes.map(|nodes| NodesConfig { rigidity_decay: 0.1, ..nodes });
         let deformation = DeformationConfig { width: 128, position_frequencies: 6, ..deformation };
         Self { kind, nodes, rigidity, deformation, ..Self::standard() }
     }

@@ -25,6 +25,9 @@ pub struct NodesConfig {
     /// Weight of the mean squared relative error with which the frame of a node carries its neighbours
     /// (SC-GS: 1e-4 to 1e-5 of a sum).
     pub rigidity: f32,
+    /// Factor by which that weight has fallen when nodes are chosen for the last time, log-linearly (SC-GS:
+    /// 0.1; 1: it stays). Stiff at first, nodes find the motion of large parts; then the rest may follow.
+    pub rigidity_decay: f32,
     /// Neighbours of a node that its frame is to carry (SC-GS: 10).
     pub rigidity_neighbors: usize,
     /// Relative error beyond which two nodes are taken to belong to two bodies and pull less and less.
@@ -52,6 +55,7 @@ impl NodesConfig {
             interval: 100,
             chosen_before: 2000,
             rigidity: 1.0,
+            rigidity_decay: 1.0,
             rigidity_neighbors: 6,
             robust_scale: 0.1,
             acceleration: 1e-7,
@@ -65,6 +69,13 @@ impl NodesConfig {
         Self { initial, most, neighbors, chosen_before: 25_000, rigidity_neighbors: 10, ..Self::quick() }
     }
 
+    /// Weight of the rigidity at an iteration.
+    #[must_use]
+    pub fn rigidity_at(&self, iteration: usize) -> f32 {
+        let passed = iteration as f32 / self.chosen_before.max(1) as f32;
+        self.rigidity * self.rigidity_decay.powf(passed.min(1.0))
+    }
+
     /// Checks the values; a refusal is (field, reason).
     ///
     /// # Errors
@@ -72,6 +83,7 @@ impl NodesConfig {
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
         within(&[
             ("rigidity", self.rigidity, 0.0, f32::MAX),
+            ("rigidity_decay", self.rigidity_decay, f32::MIN_POSITIVE, 1.0),
             ("robust_scale", self.robust_scale, f32::MIN_POSITIVE, f32::MAX),
             ("acceleration", self.acceleration, 0.0, f32::MAX),
         ])?;

@@ -172,7 +172,7 @@ impl SourceMotion for NodesMotion {
 
     /// Near nodes move as one rigid body at a random time, and at times all of them gently.
     fn prior(&self, parameters: &Tensor<1>, _canonical: &Canonical, at: Moment) -> Option<Tensor<1>> {
-        let NodesConfig { rigidity, acceleration: gentle, .. } = self.config;
+        let (rigidity, gentle) = (self.config.rigidity_at(at.iteration), self.config.acceleration);
         if self.structure.edges.second.is_empty() || at.window_end <= 2.0 * ACCELERATION_STEP {
             return None;
         }
@@ -181,7 +181,7 @@ impl SourceMotion for NodesMotion {
         let (network, nodes) = self.parts(parameters);
         let poses = |time: f32| self.node_poses(network.clone(), &nodes, time);
         let now = poses(time);
-        let mut prior = (rigidity > 0.0).then(|| self.structure.edges.stretch(&nodes, &now, &self.config));
+        let mut prior = (rigidity > 0.0).then(|| self.structure.edges.stretch(&nodes, &now, &self.config) * rigidity);
         if gentle > 0.0 && at.iteration.is_multiple_of(ACCELERATION_STRIDE) {
             let around = [poses(time - ACCELERATION_STEP), now, poses(time + ACCELERATION_STEP)];
             let cost = acceleration(around, ACCELERATION_STEP, self.captured.frame.scale)

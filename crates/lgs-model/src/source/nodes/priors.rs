@@ -39,7 +39,7 @@ impl Edges {
         self.first.indices.iter().zip(&self.second).map(|(&a, &b)| [a, b])
     }
 
-    /// `weight · mean of ρ(e)`, e the distance between where the frame of the first node carries the second
+    /// `mean of ρ(e)`, e the distance between where the frame of the first node carries the second
     /// and where that is, over their canonical distance, and `ρ(e) = e² / (1 + (e/c)²)`; given nodes `[m,
     /// NODE]` and their poses `[m, DELTAS]`.
     pub(super) fn stretch(&self, nodes: &Tensor<2>, poses: &Tensor<2>, config: &NodesConfig) -> Tensor<1> {
@@ -60,7 +60,7 @@ impl Edges {
         let miss = carried.narrow(1, 0, 3) - poses.clone().narrow(1, 0, 3).select(0, second);
         let squared = miss.square().sum_dim(1) / rest;
         let robust = squared.clone() / (squared / (config.robust_scale * config.robust_scale) + 1.0);
-        robust.mean() * config.rigidity
+        robust.mean()
     }
 }
 
