@@ -17,7 +17,7 @@ use super::failure::At;
 use super::laws::laws_of;
 use super::output;
 use super::progress::say;
-use super::run::Run;
+use super::run::{Run, name_of};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
