@@ -131,9 +131,6 @@ pub(crate) const TIMES_IN_WINDOW: usize = 16;
 pub(crate) const BAND_POINTS: usize = 48;
 /// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
 pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
-/// Scales of potential and force under which a law that explains a motion has to be known as well: half and
-/// twice the one, none and twice the other.
-pub(crate) const JUDGED_EDITS: [[f64; 2]; 4] = [[0.5, 1.0], [2.0, 1.0], [1.0, 0.0], [1.0, 2.0]];
 /// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
 pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
 /// Weight below which a rival is not told of.

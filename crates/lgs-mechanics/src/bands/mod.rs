@@ -44,19 +44,19 @@ pub fn shares(weights: &[f64]) -> Vec<usize> {
     weights.iter().map(share).collect()
 }
 
-/// Motions under an edit at the given times from draws of the posterior of one fit, `None` where one cannot
-/// be followed; `index` is that of the law among its rivals.
+/// Motions at the given times from draws of the posterior of one fit, `None` where one cannot be followed;
+/// `index` is that of the law among its rivals.
 #[must_use]
 pub fn drawn(
     fitted: &Fitted,
     count: usize,
-    (times, edit): (&[f64], Edit),
+    times: &[f64],
     (seed, index): (u64, u64),
 ) -> Vec<Option<Vec<State>>> {
     let mut source = Draws::new(fitted, seed, index);
     let motion = |_| {
         let (law, start) = source.next();
-        System::new(&law, edit).states(&start, times).ok()
+        System::new(&law, Edit::NONE).states(&start, times).ok()
     };
     (0..count).map(motion).collect()
 }
@@ -77,7 +77,7 @@ impl Band {
         let middle = System::new(&chosen.law, Edit::NONE).states(&chosen.start, times).ok()?;
         let mut draws = Vec::with_capacity(DRAWS);
         for (index, (judged, count)) in choice.judged.iter().zip(shares(&choice.weights())).enumerate() {
-            draws.extend(drawn(&judged.fitted, count, (times, Edit::NONE), (seed, index as u64)));
+            draws.extend(drawn(&judged.fitted, count, times, (seed, index as u64)));
         }
         Some(Self { times: times.to_vec(), middle, draws })
     }

@@ -5,9 +5,7 @@ use super::mixture;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{
-    EXPLAINED_WINDOWS, JUDGED_EDITS, JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW, TRUSTED_FRACTION,
-};
+use crate::thresholds::{EXPLAINED_WINDOWS, JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW, TRUSTED_FRACTION};
 use glam::DVec3;
 use lgs_core::geometry::narrow;
 use lgs_mechanics::bands::{Known, PositionBand, Rival, Verdict, trusted};
@@ -103,40 +101,7 @@ impl GeneralisedLaw {
         }
         self.known.verdict = Verdict::Described;
         let times = self.judged_times(bodies);
-        let Some(radius) = self.band(bodies, rated, (&times, Edit::NONE), seed) else { return };
-        self.trust(&radius, &self.in_order(bodies));
-        if self.known.verdict == Verdict::Explained && !self.holds_under_edits(bodies, rated, seed) {
-            self.known.verdict = Verdict::Described;
-        }
-    }
-
-    /// Whether the band of the motion under each of the edits that are judged is as narrow as that of the
-    /// motion itself has to be: a law that explains a motion says what it would be under other physics.
-    fn holds_under_edits(&self, bodies: &[&SharedMotion], rated: &Rated, seed: u64) -> bool {
-        let until = EXPLAINED_WINDOWS * bodies[0].duration();
-        let times: Vec<f64> =
-            self.judged_times(bodies).into_iter().filter(|time| (0.0..=until).contains(time)).collect();
-        let ordered = self.in_order(bodies);
-        JUDGED_EDITS.into_iter().all(|[potential, force]| {
-            let edit = Edit { velocity: 1.0, potential, force };
-            let Some(radius) = self.band(bodies, rated, (&times, edit), seed) else { return false };
-            let most = TRUSTED_FRACTION * self.path(&ordered, (&times, edit));
-            let holds = radius.iter().all(|radius| *radius <= most);
-            tracing::debug!(potential, force, most, ?radius, "band under an edit");
-            holds
-        })
-    }
-
-    /// Radius of the 90 % band of the motion under an edit at some times; `None` if the law cannot be
-    /// followed.
-    fn band(
-        &self,
-        bodies: &[&SharedMotion],
-        rated: &Rated,
-        (times, edit): (&[f64], Edit),
-        seed: u64,
-    ) -> Option<Vec<f64>> {
-        let states = System::new(&self.law, edit).states(&self.start, times).ok()?;
+        let Ok(states) = System::new(&self.law, Edit::NONE).states(&self.start, &times) else { return };
         let by_body = |state: &State| {
             let own = self.poses_in(&state.x);
             let mut poses = own.clone();
@@ -144,18 +109,15 @@ impl GeneralisedLaw {
             poses
         };
         let forecast: Vec<Vec<Pose>> = states.iter().map(by_body).collect();
-        Some(mixture::radius(rated, (bodies, &forecast), (times, edit), seed))
-    }
-
-    /// Bodies in the order of the coordinates.
-    fn in_order<'a>(&self, bodies: &[&'a SharedMotion]) -> Vec<&'a SharedMotion> {
-        self.order.iter().map(|&body| bodies[body]).collect()
+        let radius = mixture::radius(rated, (bodies, &forecast), &times, seed);
+        let ordered: Vec<&SharedMotion> = self.order.iter().map(|&body| bodies[body]).collect();
+        self.trust(&radius, &ordered);
     }
 
     /// Takes the radius of a band at the times at which a forecast is judged.
     pub(super) fn trust(&mut self, radius: &[f64], bodies: &[&SharedMotion]) {
         let (times, window) = (self.judged_times(bodies), bodies[0].duration());
-        let path = self.path(bodies, (&times, Edit::NONE));
+        let path = self.path(bodies, &times);
         self.known.trusted = trusted(&times, radius, [0.0, window], TRUSTED_FRACTION * path);
         if self.known.trusted[1] >= EXPLAINED_WINDOWS * window {
             self.known.verdict = Verdict::Explained;
@@ -164,9 +126,9 @@ impl GeneralisedLaw {
         self.known.band = PositionBand { times, radius };
     }
 
-    /// Length of the path under an edit in a window, the mean over the times that the law can be followed to.
-    fn path(&self, bodies: &[&SharedMotion], (times, edit): (&[f64], Edit)) -> f64 {
-        let system = System::new(&self.law, edit);
+    /// Length of the path in a window, the mean over the times that the law can be followed to.
+    fn path(&self, bodies: &[&SharedMotion], times: &[f64]) -> f64 {
+        let system = System::new(&self.law, Edit::NONE);
         let states = |times: &[f64]| system.states(&self.start, times).unwrap_or_default();
         let zero = times.partition_point(|time| *time < 0.0);
         let halves = [states(&times[..zero]), states(&times[zero..])];

@@ -7,7 +7,6 @@ use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BAND_POINTS, LIGHTEST};
 use glam::DVec3;
-use lgs_mechanics::Edit;
 use lgs_mechanics::bands::{drawn, holding, shares};
 use lgs_mechanics::coordinates::State;
 
@@ -16,11 +15,11 @@ const HELD: f64 = 0.9;
 
 /// Radius around the positions of a forecast that holds 90 % of the posterior of positions, over the
 /// particles of all bodies, at each of some times; infinite where too many draws cannot be followed.
-/// `forecast` has the poses of all bodies at these times under the same edit.
+/// `forecast` has the poses of all bodies at these times.
 pub(super) fn radius(
     rated: &Rated,
     (bodies, forecast): (&[&SharedMotion], &[Vec<Pose>]),
-    (times, edit): (&[f64], Edit),
+    times: &[f64],
     seed: u64,
 ) -> Vec<f64> {
     let points: Vec<Vec<DVec3>> = bodies.iter().map(|motion| spread_points(motion)).collect();
@@ -30,7 +29,7 @@ pub(super) fn radius(
         let system = &rated.systems[law.system];
         let mut fitted = law.judged.fitted.clone();
         fitted.covariance *= rated.inflation;
-        for motion in drawn(&fitted, count, (times, edit), (seed, index as u64)) {
+        for motion in drawn(&fitted, count, times, (seed, index as u64)) {
             for (at, distances) in distances.iter_mut().enumerate() {
                 let moved = motion.as_ref().map(|states: &Vec<State>| system.poses_in(&states[at].x));
                 for (place, &body) in system.order.iter().enumerate() {
@@ -105,7 +104,7 @@ mod tests {
             Evidence { chi_square: 1.0, samples: 1.0, against: behind[at] }
         };
         let rated = Rated::new(found, &evidence).expect("laws");
-        radius(&rated, (&[motion], &[vec![forecast]]), (&[3.0], Edit::NONE), 1)[0]
+        radius(&rated, (&[motion], &[vec![forecast]]), &[3.0], 1)[0]
     }
 
     #[test]
