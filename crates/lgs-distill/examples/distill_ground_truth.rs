@@ -3,7 +3,8 @@
 //! the 90 % band, constants against those of the truth, and errors under edits; then how often all this is
 //! right.
 //!
-//! `cargo run --release -p lgs-distill --example distill_ground_truth [-- [--noise X] [--seeds A[-B]] [--laws] SCENE …]`
+//! `cargo run --release -p lgs-distill --example distill_ground_truth -- [--noise X] [--seeds A[-B]] [--laws]
+//! [SCENE …]`
 //!
 //! With `--laws` every law is told with its parameters and its rivals.
 

@@ -52,6 +52,8 @@ pub(super) fn constants(found: &SceneDistillation, truth: &GroundTruth) -> Vec<C
             let (Some(truth), Some((value, deviation))) = (value.as_f64(), recovered(law, name)) else {
                 continue;
             };
+            // An axis points either way, and the sign of its torque with it.
+            let [truth, value] = if name == "torque" { [truth.abs(), value.abs()] } else { [truth, value] };
             all.push(Constant { name: name.clone(), truth, value, deviation });
         }
     }
@@ -75,7 +77,7 @@ fn recovered(found: &DistilledLaw, name: &str) -> Option<Measured> {
         "mass_ratio" if law.coordinates.name() == "pair" => parameter(law, 0),
         "k_gravity" => length(law, &["fourier"], 0..2),
         "k_spring" => one(law, &["spring"], 0),
-        "torque" => one(law, &["constant-drive"], 0).map(|(value, deviation)| (value.abs(), deviation)),
+        "torque" => one(law, &["constant-drive"], 0),
         "drag" => one(law, &["linear-drag"], 0),
         "quadratic_drag" => one(law, &["quadratic-drag"], 0),
         "gyration" => length(law, &["gyroscopic"], 0..3),

@@ -153,8 +153,8 @@ impl TermKind for Axis {
         scales.directions_of(space).into_iter().map(along).collect()
     }
 
-    /// With a known axis the force is `−k o − A s ê − q s³ ê + β s² ê + d` about any point, linear in all seven:
-    /// `β = 3 q δ` and what `d` has across tell how far the centre is from that point.
+    /// With a known axis the force is `−k o − A s ê − q s³ ê + β s² ê + d` about any point, linear in all
+    /// seven: `β = 3 q δ` and what `d` has across tell how far the centre is from that point.
     fn columns(&self, space: Space) -> usize {
         4 + space.dimension
     }
@@ -175,8 +175,8 @@ impl TermKind for Axis {
         let d = space.dimension;
         let (_, _, u, center) = Self::split(p, d);
         let (axis, known) = axis_of(u);
-        let ([k, linear, quartic, square], push) =
-            ([0, 1, 2, 3].map(|i| coefficients[i]), &coefficients[4..]);
+        let [k, linear, quartic, square] = std::array::from_fn(|i| coefficients[i]);
+        let push = &coefficients[4..];
         let is_well = quartic > 0.0;
         let root = if is_well { quartic } else { known }.powf(0.25);
         let shift = if is_well { square / (3.0 * quartic) } else { 0.0 };

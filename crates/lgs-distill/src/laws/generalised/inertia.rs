@@ -30,8 +30,8 @@ fn tensor_of(inertia: &Inertia) -> DMat3 {
     frame * DMat3::from_diagonal(DVec3::from_array(inertia.moments)) * frame.transpose()
 }
 
-/// The inertia of a body that is round about a direction (shape axes), with the mean of the moments of another
-/// across it: that of a top about its tip.
+/// The inertia of a body that is round about a direction (shape axes), with the mean of the moments of
+/// another across it: that of a top about its tip.
 pub(super) fn round_about(other: &Inertia, direction: DVec3) -> Inertia {
     let axis = direction.normalize_or(DVec3::Z);
     let (first, second) = axis.any_orthonormal_pair();

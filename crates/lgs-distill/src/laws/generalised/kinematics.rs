@@ -121,8 +121,8 @@ pub(super) fn free_systems(observed: &ObservedPoses) -> Vec<Vec<Configured>> {
     inertias(&observed.inertia).iter().map(of_inertia).collect()
 }
 
-/// The inertia of the particles: the same for all axes, as it is, with ratios of its moments to be fitted, and
-/// with its axes as well.
+/// The inertia of the particles: the same for all axes, as it is, with ratios of its moments to be fitted,
+/// and with its axes as well.
 fn inertias(prior: &Inertia) -> Vec<Inertia> {
     let forms = [InertiaForm::Isotropic, InertiaForm::Prior, InertiaForm::Free, InertiaForm::Whole];
     forms.map(|form| Inertia { form, ..*prior }).to_vec()

@@ -153,7 +153,8 @@ fn is_likelier(impacted: &Impacted, chosen: Option<&Rated>, observed: &ObservedP
     bounced.evidence() < smooth
 }
 
-/// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at rest.
+/// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at
+/// rest.
 fn smooth(
     rated: Rated,
     (bodies, surroundings): (&[&SharedMotion], Surroundings<'_>),
