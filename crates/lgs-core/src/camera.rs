@@ -1,14 +1,12 @@
 //! A pinhole camera with OpenCV axes: x right, y down, z forward.
 
 use crate::geometry::exp;
+use crate::thresholds::DISPLACEMENT_SAMPLES as SAMPLES;
 use glam::{DMat4, DVec3, Mat4, Vec3, Vec4};
 
 /// Depth up to which nothing is drawn unless a camera says otherwise, world units: as in 3D Gaussian
 /// splatting (method §2.1).
 pub const DEFAULT_NEAR: f32 = 0.2;
-
-/// Places across an image at which the displacement of a camera is sampled; it is nearly linear in them.
-const SAMPLES: u32 = 5;
 
 /// What a rasterizer does about detail finer than a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -16,6 +16,7 @@
 mod camera;
 mod cloud;
 mod exposure;
+mod gauge;
 pub mod geometry;
 mod harmonics;
 mod image;
@@ -32,6 +33,7 @@ pub mod thresholds;
 pub use camera::{Camera, DEFAULT_NEAR, PixelFilter};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use exposure::Exposure;
+pub use gauge::Gauge;
 pub use harmonics::SH_C0;
 pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};

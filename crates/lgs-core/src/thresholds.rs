@@ -16,3 +16,14 @@ pub(crate) const DEGENERATE_PULL: f64 = 1e-5;
 /// Mean squared error below which images count as equal, 100 dB: one value of 150,000 is off by a step of
 /// 255.
 pub(crate) const LEAST_MSE: f64 = 1e-10;
+
+// Motions of cameras
+
+/// Places across an image at which the displacement of a camera is sampled; it is nearly linear in them.
+pub(crate) const DISPLACEMENT_SAMPLES: u32 = 5;
+/// Distance from the middle of the scene of the points by which motions of cameras are compared, as a part of
+/// the cameras' distance: half-way to the edge of the image of a lens of fifty degrees.
+pub(crate) const GAUGE_RADIUS: f64 = 0.25;
+/// Part of a motion of the world that is left beside those before it and counts as one more: far above the
+/// rounding of sums over a thousand cameras, far below what lies apart.
+pub(crate) const LEAST_DIRECTION: f64 = 1e-6;

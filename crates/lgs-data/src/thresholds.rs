@@ -93,3 +93,8 @@ pub(crate) const MIN_RAY_DISTANCE: f64 = 1e-6;
 pub(crate) const INSIDE_MARGIN: f64 = 1e-9;
 /// Largest difference of a channel between the four rays of a pixel that is not refined.
 pub(crate) const SMOOTH_PIXEL: f64 = 0.10;
+
+// Noise that `import` puts on cameras
+
+/// Largest change of exposure that can be asked for: twice that is the whole range of brightness.
+pub(crate) const MOST_NOISE: f32 = 0.5;

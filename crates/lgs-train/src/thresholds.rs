@@ -160,9 +160,6 @@ pub(crate) const WINDOW_EDGE: f32 = 0.1;
 /// Images per moment from which poses are refined without being asked for: two cameras that see a moment
 /// tell a motion of one of them from a motion of the scene.
 pub(crate) const FEWEST_IMAGES_PER_TIME: f32 = 2.0;
-/// Part of a motion of the world that is left beside those before it and counts as one more direction: far
-/// above the rounding of sums of a thousand cameras, far below what lies apart.
-pub(crate) const LEAST_DIRECTION: f64 = 1e-6;
 
 // Priors of the motion
 

@@ -99,7 +99,7 @@ pub fn import(
     let training = splits.iter().find(|(name, ..)| name == "train").map_or(&[][..], |(_, _, specs)| specs);
     let photographer = Photographer {
         size: options.size,
-        noise: Disturbances::of(training, options.noise).map_err(|p| DatasetError::new(source, p))?,
+        noise: Disturbances::of(training, options.noise, |spec| seen_by(spec, options.size))?,
         origin: format.camera_origin(source)?,
     };
     files::write_folder(out, |folder| {
@@ -177,6 +177,17 @@ fn write_splits(
         write_split(folder, (split, *edit), Map::from_iter(facts))?;
     }
     Ok(())
+}
+
+/// The camera of a frame at the size asked for, without its image.
+fn seen_by(spec: &FrameSpec, size: ImportSize) -> Result<Camera, DatasetError> {
+    let unreadable = |e| DatasetError::new(&spec.image_path, Problem::Image(e));
+    let (width, height) = image::image_dimensions(&spec.image_path).map_err(unreadable)?;
+    let camera = spec.camera(width, height)?;
+    Ok(match width_of(spec, size)? {
+        Some(width) => camera.resized(width, (height * width / camera.width).max(1)),
+        None => camera,
+    })
 }
 
 /// The width to resize to; nothing for that of the original.

@@ -56,7 +56,7 @@ impl Default for CamerasConfig {
             exposure_weight: 0.01,
             pose_after: 0.1,
             pose_start: 0.02,
-            pose_end: 5e-4,
+            pose_end: 2e-3,
             pose_weight: 1e-4,
         }
     }

@@ -2,12 +2,11 @@
 //! each makes of the scene's colours.
 //!
 //! Cameras are told apart by their poses: all images of a physical camera that stands share one correction,
-//! images of one that moves have one each. `refinement.rs` learns the corrections, `gauge.rs` takes out of
-//! them what no image shows, `refined.rs` is what is left when the source is trained: later stages,
-//! evaluation and pictures take the cameras from there.
+//! images of one that moves have one each. `refinement.rs` learns the corrections, and takes out of them what
+//! no image shows ([`lgs_core::Gauge`]); `refined.rs` is what is left when the source is trained: later
+//! stages, evaluation and pictures take the cameras from there.
 
 mod config;
-mod gauge;
 mod refined;
 mod refinement;
 

@@ -6,12 +6,11 @@
 
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use lgs_core::optim::log_linear;
-use lgs_core::{Camera, Exposure};
+use lgs_core::{Camera, Exposure, Gauge};
 use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::config::{CamerasConfig, Refine};
-use super::gauge::directions;
 use super::refined::{RefinedCamera, RefinedCameras};
 use crate::adam::AdamGroup;
 use crate::view::Sensor;
@@ -49,8 +48,9 @@ pub(crate) struct CameraRefinement {
     poses: Option<AdamGroup<2>>,
     /// Gains minus 1, then offsets `[cameras, 6]`.
     exposures: Option<AdamGroup<2>>,
-    /// Orthonormal rows `[k, 6 cameras]`: motions that no image shows.
-    gauge: Option<Tensor<2>>,
+    /// Motions that no image shows, and what tells how much of them is in others, both `[k, 6 cameras]`,
+    /// pixels ([`Gauge`]).
+    gauge: Option<[Tensor<2>; 2]>,
 }
 
 impl CameraRefinement {
@@ -62,11 +62,7 @@ impl CameraRefinement {
             (asked == Refine::On && n > 1).then(|| AdamGroup::new(vec![0.0; WIDTH * n], [n, WIDTH], device))
         };
         let poses = group(config.refine_poses);
-        let gauge = poses.as_ref().map(|_| {
-            let directions = directions(&cameras, dataset.scene_box().center);
-            let values: Vec<f32> = directions.iter().flatten().map(|&v| v as f32).collect();
-            Tensor::from_data(TensorData::new(values, [directions.len(), WIDTH * n]), device)
-        });
+        let gauge = poses.as_ref().map(|_| gauge_in_pixels(&cameras, dataset.scene_box().center, device));
         let exposures = group(config.refine_exposure);
         Self { config: config.clone(), iterations, cameras, rows, poses, exposures, gauge }
     }
@@ -116,10 +112,10 @@ impl CameraRefinement {
             let units = Tensor::<1>::from_floats(self.cameras[row].units(), &group.device());
             let gradient = probe.grad_remove(gradients).map(|gradient| gradient * units);
             descend(group, row, gradient, (rate, config.pose_weight));
-            if let Some(gauge) = &self.gauge {
+            if let Some([basis, dual]) = &self.gauge {
                 let [n, width] = group.value().dims();
                 let poses = group.value().reshape([n * width, 1]);
-                let along = gauge.clone().transpose().matmul(gauge.clone().matmul(poses));
+                let along = basis.clone().transpose().matmul(dual.clone().matmul(poses));
                 group.shift(along.reshape([n, width]).neg());
             }
         }
@@ -166,6 +162,20 @@ impl CameraRefinement {
         }
         Ok(())
     }
+}
+
+/// The gauge of cameras that look at a place, for motions in pixels.
+fn gauge_in_pixels(cameras: &[Given], center: [f32; 3], device: &Device) -> [Tensor<2>; 2] {
+    let all: Vec<Camera> = cameras.iter().map(|given| given.camera).collect();
+    let Gauge { basis, dual } = Gauge::of(&all, center);
+    let units: Vec<f64> = cameras.iter().flat_map(|given| given.units().map(f64::from)).collect();
+    let rows = |motions: &[Vec<f64>], scaled: fn(f64, f64) -> f64| {
+        let values =
+            motions.iter().flat_map(|row| row.iter().zip(&units).map(|(v, u)| scaled(*v, *u) as f32));
+        let values: Vec<f32> = values.collect();
+        Tensor::from_data(TensorData::new(values, [motions.len(), units.len()]), device)
+    };
+    [rows(&basis, |v, unit| v / unit), rows(&dual, |v, unit| v * unit)]
 }
 
 /// A row of a group `[6]`.
