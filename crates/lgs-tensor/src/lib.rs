@@ -3,10 +3,13 @@
 //!
 //! A kernel chooses itself what its forward pass keeps for the backward pass, as tensors of its own backend
 //! or as anything else: [`Kernel::Kept`] is an associated type, and nothing above a kernel names it.
-//! [`flex`] holds the way between tensors of the CPU backend and slices.
+//! [`flex`] holds the way between tensors of the CPU backend and slices; `cube` (feature `gpu`) the backend of
+//! GPUs, and the way from its tensors to the processor's and back.
 //!
 //! Invariant: the crate knows no operation; it holds the glue that all of them share.
 
+#[cfg(feature = "gpu")]
+pub mod cube;
 pub mod flex;
 
 use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
@@ -105,14 +108,10 @@ where
 #[macro_export]
 macro_rules! operations {
     ($ops:ident of $kernels:ident; $($name:ident($($input:ident),+; $call:ident: $constants:ty);)+) => {
-        impl $ops for ::burn::backend::Flex {
-            $(fn $name(
-                $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
-                $call: $constants,
-            ) -> ::burn::backend::tensor::FloatTensor<Self> {
-                <Self as $crate::Kernel<_, _>>::forward(&$call, [$($input),+])
-            })+
+        $crate::operations_of! {
+            $ops for ::burn::backend::Flex; $($name($($input),+; $call: $constants);)+
         }
+        $crate::operations_of_devices! { $ops; $($name($($input),+; $call: $constants);)+ }
 
         impl<B, C> $ops for ::burn::backend::Autodiff<B, C>
         where
@@ -127,4 +126,38 @@ macro_rules! operations {
             })+
         }
     };
+}
+
+/// The part of [`operations`] for one backend that runs its kernels directly.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operations_of {
+    ($ops:ident for $backend:ty; $($name:ident($($input:ident),+; $call:ident: $constants:ty);)+) => {
+        impl $ops for $backend {
+            $(fn $name(
+                $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
+                $call: $constants,
+            ) -> ::burn::backend::tensor::FloatTensor<Self> {
+                <Self as $crate::Kernel<_, _>>::forward(&$call, [$($input),+])
+            })+
+        }
+    };
+}
+
+/// The part of [`operations`] for devices of CubeCL.
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operations_of_devices {
+    ($ops:ident; $($methods:tt)+) => {
+        $crate::operations_of! { $ops for $crate::cube::CubeBackend; $($methods)+ }
+    };
+}
+
+/// The part of [`operations`] for devices of CubeCL, which this build does not have.
+#[cfg(not(feature = "gpu"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operations_of_devices {
+    ($ops:ident; $($methods:tt)+) => {};
 }

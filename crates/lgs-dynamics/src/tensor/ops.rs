@@ -38,7 +38,7 @@ impl<B> DynamicsKernels for B where
 }
 
 /// The operations on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait DynamicsOps: Backend {
     /// Accelerations `[n, 3]`.
     fn acceleration(

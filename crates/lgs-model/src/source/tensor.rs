@@ -30,7 +30,7 @@ pub trait DeformationKernels: Kernel<DeformSpec, 3> {}
 impl<B: Kernel<DeformSpec, 3>> DeformationKernels for B {}
 
 /// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait DeformationOps: Backend {
     /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
     fn deform(
@@ -79,6 +79,11 @@ impl Kernel<DeformSpec, 3> for Flex {
         let len = v.params.len();
         [tensor(v.params, [len]), tensor_of_rows(v.means), tensor_of_rows(v.rotations)]
     }
+}
+
+#[cfg(feature = "gpu")]
+impl lgs_tensor::cube::OnProcessor for DeformSpec {
+    const OPERATION: &'static str = "deformation network";
 }
 
 lgs_tensor::operations! {

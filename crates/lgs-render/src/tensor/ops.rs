@@ -30,7 +30,7 @@ pub struct SplatPrimitives<B: Backend> {
 
 impl<B: Backend> SplatPrimitives<B> {
     /// The tensors in the order of the fields.
-    fn into_array(self) -> [FloatTensor<B>; 6] {
+    pub(super) fn into_array(self) -> [FloatTensor<B>; 6] {
         [self.means, self.rotations, self.log_scales, self.raw_opacities, self.sh, self.means2d]
     }
 }
@@ -63,7 +63,7 @@ pub trait RasterKernels: Kernel<ViewSpec, 6> {
 }
 
 /// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait RasterOps: Backend {
     /// Draws Gaussians.
     fn rasterize(#[extension_type] splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self>;

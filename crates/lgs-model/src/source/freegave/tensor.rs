@@ -32,7 +32,7 @@ pub trait FreeGaveKernels: Kernel<AdvectionSpec, 3> {}
 impl<B: Kernel<AdvectionSpec, 3>> FreeGaveKernels for B {}
 
 /// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait FreeGaveOps: Backend {
     /// Pose rows `[n, DELTAS]` from parameters `[P]`, centres `[n, 3]` and quaternions `[n, 4]`.
     fn carry(
@@ -81,6 +81,11 @@ impl Kernel<AdvectionSpec, 3> for Flex {
         let len = v.params.len();
         [tensor(v.params, [len]), tensor_of_rows(v.means), tensor_of_rows(v.rotations)]
     }
+}
+
+#[cfg(feature = "gpu")]
+impl lgs_tensor::cube::OnProcessor for AdvectionSpec {
+    const OPERATION: &'static str = "networks of FreeGave";
 }
 
 lgs_tensor::operations! {

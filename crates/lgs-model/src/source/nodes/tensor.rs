@@ -17,7 +17,7 @@ pub trait BlendKernels: Kernel<Neighbors, 5> {}
 impl<B: Kernel<Neighbors, 5>> BlendKernels for B {}
 
 /// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait BlendOps: Backend {
     /// Pose rows `[n, DELTAS]` from nodes, their poses, centres, quaternions and features.
     fn blend_nodes(
@@ -65,6 +65,11 @@ impl Kernel<Neighbors, 5> for Flex {
             tensor_of_rows(v.features),
         ]
     }
+}
+
+#[cfg(feature = "gpu")]
+impl lgs_tensor::cube::OnProcessor for Neighbors {
+    const OPERATION: &'static str = "blend of nodes";
 }
 
 lgs_tensor::operations! {
