@@ -96,11 +96,12 @@ fn one_node_runs_the_kernels_of_every_backend() {
 
 /// Sources that may name a backend: kernels with their tests, and the one place that turns a name into a
 /// device.
-const MAY_NAME: [&str; 9] = [
+const MAY_NAME: [&str; 10] = [
     "lgs-bench/benches",
     "lgs-dynamics/src/tensor",
     "lgs-dynamics/tests",
     "lgs-model/src/source",
+    "lgs-model/tests",
     "lgs-render/src/tensor",
     "lgs-render/tests",
     "lgs-tensor",

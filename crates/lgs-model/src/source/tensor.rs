@@ -81,11 +81,6 @@ impl Kernel<DeformSpec, 3> for Flex {
     }
 }
 
-#[cfg(feature = "gpu")]
-impl lgs_tensor::cube::OnProcessor for DeformSpec {
-    const OPERATION: &'static str = "deformation network";
-}
-
 lgs_tensor::operations! {
     DeformationOps of DeformationKernels;
     deform(params, means, rotations; spec: DeformSpec);

@@ -55,14 +55,16 @@ pub(crate) fn check_tensors(
     let loss = (image * constant(vector, "loss_weight_image", device)).sum()
         + (transmittance * constant(vector, "loss_weight_transmittance", device)).sum();
     let grads = loss.backward();
-    let check = |found: Option<Vec<f32>>, name: &str| {
-        let found = found.unwrap_or_else(|| panic!("{}: {name} is missing", vector.name));
-        assert_gradient_close(&format!("{}: {name}", vector.name), &found, &vector.get(name));
-    };
+    let check = |found: Option<Vec<f32>>, name: &str| check_gradient(vector, found, name);
     check(splats.means.grad(&grads).map(values), "grad_means");
     check(splats.rotations.grad(&grads).map(values), "grad_quats");
     check(splats.log_scales.grad(&grads).map(values), "grad_log_scales");
     check(splats.raw_opacities.grad(&grads).map(values), "grad_opacity_logits");
     check(splats.sh.grad(&grads).map(values), "grad_sh");
     check(splats.means2d_probe.grad(&grads).map(values), "grad_means2d");
+}
+
+fn check_gradient(vector: &Vector, found: Option<Vec<f32>>, name: &str) {
+    let found = found.unwrap_or_else(|| panic!("{}: {name} is missing", vector.name));
+    assert_gradient_close(&format!("{}: {name}", vector.name), &found, &vector.get(name));
 }

@@ -10,7 +10,7 @@ use super::{DeviceEntry, DeviceError, DeviceName};
 /// Kind and number of a device, as its driver lists it.
 pub(super) fn kind(device: &Device) -> Option<WgpuDeviceKind> {
     match device.as_dispatch() {
-        DispatchDevice::Cube(CubeDevice::Wgpu(device)) => Some(device.kind),
+        DispatchDevice::Cube(CubeDevice::Wgpu(device)) => Some(device.kind.clone()),
         _ => None,
     }
 }

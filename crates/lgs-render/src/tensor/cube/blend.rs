@@ -53,37 +53,55 @@ pub(super) fn blend(
         let length = ranges[2usize * tile + 2usize] - begin;
         let first_group = ranges[2usize * tile + 1usize];
         let groups = ranges[2usize * tile + 3usize] - first_group;
-        let mut light = Array::<f32>::new(4usize);
-        for channel in 0..3usize {
-            light[channel] = 0.0f32;
-        }
-        light[3usize] = 1.0f32;
+        let mut light = dark();
         let mut stop = select(inside, length, 0u32);
         for group in 0..groups {
             keep(states, first_group + group, &light);
             let first = group * (GROUP as u32);
             let count = (length - first).min(GROUP as u32);
             sync_cube();
-            if UNIT_POS < count {
-                let g = members[2usize * (begin + first + UNIT_POS) as usize] as usize * PROJECTED;
-                for k in 0..SHARED {
-                    splats[UNIT_POS as usize * SHARED + k] = projected[g + k];
-                }
-            }
+            load(projected, members, begin + first, count, &mut splats);
             sync_cube();
-            stop =
-                add_group(&splats, (x as f32 + 0.5f32, y as f32 + 0.5f32), (first, count), stop, &mut light);
+            let pixel = (x as f32 + 0.5f32, y as f32 + 0.5f32);
+            stop = add_group(&splats, pixel, (first, count), stop, &mut light);
         }
         if inside {
             let pixel = (y * frame.width + x) as usize;
-            for channel in 0..3usize {
-                packed[4usize * pixel + channel] =
-                    light[channel] + light[3usize] * background[24usize + channel];
-            }
-            packed[4usize * pixel + 3usize] = light[3usize];
+            write(packed, pixel, &light, background);
             stops[pixel] = stop;
         }
     }
+}
+
+/// No colour, all transmittance.
+#[cube]
+fn dark() -> Array<f32> {
+    let mut light = Array::<f32>::new(4usize);
+    for channel in 0..3usize {
+        light[channel] = 0.0f32;
+    }
+    light[3usize] = 1.0f32;
+    light
+}
+
+/// Loads a group of entries, a unit each.
+#[cube]
+fn load(projected: &[f32], members: &[u32], first: u32, count: u32, splats: &mut [f32]) {
+    if UNIT_POS < count {
+        let g = members[2usize * (first + UNIT_POS) as usize] as usize * PROJECTED;
+        for k in 0..SHARED {
+            splats[UNIT_POS as usize * SHARED + k] = projected[g + k];
+        }
+    }
+}
+
+/// Writes a pixel's light over the background, and its transmittance.
+#[cube]
+fn write(packed: &mut [f32], pixel: usize, light: &Array<f32>, background: &[f32]) {
+    for channel in 0..3usize {
+        packed[4usize * pixel + channel] = light[channel] + light[3usize] * background[24usize + channel];
+    }
+    packed[4usize * pixel + 3usize] = light[3usize];
 }
 
 /// Keeps the state of the unit's pixel before a group.
@@ -108,7 +126,8 @@ fn add_group(
 ) -> u32 {
     let (first, count) = entries;
     let mut stop = closed;
-    for j in 0..count {
+    // No entry where the pixel is closed before the group.
+    for j in 0..select(first < closed, count, 0u32) {
         let g = j as usize * SHARED;
         let raw = alpha(splats, g, pixel.0, pixel.1);
         if raw > 0.0f32 && first + j < stop {

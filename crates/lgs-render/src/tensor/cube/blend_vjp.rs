@@ -52,6 +52,31 @@ fn tile_of(ranges: &[u32], group: u32) -> u32 {
     low
 }
 
+/// A group of entries: its tile's top left corner, where its list begins among all, and the positions in the
+/// list of its first entry and of the list's end.
+#[derive(CubeType, Clone, Copy)]
+struct Group {
+    x: u32,
+    y: u32,
+    begin: u32,
+    first: u32,
+    length: u32,
+}
+
+#[cube]
+fn group_of(ranges: &[u32], group: u32, frame: &Frame) -> Group {
+    let tile = tile_of(ranges, group);
+    let at = 2usize * tile as usize;
+    let columns = columns(frame);
+    Group {
+        x: (tile % columns) * TILE,
+        y: (tile / columns) * TILE,
+        begin: ranges[at],
+        first: (group - ranges[at + 1usize]) * (GROUP as u32),
+        length: ranges[at + 2usize] - ranges[at],
+    }
+}
+
 /// Cotangents `[entries, COTANGENTS]` of all entries, by number.
 #[cube(launch)]
 pub(super) fn blend_vjp(
@@ -63,68 +88,97 @@ pub(super) fn blend_vjp(
     v_entries: &mut [f32],
     frame: Frame,
 ) {
-    let group = CUBE_POS as u32;
+    let number = CUBE_POS as u32;
     let mut splats = Shared::<[f32]>::new_slice(GROUP * SHARED);
     let mut seen = Shared::<[f32]>::new_slice(PIXELS as usize * PIXEL);
     let mut pipe = Shared::<[f32]>::new_slice(4usize * GROUP);
-    if group < ranges[ranges.len() - 1usize] {
-        let tile = tile_of(ranges, group);
-        let begin = ranges[2usize * tile as usize];
-        let first = (group - ranges[2usize * tile as usize + 1usize]) * (GROUP as u32);
-        let length = ranges[2usize * tile as usize + 2usize] - begin;
-        let position = first + UNIT_POS;
-        let origin = ((tile % columns(&frame)) * TILE, (tile / columns(&frame)) * TILE);
-        look(pixels, origin, &mut seen, &frame);
-        let exists = position < length;
-        let member = select(exists, 2u32 * (begin + position), 2u32 * begin) as usize;
-        let g = members[member] as usize * PROJECTED;
-        for k in 0..SHARED {
-            splats[UNIT_POS as usize * SHARED + k] = projected[g + k];
-        }
+    let mut stops = Shared::<[f32]>::new_slice(GROUP);
+    if number < ranges[ranges.len() - 1usize] {
+        let group = group_of(ranges, number, &frame);
+        let position = group.first + UNIT_POS;
+        let exists = position < group.length;
+        let member = 2usize * (group.begin + select(exists, position, 0u32)) as usize;
+        stops[UNIT_POS as usize] = look(pixels, &group, &mut seen, &frame);
+        own(projected, members[member], &mut splats);
         sync_cube();
-        let mut sum = Array::<f32>::new(COTANGENTS);
-        for k in 0..COTANGENTS {
-            sum[k] = 0.0f32;
-        }
-        for step in 0..(PIXELS + GROUP as u32) {
+        let mut sum = no_cotangents();
+        // No step where all pixels are closed before the group.
+        let steps = select((group.first as f32) < furthest(&stops), PIXELS + GROUP as u32, 0u32);
+        for step in 0..steps {
             let pixel = step - UNIT_POS.min(step);
             if UNIT_POS <= step && pixel < PIXELS {
-                let at = (origin.0 as f32, origin.1 as f32);
-                take(states, group, pixel, step, &mut pipe, &seen);
-                if exists {
-                    pass(&splats, at, (pixel, position), step, &mut pipe, &seen, &mut sum);
-                }
+                take(states, number, (pixel, step), &mut pipe, &seen);
+                pass(&splats, &group, (pixel, step), &mut pipe, &seen, &mut sum);
             }
             sync_cube();
         }
         if exists {
-            for k in 0..COTANGENTS {
-                v_entries[members[member + 1usize] as usize * COTANGENTS + k] = sum[k];
-            }
+            leave(&sum, v_entries, members[member + 1usize]);
         }
     }
 }
 
-/// Loads the pixels of the tile; those outside of the image are closed from the start.
+/// Cotangents of nothing.
 #[cube]
-fn look(pixels: &[f32], origin: (u32, u32), seen: &mut [f32], frame: &Frame) {
+pub(super) fn no_cotangents() -> Array<f32> {
+    let mut sum = Array::<f32>::new(COTANGENTS);
+    for k in 0..COTANGENTS {
+        sum[k] = 0.0f32;
+    }
+    sum
+}
+
+/// Leaves the cotangents of an entry under its number.
+#[cube]
+fn leave(sum: &Array<f32>, v_entries: &mut [f32], entry: u32) {
+    for k in 0..COTANGENTS {
+        v_entries[entry as usize * COTANGENTS + k] = sum[k];
+    }
+}
+
+/// Loads the unit's own entry.
+#[cube]
+fn own(projected: &[f32], gaussian: u32, splats: &mut [f32]) {
+    for k in 0..SHARED {
+        splats[UNIT_POS as usize * SHARED + k] = projected[gaussian as usize * PROJECTED + k];
+    }
+}
+
+/// The last stop of all units' pixels.
+#[cube]
+fn furthest(stops: &[f32]) -> f32 {
+    let mut last = 0.0f32;
+    for unit in 0..GROUP {
+        last = last.max(stops[unit]);
+    }
+    last
+}
+
+/// Loads the pixels of the tile, of which those outside of the image are closed from the start; gives the
+/// last stop of those that the unit loads.
+#[cube]
+fn look(pixels: &[f32], group: &Group, seen: &mut [f32], frame: &Frame) -> f32 {
+    let mut last = 0.0f32;
     let mut pixel = UNIT_POS;
     while pixel < PIXELS {
-        let x = origin.0 + pixel % TILE;
-        let y = origin.1 + pixel / TILE;
+        let x = group.x + pixel % TILE;
+        let y = group.y + pixel / TILE;
         let inside = x < frame.width && y < frame.height;
         let from = select(inside, y * frame.width + x, 0u32) as usize * PIXEL;
         for k in 0..PIXEL {
             seen[pixel as usize * PIXEL + k] = select(inside, pixels[from + k], 0.0f32);
         }
+        last = last.max(seen[pixel as usize * PIXEL + 4usize]);
         pixel += GROUP as u32;
     }
+    last
 }
 
 /// Takes a pixel over from the unit before, which worked on it a step ago: transmittance, and the cotangent's
 /// product with the colour so far. The first unit takes the state before the group.
 #[cube]
-fn take(states: &[f32], group: u32, pixel: u32, step: u32, pipe: &mut [f32], seen: &[f32]) {
+fn take(states: &[f32], group: u32, place: (u32, u32), pipe: &mut [f32], seen: &[f32]) {
+    let (pixel, step) = place;
     let here = 2usize * (GROUP as u32 * (step % 2u32) + UNIT_POS) as usize;
     if UNIT_POS == 0u32 {
         let at = 4usize * (group as usize * PIXELS as usize + pixel as usize);
@@ -144,19 +198,19 @@ fn take(states: &[f32], group: u32, pixel: u32, step: u32, pipe: &mut [f32], see
 #[cube]
 fn pass(
     splats: &[f32],
-    origin: (f32, f32),
+    group: &Group,
     place: (u32, u32),
-    step: u32,
     pipe: &mut [f32],
     seen: &[f32],
     sum: &mut Array<f32>,
 ) {
-    let (pixel, position) = place;
+    let (pixel, step) = place;
+    let position = group.first + UNIT_POS;
     let here = 2usize * (GROUP as u32 * (step % 2u32) + UNIT_POS) as usize;
     let g = UNIT_POS as usize * SHARED;
     let v = pixel as usize * PIXEL;
-    let x = origin.0 + (pixel % TILE) as f32 + 0.5f32;
-    let y = origin.1 + (pixel / TILE) as f32 + 0.5f32;
+    let x = (group.x + pixel % TILE) as f32 + 0.5f32;
+    let y = (group.y + pixel / TILE) as f32 + 0.5f32;
     let raw = alpha(splats, g, x, y);
     if raw > 0.0f32 && (position as f32) < seen[v + 4usize] {
         let clamped = raw.min(ALPHA_MAX);
@@ -171,18 +225,22 @@ fn pass(
         let odds = clamped / (1.0f32 - clamped);
         // A clamped alpha does not see the exponent.
         let v_power = select(raw < ALPHA_MAX, light - odds * behind, 0.0f32);
-        let dx = x - splats[g];
-        let dy = y - splats[g + 1usize];
-        sum[0usize] = sum[0usize] + v_power;
-        sum[1usize] = sum[1usize] + v_power * dx;
-        sum[2usize] = sum[2usize] + v_power * dy;
-        sum[3usize] = sum[3usize] + v_power * dx * dx;
-        sum[4usize] = sum[4usize] + v_power * dx * dy;
-        sum[5usize] = sum[5usize] + v_power * dy * dy;
+        add_moments(sum, v_power, x - splats[g], y - splats[g + 1usize]);
         for channel in 0..3usize {
             sum[6usize + channel] = sum[6usize + channel] + weight * seen[v + channel];
         }
         pipe[here] = before - weight;
         pipe[here + 1usize] = so_far;
     }
+}
+
+/// Adds the moments of an exponent's cotangent at a distance from the centre.
+#[cube]
+fn add_moments(sum: &mut Array<f32>, v: f32, dx: f32, dy: f32) {
+    sum[0usize] = sum[0usize] + v;
+    sum[1usize] = sum[1usize] + v * dx;
+    sum[2usize] = sum[2usize] + v * dy;
+    sum[3usize] = sum[3usize] + v * dx * dx;
+    sum[4usize] = sum[4usize] + v * dx * dy;
+    sum[5usize] = sum[5usize] + v * dy * dy;
 }

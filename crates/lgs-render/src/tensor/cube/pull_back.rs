@@ -5,7 +5,7 @@ use cubecl::prelude::*;
 
 use crate::projected::LEAST_ENERGY;
 
-use super::blend_vjp::COTANGENTS;
+use super::blend_vjp::{COTANGENTS, no_cotangents};
 use super::chain::{Chain, chain, direction, dot, normal, parameters};
 use super::frame::{Frame, PROJECTED};
 use super::harmonics::{basis, basis_by_x, basis_by_y, basis_by_z};
@@ -50,10 +50,7 @@ pub(super) fn pull_back(
 /// The sum of the cotangents of a Gaussian's entries.
 #[cube]
 fn total(spans: &[u32], v_entries: &[f32], i: usize) -> Array<f32> {
-    let mut v = Array::<f32>::new(COTANGENTS);
-    for k in 0..COTANGENTS {
-        v[k] = 0.0f32;
-    }
+    let mut v = no_cotangents();
     let begin = spans[2usize * i] as usize;
     let end = begin + spans[2usize * i + 1usize] as usize;
     for entry in begin..end {
