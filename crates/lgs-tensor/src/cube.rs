@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 use burn::backend::ops::{FloatTensorOps, IntTensorOps};
 use burn::backend::tensor::FloatTensor;
-use burn::backend::{Flex, TensorMetadata};
+use burn::backend::{DispatchDevice, Flex, TensorMetadata, WgpuDeviceKind};
 use burn::tensor::{DType, Device, DeviceType, Shape, TensorData};
 use burn_cubecl::cubecl::client::Client;
 use burn_cubecl::cubecl::{self, CubeCount, CubeDim};
@@ -110,6 +110,15 @@ pub fn last_value(tensor: CubeTensor) -> u32 {
     let n = tensor.shape().num_elements();
     let last = CubeBackend::int_slice(tensor, &[(n - 1..n).into()]);
     burn_cubecl::ops::into_data_sync(last).try_to_vec::<u32>().expect("unsigned integers")[0]
+}
+
+/// Whether a device is a driver that computes on the processor.
+#[must_use]
+pub fn is_software(device: &Device) -> bool {
+    match device.as_dispatch() {
+        DispatchDevice::Cube(CubeDevice::Wgpu(device)) => device.kind == WgpuDeviceKind::Cpu,
+        _ => false,
+    }
 }
 
 /// Says once in a process that an operation runs on the processor.

@@ -4,6 +4,8 @@
 use burn::tensor::Tensor;
 use lgs_nn::{LinearRange, MlpLayout};
 
+use super::product::product;
+
 /// Gradients of parts of the parameters, by the place of each part's first float.
 pub(super) type Parts = Vec<(usize, Tensor<1>)>;
 
@@ -14,7 +16,7 @@ fn weight(params: &Tensor<1>, l: &LinearRange) -> Tensor<2> {
 /// `x Wᵀ + b`.
 pub(super) fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
     let bias: Tensor<2> = params.clone().narrow(0, l.bias, l.outputs).reshape([1, l.outputs]);
-    x.matmul(weight(params, l).transpose()) + bias
+    product(x, weight(params, l).transpose()) + bias
 }
 
 /// Cotangent of a layer's inputs; those of weight and bias are added to `parts`.
@@ -25,11 +27,11 @@ pub(super) fn linear_vjp(
     v: Tensor<2>,
     parts: &mut Parts,
 ) -> Tensor<2> {
-    let v_weight = v.clone().transpose().matmul(x.clone()).reshape([l.inputs * l.outputs]);
+    let v_weight = product(v.clone().transpose(), x.clone()).reshape([l.inputs * l.outputs]);
     let v_bias = v.clone().sum_dim(0).reshape([l.outputs]);
     parts.push((l.weight, v_weight));
     parts.push((l.bias, v_bias));
-    v.matmul(weight(params, l))
+    product(v, weight(params, l))
 }
 
 /// The cotangent where an output of `max(z, 0)` is positive, and zero elsewhere.

@@ -2,12 +2,13 @@
 //! products of the tensor library. Nothing is read back.
 
 mod mlp;
+mod product;
 mod quaternions;
 mod rows;
 
 use burn::backend::TensorMetadata;
 use burn::backend::tensor::FloatTensor;
-use burn::tensor::{DType, Float, Tensor, TensorData, activation::relu};
+use burn::tensor::{DType, Tensor, TensorData, activation::relu};
 use lgs_nn::encoding::encode as encode_values;
 use lgs_tensor::Kernel;
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
@@ -15,6 +16,7 @@ use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
 use super::config::{DELTAS, DeformationConfig, MotionHead};
 use super::tensor::DeformSpec;
 use mlp::{Parts, Taped, joined, linear, linear_vjp, mlp, mlp_vjp, relu_vjp};
+use product::{primitive, tensor};
 use rows::{GAUSSIAN, MapLaunch, RIGID, TURN, encode, poses, poses_vjp};
 
 /// What a forward pass leaves on the device.
@@ -33,14 +35,6 @@ pub struct DeformKept {
 struct TimeKept {
     encoding: Tensor<2>,
     hidden: Option<Tensor<2>>,
-}
-
-fn tensor<const D: usize>(primitive: CubeTensor) -> Tensor<D> {
-    Tensor::<D, Float>::from_primitive::<CubeBackend>(primitive)
-}
-
-fn primitive<const D: usize>(tensor: Tensor<D>) -> CubeTensor {
-    contiguous(tensor.try_into_primitive::<CubeBackend>().expect("a tensor of the device"))
 }
 
 fn map(spec: &DeformSpec) -> MapLaunch {
