@@ -15,27 +15,27 @@ const BETA_2: f32 = 0.999;
 
 /// What a step changes, and its gradient.
 #[derive(Clone, Debug, ExtensionType)]
-pub struct Stepped<B: Backend> {
+pub(super) struct Stepped<B: Backend> {
     /// Values.
-    pub value: FloatTensor<B>,
+    pub(super) value: FloatTensor<B>,
     /// First moments.
-    pub first: FloatTensor<B>,
+    pub(super) first: FloatTensor<B>,
     /// Second moments.
-    pub second: FloatTensor<B>,
+    pub(super) second: FloatTensor<B>,
 }
 
 /// The numbers of a step.
 #[derive(Clone, Copy, Debug)]
-pub struct StepSize {
+pub(super) struct StepSize {
     /// The learning rate, over the bias of the first moments and times the root of that of the second.
-    pub rate: f32,
+    pub(super) rate: f32,
     /// What is added to the roots of the second moments.
-    pub epsilon: f32,
+    pub(super) epsilon: f32,
 }
 
 /// The operation.
 #[backend_extension(Cube)]
-pub trait AdamOps: Backend {
+pub(super) trait AdamOps: Backend {
     /// Values and moments after a step.
     fn adam_step(
         #[extension_type] before: Stepped<Self>,
