@@ -3,18 +3,15 @@
 mod common;
 
 use burn::tensor::{Device, Tensor, TensorData};
+use common::tensors::{MAX_ABS, RELATIVE_L2, check_tensors, constant, tracked, values};
 use common::{Vector, vectors};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_core::{Image, stream};
-use lgs_render::tensor::{SplatTensors, ViewSpec};
 use lgs_render::{
     ImageCotangents, SplatGradients, Splats, photometric, photometric_vjp, psnr, rasterize, rasterize_vjp,
     ssim, ssim_vjp,
 };
 use rand::RngExt;
-
-const MAX_ABS: f64 = 2e-4;
-const RELATIVE_L2: f64 = 1e-5;
 
 #[test]
 fn rasterize_conformance_of_the_slice_kernel() {
@@ -100,81 +97,10 @@ fn ssim_conformance_of_the_slice_kernel() {
     }
 }
 
-/// A tensor of a vector's values, tracked.
-fn tracked<const D: usize>(vector: &Vector, name: &str, device: &Device) -> Tensor<D> {
-    constant(vector, name, device).require_grad()
-}
-
-fn constant<const D: usize>(vector: &Vector, name: &str, device: &Device) -> Tensor<D> {
-    Tensor::from_data(TensorData::new(vector.get(name), vector.shape(name)), device)
-}
-
-fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
-    tensor.into_data().try_to_vec::<f32>().expect("f32 values")
-}
-
-fn view_of(vector: &Vector) -> ViewSpec {
-    ViewSpec {
-        camera: vector.camera(),
-        background: vector.rows::<3>("background")[0],
-        active_degree: vector.number("sh_degree") as usize,
-    }
-}
-
-/// The Gaussians of a vector, tracked.
-fn tracked_splats(vector: &Vector, device: &Device) -> SplatTensors {
-    let n = vector.shape("means")[0];
-    SplatTensors {
-        means: tracked(vector, "means", device),
-        rotations: tracked(vector, "quats", device),
-        log_scales: tracked(vector, "log_scales", device),
-        raw_opacities: tracked(vector, "opacity_logits", device),
-        sh: tracked(vector, "sh", device),
-        means2d_probe: Tensor::<2>::zeros([n, 2], device).require_grad(),
-        pose_probe: Tensor::<1>::zeros([6], device).require_grad(),
-    }
-}
-
-/// Checks a rasterizer of tensors, and gives its gradient by the pose, of which the vectors say nothing.
-fn check_tensors(
-    vector: &Vector,
-    draw: impl Fn(&SplatTensors, ViewSpec) -> (Tensor<3>, Tensor<2>),
-) -> Vec<f32> {
-    let device = Device::flex().autodiff();
-    let splats = tracked_splats(vector, &device);
-    let (image, transmittance) = draw(&splats, view_of(vector));
-    let check = |found: Vec<f32>, name: &str| {
-        assert_values_close(
-            &format!("{}: {name}", vector.name),
-            &found,
-            &vector.get(name),
-            MAX_ABS,
-            RELATIVE_L2,
-        )
-    };
-    check(values(image.clone()), "image");
-    check(values(transmittance.clone()), "final_transmittance");
-
-    let loss = (image * constant(vector, "loss_weight_image", &device)).sum()
-        + (transmittance * constant(vector, "loss_weight_transmittance", &device)).sum();
-    let grads = loss.backward();
-    let check = |found: Option<Vec<f32>>, name: &str| {
-        let found = found.unwrap_or_else(|| panic!("{}: {name} is missing", vector.name));
-        assert_gradient_close(&format!("{}: {name}", vector.name), &found, &vector.get(name));
-    };
-    check(splats.means.grad(&grads).map(values), "grad_means");
-    check(splats.rotations.grad(&grads).map(values), "grad_quats");
-    check(splats.log_scales.grad(&grads).map(values), "grad_log_scales");
-    check(splats.raw_opacities.grad(&grads).map(values), "grad_opacity_logits");
-    check(splats.sh.grad(&grads).map(values), "grad_sh");
-    check(splats.means2d_probe.grad(&grads).map(values), "grad_means2d");
-    values(splats.pose_probe.grad(&grads).expect("a gradient by the pose"))
-}
-
 #[test]
 fn rasterize_conformance_of_the_tensor_operation() {
     for vector in vectors("rasterize") {
-        check_tensors(&vector, |splats, view| {
+        check_tensors(&vector, &Device::flex().autodiff(), |splats, view| {
             let drawn = lgs_render::tensor::rasterize(splats, view);
             (drawn.image, drawn.transmittance)
         });
@@ -184,11 +110,11 @@ fn rasterize_conformance_of_the_tensor_operation() {
 #[test]
 fn the_gradient_by_the_pose_is_that_of_the_reference() {
     for vector in vectors("rasterize") {
-        let found = check_tensors(&vector, |splats, view| {
+        let found = check_tensors(&vector, &Device::flex().autodiff(), |splats, view| {
             let drawn = lgs_render::tensor::rasterize(splats, view);
             (drawn.image, drawn.transmittance)
         });
-        let expected = check_tensors(&vector, lgs_render::reference::rasterize);
+        let expected = check_tensors(&vector, &Device::flex().autodiff(), lgs_render::reference::rasterize);
         assert_gradient_close(&format!("{}: pose", vector.name), &found, &expected);
     }
 }
@@ -196,7 +122,7 @@ fn the_gradient_by_the_pose_is_that_of_the_reference() {
 #[test]
 fn rasterize_conformance_of_the_reference() {
     for vector in vectors("rasterize") {
-        check_tensors(&vector, lgs_render::reference::rasterize);
+        check_tensors(&vector, &Device::flex().autodiff(), lgs_render::reference::rasterize);
     }
 }
 

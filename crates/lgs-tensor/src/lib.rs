@@ -3,10 +3,13 @@
 //!
 //! A kernel chooses itself what its forward pass keeps for the backward pass, as tensors of its own backend
 //! or as anything else: [`Kernel::Kept`] is an associated type, and nothing above a kernel names it.
-//! [`flex`] holds the way between tensors of the CPU backend and slices.
+//! [`flex`] holds the way between tensors of the CPU backend and slices; `cube` (feature `gpu`) the backend
+//! of GPUs, and the way from its tensors to those of the processor and back.
 //!
 //! Invariant: the crate knows no operation; it holds the glue that all of them share.
 
+#[cfg(feature = "gpu")]
+pub mod cube;
 pub mod flex;
 
 use burn::backend::autodiff::checkpoint::{base::Checkpointer, strategy::CheckpointStrategy};
@@ -126,7 +129,7 @@ macro_rules! operations {
         }
 
         $(#[$of_ops])*
-        #[::burn::backend::backend_extension(Autodiff, Flex)]
+        #[::burn::backend::backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
         pub trait $ops: ::burn::backend::Backend {
             $(
                 $(#[$of_name])*
@@ -137,14 +140,10 @@ macro_rules! operations {
             )+
         }
 
-        impl $ops for ::burn::backend::Flex {
-            $(fn $name(
-                $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
-                $call: $constants,
-            ) -> ::burn::backend::tensor::FloatTensor<Self> {
-                <Self as $crate::Kernel<_, _>>::forward(&$call, [$($input),+])
-            })+
+        $crate::operations_of! {
+            $ops for ::burn::backend::Flex; $($name($($input),+; $call: $constants);)+
         }
+        $crate::operations_of_devices! { $ops; $($name($($input),+; $call: $constants);)+ }
 
         impl<B, C> $ops for ::burn::backend::Autodiff<B, C>
         where
@@ -171,4 +170,38 @@ macro_rules! operations {
             }
         )+
     };
+}
+
+/// The part of [`operations`] for one backend that runs its kernels directly.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operations_of {
+    ($ops:ident for $backend:ty; $($name:ident($($input:ident),+; $call:ident: $constants:ty);)+) => {
+        impl $ops for $backend {
+            $(fn $name(
+                $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
+                $call: $constants,
+            ) -> ::burn::backend::tensor::FloatTensor<Self> {
+                <Self as $crate::Kernel<_, _>>::forward(&$call, [$($input),+])
+            })+
+        }
+    };
+}
+
+/// The part of [`operations`] for devices of CubeCL.
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operations_of_devices {
+    ($ops:ident; $($methods:tt)+) => {
+        $crate::operations_of! { $ops for $crate::cube::CubeBackend; $($methods)+ }
+    };
+}
+
+/// The part of [`operations`] for devices of CubeCL, which this build does not have.
+#[cfg(not(feature = "gpu"))]
+#[doc(hidden)]
+#[macro_export]
+macro_rules! operations_of_devices {
+    ($ops:ident; $($methods:tt)+) => {};
 }

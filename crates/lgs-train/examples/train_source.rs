@@ -130,16 +130,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!();
         if let (true, Some(dir)) = (step == steps, &dump) {
             for split in ["val", "train"] {
-            for (k, frame) in dataset.split(split).iter().enumerate().step_by(5) {
-                let drawn = rasterize(&Splats::from(&model.cloud_at(frame.time)), &frame.camera, dataset.background).to_image();
-                let truth = frame.composited(dataset.background);
-                let (w, h) = (frame.camera.width, frame.camera.height);
-                for (tag, im) in [("d", &drawn), ("t", &truth)] {
-                    let mut bytes = format!("P6 {w} {h} 255\n").into_bytes();
-                    bytes.extend(im.to_rgb8());
-                    std::fs::write(format!("{dir}/{split}{k:02}{tag}.ppm"), bytes)?;
+                for (k, frame) in dataset.split(split).iter().enumerate().step_by(5) {
+                    let drawn = rasterize(
+                        &Splats::from(&model.cloud_at(frame.time)),
+                        &frame.camera,
+                        dataset.background,
+                    )
+                    .to_image();
+                    let truth = frame.composited(dataset.background);
+                    let (w, h) = (frame.camera.width, frame.camera.height);
+                    for (tag, im) in [("d", &drawn), ("t", &truth)] {
+                        let mut bytes = format!("P6 {w} {h} 255\n").into_bytes();
+                        bytes.extend(im.to_rgb8());
+                        std::fs::write(format!("{dir}/{split}{k:02}{tag}.ppm"), bytes)?;
+                    }
                 }
-            }}
+            }
         }
     }
     Ok(())

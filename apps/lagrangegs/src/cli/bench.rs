@@ -70,7 +70,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     match args.cell {
         Some(index) => {
             let cell = plan.cell(index).at(name)?;
-            run_cell(&plan, cell, &args.device.device())?;
+            args.device.run(|device| run_cell(&plan, cell, device))?;
             output::print(&format!("{}\n", plan.run_folder(cell).display()))
         }
         None => run_all(&plan, args),
@@ -81,7 +81,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for cell in &plan.cells {
-        if let Err(error) = run_cell(plan, cell, &args.device.device()) {
+        if let Err(error) = args.device.run(|device| run_cell(plan, cell, device)) {
             if training::is_stopping() {
                 return Err(error);
             }

@@ -64,19 +64,22 @@ pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
     let config =
         TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
+    args.device.open()?;
     prepare_folder(&args.out)?;
     let (data, root) = (args.out.join("data"), args.out.join("run"));
     make_dataset(args, &data)?;
     let resume = root.join("config.toml").exists();
-    training::train(&training::Request {
-        data: Some(&data),
-        out: &root,
-        config,
-        resume,
-        source_from: None,
-        view: None,
-        rerun: None,
-        device: &args.device.device(),
+    args.device.run(|device| {
+        training::train(&training::Request {
+            data: Some(&data),
+            out: &root,
+            config,
+            resume,
+            source_from: None,
+            view: None,
+            rerun: None,
+            device,
+        })
     })?;
     let run = Run::open(&root)?;
     let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;

@@ -41,13 +41,15 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
-    let perceptual = if args.no_lpips { None } else { perceptual(&args.device.device())? };
-    let options = EvalOptions {
-        half_resolution: args.half_resolution,
-        perceptual: perceptual.as_ref(),
-        ..EvalOptions::default()
-    };
-    let metrics = measure(&run, args.data.as_deref(), args.split.clone(), &options)?;
+    let metrics = args.device.run(|device| {
+        let perceptual = if args.no_lpips { None } else { perceptual(device)? };
+        let options = EvalOptions {
+            half_resolution: args.half_resolution,
+            perceptual: perceptual.as_ref(),
+            ..EvalOptions::default()
+        };
+        measure(&run, args.data.as_deref(), args.split.clone(), &options)
+    })?;
     if args.json { output::print_json(&metrics) } else { output::print(&table(&metrics)) }
 }
 

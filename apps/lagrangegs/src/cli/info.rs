@@ -17,6 +17,7 @@ use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, Par
 use lgs_train::checkpoint::read_checkpoint;
 use serde_json::{Map, Value, json};
 
+use super::device;
 use super::facts::{Facts, cloud, moving_splats, official, sequence};
 use super::failure::At;
 use super::output;
@@ -26,7 +27,11 @@ use super::tracks;
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Dataset, run, checkpoint, model, splat file, folder of frames, trajectories or output of DefGS
-    path: PathBuf,
+    #[arg(required_unless_present = "devices")]
+    path: Option<PathBuf>,
+    /// List the devices that --device can name
+    #[arg(long, conflicts_with_all = ["path", "format", "skip_missing", "rig"])]
+    devices: bool,
     /// Format of the dataset [default: detected]
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
     format: Option<DatasetFormat>,
@@ -42,7 +47,8 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
-    let facts = describe(args)?;
+    let Some(path) = &args.path else { return device::list(args.json) };
+    let facts = describe(args, path)?;
     if args.json {
         let object: Map<String, Value> =
             facts.into_iter().map(|(name, value)| (name.replace(' ', "_"), value)).collect();
@@ -57,13 +63,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::print(&aligned(&rows, &[false, false]))
 }
 
-fn describe(args: &Args) -> Result<Facts> {
-    let path = args.path.as_path();
+fn describe(args: &Args, path: &Path) -> Result<Facts> {
     if !path.exists() {
         bail!("there is no such file or folder: {}", path.display());
     }
     if path.is_dir() {
-        return folder(args);
+        return folder(args, path);
     }
     if is_track_file(path) {
         return tracks::facts(path);
@@ -86,13 +91,12 @@ fn describe(args: &Args) -> Result<Facts> {
     )
 }
 
-fn folder(args: &Args) -> Result<Facts> {
-    let path = args.path.as_path();
+fn folder(args: &Args, path: &Path) -> Result<Facts> {
     if args.format.is_none() && is_official_defgs(path) {
         return official(path);
     }
     if let Some(format) = args.format.or_else(|| DatasetFormat::detect(path)) {
-        return dataset::facts(args, format);
+        return dataset::facts(args, path, format);
     }
     if path.join("config.toml").exists() {
         return run_folder(path);

@@ -123,17 +123,19 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let (_, Some(import)) = args.paths() {
         announce(import)?;
     }
-    let request = Request {
-        data: args.paths().0,
-        out: &args.out,
-        config: resolve(args)?,
-        resume: args.resume,
-        source_from: None,
-        view: args.view.then_some(args.port),
-        rerun: args.rerun.as_deref(),
-        device: &args.device.device(),
-    };
-    train(&request)?;
+    let config = resolve(args)?;
+    args.device.run(|device| {
+        train(&Request {
+            data: args.paths().0,
+            out: &args.out,
+            config,
+            resume: args.resume,
+            source_from: None,
+            view: args.view.then_some(args.port),
+            rerun: args.rerun.as_deref(),
+            device,
+        })
+    })?;
     output::print(&format!("{}\n", args.out.display()))
 }
 

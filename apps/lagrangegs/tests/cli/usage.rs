@@ -49,6 +49,20 @@ fn unknown_or_missing_arguments_are_bad_usage() {
 }
 
 #[test]
+fn the_processor_is_listed_and_other_devices_say_what_they_need() {
+    assert!(call("info --devices", &[]).ok().starts_with("cpu"));
+    assert_eq!(call("info --devices --json", &[]).json()[0]["name"], "cpu");
+    let out = folder();
+    let run = out.path().join("run");
+    let done = call("train data --out {run} --device wgpu:999", &[("run", &run)]);
+    assert_eq!(done.code, 1);
+    let errors: Vec<&str> = done.stderr.lines().filter(|line| line.starts_with("error: ")).collect();
+    let word = if cfg!(feature = "gpu") { "wgpu:999" } else { "--features gpu" };
+    assert!(errors.len() == 1 && errors[0].contains(word), "{}", done.stderr);
+    assert!(!run.exists());
+}
+
+#[test]
 fn times_that_do_not_parse_are_bad_usage() {
     for times in ["x", "0:1", "0:1:0", "1:0:0.1", "0:1:-1", "nan"] {
         lagrangegs(&["render", "run", "--out", "x", "--times", times]).is_bad_usage(&["--times"]);

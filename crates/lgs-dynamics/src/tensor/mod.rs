@@ -4,6 +4,8 @@
 //! slices; nothing of the networks' activations stays on the tape. A node has one output, so states and
 //! alignments leave packed.
 
+#[cfg(feature = "gpu")]
+mod cube;
 mod flex;
 mod ops;
 

@@ -10,6 +10,8 @@
 
 mod blocks;
 mod config;
+#[cfg(feature = "gpu")]
+mod cube;
 mod defgs;
 mod error;
 mod file;

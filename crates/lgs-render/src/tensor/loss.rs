@@ -24,7 +24,7 @@ pub trait PhotometricKernels: Kernel<PhotometricCall<Self>, 1> {}
 impl<B: Kernel<PhotometricCall<B>, 1>> PhotometricKernels for B {}
 
 /// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait PhotometricOps: Backend {
     /// The loss `[1]` of an image `[H, W, 3]` against a target, which is a constant.
     fn photometric_loss(

@@ -5,6 +5,8 @@
 //! twice. Image and transmittance leave the operation as one `[H, W, 4]` tensor, since a node has one output,
 //! and are sliced apart here.
 
+#[cfg(feature = "gpu")]
+mod cube;
 mod loss;
 mod ops;
 

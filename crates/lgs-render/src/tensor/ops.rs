@@ -32,7 +32,7 @@ pub struct SplatPrimitives<B: Backend> {
 
 impl<B: Backend> SplatPrimitives<B> {
     /// The tensors in the order of the fields.
-    fn into_array(self) -> [FloatTensor<B>; 7] {
+    pub(super) fn into_array(self) -> [FloatTensor<B>; 7] {
         let Self { means, rotations, log_scales, raw_opacities, sh, means2d, pose } = self;
         [means, rotations, log_scales, raw_opacities, sh, means2d, pose]
     }
@@ -66,7 +66,7 @@ pub trait RasterKernels: Kernel<ViewSpec, 7> {
 }
 
 /// The operation on backends with and without gradients.
-#[backend_extension(Autodiff, Flex)]
+#[backend_extension(Autodiff, Flex, Cube: cfg(feature = "gpu"))]
 pub trait RasterOps: Backend {
     /// Draws Gaussians.
     fn rasterize(#[extension_type] splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self>;

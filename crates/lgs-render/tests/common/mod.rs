@@ -1,5 +1,7 @@
 //! Conformance vectors: those in the repository and those of the folder that `LAGRANGEGS_VECTORS` names.
 
+pub(crate) mod tensors;
+
 use lgs_core::Camera;
 use safetensors::SafeTensors;
 use std::path::{Path, PathBuf};

@@ -18,8 +18,7 @@ use super::{Args, Facts, distinct};
 /// Absent images that are named; `absent images` counts all.
 const NAMED: usize = 8;
 
-pub(super) fn facts(args: &Args, format: DatasetFormat) -> Result<Facts> {
-    let path = args.path.as_path();
+pub(super) fn facts(args: &Args, path: &Path, format: DatasetFormat) -> Result<Facts> {
     let absent = absent_images(args.skip_missing);
     let set = load_dataset(path, &LoadOptions { format: Some(format), absent, ..LoadOptions::default() })?;
     if let Some(picture) = &args.rig {

@@ -181,7 +181,8 @@ impl SourceMotion for NodesMotion {
         let (network, nodes) = self.parts(parameters);
         let poses = |time: f32| self.node_poses(network.clone(), &nodes, time);
         let now = poses(time);
-        let mut prior = (rigidity > 0.0).then(|| self.structure.edges.stretch(&nodes, &now, &self.config) * rigidity);
+        let mut prior =
+            (rigidity > 0.0).then(|| self.structure.edges.stretch(&nodes, &now, &self.config) * rigidity);
         if gentle > 0.0 && at.iteration.is_multiple_of(ACCELERATION_STRIDE) {
             let around = [poses(time - ACCELERATION_STEP), now, poses(time + ACCELERATION_STEP)];
             let cost = acceleration(around, ACCELERATION_STEP, self.captured.frame.scale)

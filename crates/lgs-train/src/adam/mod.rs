@@ -3,6 +3,9 @@
 //!
 //! Values live outside autodiff: each iteration takes a tracked leaf and gives back its gradient.
 
+#[cfg(feature = "gpu")]
+mod cube;
+
 use crate::thresholds::ADAM_EPSILON;
 use burn::optim::{AdamConfig, AdamState, AdaptiveMomentumState, Optimizer};
 use burn::tensor::{Device, Int, Shape, Tensor, TensorData};
@@ -57,6 +60,13 @@ impl<const D: usize> AdamGroup<D> {
     pub(crate) fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<D>>) {
         let Some(gradient) = gradient else { return };
         let _span = tracing::trace_span!("Adam").entered();
+        #[cfg(feature = "gpu")]
+        if crate::device::has_kernels(&self.device()) {
+            let moments = self.state.take().map(|state| state.momentum);
+            let (value, moments) = cube::step(learning_rate, self.value.clone(), gradient, moments);
+            (self.value, self.state) = (value, Some(AdamState::new(moments)));
+            return;
+        }
         let adam = AdamConfig::new().with_epsilon(ADAM_EPSILON).build();
         (self.value, self.state) = adam.step(learning_rate, self.value.clone(), gradient, self.state.take());
     }

@@ -1,0 +1,93 @@
+//! Layers of a network whose parameters are one vector, as operations of the tensor library on the device,
+//! and their vector–Jacobian products.
+
+use burn::tensor::Tensor;
+use lgs_nn::{LinearRange, MlpLayout};
+
+use super::product::product;
+
+/// Gradients of parts of the parameters, by the place of each part's first float.
+pub(super) type Parts = Vec<(usize, Tensor<1>)>;
+
+fn weight(params: &Tensor<1>, l: &LinearRange) -> Tensor<2> {
+    params.clone().narrow(0, l.weight, l.inputs * l.outputs).reshape([l.outputs, l.inputs])
+}
+
+/// `x Wᵀ + b`.
+pub(super) fn linear(params: &Tensor<1>, l: &LinearRange, x: Tensor<2>) -> Tensor<2> {
+    let bias: Tensor<2> = params.clone().narrow(0, l.bias, l.outputs).reshape([1, l.outputs]);
+    product(x, weight(params, l).transpose()) + bias
+}
+
+/// Cotangent of a layer's inputs; those of weight and bias are added to `parts`.
+pub(super) fn linear_vjp(
+    params: &Tensor<1>,
+    l: &LinearRange,
+    x: &Tensor<2>,
+    v: Tensor<2>,
+    parts: &mut Parts,
+) -> Tensor<2> {
+    let v_weight = product(v.clone().transpose(), x.clone()).reshape([l.inputs * l.outputs]);
+    let v_bias = v.clone().sum_dim(0).reshape([l.outputs]);
+    parts.push((l.weight, v_weight));
+    parts.push((l.bias, v_bias));
+    product(v, weight(params, l))
+}
+
+/// The cotangent where an output of `max(z, 0)` is positive, and zero elsewhere.
+pub(super) fn relu_vjp(out: &Tensor<2>, v: Tensor<2>) -> Tensor<2> {
+    v.mask_fill(out.clone().lower_equal_elem(0.0), 0.0)
+}
+
+/// Inputs of every layer, the head's last.
+#[derive(Clone, Debug)]
+pub(super) struct Taped(Vec<Tensor<2>>);
+
+/// A network with `max(z, 0)` between its layers.
+pub(super) fn mlp(params: &Tensor<1>, layout: &MlpLayout, input: Tensor<2>) -> (Tensor<2>, Taped) {
+    let mut taped = vec![input.clone()];
+    let mut hidden = input.clone();
+    for (i, l) in layout.hidden.iter().enumerate() {
+        if i > 0 && layout.reads_inputs(i) {
+            hidden = Tensor::cat(vec![input.clone(), hidden], 1);
+            taped[i] = hidden.clone();
+        }
+        hidden = burn::tensor::activation::relu(linear(params, l, hidden));
+        taped.push(hidden.clone());
+    }
+    (linear(params, &layout.head, hidden), Taped(taped))
+}
+
+/// Cotangent of a network's input; those of its parameters are added to `parts`.
+pub(super) fn mlp_vjp(
+    params: &Tensor<1>,
+    layout: &MlpLayout,
+    taped: &Taped,
+    v: Tensor<2>,
+    parts: &mut Parts,
+) -> Tensor<2> {
+    let inputs = layout.hidden[0].inputs;
+    let depth = layout.hidden.len();
+    let mut v = linear_vjp(params, &layout.head, &taped.0[depth], v, parts);
+    let mut v_input: Option<Tensor<2>> = None;
+    for (i, l) in layout.hidden.iter().enumerate().rev() {
+        // What a later layer read of this one's output lies behind the network's inputs.
+        let next = &taped.0[i + 1];
+        let skipped = next.dims()[1] - l.outputs;
+        let out = if skipped > 0 { next.clone().narrow(1, skipped, l.outputs) } else { next.clone() };
+        v = linear_vjp(params, l, &taped.0[i], relu_vjp(&out, v), parts);
+        if i > 0 && layout.reads_inputs(i) {
+            let below = v.dims()[1] - inputs;
+            let again = v.clone().narrow(1, 0, inputs);
+            v_input = Some(v_input.map_or(again.clone(), |sum| sum + again));
+            v = v.narrow(1, inputs, below);
+        }
+    }
+    v_input.map_or(v.clone(), |sum| sum + v)
+}
+
+/// The gradient of all parameters from those of their parts, which lie one behind the other.
+pub(super) fn joined(mut parts: Parts) -> Tensor<1> {
+    parts.sort_by_key(|(place, _)| *place);
+    Tensor::cat(parts.into_iter().map(|(_, part)| part).collect(), 0)
+}

@@ -1,0 +1,166 @@
+//! The deformation network on devices of CubeCL: encodings and poses by kernels of its own, layers by the
+//! products of the tensor library. Nothing is read back.
+
+mod mlp;
+mod product;
+mod quaternions;
+mod rows;
+
+use burn::backend::TensorMetadata;
+use burn::backend::tensor::FloatTensor;
+use burn::tensor::{DType, Tensor, TensorData, activation::relu};
+use lgs_nn::encoding::encode as encode_values;
+use lgs_tensor::Kernel;
+use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
+
+use super::config::{DELTAS, DeformationConfig, MotionHead};
+use super::tensor::NetworkCall;
+use mlp::{Parts, Taped, joined, linear, linear_vjp, mlp, mlp_vjp, relu_vjp};
+use product::{primitive, tensor};
+use rows::{GAUSSIAN, MapLaunch, RIGID, TURN, encode, poses, poses_vjp};
+
+/// The constants of a call.
+type Call = NetworkCall<DeformationConfig>;
+
+/// What a forward pass leaves on the device.
+#[derive(Clone, Debug)]
+pub struct DeformKept {
+    params: Tensor<1>,
+    means: CubeTensor,
+    rotations: CubeTensor,
+    time: TimeKept,
+    taped: Taped,
+    raw: CubeTensor,
+}
+
+/// The time's encoding and the values of its network's hidden layer, if there is one.
+#[derive(Clone, Debug)]
+struct TimeKept {
+    encoding: Tensor<2>,
+    hidden: Option<Tensor<2>>,
+}
+
+fn map(spec: &Call) -> MapLaunch {
+    let [x, y, z] = spec.frame.center;
+    MapLaunch::new(x, y, z, spec.frame.scale)
+}
+
+fn head(config: &DeformationConfig) -> u32 {
+    match config.motion_head {
+        MotionHead::Displacement => 0,
+        MotionHead::Turn => TURN,
+        MotionHead::Rigid => RIGID,
+    }
+}
+
+/// Features `[1, features]` of the time.
+fn time_features(spec: &Call, params: &Tensor<1>) -> (Tensor<2>, TimeKept) {
+    let encoding = encode_values(&[spec.time], spec.config.time_frequencies);
+    let width = encoding.len();
+    let encoding = Tensor::<2>::from_data(TensorData::new(encoding, [1, width]), &params.device());
+    let Some([first, second]) = &spec.config.layout().time else {
+        return (encoding.clone(), TimeKept { encoding, hidden: None });
+    };
+    let hidden = relu(linear(params, first, encoding.clone()));
+    (linear(params, second, hidden.clone()), TimeKept { encoding, hidden: Some(hidden) })
+}
+
+/// The network's input `[n, features]`, its positions as constants.
+fn input(spec: &Call, means: &CubeTensor, features: Tensor<2>) -> Tensor<2> {
+    let n = means.shape()[0];
+    let frequencies = spec.config.position_frequencies;
+    let encoded = empty(means, [n, spec.config.position_width()], DType::F32);
+    let (count, dim) = units(&means.client, n);
+    encode::launch(
+        &means.client,
+        count,
+        dim,
+        means.clone().into_buffer_arg(),
+        encoded.clone().into_buffer_arg(),
+        map(spec),
+        frequencies,
+    );
+    let width = features.dims()[1];
+    Tensor::cat(vec![tensor(encoded), features.expand([n, width])], 1)
+}
+
+fn pose_rows(spec: &Call, kept: &DeformKept) -> CubeTensor {
+    let n = kept.means.shape()[0];
+    let out = empty(&kept.means, [n, DELTAS], DType::F32);
+    let (count, dim) = units(&kept.means.client, n);
+    poses::launch(
+        &kept.means.client,
+        count,
+        dim,
+        kept.raw.clone().into_buffer_arg(),
+        kept.means.clone().into_buffer_arg(),
+        kept.rotations.clone().into_buffer_arg(),
+        out.clone().into_buffer_arg(),
+        map(spec),
+        head(&spec.config),
+    );
+    out
+}
+
+/// Cotangents of raw rows, and of centres and quaternions together.
+fn pose_rows_vjp(spec: &Call, kept: &DeformKept, v_poses: CubeTensor) -> [CubeTensor; 2] {
+    let n = kept.means.shape()[0];
+    let out = [DELTAS, GAUSSIAN].map(|width| empty(&kept.means, [n, width], DType::F32));
+    let (count, dim) = units(&kept.means.client, n);
+    poses_vjp::launch(
+        &kept.means.client,
+        count,
+        dim,
+        kept.raw.clone().into_buffer_arg(),
+        kept.means.clone().into_buffer_arg(),
+        kept.rotations.clone().into_buffer_arg(),
+        contiguous(v_poses).into_buffer_arg(),
+        out[0].clone().into_buffer_arg(),
+        out[1].clone().into_buffer_arg(),
+        map(spec),
+        head(&spec.config),
+    );
+    out
+}
+
+/// Adds the gradients of the time's network, given the cotangent of its features.
+fn time_vjp(spec: &Call, kept: &DeformKept, v: Tensor<2>, parts: &mut Parts) {
+    let (Some([first, second]), Some(hidden)) = (&spec.config.layout().time, &kept.time.hidden) else {
+        return;
+    };
+    let v = linear_vjp(&kept.params, second, hidden, v, parts);
+    linear_vjp(&kept.params, first, &kept.time.encoding, relu_vjp(hidden, v), parts);
+}
+
+impl Kernel<Call, 3> for CubeBackend {
+    type Kept = DeformKept;
+
+    fn forward_kept(
+        spec: &Call,
+        [params, means, rotations]: [FloatTensor<Self>; 3],
+    ) -> (FloatTensor<Self>, DeformKept) {
+        let _span = tracing::trace_span!("deformation network").entered();
+        let (means, rotations) = (contiguous(means), contiguous(rotations));
+        let params = tensor::<1>(params);
+        let (features, time) = time_features(spec, &params);
+        let input = input(spec, &means, features);
+        let (raw, taped) = mlp(&params, &spec.config.layout().mlp, input);
+        let raw = primitive(raw.mul_scalar(spec.config.gain(spec.time)));
+        let kept = DeformKept { params, means, rotations, time, taped, raw };
+        (pose_rows(spec, &kept), kept)
+    }
+
+    fn vjp(spec: &Call, kept: DeformKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("deformation network, backward").entered();
+        let [v_raw, v_gaussians] = pose_rows_vjp(spec, &kept, v_poses);
+        let v_raw = tensor::<2>(v_raw).mul_scalar(spec.config.gain(spec.time));
+        let mut parts = Parts::new();
+        let v_input = mlp_vjp(&kept.params, &spec.config.layout().mlp, &kept.taped, v_raw, &mut parts);
+        let position = spec.config.position_width();
+        let v_time = v_input.narrow(1, position, spec.config.time_width()).sum_dim(0);
+        time_vjp(spec, &kept, v_time, &mut parts);
+        let v_gaussians = tensor::<2>(v_gaussians);
+        let part = |from: usize, count: usize| primitive(v_gaussians.clone().narrow(1, from, count));
+        [primitive(joined(parts)), part(0, 3), part(3, 4)]
+    }
+}

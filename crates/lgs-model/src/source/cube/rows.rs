@@ -1,0 +1,212 @@
+//! Kernels of the deformation network, a unit per Gaussian: the encoding of positions, and poses from the
+//! network's raw outputs (`super::super::pose`) with their vector–Jacobian product.
+
+use cubecl::prelude::*;
+
+use super::quaternions::{conjugate, exponential, exponential_vjp, product, rotate, rotate_vjp, unit};
+
+/// Numbers of a raw row and of a pose row (`DELTAS`).
+const ROW: usize = 10;
+/// Numbers of the cotangent of a Gaussian: centre and quaternion.
+pub(super) const GAUSSIAN: usize = 7;
+/// Motion heads as kernels are told of them: a displacement is neither of these.
+pub(super) const TURN: u32 = 1;
+pub(super) const RIGID: u32 = 2;
+
+/// The map of positions before encoding.
+#[derive(CubeType, CubeLaunch, Clone, Copy)]
+pub(super) struct Map {
+    pub(super) x: f32,
+    pub(super) y: f32,
+    pub(super) z: f32,
+    pub(super) scale: f32,
+}
+
+#[cube]
+fn center(map: &Map, k: usize) -> f32 {
+    select(k == 0usize, map.x, select(k == 1usize, map.y, map.z))
+}
+
+/// Encodings `[n, 3 (1 + 2 frequencies)]` of positions: the mapped position, then sines and cosines of its
+/// multiples by powers of two.
+#[cube(launch)]
+pub(super) fn encode(means: &[f32], out: &mut [f32], map: Map, #[comptime] frequencies: usize) {
+    let i = ABSOLUTE_POS;
+    if i < means.len() / 3usize {
+        let first = i * comptime!(3 * (1 + 2 * frequencies));
+        for k in 0..3usize {
+            let local = (means[3usize * i + k] - center(&map, k)) / map.scale;
+            out[first + k] = local;
+            let mut angle = local;
+            for l in 0..frequencies {
+                let at = first + 3usize * (1usize + 2usize * l) + k;
+                out[at] = angle.sin();
+                out[at + 3usize] = angle.cos();
+                angle = 2.0f32 * angle;
+            }
+        }
+    }
+}
+
+/// The turn of a head that has one: of a quaternion, or of a rotation vector.
+#[cube]
+fn turn_of(raw: &[f32], at: usize, #[comptime] head: u32) -> Array<f32> {
+    if comptime!(head == TURN) {
+        let mut turn = unit(raw, at);
+        if turn[4usize] <= 1e-12f32 {
+            turn[0usize] = 1.0f32;
+            turn[1usize] = 0.0f32;
+            turn[2usize] = 0.0f32;
+            turn[3usize] = 0.0f32;
+        }
+        turn
+    } else {
+        exponential(raw, at)
+    }
+}
+
+/// The offset of a Gaussian from the centre of the map.
+#[cube]
+fn offset(means: &[f32], i: usize, map: &Map) -> Array<f32> {
+    let mut u = Array::<f32>::new(3usize);
+    for k in 0..3usize {
+        u[k] = means[3usize * i + k] - center(map, k);
+    }
+    u
+}
+
+/// Pose rows from raw rows, centres and quaternions.
+#[cube(launch)]
+pub(super) fn poses(
+    raw: &[f32],
+    means: &[f32],
+    rotations: &[f32],
+    out: &mut [f32],
+    map: Map,
+    #[comptime] head: u32,
+) {
+    let i = ABSOLUTE_POS;
+    let row = i * ROW;
+    if row < raw.len() {
+        let q = unit(rotations, 4usize * i);
+        for k in 0..3usize {
+            out[row + k] = means[3usize * i + k] + raw[row + k];
+            out[row + 7usize + k] = raw[row + 7usize + k];
+        }
+        if comptime!(head == TURN || head == RIGID) {
+            let turn = turn_of(raw, row + 3usize, head);
+            let turned = product(&turn, &q);
+            for k in 0..4usize {
+                out[row + 3usize + k] = turned[k];
+            }
+            if comptime!(head == RIGID) {
+                let from_center = rotate(&turn, &offset(means, i, &map));
+                for k in 0..3usize {
+                    out[row + k] = center(&map, k) + from_center[k] + map.scale * raw[row + k];
+                }
+            }
+        } else {
+            for k in 0..4usize {
+                out[row + 3usize + k] = q[k] + raw[row + 3usize + k];
+            }
+        }
+    }
+}
+
+/// Cotangents of raw rows, and `[n, GAUSSIAN]` of centres and quaternions, given those of pose rows.
+#[cube(launch)]
+pub(super) fn poses_vjp(
+    raw: &[f32],
+    means: &[f32],
+    rotations: &[f32],
+    v_poses: &[f32],
+    v_raw: &mut [f32],
+    v_gaussians: &mut [f32],
+    map: Map,
+    #[comptime] head: u32,
+) {
+    let i = ABSOLUTE_POS;
+    let row = i * ROW;
+    if row < raw.len() {
+        let q = unit(rotations, 4usize * i);
+        let mut v_unit = Array::<f32>::new(4usize);
+        for k in 0..3usize {
+            v_raw[row + k] = v_poses[row + k];
+            v_raw[row + 7usize + k] = v_poses[row + 7usize + k];
+            v_gaussians[i * GAUSSIAN + k] = v_poses[row + k];
+        }
+        for k in 0..4usize {
+            v_unit[k] = v_poses[row + 3usize + k];
+            v_raw[row + 3usize + k] = v_unit[k];
+        }
+        if comptime!(head == TURN || head == RIGID) {
+            let turn = turn_of(raw, row + 3usize, head);
+            let v_turn = product(&v_unit, &conjugate(&q));
+            v_unit = product(&conjugate(&turn), &v_unit);
+            if comptime!(head == TURN) {
+                turn_vjp(&turn, &v_turn, v_raw, row);
+            } else {
+                let u = offset(means, i, &map);
+                rigid_vjp(raw, &turn, &u, &v_turn, v_raw, v_gaussians, (i, map.scale));
+            }
+        }
+        length_vjp(&q, &v_unit, v_gaussians, i * GAUSSIAN + 3usize);
+    }
+}
+
+/// Cotangent of a quaternion at a place, given that of its unit form.
+#[cube]
+fn length_vjp(q: &Array<f32>, v_unit: &Array<f32>, out: &mut [f32], at: usize) {
+    let along = q[0usize] * v_unit[0usize]
+        + q[1usize] * v_unit[1usize]
+        + q[2usize] * v_unit[2usize]
+        + q[3usize] * v_unit[3usize];
+    for k in 0..4usize {
+        out[at + k] = (v_unit[k] - q[k] * along) / q[4usize];
+    }
+}
+
+/// Cotangent of the quaternion of a turn, through its length.
+#[cube]
+fn turn_vjp(turn: &Array<f32>, v_turn: &Array<f32>, v_raw: &mut [f32], row: usize) {
+    let along = turn[0usize] * v_turn[0usize]
+        + turn[1usize] * v_turn[1usize]
+        + turn[2usize] * v_turn[2usize]
+        + turn[3usize] * v_turn[3usize];
+    // Without a direction the length counts as one.
+    let length = select(turn[4usize] > 1e-12f32, turn[4usize], 1.0f32);
+    for k in 0..4usize {
+        v_raw[row + 3usize + k] = (v_turn[k] - turn[k] * along) / length;
+    }
+}
+
+/// Cotangents of the rotation vector, the shift and the centre of a rigid head.
+#[cube]
+fn rigid_vjp(
+    raw: &[f32],
+    turn: &Array<f32>,
+    u: &Array<f32>,
+    v_turn: &Array<f32>,
+    v_raw: &mut [f32],
+    v_gaussians: &mut [f32],
+    place: (usize, f32),
+) {
+    let (i, scale) = place;
+    let row = i * ROW;
+    let mut v = Array::<f32>::new(3usize);
+    for k in 0..3usize {
+        v[k] = v_raw[row + k];
+    }
+    let mut v_q = rotate_vjp(turn, u, &v);
+    for k in 0..4usize {
+        v_q[k] = v_q[k] + v_turn[k];
+    }
+    let v_w = exponential_vjp(raw, row + 3usize, &v_q);
+    let back = rotate(&conjugate(turn), &v);
+    for k in 0..3usize {
+        v_raw[row + k] = scale * v[k];
+        v_raw[row + 3usize + k] = v_w[k];
+        v_gaussians[i * GAUSSIAN + k] = back[k];
+    }
+    v_raw[row + 6usize] = 0.0f32;
+}

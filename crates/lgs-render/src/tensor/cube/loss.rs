@@ -1,0 +1,136 @@
+//! The photometric loss on devices of CubeCL: value and gradient from the kernels of [`super::ssim`].
+
+use super::super::loss::{PhotometricCall, PhotometricOps};
+use burn::backend::TensorMetadata;
+use burn::backend::ops::FloatTensorOps;
+use burn::backend::tensor::FloatTensor;
+use burn::tensor::{DType, TensorData};
+use cubecl::prelude::*;
+use lgs_tensor::Kernel;
+use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, cubes, empty};
+
+use crate::window::weights;
+
+use super::ssim::{EDGE, SizeLaunch, compare, gradient};
+
+/// Images `[H, W, 3]` that are compared, and what weighs their differences.
+struct Comparison {
+    image: CubeTensor,
+    target: CubeTensor,
+    /// The window, and the weights of absolute differences and of SSIM over the number of values.
+    weights: CubeTensor,
+    height: usize,
+    width: usize,
+}
+
+impl Comparison {
+    fn new(call: &PhotometricCall<CubeBackend>, image: CubeTensor) -> Self {
+        let shape = image.shape();
+        let values = shape.num_elements().max(1) as f32;
+        let mut numbers = weights().to_vec();
+        numbers.extend([(1.0 - call.lambda) / values, -call.lambda / values]);
+        let count = numbers.len();
+        let weights = CubeBackend::float_from_data(TensorData::new(numbers, [count]), &image.device);
+        let (image, target) = (contiguous(image), contiguous(call.target.clone()));
+        Self { image, target, weights, height: shape[0], width: shape[1] }
+    }
+
+    fn cubes(&self) -> (CubeCount, CubeDim) {
+        let squares = self.width.div_ceil(EDGE) * self.height.div_ceil(EDGE);
+        (cubes(&self.image.client, 3 * squares), CubeDim::new_1d((EDGE * EDGE) as u32))
+    }
+
+    fn size(&self) -> SizeLaunch {
+        SizeLaunch::new(self.width as u32, self.height as u32)
+    }
+
+    /// SSIM and absolute differences `[2, H W 3]`, and slopes `[3, H W 3]`.
+    fn compared(&self) -> [CubeTensor; 2] {
+        let values = 3 * self.width * self.height;
+        let out = [2, 3].map(|maps| empty(&self.image, [maps, values], DType::F32));
+        let (cubes, dim) = self.cubes();
+        compare::launch(
+            &self.image.client,
+            cubes,
+            dim,
+            self.image.clone().into_buffer_arg(),
+            self.target.clone().into_buffer_arg(),
+            self.weights.clone().into_buffer_arg(),
+            out[0].clone().into_buffer_arg(),
+            out[1].clone().into_buffer_arg(),
+            self.size(),
+        );
+        out
+    }
+
+    /// Gradient `[H, W, 3]` by the image, given the slopes.
+    fn gradient(&self, slopes: CubeTensor) -> CubeTensor {
+        let out = empty(&self.image, [self.height, self.width, 3], DType::F32);
+        let (cubes, dim) = self.cubes();
+        gradient::launch(
+            &self.image.client,
+            cubes,
+            dim,
+            self.image.clone().into_buffer_arg(),
+            self.target.clone().into_buffer_arg(),
+            self.weights.clone().into_buffer_arg(),
+            slopes.into_buffer_arg(),
+            out.clone().into_buffer_arg(),
+            self.size(),
+        );
+        out
+    }
+}
+
+/// `(1 - λ) mean|a - b| + λ (1 - mean SSIM)`, given SSIM and absolute differences `[2, n]`.
+fn loss(values: CubeTensor, lambda: f32) -> CubeTensor {
+    let means = CubeBackend::float_mean_dim(values, 1);
+    let part = |row: usize, weight: f32| {
+        let mean = CubeBackend::float_slice(means.clone(), &[(row..row + 1).into(), (0..1).into()]);
+        CubeBackend::float_mul_scalar(CubeBackend::float_reshape(mean, [1].into()), weight.into())
+    };
+    CubeBackend::float_add_scalar(
+        CubeBackend::float_add(part(0, -lambda), part(1, 1.0 - lambda)),
+        lambda.into(),
+    )
+}
+
+impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
+    /// Gradient by the image.
+    type Kept = FloatTensor<Self>;
+
+    fn forward(call: &PhotometricCall<Self>, [image]: [FloatTensor<Self>; 1]) -> FloatTensor<Self> {
+        let _span = tracing::trace_span!("photometric loss").entered();
+        let [values, _] = Comparison::new(call, image).compared();
+        loss(values, call.lambda)
+    }
+
+    fn forward_kept(
+        call: &PhotometricCall<Self>,
+        [image]: [FloatTensor<Self>; 1],
+    ) -> (FloatTensor<Self>, Self::Kept) {
+        let _span = tracing::trace_span!("photometric loss and gradient").entered();
+        let comparison = Comparison::new(call, image);
+        let [values, slopes] = comparison.compared();
+        (loss(values, call.lambda), comparison.gradient(slopes))
+    }
+
+    fn vjp(
+        _: &PhotometricCall<Self>,
+        gradient: Self::Kept,
+        v_loss: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 1] {
+        let scale = Self::float_reshape(v_loss, [1, 1, 1].into());
+        [Self::float_mul(gradient, scale)]
+    }
+}
+
+impl PhotometricOps for CubeBackend {
+    fn photometric_loss(
+        image: FloatTensor<Self>,
+        target: FloatTensor<Self>,
+        lambda: f32,
+    ) -> FloatTensor<Self> {
+        Self::forward(&PhotometricCall { target, lambda }, [image])
+    }
+}

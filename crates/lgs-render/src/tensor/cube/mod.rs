@@ -1,0 +1,18 @@
+//! Rasterizer and photometric loss on devices of CubeCL.
+//!
+//! A kernel's parameters are its buffers, of which a device may offer a stage no more than eight.
+
+mod blend;
+mod blend_vjp;
+mod chain;
+mod extent;
+mod frame;
+mod harmonics;
+mod lists;
+mod loss;
+mod project;
+mod pull_back;
+mod raster;
+mod scan;
+mod sort;
+mod ssim;

@@ -1,0 +1,220 @@
+//! The rasterizer on devices of CubeCL: buffers, launches, and the kernel's `impl`.
+//!
+//! Project, list, blend; back, blend entry by entry, sum each Gaussian's entries and pull them back through
+//! the projection. Everything stays on the device but one number per image, that of the lists' entries.
+
+use super::super::ops::{Drawn, RasterKernels, RasterOps, SplatPrimitives, ViewSpec};
+use burn::backend::TensorMetadata;
+use burn::backend::ops::FloatTensorOps;
+use burn::backend::tensor::{FloatTensor, IntTensor};
+use burn::tensor::{DType, TensorData};
+use cubecl::prelude::*;
+use lgs_tensor::Kernel;
+use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, cubes, empty, units, zeros};
+
+use super::blend::blend;
+use super::blend_vjp::{COTANGENTS, blend_vjp, collect};
+use super::frame::{HEADER, PARAMETERS, PIXELS, PROJECTED, Sizes, TILE, header};
+use super::lists::{GROUP, Lists, lists};
+use super::project::{count_tiles, project};
+use super::pull_back::{GRADIENTS, pull_back};
+
+/// What a forward pass leaves on the device.
+#[derive(Clone, Debug)]
+pub struct CubeRasterKept {
+    sizes: Sizes,
+    /// Camera and parameters, and the harmonics.
+    packed: CubeTensor,
+    sh: CubeTensor,
+    radii: CubeTensor,
+    /// What was drawn; none where nothing is visible.
+    drawn: Option<DrawnKept>,
+}
+
+#[derive(Clone, Debug)]
+struct DrawnKept {
+    projected: CubeTensor,
+    lists: Lists,
+    states: CubeTensor,
+    /// Image and transmittance `[H, W, 4]`.
+    image: CubeTensor,
+    stops: CubeTensor,
+}
+
+fn sizes(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> Sizes {
+    let shape = inputs[4].shape();
+    Sizes {
+        gaussians: shape[0],
+        coefficients: shape[1],
+        width: view.camera.width as usize,
+        height: view.camera.height as usize,
+    }
+}
+
+/// The camera and, Gaussian by Gaussian, centre, quaternion, log scales and opacity logit.
+fn pack(view: &ViewSpec, [means, rotations, log_scales, raw_opacities, ..]: &[CubeTensor; 7]) -> CubeTensor {
+    let n = means.shape()[0];
+    let header = CubeBackend::float_from_data(TensorData::new(header(view), [HEADER]), &means.device);
+    let opacities = CubeBackend::float_reshape(raw_opacities.clone(), [n, 1].into());
+    let rows =
+        CubeBackend::float_cat(vec![means.clone(), rotations.clone(), log_scales.clone(), opacities], 1);
+    let rows = CubeBackend::float_reshape(rows, [n * PARAMETERS].into());
+    contiguous(CubeBackend::float_cat(vec![header, rows], 0))
+}
+
+/// The background alone.
+fn empty_image(view: &ViewSpec, like: &CubeTensor) -> CubeTensor {
+    let [r, g, b] = view.background;
+    let shape = [view.camera.height as usize, view.camera.width as usize, 4];
+    let values = [r, g, b, 1.0].repeat(shape[0] * shape[1]);
+    CubeBackend::float_from_data(TensorData::new(values, shape), &like.device)
+}
+
+/// Projected Gaussians, numbers of tiles that each touches, and radii.
+fn projected(kept: &CubeRasterKept, degree: usize) -> (CubeTensor, CubeTensor) {
+    let (packed, n) = (&kept.packed, kept.sizes.gaussians);
+    let projected = empty(packed, [n, PROJECTED], DType::F32);
+    let counts = empty(packed, [n], DType::U32);
+    let (count, dim) = units(&packed.client, n);
+    project::launch(
+        &packed.client,
+        count.clone(),
+        dim,
+        packed.clone().into_buffer_arg(),
+        kept.sh.clone().into_buffer_arg(),
+        projected.clone().into_buffer_arg(),
+        kept.sizes.frame(),
+        degree as u32,
+    );
+    count_tiles::launch(
+        &packed.client,
+        count,
+        dim,
+        projected.clone().into_buffer_arg(),
+        counts.clone().into_buffer_arg(),
+        kept.radii.clone().into_buffer_arg(),
+        kept.sizes.frame(),
+    );
+    (projected, counts)
+}
+
+/// Blends the lists.
+fn blended(kept: &CubeRasterKept, projected: CubeTensor, lists: Lists) -> DrawnKept {
+    let (sizes, packed) = (kept.sizes, &kept.packed);
+    let states = empty(packed, [lists.groups * PIXELS as usize, 4], DType::F32);
+    let image = empty(packed, [sizes.height, sizes.width, 4], DType::F32);
+    let stops = empty(packed, [sizes.height, sizes.width], DType::U32);
+    blend::launch(
+        &packed.client,
+        cubes(&packed.client, sizes.tiles()),
+        CubeDim::new_2d(TILE, TILE),
+        projected.clone().into_buffer_arg(),
+        lists.members.clone().into_buffer_arg(),
+        lists.ranges.clone().into_buffer_arg(),
+        packed.clone().into_buffer_arg(),
+        states.clone().into_buffer_arg(),
+        image.clone().into_buffer_arg(),
+        stops.clone().into_buffer_arg(),
+        sizes.frame(),
+    );
+    DrawnKept { projected, lists, states, image, stops }
+}
+
+/// Cotangents `[entries, COTANGENTS]` of the lists' entries.
+fn v_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> CubeTensor {
+    let (sizes, client) = (kept.sizes, &kept.packed.client);
+    let pixels = empty(&kept.packed, [sizes.height * sizes.width, 5], DType::F32);
+    let (count, dim) = units(client, sizes.height * sizes.width);
+    collect::launch(
+        client,
+        count,
+        dim,
+        drawn.image.clone().into_buffer_arg(),
+        contiguous(v_image).into_buffer_arg(),
+        drawn.stops.clone().into_buffer_arg(),
+        pixels.clone().into_buffer_arg(),
+    );
+    // Entries of no tile are left at zero.
+    let out = zeros(&kept.packed, [drawn.lists.entries, COTANGENTS], DType::F32);
+    blend_vjp::launch(
+        client,
+        cubes(client, drawn.lists.groups),
+        CubeDim::new_1d(GROUP as u32),
+        drawn.projected.clone().into_buffer_arg(),
+        drawn.lists.members.clone().into_buffer_arg(),
+        drawn.lists.ranges.clone().into_buffer_arg(),
+        drawn.states.clone().into_buffer_arg(),
+        pixels.into_buffer_arg(),
+        out.clone().into_buffer_arg(),
+        sizes.frame(),
+    );
+    out
+}
+
+/// Cotangents of all inputs.
+fn pulled_back(kept: &CubeRasterKept, degree: usize, v_image: CubeTensor) -> [CubeTensor; 7] {
+    let (sizes, packed) = (kept.sizes, &kept.packed);
+    let n = sizes.gaussians;
+    let v_sh = zeros(packed, [n, sizes.coefficients, 3], DType::F32);
+    let out = zeros(packed, [n, GRADIENTS], DType::F32);
+    if let Some(drawn) = &kept.drawn {
+        let (count, dim) = units(&packed.client, n);
+        pull_back::launch(
+            &packed.client,
+            count,
+            dim,
+            packed.clone().into_buffer_arg(),
+            kept.sh.clone().into_buffer_arg(),
+            drawn.projected.clone().into_buffer_arg(),
+            drawn.lists.spans.clone().into_buffer_arg(),
+            v_entries(kept, drawn, v_image).into_buffer_arg(),
+            out.clone().into_buffer_arg(),
+            v_sh.clone().into_buffer_arg(),
+            sizes.frame(),
+            degree as u32,
+        );
+    }
+    let columns =
+        |from: usize, to: usize| CubeBackend::float_slice(out.clone(), &[(0..n).into(), (from..to).into()]);
+    // There is no kernel for the gradient by the pose: training refines poses on the processor alone.
+    let pose = zeros(packed, [6], DType::F32);
+    let opacities = CubeBackend::float_reshape(contiguous(columns(10, 11)), [n].into());
+    [columns(0, 3), columns(3, 7), columns(7, 10), opacities, v_sh, columns(11, 13), pose]
+}
+
+impl Kernel<ViewSpec, 7> for CubeBackend {
+    type Kept = CubeRasterKept;
+
+    fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 7]) -> (FloatTensor<Self>, CubeRasterKept) {
+        let _span = tracing::trace_span!("rasterize").entered();
+        let sizes = sizes(view, &inputs);
+        let radii = zeros(&inputs[0], [sizes.gaussians], DType::I32);
+        let (packed, sh) = (pack(view, &inputs), contiguous(inputs[4].clone()));
+        let mut kept = CubeRasterKept { sizes, packed, sh, radii, drawn: None };
+        if sizes.gaussians > 0 && sizes.tiles() > 0 {
+            let (projected, counts) = projected(&kept, view.active_degree);
+            let lists = lists(&projected, &counts, &sizes);
+            kept.drawn = lists.map(|lists| blended(&kept, projected, lists));
+        }
+        let image = kept.drawn.as_ref().map(|drawn| drawn.image.clone());
+        (image.unwrap_or_else(|| empty_image(view, &kept.packed)), kept)
+    }
+
+    fn vjp(view: &ViewSpec, kept: CubeRasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 7] {
+        let _span = tracing::trace_span!("rasterize, backward").entered();
+        pulled_back(&kept, view.active_degree, v_packed)
+    }
+}
+
+impl RasterKernels for CubeBackend {
+    fn radii(kept: &CubeRasterKept) -> IntTensor<Self> {
+        kept.radii.clone()
+    }
+}
+
+impl RasterOps for CubeBackend {
+    fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
+        let (packed, kept) = Self::forward_kept(&view, splats.into_array());
+        Drawn { packed, radii: Self::radii(&kept) }
+    }
+}

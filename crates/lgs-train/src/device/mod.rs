@@ -1,0 +1,181 @@
+//! Names of compute devices: the one place that knows which backends a build has.
+
+#[cfg(feature = "gpu")]
+mod wgpu;
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+pub use burn::tensor::Device;
+
+/// A device as a user names it: `auto`, `cpu`, `wgpu` or `wgpu:N`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DeviceName {
+    /// The processor, until the speed of a GPU has been measured.
+    #[default]
+    Auto,
+    /// The processor.
+    Cpu,
+    /// A device that Vulkan, Metal or DX12 reaches, by its place in [`devices`]; without a number the first.
+    Wgpu(Option<usize>),
+}
+
+/// A device that a build can compute on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceEntry {
+    /// Its name on the command line.
+    pub name: String,
+    /// What it is, in its driver's words.
+    pub description: String,
+}
+
+/// Why there is no such device.
+#[derive(Debug, Error)]
+pub enum DeviceError {
+    /// No device has this name.
+    #[error("device: expected auto, cpu, wgpu or wgpu:N, found {0}")]
+    Name(String),
+    /// The build has the processor alone.
+    #[error(
+        "{0}: this build computes on the processor alone; build with `cargo build --release --features gpu`"
+    )]
+    Feature(DeviceName),
+    /// No driver offers a device.
+    #[error("{0}: no driver of Vulkan, Metal or DX12 offers a device on this machine")]
+    Absent(DeviceName),
+    /// The number is that of no device.
+    #[error("{name}: there {}, see `lagrangegs info --devices`", count(*.found))]
+    Index {
+        /// The device asked for.
+        name: DeviceName,
+        /// How many there are.
+        found: usize,
+    },
+    /// A driver refuses.
+    #[error("{name}: the driver can't open the device: {reason}")]
+    Driver {
+        /// The device asked for.
+        name: DeviceName,
+        /// The driver's reason.
+        reason: String,
+    },
+}
+
+fn count(devices: usize) -> String {
+    if devices == 1 { "is one device, wgpu:0".to_owned() } else { format!("are {devices} devices, from 0") }
+}
+
+impl fmt::Display for DeviceName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => write!(f, "auto"),
+            Self::Cpu => write!(f, "cpu"),
+            Self::Wgpu(None) => write!(f, "wgpu"),
+            Self::Wgpu(Some(index)) => write!(f, "wgpu:{index}"),
+        }
+    }
+}
+
+impl FromStr for DeviceName {
+    type Err = DeviceError;
+
+    fn from_str(text: &str) -> Result<Self, DeviceError> {
+        let unknown = || DeviceError::Name(text.to_owned());
+        match text {
+            "auto" => Ok(Self::Auto),
+            "cpu" => Ok(Self::Cpu),
+            "wgpu" => Ok(Self::Wgpu(None)),
+            _ => {
+                let index = text.strip_prefix("wgpu:").ok_or_else(unknown)?;
+                index.parse().map(|index| Self::Wgpu(Some(index))).map_err(|_| unknown())
+            }
+        }
+    }
+}
+
+impl DeviceName {
+    /// The device, without autodiff.
+    ///
+    /// # Errors
+    /// If this build or this machine has no such device, or its driver refuses to open it.
+    pub fn open(self) -> Result<Device, DeviceError> {
+        match self {
+            Self::Auto | Self::Cpu => Ok(Device::flex()),
+            #[cfg(feature = "gpu")]
+            Self::Wgpu(index) => wgpu::open(self, index.unwrap_or(0)),
+            #[cfg(not(feature = "gpu"))]
+            Self::Wgpu(_) => Err(DeviceError::Feature(self)),
+        }
+    }
+
+    /// The device, without autodiff, where it is known to be there.
+    ///
+    /// # Panics
+    /// Where [`Self::open`] fails.
+    #[must_use]
+    pub fn device(self) -> Device {
+        self.open().unwrap_or_else(|error| panic!("{error}"))
+    }
+}
+
+/// Whether a device has kernels of its own, which are not those of the processor.
+#[cfg(feature = "gpu")]
+pub(crate) fn has_kernels(device: &Device) -> bool {
+    wgpu::kind(&device.clone().without_autodiff()).is_some()
+}
+
+/// Whether a device has kernels of its own: not in this build.
+#[cfg(not(feature = "gpu"))]
+pub(crate) fn has_kernels(_device: &Device) -> bool {
+    false
+}
+
+/// The devices that this build has on this machine; asks every driver.
+#[must_use]
+pub fn devices() -> Vec<DeviceEntry> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let description = format!("the processor, {threads} threads");
+    #[allow(unused_mut, reason = "builds without GPUs add nothing")]
+    let mut devices = vec![DeviceEntry { name: DeviceName::Cpu.to_string(), description }];
+    #[cfg(feature = "gpu")]
+    devices.extend(wgpu::entries());
+    devices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_and_written() {
+        for name in ["auto", "cpu", "wgpu", "wgpu:0", "wgpu:12"] {
+            assert_eq!(name.parse::<DeviceName>().expect("a name").to_string(), name);
+        }
+        for wrong in ["", "tpu", "wgpu:", "wgpu:x", "wgpu:-1", "wgpu0", "cuda"] {
+            let error = wrong.parse::<DeviceName>().expect_err("no name").to_string();
+            assert!(error.contains("wgpu:N") && error.ends_with(wrong), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_processor_is_always_there() {
+        assert!(DeviceName::Auto.open().is_ok());
+        assert_eq!(devices()[0].name, "cpu");
+    }
+
+    #[test]
+    #[cfg(not(feature = "gpu"))]
+    fn a_build_without_gpus_says_how_to_get_one() {
+        let error = DeviceName::Wgpu(Some(1)).open().expect_err("no device").to_string();
+        assert!(error.starts_with("wgpu:1") && error.contains("--features gpu"), "{error}");
+    }
+
+    #[test]
+    #[cfg(feature = "gpu")]
+    fn a_number_out_of_range_says_how_many_there_are() {
+        let error = DeviceName::Wgpu(Some(999)).open().expect_err("no device").to_string();
+        assert!(error.starts_with("wgpu:999: "), "{error}");
+    }
+}
