@@ -77,10 +77,10 @@ impl Choice {
         weights(&self.judged.iter().map(Judged::score).collect::<Vec<_>>())
     }
 
-    /// Whether the chosen law explains the track to within the scatter of χ².
+    /// Whether one of the laws explains the track to within the scatter of χ².
     #[must_use]
-    pub fn explains(&self) -> bool {
-        let Fitted { law, start, loss, .. } = &self.law().fitted;
+    pub fn explains(&self, judged: &Judged) -> bool {
+        let Fitted { law, start, loss, .. } = &judged.fitted;
         *loss <= explained(self.samples, law.parameters.len() + 2 * start.v.len())
     }
 

@@ -8,7 +8,7 @@ use super::rated::Rated;
 use super::rigid_law::combined;
 use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, choose};
+use lgs_mechanics::choose::{Choice, Judged, choose};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
@@ -95,20 +95,21 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })
 }
 
-/// Laws along a joint. A body that is balanced on its hinge has no weight to turn it, unless nothing else
-/// explains how it turns.
+/// Laws along a joint. A body that is balanced on its hinge has no weight to turn it, if a law without weight
+/// explains how it turns and is as simple as the likeliest.
 fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
     let track = observed.along(joint, Track::new(joint, &observed.times, x));
-    let of = |list: &[Candidate]| choose(list, &track, &track.scales(joint));
-    let all = observed.laws.candidates(joint);
+    let mut choice = choose(&observed.laws.candidates(joint), &track, &track.scales(joint))?;
     let is_balanced = matches!(joint, Coordinates::Hinge(hinge) if observed.is_balanced_on(hinge));
-    if is_balanced {
-        let has_weight = |c: &&Candidate| c.terms.iter().any(|term| term.kind.name().starts_with("fourier"));
-        let weightless: Vec<Candidate> = all.iter().filter(|c| !has_weight(c)).cloned().collect();
-        let found = of(&weightless).filter(Choice::explains);
-        return found.or_else(|| of(&all));
+    let is_weightless =
+        |judged: &Judged| judged.fitted.law.terms.iter().all(|term| !term.kind.name().starts_with("fourier"));
+    let most = choice.law().simplicity;
+    let will_do =
+        |judged: &&Judged| is_weightless(judged) && judged.simplicity <= most && choice.explains(judged);
+    if is_balanced && choice.judged.iter().any(|judged| will_do(&judged)) {
+        choice.judged.retain(is_weightless);
     }
-    of(&all)
+    Some(choice)
 }
 
 fn acts_on(candidate: &Candidate, port: Port) -> bool {
