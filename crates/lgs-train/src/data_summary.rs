@@ -44,12 +44,6 @@ impl DataSummary {
         f64::from(self.size[0]) * f64::from(self.size[1])
     }
 
-    /// Mean number of images of a time.
-    #[must_use]
-    pub fn images_per_time(&self) -> f32 {
-        self.images as f32 / self.times.max(1) as f32
-    }
-
     /// Whether the camera is elsewhere at nearly every image, so that no camera shows what moves before its
     /// surroundings.
     #[must_use]

@@ -155,12 +155,6 @@ pub(crate) const WINDOW_FRONT: f32 = 0.05;
 /// Length of each end of the whole window whose frames are repeated, as a fraction of the window.
 pub(crate) const WINDOW_EDGE: f32 = 0.1;
 
-// Refinement of cameras (method §3.8)
-
-/// Images per moment from which poses are refined without being asked for: two cameras that see a moment
-/// tell a motion of one of them from a motion of the scene.
-pub(crate) const FEWEST_IMAGES_PER_TIME: f32 = 2.0;
-
 // Priors of the motion
 
 /// Least canonical distance of neighbours that is divided by, world units: far below any spacing.

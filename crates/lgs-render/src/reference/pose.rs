@@ -18,7 +18,7 @@ impl Pose {
     pub(super) fn new(camera: &Camera, probe: &Tensor<1>) -> Self {
         let m = camera.camera_from_world.transpose().to_cols_array_2d();
         let [rx, ry, rz, tx, ty, tz]: [Tensor<2>; 6] =
-            std::array::from_fn(|i| probe.clone().slice([i..i + 1]).reshape([1, 1]));
+            std::array::from_fn(|i| probe.clone().narrow(0, i, 1).reshape([1, 1]));
         // ω × p, for p a column of the matrix.
         let turned = |j: usize| {
             let times = |t: &Tensor<2>, i: usize| t.clone().mul_scalar(m[i][j]);

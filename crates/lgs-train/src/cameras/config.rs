@@ -3,8 +3,6 @@
 use lgs_data::dataset::CameraOrigin;
 use serde::{Deserialize, Serialize};
 
-use crate::thresholds::FEWEST_IMAGES_PER_TIME;
-
 /// Whether something is refined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -25,9 +23,8 @@ pub struct CamerasConfig {
     /// Refine exposure and white balance: a gain and an offset per channel and camera (paper: off). `auto`:
     /// unless the images were rendered, which a set in the D-NeRF layout is taken to be.
     pub refine_exposure: Refine,
-    /// Refine poses: a rotation and a translation per camera (paper: off). `auto`: where poses were found
-    /// from the images themselves, as structure from motion does, and several cameras show each moment; a
-    /// moving camera by itself cannot tell its own motion from the scene's.
+    /// Refine poses: a rotation and a translation per camera (paper: off). `auto`: no, since exact cameras
+    /// lose a little by it and nothing tells yet how far those of a set are off.
     pub refine_poses: Refine,
     /// Rate of gains and offsets at the start, per step.
     pub exposure_start: f64,
@@ -69,18 +66,17 @@ impl CamerasConfig {
         Self { refine_exposure: Refine::Off, refine_poses: Refine::Off, ..Self::default() }
     }
 
-    /// The settings for cameras of an origin, of which so many show each moment, without `auto`.
+    /// The settings for cameras of an origin, without `auto`.
     #[must_use]
-    pub(crate) fn resolved(&self, origin: CameraOrigin, images_per_time: f32) -> Self {
+    pub(crate) fn resolved(&self, origin: CameraOrigin) -> Self {
         let chosen = |asked: Refine, is_needed: bool| match asked {
             Refine::Auto if is_needed => Refine::On,
             Refine::Auto => Refine::Off,
             asked => asked,
         };
-        let shows_moments = images_per_time >= FEWEST_IMAGES_PER_TIME;
         Self {
             refine_exposure: chosen(self.refine_exposure, origin != CameraOrigin::Exact),
-            refine_poses: chosen(self.refine_poses, origin == CameraOrigin::Estimated && shows_moments),
+            refine_poses: chosen(self.refine_poses, false),
             ..self.clone()
         }
     }
@@ -119,15 +115,14 @@ mod tests {
 
     #[test]
     fn the_origin_of_cameras_decides_what_is_refined() {
-        let of = |origin, images| {
-            let found = CamerasConfig::default().resolved(origin, images);
+        let of = |origin| {
+            let found = CamerasConfig::default().resolved(origin);
             (found.refine_exposure == Refine::On, found.refine_poses == Refine::On)
         };
-        assert_eq!(of(CameraOrigin::Exact, 12.0), (false, false));
-        assert_eq!(of(CameraOrigin::Calibrated, 12.0), (true, false));
-        assert_eq!(of(CameraOrigin::Estimated, 12.0), (true, true));
-        assert_eq!(of(CameraOrigin::Estimated, 1.0), (true, false));
+        assert_eq!(of(CameraOrigin::Exact), (false, false));
+        assert_eq!(of(CameraOrigin::Calibrated), (true, false));
+        assert_eq!(of(CameraOrigin::Estimated), (true, false));
         let asked = CamerasConfig { refine_poses: Refine::On, ..CamerasConfig::off() };
-        assert_eq!(asked.resolved(CameraOrigin::Exact, 1.0), asked);
+        assert_eq!(asked.resolved(CameraOrigin::Exact), asked);
     }
 }

@@ -52,7 +52,7 @@ impl SourceConfig {
         while data.size[0] >> config.coarse_levels < COARSEST_WIDTH && config.coarse_levels > 0 {
             config.coarse_levels -= 1;
         }
-        config.cameras = config.cameras.resolved(data.cameras, data.images_per_time());
+        config.cameras = config.cameras.resolved(data.cameras);
         if config.warmup_frames == WarmupFrames::ByCameras {
             config = config.with_frames_by_cameras(data);
         }
