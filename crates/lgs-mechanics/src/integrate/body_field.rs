@@ -1,11 +1,11 @@
 //! Torques and forces on a rigid body, and its motion without any.
 //!
 //! Torques are in body axes. A drift splits the kinetic energy `½ π · W π` of the angular momentum
-//! `π = W⁻¹ ω` into `½ |π|²/I₂`, whose motion `R exp(h π/I₂)` is exact, and parts `½ c (n · π)²`, which turn the body by
-//! `h c n · π` about a fixed axis `n` of it, one after the other and then in the reverse order. `n` is a
-//! principal axis, or lies between two of the axes where these are coupled. The angular momentum in world
-//! axes is kept to rounding, a body with two or three equal moments along its axes moves exactly, and the
-//! drift by `−h` is the inverse.
+//! `π = W⁻¹ ω` into `½ |π|²/I₂`, whose motion `R exp(h π/I₂)` is exact, and parts `½ c (n · π)²`, which turn
+//! the body by `h c n · π` about a fixed axis `n` of it, one after the other and then in the reverse order.
+//! `n` is a principal axis, or lies between two of the axes where these are coupled. The angular momentum in
+//! world axes is kept to rounding, a body with two or three equal moments along its axes moves exactly, and
+//! the drift by `−h` is the inverse.
 
 use super::applied::{Applied, applied_terms};
 use super::kick_field::{KickField, Linearised};
