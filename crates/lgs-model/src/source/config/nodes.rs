@@ -96,3 +96,19 @@ impl NodesConfig {
         ])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rigidity_falls_while_nodes_are_chosen() {
+        let config = NodesConfig { rigidity: 2.0, rigidity_decay: 0.1, ..NodesConfig::quick() };
+        let at = |part: f32| config.rigidity_at((part * config.chosen_before as f32) as usize);
+        assert_eq!(at(0.0), 2.0);
+        assert!((at(0.5) - 2.0 * 0.1_f32.sqrt()).abs() < 1e-5);
+        assert!((at(1.0) - 0.2).abs() < 1e-6 && at(3.0) == at(1.0));
+        assert_eq!(NodesConfig::quick().rigidity_at(500), NodesConfig::quick().rigidity, "it stays");
+        assert!(NodesConfig { rigidity_decay: 0.0, ..config }.validate().is_err());
+    }
+}
