@@ -27,8 +27,8 @@ fn true_camera(i: usize) -> Camera {
     Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), height], [0.0; 3], 0.6, SIZE, SIZE)
 }
 
-/// What was done to a camera: a motion of about a pixel, without one of the world, and a change of exposure of
-/// which the mean is none.
+/// What was done to a camera: a motion of about a pixel, without one of the world, and a change of exposure
+/// of which the mean is none.
 fn disturbance(i: usize) -> ([f32; 6], f32) {
     let pixel = f64::from(true_camera(0).fx).recip();
     let draw = |n: usize| ((n / 6 * 29 + n % 6 * 17) % 13) as f64 / 6.0 - 1.0;
