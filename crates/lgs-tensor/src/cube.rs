@@ -34,18 +34,18 @@ where
     fn forward(call: &C, inputs: [FloatTensor<Self>; N]) -> FloatTensor<Self> {
         say_once(C::OPERATION);
         let device = device_of(&inputs);
-        upload(<Flex as Kernel<C, N>>::forward(call, inputs.map(read_back)), &device)
+        upload(&<Flex as Kernel<C, N>>::forward(call, inputs.map(read_back)), &device)
     }
 
     fn forward_kept(call: &C, inputs: [FloatTensor<Self>; N]) -> (FloatTensor<Self>, Self::Kept) {
         say_once(C::OPERATION);
         let device = device_of(&inputs);
         let (output, kept) = <Flex as Kernel<C, N>>::forward_kept(call, inputs.map(read_back));
-        (upload(output, &device), (device, kept))
+        (upload(&output, &device), (device, kept))
     }
 
     fn vjp(call: &C, (device, kept): Self::Kept, v_output: FloatTensor<Self>) -> [FloatTensor<Self>; N] {
-        <Flex as Kernel<C, N>>::vjp(call, kept, read_back(v_output)).map(|v| upload(v, &device))
+        <Flex as Kernel<C, N>>::vjp(call, kept, read_back(v_output)).map(|v| upload(&v, &device))
     }
 }
 
@@ -64,7 +64,7 @@ pub fn read_back(tensor: FloatTensor<CubeBackend>) -> FloatTensor<Flex> {
 
 /// Values of the processor on a device.
 #[must_use]
-pub fn upload(tensor: FloatTensor<Flex>, device: &CubeDevice) -> FloatTensor<CubeBackend> {
+pub fn upload(tensor: &FloatTensor<Flex>, device: &CubeDevice) -> FloatTensor<CubeBackend> {
     let shape = tensor.shape();
     let values = crate::flex::floats(&tensor.to_contiguous()).to_vec();
     CubeBackend::float_from_data(TensorData::new(values, shape), device)

@@ -33,7 +33,7 @@ impl Sensor {
     fn exposed(&self, image: Tensor<3>, transmittance: Tensor<2>, background: [f32; 3]) -> Tensor<3> {
         let Some(exposure) = &self.exposure else { return image };
         let [height, width, _] = image.dims();
-        let part = |from: usize| exposure.clone().slice([from..from + 3]).reshape([1, 1, 3]);
+        let part = |from: usize| exposure.clone().narrow(0, from, 3).reshape([1, 1, 3]);
         let through = transmittance.reshape([height, width, 1]);
         let behind = Tensor::<1>::from_floats(background, &image.device()).reshape([1, 1, 3]);
         let covered = image.clone() - through.clone() * behind;

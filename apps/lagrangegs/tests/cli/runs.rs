@@ -1,10 +1,10 @@
 //! `eval`, `render` and `export` on a run made by hand.
 
-use crate::program::{call, falling, falling_run, files, folder, json_file, tiny_dataset};
+use crate::program::{call, falling, falling_run, files, folder, json_file};
 
 #[test]
 fn metrics_follow_the_schema_and_are_kept_in_the_run() {
-    let (dir, data, run) = falling();
+    let (_dir, _data, run) = falling();
     let metrics = call("eval {run} --json", &[("run", &run)]).json();
     assert_eq!(metrics["schema"], 1);
     for split in ["train", "val", "test", "long", "past"] {
@@ -48,7 +48,7 @@ fn points_without_a_law_are_a_truth_for_all_that_needs_none() {
 
 #[test]
 fn a_report_needs_metrics_and_stands_alone_after_them() {
-    let (dir, data, run) = falling();
+    let (_dir, data, run) = falling();
     call("report {run}", &[("run", &run)]).fails(&run, &["has not been evaluated", "eval"]);
     call("eval {run}", &[("run", &run)]).ok();
     let names = files(&run.join("figures"));

@@ -120,7 +120,6 @@ pub(super) fn step<const D: usize>(
         second: second.into_dispatch(),
     };
     let after = <Dispatch as AdamOps>::adam_step(before, gradient.into_dispatch(), size);
-    let [value, first, second] =
-        [after.value, after.first, after.second].map(|tensor| Tensor::from_dispatch(tensor));
+    let [value, first, second] = [after.value, after.first, after.second].map(Tensor::from_dispatch);
     (value, AdaptiveMomentumState::new(time, first, second))
 }

@@ -72,7 +72,7 @@ pub(crate) fn law_within(
     let errors = Errors { resolution: errors.resolution.max(STEP_ERROR * displacement_of(bodies)), ..errors };
     match bodies {
         [motion] if motion.kind == PoseKind::Affine => {
-            smooth(choose_modal(motion, laws, errors.resolution)?, (bodies, &[]), seed)
+            smooth(&choose_modal(motion, laws, errors.resolution)?, (bodies, &[]), seed)
         }
         [motion] => of_body(motion, (laws, surroundings), errors, seed),
         [first, second] => of_couple([first, second], laws, errors, seed),
@@ -102,7 +102,7 @@ fn of_body(
     if observed.allow_for(errors.slow, chosen.chi_square()) {
         chosen = choose_law(&observed)?;
     }
-    smooth(chosen, (&[motion], surroundings), seed)
+    smooth(&chosen, (&[motion], surroundings), seed)
 }
 
 /// The law of two rigid bodies that act on each other.
@@ -116,7 +116,7 @@ fn of_couple(bodies: [&SharedMotion; 2], laws: Laws, errors: Errors, seed: u64) 
     if allowed.contains(&true) {
         found = choose_couple(observed.each_ref())?;
     }
-    smooth(found, (&bodies, &[]), seed)
+    smooth(&found, (&bodies, &[]), seed)
 }
 
 /// What is told of a law through impacts.
@@ -156,7 +156,7 @@ fn is_likelier(impacted: &Impacted, chosen: Option<&Rated>, observed: &ObservedP
 /// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at
 /// rest.
 fn smooth(
-    rated: Rated,
+    rated: &Rated,
     (bodies, surroundings): (&[&SharedMotion], Surroundings<'_>),
     seed: u64,
 ) -> Option<GeneralisedLaw> {
@@ -169,7 +169,7 @@ fn smooth(
     let mut found = GeneralisedLaw::new((law, fitted.start.clone()), bases, rated.chi_square(), &ordered)?;
     found.order.clone_from(&system.order);
     found.evidence = Some(best.evidence);
-    found.judge(bodies, &rated, seed);
+    found.judge(bodies, rated, seed);
     if let [motion] = bodies
         && let Some(bounced) = contact::expected(&fitted, &found.bases[0], motion, surroundings)
     {

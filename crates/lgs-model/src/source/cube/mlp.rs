@@ -44,7 +44,7 @@ pub(super) fn relu_vjp(out: &Tensor<2>, v: Tensor<2>) -> Tensor<2> {
 pub(super) struct Taped(Vec<Tensor<2>>);
 
 /// A network with `max(z, 0)` between its layers.
-pub(super) fn mlp(params: &Tensor<1>, layout: &MlpLayout, input: Tensor<2>) -> (Tensor<2>, Taped) {
+pub(super) fn mlp(params: &Tensor<1>, layout: &MlpLayout, input: &Tensor<2>) -> (Tensor<2>, Taped) {
     let mut taped = vec![input.clone()];
     let mut hidden = input.clone();
     for (i, l) in layout.hidden.iter().enumerate() {

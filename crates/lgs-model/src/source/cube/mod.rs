@@ -1,5 +1,9 @@
 //! The deformation network on devices of CubeCL: encodings and poses by kernels of its own, layers by the
 //! products of the tensor library. Nothing is read back.
+#![allow(
+    clippy::assign_op_pattern,
+    reason = "kernels are written in the part of the language that CubeCL translates"
+)]
 
 mod mlp;
 mod product;
@@ -144,7 +148,7 @@ impl Kernel<Call, 3> for CubeBackend {
         let params = tensor::<1>(params);
         let (features, time) = time_features(spec, &params);
         let input = input(spec, &means, features);
-        let (raw, taped) = mlp(&params, &spec.config.layout().mlp, input);
+        let (raw, taped) = mlp(&params, &spec.config.layout().mlp, &input);
         let raw = primitive(raw.mul_scalar(spec.config.gain(spec.time)));
         let kept = DeformKept { params, means, rotations, time, taped, raw };
         (pose_rows(spec, &kept), kept)

@@ -1,6 +1,12 @@
 //! Rasterizer and photometric loss on devices of CubeCL.
 //!
 //! A kernel's parameters are its buffers, of which a device may offer a stage no more than eight.
+#![allow(
+    clippy::assign_op_pattern,
+    clippy::manual_div_ceil,
+    clippy::needless_range_loop,
+    reason = "kernels are written in the part of the language that CubeCL translates"
+)]
 
 mod blend;
 mod blend_vjp;
