@@ -83,9 +83,8 @@ fn track_errors(model: &dyn SourceModel, truth: &GroundTruth, last: f32) -> Vec<
     errors.into_iter().map(|(object, errors)| (object, summary(errors))).collect()
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let data = arguments.next().ok_or("usage: train_source DATA [quick|standard|paper] [key=value]…")?;
+/// The settings that arguments ask for: a preset's name, and values over it.
+fn configured(arguments: impl Iterator<Item = String>) -> Result<TrainConfig, Box<dyn std::error::Error>> {
     let (overrides, names): (Vec<String>, Vec<String>) = arguments.partition(|a| a.contains('='));
     let preset = match names.first().map(String::as_str) {
         None | Some("quick") => Preset::Quick,
@@ -93,21 +92,30 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some("paper") => Preset::Paper,
         Some(other) => return Err(format!("`{other}` is no preset").into()),
     };
-    let config = TrainConfig::resolve(preset, None, &overrides)?;
-    let data_config = &config.data;
+    Ok(TrainConfig::resolve(preset, None, &overrides)?)
+}
+
+/// The images of a folder as the settings ask for them.
+fn loaded(data: &Path, config: &TrainConfig) -> Result<Dataset, Box<dyn std::error::Error>> {
     let options = LoadOptions {
-        white_background: data_config.white_background,
-        resolution: (data_config.resolution > 0).then_some(data_config.resolution),
+        white_background: config.data.white_background,
+        resolution: (config.data.resolution > 0).then_some(config.data.resolution),
         near: config.source.near,
         filter: config.source.antialias.filter(),
         ..LoadOptions::default()
     };
-    let dataset = Dataset::load(Path::new(&data), &options, &|_, _| {})?;
+    Ok(Dataset::load(data, &options, &|_, _| {})?)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let data = arguments.next().ok_or("usage: train_source DATA [quick|standard|paper] [key=value]…")?;
+    let config = configured(arguments)?;
+    let dataset = loaded(Path::new(&data), &config)?;
     let truth = GroundTruth::load(Path::new(&data))?;
     let last = dataset.split("train").iter().map(|frame| frame.time).fold(0.0, f32::max);
     let mut trainer = SourceTrainer::new(&dataset, &config.source, config.seed, &DeviceName::Auto.device())?;
     let mut spent = Duration::ZERO;
-    let dump = std::env::var("PICS").ok();
     while !trainer.is_finished() {
         let start = Instant::now();
         trainer.step();
@@ -128,25 +136,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
         println!();
-        if let (true, Some(dir)) = (step == steps, &dump) {
-            for split in ["val", "train"] {
-                for (k, frame) in dataset.split(split).iter().enumerate().step_by(5) {
-                    let drawn = rasterize(
-                        &Splats::from(&model.cloud_at(frame.time)),
-                        &frame.camera,
-                        dataset.background,
-                    )
-                    .to_image();
-                    let truth = frame.composited(dataset.background);
-                    let (w, h) = (frame.camera.width, frame.camera.height);
-                    for (tag, im) in [("d", &drawn), ("t", &truth)] {
-                        let mut bytes = format!("P6 {w} {h} 255\n").into_bytes();
-                        bytes.extend(im.to_rgb8());
-                        std::fs::write(format!("{dir}/{split}{k:02}{tag}.ppm"), bytes)?;
-                    }
-                }
-            }
-        }
     }
     Ok(())
 }

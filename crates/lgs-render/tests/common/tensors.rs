@@ -46,8 +46,8 @@ fn tracked_splats(vector: &Vector, device: &Device) -> SplatTensors {
     }
 }
 
-/// Compares values and gradients on an autodiff device with a vector's, and gives the gradient by the pose, of
-/// which the vectors say nothing.
+/// Compares values and gradients on an autodiff device with a vector's, and gives the gradient by the pose,
+/// of which the vectors say nothing.
 pub(crate) fn check_tensors(
     vector: &Vector,
     device: &Device,
