@@ -121,7 +121,7 @@ mod tests {
         let rate = |c: &SourceConfig| c.position_rate(c.iterations);
         assert!((rate(&far) / rate(&of(SET)) - 100.0).abs() < 1e-3);
         let budget = |size| of(DataSummary { size, ..SET }).densify.max_gaussians;
-        assert!(budget([160, 160]) < budget([400, 400]) && budget([400, 400]) < budget([800, 800]));
+        assert!(budget([160, 160]) < budget([300, 300]) && budget([300, 300]) < budget([800, 800]));
         assert_eq!([[50, 50], [4000, 3000]].map(budget), [FEWEST_BUDGETED, MOST_BUDGETED]);
         let levels = |width| of(DataSummary { size: [width, 300], ..SET }).coarse_levels;
         assert!(levels(120) == 0 && levels(200) == 1 && levels(800) == 2);
