@@ -23,7 +23,8 @@ pub enum WarmupFrames {
 pub enum InitialPoints {
     /// Uniformly distributed in the box.
     Random,
-    /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little.
+    /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little, as a
+    /// camera does that jumps.
     Hull,
     /// In the hull on which nearly all frames agree, whatever their time; for a camera that jumps.
     HullOfAll,
