@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use lgs_core::stream;
 use lgs_mechanics::choose::candidates;
 use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
-use lgs_mechanics::contact::{Contact, Plane, Surface, planes};
+use lgs_mechanics::contact::{Contact, Plane, Surface, impacts, planes};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port, State};
 use lgs_mechanics::{Edit, Law, System};
 use rand_distr::{Distribution, StandardNormal};
@@ -129,6 +129,29 @@ fn samples_that_an_impact_smears_are_left_out() {
     let contact = found.law.contact.as_ref().unwrap();
     assert!((contact.restitution / 0.7 - 1.0).abs() < 0.05, "{contact:?} {}", found.error);
     assert!(found.error < 0.005, "{} {}", found.chi_square, found.error);
+}
+
+#[test]
+fn wiggles_of_a_learned_track_are_no_impacts() {
+    let truth = ball(tilted(0.0, 1.0), 0.7);
+    let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
+    let times: Vec<f64> = (0..75).map(|k| 0.01 * f64::from(k)).collect();
+    let states = System::new(&truth, Edit::NONE).states(&start, &times).unwrap();
+    let mut x: Vec<Vec<f64>> = states.into_iter().map(|state| state.x).collect();
+    // A kink at the start of the window, and the ringing of a network after the impact.
+    x[..6].iter_mut().enumerate().for_each(|(k, x)| x[2] += 0.004 * (5.0 - k as f64));
+    let after = times
+        .iter()
+        .position(|time| *time > System::new(&truth, Edit::NONE).impacts(&start, 0.5).unwrap()[0].time);
+    x[after.unwrap() + 8].iter_mut().skip(2).for_each(|z| *z += 0.02);
+    let centers: Vec<[f64; 3]> = x.iter().map(|x| [x[0], x[1], x[2]]).collect();
+    assert!(impacts(&times, &centers).len() > 1, "jumps that are none");
+    let found = explain(&round_body(Vec::new()), &Observed { times: &times, x: &x, least: [1e-5, 1e-6] });
+    let found = found.unwrap();
+    let contact = found.law.contact.as_ref().unwrap();
+    assert!((contact.restitution / 0.7 - 1.0).abs() < 0.05, "{contact:?} {}", found.error);
+    assert!((found.law.parameters[2] + 9.81).abs() < 0.4, "{:?}", found.law.parameters);
+    assert_eq!(found.law.events.len(), 1, "{:?}", found.law.events);
 }
 
 #[test]

@@ -3,13 +3,13 @@
 use super::body::{Body, Observed};
 use super::bounced::Bounced;
 use super::bouncing::Bouncing;
-use super::flights::flights;
+use super::flights::{flights, nested_impacts};
 use super::freedom::Freedom;
 use super::laws::{FlightLaw, law_of_flights};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
 use crate::candidate::Candidate;
-use crate::contact::{Contact, Ground, Origin, Surface, impacts};
+use crate::contact::{Contact, Ground, Impact, Origin, Surface, impacts};
 use crate::coordinates::{Ball, Coordinates, Port, State};
 use crate::edit::Edit;
 use crate::error::MechanicsError;
@@ -36,7 +36,7 @@ pub fn fit(
     let body = body_of(candidate, contact)?;
     let seen = Observed { times, x: &x, least: [0.0; 2] };
     let touching = touching(&body, &seen, contact);
-    let flights = flights(times, &seen.centers(), &touching);
+    let flights = flights(times, &impacts(times, &seen.centers()), &touching);
     let first = flights.first().filter(|flight| flight.start == 0).map_or(0, Range::len);
     if first < FEWEST_TIMES {
         let what = "times before the first impact".to_owned();
@@ -52,29 +52,44 @@ pub fn fit(
 /// meets, or on one that the impacts themselves tell of. `None` where there is no impact or no law.
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
-    let met = body.grounds.iter().filter_map(|ground| on_ground(body, seen, ground));
-    if let Some(found) = met.min_by(|a, b| a.evidence().total_cmp(&b.evidence())) {
-        return Some(found);
+    let sets = nested_impacts(seen.times, &seen.centers());
+    let met = body.grounds.iter().filter_map(|ground| on_ground(body, seen, ground, &sets));
+    likeliest(met).or_else(|| {
+        let untouched = vec![false; seen.times.len()];
+        let through_set = |impacts: &Vec<Impact>| {
+            let flights = flights(seen.times, impacts, &untouched);
+            let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights, impacts);
+            through(body, seen, flights.clone(), &planes)
+        };
+        first_peak(sets[1..].iter().filter_map(through_set))
+    })
+}
+
+/// The motion after which more impacts make the evidence worse; sets of impacts come in growing order.
+fn first_peak(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
+    let mut best: Option<Bounced> = None;
+    for next in found {
+        if best.as_ref().is_some_and(|best| next.evidence() >= best.evidence()) {
+            break;
+        }
+        best = Some(next);
     }
-    let centers = seen.centers();
-    if impacts(seen.times, &centers).is_empty() {
-        return None;
-    }
-    let flights = flights(seen.times, &centers, &vec![false; seen.times.len()]);
-    let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights);
-    through(body, seen, flights.clone(), &planes)
+    best
+}
+
+/// The motion with the best evidence.
+fn likeliest(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
+    found.min_by(|a, b| a.evidence().total_cmp(&b.evidence()))
 }
 
 /// The law with a contact on a plane at rest, if the body comes from above it and meets it.
-fn on_ground(body: &Body, seen: &Observed, ground: &Ground) -> Option<Bounced> {
+fn on_ground(body: &Body, seen: &Observed, ground: &Ground, sets: &[Vec<Impact>]) -> Option<Bounced> {
     let contact = Contact { origin: Origin::Observed, ..Contact::of(ground.plane, &body.surface, 0.0) };
     let gaps: Vec<f64> = seen.x.iter().map(|x| contact.gap(x)).collect();
     let lowest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let extent = body.surface.extent();
     let touching = touching(body, seen, &contact);
-    let flights = flights(seen.times, &seen.centers(), &touching);
-    let stays_free = flights.len() == 1 && flights[0].len() == seen.times.len();
-    if lowest < -DEEPEST * extent || lowest > DEEPEST * extent || touching[0] || stays_free {
+    if lowest < -DEEPEST * extent || lowest > DEEPEST * extent || touching[0] {
         return None;
     }
     let freedom = Freedom {
@@ -83,7 +98,12 @@ fn on_ground(body: &Body, seen: &Observed, ground: &Ground) -> Option<Bounced> {
         shift: (NEAR_PLANE * extent).hypot(ground.roughness).hypot(seen.least[1]),
         unknowns: 0,
     };
-    through(body, seen, flights, &|_: &FlightLaw| vec![(contact.clone(), freedom)])
+    let mut parts: Vec<_> = sets.iter().map(|impacts| flights(seen.times, impacts, &touching)).collect();
+    parts.dedup();
+    let stays_free = |flights: &[Range<usize>]| flights.len() == 1 && flights[0].len() == seen.times.len();
+    parts.retain(|flights| !stays_free(flights));
+    let planes = |_: &FlightLaw| vec![(contact.clone(), freedom)];
+    first_peak(parts.into_iter().filter_map(|flights| through(body, seen, flights, &planes)))
 }
 
 /// Samples that are as near to the plane as poses are known.
@@ -118,8 +138,7 @@ fn through(
     };
     let on_plane =
         |(contact, freedom): (Contact, Freedom)| on_plane(body, seen, (&law, &flights), &contact, freedom);
-    let found = planes(&law).into_iter().filter_map(on_plane);
-    found.min_by(|a, b| a.evidence().total_cmp(&b.evidence()))
+    likeliest(planes(&law).into_iter().filter_map(on_plane))
 }
 
 /// Time of the first impact of the first flight's motion.

@@ -1,13 +1,29 @@
 //! Flights: stretches of a track between impacts.
 
-use crate::contact::{impacts, pieces};
+use crate::contact::{Impact, impacts, pieces};
+use glam::DVec3;
 use std::ops::Range;
 
-/// Stretches between impacts, in order, of samples at ascending times: a flight ends at a jump of the
-/// centre's velocity, and samples that touch a known plane are in none.
-pub(super) fn flights(times: &[f64], centers: &[[f64; 3]], touching: &[bool]) -> Vec<Range<usize>> {
+/// Sets of impacts that a track may hold: none, the most sudden jump of the centre's velocity, the two most
+/// sudden ones, and so on. A learned track also wiggles at the ends of its window and beside an impact, so
+/// that the evidence of the motions tells which of the jumps are impacts.
+pub(super) fn nested_impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Vec<Impact>> {
+    let mut all = impacts(times, centers);
+    let size = |impact: &Impact| DVec3::from_slice(&impact.change).length();
+    all.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    let first = |count: usize| {
+        let mut set = all[..count].to_vec();
+        set.sort_by(|a, b| a.time.total_cmp(&b.time));
+        set
+    };
+    (0..=all.len()).map(first).collect()
+}
+
+/// Stretches between impacts, in order, of samples at ascending times: a flight ends at an impact, and
+/// samples that touch a known plane are in none.
+pub(super) fn flights(times: &[f64], impacts: &[Impact], touching: &[bool]) -> Vec<Range<usize>> {
     let mut found = Vec::new();
-    for piece in pieces(times, &impacts(times, centers)) {
+    for piece in pieces(times, impacts) {
         let mut begin = piece.start;
         for k in piece.clone() {
             if touching[k] {

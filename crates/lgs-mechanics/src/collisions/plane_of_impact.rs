@@ -3,7 +3,7 @@
 use super::body::{Body, Observed};
 use super::freedom::Freedom;
 use super::laws::FlightLaw;
-use crate::contact::{Contact, Origin, Plane, impacts};
+use crate::contact::{Contact, Impact, Origin, Plane};
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::law::Law;
@@ -19,8 +19,9 @@ pub(super) fn fitted_planes(
     seen: &Observed,
     law: &FlightLaw,
     flights: &[Range<usize>],
+    impacts: &[Impact],
 ) -> Vec<(Contact, Freedom)> {
-    let Some((x, change)) = first_impact(seen, law, flights) else { return Vec::new() };
+    let Some((x, change)) = first_impact(seen, law, (flights, impacts)) else { return Vec::new() };
     let extent = body.surface.extent();
     let about: [f64; 3] = std::array::from_fn(|i| x[x.len() - 3 + i]);
     let plane = |normal: DVec3, tilt: f64, unknowns: usize| {
@@ -48,7 +49,11 @@ fn field(law: &FlightLaw) -> Option<DVec3> {
 
 /// Configuration and change of the centre's velocity at the first impact: where the first two flights meet,
 /// or as the samples around it have it.
-fn first_impact(seen: &Observed, law: &FlightLaw, flights: &[Range<usize>]) -> Option<(Vec<f64>, DVec3)> {
+fn first_impact(
+    seen: &Observed,
+    law: &FlightLaw,
+    (flights, impacts): (&[Range<usize>], &[Impact]),
+) -> Option<(Vec<f64>, DVec3)> {
     let since = seen.since();
     let end = flights[0].end;
     let meeting = law
@@ -56,7 +61,7 @@ fn first_impact(seen: &Observed, law: &FlightLaw, flights: &[Range<usize>]) -> O
         .get(1)
         .filter(|_| flights.get(1).is_some_and(|next| next.contains(&law.flights[1].0.start)));
     let Some((range, after)) = meeting else {
-        let first = impacts(seen.times, &seen.centers()).into_iter().next()?;
+        let first = impacts.first()?;
         return Some((seen.x.get(end)?.clone(), DVec3::from_slice(&first.change)));
     };
     let candidate = &law.candidate;

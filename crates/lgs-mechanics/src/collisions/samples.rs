@@ -121,15 +121,18 @@ impl Samples {
 
     /// χ² of other configurations at the same times with the penalty of unknowns: the smaller, the likelier.
     /// The free flight and what comes after it each have an error of their own, at least that of the noise.
+    /// Samples that are left out count as the others of their range do on average, so that leaving out more
+    /// is no gain.
     pub(super) fn evidence(&self, coordinates: &Coordinates, predicted: &[Vec<f64>], unknowns: f64) -> f64 {
-        let mut values = 0.0;
+        let each: f64 = self.shares.iter().sum();
         let mut sum = 0.0;
         for range in [0..self.free, self.later()] {
+            let all = each * range.len() as f64;
             let (square, count) = self.chi_square(coordinates, predicted, range);
-            let inflation = (square / f64::max(count, 1.0)).max(1.0);
-            sum += count * inflation.ln() + square / inflation;
-            values += count;
+            let mean = square / f64::max(count, 1.0);
+            let inflation = mean.max(1.0);
+            sum += all * (inflation.ln() + mean / inflation);
         }
-        sum + unknowns * f64::max(values, 1.0).ln()
+        sum + unknowns * f64::max(each * self.x.len() as f64, 1.0).ln()
     }
 }
