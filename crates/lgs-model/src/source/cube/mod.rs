@@ -7,12 +7,13 @@
 
 mod mlp;
 mod product;
-mod quaternions;
+pub(in crate::source) mod quaternions;
 mod rows;
 
 use burn::backend::TensorMetadata;
 use burn::backend::tensor::FloatTensor;
 use burn::tensor::{DType, Tensor, TensorData, activation::relu};
+use cubecl::prelude::BufferArg;
 use lgs_nn::encoding::encode as encode_values;
 use lgs_tensor::Kernel;
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
@@ -35,6 +36,13 @@ pub struct DeformKept {
     time: TimeKept,
     taped: Taped,
     raw: CubeTensor,
+}
+
+impl DeformKept {
+    /// The arguments that the kernels of rows begin with.
+    fn rows(&self) -> [BufferArg; 3] {
+        [&self.raw, &self.means, &self.rotations].map(|tensor| tensor.clone().into_buffer_arg())
+    }
 }
 
 /// The time's encoding and the values of its network's hidden layer, if there is one.
@@ -91,18 +99,9 @@ fn input(spec: &Call, means: &CubeTensor, features: Tensor<2>) -> Tensor<2> {
 fn pose_rows(spec: &Call, kept: &DeformKept) -> CubeTensor {
     let n = kept.means.shape()[0];
     let out = empty(&kept.means, [n, DELTAS], DType::F32);
-    let (count, dim) = units(&kept.means.client, n);
-    poses::launch(
-        &kept.means.client,
-        count,
-        dim,
-        kept.raw.clone().into_buffer_arg(),
-        kept.means.clone().into_buffer_arg(),
-        kept.rotations.clone().into_buffer_arg(),
-        out.clone().into_buffer_arg(),
-        map(spec),
-        head(&spec.config),
-    );
+    let ((count, dim), [raw, means, rotations]) = (units(&out.client, n), kept.rows());
+    let (client, rows, head) = (&out.client, out.clone().into_buffer_arg(), head(&spec.config));
+    poses::launch(client, count, dim, raw, means, rotations, rows, map(spec), head);
     out
 }
 
@@ -110,20 +109,11 @@ fn pose_rows(spec: &Call, kept: &DeformKept) -> CubeTensor {
 fn pose_rows_vjp(spec: &Call, kept: &DeformKept, v_poses: CubeTensor) -> [CubeTensor; 2] {
     let n = kept.means.shape()[0];
     let out = [DELTAS, GAUSSIAN].map(|width| empty(&kept.means, [n, width], DType::F32));
-    let (count, dim) = units(&kept.means.client, n);
-    poses_vjp::launch(
-        &kept.means.client,
-        count,
-        dim,
-        kept.raw.clone().into_buffer_arg(),
-        kept.means.clone().into_buffer_arg(),
-        kept.rotations.clone().into_buffer_arg(),
-        contiguous(v_poses).into_buffer_arg(),
-        out[0].clone().into_buffer_arg(),
-        out[1].clone().into_buffer_arg(),
-        map(spec),
-        head(&spec.config),
-    );
+    let client = &kept.means.client;
+    let ((count, dim), [raw, means, rotations]) = (units(client, n), kept.rows());
+    let (v, head) = (contiguous(v_poses).into_buffer_arg(), head(&spec.config));
+    let [v_raw, v_own] = out.clone().map(CubeTensor::into_buffer_arg);
+    poses_vjp::launch(client, count, dim, raw, means, rotations, v, v_raw, v_own, map(spec), head);
     out
 }
 
