@@ -47,7 +47,7 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
     let DispatchDevice::Cube(CubeDevice::Wgpu(chosen)) = device.as_dispatch() else { panic!("{device:?}") };
     let setup = init_setup::<AutoGraphicsApi>(chosen, RuntimeOptions::default());
 
-    let said = failure(&panic_of(|| drop(Tensor::<1>::zeros([1 << 40], &device).sum().into_data())));
+    let said = failure(&panic_of(|| drop(Tensor::<1>::zeros([1_usize << 40], &device).sum().into_data())));
     assert!(said.contains("GB were asked for at once; lower"), "{said}");
 
     let folder = tempfile::tempdir().expect("a folder");
@@ -75,6 +75,8 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
     assert!(said.starts_with("the device was lost"), "{said}");
 
     let mut first = None;
-    source(&run, &data, &DeviceName::Cpu.device(), &mut |p| drop(first.get_or_insert(p.step)));
+    source(&run, &data, &DeviceName::Cpu.device(), &mut |p| {
+        first.get_or_insert(p.step);
+    });
     assert!(first.is_some_and(|step| (25..28).contains(&step)), "went on at step {first:?}");
 }
