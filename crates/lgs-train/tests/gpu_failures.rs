@@ -47,8 +47,9 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
     let DispatchDevice::Cube(CubeDevice::Wgpu(chosen)) = device.as_dispatch() else { panic!("{device:?}") };
     let setup = init_setup::<AutoGraphicsApi>(chosen, RuntimeOptions::default());
 
-    let said = failure(&panic_of(|| drop(Tensor::<1>::zeros([1_usize << 40], &device).sum().into_data())));
-    assert!(said.contains("GB were asked for at once; lower"), "{said}");
+    let words = panic_of(|| drop(Tensor::<1>::zeros([1_usize << 40], &device).sum().into_data()));
+    let said = failure(&words);
+    assert!(said.contains("GB were asked for at once; lower"), "{said}, from {words}");
 
     let folder = tempfile::tempdir().expect("a folder");
     let (data, run) = (dataset(folder.path()), folder.path().join("run"));

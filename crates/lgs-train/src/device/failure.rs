@@ -16,9 +16,12 @@ pub fn failure(words: &str) -> String {
     if words.to_lowercase().replace(' ', "").contains("outofmemory") {
         return format!("out of memory; {LOWER}");
     }
+    let cause = words.rsplit_once("Caused by:").and_then(|(_, cause)| lines(cause).next());
     if LOST.iter().any(|lost| words.contains(lost)) {
-        let reason = words.rsplit_once("Caused by:").and_then(|(_, cause)| lines(cause).next());
-        return format!("the device was lost ({})", reason.unwrap_or("its driver gives no reason"));
+        return format!("the device was lost ({})", cause.unwrap_or("its driver gives no reason"));
+    }
+    if let Some(cause) = cause {
+        return cause.to_owned();
     }
     let mut lines = lines(words);
     let first = lines.next().unwrap_or("no reason given");
@@ -64,6 +67,7 @@ mod tests {
             failure("panicked at a.rs:1:2:\nThe device is poisoned\nCaused by:\n  Unknown: reset\n  0: x");
         assert_eq!(said, "the device was lost (Unknown: reset)");
         assert_eq!(failure("panicked at a.rs:1:2:\nsome kernel\n0: x"), "some kernel");
+        assert_eq!(failure("panicked at a.rs:1:2:\nno data\nCaused by:\n  some kernel\n0: x"), "some kernel");
         assert_eq!(failure("some kernel"), "some kernel");
         assert_eq!(failure(""), "no reason given");
     }
