@@ -1,5 +1,5 @@
-//! Failures of a device of Vulkan, Metal or DX12 (feature `gpu`): memory that it does not have, and its loss in
-//! the middle of training, after which the processor goes on.
+//! Failures of a device of Vulkan, Metal or DX12 (feature `gpu`): memory that it does not have, and its loss
+//! in the middle of training, after which the processor goes on.
 #![cfg(feature = "gpu")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -173,7 +173,8 @@ mod tests {
         let q: Vec<[f32; 3]> = p.iter().map(|v| [v[0] * 1.2, v[1] + 0.3 * v[0], v[2]]).collect();
         let (mut graph, expected) = gradient(&p, &q);
         graph.by_second = Some(BySecond::of(&graph.indices, p.len(), &device));
-        let found = host_rows(&graph.gradient(&rows(&p, &device), &rows(&q, &device), &CONFIG));
+        let found: Vec<[f32; 3]> =
+            host_rows(&graph.gradient(&rows(&p, &device), &rows(&q, &device), &CONFIG));
         for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
             assert!((found - expected).abs() < 1e-6, "{found} {expected}");
         }

@@ -1,5 +1,5 @@
-//! FreeGave's networks on devices of CubeCL: layers by products of matrices, the integration by kernels of its
-//! own. Nothing is read back.
+//! FreeGave's networks on devices of CubeCL: layers by products of matrices, the integration by kernels of
+//! its own. Nothing is read back.
 #![allow(
     clippy::assign_op_pattern,
     clippy::needless_range_loop,

@@ -5,8 +5,8 @@ use cubecl::prelude::*;
 use super::super::mixture::LEAST_WEIGHT;
 use crate::source::config::MAX_NEIGHBORS;
 
-/// Numbers of a node at a time: position (0), features (3), share (6), squared radius inverted (7), place (8),
-/// unit quaternion (11), its length before (15), matrix (16).
+/// Numbers of a node at a time: position (0), features (3), share (6), squared radius inverted (7), place
+/// (8), unit quaternion (11), its length before (15), matrix (16).
 pub(super) const CARRIER: usize = 25;
 /// Numbers of a Gaussian: centre (0), quaternion (3), features (7).
 pub(super) const FOLLOWER: usize = 10;
