@@ -1,10 +1,10 @@
 //! How many entries the lists of an image have room for.
 //!
 //! Buffers are made before the device has counted what an image needs, so that no step waits for it. The
-//! first images of a size are counted on the spot; later ones get half as much again as the greatest need so far,
-//! which the device notes and [`settle`] reads every so many steps. An image that needs more than there is
-//! room for is drawn without its farthest Gaussians and has no gradient; the next call of [`settle`] says so
-//! and makes more room.
+//! first images of a size are counted on the spot; later ones get half as much again as the greatest need so
+//! far, which the device notes and [`settle`] reads every so many steps. An image that needs more than there
+//! is room for is drawn without its farthest Gaussians and has no gradient; the next call of [`settle`] says
+//! so and makes more room.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
