@@ -63,18 +63,22 @@ impl Scene {
 
     /// Draws so many times; waits for the last.
     fn forward(&self) {
-        let drawn = (0..CALLS).map(|_| rasterize(&self.splats, self.view).image).last();
-        black_box(drawn.map(|image| image.inner().sum().into_data()));
+        let mut image = None;
+        for _ in 0..CALLS {
+            image = Some(rasterize(&self.splats, self.view).image);
+        }
+        black_box(image.map(|image| image.inner().sum().into_data()));
     }
 
     /// Draws, compares and pulls back so many times; waits for the last.
     fn both(&self) {
-        let gradient = (0..CALLS).map(|_| {
+        let mut gradient = None;
+        for _ in 0..CALLS {
             let image = rasterize(&self.splats, self.view).image;
             let gradients = photometric_loss(image, self.target.clone(), 0.2).backward();
-            self.splats.means.grad(&gradients)
-        });
-        black_box(gradient.last().flatten().map(|gradient| gradient.sum().into_data()));
+            gradient = self.splats.means.grad(&gradients);
+        }
+        black_box(gradient.map(|gradient| gradient.sum().into_data()));
     }
 }
 
@@ -149,8 +153,11 @@ fn training(sizes: &Sizes, devices: &[Device; 2], folder: &Path) -> Result<(), B
     let [mut one, mut other] =
         [trainer(&dataset, sizes, &devices[0])?, trainer(&dataset, sizes, &devices[1])?];
     let steps = |trainer: &mut SourceTrainer<'_>| {
-        let last = (0..sizes.steps).map(|_| trainer.step()).last();
-        black_box(last.map(|report| report.figures()));
+        let mut report = None;
+        for _ in 0..sizes.steps {
+            report = Some(trainer.step());
+        }
+        black_box(report.map(|report| report.figures()));
     };
     let secs = least([&mut || steps(&mut one), &mut || steps(&mut other)]);
     row("training (`standard`, deformation network), steps/s", secs.map(|secs| sizes.steps as f64 / secs));

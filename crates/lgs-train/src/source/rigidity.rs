@@ -51,7 +51,7 @@ impl BySecond {
     }
 
     /// Sums `[n, 3]` over the edges at both ends, of values `[n k, 3]` that the second end has negated.
-    fn sums(&self, values: Tensor<2>, row: usize) -> Tensor<2> {
+    fn sums(&self, values: &Tensor<2>, row: usize) -> Tensor<2> {
         let [edges, _] = values.dims();
         let n = edges / row;
         let of_first = values.clone().reshape([n, row, 3]).sum_dim(1);
@@ -101,7 +101,7 @@ impl NeighborGraph {
         let slope = strain.mul_scalar(2.0 * factor) / spread.square() / (rest * length);
         let pull = difference * slope;
         if let Some(by_second) = &self.by_second {
-            return by_second.sums(pull, self.row);
+            return by_second.sums(&pull, self.row);
         }
         let on_ends = Tensor::cat(vec![pull.clone(), -pull], 1).reshape([2 * edges, 3]);
         deformed.zeros_like().select_assign(0, self.ends.clone(), on_ends, IndexingUpdateOp::Add)
