@@ -4,10 +4,10 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_model::source::{DELTAS, InputFrame};
 
-pub const FRAME: InputFrame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
+pub(crate) const FRAME: InputFrame = InputFrame { center: [0.1, -0.2, 0.3], scale: 1.3 };
 
 /// Poses, and gradients by parameters, centres and quaternions.
-pub type Run = [Vec<f32>; 4];
+pub(crate) type Run = [Vec<f32>; 4];
 
 fn wave(count: usize, step: f32) -> Vec<f32> {
     (0..count).map(|i| (i as f32 * step).sin()).collect()
@@ -18,7 +18,7 @@ fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
 }
 
 /// Runs an operation on parameters, centres and quaternions of `n` Gaussians, and pulls cotangents back.
-pub fn run(
+pub(crate) fn run(
     params: &[f32],
     n: usize,
     device: &Device,
@@ -40,7 +40,7 @@ pub fn run(
 }
 
 /// Asserts that a device gives what the processor does; gradients that are zero there are zero here.
-pub fn assert_close(name: &str, found: &Run, expected: &Run) {
+pub(crate) fn assert_close(name: &str, found: &Run, expected: &Run) {
     assert_values_close(name, &found[0], &expected[0], 1e-4, 1e-5);
     for (found, expected) in found.iter().zip(expected).skip(1) {
         if expected.iter().all(|v| *v == 0.0) {
