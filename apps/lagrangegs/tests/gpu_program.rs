@@ -105,8 +105,8 @@ fn what_runs_on_the_processor_is_said_once() {
     ok(&format!("synth falling-ball --out {} --size 24 --views 3", data.display()));
     let run = dir.path().join("run");
     let line = format!("train {} --out {} {TINY}", data.display(), run.display());
-    let (_, log) = ok(&format!("{line} --source nodes --device wgpu"));
-    assert_eq!(log.matches("blend of nodes: no kernel for this device").count(), 1, "{log}");
+    let (_, log) = ok(&format!("{line} --dynamics networks --device wgpu"));
+    assert_eq!(log.matches("rollout: no kernel for this device").count(), 1, "{log}");
 }
 
 #[test]

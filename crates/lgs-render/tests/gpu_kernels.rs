@@ -11,7 +11,7 @@ use common::tensors::{MAX_ABS, RELATIVE_L2, check_tensors, constant, tracked, va
 use common::vectors;
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_core::{Camera, GaussianCloud, PixelFilter, stream};
-use lgs_render::tensor::{SplatTensors, ViewSpec, photometric_loss, rasterize};
+use lgs_render::tensor::{SplatTensors, ViewSpec, photometric_loss, rasterize, settle};
 use lgs_render::{photometric, photometric_vjp};
 use lgs_tensor::cube::device_for_tests;
 use rand::RngExt;
@@ -180,4 +180,21 @@ fn the_photometric_loss_is_that_of_the_processor_at_any_size() {
         let expected = photometric(&rendered, &target, [width, height], 0.2);
         assert_values_close(&name, &values(untracked), &[expected], 1e-5, RELATIVE_L2);
     }
+}
+
+#[test]
+fn an_image_without_room_for_its_lists_teaches_nothing_and_the_next_has_room() {
+    let Some(device) = autodiff() else { return };
+    // A number of tiles that no other test draws.
+    let camera = camera(130, 70);
+    let sized = |scale: f32| {
+        let means = (0..60).map(|i| [(i as f32 * 0.7).sin(), 0.01 * i as f32, (i as f32 * 1.1).cos()]);
+        GaussianCloud::isotropic(means.collect(), scale, [0.7, 0.2, 0.5], 0.3)
+    };
+    let (small, large) = (sized(0.002), sized(2.0));
+    (0..40).for_each(|_| drop(drawn_on(&device, &small, &camera)));
+    let crowded = drawn_on(&device, &large, &camera);
+    assert!(crowded[3..].iter().all(|(_, gradient)| gradient.iter().all(|v| *v == 0.0)));
+    settle(&device);
+    compare(&device, "with room", &large, &camera);
 }

@@ -112,6 +112,12 @@ pub fn last_value(tensor: CubeTensor) -> u32 {
     burn_cubecl::ops::into_data_sync(last).try_to_vec::<u32>().expect("unsigned integers")[0]
 }
 
+/// Whether a device is one of CubeCL.
+#[must_use]
+pub fn is_cube(device: &Device) -> bool {
+    matches!(device.clone().without_autodiff().as_dispatch(), DispatchDevice::Cube(_))
+}
+
 /// Whether a device is a driver that computes on the processor.
 #[must_use]
 pub fn is_software(device: &Device) -> bool {

@@ -8,16 +8,8 @@ use lgs_model::{LagrangianScene, TensorFile, TensorFileError};
 
 use crate::checkpoint::Stage;
 use crate::clock::Clock;
+use crate::figures::StepReport;
 use crate::thresholds::EVENT_INTERVAL;
-
-/// The figures of a training step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepReport {
-    /// Photometric loss, mean over the step's frames.
-    pub loss: f32,
-    /// PSNR of the step's frames before the step, dB, of their mean squared error.
-    pub psnr: f32,
-}
 
 /// How far a trainer has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,9 +117,10 @@ pub struct Progress {
     pub step: usize,
     /// Steps in all.
     pub steps: usize,
-    /// Loss of the last step.
+    /// Loss of the last step whose figures have been read: every step on the processor, those of the curve on
+    /// other devices.
     pub loss: f32,
-    /// PSNR of the last step's images, dB, where the stage renders.
+    /// PSNR of that step's images, dB, where the stage renders.
     pub psnr: Option<f32>,
     /// Number of Gaussians.
     pub gaussians: usize,

@@ -160,10 +160,14 @@ impl Probe<'_> {
         (config.densify.before, config.guide.weight) = (0, 0.0);
         (config.densify.max_gaussians, config.densify.per_pixel) = (0, 0.0);
         let mut trainer = SourceTrainer::new(self.dataset, &config, 0, self.device)?;
-        trainer.step();
+        // Its figures say that a step is done on the device, too.
+        trainer.step().figures();
         let begun = Instant::now();
-        for _ in 0..PROBE_STEPS {
-            trainer.step();
+        for step in 1..=PROBE_STEPS {
+            let report = trainer.step();
+            if step == PROBE_STEPS {
+                report.figures();
+            }
         }
         Ok(begun.elapsed().as_secs_f64() / PROBE_STEPS as f64)
     }

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 use crate::budget::Budget;
 use crate::checkpoint::{Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
-use crate::driver::{Control, Progress, Status, StepReport, Trainer};
+use crate::driver::{Control, Progress, Status, Trainer};
 use crate::error::TrainError;
 use crate::events::{Event, EventLog};
+use crate::figures::{FigureReader, Figures};
 use crate::run_folder::RunFolder;
 
 /// The files of a run that a training loop writes.
@@ -42,33 +43,35 @@ impl TrainingLoop<'_> {
         }
         let mut events = EventLog::resume(&self.run.events_path(), stage, trainer.step_index())?;
         let mut timer = CheckpointTimer::new(self.config);
+        let mut reader = FigureReader::new(stage);
         if let Some(budget) = self.budget {
             budget.borrow_mut().begin(stage, self.config.last_stage);
         }
         while !trainer.is_finished() {
             if control.stop.load(Ordering::Relaxed) {
-                self.save(trainer)?;
+                self.save(trainer, &mut reader)?;
                 return Err(TrainError::Interrupted { stage: stage.name(), step: trainer.step_index() });
             }
             if let (Some(budget), Some(clock)) = (self.budget, trainer.clock()) {
                 budget.borrow_mut().pace(clock);
             }
             let left_secs = self.budget.map(|budget| budget.borrow().left());
-            let progress = Progress { left_secs, ..advance(trainer)? };
+            let progress = Progress { left_secs, ..advance(trainer, &mut reader)? };
             if progress.is_on_curve() {
                 events.append(&Event::of(&progress))?;
             }
             (control.progress)(progress);
             show(trainer, control);
             if timer.is_due() {
-                self.save(trainer)?;
+                self.save(trainer, &mut reader)?;
             }
         }
-        self.save(trainer)
+        self.save(trainer, &mut reader)
     }
 
-    /// A checkpoint, and before it the schedule that led to it.
-    fn save(&self, trainer: &dyn Trainer) -> Result<(), TrainError> {
+    /// A checkpoint of steps whose losses are finite, and before it the schedule that led to it.
+    fn save(&self, trainer: &dyn Trainer, reader: &mut FigureReader) -> Result<(), TrainError> {
+        reader.read()?;
         if let Some(budget) = self.budget {
             budget.borrow().save()?;
         }
@@ -77,12 +80,10 @@ impl TrainingLoop<'_> {
 }
 
 /// One step, whose loss has to be finite.
-fn advance(trainer: &mut dyn Trainer) -> Result<Progress, TrainError> {
-    let StepReport { loss, psnr } = trainer.step();
+fn advance(trainer: &mut dyn Trainer, reader: &mut FigureReader) -> Result<Progress, TrainError> {
+    let report = trainer.step();
     let Status { stage, step, steps, gaussians } = trainer.status();
-    if !loss.is_finite() {
-        return Err(TrainError::NonFinite { stage: stage.name(), step });
-    }
+    let Figures { loss, psnr } = reader.take(step, report)?;
     Ok(Progress { stage, step, steps, loss, psnr: Some(psnr), gaussians, left_secs: None })
 }
 

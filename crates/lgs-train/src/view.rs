@@ -1,14 +1,12 @@
 //! A training frame beside what is drawn of Gaussians from its camera.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use lgs_core::{Camera, Exposure, psnr_of_mse};
+use lgs_core::{Camera, Exposure};
 use lgs_data::dataset::Frame;
 use lgs_model::LagrangianScene;
 use lgs_render::tensor::{RasterTensors, SplatTensors, ViewSpec, photometric_loss, rasterize};
 
-use crate::adam::values;
 use crate::cloud_tensors::CloudTensors;
-use crate::driver::StepReport;
 
 /// How a frame is seen, and the leaves of what is learned of its camera.
 pub(crate) struct Sensor {
@@ -114,17 +112,10 @@ impl<'a> View<'a> {
     }
 }
 
-/// Figures of a step from its loss `[1]` and the mean squared errors `[1]` of its frames: one transfer from
-/// the device.
-pub(crate) fn report(loss: &Tensor<1>, errors: &[Tensor<1>]) -> StepReport {
-    let mean = Tensor::cat(errors.to_vec(), 0).mean();
-    let figures = values(&Tensor::cat(vec![loss.clone().inner(), mean], 0));
-    StepReport { loss: figures[0], psnr: psnr_of_mse(f64::from(figures[1])) as f32 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adam::values;
     use crate::device::DeviceName;
     use lgs_core::Camera;
     use lgs_data::dataset::{Picture, Pixels};

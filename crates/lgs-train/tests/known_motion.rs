@@ -115,7 +115,7 @@ fn a_wrong_start_and_a_wrong_law_are_fitted_to_the_images() {
     let mut stage = FitDynamics::new(wrong.clone(), data(&frames, &device), &config);
     let mut psnr = Vec::new();
     while !stage.is_finished() {
-        psnr.push(stage.step().psnr);
+        psnr.push(stage.step().figures().psnr);
     }
     assert!(psnr[3] > psnr[0] + 10.0, "{psnr:?}");
     let found = stage.scene();

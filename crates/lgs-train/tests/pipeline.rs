@@ -148,7 +148,7 @@ fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
     let trainer = || SourceTrainer::new(&dataset, &config, 3, &device).expect("trainer");
     let (mut whole, mut losses, mut halves) = (trainer(), Vec::new(), None);
     while !whole.is_finished() {
-        losses.push(whole.step().loss);
+        losses.push(whole.step().figures().loss);
         if whole.step_index() == 50 {
             halves = Some(whole.checkpoint());
         }
@@ -286,7 +286,7 @@ fn every_kind_of_source_model_learns_from_images_and_survives_its_file() {
     for kind in SourceKind::ALL.into_iter().filter(|kind| kind.is_trained()) {
         let config = tiny_config(kind);
         let mut trainer = SourceTrainer::new(&dataset, &config.source, 3, &device).expect("trainer");
-        let losses: Vec<f32> = (0..trainer.steps()).map(|_| trainer.step().loss).collect();
+        let losses: Vec<f32> = (0..trainer.steps()).map(|_| trainer.step().figures().loss).collect();
         let mean = |part: &[f32]| part.iter().sum::<f32>() / part.len() as f32;
         let (first, last) = (mean(&losses[..10]), mean(&losses[losses.len() - 10..]));
         assert!(last < 0.8 * first, "{}: {first} {last}", kind.name());

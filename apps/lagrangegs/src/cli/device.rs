@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Result, anyhow};
 use lgs_eval::table::aligned;
-use lgs_train::device::{Device, DeviceEntry, DeviceName, devices};
+use lgs_train::device::{Device, DeviceEntry, DeviceName, devices, failure};
 use serde_json::json;
 
 use super::output;
@@ -57,8 +57,9 @@ fn caught<T>(name: DeviceName, work: impl FnOnce() -> Result<T>) -> Result<T> {
     done.unwrap_or_else(|_| {
         let what = LAST.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default();
         Err(anyhow!(
-            "{name} failed; checkpoints are as they were, and --resume goes on from the last, with \
-             --device cpu too; if memory is short, lower --size or densify.max_gaussians: {what}"
+            "{name}: {}; checkpoints are as they were, and --resume goes on from the last, with \
+             --device cpu too",
+            failure(&what)
         ))
     })
 }
@@ -71,7 +72,7 @@ mod tests {
     fn a_panic_of_a_device_is_an_error_that_says_how_to_go_on() {
         let failed: Result<()> = caught(DeviceName::Wgpu(Some(1)), || panic!("device lost"));
         let text = failed.expect_err("failed").to_string();
-        assert!(text.starts_with("wgpu:1 failed") && text.contains("--resume"), "{text}");
+        assert!(text.starts_with("wgpu:1: ") && text.contains("--resume") && !text.contains('\n'), "{text}");
         assert!(text.contains("device lost"), "{text}");
         assert_eq!(caught(DeviceName::Wgpu(None), || Ok(3)).expect("done"), 3);
     }

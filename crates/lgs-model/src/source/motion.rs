@@ -65,8 +65,8 @@ pub trait SourceMotion {
     /// Learns that Gaussians have been replaced, so that rows of before mean others now.
     fn forget_gaussians(&mut self) {}
 
-    /// Learns the gradients by the canonical centres that an iteration has found, one per Gaussian.
-    fn observe(&mut self, _gradients: &[[f32; 3]]) {}
+    /// Learns the gradients `[n, 3]` by the canonical centres that an iteration has found.
+    fn observe(&mut self, _gradients: &Tensor<2>) {}
 
     /// Whether [`Self::observe`] is to be called.
     fn observes(&self) -> bool {

@@ -3,7 +3,6 @@
 
 use crate::photometric::{photometric, photometric_vjp};
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
-use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Flex, TensorMetadata, backend_extension};
 use lgs_tensor::flex::{rows, tensor};
@@ -62,20 +61,33 @@ impl Kernel<PhotometricCall<Self>, 1> for Flex {
         gradient: Self::Kept,
         v_loss: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 1] {
-        let scale = Self::float_reshape(v_loss, [1, 1, 1].into());
-        [Self::float_mul(gradient, scale)]
+        [scaled::<Self>(gradient, v_loss)]
     }
 }
 
-impl PhotometricOps for Flex {
-    fn photometric_loss(
-        image: FloatTensor<Self>,
-        target: FloatTensor<Self>,
-        lambda: f32,
-    ) -> FloatTensor<Self> {
-        Self::forward(&PhotometricCall { target, lambda }, [image])
-    }
+/// The gradient `[H, W, 3]` by the image times the cotangent `[1]` of the loss.
+pub(super) fn scaled<B: Backend>(gradient: FloatTensor<B>, v_loss: FloatTensor<B>) -> FloatTensor<B> {
+    B::float_mul(gradient, B::float_reshape(v_loss, [1, 1, 1].into()))
 }
+
+/// The operation on a backend that runs its kernels directly.
+macro_rules! without_gradients {
+    ($backend:ty) => {
+        impl PhotometricOps for $backend {
+            fn photometric_loss(
+                image: FloatTensor<Self>,
+                target: FloatTensor<Self>,
+                lambda: f32,
+            ) -> FloatTensor<Self> {
+                Self::forward(&PhotometricCall { target, lambda }, [image])
+            }
+        }
+    };
+}
+
+without_gradients!(Flex);
+#[cfg(feature = "gpu")]
+without_gradients!(lgs_tensor::cube::CubeBackend);
 
 impl<B: PhotometricKernels, C: CheckpointStrategy> PhotometricOps for Autodiff<B, C> {
     fn photometric_loss(

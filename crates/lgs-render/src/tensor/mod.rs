@@ -11,7 +11,7 @@ mod loss;
 mod ops;
 
 use burn::backend::Dispatch;
-use burn::tensor::{Int, Tensor};
+use burn::tensor::{Device, Int, Tensor};
 
 pub use loss::{PhotometricCall, PhotometricKernels, PhotometricOps};
 pub use ops::{Drawn, RasterKept, RasterKernels, RasterOps, SplatPrimitives, ViewSpec};
@@ -86,4 +86,14 @@ pub fn photometric_loss(image: Tensor<3>, target: Tensor<3>, lambda: f32) -> Ten
     let out =
         <Dispatch as PhotometricOps>::photometric_loss(image.into_dispatch(), target.into_dispatch(), lambda);
     Tensor::from_dispatch(out)
+}
+
+/// Looks whether the tile lists of what was drawn on a device since the last call had room for all their
+/// entries, and makes more where it was scarce. It waits for the device, so training calls it every so many
+/// steps; an image whose lists had no room has no gradient, and the log says so. The processor's always have.
+pub fn settle(device: &Device) {
+    #[cfg(feature = "gpu")]
+    cube::settle(device);
+    #[cfg(not(feature = "gpu"))]
+    let _ = device;
 }

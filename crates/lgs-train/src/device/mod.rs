@@ -1,5 +1,6 @@
 //! Names of compute devices: the one place that knows which backends a build has.
 
+mod failure;
 #[cfg(feature = "gpu")]
 mod wgpu;
 
@@ -9,6 +10,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 pub use burn::tensor::Device;
+pub use failure::failure;
 
 /// A device as a user names it: `auto`, `cpu`, `wgpu` or `wgpu:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -123,7 +125,7 @@ impl DeviceName {
 /// Whether a device has kernels of its own, which are not those of the processor.
 #[cfg(feature = "gpu")]
 pub(crate) fn has_kernels(device: &Device) -> bool {
-    wgpu::kind(&device.clone().without_autodiff()).is_some()
+    lgs_tensor::cube::is_cube(device)
 }
 
 /// Whether a device has kernels of its own: not in this build.

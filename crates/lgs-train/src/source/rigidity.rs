@@ -11,6 +11,7 @@ use lgs_model::{TensorFile, TensorFileError};
 
 use super::config_groups::RigidityConfig;
 use crate::cloud_tensors::row_indices;
+use crate::device::has_kernels;
 use crate::thresholds::{MIN_LENGTH, MIN_REST_LENGTH};
 
 /// Name of the neighbours in a checkpoint.
@@ -28,6 +29,36 @@ pub(super) struct NeighborGraph {
     second: Tensor<1, Int>,
     /// First and second end of every edge in turns, `[2 n k]`.
     ends: Tensor<1, Int>,
+    /// Edges by their second ends, where sums over them are gathered.
+    by_second: Option<BySecond>,
+}
+
+/// The edges that end at every Gaussian, as many places each as there are edges at most; those without an
+/// edge hold the number behind the last edge's. The tensor library adds into rows one edge after the other,
+/// which a GPU does with three units; a gather keeps all of them at work.
+struct BySecond {
+    edges: Tensor<1, Int>,
+    most: usize,
+}
+
+impl BySecond {
+    fn of(indices: &[u32], gaussians: usize, device: &Device) -> Self {
+        let mut ending = vec![Vec::new(); gaussians];
+        indices.iter().enumerate().for_each(|(edge, &j)| ending[j as usize].push(edge));
+        let most = ending.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        ending.iter_mut().for_each(|edges| edges.resize(most, indices.len()));
+        Self { edges: row_indices(ending.into_iter().flatten(), device), most }
+    }
+
+    /// Sums `[n, 3]` over the edges at both ends, of values `[n k, 3]` that the second end has negated.
+    fn sums(&self, values: &Tensor<2>, row: usize) -> Tensor<2> {
+        let [edges, _] = values.dims();
+        let n = edges / row;
+        let of_first = values.clone().reshape([n, row, 3]).sum_dim(1);
+        let padded = Tensor::cat(vec![values.clone(), Tensor::zeros([1, 3], &values.device())], 0);
+        let of_second = padded.select(0, self.edges.clone()).reshape([n, self.most, 3]).sum_dim(1);
+        (of_first - of_second).reshape([n, 3])
+    }
 }
 
 impl NeighborGraph {
@@ -40,7 +71,9 @@ impl NeighborGraph {
 
     fn of(indices: Vec<u32>, row: usize, device: &Device) -> Self {
         let edges = || indices.iter().enumerate().map(|(at, &j)| [at / row.max(1), j as usize]);
+        let gathers = has_kernels(device) && row > 0;
         Self {
+            by_second: gathers.then(|| BySecond::of(&indices, indices.len() / row, device)),
             first: row_indices(edges().map(|[i, _]| i), device),
             second: row_indices(edges().map(|[_, j]| j), device),
             ends: row_indices(edges().flatten(), device),
@@ -67,6 +100,9 @@ impl NeighborGraph {
         let spread = strain.clone().div_scalar(config.robust_scale).square() + 1.0;
         let slope = strain.mul_scalar(2.0 * factor) / spread.square() / (rest * length);
         let pull = difference * slope;
+        if let Some(by_second) = &self.by_second {
+            return by_second.sums(&pull, self.row);
+        }
         let on_ends = Tensor::cat(vec![pull.clone(), -pull], 1).reshape([2 * edges, 3]);
         deformed.zeros_like().select_assign(0, self.ends.clone(), on_ends, IndexingUpdateOp::Add)
     }
@@ -129,6 +165,19 @@ mod tests {
         let p = points();
         let moved: Vec<[f32; 3]> = p.iter().map(|q| [q[1] + 1.0, -q[0], q[2] - 2.0]).collect();
         assert!(gradient(&p, &moved).1.as_flattened().iter().all(|v| v.abs() < 1e-5));
+    }
+
+    #[test]
+    fn gathered_sums_are_those_of_the_edges_one_by_one() {
+        let (device, p) = (DeviceName::Cpu.device(), points());
+        let q: Vec<[f32; 3]> = p.iter().map(|v| [v[0] * 1.2, v[1] + 0.3 * v[0], v[2]]).collect();
+        let (mut graph, expected) = gradient(&p, &q);
+        graph.by_second = Some(BySecond::of(&graph.indices, p.len(), &device));
+        let found: Vec<[f32; 3]> =
+            host_rows(&graph.gradient(&rows(&p, &device), &rows(&q, &device), &CONFIG));
+        for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
     }
 
     #[test]

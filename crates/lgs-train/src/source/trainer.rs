@@ -23,10 +23,11 @@ use crate::checkpoint::{Checkpoints, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::CloudTensors;
 use crate::data_summary::DataSummary;
-use crate::driver::{Glance, Status, StepReport, Trainer};
+use crate::driver::{Glance, Status, Trainer};
 use crate::error::TrainError;
+use crate::figures::StepReport;
 use crate::trainable_cloud::{CloudLeaves, TrainableCloud};
-use crate::view::{Sensor, View, report};
+use crate::view::{Sensor, View};
 
 /// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
@@ -233,7 +234,7 @@ impl Trainer for SourceTrainer<'_> {
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend(&leaves, &mut gradients, passed);
         self.network.step(self.config.deformation_rate(iteration), network.grad_remove(&mut gradients));
-        report(&compared.loss, &[compared.mse])
+        StepReport::on_device(&compared.loss, &[compared.mse])
     }
 
     fn checkpoint(&self) -> TensorFile {

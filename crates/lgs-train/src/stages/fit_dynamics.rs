@@ -10,7 +10,8 @@ use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
-use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, Status, Trainer};
+use crate::figures::StepReport;
 
 /// The fit of a scene's dynamics.
 pub struct FitDynamics<'a> {

@@ -8,7 +8,7 @@
 
 use lgs_core::geometry::solve_positive;
 use lgs_core::linear::{norm, sub};
-use lgs_core::{Camera, GaussianCloud, median, psnr_of_mse, stream};
+use lgs_core::{Camera, GaussianCloud, median, stream};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use super::body::{Body, Response, Responses, part_of, rows_of_parts};
 use super::observation::{Normal, Observation, Pose, observe, squared_error};
-use crate::driver::StepReport;
+use crate::figures::StepReport;
 
 /// Particles of an object that are rolled to find the derivatives of its pose.
 const ROLLED_PARTICLES: usize = 256;
@@ -110,7 +110,7 @@ impl Newton {
             self.changes = changes;
         }
         let loss = observations.iter().map(|o| o.loss).sum::<f32>() / observations.len().max(1) as f32;
-        StepReport { loss, psnr: psnr_of_mse(mse) as f32 }
+        StepReport::known(loss, mse)
     }
 
     /// The step of one object's unknowns, given its responses by time and part.

@@ -23,8 +23,9 @@ use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
 use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::cloud_tensors::{CloudTensors, row_indices};
-use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
-use crate::view::{Comparison, Sensor, View, report};
+use crate::driver::{Glance, SceneTrainer, Status, Trainer};
+use crate::figures::StepReport;
+use crate::view::{Comparison, Sensor, View};
 
 /// Stage 2 of a run.
 pub struct TuneDynamics<'a> {
@@ -203,7 +204,7 @@ impl Trainer for TuneDynamics<'_> {
         self.descend(&rollouts.paths, &mut gradients);
         self.step += 1;
         self.kept = Some(kept);
-        report(&loss, &errors)
+        StepReport::on_device(&loss, &errors)
     }
 
     fn checkpoint(&self) -> TensorFile {

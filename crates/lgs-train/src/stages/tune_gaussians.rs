@@ -24,9 +24,10 @@ use super::frame_states::{FrameStates, StateTensors};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
-use crate::driver::{Glance, SceneTrainer, Status, StepReport, Trainer};
+use crate::driver::{Glance, SceneTrainer, Status, Trainer};
+use crate::figures::StepReport;
 use crate::trainable_cloud::TrainableCloud;
-use crate::view::{Sensor, View, report};
+use crate::view::{Sensor, View};
 
 /// Name of the means of the kept motion in a checkpoint.
 const ROLLED_MEANS: &str = "tune.rolled_means";
@@ -150,7 +151,7 @@ impl Trainer for TuneGaussians<'_> {
         of_dynamic.means = of_dynamic.means.map(|gradient| gradient * self.is_free.clone());
         self.dynamic_gaussians.step(of_dynamic, &rates);
         self.kept = Some(kept);
-        report(&compared.loss, &[compared.mse])
+        StepReport::on_device(&compared.loss, &[compared.mse])
     }
 
     fn checkpoint(&self) -> TensorFile {

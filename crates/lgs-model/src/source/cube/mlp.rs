@@ -2,12 +2,13 @@
 //! and their vector–Jacobian products.
 
 use burn::tensor::Tensor;
-use lgs_nn::{LinearRange, MlpLayout};
+use burn::tensor::activation::{relu, sigmoid, silu};
+use lgs_nn::{Activation, LinearRange, MlpLayout};
 
 use super::product::product;
 
 /// Gradients of parts of the parameters, by the place of each part's first float.
-pub(super) type Parts = Vec<(usize, Tensor<1>)>;
+pub(in crate::source) type Parts = Vec<(usize, Tensor<1>)>;
 
 fn weight(params: &Tensor<1>, l: &LinearRange) -> Tensor<2> {
     params.clone().narrow(0, l.weight, l.inputs * l.outputs).reshape([l.outputs, l.inputs])
@@ -39,27 +40,58 @@ pub(super) fn relu_vjp(out: &Tensor<2>, v: Tensor<2>) -> Tensor<2> {
     v.mask_fill(out.clone().lower_equal_elem(0.0), 0.0)
 }
 
-/// Inputs of every layer, the head's last.
+/// Inputs of every layer, the head's last, and what the layers gave to an activation that asks for it.
 #[derive(Clone, Debug)]
-pub(super) struct Taped(Vec<Tensor<2>>);
+pub(in crate::source) struct Taped {
+    inputs: Vec<Tensor<2>>,
+    before: Vec<Tensor<2>>,
+}
 
-/// A network with `max(z, 0)` between its layers.
-pub(super) fn mlp(params: &Tensor<1>, layout: &MlpLayout, input: &Tensor<2>) -> (Tensor<2>, Taped) {
-    let mut taped = vec![input.clone()];
+/// A network with an activation between its layers.
+pub(in crate::source) fn mlp(
+    params: &Tensor<1>,
+    layout: &MlpLayout,
+    input: &Tensor<2>,
+    activation: Activation,
+) -> (Tensor<2>, Taped) {
+    let mut taped = Taped { inputs: vec![input.clone()], before: Vec::new() };
     let mut hidden = input.clone();
     for (i, l) in layout.hidden.iter().enumerate() {
         if i > 0 && layout.reads_inputs(i) {
             hidden = Tensor::cat(vec![input.clone(), hidden], 1);
-            taped[i] = hidden.clone();
+            taped.inputs[i] = hidden.clone();
         }
-        hidden = burn::tensor::activation::relu(linear(params, l, hidden));
-        taped.push(hidden.clone());
+        let before = linear(params, l, hidden);
+        hidden = match activation {
+            Activation::Relu => relu(before),
+            Activation::Silu => {
+                taped.before.push(before.clone());
+                silu(before)
+            }
+        };
+        taped.inputs.push(hidden.clone());
     }
-    (linear(params, &layout.head, hidden), Taped(taped))
+    (linear(params, &layout.head, hidden), taped)
+}
+
+impl Taped {
+    /// The cotangent of what layer `i`, of so many outputs, gave to the activation.
+    fn activation_vjp(&self, i: usize, outputs: usize, v: Tensor<2>) -> Tensor<2> {
+        if let Some(before) = self.before.get(i) {
+            let gate = sigmoid(before.clone());
+            let slope = gate.clone() * (before.clone() * (gate.neg() + 1.0) + 1.0);
+            return v * slope;
+        }
+        // What a later layer read of this one's output lies behind the network's inputs.
+        let next = &self.inputs[i + 1];
+        let skipped = next.dims()[1] - outputs;
+        let out = if skipped > 0 { next.clone().narrow(1, skipped, outputs) } else { next.clone() };
+        relu_vjp(&out, v)
+    }
 }
 
 /// Cotangent of a network's input; those of its parameters are added to `parts`.
-pub(super) fn mlp_vjp(
+pub(in crate::source) fn mlp_vjp(
     params: &Tensor<1>,
     layout: &MlpLayout,
     taped: &Taped,
@@ -68,14 +100,11 @@ pub(super) fn mlp_vjp(
 ) -> Tensor<2> {
     let inputs = layout.hidden[0].inputs;
     let depth = layout.hidden.len();
-    let mut v = linear_vjp(params, &layout.head, &taped.0[depth], v, parts);
+    let mut v = linear_vjp(params, &layout.head, &taped.inputs[depth], v, parts);
     let mut v_input: Option<Tensor<2>> = None;
     for (i, l) in layout.hidden.iter().enumerate().rev() {
-        // What a later layer read of this one's output lies behind the network's inputs.
-        let next = &taped.0[i + 1];
-        let skipped = next.dims()[1] - l.outputs;
-        let out = if skipped > 0 { next.clone().narrow(1, skipped, l.outputs) } else { next.clone() };
-        v = linear_vjp(params, l, &taped.0[i], relu_vjp(&out, v), parts);
+        let v_before = taped.activation_vjp(i, l.outputs, v);
+        v = linear_vjp(params, l, &taped.inputs[i], v_before, parts);
         if i > 0 && layout.reads_inputs(i) {
             let below = v.dims()[1] - inputs;
             let again = v.clone().narrow(1, 0, inputs);
@@ -86,8 +115,18 @@ pub(super) fn mlp_vjp(
     v_input.map_or(v.clone(), |sum| sum + v)
 }
 
-/// The gradient of all parameters from those of their parts, which lie one behind the other.
-pub(super) fn joined(mut parts: Parts) -> Tensor<1> {
+/// The gradient of all parameters from those of their parts, zero where no part is.
+pub(super) fn joined(mut parts: Parts, params: &Tensor<1>) -> Tensor<1> {
     parts.sort_by_key(|(place, _)| *place);
-    Tensor::cat(parts.into_iter().map(|(_, part)| part).collect(), 0)
+    let (mut all, mut end) = (Vec::new(), 0);
+    parts.push((params.dims()[0], Tensor::zeros([0], &params.device())));
+    for (place, part) in parts {
+        if place > end {
+            all.push(Tensor::zeros([place - end], &params.device()));
+        }
+        end = place + part.dims()[0];
+        all.push(part);
+    }
+    all.retain(|part| part.dims()[0] > 0);
+    Tensor::cat(all, 0)
 }

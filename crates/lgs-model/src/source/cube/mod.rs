@@ -5,14 +5,16 @@
     reason = "kernels are written in the part of the language that CubeCL translates"
 )]
 
-mod mlp;
-mod product;
-mod quaternions;
+pub(in crate::source) mod mlp;
+pub(in crate::source) mod product;
+pub(in crate::source) mod quaternions;
 mod rows;
 
 use burn::backend::TensorMetadata;
 use burn::backend::tensor::FloatTensor;
 use burn::tensor::{DType, Tensor, TensorData, activation::relu};
+use cubecl::prelude::BufferArg;
+use lgs_nn::Activation;
 use lgs_nn::encoding::encode as encode_values;
 use lgs_tensor::Kernel;
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
@@ -35,6 +37,13 @@ pub struct DeformKept {
     time: TimeKept,
     taped: Taped,
     raw: CubeTensor,
+}
+
+impl DeformKept {
+    /// The arguments that the kernels of rows begin with.
+    fn rows(&self) -> [BufferArg; 3] {
+        [&self.raw, &self.means, &self.rotations].map(|tensor| tensor.clone().into_buffer_arg())
+    }
 }
 
 /// The time's encoding and the values of its network's hidden layer, if there is one.
@@ -69,40 +78,22 @@ fn time_features(spec: &Call, params: &Tensor<1>) -> (Tensor<2>, TimeKept) {
     (linear(params, second, hidden.clone()), TimeKept { encoding, hidden: Some(hidden) })
 }
 
-/// The network's input `[n, features]`, its positions as constants.
-fn input(spec: &Call, means: &CubeTensor, features: Tensor<2>) -> Tensor<2> {
+/// Encodings `[n, features]` of positions, which are constants to them.
+pub(in crate::source) fn encoded(spec: &Call, means: &CubeTensor) -> Tensor<2> {
     let n = means.shape()[0];
-    let frequencies = spec.config.position_frequencies;
-    let encoded = empty(means, [n, spec.config.position_width()], DType::F32);
-    let (count, dim) = units(&means.client, n);
-    encode::launch(
-        &means.client,
-        count,
-        dim,
-        means.clone().into_buffer_arg(),
-        encoded.clone().into_buffer_arg(),
-        map(spec),
-        frequencies,
-    );
-    let width = features.dims()[1];
-    Tensor::cat(vec![tensor(encoded), features.expand([n, width])], 1)
+    let out = empty(means, [n, spec.config.position_width()], DType::F32);
+    let ((count, dim), frequencies) = (units(&means.client, n), spec.config.position_frequencies);
+    let [from, to] = [means.clone(), out.clone()].map(CubeTensor::into_buffer_arg);
+    encode::launch(&means.client, count, dim, from, to, map(spec), frequencies);
+    tensor(out)
 }
 
 fn pose_rows(spec: &Call, kept: &DeformKept) -> CubeTensor {
     let n = kept.means.shape()[0];
     let out = empty(&kept.means, [n, DELTAS], DType::F32);
-    let (count, dim) = units(&kept.means.client, n);
-    poses::launch(
-        &kept.means.client,
-        count,
-        dim,
-        kept.raw.clone().into_buffer_arg(),
-        kept.means.clone().into_buffer_arg(),
-        kept.rotations.clone().into_buffer_arg(),
-        out.clone().into_buffer_arg(),
-        map(spec),
-        head(&spec.config),
-    );
+    let ((count, dim), [raw, means, rotations]) = (units(&out.client, n), kept.rows());
+    let (client, rows, head) = (&out.client, out.clone().into_buffer_arg(), head(&spec.config));
+    poses::launch(client, count, dim, raw, means, rotations, rows, map(spec), head);
     out
 }
 
@@ -110,20 +101,11 @@ fn pose_rows(spec: &Call, kept: &DeformKept) -> CubeTensor {
 fn pose_rows_vjp(spec: &Call, kept: &DeformKept, v_poses: CubeTensor) -> [CubeTensor; 2] {
     let n = kept.means.shape()[0];
     let out = [DELTAS, GAUSSIAN].map(|width| empty(&kept.means, [n, width], DType::F32));
-    let (count, dim) = units(&kept.means.client, n);
-    poses_vjp::launch(
-        &kept.means.client,
-        count,
-        dim,
-        kept.raw.clone().into_buffer_arg(),
-        kept.means.clone().into_buffer_arg(),
-        kept.rotations.clone().into_buffer_arg(),
-        contiguous(v_poses).into_buffer_arg(),
-        out[0].clone().into_buffer_arg(),
-        out[1].clone().into_buffer_arg(),
-        map(spec),
-        head(&spec.config),
-    );
+    let client = &kept.means.client;
+    let ((count, dim), [raw, means, rotations]) = (units(client, n), kept.rows());
+    let (v, head) = (contiguous(v_poses).into_buffer_arg(), head(&spec.config));
+    let [v_raw, v_own] = out.clone().map(CubeTensor::into_buffer_arg);
+    poses_vjp::launch(client, count, dim, raw, means, rotations, v, v_raw, v_own, map(spec), head);
     out
 }
 
@@ -136,6 +118,53 @@ fn time_vjp(spec: &Call, kept: &DeformKept, v: Tensor<2>, parts: &mut Parts) {
     linear_vjp(&kept.params, first, &kept.time.encoding, relu_vjp(hidden, v), parts);
 }
 
+/// Pose rows of Gaussians with encoded positions and, where the network reads them, codes `[n, code]`; the
+/// network's parameters are the first of those given.
+pub(in crate::source) fn forward(
+    spec: &Call,
+    params: &Tensor<1>,
+    [means, rotations]: [CubeTensor; 2],
+    encoded: Tensor<2>,
+    codes: Option<Tensor<2>>,
+) -> (CubeTensor, DeformKept) {
+    let (features, time) = time_features(spec, params);
+    let [n, width] = [means.shape()[0], features.dims()[1]];
+    let inputs = [Some(encoded), Some(features.expand([n, width])), codes].into_iter().flatten();
+    let input = Tensor::cat(inputs.collect(), 1);
+    let (raw, taped) = mlp(params, &spec.config.layout().mlp, &input, Activation::Relu);
+    let raw = primitive(raw.mul_scalar(spec.config.gain(spec.time)));
+    let kept = DeformKept { params: params.clone(), means, rotations, time, taped, raw };
+    (pose_rows(spec, &kept), kept)
+}
+
+/// Cotangents `[n, GAUSSIAN]` of centres and quaternions, and of the codes; those of parameters are added to
+/// `parts`.
+pub(in crate::source) fn backward(
+    spec: &Call,
+    kept: &DeformKept,
+    v_poses: CubeTensor,
+    parts: &mut Parts,
+) -> (Tensor<2>, Tensor<2>) {
+    let [v_raw, v_gaussians] = pose_rows_vjp(spec, kept, v_poses);
+    let v_raw = tensor::<2>(v_raw).mul_scalar(spec.config.gain(spec.time));
+    let v_input = mlp_vjp(&kept.params, &spec.config.layout().mlp, &kept.taped, v_raw, parts);
+    let (position, time) = (spec.config.position_width(), spec.config.time_width());
+    time_vjp(spec, kept, v_input.clone().narrow(1, position, time).sum_dim(0), parts);
+    let codes = v_input.dims()[1] - position - time;
+    let v_codes = if codes > 0 { v_input.narrow(1, position + time, codes) } else { v_input };
+    (tensor(v_gaussians), v_codes)
+}
+
+/// Cotangents of a network's inputs, from those of its parts and of Gaussians `[n, GAUSSIAN]`.
+pub(in crate::source) fn cotangents(
+    params: &Tensor<1>,
+    parts: Parts,
+    v_gaussians: &Tensor<2>,
+) -> [CubeTensor; 3] {
+    let part = |from: usize, count: usize| primitive(v_gaussians.clone().narrow(1, from, count));
+    [primitive(joined(parts, params)), part(0, 3), part(3, 4)]
+}
+
 impl Kernel<Call, 3> for CubeBackend {
     type Kept = DeformKept;
 
@@ -144,27 +173,15 @@ impl Kernel<Call, 3> for CubeBackend {
         [params, means, rotations]: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, DeformKept) {
         let _span = tracing::trace_span!("deformation network").entered();
-        let (means, rotations) = (contiguous(means), contiguous(rotations));
-        let params = tensor::<1>(params);
-        let (features, time) = time_features(spec, &params);
-        let input = input(spec, &means, features);
-        let (raw, taped) = mlp(&params, &spec.config.layout().mlp, &input);
-        let raw = primitive(raw.mul_scalar(spec.config.gain(spec.time)));
-        let kept = DeformKept { params, means, rotations, time, taped, raw };
-        (pose_rows(spec, &kept), kept)
+        let gaussians = [means, rotations].map(contiguous);
+        let encoded = encoded(spec, &gaussians[0]);
+        forward(spec, &tensor(params), gaussians, encoded, None)
     }
 
     fn vjp(spec: &Call, kept: DeformKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
         let _span = tracing::trace_span!("deformation network, backward").entered();
-        let [v_raw, v_gaussians] = pose_rows_vjp(spec, &kept, v_poses);
-        let v_raw = tensor::<2>(v_raw).mul_scalar(spec.config.gain(spec.time));
         let mut parts = Parts::new();
-        let v_input = mlp_vjp(&kept.params, &spec.config.layout().mlp, &kept.taped, v_raw, &mut parts);
-        let position = spec.config.position_width();
-        let v_time = v_input.narrow(1, position, spec.config.time_width()).sum_dim(0);
-        time_vjp(spec, &kept, v_time, &mut parts);
-        let v_gaussians = tensor::<2>(v_gaussians);
-        let part = |from: usize, count: usize| primitive(v_gaussians.clone().narrow(1, from, count));
-        [primitive(joined(parts)), part(0, 3), part(3, 4)]
+        let (v_gaussians, _) = backward(spec, &kept, v_poses, &mut parts);
+        cotangents(&kept.params, parts, &v_gaussians)
     }
 }

@@ -21,17 +21,17 @@ fn multiply(a: &[f32], b: &[f32], out: &mut [f32], inner: u32, columns: u32) {
 }
 
 /// A tensor of the device behind its primitive.
-pub(super) fn tensor<const D: usize>(primitive: CubeTensor) -> Tensor<D> {
+pub(in crate::source) fn tensor<const D: usize>(primitive: CubeTensor) -> Tensor<D> {
     Tensor::<D, Float>::from_primitive::<CubeBackend>(primitive)
 }
 
 /// The contiguous primitive of a tensor of the device.
-pub(super) fn primitive<const D: usize>(tensor: Tensor<D>) -> CubeTensor {
+pub(in crate::source) fn primitive<const D: usize>(tensor: Tensor<D>) -> CubeTensor {
     contiguous(tensor.try_into_primitive::<CubeBackend>().expect("a tensor of the device"))
 }
 
 /// `a b`.
-pub(super) fn product(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
+pub(in crate::source) fn product(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     if !is_software(&a.device()) {
         return a.matmul(b);
     }

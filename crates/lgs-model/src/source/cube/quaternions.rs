@@ -7,7 +7,7 @@ const SMALL_SQUARED_ANGLE: f32 = 1e-3;
 
 /// The quaternion at a place, divided by its length, and the length in the fifth place.
 #[cube]
-pub(super) fn unit(values: &[f32], at: usize) -> Array<f32> {
+pub(in crate::source) fn unit(values: &[f32], at: usize) -> Array<f32> {
     let mut q = Array::<f32>::new(5usize);
     let mut squares = 0.0f32;
     for k in 0..4usize {
@@ -21,9 +21,29 @@ pub(super) fn unit(values: &[f32], at: usize) -> Array<f32> {
     q
 }
 
+/// Cotangent of a quaternion, given that of its unit form, which [`unit`] gave with the length.
+#[cube]
+pub(in crate::source) fn unit_vjp(q: &Array<f32>, v: &Array<f32>) -> Array<f32> {
+    let along = q[0usize] * v[0usize] + q[1usize] * v[1usize] + q[2usize] * v[2usize] + q[3usize] * v[3usize];
+    let mut out = Array::<f32>::new(4usize);
+    for k in 0..4usize {
+        out[k] = (v[k] - q[k] * along) / q[4usize];
+    }
+    out
+}
+
+/// Writes [`unit_vjp`] to a place.
+#[cube]
+pub(in crate::source) fn write_unit_vjp(q: &Array<f32>, v: &Array<f32>, out: &mut [f32], at: usize) {
+    let v_quaternion = unit_vjp(q, v);
+    for k in 0..4usize {
+        out[at + k] = v_quaternion[k];
+    }
+}
+
 /// `a ⊗ b`.
 #[cube]
-pub(super) fn product(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
+pub(in crate::source) fn product(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
     let mut q = Array::<f32>::new(4usize);
     q[0usize] = a[0usize] * b[0usize] - a[1usize] * b[1usize] - a[2usize] * b[2usize] - a[3usize] * b[3usize];
     for k in 0..3usize {
@@ -35,7 +55,7 @@ pub(super) fn product(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
 
 /// The conjugate of a unit quaternion, which is its inverse.
 #[cube]
-pub(super) fn conjugate(a: &Array<f32>) -> Array<f32> {
+pub(in crate::source) fn conjugate(a: &Array<f32>) -> Array<f32> {
     let mut q = Array::<f32>::new(4usize);
     q[0usize] = a[0usize];
     for k in 1..4usize {

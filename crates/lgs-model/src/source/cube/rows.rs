@@ -3,7 +3,9 @@
 
 use cubecl::prelude::*;
 
-use super::quaternions::{conjugate, exponential, exponential_vjp, product, rotate, rotate_vjp, unit};
+use super::quaternions::{
+    conjugate, exponential, exponential_vjp, product, rotate, rotate_vjp, unit, write_unit_vjp,
+};
 
 /// Numbers of a raw row and of a pose row (`DELTAS`).
 const ROW: usize = 10;
@@ -58,6 +60,8 @@ fn turn_of(raw: &[f32], at: usize, #[comptime] head: u32) -> Array<f32> {
             turn[1usize] = 0.0f32;
             turn[2usize] = 0.0f32;
             turn[3usize] = 0.0f32;
+            // Without a direction the length counts as one.
+            turn[4usize] = 1.0f32;
         }
         turn
     } else {
@@ -85,9 +89,9 @@ pub(super) fn poses(
     map: Map,
     #[comptime] head: u32,
 ) {
-    let i = ABSOLUTE_POS;
-    let row = i * ROW;
-    if row < raw.len() {
+    if ABSOLUTE_POS * ROW < raw.len() {
+        let i = ABSOLUTE_POS;
+        let row = i * ROW;
         let q = unit(rotations, 4usize * i);
         for k in 0..3usize {
             out[row + k] = means[3usize * i + k] + raw[row + k];
@@ -144,39 +148,13 @@ pub(super) fn poses_vjp(
             let v_turn = product(&v_unit, &conjugate(&q));
             v_unit = product(&conjugate(&turn), &v_unit);
             if comptime!(head == TURN) {
-                turn_vjp(&turn, &v_turn, v_raw, row);
+                write_unit_vjp(&turn, &v_turn, v_raw, row + 3usize);
             } else {
                 let u = offset(means, i, &map);
                 rigid_vjp(raw, &turn, &u, &v_turn, v_raw, v_gaussians, (i, map.scale));
             }
         }
-        length_vjp(&q, &v_unit, v_gaussians, i * GAUSSIAN + 3usize);
-    }
-}
-
-/// Cotangent of a quaternion at a place, given that of its unit form.
-#[cube]
-fn length_vjp(q: &Array<f32>, v_unit: &Array<f32>, out: &mut [f32], at: usize) {
-    let along = q[0usize] * v_unit[0usize]
-        + q[1usize] * v_unit[1usize]
-        + q[2usize] * v_unit[2usize]
-        + q[3usize] * v_unit[3usize];
-    for k in 0..4usize {
-        out[at + k] = (v_unit[k] - q[k] * along) / q[4usize];
-    }
-}
-
-/// Cotangent of the quaternion of a turn, through its length.
-#[cube]
-fn turn_vjp(turn: &Array<f32>, v_turn: &Array<f32>, v_raw: &mut [f32], row: usize) {
-    let along = turn[0usize] * v_turn[0usize]
-        + turn[1usize] * v_turn[1usize]
-        + turn[2usize] * v_turn[2usize]
-        + turn[3usize] * v_turn[3usize];
-    // Without a direction the length counts as one.
-    let length = select(turn[4usize] > 1e-12f32, turn[4usize], 1.0f32);
-    for k in 0..4usize {
-        v_raw[row + 3usize + k] = (v_turn[k] - turn[k] * along) / length;
+        write_unit_vjp(&q, &v_unit, v_gaussians, i * GAUSSIAN + 3usize);
     }
 }
 

@@ -9,6 +9,8 @@
 mod advection;
 mod call;
 mod config;
+#[cfg(feature = "gpu")]
+mod cube;
 mod file;
 mod inflated;
 pub mod input;

@@ -4,11 +4,6 @@
 use super::config::FreeGaveConfig;
 use crate::source::tensor::NetworkCall;
 
-#[cfg(feature = "gpu")]
-impl lgs_tensor::cube::OnProcessor for NetworkCall<FreeGaveConfig> {
-    const OPERATION: &'static str = "networks of FreeGave";
-}
-
 lgs_tensor::operations! {
     /// Backends that can run FreeGave's networks: kernels from parameters `[P]`, centres `[n, 3]` and
     /// quaternions `[n, 4]` to pose rows `[n, DELTAS]`.

@@ -8,6 +8,8 @@
 
 pub mod blend;
 mod choose;
+#[cfg(feature = "gpu")]
+mod cube;
 mod mixture;
 mod model;
 mod motion;

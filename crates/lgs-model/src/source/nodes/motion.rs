@@ -9,7 +9,7 @@ use burn::tensor::Tensor;
 use lgs_core::{GaussianCloud, stream};
 use rand::RngExt;
 
-use super::choose::{Choice, Places, first_features, first_nodes, rechoose};
+use super::choose::{Choice, Discord, Places, first_features, first_nodes, rechoose};
 use super::model::{ControlNodes, node_poses};
 use super::neighbors::Neighbors;
 use super::node::{FEATURES, NODE, Node};
@@ -55,7 +55,13 @@ fn motion(config: &MotionConfig<'_>, captured: Captured) -> Box<dyn SourceMotion
         config: config.nodes.cloned().unwrap_or_default(),
         captured,
         structure: Structure::default(),
+        discord: None,
     })
+}
+
+/// The values of a tensor, on the host.
+fn values<const D: usize>(tensor: &Tensor<D>) -> Vec<f32> {
+    tensor.to_data().try_to_vec::<f32>().expect("a tensor of 32-bit floats")
 }
 
 /// The motion of nodes.
@@ -64,6 +70,8 @@ struct NodesMotion {
     config: NodesConfig,
     captured: Captured,
     structure: Structure,
+    /// The structure's discord `[m]`, while it is summed on a device that is not the processor.
+    discord: Option<Tensor<1>>,
 }
 
 impl NodesMotion {
@@ -86,6 +94,11 @@ impl NodesMotion {
         let positions = nodes.clone().detach().narrow(1, 0, 3);
         let call = NetworkCall { config: Arc::clone(&self.network), frame: self.captured.frame, time };
         deform(network, positions, unturned(self.structure.count, nodes), call)
+    }
+
+    fn discord_on_host(&self) -> Discord {
+        let gathered = |sums: &Tensor<1>| Discord { of_nodes: values(sums) };
+        self.discord.as_ref().map_or_else(|| self.structure.discord.clone(), gathered)
     }
 
     fn deformation(&self, parameters: &[f32]) -> Deformation {
@@ -127,8 +140,9 @@ impl NodesMotion {
         let places = Places { means: &learned.cloud.means, features: learned.features.as_chunks().0 };
         let neighbors = Neighbors::search(nodes, places.means, places.features, self.config.neighbors);
         let moves = self.moving(&learned.parameters, nodes, at.window_end);
+        let discord = self.discord_on_host();
         let Choice { kept, added } =
-            rechoose(nodes, places, &neighbors, (&self.structure.discord, &moves), self.config.most);
+            rechoose(nodes, places, &neighbors, (&discord, &moves), self.config.most);
         if kept.len() == nodes.len() && added.is_empty() {
             return None;
         }
@@ -213,6 +227,7 @@ impl SourceMotion for NodesMotion {
         self.structure.neighbors = Some(found);
         if is_chosen || remade.is_some() {
             let neighbors = self.structure.neighbors.take();
+            self.discord = None;
             self.structure = Structure {
                 neighbors,
                 ..Structure::new(&nodes, self.config.rigidity_neighbors, at.iteration)
@@ -225,10 +240,16 @@ impl SourceMotion for NodesMotion {
         self.structure.neighbors = None;
     }
 
-    fn observe(&mut self, gradients: &[[f32; 3]]) {
-        if let Some(neighbors) = &self.structure.neighbors {
-            self.structure.discord.observe(gradients, neighbors);
+    fn observe(&mut self, gradients: &Tensor<2>) {
+        let Some(neighbors) = &self.structure.neighbors else { return };
+        #[cfg(feature = "gpu")]
+        if lgs_tensor::cube::is_cube(&gradients.device()) {
+            let begin = || Tensor::from_floats(&*self.structure.discord.of_nodes, &gradients.device());
+            let before = self.discord.take().unwrap_or_else(begin);
+            self.discord = Some(super::cube::discord(before, gradients.clone(), neighbors));
+            return;
         }
+        self.structure.discord.observe(values(gradients).as_chunks().0, neighbors);
     }
 
     fn observes(&self) -> bool {
@@ -236,11 +257,11 @@ impl SourceMotion for NodesMotion {
     }
 
     fn insert_into(&self, file: &mut TensorFile) {
-        self.structure.insert_into(file);
+        Structure { discord: self.discord_on_host(), ..self.structure.clone() }.insert_into(file);
     }
 
     fn restore(&mut self, file: &TensorFile, gaussians: usize) -> Result<(), TensorFileError> {
-        self.structure = Structure::read_from(file, gaussians)?;
+        (self.structure, self.discord) = (Structure::read_from(file, gaussians)?, None);
         Ok(())
     }
 

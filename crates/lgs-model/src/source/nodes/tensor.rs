@@ -47,11 +47,6 @@ impl Kernel<Neighbors, 5> for Flex {
     }
 }
 
-#[cfg(feature = "gpu")]
-impl lgs_tensor::cube::OnProcessor for Neighbors {
-    const OPERATION: &'static str = "blend of nodes";
-}
-
 lgs_tensor::operations! {
     /// Backends that can blend nodes: kernels from nodes `[m, NODE]`, their poses `[m, DELTAS]`, centres `[n,
     /// 3]`, quaternions `[n, 4]` and features `[n, FEATURES]` to pose rows `[n, DELTAS]`.

@@ -20,14 +20,23 @@ const PIXEL: usize = 5;
 /// (`project_vjp::ImageCotangent`).
 pub(super) const COTANGENTS: usize = 9;
 
-/// Collects what pixels bring along.
+/// Collects what pixels bring along: nothing where the lists had no room for all entries.
 #[cube(launch)]
-pub(super) fn collect(packed: &[f32], v_packed: &[f32], stops: &[u32], pixels: &mut [f32]) {
+pub(super) fn collect(
+    packed: &[f32],
+    v_packed: &[f32],
+    stops: &[u32],
+    places: &[u32],
+    pixels: &mut [f32],
+    room: u32,
+) {
     let pixel = ABSOLUTE_POS;
     if pixel < stops.len() {
-        let mut light = v_packed[4usize * pixel + 3usize] * packed[4usize * pixel + 3usize];
+        let fits = places[places.len() - 1usize] <= room;
+        let v_transmittance = select(fits, v_packed[4usize * pixel + 3usize], 0.0f32);
+        let mut light = v_transmittance * packed[4usize * pixel + 3usize];
         for channel in 0..3usize {
-            let v = v_packed[4usize * pixel + channel];
+            let v = select(fits, v_packed[4usize * pixel + channel], 0.0f32);
             pixels[PIXEL * pixel + channel] = v;
             light += v * packed[4usize * pixel + channel];
         }

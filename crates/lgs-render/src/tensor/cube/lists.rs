@@ -1,15 +1,17 @@
 //! Lists of the Gaussians that touch each tile, nearest first.
 //!
 //! Gaussians are sorted by depth and number the entries of all lists in that order; a stable sort by tile
-//! then leaves every list sorted by depth, ties by index. The number of entries is read back once: buffers
-//! have the size that an image needs.
+//! then leaves every list sorted by depth, ties by index. Buffers have as many entries as there is room for
+//! ([`super::room`]): those that an image does not need belong to no tile.
 
+use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeTensor, empty, last_value, units};
+use lgs_tensor::cube::{CubeTensor, empty, units};
 
 use super::extent::{Span, box_rows, tile_columns};
 use super::frame::{Frame, PROJECTED, Sizes, TILE, columns};
+use super::room::{Room, room};
 use super::scan::places;
 use super::sort::sorted;
 
@@ -25,7 +27,9 @@ pub(super) struct Lists {
     pub(super) ranges: CubeTensor,
     /// `[n, 2]`: number of each Gaussian's first entry, and of its entries.
     pub(super) spans: CubeTensor,
-    /// Number of entries.
+    /// `[n + 1]`: where the entries of Gaussians in the order of depth begin; the last is how many there are.
+    pub(super) places: CubeTensor,
+    /// Number of entries that there is room for.
     pub(super) entries: usize,
     /// A bound of the number of groups.
     pub(super) groups: usize,
@@ -50,19 +54,34 @@ fn in_order(order: &[u32], counts: &[u32], ordered: &mut [u32]) {
     }
 }
 
-/// The span of entries of each Gaussian.
+/// The span of entries of each Gaussian, up to the number that there is room for, and the greatest need.
 #[cube(launch)]
-fn note_spans(order: &[u32], places: &[u32], spans: &mut [u32]) {
+fn note_spans(order: &[u32], places: &[u32], spans: &mut [u32], greatest: &mut [u32], room: u32) {
     let rank = ABSOLUTE_POS;
     if rank + 1usize < places.len() {
         let i = order[2usize * rank + 1usize] as usize;
-        spans[2usize * i] = places[rank];
-        spans[2usize * i + 1usize] = places[rank + 1usize] - places[rank];
+        let begin = places[rank].min(room);
+        spans[2usize * i] = begin;
+        spans[2usize * i + 1usize] = places[rank + 1usize].min(room) - begin;
+    }
+    if rank == 0usize {
+        greatest[0usize] = greatest[0usize].max(places[places.len() - 1usize]);
+    }
+}
+
+/// Entries of no tile, whose number is behind the last one's.
+#[cube(launch)]
+fn clear(pairs: &mut [u32], gaussians: &mut [u32], tiles: u32) {
+    let entry = ABSOLUTE_POS;
+    if entry < gaussians.len() {
+        pairs[2usize * entry] = tiles;
+        pairs[2usize * entry + 1usize] = entry as u32;
+        gaussians[entry] = 0u32;
     }
 }
 
 /// Tile and number of every entry. A Gaussian gets as many as were counted, whatever the rounding of this
-/// kernel: what is too many is left out, what is missing belongs to no tile.
+/// kernel: what is too many is left out, what is missing stays an entry of no tile.
 #[cube(launch)]
 fn emit(projected: &[f32], spans: &[u32], pairs: &mut [u32], gaussians: &mut [u32], frame: Frame) {
     let i = ABSOLUTE_POS;
@@ -83,12 +102,6 @@ fn emit(projected: &[f32], spans: &[u32], pairs: &mut [u32], gaussians: &mut [u3
                 column += 1u32;
             }
             row += 1u32;
-        }
-        while entry < end {
-            pairs[2usize * entry as usize] = columns * ((frame.height + TILE - 1u32) / TILE);
-            pairs[2usize * entry as usize + 1usize] = entry;
-            gaussians[entry as usize] = i as u32;
-            entry += 1u32;
         }
     }
 }
@@ -139,23 +152,15 @@ fn note_ranges(pairs: &[u32], groups: &[u32], ranges: &mut [u32]) {
     }
 }
 
-/// Entries by number: the pairs of tile and number, sorted by tile, and each number's Gaussian.
-struct Entries {
-    pairs: CubeTensor,
-    gaussians: CubeTensor,
-}
-
-/// Builds the lists of projected Gaussians that touch so many tiles each; none where nothing is visible.
-pub(super) fn lists(projected: &CubeTensor, counts: &CubeTensor, sizes: &Sizes) -> Option<Lists> {
-    let spans = empty(counts, [sizes.gaussians, 2], DType::U32);
-    let total = number(projected, counts, &spans);
-    let entries = last_value(total) as usize;
-    if entries == 0 {
-        return None;
-    }
-    let Entries { pairs, gaussians } = emitted(projected, &spans, entries, sizes);
-    let members = empty(counts, [entries, 2], DType::U32);
-    let (cubes, dim) = units(&counts.client, entries);
+/// Builds the lists of projected Gaussians that touch so many tiles each.
+pub(super) fn lists(projected: &CubeTensor, counts: &CubeTensor, sizes: &Sizes) -> Lists {
+    let order = order(projected, counts);
+    let places = places(&ordered(&order, counts));
+    let room = room(&places, sizes);
+    let spans = spans(&order, &places, &room);
+    let Entries { pairs, gaussians } = emitted(projected, &spans, room.entries, sizes);
+    let members = empty(counts, [room.entries, 2], DType::U32);
+    let (cubes, dim) = units(&counts.client, room.entries);
     resolve::launch(
         &counts.client,
         cubes,
@@ -165,51 +170,81 @@ pub(super) fn lists(projected: &CubeTensor, counts: &CubeTensor, sizes: &Sizes) 
         members.clone().into_buffer_arg(),
     );
     let ranges = ranges(&pairs, sizes.tiles());
-    Some(Lists { members, ranges, spans, entries, groups: entries / GROUP + sizes.tiles() })
+    let groups = room.entries / GROUP + sizes.tiles();
+    Lists { members, ranges, spans, places, entries: room.entries, groups }
 }
 
-/// Fills the spans of the Gaussians' entries, numbered in the order of depth; gives the places that end with
-/// the number of entries.
-fn number(projected: &CubeTensor, counts: &CubeTensor, spans: &CubeTensor) -> CubeTensor {
-    let n = burn::backend::TensorMetadata::shape(counts).num_elements();
+/// Depth and index of the Gaussians, sorted.
+fn order(projected: &CubeTensor, counts: &CubeTensor) -> CubeTensor {
+    let n = counts.shape().num_elements();
     let (client, (cubes, dim)) = (&counts.client, units(&counts.client, n));
     let pairs = empty(counts, [n, 2], DType::U32);
     by_depth::launch(
         client,
-        cubes.clone(),
+        cubes,
         dim,
         projected.clone().into_buffer_arg(),
         counts.clone().into_buffer_arg(),
         pairs.clone().into_buffer_arg(),
     );
-    let order = sorted(pairs, 31);
+    sorted(pairs, 31)
+}
+
+/// The counts in the order of depth.
+fn ordered(order: &CubeTensor, counts: &CubeTensor) -> CubeTensor {
+    let n = counts.shape().num_elements();
+    let (client, (cubes, dim)) = (&counts.client, units(&counts.client, n));
     let ordered = empty(counts, [n], DType::U32);
     in_order::launch(
         client,
-        cubes.clone(),
+        cubes,
         dim,
         order.clone().into_buffer_arg(),
         counts.clone().into_buffer_arg(),
         ordered.clone().into_buffer_arg(),
     );
-    let places = places(&ordered);
+    ordered
+}
+
+/// The spans of the Gaussians' entries, numbered in the order of depth.
+fn spans(order: &CubeTensor, places: &CubeTensor, room: &Room) -> CubeTensor {
+    let n = order.shape()[0];
+    let (client, (cubes, dim)) = (&order.client, units(&order.client, n));
+    let spans = empty(order, [n, 2], DType::U32);
     note_spans::launch(
         client,
         cubes,
         dim,
-        order.into_buffer_arg(),
+        order.clone().into_buffer_arg(),
         places.clone().into_buffer_arg(),
         spans.clone().into_buffer_arg(),
+        room.greatest.clone().into_buffer_arg(),
+        room.entries as u32,
     );
-    places
+    spans
+}
+
+/// Entries by number: the pairs of tile and number, sorted by tile, and each number's Gaussian.
+struct Entries {
+    pairs: CubeTensor,
+    gaussians: CubeTensor,
 }
 
 fn emitted(projected: &CubeTensor, spans: &CubeTensor, entries: usize, sizes: &Sizes) -> Entries {
-    let pairs = empty(spans, [entries, 2], DType::U32);
+    let (client, pairs) = (&spans.client, empty(spans, [entries, 2], DType::U32));
     let gaussians = empty(spans, [entries], DType::U32);
-    let (cubes, dim) = units(&spans.client, sizes.gaussians);
+    let (cubes, dim) = units(client, entries);
+    clear::launch(
+        client,
+        cubes,
+        dim,
+        pairs.clone().into_buffer_arg(),
+        gaussians.clone().into_buffer_arg(),
+        sizes.tiles() as u32,
+    );
+    let (cubes, dim) = units(client, sizes.gaussians);
     emit::launch(
-        &spans.client,
+        client,
         cubes,
         dim,
         projected.clone().into_buffer_arg(),

@@ -1,6 +1,6 @@
 //! The photometric loss on devices of CubeCL: value and gradient from the kernels of [`super::ssim`].
 
-use super::super::loss::{PhotometricCall, PhotometricOps};
+use super::super::loss::{PhotometricCall, scaled};
 use burn::backend::TensorMetadata;
 use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
@@ -40,6 +40,11 @@ impl Comparison {
         (cubes(&self.image.client, 3 * squares), CubeDim::new_1d((EDGE * EDGE) as u32))
     }
 
+    /// The arguments that both kernels begin with.
+    fn inputs(&self) -> [BufferArg; 3] {
+        [&self.image, &self.target, &self.weights].map(|tensor| tensor.clone().into_buffer_arg())
+    }
+
     fn size(&self) -> SizeLaunch {
         SizeLaunch::new(self.width as u32, self.height as u32)
     }
@@ -48,36 +53,20 @@ impl Comparison {
     fn compared(&self) -> [CubeTensor; 2] {
         let values = 3 * self.width * self.height;
         let out = [2, 3].map(|maps| empty(&self.image, [maps, values], DType::F32));
-        let (cubes, dim) = self.cubes();
-        compare::launch(
-            &self.image.client,
-            cubes,
-            dim,
-            self.image.clone().into_buffer_arg(),
-            self.target.clone().into_buffer_arg(),
-            self.weights.clone().into_buffer_arg(),
-            out[0].clone().into_buffer_arg(),
-            out[1].clone().into_buffer_arg(),
-            self.size(),
-        );
+        let ((cubes, dim), [image, target, weights]) = (self.cubes(), self.inputs());
+        let [values, slopes] = out.clone().map(CubeTensor::into_buffer_arg);
+        let client = &self.image.client;
+        compare::launch(client, cubes, dim, image, target, weights, values, slopes, self.size());
         out
     }
 
     /// Gradient `[H, W, 3]` by the image, given the slopes.
     fn gradient(&self, slopes: CubeTensor) -> CubeTensor {
         let out = empty(&self.image, [self.height, self.width, 3], DType::F32);
-        let (cubes, dim) = self.cubes();
-        gradient::launch(
-            &self.image.client,
-            cubes,
-            dim,
-            self.image.clone().into_buffer_arg(),
-            self.target.clone().into_buffer_arg(),
-            self.weights.clone().into_buffer_arg(),
-            slopes.into_buffer_arg(),
-            out.clone().into_buffer_arg(),
-            self.size(),
-        );
+        let ((cubes, dim), [image, target, weights]) = (self.cubes(), self.inputs());
+        let [slopes, by_image] = [slopes, out.clone()].map(CubeTensor::into_buffer_arg);
+        let client = &self.image.client;
+        gradient::launch(client, cubes, dim, image, target, weights, slopes, by_image, self.size());
         out
     }
 }
@@ -120,17 +109,6 @@ impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
         gradient: Self::Kept,
         v_loss: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 1] {
-        let scale = Self::float_reshape(v_loss, [1, 1, 1].into());
-        [Self::float_mul(gradient, scale)]
-    }
-}
-
-impl PhotometricOps for CubeBackend {
-    fn photometric_loss(
-        image: FloatTensor<Self>,
-        target: FloatTensor<Self>,
-        lambda: f32,
-    ) -> FloatTensor<Self> {
-        Self::forward(&PhotometricCall { target, lambda }, [image])
+        [scaled::<Self>(gradient, v_loss)]
     }
 }

@@ -19,6 +19,9 @@ mod loss;
 mod project;
 mod pull_back;
 mod raster;
+mod room;
 mod scan;
 mod sort;
 mod ssim;
+
+pub(super) use room::settle;

@@ -1,7 +1,7 @@
 //! The rasterizer on devices of CubeCL: buffers, launches, and the kernel's `impl`.
 //!
 //! Project, list, blend; back, blend entry by entry, sum each Gaussian's entries and pull them back through
-//! the projection. Everything stays on the device but one number per image, that of the lists' entries.
+//! the projection. Everything stays on the device.
 
 use super::super::ops::{Drawn, RasterKernels, RasterOps, SplatPrimitives, ViewSpec};
 use burn::backend::TensorMetadata;
@@ -27,7 +27,7 @@ pub struct CubeRasterKept {
     packed: CubeTensor,
     sh: CubeTensor,
     radii: CubeTensor,
-    /// What was drawn; none where nothing is visible.
+    /// What was drawn; none where there is nothing to draw.
     drawn: Option<DrawnKept>,
 }
 
@@ -132,7 +132,9 @@ fn v_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> C
         drawn.image.clone().into_buffer_arg(),
         contiguous(v_image).into_buffer_arg(),
         drawn.stops.clone().into_buffer_arg(),
+        drawn.lists.places.clone().into_buffer_arg(),
         pixels.clone().into_buffer_arg(),
+        drawn.lists.entries as u32,
     );
     // Entries of no tile are left at zero.
     let out = zeros(&kept.packed, [drawn.lists.entries, COTANGENTS], DType::F32);
@@ -194,7 +196,7 @@ impl Kernel<ViewSpec, 7> for CubeBackend {
         if sizes.gaussians > 0 && sizes.tiles() > 0 {
             let (projected, counts) = projected(&kept, view.active_degree);
             let lists = lists(&projected, &counts, &sizes);
-            kept.drawn = lists.map(|lists| blended(&kept, projected, lists));
+            kept.drawn = Some(blended(&kept, projected, lists));
         }
         let image = kept.drawn.as_ref().map(|drawn| drawn.image.clone());
         (image.unwrap_or_else(|| empty_image(view, &kept.packed)), kept)

@@ -76,13 +76,7 @@ pub(super) fn compare(
     let mut pixels = Shared::<[f32]>::new_slice(2usize * REACH * REACH);
     let mut along = Shared::<[f32]>::new_slice(MEANS * REACH * EDGE);
     if has_square(&size) {
-        let mut i = UNIT_POS;
-        while i < (REACH * REACH) as u32 {
-            let from = neighbour(i, &size);
-            pixels[i as usize] = select(from.inside, a[from.at as usize], 0.0f32);
-            pixels[REACH * REACH + i as usize] = select(from.inside, b[from.at as usize], 0.0f32);
-            i += (EDGE * EDGE) as u32;
-        }
+        load_pixels(a, b, &mut pixels, &size);
         sync_cube();
         let mut i = UNIT_POS;
         while i < (REACH * EDGE) as u32 {
@@ -98,6 +92,32 @@ pub(super) fn compare(
             values[pixels + at] = (a[at] - b[at]).abs();
             similarity(&means, at, pixels, values, slopes);
         }
+    }
+}
+
+/// Loads the pixels of both images in the square's neighbourhood, zero outside.
+#[cube]
+fn load_pixels(a: &[f32], b: &[f32], pixels: &mut [f32], size: &Size) {
+    let mut i = UNIT_POS;
+    while i < (REACH * REACH) as u32 {
+        let from = neighbour(i, size);
+        pixels[i as usize] = select(from.inside, a[from.at as usize], 0.0f32);
+        pixels[REACH * REACH + i as usize] = select(from.inside, b[from.at as usize], 0.0f32);
+        i += (EDGE * EDGE) as u32;
+    }
+}
+
+/// Loads the slopes in the square's neighbourhood, maps of so many values each, zero outside.
+#[cube]
+fn load_slopes(slopes: &[f32], values: usize, around: &mut [f32], size: &Size) {
+    let mut i = UNIT_POS;
+    while i < (REACH * REACH) as u32 {
+        let from = neighbour(i, size);
+        for map in 0..SLOPES {
+            let slope = slopes[map * values + from.at as usize];
+            around[map * REACH * REACH + i as usize] = select(from.inside, slope, 0.0f32);
+        }
+        i += (EDGE * EDGE) as u32;
     }
 }
 
@@ -162,15 +182,7 @@ pub(super) fn gradient(a: &[f32], b: &[f32], weights: &[f32], slopes: &[f32], ou
     let mut around = Shared::<[f32]>::new_slice(SLOPES * REACH * REACH);
     let mut along = Shared::<[f32]>::new_slice(SLOPES * REACH * EDGE);
     if has_square(&size) {
-        let mut i = UNIT_POS;
-        while i < (REACH * REACH) as u32 {
-            let from = neighbour(i, &size);
-            for map in 0..SLOPES {
-                let slope = slopes[map * a.len() + from.at as usize];
-                around[map * REACH * REACH + i as usize] = select(from.inside, slope, 0.0f32);
-            }
-            i += (EDGE * EDGE) as u32;
-        }
+        load_slopes(slopes, a.len(), &mut around, &size);
         sync_cube();
         let mut i = UNIT_POS;
         while i < (REACH * EDGE) as u32 {

@@ -49,7 +49,7 @@ impl SourceTrainer<'_> {
             }
         }
         if let Some(gradients) = by_attribute.means.as_ref().filter(|_| self.motion.observes()) {
-            self.motion.observe(&host_rows(gradients));
+            self.motion.observe(gradients);
         }
         let rates = self.config.cloud_rates(iteration);
         self.cloud.step(by_attribute, &rates);

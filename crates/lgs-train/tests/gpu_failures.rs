@@ -1,0 +1,85 @@
+//! Failures of a device of Vulkan, Metal or DX12 (feature `gpu`): memory that it does not have, and its loss
+//! in the middle of training, after which the processor goes on.
+#![cfg(feature = "gpu")]
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use burn::backend::{CubeDevice, DispatchDevice};
+use burn::tensor::{Device, Tensor};
+use cubecl::wgpu::{AutoGraphicsApi, RuntimeOptions, init_setup};
+use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_data::synth::{self, SynthOptions};
+use lgs_tensor::cube::device_for_tests;
+use lgs_train::device::failure;
+use lgs_train::{Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, Trained, train};
+
+/// The words with which some work panics.
+fn panic_of(work: impl FnOnce()) -> String {
+    let said = Arc::new(Mutex::new(String::new()));
+    let (hook, heard) = (std::panic::take_hook(), Arc::clone(&said));
+    std::panic::set_hook(Box::new(move |info| *heard.lock().expect("alone") = info.to_string()));
+    let done = catch_unwind(AssertUnwindSafe(work));
+    std::panic::set_hook(hook);
+    assert!(done.is_err(), "no panic");
+    said.lock().expect("alone").clone()
+}
+
+fn dataset(folder: &Path) -> Dataset {
+    let options = SynthOptions { size: 24, views: 3, seed: 0, train_fps: 12 };
+    let path = folder.join("data");
+    synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
+    Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
+}
+
+/// Trains; `watch` is called after every step.
+fn trained(run: &Path, dataset: &Dataset, device: &Device, watch: &mut dyn FnMut(Progress)) -> Trained {
+    let (run, config) = RunFolder::open(run).expect("a run");
+    let stop = AtomicBool::new(false);
+    train(&run, dataset, &config, device, &mut Control::new(&stop, watch)).expect("trained")
+}
+
+#[test]
+fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
+    let Some(device) = device_for_tests() else { return };
+    let DispatchDevice::Cube(CubeDevice::Wgpu(chosen)) = device.as_dispatch() else { panic!("{device:?}") };
+    let setup = init_setup::<AutoGraphicsApi>(chosen, RuntimeOptions::default());
+
+    let words = panic_of(|| drop(Tensor::<1>::empty([1_usize << 40], &device).into_data()));
+    let said = failure(&words);
+    assert!(said.contains("GB were asked for at once; lower"), "{said}, from {words}");
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, run) = (dataset(folder.path()), folder.path().join("run"));
+    let settings = [
+        "checkpoint_secs=1",
+        "source.iterations=40",
+        "source.stretch=1",
+        "source.warmup_iterations=10",
+        "source.initial_gaussians=200",
+        "fit_dynamics.steps=1",
+        "fit_dynamics.frames=4",
+        "refine_gaussians.iterations=2",
+        "tune_gaussians.iterations=2",
+    ]
+    .map(str::to_owned);
+    let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("config");
+    drop(RunFolder::create(&run, &config, &data).expect("a folder"));
+    let mut lose = |p: Progress| match (p.stage, p.step) {
+        // Long enough for a checkpoint after this step.
+        (Stage::Source, 20) => std::thread::sleep(Duration::from_millis(1100)),
+        (Stage::Source, 25) => setup.device.destroy(),
+        _ => {}
+    };
+    let said = failure(&panic_of(|| drop(trained(&run, &data, &device, &mut lose))));
+    assert!(said.starts_with("the device was lost"), "{said}");
+
+    let mut first = None;
+    trained(&run, &data, &DeviceName::Cpu.device(), &mut |p| {
+        first.get_or_insert(p.step);
+    });
+    assert!(first.is_some_and(|step| (21..=25).contains(&step)), "went on at step {first:?}");
+}

@@ -1,0 +1,153 @@
+//! Training on a device of Vulkan, Metal or DX12 (feature `gpu`): what a step reads back and allocates, and
+//! its bytes.
+//!
+//! Read-backs and buffers are counted where they happen, in the calls that the driver's library logs.
+#![cfg(feature = "gpu")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use burn::tensor::Device;
+use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_data::synth::{self, SynthOptions};
+use lgs_model::source::SourceKind;
+use lgs_tensor::cube::device_for_tests;
+use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, train};
+
+/// Read-backs and new buffers so far.
+static READS: AtomicUsize = AtomicUsize::new(0);
+static BUFFERS: AtomicUsize = AtomicUsize::new(0);
+
+/// Counts what the driver's library logs.
+struct Counter;
+
+impl log::Log for Counter {
+    fn enabled(&self, metadata: &log::Metadata<'_>) -> bool {
+        metadata.target().starts_with("wgpu_core")
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        if !self.enabled(record.metadata()) {
+            return;
+        }
+        let text = record.args().to_string();
+        if text.starts_with("Buffer::map_async") {
+            READS.fetch_add(1, Ordering::SeqCst);
+        } else if text.starts_with("Device::create_buffer") {
+            BUFFERS.fetch_add(1, Ordering::SeqCst);
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+/// A device, for one test at a time: the counts are those of the process.
+fn counted() -> Option<(Device, std::sync::MutexGuard<'static, ()>)> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if log::set_logger(&Counter).is_ok() {
+        log::set_max_level(log::LevelFilter::Trace);
+    }
+    device_for_tests().map(|device| (device, alone))
+}
+
+fn dataset(folder: &Path) -> Dataset {
+    let options = SynthOptions { size: 32, views: 4, seed: 0, train_fps: 12 };
+    let path = folder.join("data");
+    synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
+    Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
+}
+
+fn config(kind: SourceKind, iterations: usize) -> TrainConfig {
+    let settings = [
+        format!("source.kind={}", kind.name()),
+        format!("source.iterations={iterations}"),
+        // None by the clock.
+        "checkpoint_secs=100000".to_owned(),
+        "source.stretch=1".to_owned(),
+        "source.warmup_iterations=20".to_owned(),
+        "source.initial_gaussians=300".to_owned(),
+        "source.densify.after=10".to_owned(),
+        "source.densify.before=70".to_owned(),
+        "source.densify.interval=30".to_owned(),
+        "source.densify.max_gaussians=400".to_owned(),
+        "fit_dynamics.steps=1".to_owned(),
+        "fit_dynamics.frames=4".to_owned(),
+        "refine_gaussians.iterations=24".to_owned(),
+        "refine_gaussians.refresh_every=8".to_owned(),
+        "tune_gaussians.iterations=4".to_owned(),
+    ];
+    let own = ["source.nodes.initial=12", "source.nodes.most=16", "source.nodes.interval=60"];
+    let own = own.into_iter().filter(|_| kind == SourceKind::Nodes).map(str::to_owned);
+    let settings: Vec<String> = settings.into_iter().chain(own).collect();
+    TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
+}
+
+/// Trains; gives the read-backs and the new buffers of every step, by stage.
+fn trained(
+    folder: &Path,
+    dataset: &Dataset,
+    config: &TrainConfig,
+    device: &Device,
+) -> BTreeMap<&'static str, Vec<[usize; 2]>> {
+    let run = RunFolder::create(folder, config, dataset).expect("a folder");
+    let mut counts: BTreeMap<&'static str, Vec<[usize; 2]>> = BTreeMap::new();
+    let mut progress = |p: Progress| {
+        let found = [&READS, &BUFFERS].map(|counter| counter.swap(0, Ordering::SeqCst));
+        counts.entry(p.stage.name()).or_default().push(found);
+    };
+    let stop = AtomicBool::new(false);
+    train(&run, dataset, config, device, &mut Control::new(&stop, &mut progress)).expect("trained");
+    counts
+}
+
+/// Steps, from 1, that read something back.
+fn readers(counts: &[[usize; 2]]) -> Vec<usize> {
+    (1..).zip(counts).filter(|(_, [reads, _])| *reads > 0).map(|(step, _)| step).collect()
+}
+
+/// Source training reads figures every ten steps, and Gaussians where their number or the nodes change.
+fn reads_nothing_in_a_step(kind: SourceKind) {
+    let Some((device, _alone)) = counted() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let dataset = dataset(folder.path());
+    let counts = trained(&folder.path().join("run"), &dataset, &config(kind, 130), &device);
+    let source = &counts[Stage::Source.name()];
+    // Behind the last densification and the last choice of nodes.
+    let late: Vec<usize> = readers(source).into_iter().filter(|&step| step > 80).collect();
+    assert_eq!(late, [90, 100, 110, 120, 130], "{}: steps that read", kind.name());
+    assert!(source[80..].iter().all(|[reads, _]| *reads <= 2), "figures and room alone: {source:?}");
+    let buffers: usize = source[90..].iter().map(|[_, buffers]| buffers).sum();
+    assert_eq!(buffers, 0, "{}: new buffers in 40 steps: {source:?}", kind.name());
+    let refined = readers(&counts[Stage::RefineGaussians.name()]);
+    assert!(refined.iter().all(|step| [1, 9, 10, 17, 20, 24].contains(step)), "{refined:?}");
+}
+
+#[test]
+fn steps_of_a_deformation_network_read_nothing_back() {
+    reads_nothing_in_a_step(SourceKind::Defgs);
+}
+
+#[test]
+fn steps_of_control_nodes_read_nothing_back() {
+    reads_nothing_in_a_step(SourceKind::Nodes);
+}
+
+#[test]
+fn two_hundred_steps_have_the_same_bytes_twice() {
+    let Some((device, _alone)) = counted() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let dataset = dataset(folder.path());
+    for (kind, steps) in [(SourceKind::Defgs, 200), (SourceKind::Nodes, 80)] {
+        let runs = ["one", "two"].map(|name| folder.path().join(format!("{}-{name}", kind.name())));
+        let config = config(kind, steps);
+        runs.iter().for_each(|run| drop(trained(run, &dataset, &config, &device)));
+        let source = format!("source/{}.safetensors", kind.name());
+        for file in ["lagrangian.safetensors", &source, "events.jsonl"] {
+            let [one, two] = runs.each_ref().map(|run| std::fs::read(run.join(file)).expect("a result"));
+            assert!(one == two, "{}: {file} differs", kind.name());
+        }
+    }
+}
