@@ -73,6 +73,14 @@ impl Case {
     }
 }
 
+/// What the gradient by the camera's pose costs.
+fn print_pose(case: &Case) {
+    let [without, with] = medians_in_turns(REPEATS, [&mut || case.both_without_pose(), &mut || case.both()]);
+    Row::timed("the same without the gradient by the pose", without)
+        .with_ratio(format!("{:.3} × with it", without / with))
+        .print();
+}
+
 pub(crate) fn run(machine: &Machine) {
     let case = Case::new(GAUSSIANS, trained_scene(GAUSSIANS));
     section(&format!(
@@ -99,10 +107,7 @@ pub(crate) fn run(machine: &Machine) {
         .with_ratio(format!("{ratio:.2} × forward"))
         .asked("≤ 4 ×", ratio <= 4.0)
         .print();
-    let [without, with] = medians_in_turns(REPEATS, [&mut || case.both_without_pose(), &mut || case.both()]);
-    Row::timed("the same without the gradient by the pose", without)
-        .with_ratio(format!("{:.3} × with it", without / with))
-        .print();
+    print_pose(&case);
     compare("rasterize, forward", 1.6, || case.forward());
     compare("rasterize, forward + backward", 1.6, || case.both());
 

@@ -6,10 +6,16 @@ use lgs_core::{Exposure, Image};
 /// Half the edge of a room.
 const HALF: f32 = 2.0;
 
-/// Brightness of a place on a wall: blotches of about a third of a unit.
+/// Brightness of a place on a wall: random at the corners of a lattice of a fifth of a unit, even in between.
 fn texture(p: Vec3) -> f32 {
-    let wave = |a: f32, b: f32, c: f32| (a * p.x + b * p.y + c * p.z).sin();
-    0.5 + 0.15 * (wave(7.0, 2.0, 5.0) + wave(-4.0, 8.0, 3.0) + wave(3.0, -5.0, 9.0))
+    let cell = (5.0 * p).floor();
+    let part = 5.0 * p - cell;
+    let random = |corner: Vec3| (437.5 * (corner.dot(Vec3::new(12.99, 78.23, 37.72))).sin()).fract().abs();
+    (0..8).fold(0.0, |sum, i| {
+        let corner = Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
+        let weight = corner * part + (1.0 - corner) * (1.0 - part);
+        sum + random(cell + corner) * weight.x * weight.y * weight.z
+    })
 }
 
 /// Where a ray from within leaves the room.
