@@ -42,6 +42,16 @@ impl Exposure {
         }
     }
 
+    /// The exposure that gives the scene's colours back; nothing where a channel has next to no gain.
+    #[must_use]
+    pub fn inverse(&self) -> Option<Self> {
+        let has_inverse = self.gain.iter().all(|gain| *gain > f32::EPSILON);
+        has_inverse.then(|| Self {
+            gain: self.gain.map(|gain| 1.0 / gain),
+            offset: std::array::from_fn(|c| -self.offset[c] / self.gain[c]),
+        })
+    }
+
     /// Largest and root-mean-square change that it makes to a channel of middle grey (0.5), as fractions of
     /// it.
     #[must_use]
@@ -65,6 +75,20 @@ mod tests {
         for (found, expected) in pixels.as_flattened().iter().zip(expected.as_flattened()) {
             assert!((found - expected).abs() < 1e-6, "{pixels:?}");
         }
+    }
+
+    #[test]
+    fn the_inverse_gives_colours_back_whatever_covers_the_background() {
+        let exposure = Exposure { gain: [1.1, 1.0, 0.9], offset: [0.01, 0.02, -0.03] };
+        let drawn = [[0.2, 0.5, 0.7], [0.6, 0.4, 0.9], [1.0; 3]];
+        let mut pixels = drawn;
+        let through = [0.0, 0.3, 1.0];
+        exposure.expose(&mut pixels, &through, [1.0; 3]);
+        exposure.inverse().expect("gains").expose(&mut pixels, &through, [1.0; 3]);
+        for (found, expected) in pixels.as_flattened().iter().zip(drawn.as_flattened()) {
+            assert!((found - expected).abs() < 1e-6, "{pixels:?}");
+        }
+        assert!(Exposure { gain: [1.0, 0.0, 1.0], ..exposure }.inverse().is_none());
     }
 
     #[test]

@@ -77,6 +77,44 @@ pub(crate) const HULL_SHARE: f32 = 0.9;
 /// Most images that carve the hull of all times: more change it little.
 pub(crate) const HULL_VIEWS: usize = 60;
 
+// First points on surfaces
+
+/// Most views whose patches are swept: more see the same again.
+pub(crate) const SWEPT_VIEWS: usize = 64;
+/// Width that images are reduced to before they are swept, pixels: a patch of five samples then covers a
+/// thirtieth of it.
+pub(crate) const SWEPT_WIDTH: u32 = 320;
+/// Distance between samples of a patch, pixels of such an image: views that differ by tens of degrees agree
+/// on what is two pixels large.
+pub(crate) const PATCH_SPACING: f32 = 2.0;
+/// Depths of a sweep, even in the inverse depth: at half a radian between cameras with a field of view of a
+/// radian they are two pixels apart, as samples are.
+pub(crate) const SWEPT_DEPTHS: usize = 192;
+/// Least and largest depth of a sweep, in distances from what the cameras look at: of a room with cameras at
+/// its walls the far side is at twice that distance.
+pub(crate) const NEAREST_SWEPT: f32 = 0.25;
+pub(crate) const FAREST_SWEPT: f32 = 4.0;
+/// Least and largest angle between two views that are compared, radians: below two degrees a pixel is a
+/// thirtieth of the depth, above sixty a patch is seen at half its width.
+pub(crate) const PARALLAX: [f32; 2] = [0.035, 1.05];
+/// Most views that a patch is compared with: what half of them do not see the others do.
+pub(crate) const MOST_COMPANIONS: usize = 6;
+/// Views that have to agree: two meet by chance where a texture repeats.
+pub(crate) const FEWEST_AGREEING: usize = 3;
+/// Least mean correlation of patches that agree: noise and the turn of the surface leave a quarter of the
+/// variance at most.
+pub(crate) const LEAST_CORRELATION: f32 = 0.75;
+/// Least lead over any other depth: an edge along the parallax fits everywhere alike.
+pub(crate) const LEAST_LEAD: f32 = 0.05;
+/// Least deviation of a patch's brightness: five of 255 levels, above the noise of sensors and compression.
+pub(crate) const LEAST_TEXTURE: f32 = 0.02;
+
+// Near planes
+
+/// Near plane over the distance of the median camera from what all look at: that of FreeGave as published,
+/// 0.8 for cameras four units away. What is nearer is seen by one camera alone.
+pub(crate) const NEAR_SHARE: f32 = 0.2;
+
 // Synthetic scenes
 
 /// Longest step of a simulated law; with rates of up to 10 per unit of time the local error is below 1e-12.

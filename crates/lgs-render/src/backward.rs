@@ -49,9 +49,17 @@ pub struct RasterizedVjp {
     entries: Vec<CotangentCell>,
     /// Cotangents of the pose, chunk by chunk.
     poses: Vec<[f32; 6]>,
+    /// Whether nobody asks for the cotangent of the pose.
+    leaves_pose_out: bool,
 }
 
 impl RasterizedVjp {
+    /// A backward pass without the cotangent of the pose, which is zero.
+    #[must_use]
+    pub fn without_pose() -> Self {
+        Self { leaves_pose_out: true, ..Self::default() }
+    }
+
     /// Replaces the gradients by those of [`rasterize_vjp`]; allocates only what has to grow.
     ///
     /// # Panics
@@ -63,7 +71,12 @@ impl RasterizedVjp {
         blend_vjp(forward, v, &self.entries);
         self.gradients.resize(splats);
         let (entries, gradients) = (&self.entries, &mut self.gradients);
-        pull_back(splats, &View::from(camera), (forward, entries), gradients, &mut self.poses);
+        let view = View::from(camera);
+        if self.leaves_pose_out {
+            pull_back::<false>(splats, &view, (forward, entries), gradients, &mut self.poses);
+        } else {
+            pull_back::<true>(splats, &view, (forward, entries), gradients, &mut self.poses);
+        }
         // In the order of chunks, whatever the number of threads.
         gradients.pose =
             std::array::from_fn(|i| self.poses.iter().map(|pose| f64::from(pose[i])).sum::<f64>() as f32);
@@ -101,8 +114,8 @@ impl ImageCotangents<'_> {
 }
 
 /// The last step: from sums over pixels to parameters. Every element of `out` is replaced but the pose, of
-/// which `poses` holds a sum per chunk.
-fn pull_back(
+/// which `poses` holds a sum per chunk; zeros unless it is asked for.
+fn pull_back<const POSE: bool>(
     splats: &Splats,
     view: &View,
     (forward, entries): (&Rasterized, &[CotangentCell]),
@@ -123,7 +136,7 @@ fn pull_back(
     let chunks = shape.zip(shade).enumerate().map(
         |(chunk, (((means, rotations), log_scales), ((raw_opacities, sh), means2d)))| {
             let out = ChunkGradients { means, rotations, log_scales, raw_opacities, sh, means2d };
-            arch.dispatch(PullBackChunk { splats, view, forward, entries, first: chunk * CHUNK, out })
+            arch.dispatch(PullBackChunk::<POSE> { splats, view, forward, entries, first: chunk * CHUNK, out })
         },
     );
     chunks.collect_into_vec(poses);
@@ -139,7 +152,7 @@ struct ChunkGradients<'a> {
     means2d: &'a mut [[f32; 2]],
 }
 
-struct PullBackChunk<'a> {
+struct PullBackChunk<'a, const POSE: bool> {
     splats: &'a Splats<'a>,
     view: &'a View,
     forward: &'a Rasterized,
@@ -149,7 +162,7 @@ struct PullBackChunk<'a> {
     out: ChunkGradients<'a>,
 }
 
-impl WithSimd for PullBackChunk<'_> {
+impl<const POSE: bool> WithSimd for PullBackChunk<'_, POSE> {
     /// Cotangent of the pose.
     type Output = [f32; 6];
 
@@ -172,7 +185,10 @@ impl WithSimd for PullBackChunk<'_> {
             out.log_scales[i] = v.log_scale;
             out.raw_opacities[i] = v.raw_opacity;
             out.means2d[i] = v.mean2d;
-            pose.iter_mut().zip(v.pose).for_each(|(sum, v)| *sum += v);
+            // Without it the pose's cotangent is never read, and so not calculated.
+            if POSE {
+                pose.iter_mut().zip(v.pose).for_each(|(sum, v)| *sum += v);
+            }
         }
         pose
     }

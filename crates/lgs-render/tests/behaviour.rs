@@ -7,8 +7,8 @@ use burn::tensor::{Device, Tensor};
 use lgs_core::testing::assert_values_close;
 use lgs_core::{Camera, DEFAULT_NEAR, GaussianCloud, PixelFilter};
 use lgs_render::tensor::{SplatTensors, ViewSpec};
-use lgs_render::{ALPHA_MAX, SplatGradients};
-use random_scene::{BACKGROUND, camera, draw, gradients, random_cloud};
+use lgs_render::{ALPHA_MAX, ImageCotangents, RasterizedVjp, SplatGradients, Splats};
+use random_scene::{BACKGROUND, camera, cotangents, draw, gradients, random_cloud};
 
 /// At the origin, looking along z, with a field of view of 53°.
 fn axis_camera(size: u32) -> Camera {
@@ -236,4 +236,18 @@ fn the_mip_filter_keeps_the_energy_of_what_is_smaller_than_a_pixel() {
         assert!((mip / true_area - 1.0).abs() < 0.1, "depth {depth}: {mip} of {true_area}");
         assert!(dilated > 0.9 * peak * lgs_render::BLUR, "drawn larger than it is: {dilated}");
     }
+}
+
+#[test]
+fn the_gradient_by_the_pose_can_be_left_out_and_changes_no_other() {
+    let (cloud, camera) = (random_cloud(60, 5), camera(37, 21));
+    let splats = Splats::from(&cloud);
+    let drawn = draw(&cloud, &camera);
+    let whole = gradients(&cloud, &camera, &drawn);
+    assert!(whole.pose.iter().all(|v| *v != 0.0));
+    let (image, transmittance) = cotangents(&camera);
+    let mut without = RasterizedVjp::without_pose();
+    let v = ImageCotangents { image: &image, transmittance: &transmittance };
+    without.update(&splats, &camera, &drawn, v);
+    assert_eq!(without.gradients, SplatGradients { pose: [0.0; 6], ..whole });
 }

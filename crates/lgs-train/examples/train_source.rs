@@ -1,13 +1,15 @@
-//! Trains a source model on a dataset and prints, eight times, what its held-out frames say and, if the
-//! dataset has a ground truth, how far each object's tracks are from it (mean, median), −1 being all that is
-//! static: `train_source DATA [quick|standard|paper] [key=value]…`.
+//! Trains a source model on a dataset and prints, eight times, what its training frames say, with the
+//! cameras as they are refined, and its held-out ones (`val`, else `test`) and, if the dataset has a ground
+//! truth, how far each object's tracks are from it (mean, median), −1 being all that is static:
+//! `train_source DATA [quick|standard|paper] [key=value]… [pictures=FOLDER]`. Into the folder go, whenever
+//! figures are printed, three held-out frames beside their images, one above the other.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use lgs_core::linear::{add, mat_vec, norm, sub};
-use lgs_core::nearest_indices;
+use lgs_core::{Image, nearest_indices};
 use lgs_data::dataset::{Dataset, Frame, LoadOptions};
 use lgs_data::synth::GroundTruth;
 use lgs_dynamics::kabsch;
@@ -24,15 +26,42 @@ const OPAQUE: f32 = 0.0;
 /// Largest distance from a true point of a Gaussian that counts as its part, world units.
 const NEAR: f32 = 0.05;
 
+/// Held-out frames that pictures are made of.
+const PICTURES: usize = 3;
+
+/// What a model shows in the place of a frame.
+fn drawn(model: &dyn SourceModel, frame: &Frame, background: [f32; 3]) -> Image {
+    let drawn = rasterize(&Splats::from(&model.cloud_at(frame.time)), &frame.camera, background);
+    let mut image = drawn.to_image();
+    frame.exposure.expose(&mut image.pixels, &drawn.transmittance, background);
+    image
+}
+
 /// Mean PSNR of every so many frames, dB.
 fn mean_psnr(model: &dyn SourceModel, frames: &[Frame], every: usize, background: [f32; 3]) -> f32 {
     let chosen = frames.iter().step_by(every);
     let count = chosen.len().max(1) as f32;
-    let psnr = |frame: &Frame| {
-        let drawn = rasterize(&Splats::from(&model.cloud_at(frame.time)), &frame.camera, background);
-        psnr(&drawn.to_image(), &frame.composited(background))
-    };
-    chosen.map(psnr).sum::<f32>() / count
+    chosen.map(|f| psnr(&drawn(model, f, background), &f.composited(background))).sum::<f32>() / count
+}
+
+/// Frames spread over a split, as a model shows them (left) and as they are.
+fn picture(model: &dyn SourceModel, frames: &[Frame], background: [f32; 3]) -> Option<image::RgbImage> {
+    let chosen = || frames.iter().step_by(frames.len().div_ceil(PICTURES).max(1));
+    let size = chosen().map(|frame| [frame.camera.width, frame.camera.height]).next()?;
+    let mut sheet = image::RgbImage::new(2 * size[0], chosen().count() as u32 * size[1]);
+    for (row, frame) in (0..).zip(chosen()) {
+        let shown = [drawn(model, frame, background), frame.composited(background)];
+        for (column, shown) in (0..).zip(shown) {
+            for y in 0..size[1].min(shown.height) {
+                for x in 0..size[0].min(shown.width) {
+                    let color = shown.pixels[(y * shown.width + x) as usize];
+                    let byte = color.map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8);
+                    sheet.put_pixel(column * size[0] + x, row * size[1] + y, image::Rgb(byte));
+                }
+            }
+        }
+    }
+    Some(sheet)
 }
 
 /// The points of an object at the start and at a sampled time, as centre and rotation between them.
@@ -107,10 +136,34 @@ fn loaded(data: &Path, config: &TrainConfig) -> Result<Dataset, Box<dyn std::err
     Ok(Dataset::load(data, &options, &|_, _| {})?)
 }
 
+/// The split that is held out.
+fn held_out(dataset: &Dataset) -> &'static str {
+    if dataset.split("val").is_empty() { "test" } else { "val" }
+}
+
+/// Prints what the frames say of a model as it is now, of all frames or of every fifth.
+fn report(trainer: &SourceTrainer, dataset: &Dataset, every: usize) -> Box<dyn SourceModel> {
+    let (model, held_out) = (trainer.model(), held_out(dataset));
+    let refined = trainer.refined_cameras().map(|cameras| cameras.applied_to(dataset));
+    let corrected = refined.as_ref().unwrap_or(dataset);
+    let train = mean_psnr(&*model, corrected.split("train"), 5 * every, dataset.background);
+    let held = mean_psnr(&*model, dataset.split(held_out), every, dataset.background);
+    print!("{} Gaussians, train {train:.2} dB, {held_out} {held:.2} dB", trainer.gaussians());
+    model
+}
+
+/// The settings among the arguments, and the folder of pictures.
+fn arguments() -> (Vec<String>, Option<PathBuf>) {
+    let is_folder = |a: &String| a.starts_with("pictures=");
+    let (folders, settings): (Vec<String>, Vec<String>) = std::env::args().skip(1).partition(is_folder);
+    (settings, folders.first().and_then(|a| a.strip_prefix("pictures=")).map(PathBuf::from))
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let data = arguments.next().ok_or("usage: train_source DATA [quick|standard|paper] [key=value]…")?;
-    let config = configured(arguments)?;
+    let (settings, folder) = arguments();
+    let mut settings = settings.into_iter();
+    let data = settings.next().ok_or("usage: train_source DATA [quick|standard|paper] [key=value]…")?;
+    let config = configured(settings)?;
     let dataset = loaded(Path::new(&data), &config)?;
     let truth = GroundTruth::load(Path::new(&data))?;
     let last = dataset.split("train").iter().map(|frame| frame.time).fold(0.0, f32::max);
@@ -124,18 +177,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if step % steps.div_ceil(REPORTS) != 0 && step != steps {
             continue;
         }
-        let model = trainer.model();
-        let every = if step == steps { 1 } else { 5 };
-        let of = |split: &str| mean_psnr(&*model, dataset.split(split), every, dataset.background);
-        let (train, val, count) = (of("train"), of("val"), trainer.gaussians());
-        let seconds = spent.as_secs_f32();
-        print!("{step:5} {seconds:6.1} s {count} Gaussians, train {train:.2} dB, val {val:.2} dB");
+        print!("{step:5} {:6.1} s ", spent.as_secs_f32());
+        let model = report(&trainer, &dataset, if step == steps { 1 } else { 5 });
         if let Some(truth) = &truth {
             for (object, [mean, median]) in track_errors(&*model, truth, last) {
                 print!(", {object}: {mean:.4} {median:.4}");
             }
         }
         println!();
+        if let Some(folder) = &folder {
+            std::fs::create_dir_all(folder)?;
+            let frames = dataset.split(held_out(&dataset));
+            picture(&*model, frames, dataset.background)
+                .map(|sheet| sheet.save(folder.join(format!("{step:06}.png"))))
+                .transpose()?;
+        }
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
-use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions};
+use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions, near_plane};
 use lgs_data::files::write_atomically;
 use lgs_eval::{CameraCorrections, Cost};
 use lgs_model::source::{SourceModel, load_source};
@@ -80,7 +80,12 @@ impl Run {
     pub(crate) fn cameras(&self) -> Result<Vec<(String, Camera)>> {
         let path = self.folder.root().join("source").join("cameras.json");
         let mut cameras = if path.exists() { read_cameras_json(&path).at(&path)? } else { Vec::new() };
-        let (near, filter) = (self.config.source.near, self.config.source.antialias.filter());
+        let all: Vec<Camera> = cameras.iter().map(|(_, camera)| *camera).collect();
+        let near = match self.config.source.near {
+            0.0 => near_plane(&all),
+            near => near,
+        };
+        let filter = self.config.source.antialias.filter();
         cameras.iter_mut().for_each(|(_, camera)| *camera = Camera { near, filter, ..*camera });
         Ok(cameras)
     }

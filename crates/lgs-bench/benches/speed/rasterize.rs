@@ -24,6 +24,8 @@ struct Case {
     v_image: Vec<[f32; 3]>,
     v_transmittance: Vec<f32>,
     kept: Mutex<(Rasterized, RasterizedVjp)>,
+    /// The same, without the gradient by the camera's pose.
+    kept_without_pose: Mutex<(Rasterized, RasterizedVjp)>,
 }
 
 impl Case {
@@ -32,7 +34,14 @@ impl Case {
         let pixels = camera.pixels();
         let v_image =
             (0..pixels).map(|i| [0, 1, 2].map(|c| ((7 * i + c) % 11) as f32 / 11.0 - 0.4)).collect();
-        Self { cloud, camera, v_image, v_transmittance: vec![0.1; pixels], kept: Mutex::default() }
+        Self {
+            cloud,
+            camera,
+            v_image,
+            v_transmittance: vec![0.1; pixels],
+            kept: Mutex::default(),
+            kept_without_pose: Mutex::new((Rasterized::default(), RasterizedVjp::without_pose())),
+        }
     }
 
     fn cotangents(&self) -> ImageCotangents<'_> {
@@ -50,12 +59,26 @@ impl Case {
         pulled.update(&Splats::from(&self.cloud), &self.camera, drawn, self.cotangents());
     }
 
+    fn both_without_pose(&self) {
+        let (drawn, pulled) = &mut *self.kept_without_pose.lock().expect("no panic before");
+        drawn.update(&Splats::from(&self.cloud), &self.camera, BACKGROUND);
+        pulled.update(&Splats::from(&self.cloud), &self.camera, drawn, self.cotangents());
+    }
+
     /// Forward and backward with results in arrays of their own.
     fn both_anew(&self) -> SplatGradients {
         let splats = Splats::from(&self.cloud);
         let drawn = rasterize(&splats, &self.camera, BACKGROUND);
         rasterize_vjp(&splats, &self.camera, &drawn, self.cotangents())
     }
+}
+
+/// What the gradient by the camera's pose costs.
+fn print_pose(case: &Case) {
+    let [without, with] = medians_in_turns(REPEATS, [&mut || case.both_without_pose(), &mut || case.both()]);
+    Row::timed("the same without the gradient by the pose", without)
+        .with_ratio(format!("{:.3} × with it", without / with))
+        .print();
 }
 
 pub(crate) fn run(machine: &Machine) {
@@ -84,6 +107,7 @@ pub(crate) fn run(machine: &Machine) {
         .with_ratio(format!("{ratio:.2} × forward"))
         .asked("≤ 4 ×", ratio <= 4.0)
         .print();
+    print_pose(&case);
     compare("rasterize, forward", 1.6, || case.forward());
     compare("rasterize, forward + backward", 1.6, || case.both());
 

@@ -6,6 +6,7 @@ use super::formats::DatasetFormat;
 use super::frame_spec::FrameSpec;
 use super::lens::Lens;
 use super::pixels::{self, Masked};
+use super::points::near_plane;
 use super::set::{Dataset, Frame};
 use super::store::Store;
 use super::undistort::undistorted;
@@ -33,7 +34,8 @@ pub struct LoadOptions {
     pub splits: Option<Vec<String>>,
     /// Only frames of `train` with a time below this are loaded; other splits stay whole. Default: all.
     pub train_before: Option<f32>,
-    /// Near plane of all cameras, world units. Default: [`DEFAULT_NEAR`].
+    /// Near plane of all cameras, world units; 0: a fifth of the training cameras' distance from what they
+    /// look at ([`super::near_plane`]). Default: [`DEFAULT_NEAR`].
     pub near: f32,
     /// How all cameras draw detail finer than a pixel. Default: by dilation.
     pub filter: PixelFilter,
@@ -93,9 +95,13 @@ impl Dataset {
         let edits = edits.collect::<Result<BTreeMap<_, _>, DatasetError>>()?;
         let mut splits = names.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
         let absent = leave_out_absent(&mut splits, options.absent)?;
+        let mut splits = load_splits(splits, options, progress)?;
+        if options.near == 0.0 {
+            set_near(&mut splits);
+        }
         Ok(Self {
             root: root.to_path_buf(),
-            splits: load_splits(splits, options, progress)?,
+            splits,
             absent,
             remarks: format.remarks(root)?,
             edits,
@@ -105,6 +111,15 @@ impl Dataset {
             fingerprint: fingerprint::of(root, format)?,
         })
     }
+}
+
+/// Gives all cameras the near plane that the training cameras ask for.
+fn set_near(splits: &mut BTreeMap<String, Vec<Frame>>) {
+    let frames = splits.get("train").or_else(|| splits.values().next());
+    let mut cameras: BTreeMap<usize, Camera> = BTreeMap::new();
+    cameras.extend(frames.into_iter().flatten().map(|frame| (frame.camera_id, frame.camera)));
+    let near = near_plane(&cameras.into_values().collect::<Vec<_>>());
+    splits.values_mut().flatten().for_each(|frame| frame.camera.near = near);
 }
 
 /// The frames with a time below a limit; there must be one.

@@ -10,8 +10,8 @@
 //! `import.rs` writes one. `formats/` has one reader per format, `transforms.rs` the JSON that several of
 //! them share, `frame_spec.rs` the description of a frame by a reader; `npy.rs`, `times.rs`, `poses.rs`,
 //! `lens.rs` and `videos.rs` help readers. `pixels.rs` decodes images, `undistort.rs` takes lenses out of
-//! them, `points.rs` makes the positions of the first Gaussians, `pose_check.rs` names poses that cannot be
-//! right, `fingerprint.rs` tells one set from another.
+//! them, `points.rs`, `hull.rs` and `surfaces.rs` make the positions of the first Gaussians, `pose_check.rs`
+//! names poses that cannot be right, `fingerprint.rs` tells one set from another.
 
 mod error;
 mod fingerprint;
@@ -29,6 +29,7 @@ mod pose_check;
 mod poses;
 mod set;
 mod store;
+mod surfaces;
 mod times;
 mod transforms;
 mod undistort;
@@ -40,7 +41,7 @@ pub use formats::{DatasetFormat, format_or_auto};
 pub use import::{CaptureNoise, ImportOptions, ImportSize, Imported, import};
 pub use import_rules::ImportRules;
 pub use load::{AbsentImages, LoadOptions, Progress};
-pub use points::SceneBox;
+pub use points::{SceneBox, near_plane};
 pub use set::{CameraOrigin, Dataset, Frame};
 pub use store::{Picture, Pixels};
 pub(crate) use transforms::write_split;

@@ -15,9 +15,11 @@ use super::hull::{Shown, shown_at};
 use super::set::{Dataset, Frame};
 use super::store::Picture;
 use crate::ply::Points;
-use crate::thresholds::{CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, SURROUNDINGS};
+use crate::thresholds::{
+    CARVING_TRIES, CENTER_PULL, EXTENT_FACTOR, MAX_BOX_DISTANCE, NEAR_SHARE, SURROUNDINGS,
+};
 use glam::{Mat3, Vec3};
-use lgs_core::stream;
+use lgs_core::{Camera, DEFAULT_NEAR, stream};
 use rand::RngExt;
 use std::sync::Arc;
 
@@ -99,7 +101,7 @@ impl Dataset {
         } else {
             self.splits.keys().next().map_or("train", String::as_str)
         });
-        let views: Vec<(Vec3, Vec3, f32)> = frames.iter().map(|frame| view_of(frame)).collect();
+        let views: Vec<(Vec3, Vec3, f32)> = frames.iter().map(|frame| view_of(&frame.camera)).collect();
         if views.is_empty() {
             return SceneBox { center: [0.0; 3], half_side: 1.0 };
         }
@@ -134,13 +136,30 @@ fn camera_extent(frames: &[Frame]) -> f32 {
     EXTENT_FACTOR * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)
 }
 
+/// The near plane of cameras that leave it to the data, world units: a part of the median distance from what
+/// they look at, to two digits, so that poses that differ by rounding have the same; that of 3D Gaussian
+/// splatting without cameras.
+#[must_use]
+pub fn near_plane(cameras: &[Camera]) -> f32 {
+    let views: Vec<(Vec3, Vec3, f32)> = cameras.iter().map(view_of).collect();
+    if views.is_empty() {
+        return DEFAULT_NEAR;
+    }
+    let center = point_nearest_to_axes(&views);
+    let mut distances: Vec<f32> = views.iter().map(|view| view.0.distance(center)).collect();
+    distances.sort_by(f32::total_cmp);
+    let near = NEAR_SHARE * distances[distances.len() / 2];
+    let unit = 10.0_f32.powf(near.max(f32::MIN_POSITIVE).log10().floor() - 1.0);
+    let rounded = (near / unit).round() * unit;
+    if rounded.is_normal() { rounded } else { DEFAULT_NEAR }
+}
+
 fn random_point(cube: &SceneBox, rng: &mut lgs_core::Stream) -> [f32; 3] {
     cube.center.map(|c| c + rng.random_range(-1.0f32..1.0) * cube.half_side)
 }
 
 /// Centre, viewing axis and the larger half tangent of the field of view.
-fn view_of(frame: &Frame) -> (Vec3, Vec3, f32) {
-    let camera = &frame.camera;
+fn view_of(camera: &Camera) -> (Vec3, Vec3, f32) {
     let axis = camera.camera_from_world.row(2).truncate();
     let half_tan = (0.5 * camera.width as f32 / camera.fx).max(0.5 * camera.height as f32 / camera.fy);
     (Vec3::from(camera.center_in_world()), axis.normalize_or(Vec3::Z), half_tan)

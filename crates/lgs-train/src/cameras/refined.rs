@@ -55,7 +55,8 @@ impl RefinedCameras {
         corrected
     }
 
-    fn correct(&self, frame: &mut Frame) {
+    /// Corrects a frame, if its camera was refined.
+    pub(crate) fn correct(&self, frame: &mut Frame) {
         let given = frame.camera.camera_from_world;
         if let Some(found) = self.cameras.iter().find(|camera| camera.given == given) {
             if found.motion != [0.0; 6] {

@@ -2,7 +2,7 @@
 
 use burn::tensor::Tensor;
 use lgs_core::{Camera, Exposure, Gauge, GaussianCloud};
-use lgs_data::dataset::{Dataset, Frame};
+use lgs_data::dataset::{CameraOrigin, Dataset, Frame};
 use lgs_model::TensorFile;
 use lgs_render::{Splats, rasterize};
 
@@ -124,6 +124,27 @@ fn a_stop_and_a_file_change_nothing() {
     second.restore(&TensorFile::load(&path, "test/1").expect("load"), &device).expect("restore");
     train(&mut second, &dataset, 9..20);
     assert_eq!(second.refined(), whole.refined());
+}
+
+#[test]
+fn auto_keeps_poses_of_any_origin_and_refines_exposures_of_captures() {
+    let (mut dataset, device) = (disturbed(), DeviceName::Cpu.device());
+    for origin in [CameraOrigin::Exact, CameraOrigin::Calibrated, CameraOrigin::Estimated] {
+        dataset.camera_origin = origin;
+        let config = CamerasConfig { pose_after: 0.0, ..CamerasConfig::default() }.resolved(origin);
+        let mut refinement = CameraRefinement::new(&dataset, &config, ITERATIONS, &device);
+        assert_eq!(refinement.refined().is_none(), origin == CameraOrigin::Exact, "{origin:?}");
+        if origin == CameraOrigin::Exact {
+            continue;
+        }
+        train(&mut refinement, &dataset, 0..12);
+        let refined = refinement.refined().expect("exposures");
+        assert!(refined.cameras.iter().all(|camera| camera.motion == [0.0; 6]));
+        assert!(refined.cameras.iter().all(|camera| camera.exposure != Exposure::IDENTITY));
+        let corrected = refined.applied_to(&dataset);
+        let pairs = corrected.split("train").iter().zip(dataset.split("train"));
+        pairs.for_each(|(corrected, given)| assert_eq!(corrected.camera, given.camera));
+    }
 }
 
 #[test]

@@ -26,6 +26,9 @@ pub enum InitialPoints {
     /// In the visual hull of the first frames' alpha; uniformly in the box where that says too little, as a
     /// camera does that jumps.
     Hull,
+    /// On surfaces that images of several cameras agree on, where these are opaque and show enough texture,
+    /// as many as were found; else as `hull`.
+    Surfaces,
     /// In the hull on which nearly all frames agree, whatever their time; for a camera that jumps.
     HullOfAll,
 }
@@ -142,7 +145,7 @@ pub struct DensifyConfig {
     /// are not kept (paper: 0, all are).
     pub prune_outside: f32,
     /// Largest standard deviation, as a part of the scene's extent, that is kept after `prune_large_after`
-    /// (paper: 0.1).
+    /// (paper: 0.1); 0: any. Surroundings have large faces without texture.
     pub prune_extent: f32,
     /// Iteration after which large Gaussians are removed (paper: 3000).
     pub prune_large_after: usize,

@@ -42,7 +42,9 @@ impl DensifyPlan {
         let (n, gradients) = (attributes.opacities.len(), attributes.gradients);
         let large = config.prune_extent * attributes.extent;
         let survives = |i: usize, shrink: f32| {
-            let too_large = iteration > config.prune_large_after && attributes.max_scales[i] / shrink > large;
+            let too_large = large > 0.0
+                && iteration > config.prune_large_after
+                && attributes.max_scales[i] / shrink > large;
             attributes.opacities[i] >= config.min_opacity && !too_large && !attributes.outside[i]
         };
         let mut chosen: Vec<usize> = (0..n).filter(|&i| gradients[i] >= config.gradient_threshold).collect();

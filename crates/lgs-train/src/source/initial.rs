@@ -12,7 +12,7 @@ use rand::RngExt;
 use super::config::SourceConfig;
 use super::config_groups::InitialPoints;
 use crate::thresholds::{
-    FIRST_OPACITY, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, MOST_CELLS, TRACKED_FRACTION,
+    FIRST_OPACITY, FIRST_SHARE, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, MOST_CELLS, TRACKED_FRACTION,
 };
 use crate::tracks::Track;
 
@@ -65,6 +65,17 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
         let positions: Vec<[f32; 3]> =
             (0..count).map(|_| std::array::from_fn(|_| random.random_range(-half..half))).collect();
         return Points { colors: vec![[0.5; 3]; count], positions };
+    }
+    if config.initial_points == InitialPoints::Surfaces && dataset.init_points.is_none() {
+        let is_opaque = !dataset.split("train").iter().any(Frame::has_alpha);
+        let most = match config.densify.max_gaussians {
+            0 => count,
+            budget => (FIRST_SHARE * budget as f64) as usize,
+        };
+        let points = if is_opaque { dataset.surface_points(most, seed) } else { Points::default() };
+        if points.positions.len() >= count.min(most) {
+            return points;
+        }
     }
     if config.initial_points != InitialPoints::Random && dataset.init_points.is_none() {
         let points = match config.initial_points {

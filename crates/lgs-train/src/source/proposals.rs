@@ -13,6 +13,7 @@ use rand::seq::SliceRandom;
 
 use super::initial::gaussians_at;
 use super::lacking::Blocks;
+use crate::cameras::RefinedCameras;
 use crate::thresholds::{
     AGREEING_COLOR, AGREEING_IMAGES, COMPANIONS, DEPTHS, INVERSION_TURNS, LOOKS, MISPLACED, PROPOSED_SCALE,
 };
@@ -27,7 +28,7 @@ pub(super) struct Proposals<'a> {
 
 /// A round of proposals: which frames may be seen, and how many Gaussians may be proposed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ProposalRound {
+pub(super) struct ProposalRound<'a> {
     /// Iteration, from 1.
     pub(super) iteration: usize,
     /// Last time whose frames are used by now.
@@ -36,6 +37,8 @@ pub(super) struct ProposalRound {
     pub(super) count: usize,
     /// Degree of their colours.
     pub(super) sh_degree: usize,
+    /// The training cameras as they are known by now; nothing where they are as the dataset gives them.
+    pub(super) cameras: Option<&'a RefinedCameras>,
 }
 
 /// The model as it is now.
@@ -54,14 +57,14 @@ impl<'a> Proposals<'a> {
     }
 
     /// Canonical Gaussians for what a round finds lacking.
-    pub(super) fn find(&self, round: ProposalRound, model: &dyn Posed) -> GaussianCloud {
+    pub(super) fn find(&self, round: ProposalRound<'_>, model: &dyn Posed) -> GaussianCloud {
         let _span = tracing::trace_span!("proposals").entered();
         let open: Vec<usize> =
             (0..self.frames.len()).filter(|&i| self.frames[i].time <= round.last_time).collect();
         let mut random = stream(self.seed, "proposals", round.iteration as u64);
         let looks = (0..LOOKS).filter_map(|_| {
             let anchor = *open.get(random.random_range(0..open.len().max(1)))?;
-            Some((anchor, self.blocks(anchor, model)))
+            Some((anchor, self.blocks(anchor, round.cameras, model)))
         });
         // The first of those that lack most.
         let worst = looks.reduce(
@@ -75,8 +78,8 @@ impl<'a> Proposals<'a> {
             return GaussianCloud::default();
         }
         lacking.shuffle(&mut random);
-        let others: Vec<Blocks> =
-            self.companions(anchor, &open).into_iter().map(|i| self.blocks(i, model)).collect();
+        let companions = self.companions(anchor, &open).into_iter();
+        let others: Vec<Blocks> = companions.map(|i| self.blocks(i, round.cameras, model)).collect();
         let found: Vec<(usize, [f32; 3])> = lacking
             .into_iter()
             .filter_map(|block| Some((block, place(&blocks, block, &others, self.bounds)?)))
@@ -85,11 +88,19 @@ impl<'a> Proposals<'a> {
         canonical(&blocks, &found, (round.sh_degree, self.frames[anchor].time), model)
     }
 
-    fn blocks(&self, index: usize, model: &dyn Posed) -> Blocks {
-        let frame = &self.frames[index];
+    /// A frame beside what its camera, as it is known, would show, both in the colours of the scene.
+    fn blocks(&self, index: usize, cameras: Option<&RefinedCameras>, model: &dyn Posed) -> Blocks {
+        let mut frame = self.frames[index].clone();
+        if let Some(cameras) = cameras {
+            cameras.correct(&mut frame);
+        }
         let cloud = model.at(frame.time);
         let mut drawn = rasterize(&Splats::from(&cloud), &frame.camera, self.background);
         let mut truth = frame.composited(self.background);
+        if let Some(inverse) = frame.exposure.inverse() {
+            let through: Vec<f32> = frame.alpha().iter().map(|alpha| 1.0 - alpha).collect();
+            inverse.expose(&mut truth.pixels, &through, self.background);
+        }
         frame.leave_out(&mut truth.pixels, self.background);
         frame.leave_out(&mut drawn.image, self.background);
         Blocks::new(frame.camera, &truth, &drawn.image)
@@ -172,90 +183,4 @@ fn canonical(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use lgs_core::{Camera, Exposure};
-
-    /// A model of two Gaussians of which one is missing, moved by a shift that grows with time.
-    struct Shifted(GaussianCloud);
-
-    fn shift(time: f32) -> [f32; 3] {
-        [0.4 * time, 0.0, 0.2 * time]
-    }
-
-    impl Posed for Shifted {
-        fn at(&self, time: f32) -> GaussianCloud {
-            let means = self.moved(&self.0, time);
-            GaussianCloud { means, ..self.0.clone() }
-        }
-
-        fn moved(&self, canonical: &GaussianCloud, time: f32) -> Vec<[f32; 3]> {
-            // Not a mere shift, so that its inverse takes some turns.
-            let stretched = |p: &[f32; 3]| add(add(*p, shift(time)), scale(*p, 0.3 * time));
-            canonical.means.iter().map(stretched).collect()
-        }
-    }
-
-    fn ball(center: [f32; 3], color: [f32; 3]) -> GaussianCloud {
-        GaussianCloud::isotropic(vec![center], 0.15, color, 0.99)
-    }
-
-    /// Frames of one image per time, by turns of six cameras, that show two balls.
-    fn frames() -> Vec<Frame> {
-        let (mut both, blue) =
-            (ball([-0.6, 0.0, 0.2], [0.9, 0.1, 0.1]), ball([0.5, 0.3, -0.2], [0.1, 0.2, 0.9]));
-        both.means.extend(blue.means);
-        both.rotations.extend(blue.rotations);
-        both.log_scales.extend(blue.log_scales);
-        both.raw_opacities.extend(blue.raw_opacities);
-        both.sh.extend(blue.sh);
-        let truth = Shifted(both);
-        let frame = |i: usize| {
-            let (angle, time) = (i as f32 * 2.4, i as f32 * 0.01);
-            let eye = [3.5 * angle.cos(), 3.5 * angle.sin(), 1.2];
-            let camera = Camera::look_at(eye, [0.0; 3], 0.7, 120, 120);
-            let drawn = rasterize(&Splats::from(&truth.at(time)), &camera, [1.0; 3]);
-            let byte = |c: f32| (255.0 * c.clamp(0.0, 1.0)) as u8;
-            let rgba: Vec<u8> =
-                drawn.image.iter().flat_map(|p| [byte(p[0]), byte(p[1]), byte(p[2]), 255]).collect();
-            let (name, exposure) = (i.to_string(), Exposure::IDENTITY);
-            Frame { name, camera_id: i % 6, camera, time, exposure, pixels: rgba.into() }
-        };
-        (0..30).map(frame).collect()
-    }
-
-    fn proposals(frames: &[Frame]) -> Proposals<'_> {
-        let bounds = SceneBox { center: [0.0; 3], half_side: 1.3 };
-        Proposals { frames, background: [1.0; 3], bounds, seed: 1 }
-    }
-
-    const ROUND: ProposalRound = ProposalRound { iteration: 100, last_time: 0.2, count: 8, sh_degree: 1 };
-
-    #[test]
-    fn a_ball_that_the_model_lacks_is_proposed_where_it_is_at_the_start() {
-        let frames = frames();
-        let model = Shifted(ball([-0.6, 0.0, 0.2], [0.9, 0.1, 0.1]));
-        let found = proposals(&frames).find(ROUND, &model);
-        assert_eq!((found.validate(), found.sh_degree), (Ok(()), 1));
-        assert!(found.len() >= 4, "{}", found.len());
-        for (mean, sh) in found.means.iter().zip(found.sh.chunks_exact(12)) {
-            let miss = lgs_core::linear::norm(sub(*mean, [0.5, 0.3, -0.2]));
-            assert!(miss < 0.4, "{mean:?} is {miss} away");
-            assert!(sh[2] > sh[0], "blue");
-        }
-        assert_eq!(found, proposals(&frames).find(ROUND, &model), "the same draws");
-    }
-
-    #[test]
-    fn nothing_is_proposed_where_nothing_is_missing() {
-        let frames = frames();
-        let mut both = ball([-0.6, 0.0, 0.2], [0.9, 0.1, 0.1]);
-        let blue = ball([0.5, 0.3, -0.2], [0.1, 0.2, 0.9]);
-        both.means.extend(blue.means);
-        both.rotations.extend(blue.rotations);
-        both.log_scales.extend(blue.log_scales);
-        both.raw_opacities.extend(blue.raw_opacities);
-        both.sh.extend(blue.sh);
-        assert!(proposals(&frames).find(ROUND, &Shifted(both)).is_empty());
-    }
-}
+mod tests;

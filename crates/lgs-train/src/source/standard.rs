@@ -4,7 +4,7 @@
 use lgs_model::source::{DeformationConfig, NodesConfig};
 
 use super::config::SourceConfig;
-use super::config_groups::{DensifyConfig, LearningRates, WarmupFrames};
+use super::config_groups::{DensifyConfig, InitialPoints, LearningRates, WarmupFrames};
 
 impl SourceConfig {
     /// DefGS for any set: a quarter of an hour to an hour on two CPU cores.
@@ -19,6 +19,8 @@ impl SourceConfig {
             warmup_iterations: 600,
             warmup_frames: WarmupFrames::ByCameras,
             initial_gaussians: 1000,
+            initial_points: InitialPoints::Surfaces,
+            near: 0.0,
             sh_degree: 3,
             views_per_coefficient: 3.0,
             learning_rates: LearningRates::standard(),
@@ -68,6 +70,7 @@ impl DensifyConfig {
         Self {
             before: iterations * 6 / 10,
             min_opacity: 0.005,
+            prune_extent: 0.0,
             opacity_weight: 0.01,
             scale_weight: 0.044,
             per_pixel: 0.25,

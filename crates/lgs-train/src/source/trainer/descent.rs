@@ -17,7 +17,8 @@ impl SourceTrainer<'_> {
             return NewGaussians::default();
         }
         let last_time = self.order.last_time(iteration, &self.config);
-        let round = ProposalRound { iteration, last_time, count, sh_degree: self.config.sh_degree };
+        let (sh_degree, cameras) = (self.config.sh_degree, self.cameras.refined());
+        let round = ProposalRound { iteration, last_time, count, sh_degree, cameras: cameras.as_ref() };
         let is_deformed = !self.config.is_warmup(iteration);
         let snapshot = Snapshot { motion: &*self.motion, learned: self.drawn(), is_deformed };
         let cloud = self.proposals.find(round, &snapshot);
