@@ -55,7 +55,7 @@ pub(super) fn measured(scene: &str, seed: u64, noise: f32) -> Result<Row, AnyErr
     let clock = std::time::Instant::now();
     let objects = truth.object.iter().max().map_or(0, |last| (last + 1) as usize);
     let partition = Partition { object: truth.object.clone(), objects };
-    let seen = window(&truth.points, noise);
+    let seen = window(&truth.points, noise, seed);
     let found = distill_objects(&seen, partition, &DistillConfig::default(), 1, &mut |_, _, _| {})?;
     let seconds = clock.elapsed().as_secs_f64();
     let own = |object: &Distilled| object.report().generalised.as_ref().map(|law| law.known.clone());
@@ -80,9 +80,9 @@ pub(super) fn measured(scene: &str, seed: u64, noise: f32) -> Result<Row, AnyErr
     })
 }
 
-/// The samples of the window with independent normal noise.
-fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
-    let mut rng = lgs_core::stream(7, "noise", 0);
+/// The samples of the window with independent normal noise, another one for each seed.
+fn window(points: &[Vec<[f32; 3]>], noise: f32, seed: u64) -> Trajectories {
+    let mut rng = lgs_core::stream(seed, "noise", 0);
     let mut normal = || -> f32 { rng.sample(rand_distr::StandardNormal) };
     let times = (0..WINDOW).map(|i| (DT * i as f64) as f32).collect();
     let positions = points[..WINDOW]

@@ -12,7 +12,10 @@ mod known;
 mod law;
 mod mixture;
 mod modal;
+mod normal_modes;
 mod observed;
+mod placed;
+mod posterior;
 mod rated;
 mod rigid_law;
 #[cfg(test)]
