@@ -112,3 +112,35 @@ fn change_axis(by: &[f64], axis: &mut [f64; 3], pivot: &mut [f64; 3]) {
 fn add(values: &mut [f64], change: DVec3) {
     values.iter_mut().zip(change.to_array()).for_each(|(value, change)| *value += change);
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::coordinates::{AffineMode, Coordinates, Embedding, Modal, Rolling, State};
+    use glam::DVec3;
+
+    #[test]
+    fn modes_take_shares_of_each_other() {
+        let mode = |x: f64| AffineMode { linear: [[x, 0.0, 0.0]; 3], shift: [0.0, x, 0.0] };
+        let modes = Modal { affine: vec![mode(1.0), mode(10.0)], further: 0 };
+        let mut coordinates = Coordinates::Modal(modes);
+        assert_eq!(coordinates.geometry_turns(), [true; 2]);
+        coordinates.change_geometry(&mut State { x: vec![0.0; 2], v: vec![0.0; 2] }, &[0.1, 0.5]);
+        let expected = Modal { affine: vec![mode(2.0), mode(10.5)], further: 0 };
+        assert_eq!(coordinates, Coordinates::Modal(expected));
+    }
+
+    #[test]
+    fn a_changed_body_rolls_about_another_axis_by_another_length() {
+        let (direction, axis) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let rolling = Rolling { direction, axis, radius: 0.5, center: [0.0; 3] };
+        let mut coordinates = Coordinates::Rolling(rolling);
+        let mut start = State { x: vec![0.0], v: vec![1.0] };
+        coordinates.change_geometry(&mut start, &[0.0, 0.0, 0.0, 0.0, 0.0, 0.2, 0.5]);
+        let Coordinates::Rolling(Rolling { center, radius, .. }) = &coordinates else { panic!() };
+        let (center, radius) = (DVec3::from(*center), *radius);
+        assert!((radius - 1.0).abs() < 1e-12 && (center.length() - 0.2).abs() < 1e-12);
+        // The points of the new axis stay on the line along which it moves.
+        let moved = Embedding::new(&coordinates, &[0.0]).placements(&[0.3])[0].apply(center);
+        assert!((moved - center).distance(DVec3::new(0.3, 0.0, 0.0)) < 1e-12, "{moved}");
+    }
+}

@@ -11,7 +11,7 @@ use super::observed::{Laws, ObservedPoses};
 use super::rated::Rated;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE, STEP_ERROR};
+use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE, STEP_ERROR};
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
@@ -35,6 +35,9 @@ pub(crate) fn find_law(
         return Some(found);
     }
     let smooth_errors = RESIDUAL_TOLERANCE * displacement_of(bodies);
+    if found.window_error > BEYOND_SMOOTH * smooth_errors {
+        return Some(found);
+    }
     let described = law_within(bodies, around, Errors::resolving(resolution.max(smooth_errors)), seed);
     let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
     law.known.verdict = Verdict::Described;

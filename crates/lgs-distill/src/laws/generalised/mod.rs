@@ -6,6 +6,8 @@ mod contact;
 mod couples;
 mod evidence;
 mod geometry;
+#[cfg(test)]
+mod geometry_tests;
 mod inertia;
 mod kinematics;
 mod known;

@@ -1,5 +1,5 @@
-//! What is known of a law together with the geometry of its coordinates: axes, pivots, the places of bodies in
-//! them and normal modes come from the same noisy poses as the law, so their errors are its errors.
+//! What is known of a law together with the geometry of its coordinates: axes, pivots, places of bodies and
+//! normal modes come from the same noisy poses as the law, so their errors are its errors.
 
 use super::placed::Placed;
 use crate::motion::pose::Pose;

@@ -8,7 +8,7 @@ use super::posterior::{Compared, Posterior};
 use crate::motion::pose::Pose;
 use crate::thresholds::NO_RIVAL;
 use lgs_mechanics::bands::shares;
-use lgs_mechanics::choose::{Choice, Judged, weights};
+use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, weights};
 
 /// A law with what speaks for it.
 pub(super) struct RatedLaw {
@@ -68,7 +68,11 @@ impl Rated {
     }
 
     /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates.
+    /// What no law describes has no band.
     pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
+        if self.chi_square() > DESCRIBED {
+            return self;
+        }
         let counts = shares(&self.weights());
         for (index, law) in self.laws.iter_mut().enumerate().filter(|(i, _)| *i == 0 || counts[*i] > 0) {
             let order = &self.systems[law.system].order;
