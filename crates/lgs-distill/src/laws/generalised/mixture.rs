@@ -60,7 +60,7 @@ mod tests {
     use crate::motion::pose::PoseKind;
     use lgs_mechanics::Law;
     use lgs_mechanics::choose::{Choice, Judged};
-    use lgs_mechanics::coordinates::{Coordinates, Hinge, Port};
+    use lgs_mechanics::coordinates::{Coordinates, Hinge, Port, State};
     use lgs_mechanics::fit::Fitted;
     use lgs_mechanics::terms::Term;
     use nalgebra::DMatrix;
