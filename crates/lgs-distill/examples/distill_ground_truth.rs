@@ -1,7 +1,7 @@
 //! Stage 1 on ground-truth trajectories with noise, object by object of the truth: errors at the end of the
 //! whole recording and at three times the window as parts of the path, verdicts, the share of the truth in
-//! the 90 % band, constants against those of the truth, and errors under edits; then how often all this is
-//! right.
+//! the 90 % band, constants against those of the truth, errors under edits, and impacts; then how often all
+//! this is right.
 //!
 //! `cargo run --release -p lgs-distill --example distill_ground_truth -- [--noise X] [--seeds A[-B]] [--laws]
 //! [SCENE …]`
@@ -10,6 +10,8 @@
 
 #[path = "distill_ground_truth/constants.rs"]
 mod constants;
+#[path = "distill_ground_truth/contact.rs"]
+mod contact;
 #[path = "distill_ground_truth/measure.rs"]
 mod measure;
 #[path = "distill_ground_truth/summary.rs"]

@@ -142,6 +142,18 @@ pub(crate) const STEP_ERROR: f64 = 1e-4;
 pub(crate) const MOST_MODES: usize = 4;
 /// Directions of the shape thinner than this part of it have no strain of their own.
 pub(crate) const FLAT_SHAPE: f64 = 1e-3;
+/// Error of a law over the window, in units of what a source may err smoothly, beyond which no law describes
+/// the motion within such errors either: a law that does leaves at most √6 of them (χ² of 2 in each of three
+/// coordinates), and one fitted for these errors is hardly twice as close as one fitted for smaller ones.
+pub(crate) const BEYOND_SMOOTH: f64 = 5.0;
+/// Deviation of the cosine between two normal modes in the inner product of a body's particles: how far its
+/// mass may be spread otherwise than they are, as for moments of inertia.
+pub(crate) const OBLIQUE_SPREAD: f64 = 0.3;
+/// Linearisations of the fit of a law with its geometry, which begins at the least squares of both by
+/// themselves.
+pub(crate) const GEOMETRY_STEPS: usize = 12;
+/// Typical changes in that fit, in standard deviations of what is changed.
+pub(crate) const SCALE_DEVIATIONS: f64 = 10.0;
 /// Score behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
 pub(crate) const NO_RIVAL: f64 = 30.0;
 /// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.

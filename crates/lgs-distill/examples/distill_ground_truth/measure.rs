@@ -2,6 +2,7 @@
 
 use super::AnyError;
 use super::constants::{Constant, constants};
+use super::contact::{Impacts, impacts};
 use glam::DVec3;
 use lgs_core::geometry::{inverse, outer, wide};
 use lgs_data::synth::{self, GroundTruth};
@@ -16,10 +17,10 @@ use std::fmt;
 const PARTICLES: usize = 400;
 /// Samples of the window, and steps of the rollout at the same spacing.
 const WINDOW: usize = 76;
-const STEPS: usize = 225;
+pub(super) const STEPS: usize = 225;
 /// Step at t = 1, the end of the whole recording.
 const RECORDED: usize = 100;
-const DT: f64 = 0.01;
+pub(super) const DT: f64 = 0.01;
 /// Every so many steps the truth is compared with a band.
 const COMPARED: usize = 5;
 /// Error over the path beyond which a forecast is wrong: what stage 1 promises of times that it trusts.
@@ -42,6 +43,8 @@ pub(super) struct Row {
     pub(super) constants: Vec<Constant>,
     /// Largest error over the path at t = 1 under the edits of β and γ, of a scene that is explained.
     pub(super) edited: Option<f64>,
+    /// Impacts, if a body collides with a plane.
+    pub(super) impacts: Option<Impacts>,
     seconds: f64,
     laws: String,
     /// Laws with their parameters, and their rivals.
@@ -55,7 +58,7 @@ pub(super) fn measured(scene: &str, seed: u64, noise: f32) -> Result<Row, AnyErr
     let clock = std::time::Instant::now();
     let objects = truth.object.iter().max().map_or(0, |last| (last + 1) as usize);
     let partition = Partition { object: truth.object.clone(), objects };
-    let seen = window(&truth.points, noise);
+    let seen = window(&truth.points, noise, seed);
     let found = distill_objects(&seen, partition, &DistillConfig::default(), 1, &mut |_, _, _| {})?;
     let seconds = clock.elapsed().as_secs_f64();
     let own = |object: &Distilled| object.report().generalised.as_ref().map(|law| law.known.clone());
@@ -74,15 +77,16 @@ pub(super) fn measured(scene: &str, seed: u64, noise: f32) -> Result<Row, AnyErr
         constants: if is_explained { constants(&found, &truth) } else { Vec::new() },
         edited: if is_explained && is_trusted { edited_error(&found, scene, seed, &times)? } else { None },
         verdicts,
+        impacts: impacts(&found, &truth),
         seconds,
         laws: laws.join(" | "),
         details: found.objects.iter().filter_map(|(_, object)| details(object)).collect(),
     })
 }
 
-/// The samples of the window with independent normal noise.
-fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
-    let mut rng = lgs_core::stream(7, "noise", 0);
+/// The samples of the window with independent normal noise, another one for each seed.
+fn window(points: &[Vec<[f32; 3]>], noise: f32, seed: u64) -> Trajectories {
+    let mut rng = lgs_core::stream(seed, "noise", 0);
     let mut normal = || -> f32 { rng.sample(rand_distr::StandardNormal) };
     let times = (0..WINDOW).map(|i| (DT * i as f64) as f32).collect();
     let positions = points[..WINDOW]
@@ -93,7 +97,7 @@ fn window(points: &[Vec<[f32; 3]>], noise: f32) -> Trajectories {
 }
 
 /// True positions of an object's particles at a step.
-fn at(truth: &GroundTruth, members: &[usize], step: usize) -> Vec<[f32; 3]> {
+pub(super) fn at(truth: &GroundTruth, members: &[usize], step: usize) -> Vec<[f32; 3]> {
     members.iter().map(|&i| truth.points[step][i]).collect()
 }
 
@@ -264,6 +268,7 @@ impl fmt::Display for Row {
             percent(self.edited),
             self.seconds,
             self.laws
-        )
+        )?;
+        self.impacts.iter().try_for_each(|impacts| write!(f, "; {impacts}"))
     }
 }

@@ -60,6 +60,10 @@ pub(super) fn print(rows: &[Row]) {
         .collect();
     let recovered = constants.iter().filter(|recovered| **recovered).count();
     println!("  constants recovered      {recovered} of {}", constants.len());
+    let impacts: Vec<bool> =
+        lawful.iter().filter_map(|row| row.impacts.as_ref().map(|impacts| impacts.are_right())).collect();
+    let right = impacts.iter().filter(|right| **right).count();
+    println!("  impacts right            {right} of {}", impacts.len());
     let edited: Vec<f64> = lawful.iter().filter_map(|row| row.edited).collect();
     let near = edited.iter().filter(|error| **error <= 0.04).count();
     println!("  edits within 4 %         {near} of {}", edited.len());

@@ -31,6 +31,32 @@ impl Normal {
     pub(crate) fn draw(&self, stream: &mut Stream) -> DVector<f64> {
         &self.root * DVector::from_fn(self.root.ncols(), |_, _| StandardNormal.sample(stream))
     }
+
+    /// A draw, made again while it is not allowed; the last one in the end.
+    fn allowed(&self, stream: &mut Stream, is_allowed: &dyn Fn(&[f64]) -> bool) -> DVector<f64> {
+        let mut change = self.draw(stream);
+        for _ in 0..REDRAWS {
+            if is_allowed(change.as_slice()) {
+                break;
+            }
+            change = self.draw(stream);
+        }
+        change
+    }
+}
+
+/// Draws of changes from a normal distribution around zero: those that are not allowed are drawn again, as
+/// often as is worth it; `index` is that of the law among its rivals.
+#[must_use]
+pub fn changes(
+    covariance: &DMatrix<f64>,
+    count: usize,
+    (seed, index): (u64, u64),
+    is_allowed: &dyn Fn(&[f64]) -> bool,
+) -> Vec<Vec<f64>> {
+    let normal = Normal::new(covariance);
+    let mut stream = stream(seed, "posterior of a law", index);
+    (0..count).map(|_| normal.allowed(&mut stream, is_allowed).as_slice().to_vec()).collect()
 }
 
 /// A source of draws.
@@ -50,17 +76,11 @@ impl<'a> Draws<'a> {
     pub(super) fn next(&mut self) -> (Law, State) {
         let fitted = self.fitted;
         let n = fitted.start.v.len();
-        let inside = |change: &DVector<f64>| {
+        let inside = |change: &[f64]| {
             let values = fitted.law.parameters.iter().zip(change.iter().skip(2 * n)).map(|(p, d)| p + d);
             values.zip(&fitted.bounds).all(|(value, [lower, upper])| (*lower..=*upper).contains(&value))
         };
-        let mut change = self.normal.draw(&mut self.stream);
-        for _ in 0..REDRAWS {
-            if inside(&change) {
-                break;
-            }
-            change = self.normal.draw(&mut self.stream);
-        }
+        let change = self.normal.allowed(&mut self.stream, &inside);
         let x = fitted.law.coordinates.retract(&fitted.start.x, &change.as_slice()[..n]);
         let v = fitted.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
         let mut law = fitted.law.clone();

@@ -8,6 +8,7 @@ mod known;
 mod verdict;
 
 pub(crate) use draws::Normal;
+pub use draws::changes;
 pub use known::{Known, PositionBand, Rival};
 pub use verdict::Verdict;
 

@@ -6,7 +6,7 @@ use super::samples::{Later, Samples};
 use crate::contact::Plane;
 use crate::coordinates::State;
 use crate::edit::Edit;
-use crate::fit::{Minimum, Problem, Settings, Unknown, inverse, minimise};
+use crate::fit::{Minimum, Problem, Settings, Unknown, covariance_of, minimise};
 use crate::law::Law;
 use crate::system::System;
 use crate::thresholds::{
@@ -109,7 +109,7 @@ impl Bouncing {
     /// The law with its contact from a restitution and friction that are about right.
     pub(super) fn solve(mut self, pair: [f64; 2], first: f64) -> Option<Bounced> {
         let (minimum, error) = self.minimum(pair)?;
-        let covariance = inverse(&minimum.information)?;
+        let covariance = covariance_of(&minimum.information)?;
         let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
         let (mut law, start) = self.motion(&minimum.values);
         let until = self.times[self.times.len() - 1];

@@ -20,6 +20,7 @@
 mod bodies;
 mod embedding;
 mod energy;
+mod geometry;
 mod inertia;
 mod joint;
 mod layout;

@@ -110,8 +110,10 @@ pub fn joined_law(index: usize, candidate: &Candidate, [turn, translation]: [&Ju
     let mut covariance = DMatrix::zeros(size, size);
     let mut values = vec![0.0; size];
     let mut bounds = vec![[0.0; 2]; size];
+    let mut priors = Vec::new();
     let first = 4 * HALF;
     for (places, half) in places.iter().zip([&turn.fitted, &translation.fitted]) {
+        priors.extend(half.priors.iter().map(|&(i, centre, deviation)| (places[i], centre, deviation)));
         for (i, &row) in places.iter().enumerate() {
             places.iter().enumerate().for_each(|(j, &column)| {
                 covariance[(row, column)] = half.covariance[(i, j)];
@@ -131,8 +133,8 @@ pub fn joined_law(index: usize, candidate: &Candidate, [turn, translation]: [&Ju
         x: [one.start.x.as_slice(), &other.start.x].concat(),
         v: [one.start.v.as_slice(), &other.start.v].concat(),
     };
-    let fitted =
-        Fitted { law, start, loss: one.loss + other.loss, covariance, bounds: bounds.split_off(first) };
+    let (loss, bounds) = (one.loss + other.loss, bounds.split_off(first));
+    let fitted = Fitted { law, start, loss, covariance, bounds, priors };
     let evidence = turn.evidence + translation.evidence;
     Some(Judged { index, fitted, evidence, simplicity: simplicity(candidate) })
 }

@@ -23,6 +23,8 @@ pub struct Fitted {
     pub covariance: DMatrix<f64>,
     /// Smallest and largest allowed value of each parameter.
     pub bounds: Vec<[f64; 2]>,
+    /// Place among the unknowns (start, then parameters), centre and deviation of each normal prior.
+    pub priors: Vec<(usize, f64, f64)>,
 }
 
 /// Fits a candidate from a start and first values of its parameters.
@@ -41,7 +43,7 @@ pub fn shoot(
         Segments::new(candidate, std::slice::from_ref(&track), scales, std::slice::from_ref(start));
     let values = segments.values(parameters);
     let Minimum { values, loss, information } = segments.minimise(&values, settings, FINEST)?;
-    let covariance = inverse(&information)?;
+    let covariance = covariance_of(&information)?;
     let problem = &segments.parts[0];
     let n = start.v.len();
     let mut law = problem.law(&values)?;
@@ -49,11 +51,14 @@ pub fn shoot(
     law.deviations = (0..law.parameters.len()).map(variance).collect();
     let start = problem.start(&values);
     let bounds = problem.unknowns()[2 * n..].iter().map(|unknown| [unknown.lower, unknown.upper]).collect();
-    Some(Fitted { law, start, loss, covariance, bounds })
+    let priors = problem.priors.clone();
+    Some(Fitted { law, start, loss, covariance, bounds, priors })
 }
 
-/// Inverse of a positive semidefinite matrix; directions without information get none.
-pub(crate) fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+/// The covariance of values whose information is known: the inverse of a positive semidefinite matrix, in
+/// which directions without information get none.
+#[must_use]
+pub fn covariance_of(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let diagonal: Vec<f64> = matrix.diagonal().iter().map(|d| d.max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled =
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / (diagonal[i] * diagonal[j]));

@@ -14,8 +14,7 @@ mod starts;
 mod tests;
 mod track;
 
-pub(crate) use fitted::inverse;
-pub use fitted::{Fitted, shoot};
+pub use fitted::{Fitted, covariance_of, shoot};
 pub use levenberg::{Minimum, Problem, Settings, Unknown, finite_differences, minimise};
 pub use regression::{Regression, regress};
 pub use segments::approach;

@@ -1,53 +1,59 @@
-//! Damping with a matrix: `Q = −D w` with `D` positive semidefinite, as for coupled modes.
+//! Damping of modes: `Q = −D w` with a rate for each coordinate, as of normal modes, or with a positive
+//! semidefinite matrix `D`, as of modes that damping couples.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind};
 use super::quadratic::Form;
 use crate::parameter::{Parameter, Scales, Space};
 
+/// The kind `damping-diagonal`.
+pub(super) const DIAGONAL: Damping = Damping { name: "damping-diagonal", form: Form::Diagonal };
 /// The kind `damping-positive`.
-pub(super) const DAMPING: Damping = Damping;
+pub(super) const POSITIVE: Damping = Damping { name: "damping-positive", form: Form::Positive };
 
 /// Damping with a matrix.
 #[derive(Debug)]
-pub(super) struct Damping;
+pub(super) struct Damping {
+    name: &'static str,
+    form: Form,
+}
 
 impl TermKind for Damping {
     fn label(&self) -> Label {
-        Label { name: "damping-positive", role: Role::Dissipates }
+        Label { name: self.name, role: Role::Dissipates }
     }
 
     fn suits(&self, space: Space) -> bool {
-        Form::Positive.suits(space.dimension)
+        self.form.suits(space.dimension)
     }
 
     fn parameters(&self, space: Space) -> Vec<Parameter> {
-        Form::Positive.parameters("rate", space, -1)
+        self.form.parameters("rate", space, -1)
     }
 
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
         force.fill(0.0);
-        Form::Positive.subtract(p, at.w, force);
+        self.form.subtract(p, at.w, force);
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
-        Form::Positive.derivatives(p, at.w, &mut out.w, &mut out.p);
+        self.form.derivatives(p, at.w, &mut out.w, &mut out.p);
     }
 
     fn starts(&self, space: Space, _scales: &Scales) -> Vec<Vec<f64>> {
-        let linear = Form::Full.parameters("", space, -1).len();
-        vec![Form::Positive.nearest(&vec![0.0; linear], space.dimension)]
+        vec![self.form.nearest(&vec![0.0; self.columns(space)], space.dimension)]
     }
 
     fn columns(&self, space: Space) -> usize {
-        Form::Full.parameters("", space, -1).len()
+        self.form.regressed().parameters("", space, -1).len()
     }
 
     fn design(&self, _p: &[f64], at: At<'_>, space: Space, out: &mut Block) {
         let mut unused = Block::zeros(space.dimension, space.dimension);
-        Form::Full.derivatives(&vec![0.0; self.columns(space)], at.w, &mut unused, out);
+        let zero = vec![0.0; self.columns(space)];
+        self.form.regressed().derivatives(&zero, at.w, &mut unused, out);
     }
 
     fn regressed(&self, _p: &[f64], coefficients: &[f64], space: Space) -> Vec<f64> {
-        Form::Positive.nearest(coefficients, space.dimension)
+        self.form.nearest(coefficients, space.dimension)
     }
 }

@@ -32,7 +32,7 @@ pub use placed::Term;
 #[rustfmt::skip]
 static KINDS: &[&dyn TermKind] = &[
     &constant::FIELD,
-    &spring::ISOTROPIC, &spring::AXIAL, &spring::FULL, &spring::POSITIVE,
+    &spring::ISOTROPIC, &spring::DIAGONAL, &spring::AXIAL, &spring::FULL, &spring::POSITIVE,
     &rest_length::REST_LENGTH,
     &quartic::RADIAL, &quartic::AXIS,
     &polynomial::CUBIC, &polynomial::QUARTIC,
@@ -40,7 +40,7 @@ static KINDS: &[&dyn TermKind] = &[
     &fourier::FIRST, &fourier::SECOND,
     &drag::LINEAR,
     &drag::QUADRATIC,
-    &damping::DAMPING,
+    &damping::DIAGONAL, &damping::POSITIVE,
     &drag::DRY,
     &gyroscopic::GYROSCOPIC,
     &constant::DRIVE,

@@ -10,6 +10,8 @@ use nalgebra::{DMatrix, SymmetricEigen};
 pub(crate) enum Form {
     /// `k I` with `k ≥ 0`.
     Isotropic,
+    /// One `k ≥ 0` for each coordinate.
+    Diagonal,
     /// `|m|² I − m mᵀ`: acts across the axis `m`, three dimensions only.
     Axial,
     /// Any symmetric matrix: rows of the upper triangle.
@@ -24,7 +26,7 @@ impl Form {
         match self {
             Self::Isotropic => true,
             Self::Axial => dimension == 3,
-            Self::Full | Self::Positive => dimension >= 2,
+            Self::Diagonal | Self::Full | Self::Positive => dimension >= 2,
         }
     }
 
@@ -34,6 +36,9 @@ impl Form {
         let pair = |i, j| format!("{name}-{}{}", axis_name(d, i), axis_name(d, j));
         match self {
             Self::Isotropic => vec![Parameter::linear(name, 0, time).within(0.0, f64::INFINITY)],
+            Self::Diagonal => {
+                (0..d).map(|i| Parameter::linear(pair(i, i), 0, time).within(0.0, f64::INFINITY)).collect()
+            }
             Self::Axial => (0..3).map(|i| root(format!("{name}-axis-{}", axis_name(d, i)), time)).collect(),
             Self::Full => upper(d).map(|(i, j)| Parameter::linear(pair(i, j), 0, time)).collect(),
             Self::Positive => lower(d).map(|(i, j)| root(format!("{}-root", pair(i, j)), time)).collect(),
@@ -45,6 +50,7 @@ impl Form {
         let d = r.len();
         match self {
             Self::Isotropic => force.iter_mut().zip(r).for_each(|(f, r)| *f -= p[0] * r),
+            Self::Diagonal => (0..d).for_each(|i| force[i] -= p[i] * r[i]),
             Self::Axial => {
                 let (square, along) = (dot(p, p), dot(p, r));
                 (0..3).for_each(|i| force[i] -= square * r[i] - p[i] * along);
@@ -82,6 +88,7 @@ impl Form {
         }
         match self {
             Self::Isotropic => (0..d).for_each(|i| by_p[(i, 0)] = -r[i]),
+            Self::Diagonal => (0..d).for_each(|i| by_p[(i, i)] = -r[i]),
             Self::Axial => {
                 let along = dot(p, r);
                 for i in 0..3 {
@@ -108,6 +115,7 @@ impl Form {
     pub(crate) fn matrix(self, p: &[f64], d: usize) -> DMatrix<f64> {
         match self {
             Self::Isotropic => DMatrix::identity(d, d) * p[0],
+            Self::Diagonal => DMatrix::from_fn(d, d, |i, j| if i == j { p[i] } else { 0.0 }),
             Self::Axial => {
                 let square = dot(p, p);
                 DMatrix::from_fn(3, 3, |i, j| if i == j { square } else { 0.0 } - p[i] * p[j])
@@ -122,13 +130,13 @@ impl Form {
 
     /// Columns that the form offers to regression: those of the smallest linear form that holds it.
     pub(crate) fn regressed(self) -> Self {
-        if self == Self::Isotropic { self } else { Self::Full }
+        if matches!(self, Self::Isotropic | Self::Diagonal) { self } else { Self::Full }
     }
 
     /// The parameters whose matrix is nearest to the one regressed, whose coefficients these are.
     pub(crate) fn nearest(self, coefficients: &[f64], d: usize) -> Vec<f64> {
         match self {
-            Self::Isotropic => vec![coefficients[0].max(0.0)],
+            Self::Isotropic | Self::Diagonal => coefficients.iter().map(|k| k.max(0.0)).collect(),
             Self::Full => coefficients.to_vec(),
             Self::Axial => axial(&SymmetricEigen::new(full_matrix(coefficients, d))),
             Self::Positive => positive_root(&SymmetricEigen::new(full_matrix(coefficients, d))),

@@ -1,5 +1,5 @@
-//! Spring about a fitted centre: `U = ½ (y − c)ᵀ K (y − c)`, isotropic, towards an axis, full, or positive
-//! semidefinite.
+//! Spring about a fitted centre: `U = ½ (y − c)ᵀ K (y − c)`, isotropic, of each coordinate by itself,
+//! towards an axis, full, or positive semidefinite.
 //!
 //! On an angle the isotropic spring is a torsion spring, on the amplitudes of modes the full one is the modal
 //! stiffness with its equilibrium.
@@ -7,10 +7,12 @@
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind};
 use super::quadratic::{Form, full_matrix};
 use crate::parameter::{Parameter, Scales, Space};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// The kind `spring`: the same stiffness in all directions.
 pub(super) const ISOTROPIC: Spring = Spring { name: "spring", form: Form::Isotropic };
+/// The kind `spring-diagonal`: a stiffness for each coordinate, as in normal modes.
+pub(super) const DIAGONAL: Spring = Spring { name: "spring-diagonal", form: Form::Diagonal };
 /// The kind `spring-axial`: towards an axis through the centre.
 pub(super) const AXIAL: Spring = Spring { name: "spring-axial", form: Form::Axial };
 /// The kind `spring-full`: any symmetric stiffness.
@@ -101,7 +103,7 @@ impl TermKind for Spring {
         let d = space.dimension;
         let (stiffness, shift) = coefficients.split_at(coefficients.len() - d);
         let matrix = match self.form.regressed() {
-            Form::Isotropic => DMatrix::identity(d, d) * stiffness[0],
+            form @ (Form::Isotropic | Form::Diagonal) => form.matrix(stiffness, d),
             _ => full_matrix(stiffness, d),
         };
         let center = matrix.lu().solve(&DVector::from_column_slice(shift));

@@ -42,7 +42,8 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
         found.extend(free);
     }
     let size = (samples, 6 * observed.times.len());
-    Rated::new(found, &|system, law| Evidence::of(system, law, size))
+    let rated = Rated::new(found, &|system, law| Evidence::of(system, law, size))?;
+    Some(rated.with_geometry(&[observed]))
 }
 
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one

@@ -40,7 +40,7 @@ pub(super) fn choose_couple(bodies: Two<'_>) -> Option<Rated> {
     let terms = &rated.best().judged.fitted.law.terms;
     let act_on_each_other =
         rated.system().coordinates != Coordinates::Pair || terms.iter().any(|t| t.port == Port::Between);
-    act_on_each_other.then_some(rated)
+    act_on_each_other.then(|| rated.with_geometry(&bodies))
 }
 
 /// The track of two bodies, no better known than their poses are.

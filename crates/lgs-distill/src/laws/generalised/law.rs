@@ -11,12 +11,12 @@ use super::observed::{Laws, ObservedPoses};
 use super::rated::Rated;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE, STEP_ERROR};
+use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE, STEP_ERROR};
+use lgs_mechanics::Law;
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::collisions::Bounced;
 use lgs_mechanics::contact::Origin;
-use lgs_mechanics::{Edit, Law, System};
 
 /// What laws are sought among, and the points at rest around the body.
 pub(crate) type Around<'a> = (Laws, Surroundings<'a>);
@@ -35,6 +35,9 @@ pub(crate) fn find_law(
         return Some(found);
     }
     let smooth_errors = RESIDUAL_TOLERANCE * displacement_of(bodies);
+    if found.window_error > BEYOND_SMOOTH * smooth_errors {
+        return Some(found);
+    }
     let described = law_within(bodies, around, Errors::resolving(resolution.max(smooth_errors)), seed);
     let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
     law.known.verdict = Verdict::Described;
@@ -137,11 +140,8 @@ fn is_likelier(impacted: &Impacted, chosen: Option<&Rated>, observed: &ObservedP
     }
     let Some(rated) = chosen else { return true };
     let (system, judged) = (rated.system(), &rated.best().judged);
-    let fitted = &judged.fitted;
-    let Ok(states) = System::new(&fitted.law, Edit::NONE).states(&fitted.start, &observed.times) else {
-        return true;
-    };
-    let poses: Vec<Pose> = states.iter().flat_map(|state| system.poses_in(&state.x)).collect();
+    let Some(poses) = rated.best().posterior.placed.poses(&observed.times) else { return true };
+    let poses: Vec<Pose> = poses.into_iter().flatten().collect();
     // The start of the law with a contact is not counted, so as many are left out of the other's.
     let beyond_start = unknowns(system, judged) - 2.0 * bounced.start.v.len() as f64;
     let smooth = impacted.evidence_of(observed, &poses, beyond_start);
@@ -164,7 +164,7 @@ fn smooth(
     let fitted = best.judged.fitted.clone();
     let duration = JUDGED_WINDOWS[1] * bodies[0].duration();
     let law = fitted.law.clone().resolved(&fitted.start, duration, STEP_ERROR).ok()?;
-    let bases = system.poses_in(&fitted.start.x);
+    let bases = best.posterior.placed.bases_at_start();
     let ordered: Vec<&SharedMotion> = system.order.iter().map(|&body| bodies[body]).collect();
     let mut found = GeneralisedLaw::new((law, fitted.start.clone()), bases, rated.chi_square(), &ordered)?;
     found.order.clone_from(&system.order);

@@ -7,8 +7,7 @@ use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BAND_POINTS, LIGHTEST};
 use glam::DVec3;
-use lgs_mechanics::bands::{drawn, holding, shares};
-use lgs_mechanics::coordinates::State;
+use lgs_mechanics::bands::{holding, shares};
 
 /// Share of the posterior of positions that a band holds.
 const HELD: f64 = 0.9;
@@ -27,14 +26,12 @@ pub(super) fn radius(
     let counts = shares(&rated.weights());
     for (index, (law, count)) in rated.laws.iter().zip(counts).enumerate() {
         let system = &rated.systems[law.system];
-        let mut fitted = law.judged.fitted.clone();
-        fitted.covariance *= rated.inflation;
-        for motion in drawn(&fitted, count, times, (seed, index as u64)) {
+        for motion in law.posterior.drawn(rated.inflation, count, times, (seed, index as u64)) {
             for (at, distances) in distances.iter_mut().enumerate() {
-                let moved = motion.as_ref().map(|states: &Vec<State>| system.poses_in(&states[at].x));
+                let moved = motion.as_ref().map(|poses| &poses[at]);
                 for (place, &body) in system.order.iter().enumerate() {
                     let (points, forecast) = (&points[body], &forecast[at][body]);
-                    let apart = |point: &DVec3| match &moved {
+                    let apart = |point: &DVec3| match moved {
                         Some(poses) => poses[place].apply(*point).distance(forecast.apply(*point)),
                         None => f64::INFINITY,
                     };
@@ -63,7 +60,7 @@ mod tests {
     use crate::motion::pose::PoseKind;
     use lgs_mechanics::Law;
     use lgs_mechanics::choose::{Choice, Judged};
-    use lgs_mechanics::coordinates::{Coordinates, Hinge, Port};
+    use lgs_mechanics::coordinates::{Coordinates, Hinge, Port, State};
     use lgs_mechanics::fit::Fitted;
     use lgs_mechanics::terms::Term;
     use nalgebra::DMatrix;
@@ -87,7 +84,7 @@ mod tests {
         covariance[(n, n)] = deviation * deviation;
         let bounds = vec![[0.0, 9.0]; law.parameters.len()];
         let x = vec![start.x.clone()];
-        let fitted = Fitted { law, start, loss: 1.0, covariance, bounds };
+        let fitted = Fitted { law, start, loss: 1.0, covariance, bounds, priors: Vec::new() };
         let judged = vec![Judged { index: 0, fitted, evidence: 0.0, simplicity: 0 }];
         let system =
             Configured { coordinates, x, order: vec![0], bases: vec![STILL], constants: 0, chi_square: 0.0 };

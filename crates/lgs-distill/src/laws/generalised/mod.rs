@@ -6,13 +6,18 @@ mod contact;
 mod couples;
 mod evidence;
 mod geometry;
+#[cfg(test)]
+mod geometry_tests;
 mod inertia;
 mod kinematics;
 mod known;
 mod law;
 mod mixture;
 mod modal;
+mod normal_modes;
 mod observed;
+mod placed;
+mod posterior;
 mod rated;
 mod rigid_law;
 #[cfg(test)]

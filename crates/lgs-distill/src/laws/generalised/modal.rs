@@ -3,14 +3,17 @@
 
 use super::evidence::Evidence;
 use super::kinematics::Configured;
+use super::normal_modes::freed;
 use super::observed::Laws;
+use super::placed::Placed;
+use super::posterior::{Compared, Posterior};
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{FLAT_SHAPE, MOST_MODES};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{outer, principal_axes};
-use lgs_mechanics::choose::choose;
+use lgs_mechanics::choose::{Choice, Judged, choose};
 use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
 use lgs_mechanics::fit::Track;
 use nalgebra::DMatrix;
@@ -18,10 +21,15 @@ use nalgebra::DMatrix;
 /// Numbers of an affine displacement.
 const ENTRIES: usize = 12;
 
+/// Share of one mode in another by which a fit begins to mix them.
+const FIRST_MIXING: f64 = 0.01;
+
 /// The affine motion about its mean in orthonormal modes, the strongest first.
 struct Decomposition {
     rest: Pose,
     modes: Vec<Pose>,
+    /// Root of the second moments of the particles.
+    root: DMat3,
     /// `[T][12]` amplitudes.
     amplitudes: Vec<Vec<f64>>,
 }
@@ -34,18 +42,35 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
     let mut whole = Track::new(&all, &times, &found.amplitudes);
     whole.noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
     let size = (whole.independent_samples(), ENTRIES * times.len());
-    let with = |modes: usize| {
+    let mut laws_of = Vec::new();
+    let mut known = Vec::new();
+    for modes in 1..=MOST_MODES {
         let system = found.configured(modes, &whole);
         let track = Track {
             noise: whole.noise[..modes].to_vec(),
             ..Track::new(&system.coordinates, &times, &system.x)
         };
-        let choice =
-            choose(&laws.candidates(&system.coordinates), &track, &track.scales(&system.coordinates))?;
-        Some((system, choice))
-    };
-    let found = (1..=MOST_MODES).filter_map(with).collect();
-    Rated::new(found, &|system, law| Evidence::of(system, law, size))
+        let list = laws.candidates(&system.coordinates);
+        let Some(mut choice) = choose(&list, &track, &track.scales(&system.coordinates)) else { continue };
+        choice.judged.retain(|judged| match found.freed(judged, &system, &track) {
+            Some((system, judged, posterior)) => {
+                let choice = Choice { judged: vec![judged], chosen: 0, samples: choice.samples };
+                laws_of.push((system, choice));
+                known.push(Some(posterior));
+                false
+            }
+            None => true,
+        });
+        laws_of.push((system, choice));
+        known.push(None);
+    }
+    let mut rated = Rated::new(laws_of, &|system, law| Evidence::of(system, law, size))?;
+    for law in &mut rated.laws {
+        if let Some(posterior) = known[law.system].take() {
+            law.set(posterior);
+        }
+    }
+    Some(rated)
 }
 
 impl Decomposition {
@@ -70,7 +95,7 @@ impl Decomposition {
         };
         let amplitude = |row: &[f64]| order.iter().map(|&axis| dot(row, axes.row(axis).iter())).collect();
         let amplitudes = rows.chunks_exact(ENTRIES).map(amplitude).collect();
-        Some(Self { rest, modes: order.iter().map(mode).collect(), amplitudes })
+        Some(Self { rest, modes: order.iter().map(mode).collect(), root, amplitudes })
     }
 
     /// The first modes as functions of the position at rest.
@@ -84,6 +109,49 @@ impl Decomposition {
         };
         let affine = self.modes.iter().take(modes).map(affine).collect();
         Coordinates::Modal(Modal { affine, further: 0 })
+    }
+
+    /// A law of orthogonal modes with its normal modes instead, which need not be orthogonal.
+    fn freed(
+        &self,
+        judged: &Judged,
+        system: &Configured,
+        track: &Track,
+    ) -> Option<(Configured, Judged, Posterior)> {
+        let modes = track.noise.len();
+        let weights = track.weights();
+        let whitened = |poses: &[Vec<Pose>]| -> Vec<f64> {
+            let of_sample = |(sample, of_time): (usize, &Vec<Pose>)| {
+                let predicted = self.amplitudes_of(&of_time[0], modes);
+                let pairs = predicted.into_iter().zip(&track.x[sample]).zip(&weights[sample]);
+                pairs.map(|((x, observed), weight)| (x - observed) * weight).collect::<Vec<f64>>()
+            };
+            poses.iter().enumerate().flat_map(of_sample).collect()
+        };
+        let compared = Compared { times: &track.times, whitened: &whitened, noise: [FIRST_MIXING, 0.0] };
+        let bases = system.poses_in(&judged.fitted.start.x);
+        let (judged, posterior) =
+            freed(judged, track, &compared, &|fitted| Placed::at(fitted, bases.clone()))?;
+        let system = Configured {
+            coordinates: judged.fitted.law.coordinates.clone(),
+            x: vec![posterior.placed.reference().to_vec()],
+            bases: posterior.placed.bases.clone(),
+            order: vec![0],
+            constants: system.constants + judged.fitted.law.coordinates.geometry(),
+            chi_square: system.chi_square,
+        };
+        Some((system, judged, posterior))
+    }
+
+    /// The first amplitudes of a pose.
+    fn amplitudes_of(&self, pose: &Pose, modes: usize) -> Vec<f64> {
+        let change = Pose {
+            linear: (pose.linear - self.rest.linear) * self.root,
+            shift: pose.shift - self.rest.shift,
+        };
+        let entries = change.entries();
+        let whitened = |mode: &Pose| Pose { linear: mode.linear * self.root, ..*mode }.entries();
+        self.modes.iter().take(modes).map(|mode| dot(&entries, whitened(mode).iter())).collect()
     }
 
     /// The first modes with their amplitudes; `whole` has the noise of all.

@@ -76,14 +76,23 @@ impl ObservedPoses {
 
     /// χ² of other poses at the same times, whitened.
     pub(super) fn chi_square(&self, poses: &[Pose]) -> f64 {
+        self.whitened(poses).map(|d| d * d).sum()
+    }
+
+    /// Differences of other poses at the same times, whitened.
+    pub(super) fn whitened(&self, poses: &[Pose]) -> impl Iterator<Item = f64> {
         let predicted = configurations(poses, &self.inertia);
         let weights = self.track.weights();
-        let of_sample = |sample: usize| {
-            let difference = self.rigid.difference(&self.track.x[sample], &predicted[sample]);
-            let whitened = difference.iter().zip(&weights[sample]).map(|(d, w)| (d * w).powi(2));
-            whitened.sum::<f64>()
-        };
-        (0..predicted.len()).map(of_sample).sum()
+        predicted.into_iter().zip(weights).enumerate().flat_map(|(sample, (x, weights))| {
+            let difference = self.rigid.difference(&self.track.x[sample], &x);
+            difference.into_iter().zip(weights).map(|(d, w)| d * w)
+        })
+    }
+
+    /// Standard deviations of an angle and of a place at one sample.
+    pub(super) fn noise(&self) -> [f64; 2] {
+        let mean = |noise: &[Noise]| noise.iter().map(|noise| noise.deviation).sum::<f64>() / 3.0;
+        [mean(&self.track.noise[..3]), mean(&self.track.noise[3..])]
     }
 
     /// Standard deviation of the place of the body, world units.

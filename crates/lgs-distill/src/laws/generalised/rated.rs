@@ -2,8 +2,13 @@
 
 use super::evidence::{Evidence, unknowns};
 use super::kinematics::Configured;
+use super::observed::ObservedPoses;
+use super::placed::Placed;
+use super::posterior::{Compared, Posterior};
+use crate::motion::pose::Pose;
 use crate::thresholds::NO_RIVAL;
-use lgs_mechanics::choose::{Choice, Judged, weights};
+use lgs_mechanics::bands::shares;
+use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, weights};
 
 /// A law with what speaks for it.
 pub(super) struct RatedLaw {
@@ -11,7 +16,16 @@ pub(super) struct RatedLaw {
     pub(super) system: usize,
     pub(super) judged: Judged,
     pub(super) evidence: Evidence,
+    pub(super) posterior: Posterior,
     score: f64,
+}
+
+impl RatedLaw {
+    /// Takes what is known of the law together with its geometry.
+    pub(super) fn set(&mut self, posterior: Posterior) {
+        self.judged.fitted = posterior.fitted(&self.judged.fitted);
+        self.posterior = posterior;
+    }
 }
 
 /// The likely laws of an object in all coordinates, the best score first; at least one.
@@ -32,7 +46,9 @@ impl Rated {
         let of_system = |(system, choice): (usize, Choice)| -> Vec<RatedLaw> {
             let rated = |judged: Judged| {
                 let evidence = evidence(&systems[system], &judged);
-                RatedLaw { system, judged, evidence, score: f64::INFINITY }
+                let placed = Placed::new(&systems[system], &judged.fitted);
+                let posterior = Posterior::of(placed, &judged.fitted);
+                RatedLaw { system, judged, evidence, posterior, score: f64::INFINITY }
             };
             choice.judged.into_iter().map(rated).collect()
         };
@@ -49,6 +65,32 @@ impl Rated {
             tracing::debug!(coordinates, terms, score = law.score, "score of a law");
         }
         Some(Self { systems, laws, inflation })
+    }
+
+    /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates.
+    /// What no law describes has no band.
+    pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
+        if self.chi_square() > DESCRIBED {
+            return self;
+        }
+        let counts = shares(&self.weights());
+        for (index, law) in self.laws.iter_mut().enumerate().filter(|(i, _)| *i == 0 || counts[*i] > 0) {
+            let order = &self.systems[law.system].order;
+            let whitened = |poses: &[Vec<Pose>]| -> Vec<f64> {
+                let of_body = |(place, &body): (usize, &usize)| {
+                    let own: Vec<Pose> = poses.iter().map(|of_time| of_time[place]).collect();
+                    bodies[body].whitened(&own).collect::<Vec<f64>>()
+                };
+                order.iter().enumerate().flat_map(of_body).collect()
+            };
+            let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
+            let compared = Compared { times, whitened: &whitened, noise };
+            let before = (&law.posterior.placed, &law.judged.fitted);
+            let Some(posterior) = Posterior::joint(before.0, before.1, &compared) else { continue };
+            tracing::debug!(index, chi_square = posterior.loss, "a law with its geometry");
+            law.set(posterior);
+        }
+        self
     }
 
     /// The likeliest law.

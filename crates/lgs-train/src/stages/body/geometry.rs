@@ -1,8 +1,6 @@
 //! The geometry of generalised coordinates as unknowns: where a body's centre of mass, its pivot or its axis
 //! lies. The particles stay where they are at t = 0.
 
-use glam::DVec3;
-use lgs_core::geometry::{exp, quaternion};
 use lgs_mechanics::coordinates::Coordinates;
 use lgs_model::GeneralisedDynamics;
 
@@ -28,39 +26,8 @@ pub(super) fn units(dynamics: &GeneralisedDynamics, radius: f64) -> Vec<f64> {
 
 /// Changes the geometry by some lengths and angles.
 pub(super) fn change(by: &[f64], dynamics: &mut GeneralisedDynamics) {
-    let GeneralisedDynamics { law, start, .. } = dynamics;
-    match &mut law.coordinates {
-        Coordinates::Rigid(_) => {
-            // Another point of the body, in its own axes, takes the part of the centre of mass.
-            let (offset, turn) = (DVec3::from_slice(by), quaternion(&start.x).normalize());
-            let spin = DVec3::from_slice(&start.v);
-            add(&mut start.x[4..], turn * offset);
-            add(&mut start.v[3..], turn * spin.cross(offset));
-        }
-        Coordinates::Ball(ball) => {
-            let offset = DVec3::from_slice(by);
-            add(&mut ball.pivot, offset);
-            add(&mut ball.arm, -(quaternion(&start.x).normalize().inverse() * offset));
-        }
-        Coordinates::Hinge(hinge) => change_hinge(by, &mut hinge.axis, &mut hinge.pivot),
-        Coordinates::Tree(tree) => {
-            let (first, second) = DVec3::from_array(tree.axis).any_orthonormal_pair();
-            let joint = exp(DVec3::from_array(tree.axis) * -start.x[0]) * (first * by[4] + second * by[5]);
-            change_hinge(by, &mut tree.axis, &mut tree.pivot);
-            add(&mut tree.link, joint);
-        }
-        _ => {}
+    if unknowns(dynamics) > 0 {
+        let GeneralisedDynamics { law, start, .. } = dynamics;
+        law.coordinates.change_geometry(start, by);
     }
-}
-
-/// Turns an axis by the first two of some changes, and moves its point across it by the next two.
-fn change_hinge(by: &[f64], axis: &mut [f64; 3], pivot: &mut [f64; 3]) {
-    let old = DVec3::from_array(*axis);
-    let (first, second) = old.any_orthonormal_pair();
-    *axis = (old + first * by[0] + second * by[1]).normalize().to_array();
-    add(pivot, first * by[2] + second * by[3]);
-}
-
-fn add(values: &mut [f64], change: DVec3) {
-    values.iter_mut().zip(change.to_array()).for_each(|(value, change)| *value += change);
 }

@@ -1,0 +1,150 @@
+//! What is known of a law together with the geometry of its coordinates: axes, pivots, places of bodies and
+//! normal modes come from the same noisy poses as the law, so their errors are its errors.
+
+use super::placed::Placed;
+use crate::motion::pose::Pose;
+use crate::thresholds::{GEOMETRY_STEPS, OBLIQUE_SPREAD, SCALE_DEVIATIONS};
+use lgs_mechanics::bands::changes;
+use lgs_mechanics::fit::{Fitted, Problem, Settings, Unknown, covariance_of, minimise};
+use nalgebra::{DMatrix, DVector};
+
+/// Observed poses as a law's are compared with them.
+pub(super) struct Compared<'a> {
+    /// Times of the samples.
+    pub(super) times: &'a [f64],
+    /// Differences of poses, `[times][bodies]`, from the observed ones in units of their noise.
+    pub(super) whitened: &'a dyn Fn(&[Vec<Pose>]) -> Vec<f64>,
+    /// Standard deviation of an angle and of a place at one sample.
+    pub(super) noise: [f64; 2],
+}
+
+/// A law with the joint posterior of its unknowns and those of its geometry.
+pub(super) struct Posterior {
+    pub(super) placed: Placed,
+    /// χ² with the priors.
+    pub(super) loss: f64,
+    /// Of the changes that [`Placed::changed`] takes.
+    pub(super) covariance: DMatrix<f64>,
+    /// Smallest and largest change of each parameter.
+    bounds: Vec<[f64; 2]>,
+}
+
+impl Posterior {
+    /// What a fit says of a law whose geometry is given.
+    pub(super) fn of(placed: Placed, fitted: &Fitted) -> Self {
+        let bounds =
+            fitted.bounds.iter().zip(&fitted.law.parameters).map(|(b, p)| b.map(|b| b - p)).collect();
+        Self { placed, loss: fitted.loss, covariance: fitted.covariance.clone(), bounds }
+    }
+
+    /// Fits law and geometry together, from where they are; `None` if there is no geometry to be fitted, or
+    /// the fit fails.
+    pub(super) fn joint(placed: &Placed, fitted: &Fitted, compared: &Compared<'_>) -> Option<Self> {
+        let geometry = placed.geometry();
+        let own = Self::of(placed.clone(), fitted);
+        let problem = Joint::new(&own, (fitted, &geometry), compared);
+        let settings = Settings { iterations: GEOMETRY_STEPS, ..Settings::default() };
+        let found =
+            (!geometry.is_empty()).then(|| minimise(&problem, &vec![0.0; problem.len()], &settings))??;
+        let covariance = covariance_of(&found.information)?;
+        let bounds = own.bounds.iter().zip(&found.values[2 * placed.start.v.len()..]);
+        let bounds = bounds.map(|(bound, change)| bound.map(|b| b - change)).collect();
+        Some(Self { placed: placed.changed(&found.values), loss: found.loss, covariance, bounds })
+    }
+
+    /// The fit with these values, without what is known of the geometry.
+    pub(super) fn fitted(&self, old: &Fitted) -> Fitted {
+        let size = self.placed.motion();
+        let covariance = self.covariance.view((0, 0), (size, size)).into_owned();
+        let mut law = self.placed.law.clone();
+        let first = size - law.parameters.len();
+        law.deviations = (first..size).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
+        Fitted { law, start: self.placed.start.clone(), loss: self.loss, covariance, ..old.clone() }
+    }
+
+    /// Motions drawn from it, `[times][bodies]`, where the variance of the noise is so many times as large as
+    /// it looks; `None` where one cannot be followed.
+    pub(super) fn drawn(
+        &self,
+        inflation: f64,
+        count: usize,
+        times: &[f64],
+        stream: (u64, u64),
+    ) -> Vec<Option<Vec<Vec<Pose>>>> {
+        let first = 2 * self.placed.start.v.len();
+        let is_allowed = |by: &[f64]| {
+            by[first..].iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
+        };
+        let all = changes(&(&self.covariance * inflation), count, stream, &is_allowed);
+        let motion = |mut by: Vec<f64>| {
+            let bounded = by[first..].iter_mut().zip(&self.bounds);
+            bounded.for_each(|(by, [lower, upper])| *by = by.clamp(*lower, *upper));
+            self.placed.changed(&by).poses(times)
+        };
+        all.into_iter().map(motion).collect()
+    }
+}
+
+/// Start, parameters and geometry as unknowns, all as changes.
+struct Joint<'a> {
+    placed: &'a Placed,
+    compared: &'a Compared<'a>,
+    unknowns: Vec<Unknown>,
+    /// Sums of unknowns, their expected value and its deviation.
+    priors: Vec<(Vec<usize>, f64, f64)>,
+}
+
+impl<'a> Joint<'a> {
+    fn new(own: &'a Posterior, (fitted, geometry): (&Fitted, &[bool]), compared: &'a Compared<'a>) -> Self {
+        let placed = &own.placed;
+        let (n, open) = (placed.start.v.len(), [f64::NEG_INFINITY, f64::INFINITY]);
+        let deviation = |i: usize| SCALE_DEVIATIONS * own.covariance[(i, i)].max(0.0).sqrt();
+        let mut unknowns: Vec<Unknown> = Vec::new();
+        for i in 0..placed.motion() {
+            let [lower, upper] = i.checked_sub(2 * n).map_or(open, |p| own.bounds[p]);
+            let value = i.checked_sub(2 * n).map_or(1.0, |p| placed.law.parameters[p].abs());
+            let scale = if deviation(i) > 0.0 { deviation(i) } else { value.max(f64::MIN_POSITIVE.sqrt()) };
+            unknowns.push(Unknown { scale, lower, upper });
+        }
+        let [turn, place] = compared.noise.map(|noise| SCALE_DEVIATIONS * noise);
+        unknowns.extend(geometry.iter().map(|&turns| Unknown {
+            scale: if turns { turn } else { place },
+            lower: open[0],
+            upper: open[1],
+        }));
+        let value = |i: usize| i.checked_sub(2 * n).map_or(0.0, |p| placed.law.parameters[p]);
+        let told =
+            fitted.priors.iter().map(|&(i, centre, deviation)| (vec![i], centre - value(i), deviation));
+        let mut priors: Vec<(Vec<usize>, f64, f64)> = told.collect();
+        if placed.has_normal_modes() {
+            priors.extend(oblique(placed.motion(), n));
+        }
+        Self { placed, compared, unknowns, priors }
+    }
+
+    fn len(&self) -> usize {
+        self.unknowns.len()
+    }
+}
+
+/// How far normal modes are from orthogonal in the particles, which begins at 0 for each pair of `n` modes:
+/// the share of each mode in the other; `first` is the place of the first share among the unknowns.
+fn oblique(first: usize, n: usize) -> Vec<(Vec<usize>, f64, f64)> {
+    let place = |of: usize, other: usize| first + of * (n - 1) + other - usize::from(other > of);
+    let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
+    pairs.map(|(i, j)| (vec![place(i, j), place(j, i)], 0.0, OBLIQUE_SPREAD)).collect()
+}
+
+impl Problem for Joint<'_> {
+    fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+
+    fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
+        let poses = self.placed.changed(values).poses(self.compared.times)?;
+        let mut residuals = (self.compared.whitened)(&poses);
+        let sum = |of: &[usize]| of.iter().map(|&i| values[i]).sum::<f64>();
+        residuals.extend(self.priors.iter().map(|(of, mean, deviation)| (sum(of) - mean) / deviation));
+        residuals.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(residuals))
+    }
+}
