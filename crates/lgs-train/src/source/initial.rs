@@ -11,6 +11,7 @@ use rand::RngExt;
 
 use super::config::SourceConfig;
 use super::config_groups::InitialPoints;
+use crate::data_summary::DataSummary;
 use crate::thresholds::{
     FIRST_OPACITY, FIRST_SHARE, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, MOST_CELLS, TRACKED_FRACTION,
 };
@@ -57,6 +58,17 @@ pub(super) fn gaussians_at(
     }
 }
 
+/// Whether first points are carved by silhouettes: not where the set ships points, nor by the images of the
+/// first time where the camera jumps, since one image carves a cone.
+fn is_carved(points: InitialPoints, data: Option<DataSummary>) -> bool {
+    let Some(data) = data.filter(|data| data.points == 0) else { return false };
+    match points {
+        InitialPoints::Random => false,
+        InitialPoints::HullOfAll => true,
+        InitialPoints::Hull | InitialPoints::Surfaces => !data.has_jumping_camera(),
+    }
+}
+
 fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points {
     let count = config.initial_gaussians;
     if config.initial_half_extent > 0.0 && dataset.init_points.is_none() {
@@ -77,7 +89,7 @@ fn initial_points(dataset: &Dataset, config: &SourceConfig, seed: u64) -> Points
             return points;
         }
     }
-    if config.initial_points != InitialPoints::Random && dataset.init_points.is_none() {
+    if is_carved(config.initial_points, DataSummary::of(dataset)) {
         let points = match config.initial_points {
             InitialPoints::HullOfAll => dataset.hull_points(count, seed),
             _ => dataset.carved_points(count, seed),
@@ -162,6 +174,29 @@ fn with_tracked(dataset: &Dataset, points: &Points, tracks: &[Track], seed: u64)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lgs_data::dataset::CameraOrigin;
+
+    #[test]
+    fn one_image_of_a_camera_that_jumps_carves_nothing() {
+        let jumping = DataSummary {
+            size: [400, 400],
+            images: 50,
+            views: 50,
+            times: 50,
+            points: 0,
+            extent: 4.4,
+            cameras: CameraOrigin::Exact,
+        };
+        let standing = DataSummary { views: 12, images: 600, ..jumping };
+        for points in [InitialPoints::Hull, InitialPoints::Surfaces] {
+            assert!(!is_carved(points, Some(jumping)) && is_carved(points, Some(standing)));
+            assert!(
+                !is_carved(points, Some(DataSummary { points: 9, ..standing })) && !is_carved(points, None)
+            );
+        }
+        assert!(is_carved(InitialPoints::HullOfAll, Some(jumping)));
+        assert!(!is_carved(InitialPoints::Random, Some(standing)));
+    }
 
     #[test]
     fn points_are_thinned_to_a_budget_and_stay_where_they_were() {

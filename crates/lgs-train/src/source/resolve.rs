@@ -1,7 +1,7 @@
 //! Settings of source training for a dataset: what they leave to the data is filled in.
 
 use super::config::SourceConfig;
-use super::config_groups::{InitialPoints, WarmupFrames};
+use super::config_groups::WarmupFrames;
 use crate::data_summary::DataSummary;
 use crate::thresholds::{
     COARSEST_WIDTH, FEWEST_BUDGETED, FIRST_SHARE, MAX_STRETCH, MOST_BUDGETED, REFERENCE_EXTENT,
@@ -51,10 +51,6 @@ impl SourceConfig {
         }
         while data.size[0] >> config.coarse_levels < COARSEST_WIDTH && config.coarse_levels > 0 {
             config.coarse_levels -= 1;
-        }
-        if data.has_jumping_camera() && config.initial_points == InitialPoints::Hull {
-            // One image of the first time carves no more than a cone.
-            config.initial_points = InitialPoints::Random;
         }
         config.cameras = config.cameras.resolved(data.cameras);
         if config.warmup_frames == WarmupFrames::ByCameras {
@@ -143,20 +139,13 @@ mod tests {
         assert_eq!([2, 12, 30, 100].map(degree), [0, 1, 2, 3]);
         let jumping = config.resolved(&SET);
         assert_eq!((jumping.warmup_frames, jumping.window_steps), (WarmupFrames::All, 1));
-        assert_eq!(jumping.initial_points, InitialPoints::Random);
         let standing = config.resolved(&DataSummary { views: 12, images: 600, ..SET });
         assert!(standing.warmup_frames == WarmupFrames::First && standing.window_steps > 1);
-        assert_eq!(standing.initial_points, InitialPoints::Hull);
         assert!(config.resolved(&DataSummary { times: 1, ..SET }).is_warmup(jumping.iterations));
         let quick = SourceConfig::quick();
         assert_eq!(
             quick.resolved(&DataSummary { size: [160, 160], ..SET }),
-            SourceConfig {
-                stretch: 1.0,
-                cameras: CamerasConfig::off(),
-                initial_points: InitialPoints::Random,
-                ..quick
-            }
+            SourceConfig { stretch: 1.0, cameras: CamerasConfig::off(), ..quick }
         );
     }
 

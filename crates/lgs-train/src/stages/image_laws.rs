@@ -18,7 +18,9 @@ use rayon::prelude::*;
 
 use super::body::rows_of_parts;
 use super::initial_pose::mean;
+use super::newton::squared_error_of;
 use super::observation::{Displacement, Normal, Observation, Pose, displaced, observe};
+use crate::thresholds::MOST_BELOW_SOURCE;
 
 /// Rounds of observation; the second is about poses that the first has put right to a tenth of a pixel.
 const ROUNDS: usize = 2;
@@ -38,7 +40,8 @@ struct Found {
     square_error: f64,
 }
 
-/// The scene with the laws that the images of some frames show, where there are better ones than it has.
+/// The scene with the laws that the images of some frames show, where there are any, and these do not draw the
+/// images worse than the scene's own do, by more than a law may be below its source.
 pub(super) fn with_laws_of_images(
     scene: LagrangianScene,
     frames: &[&Frame],
@@ -52,6 +55,7 @@ pub(super) fn with_laws_of_images(
     }
     let mut found = displacements(&scene, frames, &times).into_iter();
     let mut changed = scene.clone();
+    let mut error = squared_error_of(&scene, frames);
     for (index, object) in scene.objects.iter().enumerate() {
         let parts: Vec<_> = rows_of_parts(object).into_iter().zip(&mut found).collect();
         if !is_rigid(object) {
@@ -60,11 +64,21 @@ pub(super) fn with_laws_of_images(
         let poses = parts.iter().map(|(rows, found)| poses_of(&scene, rows, (&times, found))).collect();
         let law = law_of_poses(poses, config, seed.wrapping_add(index as u64));
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
-        if let Some(law) = law {
-            take(law, &mut changed, index);
+        let Some(law) = law else { continue };
+        let mut other = changed.clone();
+        take(law, &mut other, index);
+        let after = squared_error_of(&other, frames);
+        tracing::debug!(error, after, "images by the law of the source's tracks, and by their own");
+        if decibels_between(error, after) <= MOST_BELOW_SOURCE {
+            (changed, error) = (other, after);
         }
     }
     changed
+}
+
+/// Decibels by which a squared error is worse than another.
+fn decibels_between(error: f64, worse: f64) -> f64 {
+    10.0 * (worse / error.max(f64::MIN_POSITIVE)).log10()
 }
 
 /// Whether an object moves as one or several rigid bodies by a law.

@@ -240,7 +240,12 @@ impl Times {
     }
 }
 
-/// Sum of squared errors over the frames.
+/// Sum of squared errors of a scene over frames.
+pub(super) fn squared_error_of(scene: &LagrangianScene, frames: &[&Frame]) -> f64 {
+    error_of(scene, frames, &Times::of(frames))
+}
+
+/// The same at the times of the frames.
 fn error_of(scene: &LagrangianScene, frames: &[&Frame], times: &Times) -> f64 {
     let clouds = clouds_at(scene, times);
     let _span = tracing::trace_span!("errors").entered();

@@ -17,6 +17,7 @@ use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::collisions::Bounced;
 use lgs_mechanics::contact::Origin;
+use lgs_mechanics::contact::impacts;
 
 /// What laws are sought among, and the points at rest around the body.
 pub(crate) type Around<'a> = (Laws, Surroundings<'a>);
@@ -35,13 +36,19 @@ pub(crate) fn find_law(
         return Some(found);
     }
     let smooth_errors = RESIDUAL_TOLERANCE * displacement_of(bodies);
-    if found.window_error > BEYOND_SMOOTH * smooth_errors {
+    // No smooth law comes nearer; one through impacts, whose samples are smeared, may.
+    if found.window_error > BEYOND_SMOOTH * smooth_errors && !bodies.iter().any(|body| has_impacts(body)) {
         return Some(found);
     }
     let described = law_within(bodies, around, Errors::resolving(resolution.max(smooth_errors)), seed);
     let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
     law.known.verdict = Verdict::Described;
     Some(GeneralisedLaw { evidence: found.evidence, ..law })
+}
+
+fn has_impacts(motion: &SharedMotion) -> bool {
+    let centers: Vec<[f64; 3]> = motion.poses.iter().map(|pose| pose.shift.to_array()).collect();
+    !impacts(&motion.times, &centers).is_empty()
 }
 
 /// Root mean square displacement over all bodies.
