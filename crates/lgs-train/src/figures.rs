@@ -35,7 +35,7 @@ pub struct StepReport(Report);
 enum Report {
     Known(Figures),
     /// `[2]`: loss and mean squared error.
-    OnDevice(Tensor<1>),
+    OnDevice(Box<Tensor<1>>),
 }
 
 impl StepReport {
@@ -47,7 +47,7 @@ impl StepReport {
     /// Figures of a step from its loss `[1]` and the mean squared errors `[1]` of its frames.
     pub(crate) fn on_device(loss: &Tensor<1>, errors: &[Tensor<1>]) -> Self {
         let mean = Tensor::cat(errors.to_vec(), 0).mean();
-        Self(Report::OnDevice(Tensor::cat(vec![loss.clone().inner(), mean], 0)))
+        Self(Report::OnDevice(Box::new(Tensor::cat(vec![loss.clone().inner(), mean], 0))))
     }
 
     /// The figures; waits for the device that made them.
@@ -74,7 +74,7 @@ impl StepReport {
 fn figures_of(reports: &[StepReport]) -> Vec<Figures> {
     let pairs: Vec<Tensor<1>> = (reports.iter())
         .filter_map(|report| match &report.0 {
-            Report::OnDevice(pair) => Some(pair.clone()),
+            Report::OnDevice(pair) => Some((**pair).clone()),
             Report::Known(_) => None,
         })
         .collect();

@@ -1,6 +1,7 @@
 //! Kernels of the integration through the velocity field, a unit per Gaussian (`super::super::twist`).
 //!
 //! A Gaussian's twists lie in a row: that at the start of each step, then that at its middle.
+#![allow(clippy::manual_memcpy, reason = "kernels have no slices to copy")]
 
 use cubecl::prelude::*;
 

@@ -1,4 +1,5 @@
 //! How much the Gaussians of each node want to move apart, on the device (`super::super::choose::Discord`).
+#![allow(clippy::manual_is_multiple_of, reason = "kernels have no such method")]
 
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Backend, Dispatch, TensorMetadata, backend_extension};
