@@ -40,9 +40,11 @@ impl fmt::Display for Impacts {
 
 /// The impacts of the first object that collides with a plane.
 pub(super) fn impacts(found: &SceneDistillation, truth: &GroundTruth) -> Option<Impacts> {
-    let collides = |(_, object): &&(Vec<usize>, Distilled)| matches!(object, Distilled::Generalised(law) if law.law.contact.is_some());
-    let (members, object) = found.objects.iter().find(collides)?;
-    let Distilled::Generalised(law) = object else { return None };
+    let mut colliding = found.objects.iter().filter_map(|(members, object)| match object {
+        Distilled::Generalised(law) if law.law.contact.is_some() => Some((members, object, law)),
+        _ => None,
+    });
+    let (members, object, law) = colliding.next()?;
     let plane = law.law.contact.as_ref()?.plane;
     let normal = DVec3::from_array(plane.normal);
     let mean =

@@ -40,8 +40,8 @@ struct Found {
     square_error: f64,
 }
 
-/// The scene with the laws that the images of some frames show, where there are any, and these do not draw the
-/// images worse than the scene's own do, by more than a law may be below its source.
+/// The scene with the laws that the images of some frames show, where there are any, and these do not draw
+/// the images worse than the scene's own by more than a law may be below its source.
 pub(super) fn with_laws_of_images(
     scene: LagrangianScene,
     frames: &[&Frame],
