@@ -10,14 +10,25 @@ use crate::thresholds::{COMPARED_STATES, ERROR_OF_DIFFERENCE, MOST_HALVINGS};
 impl Law {
     /// The same law with the longest step, among its own and its halves, whose error over `duration` from
     /// `start` stays below `tolerance` times the farthest that the configuration gets from it.
-    pub fn resolved(mut self, start: &State, duration: f64, tolerance: f64) -> Result<Self, MechanicsError> {
+    pub fn resolved(self, start: &State, duration: f64, tolerance: f64) -> Result<Self, MechanicsError> {
+        self.resolved_under(Edit::NONE, start, duration, tolerance)
+    }
+
+    /// The same for an edited motion, which may come nearer to a centre or move faster than its own.
+    pub fn resolved_under(
+        mut self,
+        edit: Edit,
+        start: &State,
+        duration: f64,
+        tolerance: f64,
+    ) -> Result<Self, MechanicsError> {
         let times: Vec<f64> =
             (1..=COMPARED_STATES).map(|i| duration * i as f64 / COMPARED_STATES as f64).collect();
-        let mut coarse = System::new(&self, Edit::NONE).states(start, &times);
+        let mut coarse = System::new(&self, edit).states(start, &times);
         for _ in 0..MOST_HALVINGS {
             let mut half = self.clone();
             half.step *= 0.5;
-            let fine = System::new(&half, Edit::NONE).states(start, &times);
+            let fine = System::new(&half, edit).states(start, &times);
             if let (Ok(coarse), Ok(fine)) = (&coarse, &fine) {
                 let farthest = |pairs: &mut dyn Iterator<Item = (&[f64], &[f64])>| {
                     pairs.map(|(a, b)| length(&self.coordinates.difference(a, b))).fold(0.0, f64::max)

@@ -28,6 +28,22 @@ fn assert_energy_kept(law: Law, start: &State) {
 }
 
 #[test]
+fn an_edited_motion_has_a_step_of_its_own() {
+    let terms: [(&str, Port, &[f64]); 1] = [("central-inverse-square", Port::Whole, &[12.7, 0.0, 0.0, 0.0])];
+    let (orbit, start) = (law(Coordinates::Point, &[], &terms), state(&[0.58, 0.0, 0.0], &[0.0, 4.7, 0.0]));
+    let slower = Edit { velocity: 0.5, ..Edit::NONE };
+    let own = resolved(orbit.clone(), &start);
+    let edited = orbit.resolved_under(slower, &start, 3.0 * WINDOW, 1e-4).unwrap();
+    let fine = Law { step: edited.step / 16.0, ..edited.clone() };
+    let [by_own, by_edited, truth] = [own, edited, fine].map(|law| {
+        let end = System::new(&law, slower).states(&start, &[3.0 * WINDOW]).unwrap().remove(0);
+        DVec3::from_slice(&end.x)
+    });
+    assert!(by_edited.distance(truth) < 1e-3, "{by_edited} {truth}");
+    assert!(by_own.distance(truth) > 0.1, "{by_own}: the step of the motion itself is too long");
+}
+
+#[test]
 fn conservative_motions_keep_their_energy() {
     let spring: [(&str, Port, &[f64]); 2] = [
         ("spring-full", Port::Whole, &[90.0, 5.0, -3.0, 70.0, 2.0, 110.0, 0.1, 0.2, -0.1]),

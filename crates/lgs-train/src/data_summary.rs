@@ -52,6 +52,20 @@ impl DataSummary {
     }
 }
 
+#[cfg(test)]
+impl DataSummary {
+    /// Fifty images, each of a time of its own, by a camera that jumps.
+    pub(crate) const JUMPING: Self = Self {
+        size: [400, 400],
+        images: 50,
+        views: 50,
+        times: 50,
+        points: 0,
+        extent: 4.4,
+        cameras: CameraOrigin::Exact,
+    };
+}
+
 /// Number of different keys.
 fn distinct(frames: &[Frame], key: impl Fn(&Frame) -> usize) -> usize {
     frames.iter().map(key).collect::<std::collections::BTreeSet<_>>().len()

@@ -189,12 +189,19 @@ impl Dynamics {
     }
 
     /// Energies and accelerations without an edit, for particles that are at `points` at t = 0 and in `state`
-    /// at time `t`.
-    pub(super) fn fields(&self, points: &[[f32; 3]], state: &State, at: (Edit, f64)) -> ObjectFields {
+    /// at a time of an edited motion, by another law than the own one if one is given.
+    pub(super) fn fields(
+        &self,
+        points: &[[f32; 3]],
+        state: &State,
+        (edit, time): (Edit, f64),
+        law: Option<&Law>,
+    ) -> ObjectFields {
         match self {
             Self::Particles(particles) => particles.fields(state),
             Self::Generalised(generalised) => {
-                let configuration = generalised.states(at.0, &[at.1]).remove(0);
+                let law = law.unwrap_or(&generalised.law);
+                let configuration = generalised.states_by(law, edit, &[time]).remove(0);
                 generalised.fields(points, &configuration)
             }
         }

@@ -3,9 +3,12 @@
 use super::dynamics::{GeneralisedDynamics, ObjectFields, narrow, wide};
 use glam::DVec3;
 use lgs_dynamics::{Edit, State};
-use lgs_mechanics::MechanicsError;
 use lgs_mechanics::coordinates::{self, Coordinates, Embedding, PlacementRate};
+use lgs_mechanics::{Law, MechanicsError};
+use std::borrow::Cow;
 use std::ops::Range;
+
+use crate::thresholds::STEP_ERROR;
 
 impl GeneralisedDynamics {
     /// Configurations and velocities at some times. Where the motion cannot be followed (the past of a body
@@ -13,12 +16,23 @@ impl GeneralisedDynamics {
     /// can.
     #[must_use]
     pub fn states(&self, edit: Edit, times: &[f64]) -> Vec<coordinates::State> {
-        let edit = lgs_mechanics::Edit {
-            velocity: f64::from(edit.velocity_scale),
-            potential: f64::from(edit.potential_scale),
-            force: f64::from(edit.force_scale),
-        };
-        let system = lgs_mechanics::System::new(&self.law, edit);
+        self.states_by(&self.law, edit, times)
+    }
+
+    /// The law with a step that resolves an edited motion up to a time; its own without an edit, and for a
+    /// body that collides, whose flights any step resolves but whose impacts none makes equal.
+    #[must_use]
+    pub fn law_under(&self, edit: Edit, until: f64) -> Cow<'_, Law> {
+        if edit == Edit::default() || self.law.contact.is_some() {
+            return Cow::Borrowed(&self.law);
+        }
+        let resolved = self.law.clone().resolved_under(exact(edit), &self.start, until, STEP_ERROR);
+        resolved.map_or(Cow::Borrowed(&self.law), Cow::Owned)
+    }
+
+    /// [`Self::states`] by a law that differs from the own one in its step.
+    pub(super) fn states_by(&self, law: &Law, edit: Edit, times: &[f64]) -> Vec<coordinates::State> {
+        let system = lgs_mechanics::System::new(law, exact(edit));
         if let Ok(states) = system.states(&self.start, times) {
             return states;
         }
@@ -116,5 +130,14 @@ impl GeneralisedDynamics {
             _ => return self.bodies.ranges(points.len())[0].len() as f64,
         }
         self.carried(points, state, &change).iter().map(|rate| rate.length_squared()).sum()
+    }
+}
+
+/// An edit in double precision.
+fn exact(edit: Edit) -> lgs_mechanics::Edit {
+    lgs_mechanics::Edit {
+        velocity: f64::from(edit.velocity_scale),
+        potential: f64::from(edit.potential_scale),
+        force: f64::from(edit.force_scale),
     }
 }

@@ -4,9 +4,11 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
+use lgs_mechanics::Law;
 
 use super::dynamics::{Dynamics, ObjectFields, Stretch};
 use super::{LagrangianScene, ObjectModel};
+use crate::thresholds::RESOLVED_WINDOWS;
 
 /// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
 /// scene.
@@ -20,6 +22,8 @@ pub struct Motion<'a> {
     scene: Cow<'a, LagrangianScene>,
     /// One for each object.
     edits: Vec<Edit>,
+    /// The laws of edited objects whose motion needs a finer step.
+    laws: Vec<Option<Law>>,
     reversal: Reversal,
     forward: Vec<SceneState>,
     backward: Vec<SceneState>,
@@ -38,7 +42,17 @@ impl<'a> Motion<'a> {
         assert_eq!(edits.len(), scene.objects.len(), "edits of the objects");
         let velocities = scene.start_velocities_of(&edits);
         let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), velocities);
-        Self { scene, edits, reversal, forward: vec![start.clone()], backward: vec![start] }
+        let until = RESOLVED_WINDOWS * f64::from(scene.motion.time_window);
+        let resolved = |(object, &edit): (&ObjectModel, &Edit)| match object
+            .dynamics
+            .generalised()?
+            .law_under(edit, until)
+        {
+            Cow::Owned(law) => Some(law),
+            Cow::Borrowed(_) => None,
+        };
+        let laws = scene.objects.iter().zip(&edits).map(resolved).collect();
+        Self { scene, edits, laws, reversal, forward: vec![start.clone()], backward: vec![start] }
     }
 
     /// The scene.
@@ -97,7 +111,8 @@ impl<'a> Motion<'a> {
     fn fields_of(&self, object: usize, state: &SceneState, time: f64) -> ObjectFields {
         let ObjectModel { members, dynamics, .. } = &self.scene.objects[object];
         let points = &self.scene.dynamic_gaussians.means[members.clone()];
-        dynamics.fields(points, &part_of(state, members), (self.edits[object], time))
+        let edited = (self.edits[object], time);
+        dynamics.fields(points, &part_of(state, members), edited, self.laws[object].as_ref())
     }
 
     fn states_of(&self, direction: Direction) -> &Vec<SceneState> {
@@ -135,10 +150,10 @@ impl<'a> Motion<'a> {
     /// The states after each step of a stretch from `start`.
     fn advance(&self, start: &SceneState, stretch: Stretch) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..stretch.steps).map(|_| SceneState::default()).collect();
-        for (object, &edit) in self.scene.objects.iter().zip(&self.edits) {
+        for ((object, &edit), law) in self.scene.objects.iter().zip(&self.edits).zip(&self.laws) {
             let members = &object.members;
             let points = &self.scene.dynamic_gaussians.means[members.clone()];
-            let path = object.advance(points, (&part_of(start, members), stretch, edit));
+            let path = object.advance(points, (&part_of(start, members), stretch, edit), law.as_ref());
             for (state, part) in states.iter_mut().zip(path) {
                 state.q.extend(part.q);
                 state.v.extend(part.v);
@@ -215,11 +230,12 @@ impl LagrangianScene {
 impl ObjectModel {
     /// The states after each step of a stretch from `start`, of particles that are at `points` at t = 0:
     /// recorded ones as long as there are any, and those of its dynamics from then on. An edited motion is
-    /// that of the dynamics alone.
+    /// that of the dynamics alone, by another law than its own if one is given.
     fn advance(
         &self,
         points: &[[f32; 3]],
         (start, stretch, edit): (&SceneState, Stretch, Edit),
+        law: Option<&Law>,
     ) -> Vec<SceneState> {
         let recording = self.recording.as_ref().filter(|_| edit == Edit::default());
         let times = stretch.times();
@@ -233,7 +249,8 @@ impl ObjectModel {
             Dynamics::Generalised(generalised) => {
                 let place = |state: &_| generalised.placed(points, state);
                 let states = |times: &[f64]| -> Vec<SceneState> {
-                    generalised.states(edit, times).iter().map(place).collect()
+                    let law = law.unwrap_or(&generalised.law);
+                    generalised.states_by(law, edit, times).iter().map(place).collect()
                 };
                 let mut later = states(times);
                 let is_after = |time: &f64| stretch.reversal.is_none() && *time > 0.0;

@@ -174,19 +174,10 @@ fn with_tracked(dataset: &Dataset, points: &Points, tracks: &[Track], seed: u64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_data::dataset::CameraOrigin;
 
     #[test]
     fn one_image_of_a_camera_that_jumps_carves_nothing() {
-        let jumping = DataSummary {
-            size: [400, 400],
-            images: 50,
-            views: 50,
-            times: 50,
-            points: 0,
-            extent: 4.4,
-            cameras: CameraOrigin::Exact,
-        };
+        let jumping = DataSummary::JUMPING;
         let standing = DataSummary { views: 12, images: 600, ..jumping };
         for points in [InitialPoints::Hull, InitialPoints::Surfaces] {
             assert!(!is_carved(points, Some(jumping)) && is_carved(points, Some(standing)));

@@ -102,15 +102,7 @@ fn has_views_for(degree: usize, per_coefficient: f32, data: &DataSummary) -> boo
 mod tests {
     use super::*;
 
-    const SET: DataSummary = DataSummary {
-        size: [400, 400],
-        images: 50,
-        views: 50,
-        times: 50,
-        points: 0,
-        extent: 4.4,
-        cameras: CameraOrigin::Exact,
-    };
+    const SET: DataSummary = DataSummary::JUMPING;
 
     #[test]
     fn nothing_assumes_a_size_of_images_or_of_the_world() {
@@ -151,5 +143,4 @@ mod tests {
 
     use super::super::config_groups::DensifyConfig;
     use crate::cameras::CamerasConfig;
-    use lgs_data::dataset::CameraOrigin;
 }
