@@ -111,8 +111,9 @@ pub(crate) const LEAST_TEXTURE: f32 = 0.02;
 
 // Near planes
 
-/// Near plane over the distance of the median camera from what all look at: that of FreeGave as published,
-/// 0.8 for cameras four units away. What is nearer is seen by one camera alone.
+/// Near plane over the distance from what all cameras look at: that of FreeGave as published, 0.8 for cameras
+/// four units away. Cameras side by side, whose axes meet far behind the scene, are held to less by the depth
+/// from which a neighbour sees the same.
 pub(crate) const NEAR_SHARE: f32 = 0.2;
 
 // Synthetic scenes

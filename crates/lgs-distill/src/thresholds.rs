@@ -135,9 +135,6 @@ pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
 pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
 /// Weight below which a rival is not told of.
 pub(crate) const LEAST_WEIGHT: f64 = 0.01;
-/// Error of the integrator over three windows as a fraction of the way, and of tracks in single precision: no
-/// track is known better.
-pub(crate) const STEP_ERROR: f64 = 1e-4;
 /// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
 pub(crate) const MOST_MODES: usize = 4;
 /// Directions of the shape thinner than this part of it have no strain of their own.

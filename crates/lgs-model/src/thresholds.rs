@@ -6,10 +6,7 @@ pub(crate) const AGREEMENT_STRIDE: usize = 4;
 
 // Edited motions (method §5.4)
 
-/// Error of the integrator over three windows of an edited motion as a fraction of the way, as stage 1 has it
-/// for the motion itself.
-pub(crate) const STEP_ERROR: f64 = 1e-4;
-/// Windows of time over which that step is chosen: as far as forecasts are asked for.
+/// Windows of time over which the step of an edited motion is chosen: as far as forecasts are asked for.
 pub(crate) const RESOLVED_WINDOWS: f64 = 3.0;
 
 // Control nodes (method §3.6)

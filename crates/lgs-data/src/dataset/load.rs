@@ -34,8 +34,8 @@ pub struct LoadOptions {
     pub splits: Option<Vec<String>>,
     /// Only frames of `train` with a time below this are loaded; other splits stay whole. Default: all.
     pub train_before: Option<f32>,
-    /// Near plane of all cameras, world units; 0: a fifth of the training cameras' distance from what they
-    /// look at ([`super::near_plane`]). Default: [`DEFAULT_NEAR`].
+    /// Near plane of all cameras, world units; 0: what the training cameras ask for
+    /// ([`super::near_plane`]). Default: [`DEFAULT_NEAR`].
     pub near: f32,
     /// How all cameras draw detail finer than a pixel. Default: by dilation.
     pub filter: PixelFilter,

@@ -136,9 +136,10 @@ fn camera_extent(frames: &[Frame]) -> f32 {
     EXTENT_FACTOR * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)
 }
 
-/// The near plane of cameras that leave it to the data, world units: a part of the median distance from what
-/// they look at, to two digits, so that poses that differ by rounding have the same; that of 3D Gaussian
-/// splatting without cameras.
+/// The near plane of cameras that leave it to the data, world units: a part of the distance from what they
+/// look at, but no more than the depth from which the nearest other camera sees the same, in the median over
+/// the cameras; to two digits, so that poses that differ by rounding have the same. That of 3D Gaussian
+/// splatting for a single camera.
 #[must_use]
 pub fn near_plane(cameras: &[Camera]) -> f32 {
     let views: Vec<(Vec3, Vec3, f32)> = cameras.iter().map(view_of).collect();
@@ -146,9 +147,14 @@ pub fn near_plane(cameras: &[Camera]) -> f32 {
         return DEFAULT_NEAR;
     }
     let center = point_nearest_to_axes(&views);
-    let mut distances: Vec<f32> = views.iter().map(|view| view.0.distance(center)).collect();
-    distances.sort_by(f32::total_cmp);
-    let near = NEAR_SHARE * distances[distances.len() / 2];
+    let near = |&(eye, _, half_tan): &(Vec3, Vec3, f32)| {
+        let apart = views.iter().map(|other| other.0.distance(eye)).filter(|&apart| apart > 0.0);
+        let shared = apart.fold(f32::INFINITY, f32::min) / (2.0 * half_tan);
+        shared.is_finite().then(|| shared.min(NEAR_SHARE * eye.distance(center)))
+    };
+    let mut nears: Vec<f32> = views.iter().filter_map(near).collect();
+    nears.sort_by(f32::total_cmp);
+    let Some(&near) = nears.get(nears.len() / 2) else { return DEFAULT_NEAR };
     let unit = 10.0_f32.powf(near.max(f32::MIN_POSITIVE).log10().floor() - 1.0);
     let rounded = (near / unit).round() * unit;
     if rounded.is_normal() { rounded } else { DEFAULT_NEAR }
@@ -201,4 +207,29 @@ fn seen_color(views: &[(&Frame, Arc<Picture>)], point: [f32; 3], background: [f3
         }
     }
     (seen > 0).then(|| sum.map(|v| v / seen as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near_of(cameras: impl Iterator<Item = (Vec3, Vec3)>) -> f32 {
+        let camera = |(eye, target): (Vec3, Vec3)| Camera::look_at(eye.into(), target.into(), 0.8, 160, 120);
+        near_plane(&cameras.map(camera).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn near_planes_follow_the_rig_in_every_unit() {
+        for unit in [0.01, 1.0, 100.0] {
+            let on_ring = |i: usize| Vec3::new((i as f32).cos(), (i as f32).sin(), 0.3) * 4.0 * unit;
+            let around = near_of((0..6).map(|i| (on_ring(i), Vec3::ZERO))) / unit;
+            assert!((around - 0.2 * on_ring(0).length() / unit).abs() < 0.02, "{around}");
+            // Side by side, and turned to a point far behind whatever they show.
+            let row = |i: usize| Vec3::new(0.1 * i as f32 * unit, 0.0, 0.0);
+            let aside = near_of((0..9).map(|i| (row(i), Vec3::new(0.4, 20.0, 0.0) * unit))) / unit;
+            assert!(aside < 0.15, "{aside}");
+        }
+        let single = near_of(std::iter::once((Vec3::X, Vec3::ZERO)));
+        assert_eq!([single, near_plane(&[])], [DEFAULT_NEAR; 2]);
+    }
 }

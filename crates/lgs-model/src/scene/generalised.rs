@@ -4,11 +4,9 @@ use super::dynamics::{GeneralisedDynamics, ObjectFields, narrow, wide};
 use glam::DVec3;
 use lgs_dynamics::{Edit, State};
 use lgs_mechanics::coordinates::{self, Coordinates, Embedding, PlacementRate};
-use lgs_mechanics::{Law, MechanicsError};
+use lgs_mechanics::{FORECAST_ERROR, Law, MechanicsError};
 use std::borrow::Cow;
 use std::ops::Range;
-
-use crate::thresholds::STEP_ERROR;
 
 impl GeneralisedDynamics {
     /// Configurations and velocities at some times. Where the motion cannot be followed (the past of a body
@@ -20,13 +18,12 @@ impl GeneralisedDynamics {
     }
 
     /// The law with a step that resolves an edited motion up to a time; its own without an edit, and for a
-    /// body that collides, whose flights any step resolves but whose impacts none makes equal.
-    #[must_use]
-    pub fn law_under(&self, edit: Edit, until: f64) -> Cow<'_, Law> {
+    /// body that collides: a small error before an impact is a large one after it, so that no two steps agree.
+    pub(super) fn law_under(&self, edit: Edit, until: f64) -> Cow<'_, Law> {
         if edit == Edit::default() || self.law.contact.is_some() {
             return Cow::Borrowed(&self.law);
         }
-        let resolved = self.law.clone().resolved_under(exact(edit), &self.start, until, STEP_ERROR);
+        let resolved = self.law.clone().resolved_under(exact(edit), &self.start, until, FORECAST_ERROR);
         resolved.map_or(Cow::Borrowed(&self.law), Cow::Owned)
     }
 

@@ -53,9 +53,9 @@ pub(super) fn with_laws_of_images(
     if times.first() != Some(&0.0) || !scene.objects.iter().any(is_rigid) {
         return scene;
     }
-    let mut found = displacements(&scene, frames, &times).into_iter();
+    let (found, mut error) = displacements(&scene, frames, &times);
+    let mut found = found.into_iter();
     let mut changed = scene.clone();
-    let mut error = squared_error_of(&scene, frames);
     for (index, object) in scene.objects.iter().enumerate() {
         let parts: Vec<_> = rows_of_parts(object).into_iter().zip(&mut found).collect();
         if !is_rigid(object) {
@@ -92,15 +92,17 @@ fn parts_of(scene: &LagrangianScene) -> Vec<Range<usize>> {
     scene.objects.iter().flat_map(rows_of_parts).collect()
 }
 
-/// Displacements of the rigid parts of all objects, by part and time.
-fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> Vec<Vec<Found>> {
+/// Displacements of the rigid parts of all objects, by part and time, and the squared error of the images
+/// without them.
+fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> (Vec<Vec<Found>>, f64) {
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     let clouds: Vec<GaussianCloud> =
         times.iter().map(|&time| scene.cloud_at(&motion.state_at(time))).collect();
     let still = Found { turn: DQuat::IDENTITY, shift: DVec3::ZERO, square_error: 0.0 };
     let parts = parts_of(scene);
     let mut found = vec![vec![still; times.len()]; parts.len()];
-    for _ in 0..ROUNDS {
+    let mut error = 0.0;
+    for round in 0..ROUNDS {
         let bodies: Vec<Vec<Pose>> =
             (0..times.len()).map(|at| bodies_in(scene, &parts, &clouds[at], (&found, at))).collect();
         let moved: Vec<GaussianCloud> =
@@ -111,7 +113,11 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
             .map(|frame| observe(frame, &moved[at(frame)], &bodies[at(frame)], scene.background))
             .collect();
         let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
-        let mse = observed.iter().map(|o| o.squared_error).sum::<f64>() / values;
+        let squared: f64 = observed.iter().map(|o| o.squared_error).sum();
+        let mse = squared / values;
+        if round == 0 {
+            error = squared;
+        }
         tracing::debug!(psnr = psnr_of_mse(mse), "poses from images");
         for (part, found) in found.iter_mut().enumerate() {
             for (time, found) in found.iter_mut().enumerate() {
@@ -121,7 +127,7 @@ fn displacements(scene: &LagrangianScene, frames: &[&Frame], times: &[f32]) -> V
             }
         }
     }
-    found
+    (found, error)
 }
 
 impl Found {

@@ -11,13 +11,13 @@ use super::observed::{Laws, ObservedPoses};
 use super::rated::Rated;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE, STEP_ERROR};
-use lgs_mechanics::Law;
+use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::collisions::Bounced;
 use lgs_mechanics::contact::Origin;
 use lgs_mechanics::contact::impacts;
+use lgs_mechanics::{FORECAST_ERROR, Law};
 
 /// What laws are sought among, and the points at rest around the body.
 pub(crate) type Around<'a> = (Laws, Surroundings<'a>);
@@ -79,7 +79,8 @@ pub(crate) fn law_within(
     errors: Errors,
     seed: u64,
 ) -> Option<GeneralisedLaw> {
-    let errors = Errors { resolution: errors.resolution.max(STEP_ERROR * displacement_of(bodies)), ..errors };
+    let errors =
+        Errors { resolution: errors.resolution.max(FORECAST_ERROR * displacement_of(bodies)), ..errors };
     match bodies {
         [motion] if motion.kind == PoseKind::Affine => {
             smooth(&choose_modal(motion, laws, errors.resolution)?, (bodies, &[]), seed)
@@ -170,7 +171,7 @@ fn smooth(
     let (system, best) = (rated.system(), rated.best());
     let fitted = best.judged.fitted.clone();
     let duration = JUDGED_WINDOWS[1] * bodies[0].duration();
-    let law = fitted.law.clone().resolved(&fitted.start, duration, STEP_ERROR).ok()?;
+    let law = fitted.law.clone().resolved(&fitted.start, duration, FORECAST_ERROR).ok()?;
     let bases = best.posterior.placed.bases_at_start();
     let ordered: Vec<&SharedMotion> = system.order.iter().map(|&body| bodies[body]).collect();
     let mut found = GeneralisedLaw::new((law, fitted.start.clone()), bases, rated.chi_square(), &ordered)?;
