@@ -56,7 +56,7 @@ fn points_lie_on_walls_and_are_the_same_again() {
     assert_eq!(points.positions.len(), 400);
     let off = |p: &[f32; 3]| (p.iter().fold(0.0_f32, |most, v| most.max(v.abs())) - HALF).abs();
     let near = points.positions.iter().filter(|p| off(p) < 0.1).count();
-    // At corners of the room a patch shows two walls, and no depth is right for all of it.
+    // One patch in eight (50 of 400) fits by chance in mid-air.
     assert!(near > 320, "{near} of 400 points lie on walls");
     assert_eq!(points, dataset.surface_points(400, 3));
     assert_ne!(points, dataset.surface_points(400, 4));
