@@ -60,8 +60,8 @@ pub(crate) const LEAST_GAIN: f64 = 1e-4;
 pub(crate) const SLOW_STEPS: usize = 5;
 /// Least values of the damping at which a step counts as having failed.
 pub(crate) const LARGEST_DAMPING: f64 = 1e10;
-/// Error of the integrator in a forecast, as a fraction of the way, and of tracks in single precision: no track
-/// is known better.
+/// Error of the integrator in a forecast, as a fraction of the way, and of tracks in single precision: no
+/// track is known better.
 pub const FORECAST_ERROR: f64 = 1e-4;
 /// Times at which two steps are compared.
 pub(crate) const COMPARED_STATES: usize = 8;

@@ -18,7 +18,7 @@ impl GeneralisedDynamics {
     }
 
     /// The law with a step that resolves an edited motion up to a time; its own without an edit, and for a
-    /// body that collides: a small error before an impact is a large one after it, so that no two steps agree.
+    /// body that collides: a small error before an impact is a large one after it, and no two steps agree.
     pub(super) fn law_under(&self, edit: Edit, until: f64) -> Cow<'_, Law> {
         if edit == Edit::default() || self.law.contact.is_some() {
             return Cow::Borrowed(&self.law);
