@@ -41,7 +41,7 @@ async function settled() {
     return state?.hello && seen.every((pane) => pane.header && !pane.dirty
       && pane.shown === pane.serial && !pane.header.rolling && !pane.coarse
       && (pane.last.model === 'truth' || Math.abs(pane.header.time - timeline.time) < 1e-4));
-  }, null, { timeout: 20000 });
+  }, null, { timeout: 60000 });
 }
 
 /** Pixels of a pane. */
