@@ -38,5 +38,5 @@ pub use harmonics::SH_C0;
 pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
 pub use spatial::spatial_order;
-pub use statistics::median;
+pub use statistics::{holding, median};
 pub use streams::{Stream, stream};

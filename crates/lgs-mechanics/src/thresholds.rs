@@ -171,7 +171,7 @@ pub(crate) const NEAR_PLANE: f64 = 0.01;
 /// Values of restitution that are tried first.
 pub(crate) const RESTITUTIONS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Values of friction that are tried first.
-pub(crate) const FRICTIONS: [f64; 9] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1];
+pub(crate) const FRICTIONS: [f64; 10] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1];
 /// Deviation of restitution and friction where the track does not tell them: both lie between 0 and about 1.
 pub(crate) const CONTACT_SPREAD: f64 = 0.5;
 /// Fits of all unknowns, each weighing the later samples by the error that the one before has left.
@@ -188,6 +188,11 @@ pub(crate) const EXACT: f64 = 1e-6;
 /// Standard deviation of the tilt of a plane against the change of velocity at one impact, radians: that of a
 /// friction of about a half.
 pub(crate) const WIDEST_TILT: f64 = 0.5;
+/// Share of a body's particles that are taken to be on or in it, whatever the others are.
+pub(crate) const MOSTLY: f64 = 0.95;
+/// Distance from the middle over that of most particles beyond which a particle floats apart from its body:
+/// no rod, plate or ball has points at twice the distance within which nearly all of them lie.
+pub(crate) const FLOATING: f64 = 2.0;
 /// Depth below a plane at rest, and height of the lowest sample over it, in extents of the body, beyond which
 /// the body does not collide with it: it passes through it, or turns back before it.
 pub(crate) const DEEPEST: f64 = 0.15;

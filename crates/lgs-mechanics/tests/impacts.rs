@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use lgs_core::stream;
 use lgs_mechanics::choose::candidates;
 use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
-use lgs_mechanics::contact::{Contact, Plane, Surface, impacts, planes};
+use lgs_mechanics::contact::{Contact, Ground, Plane, Surface, impacts, planes};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port, State};
 use lgs_mechanics::{Edit, Law, System};
 use rand_distr::{Distribution, StandardNormal};
@@ -54,6 +54,9 @@ fn round_bodies_touch_with_a_sphere_and_others_with_their_corners() {
     let found = Surface::of(&ball);
     assert!((found.radius - 0.3).abs() < 0.01 && found.points.len() == 1, "{found:?}");
     assert!((found.points[0][0] - 1.0).abs() < 0.02, "{found:?}");
+    let floating = (0..10).map(|k| [2.5, 0.1 * f64::from(k), 0.3]);
+    let with_others: Vec<[f64; 3]> = ball.iter().copied().chain(floating).collect();
+    assert_eq!(Surface::of(&with_others), found, "what floats apart is no part of the body");
     let grid = |k: i32| f64::from(k) - 1.0;
     let cube: Vec<[f64; 3]> = (0..27).map(|k| [grid(k % 3), grid(k / 3 % 3), grid(k / 9)]).collect();
     let found = Surface::of(&cube);
@@ -118,6 +121,18 @@ fn a_plane_that_nothing_shows_is_told_by_the_impacts() {
         let late = System::new(&truth, Edit::NONE).impacts(&start, 1.0).unwrap();
         assert_eq!(found.law.events.len(), late.len(), "{told}");
     }
+}
+
+#[test]
+fn a_plane_that_its_points_show_badly_gives_way_to_the_impact() {
+    let mut truth = ball(tilted(0.0, 1.0), 0.7);
+    truth.contact.iter_mut().for_each(|contact| contact.friction = 0.0);
+    let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
+    let ground = Ground { plane: tilted(0.1, 1.0), middle: [0.1, 0.0, 0.01], roughness: 0.005, points: 500 };
+    let found = explained(&truth, &start, &round_body(vec![ground]), (0.75, 0.0002, 0)).unwrap();
+    let contact = found.law.contact.as_ref().unwrap();
+    let told = format!("{contact:?} {}", found.error);
+    assert!((contact.restitution / 0.7 - 1.0).abs() < 0.01 && contact.plane.normal[2] > 0.9998, "{told}");
 }
 
 #[test]

@@ -19,6 +19,7 @@ use crate::fit::Fitted;
 use crate::system::System;
 use crate::thresholds::DRAWS;
 use draws::Draws;
+use lgs_core::holding;
 
 /// Motions drawn from the posterior over all candidates.
 #[derive(Clone, Debug)]
@@ -60,14 +61,6 @@ pub fn drawn(
         System::new(&law, Edit::NONE).states(&start, times).ok()
     };
     (0..count).map(motion).collect()
-}
-
-/// The distance within which a share of all lies; infinite without any.
-#[must_use]
-pub fn holding(share: f64, mut distances: Vec<f64>) -> f64 {
-    distances.sort_by(f64::total_cmp);
-    let last = distances.len().saturating_sub(1);
-    distances.get((share * last as f64).ceil() as usize).copied().unwrap_or(f64::INFINITY)
 }
 
 impl Band {

@@ -34,7 +34,7 @@ pub struct Bounced {
     /// Configurations of the fitted motion at the times of the track.
     pub predicted: Vec<Vec<f64>>,
     /// Unknowns of law, contact and plane, the start left out.
-    pub(super) unknowns: usize,
+    pub(super) unknowns: f64,
     /// Covariance of start, velocity, parameters, restitution, friction, tilts and shift of the plane.
     pub(super) covariance: DMatrix<f64>,
     /// Point about which the plane tilts.
@@ -67,7 +67,7 @@ impl Bounced {
             error: 0.0,
             chi_square: 0.0,
             predicted: Vec::new(),
-            unknowns: 0,
+            unknowns: 0.0,
             covariance,
             about: ground.middle,
             samples: Samples::default(),
@@ -137,7 +137,7 @@ impl Bounced {
     /// Evidence of the law against other motions: χ² with the penalty of all unknowns, smaller for likelier.
     #[must_use]
     pub fn evidence(&self) -> f64 {
-        self.evidence_of(&self.predicted, self.unknowns as f64)
+        self.evidence_of(&self.predicted, self.unknowns)
     }
 
     /// The same of other configurations at the times of the track, by a law with so many unknowns beside its

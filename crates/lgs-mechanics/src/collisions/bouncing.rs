@@ -119,10 +119,11 @@ impl Bouncing {
         let deviations = [deviation(last), deviation(last + 1)];
         law.contact.iter_mut().for_each(|contact| contact.deviations = deviations);
         let predicted = self.states(&minimum.values)?;
+        let of_plane = std::array::from_fn(|i| covariance[(last + 2 + i, last + 2 + i)]);
         Some(Bounced {
             chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
             free: 0..self.samples.free,
-            unknowns: law.parameters.len() + 2 + self.freedom.unknowns,
+            unknowns: (law.parameters.len() + 2) as f64 + self.freedom.told(of_plane),
             about: self.freedom.about,
             window: [first, first + until],
             samples: self.samples,

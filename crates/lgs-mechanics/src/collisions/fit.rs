@@ -43,26 +43,26 @@ pub fn fit(
         return Err(MechanicsError::Size { what, expected: FEWEST_TIMES, found: first });
     }
     let extent = body.surface.extent();
-    let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent, unknowns: 0 };
+    let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent };
     let known = |_: &FlightLaw| vec![(contact.clone(), freedom)];
     through(&body, &seen, flights, &known).ok_or(MechanicsError::NoFit { candidates: 1 })
 }
 
 /// The law with a contact that explains a track with impacts best: on one of the planes at rest that the body
-/// meets, or on one that the impacts themselves tell of. `None` where there is no impact or no law.
+/// meets, or on one that the impacts themselves tell of: points at rest may show a plane badly. `None` where
+/// there is no impact or no law.
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let sets = nested_impacts(seen.times, &seen.centers());
     let met = body.grounds.iter().filter_map(|ground| on_ground(body, seen, ground, &sets));
-    likeliest(met).or_else(|| {
-        let untouched = vec![false; seen.times.len()];
-        let through_set = |impacts: &Vec<Impact>| {
-            let flights = flights(seen.times, impacts, &untouched);
-            let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights, impacts);
-            through(body, seen, flights.clone(), &planes)
-        };
-        first_peak(sets[1..].iter().filter_map(through_set))
-    })
+    let untouched = vec![false; seen.times.len()];
+    let through_set = |impacts: &Vec<Impact>| {
+        let flights = flights(seen.times, impacts, &untouched);
+        let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights, impacts);
+        through(body, seen, flights.clone(), &planes)
+    };
+    let told = first_peak(sets[1..].iter().filter_map(through_set));
+    likeliest(met.chain(told))
 }
 
 /// The motion after which more impacts make the evidence worse; sets of impacts come in growing order.
@@ -85,18 +85,20 @@ fn likeliest(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
 /// The law with a contact on a plane at rest, if the body comes from above it and meets it.
 fn on_ground(body: &Body, seen: &Observed, ground: &Ground, sets: &[Vec<Impact>]) -> Option<Bounced> {
     let contact = Contact { origin: Origin::Observed, ..Contact::of(ground.plane, &body.surface, 0.0) };
-    let gaps: Vec<f64> = seen.x.iter().map(|x| contact.gap(x)).collect();
-    let lowest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let lowest = seen.x.iter().map(|x| contact.gap(x)).fold(f64::INFINITY, f64::min);
     let extent = body.surface.extent();
+    if lowest.abs() > DEEPEST * extent {
+        return None;
+    }
+    let contact = reached(contact, lowest, near(body, seen));
     let touching = touching(body, seen, &contact);
-    if lowest < -DEEPEST * extent || lowest > DEEPEST * extent || touching[0] {
+    if touching[0] {
         return None;
     }
     let freedom = Freedom {
         about: seen.centers()[seen.times.len() / 2],
         tilt: ground.tilt_deviation(extent),
         shift: (NEAR_PLANE * extent).hypot(ground.roughness).hypot(seen.least[1]),
-        unknowns: 0,
     };
     let mut parts: Vec<_> = sets.iter().map(|impacts| flights(seen.times, impacts, &touching)).collect();
     parts.dedup();
@@ -106,10 +108,23 @@ fn on_ground(body: &Body, seen: &Observed, ground: &Ground, sets: &[Vec<Impact>]
     first_peak(parts.into_iter().filter_map(|flights| through(body, seen, flights, &planes)))
 }
 
+/// A contact whose plane lies where the body comes to: if that is farther from it than poses are known, the
+/// particles tell less of the surface than the track does.
+fn reached(contact: Contact, lowest: f64, near: f64) -> Contact {
+    if lowest.abs() <= near {
+        return contact;
+    }
+    Contact { plane: contact.plane.changed([0.0; 3], [0.0; 2], lowest), ..contact }
+}
+
+/// Height at which a pose counts as touching: no better are poses, plane and surface known.
+fn near(body: &Body, seen: &Observed) -> f64 {
+    NEAR_PLANE * body.surface.extent() + seen.least[1]
+}
+
 /// Samples that are as near to the plane as poses are known.
 fn touching(body: &Body, seen: &Observed, contact: &Contact) -> Vec<bool> {
-    let near = NEAR_PLANE * body.surface.extent() + seen.least[1];
-    seen.x.iter().map(|x| contact.gap(x) <= near).collect()
+    seen.x.iter().map(|x| contact.gap(x) <= near(body, seen)).collect()
 }
 
 /// Planes with their freedom, from the law of the flights.

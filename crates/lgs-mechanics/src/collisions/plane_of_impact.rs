@@ -12,8 +12,8 @@ use crate::thresholds::{EXACT, WIDEST_TILT};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Planes of the first impact: one across the field that pulls the body down, of which only the height is
-/// fitted, and one across the change of velocity, which may tilt.
+/// Planes of the first impact: one across the field that pulls the body down, as well as this is known, and
+/// one across the change of velocity, which may tilt.
 pub(super) fn fitted_planes(
     body: &Body,
     seen: &Observed,
@@ -24,17 +24,29 @@ pub(super) fn fitted_planes(
     let Some((x, change)) = first_impact(seen, law, (flights, impacts)) else { return Vec::new() };
     let extent = body.surface.extent();
     let about: [f64; 3] = std::array::from_fn(|i| x[x.len() - 3 + i]);
-    let plane = |normal: DVec3, tilt: f64, unknowns: usize| {
+    let plane = |normal: DVec3, tilt: f64| {
         let through = Plane { normal: normal.to_array(), offset: 0.0 };
         let offset = Contact::of(through, &body.surface, 0.0).gap(&x);
         let contact = Contact::of(Plane { offset, ..through }, &body.surface, 0.0);
-        let freedom = Freedom { about, tilt, shift: extent, unknowns };
+        let freedom = Freedom { about, tilt, shift: extent };
         (Contact { origin: Origin::Fitted, ..contact }, freedom)
     };
-    let up = field(law).and_then(|field| (-field).try_normalize()).filter(|up| up.dot(change) > 0.0);
-    let level = up.map(|up| plane(up, EXACT, 1));
-    let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT, 3));
+    let field = field(law).filter(|field| field.dot(change) < 0.0);
+    let level = field.and_then(|field| Some(plane((-field).try_normalize()?, tilt_of(field, law, seen))));
+    let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT));
     level.into_iter().chain(tilted).collect()
+}
+
+/// How well the direction of a field is known, radians, from how well the places along a flight of a duration
+/// `T` are: `n` places with an error σ tell an acceleration to within √(720/n) σ/T².
+fn tilt_of(field: DVec3, law: &FlightLaw, seen: &Observed) -> f64 {
+    let flight =
+        law.flights.iter().map(|(range, _)| range.clone()).max_by_key(Range::len).unwrap_or_default();
+    let Some(noise) = law.noise.last().filter(|_| flight.len() > 1) else { return EXACT };
+    let duration = seen.times[flight.end - 1] - seen.times[flight.start];
+    let independent = flight.len() as f64 * (1.0 - noise.correlation) / (1.0 + noise.correlation);
+    let acceleration = noise.deviation * (720.0 / independent.max(1.0)).sqrt() / duration.powi(2);
+    (acceleration / field.length()).clamp(EXACT, WIDEST_TILT)
 }
 
 /// The uniform field of a law.

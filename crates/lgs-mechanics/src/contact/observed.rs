@@ -20,10 +20,11 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Standard deviation of the plane's tilt, radians, for points that spread at least over an extent.
+    /// Standard deviation of the plane's tilt, radians, for points that spread at least over an extent: their
+    /// errors may be the same in all of a neighbourhood.
     #[must_use]
     pub fn tilt_deviation(&self, extent: f64) -> f64 {
-        (self.roughness / (extent * (self.points as f64).sqrt())).max(EXACT)
+        (self.roughness / extent).max(EXACT)
     }
 }
 

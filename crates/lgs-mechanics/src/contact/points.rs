@@ -1,8 +1,9 @@
 //! The surface by which a body touches: extreme points of its hull, or a sphere.
 
-use crate::thresholds::{DIRECTIONS, FEWEST_OF_SPHERE, FINEST_CORNER, ROUND};
+use crate::thresholds::{DIRECTIONS, FEWEST_OF_SPHERE, FINEST_CORNER, FLOATING, MOSTLY, ROUND};
 use glam::DVec3;
 use lgs_core::geometry::solve_positive;
+use lgs_core::holding;
 use nalgebra::DMatrix;
 
 /// The surface by which a body touches a plane, from its centre.
@@ -17,9 +18,10 @@ pub struct Surface {
 impl Surface {
     /// The surface of a body with particles at some places from its centre: a sphere around their middle
     /// where all lie equally far from it, or reach equally far in all directions, else the corners of their
-    /// hull.
+    /// hull. Particles that float apart from the body are no part of it.
     #[must_use]
     pub fn of(points: &[[f64; 3]]) -> Self {
+        let points = &without_apart(points)[..];
         let middle = middle_of(points);
         let away = |k: usize| Some(DVec3::from(points[farthest(points, direction(k))?]) - middle);
         let along = |k: usize| away(k).map(|away| direction(k).dot(away));
@@ -40,6 +42,18 @@ impl Surface {
         let length = |point: &[f64; 3]| DVec3::from(*point).length();
         self.points.iter().map(length).fold(0.0, f64::max) + self.radius
     }
+}
+
+/// The points without the few that float apart from most of them.
+fn without_apart(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let middle = DVec3::from_array(std::array::from_fn(|i| median(points.iter().map(|point| point[i]))));
+    let distance = |point: &[f64; 3]| middle.distance(DVec3::from(*point));
+    let most = FLOATING * holding(MOSTLY, points.iter().map(distance).collect());
+    points.iter().copied().filter(|point| distance(point) <= most).collect()
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    lgs_core::median(values).unwrap_or(0.0)
 }
 
 /// The centre of the sphere nearest to points, in the mean square of squared distances; their mean where they

@@ -7,7 +7,8 @@ use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BAND_POINTS, LIGHTEST};
 use glam::DVec3;
-use lgs_mechanics::bands::{holding, shares};
+use lgs_core::holding;
+use lgs_mechanics::bands::shares;
 
 /// Share of the posterior of positions that a band holds.
 const HELD: f64 = 0.9;
