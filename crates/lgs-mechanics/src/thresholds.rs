@@ -188,6 +188,8 @@ pub(crate) const EXACT: f64 = 1e-6;
 /// Standard deviation of the tilt of a plane against the change of velocity at one impact, radians: that of a
 /// friction of about a half.
 pub(crate) const WIDEST_TILT: f64 = 0.5;
+/// Deviations of its tilt within which a plane at rest is the one that an impact tells of.
+pub(crate) const AGREED: f64 = 3.0;
 /// Share of a body's particles that are taken to be on or in it, whatever the others are.
 pub(crate) const MOSTLY: f64 = 0.95;
 /// Distance from the middle over that of most particles beyond which a particle floats apart from its body:

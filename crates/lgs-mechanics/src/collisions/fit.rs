@@ -9,7 +9,7 @@ use super::laws::{FlightLaw, law_of_flights};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
 use crate::candidate::Candidate;
-use crate::contact::{Contact, Ground, Impact, Origin, Surface, impacts};
+use crate::contact::{Contact, Ground, Impact, Origin, Plane, Surface, impacts};
 use crate::coordinates::{Ball, Coordinates, Port, State};
 use crate::edit::Edit;
 use crate::error::MechanicsError;
@@ -17,7 +17,8 @@ use crate::explain::check_track;
 use crate::law::Law;
 use crate::system::System;
 use crate::terms::Term;
-use crate::thresholds::{DEEPEST, EXACT, FEWEST_TIMES, FILLED, NEAR_PLANE, OF_SCALE};
+use crate::thresholds::{AGREED, DEEPEST, EXACT, FEWEST_TIMES, FILLED, NEAR_PLANE, OF_SCALE};
+use glam::DVec3;
 use std::ops::Range;
 
 /// Fits a candidate with a contact, whose restitution and friction are to be found, to configurations at
@@ -62,7 +63,21 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         through(body, seen, flights.clone(), &planes)
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set));
-    likeliest(met.chain(told))
+    let mut found = likeliest(met.chain(told))?;
+    let about = DVec3::from(found.about);
+    let is_seen = |plane: &Plane| body.grounds.iter().any(|ground| agree(plane, ground, (about, body)));
+    if let Some(contact) = found.law.contact.as_mut().filter(|contact| is_seen(&contact.plane)) {
+        contact.origin = Origin::Observed;
+    }
+    Some(found)
+}
+
+/// Whether a plane at a place is one at rest, as far as its points tell.
+fn agree(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
+    let extent = body.surface.extent();
+    let apart = DVec3::from(plane.normal).angle_between(DVec3::from(ground.plane.normal));
+    let height = ground.plane.height(about) - plane.height(about);
+    apart <= AGREED * ground.tilt_deviation(extent) && height.abs() <= DEEPEST * extent
 }
 
 /// The motion after which more impacts make the evidence worse; sets of impacts come in growing order.
