@@ -44,7 +44,7 @@ pub fn fit(
         return Err(MechanicsError::Size { what, expected: FEWEST_TIMES, found: first });
     }
     let extent = body.surface.extent();
-    let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent };
+    let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent, least: 0.0 };
     let known = |_: &FlightLaw| vec![(contact.clone(), freedom)];
     through(&body, &seen, flights, &known).ok_or(MechanicsError::NoFit { candidates: 1 })
 }
@@ -114,6 +114,7 @@ fn on_ground(body: &Body, seen: &Observed, ground: &Ground, sets: &[Vec<Impact>]
         about: seen.centers()[seen.times.len() / 2],
         tilt: ground.tilt_deviation(extent),
         shift: (NEAR_PLANE * extent).hypot(ground.roughness).hypot(seen.least[1]),
+        least: 0.0,
     };
     let mut parts: Vec<_> = sets.iter().map(|impacts| flights(seen.times, impacts, &touching)).collect();
     parts.dedup();

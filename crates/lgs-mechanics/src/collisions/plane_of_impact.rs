@@ -24,16 +24,17 @@ pub(super) fn fitted_planes(
     let Some((x, change)) = first_impact(seen, law, (flights, impacts)) else { return Vec::new() };
     let extent = body.surface.extent();
     let about: [f64; 3] = std::array::from_fn(|i| x[x.len() - 3 + i]);
-    let plane = |normal: DVec3, tilt: f64| {
+    let plane = |normal: DVec3, tilt: f64, least: f64| {
         let through = Plane { normal: normal.to_array(), offset: 0.0 };
         let offset = Contact::of(through, &body.surface, 0.0).gap(&x);
         let contact = Contact::of(Plane { offset, ..through }, &body.surface, 0.0);
-        let freedom = Freedom { about, tilt, shift: extent };
+        let freedom = Freedom { about, tilt, shift: extent, least };
         (Contact { origin: Origin::Fitted, ..contact }, freedom)
     };
     let field = field(law).filter(|field| field.dot(change) < 0.0);
-    let level = field.and_then(|field| Some(plane((-field).try_normalize()?, tilt_of(field, law, seen))));
-    let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT));
+    let level =
+        field.and_then(|field| Some(plane((-field).try_normalize()?, tilt_of(field, law, seen), 1.0)));
+    let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT, 3.0));
     level.into_iter().chain(tilted).collect()
 }
 
