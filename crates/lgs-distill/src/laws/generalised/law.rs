@@ -101,25 +101,6 @@ fn of_body(
     let mut observed = ObservedPoses::new(motion, laws, errors.resolution);
     let impacted = contact::through_impacts(&observed, motion, surroundings);
     tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
-    eprintln!(
-        "IMP {:?}",
-        impacted.as_ref().map(|f| {
-            let c = f.bounced.law.contact.as_ref().unwrap();
-            (
-                c.origin,
-                c.plane,
-                c.restitution,
-                c.friction,
-                f.bounced.law.step,
-                f.bounced.law.terms.len(),
-                f.bounced.chi_square,
-                f.bounced.error,
-                f.bounced.path(),
-                f.bounced.evidence(),
-                f.bounced.is_within_noise(),
-            )
-        })
-    );
     let is_sure = |found: &&Impacted| found.bounced.is_within_noise() && is_on_observed_plane(&found.bounced);
     if let Some(impacted) = impacted.as_ref().filter(is_sure) {
         return through_impacts(impacted, &observed, motion, seed);
