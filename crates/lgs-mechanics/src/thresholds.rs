@@ -190,11 +190,8 @@ pub(crate) const EXACT: f64 = 1e-6;
 pub(crate) const WIDEST_TILT: f64 = 0.5;
 /// Deviations of its tilt within which a plane at rest is the one that an impact tells of.
 pub(crate) const AGREED: f64 = 3.0;
-/// Share of a body's particles that are taken to be on or in it, whatever the others are.
+/// Share of a body's particles that belong to it: of the others, those may float apart.
 pub(crate) const MOSTLY: f64 = 0.95;
-/// Distance from the middle over that of most particles beyond which a particle floats apart from its body:
-/// no rod, plate or ball has points at twice the distance within which nearly all of them lie.
-pub(crate) const FLOATING: f64 = 2.0;
 /// Depth below a plane at rest, and height of the lowest sample over it, in extents of the body, beyond which
 /// the body does not collide with it: it passes through it, or turns back before it.
 pub(crate) const DEEPEST: f64 = 0.15;

@@ -50,8 +50,9 @@ pub fn fit(
 }
 
 /// The law with a contact that explains a track with impacts best: on one of the planes at rest that the body
-/// meets, or on one that the impacts themselves tell of: points at rest may show a plane badly. `None` where
-/// there is no impact or no law.
+/// meets, or on one that the impacts themselves tell of, since points at rest may show a plane badly. The
+/// plane's origin is [`Origin::Observed`] where it lies in one of those at rest. `None` where there is no
+/// impact or no law.
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let sets = nested_impacts(seen.times, &seen.centers());
@@ -140,7 +141,8 @@ fn near(body: &Body, seen: &Observed) -> f64 {
 
 /// Samples that are as near to the plane as poses are known.
 fn touching(body: &Body, seen: &Observed, contact: &Contact) -> Vec<bool> {
-    seen.x.iter().map(|x| contact.gap(x) <= near(body, seen)).collect()
+    let near = near(body, seen);
+    seen.x.iter().map(|x| contact.gap(x) <= near).collect()
 }
 
 /// Planes with their freedom, from the law of the flights.
@@ -187,8 +189,7 @@ fn with_contact(law: &FlightLaw, coordinates: &Coordinates, contact: &Contact) -
     let (_, state) = &law.flights[0];
     let [pull, _] = System::new(&motion, Edit::NONE).accelerations(state);
     let acceleration = pull[pull.len() - 3..].iter().map(|a| a * a).sum::<f64>().sqrt();
-    let noise = law.noise[law.noise.len() - 3..].iter().map(|noise| noise.deviation).fold(0.0, f64::max);
-    let unknown = noise.max(NEAR_PLANE * contact.extent());
+    let unknown = law.noise_of_place().deviation.max(NEAR_PLANE * contact.extent());
     let resting_speed = contact.resting_speed.max(Contact::resting_speed(acceleration, unknown));
     motion.contact = Some(Contact { resting_speed, ..contact.clone() });
     Some(motion)

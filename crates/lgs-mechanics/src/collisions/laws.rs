@@ -40,6 +40,14 @@ pub(super) struct FlightLaw {
     pub(super) chi_square: f64,
 }
 
+impl FlightLaw {
+    /// The noise of the least known component of the place.
+    pub(super) fn noise_of_place(&self) -> Noise {
+        let [x, y, z] = std::array::from_fn(|i| self.noise[self.noise.len() - 3 + i]);
+        [y, z].into_iter().fold(x, |a, b| if b.deviation > a.deviation { b } else { a })
+    }
+}
+
 /// The law of flights, with as few samples left out at impacts as explain the rest; `None` if the first
 /// flight is too short or no law can be fitted.
 pub(super) fn law_of_flights(body: &Body, seen: &Observed, flights: &[Range<usize>]) -> Option<FlightLaw> {

@@ -41,10 +41,9 @@ pub(super) fn fitted_planes(
 /// How well the direction of a field is known, radians, from how well the places along a flight of a duration
 /// `T` are: `n` places with an error σ tell an acceleration to within √(720/n) σ/T².
 fn tilt_of(field: DVec3, law: &FlightLaw, seen: &Observed) -> f64 {
-    let flight =
-        law.flights.iter().map(|(range, _)| range.clone()).max_by_key(Range::len).unwrap_or_default();
-    let Some(noise) = law.noise.last().filter(|_| flight.len() > 1) else { return EXACT };
+    let Some((flight, _)) = law.flights.iter().max_by_key(|(range, _)| range.len()) else { return EXACT };
     let duration = seen.times[flight.end - 1] - seen.times[flight.start];
+    let noise = law.noise_of_place();
     let independent = flight.len() as f64 * (1.0 - noise.correlation) / (1.0 + noise.correlation);
     let acceleration = noise.deviation * (720.0 / independent.max(1.0)).sqrt() / duration.powi(2);
     (acceleration / field.length()).clamp(EXACT, WIDEST_TILT)

@@ -15,8 +15,6 @@ pub struct Ground {
     pub middle: [f64; 3],
     /// Standard deviation of the points from the plane, world units.
     pub roughness: f64,
-    /// Number of points.
-    pub points: usize,
 }
 
 impl Ground {
@@ -78,12 +76,7 @@ fn refined(
         let square = own.iter().map(|point| plane.height(DVec3::from(*point)).powi(2)).sum::<f64>();
         let count = own.len() as f64;
         let middle = own.iter().map(|point| DVec3::from(*point)).sum::<DVec3>() / count;
-        let ground = Ground {
-            plane,
-            middle: middle.to_array(),
-            roughness: (square / count).sqrt(),
-            points: own.len(),
-        };
+        let ground = Ground { plane, middle: middle.to_array(), roughness: (square / count).sqrt() };
         found = Some((ground, inside));
     }
     found

@@ -1,9 +1,9 @@
 //! The surface by which a body touches: extreme points of its hull, or a sphere.
 
-use crate::thresholds::{DIRECTIONS, FEWEST_OF_SPHERE, FINEST_CORNER, FLOATING, MOSTLY, ROUND};
+use crate::thresholds::{DIRECTIONS, FEWEST_OF_SPHERE, FINEST_CORNER, MOSTLY, ROUND};
 use glam::DVec3;
 use lgs_core::geometry::solve_positive;
-use lgs_core::holding;
+use lgs_core::{holding, median};
 use nalgebra::DMatrix;
 
 /// The surface by which a body touches a plane, from its centre.
@@ -44,16 +44,17 @@ impl Surface {
     }
 }
 
-/// The points without the few that float apart from most of them.
+/// The points without the few that float apart from most of them: beyond a gap as wide as the distance from
+/// the middle within which these lie.
 fn without_apart(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let middle = DVec3::from_array(std::array::from_fn(|i| median(points.iter().map(|point| point[i]))));
-    let distance = |point: &[f64; 3]| middle.distance(DVec3::from(*point));
-    let most = FLOATING * holding(MOSTLY, points.iter().map(distance).collect());
-    points.iter().copied().filter(|point| distance(point) <= most).collect()
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    lgs_core::median(values).unwrap_or(0.0)
+    let middle = std::array::from_fn(|i| median(points.iter().map(|point| point[i])).unwrap_or_default());
+    let distance = |point: &[f64; 3]| DVec3::from_array(middle).distance(DVec3::from(*point));
+    let mut distances: Vec<f64> = points.iter().map(distance).collect();
+    distances.sort_by(f64::total_cmp);
+    let most = holding(MOSTLY, distances.clone());
+    let gap = distances.windows(2).find(|pair| pair[0] >= most && pair[1] > pair[0] + most);
+    let last = gap.map_or(f64::INFINITY, |pair| pair[0]);
+    points.iter().copied().filter(|point| distance(point) <= last).collect()
 }
 
 /// The centre of the sphere nearest to points, in the mean square of squared distances; their mean where they

@@ -5,14 +5,12 @@ use lgs_mechanics::coordinates::Coordinates;
 use lgs_model::GeneralisedDynamics;
 
 /// Number of unknowns: the centre of mass of a free body and the pivot of a ball joint have three, a hinge
-/// has two for the direction of its axis and two for its place, and a second one on the first body two more;
-/// a body that rolls has two for its direction, four for its axis and one for its radius.
+/// has two for the direction of its axis and two for its place, and a second one on the first body two more.
 pub(super) fn unknowns(dynamics: &GeneralisedDynamics) -> usize {
     match dynamics.law.coordinates {
         Coordinates::Rigid(_) | Coordinates::Ball(_) => 3,
         Coordinates::Hinge(_) => 4,
         Coordinates::Tree(_) => 6,
-        Coordinates::Rolling(_) => 7,
         _ => 0,
     }
 }
@@ -22,7 +20,6 @@ pub(super) fn units(dynamics: &GeneralisedDynamics, radius: f64) -> Vec<f64> {
     match dynamics.law.coordinates {
         Coordinates::Hinge(_) => vec![1.0, 1.0, radius, radius],
         Coordinates::Tree(_) => vec![1.0, 1.0, radius, radius, radius, radius],
-        Coordinates::Rolling(_) => [vec![1.0; 4], vec![radius; 3]].concat(),
         _ => vec![radius; unknowns(dynamics)],
     }
 }
