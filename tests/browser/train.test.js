@@ -1,18 +1,18 @@
 // The page of a run that is being trained.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, before } from 'node:test';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
-import { call, startTraining } from './run.js';
+import { call, startTraining, test } from './run.js';
 
 const executablePath = process.env.CHROMIUM ?? '/usr/bin/chromium';
-const TINY = ['source.iterations=1500', 'source.initial_gaussians=600', 'distill.matching.steps=10',
-  'distill.rollout.steps=2', 'refine_gaussians.iterations=20', 'tune_gaussians.iterations=20']
+const TINY = ['source.iterations=1500', 'source.initial_gaussians=600', 'distill.coordinates=particles',
+  'refine_gaussians.iterations=20', 'tune_gaussians.iterations=20']
   .flatMap((setting) => ['--set', setting]);
-let folder, data, browser;
+let folder, data, browser, training;
 
 before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'lagrangegs-browser-'));
@@ -23,12 +23,13 @@ before(async () => {
 
 after(async () => {
   await browser?.close();
+  await training?.stop();
   rmSync(folder, { recursive: true, force: true });
 });
 
 test('a page shows training, pauses it, and changes nothing in its result', async () => {
   const [seen, unseen] = ['seen', 'unseen'].map((name) => join(folder, name));
-  const training = await startTraining(data, seen, ...TINY);
+  training = await startTraining(data, seen, ...TINY);
   const page = await browser.newPage({ viewport: { width: 1000, height: 640 } });
   const faults = [];
   page.on('pageerror', (error) => faults.push(String(error)));
