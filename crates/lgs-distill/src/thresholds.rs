@@ -129,10 +129,6 @@ pub(crate) const TIMES_IN_WINDOW: usize = 16;
 /// Points of a body that stand for its particles in a band: the shares of points inside of a radius are then
 /// known to some per cent.
 pub(crate) const BAND_POINTS: usize = 48;
-/// Radius of the 90 % band, as a fraction of the path so far, up to which a forecast is trusted.
-pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
-/// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
-pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
 /// Weight below which a rival is not told of.
 pub(crate) const LEAST_WEIGHT: f64 = 0.01;
 /// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.

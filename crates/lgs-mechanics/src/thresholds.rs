@@ -87,6 +87,10 @@ pub(crate) const DRAWS: usize = 96;
 /// Draws beyond the bounds of a parameter after which the nearest allowed values are taken: with half of the
 /// posterior inside for each of three parameters, one in 5000 is left.
 pub(crate) const REDRAWS: usize = 64;
+/// Radius of the 90 % band, as a fraction of the path in a window, up to which a forecast is trusted.
+pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
+/// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
+pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
 
 // Terms and coordinates.
 

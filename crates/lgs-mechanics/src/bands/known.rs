@@ -1,6 +1,7 @@
 //! What is known of a law beside the law itself.
 
-use super::Verdict;
+use super::{Verdict, trusted};
+use crate::thresholds::{EXPLAINED_WINDOWS, TRUSTED_FRACTION};
 use serde::{Deserialize, Serialize};
 
 /// How well a law is known.
@@ -18,6 +19,19 @@ pub struct Known {
     pub rivals: Vec<Rival>,
     /// The 90 % band around the forecast; empty where no law describes the motion.
     pub band: PositionBand,
+}
+
+impl Known {
+    /// Takes the radius of a band (infinite where it has none) at some times, and from it the times between
+    /// which the forecast is trusted and whether the law explains the motion. `window` is the duration of the
+    /// captured window, `path` the length of the path in such a time.
+    pub fn take_band(&mut self, (times, radius): (&[f64], &[f64]), window: f64, path: f64) {
+        self.trusted = trusted(times, radius, [0.0, window], TRUSTED_FRACTION * path);
+        let explains = self.trusted[1] >= EXPLAINED_WINDOWS * window;
+        self.verdict = if explains { Verdict::Explained } else { Verdict::Described };
+        let radius = radius.iter().map(|radius| radius.is_finite().then_some(*radius)).collect();
+        self.band = PositionBand { times: times.to_vec(), radius };
+    }
 }
 
 /// A law among its rivals.

@@ -6,6 +6,7 @@ use lgs_distill::DistillConfig;
 use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
 
 use super::TrainingData;
+use super::bands_of_views::with_bands_of_views;
 use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
 use super::newton::Newton;
@@ -41,14 +42,16 @@ impl FitDynamics<'_> {
         Self { laws: Some(laws), ..self }
     }
 
-    /// The scene with its laws as the images of the first step show them, without any step.
+    /// The scene with its laws as the images of the first step show them, without any step, and with bands
+    /// that allow for what single views have wrong.
     #[must_use]
     pub fn with_laws_of_images(self) -> LagrangianScene {
         let frames = self.config.observed(self.frames, 0);
-        match &self.laws {
+        let scene = match &self.laws {
             Some(laws) => with_laws_of_images(self.scene, &frames, (laws, self.seed)),
             None => self.scene,
-        }
+        };
+        with_bands_of_views(scene, &frames, self.seed)
     }
 }
 

@@ -3,6 +3,7 @@
 //!
 //! Stages 2 and 3 are trainers ([`crate::Trainer`]), which the pipeline drives.
 
+mod bands_of_views;
 mod body;
 mod config;
 mod fit_dynamics;
@@ -13,6 +14,7 @@ mod initial_pose;
 mod initialise_scene;
 mod motion_options;
 mod newton;
+mod normal_equations;
 mod object_tensors;
 mod observation;
 mod observed_motion;

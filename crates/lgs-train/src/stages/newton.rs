@@ -6,7 +6,6 @@
 //! ([`Body::responses`]) bring all times together. What no image determines, such as the stiffness that keeps
 //! a rotor's blades on their circles, stays where stage 1 found it by the trajectories that it followed.
 
-use lgs_core::geometry::solve_positive;
 use lgs_core::linear::{norm, sub};
 use lgs_core::{Camera, GaussianCloud, median, stream};
 use lgs_data::dataset::Frame;
@@ -16,6 +15,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::body::{Body, Response, Responses, part_of, rows_of_parts};
+use super::normal_equations::NormalEquations;
 use super::observation::{Normal, Observation, Pose, observe, squared_error};
 use crate::figures::StepReport;
 
@@ -91,16 +91,12 @@ impl Newton {
     /// how these were before.
     pub(super) fn step(&mut self, scene: &LagrangianScene, frames: &[&Frame]) -> StepReport {
         let _span = tracing::trace_span!("newton").entered();
-        let times = Times::of(frames);
-        let responses = self.responses(&times);
-        let observations = self.observations(scene, frames, &times, &responses);
-        let before: f64 = observations.iter().map(|o| o.squared_error).sum();
-        let mse = before / frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum::<f64>();
-        let observed = Observed { frames, times: &times, observations: &observations, mse };
-        let steps: Vec<Vec<f64>> = (responses.iter().enumerate())
-            .map(|(object, responses)| self.step_of(object, responses, &observed))
+        let seen = self.seen(scene, frames);
+        let before: f64 = seen.observations.iter().map(|o| o.squared_error).sum();
+        let steps: Vec<Vec<f64>> = (0..self.bodies.len())
+            .map(|object| self.equations(object, &seen).solution(&self.changes[object]))
             .collect();
-        let error = |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &times);
+        let error = |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &seen.times);
         let better = STEP_FRACTIONS
             .iter()
             .map(|&part| self.moved(&steps, part))
@@ -109,27 +105,77 @@ impl Newton {
         if let Some(changes) = better {
             self.changes = changes;
         }
-        let loss = observations.iter().map(|o| o.loss).sum::<f32>() / observations.len().max(1) as f32;
-        StepReport::known(loss, mse)
+        let loss = seen.observations.iter().map(|o| o.loss).sum::<f32>() / frames.len().max(1) as f32;
+        StepReport::known(loss, seen.mse)
     }
 
-    /// The step of one object's unknowns, given its responses by time and part.
-    fn step_of(&self, object: usize, responses: &[Vec<Response>], observed: &Observed<'_>) -> Vec<f64> {
-        let Observed { frames, times, observations, mse } = *observed;
-        let first: usize = self.bodies[..object].iter().map(|body| body.radii().len()).sum();
-        let evidence: Vec<(&Response, &Normal)> = (frames.iter().zip(observations))
-            .flat_map(|(frame, o)| responses[times.index(frame)].iter().zip(&o.normals[first..]))
-            .collect();
-        let centers = frames.iter().map(|frame| (frame, responses[times.index(frame)][0].center));
-        let pixels = centers.map(|(frame, center)| pixel_at(&frame.camera, center));
+    /// By how much the unknowns of each object, in their units, change when one group of frames is left out:
+    /// by object and group. `group_of_frame` numbers the groups from 0 up.
+    pub(super) fn without_each(
+        &self,
+        scene: &LagrangianScene,
+        frames: &[&Frame],
+        group_of_frame: &[usize],
+    ) -> Vec<Vec<Vec<f64>>> {
+        let seen = self.seen(scene, frames);
+        let groups = group_of_frame.iter().max().map_or(0, |last| last + 1);
+        let of_object = |object: usize| {
+            let all = self.equations(object, &seen);
+            let with = all.solution(&self.changes[object]);
+            let of_group = |group: usize| -> Vec<f64> {
+                let own = self.evidence(object, &seen, &|frame| group_of_frame[frame] == group);
+                let without = all.without(&own, seen.weight()).solution(&self.changes[object]);
+                without.iter().zip(&with).map(|(without, with)| without - with).collect()
+            };
+            (0..groups).map(of_group).collect()
+        };
+        (0..self.bodies.len()).map(of_object).collect()
+    }
+
+    /// Positions of some particles of an object at some times, by time, after a change of its unknowns from
+    /// where they are; none for an object without a law in generalised coordinates.
+    pub(super) fn positions(&self, object: usize, by: &[f64], times: &[f32]) -> Vec<Vec<[f32; 3]>> {
+        let change: Vec<f64> = self.changes[object].iter().zip(by).map(|(x, dx)| x + dx).collect();
+        self.bodies[object].positions(&self.parts[object], &change, times)
+    }
+
+    /// The images of a scene as they are drawn now, and what they depend on.
+    fn seen<'a>(&self, scene: &LagrangianScene, frames: &'a [&'a Frame]) -> Seen<'a> {
+        let times = Times::of(frames);
+        let responses = self.responses(&times);
+        let observations = self.observations(scene, frames, &times, &responses);
+        let squared: f64 = observations.iter().map(|o| o.squared_error).sum();
+        let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
+        Seen { frames, times, responses, observations, mse: squared / values }
+    }
+
+    /// The normal equations of one object's unknowns.
+    fn equations(&self, object: usize, seen: &Seen<'_>) -> NormalEquations {
+        let center = |frame: &Frame| seen.responses[object][seen.times.index(frame)][0].center;
+        let pixels = seen.frames.iter().map(|frame| pixel_at(&frame.camera, center(frame)));
         let pixel = median(pixels).unwrap_or(0.0).max(f64::MIN_POSITIVE);
         let trajectories = tracing::trace_span!("trajectories")
-            .in_scope(|| self.bodies[object].information_of_trajectories(&self.parts[object], &times.0));
-        let weights = Weights {
-            image: 1.0 / (CORRELATED_VALUES * mse),
-            trajectory: 1.0 / (TRAJECTORY_DEVIATION * pixel).powi(2),
-        };
-        solve(&evidence, &trajectories, &self.changes[object], &weights)
+            .in_scope(|| self.bodies[object].information_of_trajectories(&self.parts[object], &seen.times.0));
+        let weight = 1.0 / (TRAJECTORY_DEVIATION * pixel).powi(2);
+        let unknowns = self.bodies[object].unknowns();
+        let stiffness = DMatrix::from_fn(unknowns, unknowns, |i, j| {
+            let prior = if i == j { PRIOR_DEVIATION.powi(-2) } else { 0.0 };
+            weight * trajectories[i * unknowns + j] + prior
+        });
+        NormalEquations::new(stiffness, &self.evidence(object, seen, &|_| true), seen.weight())
+    }
+
+    /// What some frames, told by their index, show of the parts of an object, with the parts' responses.
+    fn evidence<'a>(
+        &self,
+        object: usize,
+        seen: &'a Seen<'_>,
+        is_wanted: &dyn Fn(usize) -> bool,
+    ) -> Vec<(&'a Response, &'a Normal)> {
+        let first: usize = self.bodies[..object].iter().map(|body| body.radii().len()).sum();
+        let responses = |frame: &Frame| &seen.responses[object][seen.times.index(frame)];
+        let wanted = (seen.frames.iter().zip(&seen.observations).enumerate()).filter(|(i, _)| is_wanted(*i));
+        wanted.flat_map(|(_, (frame, o))| responses(frame).iter().zip(&o.normals[first..])).collect()
     }
 
     /// Poses and their derivatives, by object.
@@ -178,50 +224,22 @@ impl Newton {
     }
 }
 
-/// All frames of a step with their observations.
-struct Observed<'a> {
+/// Frames with their observations, and the responses of all objects at their times.
+struct Seen<'a> {
     frames: &'a [&'a Frame],
-    times: &'a Times,
-    observations: &'a [Observation],
+    times: Times,
+    /// By object.
+    responses: Vec<Responses>,
+    observations: Vec<Observation>,
     /// Mean squared error over all values of all frames.
     mse: f64,
 }
 
-/// Weights of a unit of squared error.
-struct Weights {
-    image: f64,
-    trajectory: f64,
-}
-
-/// The solution of one object's normal equations: those of its images, of the trajectories that stage 1 has
-/// followed, and of a weak prior; zeros where it is not finite.
-fn solve(
-    evidence: &[(&Response, &Normal)],
-    trajectories: &[f64],
-    change: &[f64],
-    weights: &Weights,
-) -> Vec<f64> {
-    let n = change.len();
-    let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 1));
-    for (response, normal) in evidence {
-        for (i, left) in response.by_unknown.iter().enumerate() {
-            let pushed: [f64; 6] = std::array::from_fn(|c| (0..6).map(|r| left[r] * normal.a[r][c]).sum());
-            b[i] += weights.image * dot(left, &normal.b);
-            for (j, right) in response.by_unknown.iter().enumerate() {
-                a[(i, j)] += weights.image * dot(&pushed, right);
-            }
-        }
+impl Seen<'_> {
+    /// Weight of a unit of squared error of the images.
+    fn weight(&self) -> f64 {
+        1.0 / (CORRELATED_VALUES * self.mse)
     }
-    for i in 0..n {
-        for j in 0..n {
-            let prior = if i == j { PRIOR_DEVIATION.powi(-2) } else { 0.0 };
-            let stiffness = weights.trajectory * trajectories[i * n + j] + prior;
-            a[(i, j)] += stiffness;
-            b[i] -= stiffness * change[j];
-        }
-    }
-    let found = solve_positive(a, &b).filter(|found| found.iter().all(|x| x.is_finite()));
-    found.map_or_else(|| vec![0.0; n], |found| found.as_slice().to_vec())
 }
 
 /// The distinct times of frames, ascending.
@@ -260,10 +278,6 @@ fn clouds_at(scene: &LagrangianScene, times: &Times) -> Vec<GaussianCloud> {
     let _span = tracing::trace_span!("roll the motion").entered();
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     times.0.iter().map(|&t| scene.cloud_at(&motion.state_at(t))).collect()
-}
-
-fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// What a pixel spans at a point, world units.

@@ -5,10 +5,10 @@ use super::mixture;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{EXPLAINED_WINDOWS, JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW, TRUSTED_FRACTION};
+use crate::thresholds::{JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW};
 use glam::DVec3;
 use lgs_core::geometry::narrow;
-use lgs_mechanics::bands::{Known, PositionBand, Rival, Verdict, trusted};
+use lgs_mechanics::bands::{Known, Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::coordinates::{Embedding, Placement, State};
 use lgs_mechanics::{Edit, Law, System};
@@ -118,12 +118,7 @@ impl GeneralisedLaw {
     pub(super) fn trust(&mut self, radius: &[f64], bodies: &[&SharedMotion]) {
         let (times, window) = (self.judged_times(bodies), bodies[0].duration());
         let path = self.path(bodies, &times);
-        self.known.trusted = trusted(&times, radius, [0.0, window], TRUSTED_FRACTION * path);
-        if self.known.trusted[1] >= EXPLAINED_WINDOWS * window {
-            self.known.verdict = Verdict::Explained;
-        }
-        let radius = radius.iter().map(|radius| radius.is_finite().then_some(*radius)).collect();
-        self.known.band = PositionBand { times, radius };
+        self.known.take_band((&times, radius), window, path);
     }
 
     /// Length of the path in a window, the mean over the times that the law can be followed to.

@@ -124,7 +124,12 @@ impl LawBody {
     }
 
     /// Positions of the particles of `alone` after a change, by time.
-    fn positions(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<[f32; 3]>> {
+    pub(super) fn positions(
+        &self,
+        alone: &LagrangianScene,
+        change: &[f64],
+        times: &[f32],
+    ) -> Vec<Vec<[f32; 3]>> {
         let [changed, reshaped] = self.changed(change);
         let points = self.started(alone, &changed.start);
         let times: Vec<f64> = times.iter().map(|&t| f64::from(t)).collect();

@@ -87,6 +87,20 @@ impl Body {
         }
     }
 
+    /// Positions of the particles of `alone` at some times, by time, after a change; none without a law in
+    /// generalised coordinates.
+    pub(super) fn positions(
+        &self,
+        alone: &LagrangianScene,
+        change: &[f64],
+        times: &[f32],
+    ) -> Vec<Vec<[f32; 3]>> {
+        match self {
+            Self::Law(body) => body.positions(alone, change, times),
+            Self::Particles(_) | Self::Recorded => Vec::new(),
+        }
+    }
+
     /// Information on the unknowns `[n, n]` in trajectories of particles without any rigid constraint: inner
     /// products of the positions' derivatives, means over the particles, summed over the times.
     pub(super) fn information_of_trajectories(&self, alone: &LagrangianScene, times: &[f32]) -> Vec<f64> {

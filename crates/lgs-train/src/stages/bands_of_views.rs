@@ -1,0 +1,191 @@
+//! Bands that allow for what single views have wrong (method §6).
+//!
+//! Gaussians that are a little off in one view pull the poses of a body the same way at all times. The scatter
+//! of the poses about a law, from which its posterior comes, does not show such errors; that views disagree
+//! does. The start and the constants of a law are therefore fitted with each view left out (a jackknife, to
+//! first order), and how far these forecasts part widens the band.
+
+use lgs_core::{Stream, holding, stream};
+use lgs_data::dataset::Frame;
+use lgs_mechanics::bands::Verdict;
+use lgs_model::{Dynamics, LagrangianScene};
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
+
+use super::newton::Newton;
+
+/// Most groups that views are taken in: more tell a deviation no better than to a fifth.
+const MOST_GROUPS: usize = 12;
+/// Fewest views whose disagreement says anything: of three, two deviations are left.
+const FEWEST_VIEWS: usize = 3;
+/// Share of the posterior of positions that a band holds.
+const HELD: f64 = 0.9;
+/// Draws from the distribution of the forecasts.
+const DRAWS: usize = 128;
+/// Particles whose positions a band is about.
+const PARTICLES: usize = 48;
+
+/// The scene with the bands of its laws as wide as the disagreement of views asks for.
+pub(super) fn with_bands_of_views(
+    mut scene: LagrangianScene,
+    frames: &[&Frame],
+    seed: u64,
+) -> LagrangianScene {
+    let Some(groups) = groups_of(frames) else { return scene };
+    let newton = Newton::new(&scene, seed);
+    let changes = newton.without_each(&scene, frames, &groups);
+    let window = f64::from(scene.motion.time_window);
+    for (object, changes) in changes.iter().enumerate() {
+        let is_recorded = scene.objects[object].recording.is_some();
+        let Dynamics::Generalised(dynamics) = &mut scene.objects[object].dynamics else { continue };
+        let known = &mut dynamics.known;
+        if is_recorded || known.band.times.is_empty() {
+            continue;
+        }
+        let times = known.band.times.clone();
+        let forecasts = Forecasts::new(&newton, object, changes, &times);
+        let apart = forecasts.radius(&mut stream(seed, "bands of views", object as u64));
+        let radius = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
+        let radius: Vec<f64> = radius.zip(&apart).map(|(radius, apart)| radius.hypot(*apart)).collect();
+        tracing::debug!(object, ?apart, ?radius, "bands of views");
+        let before = known.verdict;
+        known.take_band((&times, &radius), window, forecasts.path(&times, window));
+        // A wider band proves nothing.
+        if before != Verdict::Explained {
+            known.verdict = before;
+        }
+    }
+    scene
+}
+
+/// Groups of frames with errors of their own: those of each view, or of neighbouring views where there are
+/// many. `None` of too few views.
+fn groups_of(frames: &[&Frame]) -> Option<Vec<usize>> {
+    let mut views: Vec<usize> = frames.iter().map(|frame| frame.camera_id).collect();
+    views.sort_unstable();
+    views.dedup();
+    let groups = views.len().min(MOST_GROUPS);
+    let group = |frame: &&Frame| views.partition_point(|&view| view < frame.camera_id) * groups / views.len();
+    (views.len() >= FEWEST_VIEWS).then(|| frames.iter().map(group).collect())
+}
+
+/// Forecasts of some particles of an object: by time and particle.
+struct Forecasts {
+    /// With all views.
+    middle: Vec<Vec<[f32; 3]>>,
+    /// Of each group that is left out: how far the positions are from the mean over the groups.
+    apart: Vec<Vec<Vec<[f32; 3]>>>,
+}
+
+impl Forecasts {
+    fn new(newton: &Newton, object: usize, changes: &[Vec<f64>], times: &[f64]) -> Self {
+        let times: Vec<f32> = times.iter().map(|&time| time as f32).collect();
+        let forecast = |by: &[f64]| -> Vec<Vec<[f32; 3]>> {
+            let all = newton.positions(object, by, &times);
+            let some = |all: Vec<[f32; 3]>| {
+                let count = all.len().min(PARTICLES);
+                (0..count).map(|i| all[i * all.len() / count]).collect()
+            };
+            all.into_iter().map(some).collect()
+        };
+        let middle = forecast(&vec![0.0; changes.first().map_or(0, Vec::len)]);
+        let mut apart: Vec<Vec<Vec<[f32; 3]>>> = changes.iter().map(|by| forecast(by)).collect();
+        let count = apart.len() as f32;
+        for time in 0..middle.len() {
+            for particle in 0..middle[time].len() {
+                for axis in 0..3 {
+                    let mean = apart.iter().map(|of| of[time][particle][axis]).sum::<f32>() / count;
+                    apart.iter_mut().for_each(|of| of[time][particle][axis] -= mean);
+                }
+            }
+        }
+        Self { middle, apart }
+    }
+
+    /// Radius that holds a share of the particles' positions, at each time. The jackknife's covariance is
+    /// (n − 1) / n times the sum over the groups; of so few, the deviation is itself uncertain, and the
+    /// distribution Student's.
+    fn radius(&self, stream: &mut Stream) -> Vec<f64> {
+        let groups = self.apart.len();
+        let freedoms = (groups - 1) as f64;
+        let scale = (freedoms / groups as f64).sqrt();
+        let chi = ChiSquared::new(freedoms).expect("groups leave a freedom");
+        let draw = |_| -> Vec<f32> {
+            let heavy = scale * (freedoms / chi.sample(stream)).sqrt();
+            let mut weight = || -> f64 { StandardNormal.sample(stream) };
+            (0..groups).map(|_| (heavy * weight()) as f32).collect()
+        };
+        let draws: Vec<Vec<f32>> = (0..DRAWS).map(draw).collect();
+        let at = |time: usize| {
+            let distance = |particle: usize, weights: &Vec<f32>| {
+                let axis = |axis: usize| -> f32 {
+                    weights.iter().zip(&self.apart).map(|(w, of)| w * of[time][particle][axis]).sum()
+                };
+                f64::from(axis(0).hypot(axis(1)).hypot(axis(2)))
+            };
+            let particles = 0..self.middle[time].len();
+            let distances = particles.flat_map(|p| draws.iter().map(move |weights| distance(p, weights)));
+            holding(HELD, distances.collect())
+        };
+        (0..self.middle.len()).map(at).collect()
+    }
+
+    /// Length of the path in a time, the mean over all times.
+    fn path(&self, times: &[f64], duration: f64) -> f64 {
+        let step = |pair: &[Vec<[f32; 3]>]| {
+            let square = |(a, b): (&[f32; 3], &[f32; 3])| {
+                (0..3).map(|axis| f64::from(a[axis] - b[axis]).powi(2)).sum::<f64>()
+            };
+            let sum: f64 = pair[0].iter().zip(&pair[1]).map(square).sum();
+            (sum / pair[0].len().max(1) as f64).sqrt()
+        };
+        let length: f64 = self.middle.windows(2).map(step).sum();
+        let [first, last] = [times.first(), times.last()].map(|time| time.copied().unwrap_or(0.0));
+        length * duration / (last - first).max(f64::MIN_POSITIVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_core::{Camera, Exposure};
+
+    fn frame(camera_id: usize) -> Frame {
+        let camera = Camera::look_at([0.0, -1.0, 0.0], [0.0; 3], 0.5, 1, 1);
+        let pixels = vec![0; 4].into();
+        Frame { name: String::new(), camera_id, camera, time: 0.0, exposure: Exposure::IDENTITY, pixels }
+    }
+
+    fn groups_of_views(views: &[usize]) -> Option<Vec<usize>> {
+        let frames: Vec<Frame> = views.iter().map(|&view| frame(view)).collect();
+        groups_of(&frames.iter().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn each_view_is_a_group_and_many_views_are_twelve() {
+        assert_eq!(groups_of_views(&[7, 3, 7, 9, 3]), Some(vec![1, 0, 1, 2, 0]));
+        assert_eq!(groups_of_views(&[0, 1, 0, 1]), None);
+        let many: Vec<usize> = (0..36).collect();
+        let groups = groups_of_views(&many).expect("groups");
+        assert_eq!(groups, many.iter().map(|view| view / 3).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_radius_is_that_of_students_distribution_of_the_jackknife() {
+        let offsets: Vec<f32> = (0..12).map(|group| 0.01 * (group as f32 - 5.5)).collect();
+        let apart = offsets.iter().map(|&x| vec![vec![[x, 0.0, 0.0]; 4]]).collect();
+        let forecasts = Forecasts { middle: vec![vec![[0.0; 3]; 4]], apart };
+        let found = forecasts.radius(&mut stream(1, "test", 0))[0];
+        let squares: f64 = offsets.iter().map(|x| f64::from(*x).powi(2)).sum();
+        // Nine tenths of Student's distribution with 11 degrees of freedom are within 1.796.
+        let expected = 1.796 * (11.0 / 12.0 * squares).sqrt();
+        assert!((found / expected - 1.0).abs() < 0.2, "{found}, not {expected}");
+    }
+
+    #[test]
+    fn a_path_is_as_long_as_the_way_of_a_window() {
+        let middle = (0..9).map(|i| vec![[0.5 * i as f32, 0.0, 1.0]; 2]).collect();
+        let times: Vec<f64> = (0..9).map(|i| 0.25 * f64::from(i) - 1.0).collect();
+        let path = Forecasts { middle, apart: Vec::new() }.path(&times, 0.75);
+        assert!((path - 1.5).abs() < 1e-6, "{path}");
+    }
+}
