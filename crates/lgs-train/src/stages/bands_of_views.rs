@@ -1,9 +1,9 @@
 //! Bands that allow for what single views have wrong (method §6).
 //!
-//! Gaussians that are a little off in one view pull the poses of a body the same way at all times. The scatter
-//! of the poses about a law, from which its posterior comes, does not show such errors; that views disagree
-//! does. The start and the constants of a law are therefore fitted with each view left out (a jackknife, to
-//! first order), and how far these forecasts part widens the band.
+//! Gaussians that are a little off in one view pull the poses of a body the same way at all times. The
+//! scatter of the poses about a law, from which its posterior comes, does not show such errors; that views
+//! disagree does. The start and the constants of a law are therefore fitted with each view left out (a
+//! jackknife, to first order), and how far these forecasts part widens the band.
 
 use lgs_core::{Stream, holding, stream};
 use lgs_data::dataset::Frame;
