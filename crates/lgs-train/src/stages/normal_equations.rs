@@ -81,6 +81,6 @@ mod tests {
         let (response, normal) = image(1.0);
         let all = NormalEquations::new(DMatrix::from_element(1, 1, 4.0), &[(&response, &normal)], 1.0);
         assert!((all.solution(&[0.0])[0] - 0.5).abs() < 1e-12);
-        assert!((all.solution(&[0.5])[0] + 0.25).abs() < 1e-12);
+        assert!((all.solution(&[0.5])[0] - 0.25).abs() < 1e-12);
     }
 }
