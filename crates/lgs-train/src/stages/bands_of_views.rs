@@ -8,20 +8,21 @@
 use lgs_core::{Stream, holding, stream};
 use lgs_data::dataset::Frame;
 use lgs_mechanics::bands::Verdict;
-use lgs_model::{Dynamics, LagrangianScene};
+use lgs_model::{Dynamics, LagrangianScene, ObjectModel};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
+use super::body::Positions;
 use super::newton::Newton;
 
 /// Most groups that views are taken in: more tell a deviation no better than to a fifth.
 const MOST_GROUPS: usize = 12;
-/// Fewest views whose disagreement says anything: of three, two deviations are left.
+/// Fewest views whose disagreement says anything: two have one difference, and no scale to judge it by.
 const FEWEST_VIEWS: usize = 3;
 /// Share of the posterior of positions that a band holds.
 const HELD: f64 = 0.9;
-/// Draws from the distribution of the forecasts.
+/// Draws from the distribution of the forecasts: the radius of nine tenths is then known to a tenth.
 const DRAWS: usize = 128;
-/// Particles whose positions a band is about.
+/// Particles that stand for all of a body: shares of them inside of a radius are known to some per cent.
 const PARTICLES: usize = 48;
 
 /// The scene with the bands of its laws as wide as the disagreement of views asks for.
@@ -30,17 +31,18 @@ pub(super) fn with_bands_of_views(
     frames: &[&Frame],
     seed: u64,
 ) -> LagrangianScene {
-    let Some(groups) = groups_of(frames) else { return scene };
+    let Some(groups) = groups_of(frames).filter(|_| scene.objects.iter().any(has_band)) else {
+        return scene;
+    };
     let newton = Newton::new(&scene, seed);
     let changes = newton.without_each(&scene, frames, &groups);
     let window = f64::from(scene.motion.time_window);
     for (object, changes) in changes.iter().enumerate() {
-        let is_recorded = scene.objects[object].recording.is_some();
-        let Dynamics::Generalised(dynamics) = &mut scene.objects[object].dynamics else { continue };
-        let known = &mut dynamics.known;
-        if is_recorded || known.band.times.is_empty() {
+        if !has_band(&scene.objects[object]) {
             continue;
         }
+        let Dynamics::Generalised(dynamics) = &mut scene.objects[object].dynamics else { continue };
+        let known = &mut dynamics.known;
         let times = known.band.times.clone();
         let forecasts = Forecasts::new(&newton, object, changes, &times);
         let apart = forecasts.radius(&mut stream(seed, "bands of views", object as u64));
@@ -49,12 +51,18 @@ pub(super) fn with_bands_of_views(
         tracing::debug!(object, ?apart, ?radius, "bands of views");
         let before = known.verdict;
         known.take_band((&times, &radius), window, forecasts.path(&times, window));
-        // A wider band proves nothing.
+        // What did not explain the motion before does not do so for a wider band.
         if before != Verdict::Explained {
             known.verdict = before;
         }
     }
     scene
+}
+
+/// Whether an object follows a law with a band.
+fn has_band(object: &ObjectModel) -> bool {
+    let law = object.dynamics.generalised().filter(|_| object.recording.is_none());
+    law.is_some_and(|dynamics| !dynamics.known.band.times.is_empty())
 }
 
 /// Groups of frames with errors of their own: those of each view, or of neighbouring views where there are
@@ -71,15 +79,15 @@ fn groups_of(frames: &[&Frame]) -> Option<Vec<usize>> {
 /// Forecasts of some particles of an object: by time and particle.
 struct Forecasts {
     /// With all views.
-    middle: Vec<Vec<[f32; 3]>>,
+    middle: Positions,
     /// Of each group that is left out: how far the positions are from the mean over the groups.
-    apart: Vec<Vec<Vec<[f32; 3]>>>,
+    apart: Vec<Positions>,
 }
 
 impl Forecasts {
     fn new(newton: &Newton, object: usize, changes: &[Vec<f64>], times: &[f64]) -> Self {
         let times: Vec<f32> = times.iter().map(|&time| time as f32).collect();
-        let forecast = |by: &[f64]| -> Vec<Vec<[f32; 3]>> {
+        let forecast = |by: &[f64]| -> Positions {
             let all = newton.positions(object, by, &times);
             let some = |all: Vec<[f32; 3]>| {
                 let count = all.len().min(PARTICLES);
@@ -88,7 +96,7 @@ impl Forecasts {
             all.into_iter().map(some).collect()
         };
         let middle = forecast(&vec![0.0; changes.first().map_or(0, Vec::len)]);
-        let mut apart: Vec<Vec<Vec<[f32; 3]>>> = changes.iter().map(|by| forecast(by)).collect();
+        let mut apart: Vec<Positions> = changes.iter().map(|by| forecast(by)).collect();
         let count = apart.len() as f32;
         for time in 0..middle.len() {
             for particle in 0..middle[time].len() {

@@ -14,7 +14,7 @@ use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::body::{Body, Response, Responses, part_of, rows_of_parts};
+use super::body::{Body, Positions, Response, Responses, part_of, rows_of_parts};
 use super::normal_equations::NormalEquations;
 use super::observation::{Normal, Observation, Pose, observe, squared_error};
 use crate::figures::StepReport;
@@ -91,12 +91,13 @@ impl Newton {
     /// how these were before.
     pub(super) fn step(&mut self, scene: &LagrangianScene, frames: &[&Frame]) -> StepReport {
         let _span = tracing::trace_span!("newton").entered();
-        let seen = self.seen(scene, frames);
-        let before: f64 = seen.observations.iter().map(|o| o.squared_error).sum();
+        let observed = self.observed(scene, frames);
+        let before: f64 = observed.observations.iter().map(|o| o.squared_error).sum();
         let steps: Vec<Vec<f64>> = (0..self.bodies.len())
-            .map(|object| self.equations(object, &seen).solution(&self.changes[object]))
+            .map(|object| self.equations(object, &observed).solution(&self.changes[object]))
             .collect();
-        let error = |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &seen.times);
+        let error =
+            |changes: &Vec<Vec<f64>>| error_of(&self.changed(scene, changes), frames, &observed.times);
         let better = STEP_FRACTIONS
             .iter()
             .map(|&part| self.moved(&steps, part))
@@ -105,8 +106,8 @@ impl Newton {
         if let Some(changes) = better {
             self.changes = changes;
         }
-        let loss = seen.observations.iter().map(|o| o.loss).sum::<f32>() / frames.len().max(1) as f32;
-        StepReport::known(loss, seen.mse)
+        let loss = observed.observations.iter().map(|o| o.loss).sum::<f32>() / frames.len().max(1) as f32;
+        StepReport::known(loss, observed.mse)
     }
 
     /// By how much the unknowns of each object, in their units, change when one group of frames is left out:
@@ -117,14 +118,14 @@ impl Newton {
         frames: &[&Frame],
         group_of_frame: &[usize],
     ) -> Vec<Vec<Vec<f64>>> {
-        let seen = self.seen(scene, frames);
+        let observed = self.observed(scene, frames);
         let groups = group_of_frame.iter().max().map_or(0, |last| last + 1);
         let of_object = |object: usize| {
-            let all = self.equations(object, &seen);
+            let all = self.equations(object, &observed);
             let with = all.solution(&self.changes[object]);
             let of_group = |group: usize| -> Vec<f64> {
-                let own = self.evidence(object, &seen, &|frame| group_of_frame[frame] == group);
-                let without = all.without(&own, seen.weight()).solution(&self.changes[object]);
+                let own = self.evidence(object, &observed, &|frame| group_of_frame[frame] == group);
+                let without = all.without(&own, observed.weight()).solution(&self.changes[object]);
                 without.iter().zip(&with).map(|(without, with)| without - with).collect()
             };
             (0..groups).map(of_group).collect()
@@ -134,47 +135,49 @@ impl Newton {
 
     /// Positions of some particles of an object at some times, by time, after a change of its unknowns from
     /// where they are; none for an object without a law in generalised coordinates.
-    pub(super) fn positions(&self, object: usize, by: &[f64], times: &[f32]) -> Vec<Vec<[f32; 3]>> {
+    pub(super) fn positions(&self, object: usize, by: &[f64], times: &[f32]) -> Positions {
         let change: Vec<f64> = self.changes[object].iter().zip(by).map(|(x, dx)| x + dx).collect();
         self.bodies[object].positions(&self.parts[object], &change, times)
     }
 
     /// The images of a scene as they are drawn now, and what they depend on.
-    fn seen<'a>(&self, scene: &LagrangianScene, frames: &'a [&'a Frame]) -> Seen<'a> {
+    fn observed<'a>(&self, scene: &LagrangianScene, frames: &'a [&'a Frame]) -> Observed<'a> {
         let times = Times::of(frames);
         let responses = self.responses(&times);
         let observations = self.observations(scene, frames, &times, &responses);
         let squared: f64 = observations.iter().map(|o| o.squared_error).sum();
         let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
-        Seen { frames, times, responses, observations, mse: squared / values }
+        Observed { frames, times, responses, observations, mse: squared / values }
     }
 
     /// The normal equations of one object's unknowns.
-    fn equations(&self, object: usize, seen: &Seen<'_>) -> NormalEquations {
-        let center = |frame: &Frame| seen.responses[object][seen.times.index(frame)][0].center;
-        let pixels = seen.frames.iter().map(|frame| pixel_at(&frame.camera, center(frame)));
+    fn equations(&self, object: usize, observed: &Observed<'_>) -> NormalEquations {
+        let center = |frame: &Frame| observed.responses[object][observed.times.index(frame)][0].center;
+        let pixels = observed.frames.iter().map(|frame| pixel_at(&frame.camera, center(frame)));
         let pixel = median(pixels).unwrap_or(0.0).max(f64::MIN_POSITIVE);
-        let trajectories = tracing::trace_span!("trajectories")
-            .in_scope(|| self.bodies[object].information_of_trajectories(&self.parts[object], &seen.times.0));
+        let trajectories = tracing::trace_span!("trajectories").in_scope(|| {
+            self.bodies[object].information_of_trajectories(&self.parts[object], &observed.times.0)
+        });
         let weight = 1.0 / (TRAJECTORY_DEVIATION * pixel).powi(2);
         let unknowns = self.bodies[object].unknowns();
         let stiffness = DMatrix::from_fn(unknowns, unknowns, |i, j| {
             let prior = if i == j { PRIOR_DEVIATION.powi(-2) } else { 0.0 };
             weight * trajectories[i * unknowns + j] + prior
         });
-        NormalEquations::new(stiffness, &self.evidence(object, seen, &|_| true), seen.weight())
+        NormalEquations::new(stiffness, &self.evidence(object, observed, &|_| true), observed.weight())
     }
 
     /// What some frames, told by their index, show of the parts of an object, with the parts' responses.
     fn evidence<'a>(
         &self,
         object: usize,
-        seen: &'a Seen<'_>,
+        observed: &'a Observed<'_>,
         is_wanted: &dyn Fn(usize) -> bool,
     ) -> Vec<(&'a Response, &'a Normal)> {
         let first: usize = self.bodies[..object].iter().map(|body| body.radii().len()).sum();
-        let responses = |frame: &Frame| &seen.responses[object][seen.times.index(frame)];
-        let wanted = (seen.frames.iter().zip(&seen.observations).enumerate()).filter(|(i, _)| is_wanted(*i));
+        let responses = |frame: &Frame| &observed.responses[object][observed.times.index(frame)];
+        let wanted =
+            (observed.frames.iter().zip(&observed.observations).enumerate()).filter(|(i, _)| is_wanted(*i));
         wanted.flat_map(|(_, (frame, o))| responses(frame).iter().zip(&o.normals[first..])).collect()
     }
 
@@ -225,7 +228,7 @@ impl Newton {
 }
 
 /// Frames with their observations, and the responses of all objects at their times.
-struct Seen<'a> {
+struct Observed<'a> {
     frames: &'a [&'a Frame],
     times: Times,
     /// By object.
@@ -235,7 +238,7 @@ struct Seen<'a> {
     mse: f64,
 }
 
-impl Seen<'_> {
+impl Observed<'_> {
     /// Weight of a unit of squared error of the images.
     fn weight(&self) -> f64 {
         1.0 / (CORRELATED_VALUES * self.mse)

@@ -10,7 +10,7 @@ use lgs_mechanics::terms::Entry;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
-use super::{Response, Responses, geometry};
+use super::{Positions, Response, Responses, geometry};
 use crate::stages::initial_pose::{mean, spin};
 
 /// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
@@ -124,12 +124,7 @@ impl LawBody {
     }
 
     /// Positions of the particles of `alone` after a change, by time.
-    pub(super) fn positions(
-        &self,
-        alone: &LagrangianScene,
-        change: &[f64],
-        times: &[f32],
-    ) -> Vec<Vec<[f32; 3]>> {
+    pub(super) fn positions(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Positions {
         let [changed, reshaped] = self.changed(change);
         let points = self.started(alone, &changed.start);
         let times: Vec<f64> = times.iter().map(|&t| f64::from(t)).collect();

@@ -38,6 +38,9 @@ pub(super) struct Response {
 /// Responses of all parts of a body, by time and part.
 pub(super) type Responses = Vec<Vec<Response>>;
 
+/// Positions of particles, by time and particle.
+pub(super) type Positions = Vec<Vec<[f32; 3]>>;
+
 impl Body {
     pub(super) fn new(scene: &LagrangianScene, object: usize) -> Self {
         match &scene.objects[object].dynamics {
@@ -89,12 +92,7 @@ impl Body {
 
     /// Positions of the particles of `alone` at some times, by time, after a change; none without a law in
     /// generalised coordinates.
-    pub(super) fn positions(
-        &self,
-        alone: &LagrangianScene,
-        change: &[f64],
-        times: &[f32],
-    ) -> Vec<Vec<[f32; 3]>> {
+    pub(super) fn positions(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Positions {
         match self {
             Self::Law(body) => body.positions(alone, change, times),
             Self::Particles(_) | Self::Recorded => Vec::new(),
