@@ -84,8 +84,11 @@ function view(index) {
   };
 }
 
+const stageSize = () => `${stage.clientWidth} × ${stage.clientHeight}`;
+
 function refresh(moving) {
   if (!page.hello) return;
+  page.stageSize = stageSize();
   const compare = get('compare').value;
   if (compare === 'truth' && page.camera.dataset === null && page.hello.cameras.length) page.camera.jump(0);
   get('pane-1').hidden = compare === 'none';
@@ -245,7 +248,8 @@ get('cameras').onchange = ({ target }) => {
 };
 get('shot').onclick = () => picture();
 get('panel-toggle').onclick = () => panel();
-new ResizeObserver(() => refresh(true)).observe(stage);
+// It also reports the size with which the page begins, for which pictures may be there already.
+new ResizeObserver(() => { if (page.stageSize !== stageSize()) refresh(true); }).observe(stage);
 
 function panel() {
   const shownNow = get('panel').toggleAttribute('hidden');

@@ -14,6 +14,8 @@ export class Pane {
   constructor(index, element, connection) {
     Object.assign(this, { index, element, connection, serial: 0, shown: 0, sharpness: 1, header: null });
     this.jpeg = 80;
+    // Numbers of the picture that came last, and of the newest that is shown.
+    [this.arrived, this.newest] = [0, 0];
     [this.picture, this.overlay] = element.querySelectorAll('canvas');
     this.caption = element.querySelector('figcaption');
     this.doubt = element.querySelector('.doubt');
@@ -91,8 +93,12 @@ export class Pane {
     for (const serial of this.underway.keys()) if (serial <= header.serial) this.underway.delete(serial);
     this.pace(header);
     this.flush();
+    this.arrived += 1;
+    const arrival = this.arrived;
     const bitmap = await createImageBitmap(blob);
-    if (header.serial < this.shown) return;
+    // Of one request several pictures come while its motion rolls out, and an older one may decode later.
+    if (arrival < this.newest) return;
+    this.newest = arrival;
     this.shown = header.serial;
     this.header = header;
     [this.picture.width, this.picture.height] = header.size;
