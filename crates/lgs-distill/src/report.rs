@@ -5,7 +5,7 @@ use crate::laws::linear::law::Law;
 use crate::laws::linear::terms::Terms;
 use crate::motion::object_motion::{ObjectMotion, PathKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{RESIDUAL_TOLERANCE, UNDESCRIBED_FRACTION, UNRESOLVED_ERRORS};
+use crate::thresholds::{RESIDUAL_TOLERANCE, UNDESCRIBED_FRACTION};
 use lgs_mechanics::bands::Known;
 use serde::{Deserialize, Serialize};
 
@@ -59,13 +59,12 @@ impl DistillReport {
     /// follows a motion, or closer than images resolve.
     #[must_use]
     pub fn describes_window(&self, config: &DistillConfig) -> bool {
-        let resolved = UNRESOLVED_ERRORS * f64::from(config.forecast_tolerance);
         let collides = |law: &GeneralisedReport| law.law.contact.is_some();
         if self.generalised.as_ref().is_some_and(collides) {
             // Errors grow at every impact; without the plane a body would go through it.
             return self.window_error <= UNDESCRIBED_FRACTION * self.displacement;
         }
-        self.window_error <= resolved.max(RESIDUAL_TOLERANCE * self.displacement)
+        self.window_error <= config.unresolved().max(RESIDUAL_TOLERANCE * self.displacement)
     }
 
     /// The same for poses without trajectories.

@@ -55,6 +55,11 @@ pub(crate) const FEWEST_FRAMES: usize = 16;
 /// Distance of frames from even times, as a fraction of their spacing: that of rounded decimals.
 pub(crate) const EVEN: f32 = 0.01;
 
+// Laws by images
+
+/// Gaussians that tell how a body turns: as many as a support that keeps one rigid has.
+pub(crate) const FEWEST_OF_BODY: usize = 4;
+
 // Laws held to their source
 
 /// Decibels by which a law may draw its object worse in the window than the source does: the one figure of

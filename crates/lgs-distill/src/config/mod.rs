@@ -7,7 +7,7 @@ pub use networks::{Alignment, MatchingConfig, RolloutConfig, TargetKind};
 pub use partition::{PartitionConfig, PartitionMethod};
 
 use crate::error::DistillError;
-use crate::thresholds::{HIGHEST_DEGREE, UNRESOLVED_FRACTION};
+use crate::thresholds::{HIGHEST_DEGREE, UNRESOLVED_ERRORS, UNRESOLVED_FRACTION};
 use lgs_dynamics::{ForceKind, PotentialKind};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
@@ -173,6 +173,19 @@ impl DistillConfig {
     pub fn resolving(&self, pixel_size: f32) -> Self {
         let forecast_tolerance = self.forecast_tolerance + UNRESOLVED_FRACTION * pixel_size;
         Self { forecast_tolerance, ..self.clone() }
+    }
+
+    /// Whether laws in generalised coordinates are sought: not where the paper's particles or its networks are
+    /// asked for.
+    #[must_use]
+    pub fn chooses_laws(&self) -> bool {
+        self.coordinates != CoordinatesKind::Particles && self.dynamics != DynamicsKind::Networks
+    }
+
+    /// Errors of a place that no image shows, world units; 0 where the tracks are not from images.
+    #[must_use]
+    pub fn unresolved(&self) -> f64 {
+        UNRESOLVED_ERRORS * f64::from(self.forecast_tolerance)
     }
 
     /// Range of smoothing degrees.

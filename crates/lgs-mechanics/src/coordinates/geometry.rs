@@ -48,7 +48,10 @@ impl Coordinates {
             Self::Ball(ball) => {
                 let offset = DVec3::from_slice(by);
                 add(&mut ball.pivot, offset);
-                add(&mut ball.arm, -(quaternion(&start.x).normalize().inverse() * offset));
+                // A body that turns about its centre goes on to, and has no parameters of an arm.
+                if DVec3::from(ball.arm) != DVec3::ZERO {
+                    add(&mut ball.arm, -(quaternion(&start.x).normalize().inverse() * offset));
+                }
             }
             Self::Hinge(hinge) => change_axis(by, &mut hinge.axis, &mut hinge.pivot),
             Self::Tree(tree) => {
@@ -115,7 +118,9 @@ fn add(values: &mut [f64], change: DVec3) {
 
 #[cfg(test)]
 mod tests {
-    use crate::coordinates::{AffineMode, Coordinates, Embedding, Modal, Rolling, State};
+    use crate::coordinates::{
+        AffineMode, Ball, Coordinates, Embedding, Inertia, InertiaForm, Modal, Rolling, State,
+    };
     use glam::DVec3;
 
     #[test]
@@ -127,6 +132,16 @@ mod tests {
         coordinates.change_geometry(&mut State { x: vec![0.0; 2], v: vec![0.0; 2] }, &[0.1, 0.5]);
         let expected = Modal { affine: vec![mode(2.0), mode(10.5)], further: 0 };
         assert_eq!(coordinates, Coordinates::Modal(expected));
+    }
+
+    #[test]
+    fn a_body_that_turns_about_its_centre_gets_no_parameters_of_an_arm() {
+        let inertia = Inertia { form: InertiaForm::Whole, ..Inertia::ball(1.0) };
+        let ball = Ball { pivot: [0.0; 3], arm: [0.0; 3], inertia };
+        let mut coordinates = Coordinates::Ball(ball);
+        let mut start = State { x: vec![1.0, 0.0, 0.0, 0.0], v: vec![0.0; 3] };
+        coordinates.change_geometry(&mut start, &[0.1, 0.2, 0.3]);
+        assert_eq!(coordinates, Coordinates::Ball(Ball { pivot: [0.1, 0.2, 0.3], ..ball }));
     }
 
     #[test]

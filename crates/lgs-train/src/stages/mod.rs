@@ -10,6 +10,7 @@ mod fit_dynamics;
 mod frame_states;
 mod held_to_source;
 mod image_laws;
+mod image_poses;
 mod initial_pose;
 mod initialise_scene;
 mod motion_options;
