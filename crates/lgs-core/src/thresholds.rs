@@ -17,6 +17,10 @@ pub(crate) const DEGENERATE_PULL: f64 = 1e-5;
 /// 255.
 pub(crate) const LEAST_MSE: f64 = 1e-10;
 
+/// Ridge of an affine fit towards another map, as a fraction of the source's variance: a direction thinner
+/// than a thousandth of the whole says nothing.
+pub(crate) const AFFINE_RIDGE: f64 = 1e-6;
+
 // Motions of cameras
 
 /// Places across an image at which the displacement of a camera is sampled; it is nearly linear in them.

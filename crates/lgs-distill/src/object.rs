@@ -146,13 +146,15 @@ pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64)
     law.report.describes_window(config).then_some(Couple { law, order, gain })
 }
 
-/// Poses of a rigid body, each seen by itself.
+/// Poses of a body, each seen by itself.
 #[derive(Clone, Debug)]
 pub struct BodyPoses {
     /// Ascending times, normalised; the first is the start.
     pub times: Vec<f64>,
     /// Linear part and shift that take each point of the shape to where it is, one for each time.
     pub poses: Vec<(DMat3, DVec3)>,
+    /// Whether linear parts deform the body, which is rigid otherwise.
+    pub deforms: bool,
     /// Points of the body.
     pub shape: Vec<DVec3>,
     /// Size of errors that the poses have in common with their neighbours in time, world units, as far as it
@@ -162,7 +164,7 @@ pub struct BodyPoses {
     pub surroundings: Vec<[f64; 3]>,
 }
 
-/// Finds the law behind the poses of a rigid body, or of two that act on each other, at the same times, in
+/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times, in
 /// the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
 /// wants none, or the law takes the bodies the other way round.
 #[must_use]
@@ -181,10 +183,11 @@ pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64)
 
 impl BodyPoses {
     fn into_motion(self) -> SharedMotion {
-        let Self { times, poses, shape, .. } = self;
+        let Self { times, poses, deforms, shape, .. } = self;
         let weights = vec![(shape.len() as f64).recip(); shape.len()];
         let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
-        SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights, residual: 0.0 }
+        let kind = if deforms { PoseKind::Affine } else { PoseKind::Rigid };
+        SharedMotion { kind, times, poses, shape, weights, residual: 0.0 }
     }
 }
 

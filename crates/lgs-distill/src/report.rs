@@ -71,7 +71,7 @@ impl DistillReport {
     pub(crate) fn of_poses(motion: &SharedMotion) -> Self {
         Self {
             particles: motion.shape.len(),
-            paths: PathKind::Rigid,
+            paths: motion.kind.into(),
             independent_noise: 0.0,
             shared_residual: motion.residual,
             displacement: motion.rms_displacement(),

@@ -24,9 +24,6 @@ pub(crate) const OUTLIER_MEDIANS: f64 = 3.0;
 /// The same for the residual of a particle at one sample. A part that slips for a while is many particles,
 /// not one in ten thousand: already the farther half of the particles counts less.
 pub(crate) const MOMENTARY_OUTLIER_MEDIANS: f64 = 1.0;
-/// Ridge of an affine pose towards the rigid one, as a fraction of the shape's variance: a direction thinner
-/// than a thousandth of the shape says nothing.
-pub(crate) const AFFINE_RIDGE: f64 = 1e-6;
 /// A residual is as good as another one, or as noise, up to this factor: fits of a few dozen samples with a
 /// different number of unknowns scatter by that much.
 pub(crate) const RESIDUAL_SLACK: f64 = 1.5;

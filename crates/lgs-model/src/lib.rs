@@ -15,6 +15,6 @@ pub mod testing;
 mod thresholds;
 
 pub use scene::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics, Recording};
-pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState};
+pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState, mapped_shape};
 pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};
 pub use tensor_file::{TensorFile, TensorFileError};

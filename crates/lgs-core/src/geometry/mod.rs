@@ -16,6 +16,8 @@ pub use rotation::{components, exp, quaternion, right_jacobian, rotate_by, rotat
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, Matrix3};
 
+use crate::thresholds::AFFINE_RIDGE;
+
 /// Single to double precision.
 #[inline]
 #[must_use]
@@ -80,6 +82,15 @@ pub fn symmetric(entries: &[f64]) -> DMat3 {
 pub fn inverse(m: &DMat3) -> Option<DMat3> {
     let determinant = m.determinant();
     (determinant.abs() > f64::MIN_POSITIVE && determinant.is_finite()).then(|| m.inverse())
+}
+
+/// Least squares `linear` of `moment = linear · covariance`, for `moment = Σ target sourceᵀ` and `covariance =
+/// Σ source sourceᵀ` of centred points; drawn to another map where the source is thin.
+#[must_use]
+pub fn fit_affine(moment: &DMat3, covariance: &DMat3, otherwise: &DMat3) -> DMat3 {
+    let ridge = AFFINE_RIDGE * trace(covariance);
+    inverse(&(*covariance + scalar(ridge)))
+        .map_or(*otherwise, |inverse| (*moment + ridge * *otherwise) * inverse)
 }
 
 /// The solution of the symmetric positive definite `gram x = rhs`; `None` if `gram` is not positive definite.

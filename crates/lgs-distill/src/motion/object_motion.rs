@@ -41,9 +41,17 @@ impl ObjectMotion {
     /// The origin of the paths.
     pub(crate) fn path_kind(&self) -> PathKind {
         match self.shared.as_ref().map(|motion| motion.shared.kind) {
-            Some(PoseKind::Rigid) => PathKind::Rigid,
-            Some(PoseKind::Affine) => PathKind::Affine,
+            Some(kind) => kind.into(),
             None => PathKind::Independent,
+        }
+    }
+}
+
+impl From<PoseKind> for PathKind {
+    fn from(kind: PoseKind) -> Self {
+        match kind {
+            PoseKind::Rigid => Self::Rigid,
+            PoseKind::Affine => Self::Affine,
         }
     }
 }

@@ -8,10 +8,10 @@
 
 use super::pose::{Pose, PoseKind};
 use super::shared_motion::SharedMotion;
-use crate::thresholds::{AFFINE_RIDGE, MOMENTARY_OUTLIER_MEDIANS, OUTLIER_MEDIANS, TURNS};
+use crate::thresholds::{MOMENTARY_OUTLIER_MEDIANS, OUTLIER_MEDIANS, TURNS};
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
-use lgs_core::geometry::{inverse, nearest_rotation, outer, scalar, trace};
+use lgs_core::geometry::{fit_affine, inverse, nearest_rotation, outer};
 use lgs_core::median;
 
 /// Fits poses, shape and weights to trajectories.
@@ -83,16 +83,9 @@ fn pose_of(
     let rotation = nearest_rotation(&moment);
     let linear = match kind {
         PoseKind::Rigid => rotation,
-        PoseKind::Affine => affine_from(&moment, &covariance, &rotation),
+        PoseKind::Affine => fit_affine(&moment, &covariance, &rotation),
     };
     Pose { linear, shift: seen - linear * shape }
-}
-
-/// Least squares `linear` of `moment = linear · covariance`, drawn to the rotation where the shape is thin.
-fn affine_from(moment: &DMat3, covariance: &DMat3, rotation: &DMat3) -> DMat3 {
-    let ridge = AFFINE_RIDGE * trace(covariance);
-    inverse(&(*covariance + scalar(ridge)))
-        .map_or(*rotation, |inverse| (*moment + ridge * *rotation) * inverse)
 }
 
 /// Weights of the particles at one sample: the less, the farther one is from where the sample's pose has it.

@@ -21,6 +21,9 @@ use crate::thresholds::DRAWS;
 use draws::Draws;
 use lgs_core::holding;
 
+/// Share of the posterior of positions that a band holds.
+pub const HELD: f64 = 0.9;
+
 /// Motions drawn from the posterior over all candidates.
 #[derive(Clone, Debug)]
 pub struct Band {

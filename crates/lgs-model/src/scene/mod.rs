@@ -10,6 +10,7 @@ mod file;
 mod generalised;
 mod motion;
 mod recording;
+mod stretch;
 
 use std::ops::Range;
 
@@ -22,6 +23,7 @@ pub use file::{
 };
 pub use motion::{Motion, SceneState};
 pub use recording::Recording;
+pub use stretch::mapped_shape;
 
 /// How the dynamic Gaussians are rolled out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,14 +93,9 @@ impl LagrangianScene {
             cloud.sh_degree = self.dynamic_gaussians.sh_degree;
         }
         cloud.means.extend_from_slice(&state.q);
-        cloud.rotations.extend(
-            state
-                .rotation
-                .iter()
-                .zip(&self.dynamic_gaussians.rotations)
-                .map(|(&r, &r0)| lgs_core::linear::quat_mul(r, lgs_core::linear::quat_normalize(r0))),
-        );
-        cloud.log_scales.extend_from_slice(&self.dynamic_gaussians.log_scales);
+        let (rotations, log_scales) = self.shapes_at(state);
+        cloud.rotations.extend(rotations);
+        cloud.log_scales.extend(log_scales);
         cloud.raw_opacities.extend_from_slice(&self.dynamic_gaussians.raw_opacities);
         cloud.sh.extend_from_slice(&self.dynamic_gaussians.sh);
         cloud

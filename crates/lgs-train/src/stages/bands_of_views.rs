@@ -1,14 +1,20 @@
-//! Bands that allow for what single views have wrong (method §6).
+//! Bands that allow for what single views have wrong, and for what the last choice of laws has put right
+//! (method §6).
 //!
 //! Gaussians that are a little off in one view pull the poses of a body the same way at all times. The
 //! scatter of the poses about a law, from which its posterior comes, does not show such errors; that views
 //! disagree does. The start and the constants of a law are therefore fitted with each view left out (a
 //! jackknife, to first order), and how far these forecasts part widens the band.
+//!
+//! What all views have in common is Gaussians that were tuned to a motion that was off. They hold the poses
+//! back to it, so that as much is left to be put right as the last choice has put right within the window.
 
+use lgs_core::geometry::wide;
 use lgs_core::{Stream, holding, stream};
 use lgs_data::dataset::Frame;
-use lgs_mechanics::bands::Verdict;
-use lgs_model::{Dynamics, LagrangianScene, ObjectModel};
+use lgs_dynamics::{Edit, Reversal};
+use lgs_mechanics::bands::{HELD, Verdict};
+use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 use super::body::Positions;
@@ -18,16 +24,18 @@ use super::newton::Newton;
 const MOST_GROUPS: usize = 12;
 /// Fewest views whose disagreement says anything: two have one difference, and no scale to judge it by.
 const FEWEST_VIEWS: usize = 3;
-/// Share of the posterior of positions that a band holds.
-const HELD: f64 = 0.9;
 /// Draws from the distribution of the forecasts: the radius of nine tenths is then known to a tenth.
 const DRAWS: usize = 128;
 /// Particles that stand for all of a body: shares of them inside of a radius are known to some per cent.
 const PARTICLES: usize = 48;
+/// Steps in a window at which motions are compared.
+const WINDOW_TIMES: usize = 16;
 
-/// The scene with the bands of its laws as wide as the disagreement of views asks for.
+/// The scene with the bands of its laws as wide as the disagreement of views asks for, and the difference
+/// from the motion that it had `before`, with the same Gaussians.
 pub(super) fn with_bands_of_views(
     mut scene: LagrangianScene,
+    before: &LagrangianScene,
     frames: &[&Frame],
     seed: u64,
 ) -> LagrangianScene {
@@ -37,6 +45,7 @@ pub(super) fn with_bands_of_views(
     let newton = Newton::new(&scene, seed);
     let changes = newton.without_each(&scene, frames, &groups);
     let window = f64::from(scene.motion.time_window);
+    let corrected = corrections(&scene, before);
     for (object, changes) in changes.iter().enumerate() {
         if !has_band(&scene.objects[object]) {
             continue;
@@ -47,16 +56,46 @@ pub(super) fn with_bands_of_views(
         let forecasts = Forecasts::new(&newton, object, changes, &times);
         let apart = forecasts.radius(&mut stream(seed, "bands of views", object as u64));
         let radius = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
-        let radius: Vec<f64> = radius.zip(&apart).map(|(radius, apart)| radius.hypot(*apart)).collect();
-        tracing::debug!(object, ?apart, ?radius, "bands of views");
-        let before = known.verdict;
+        let mut radius: Vec<f64> = radius.zip(&apart).map(|(radius, apart)| radius.hypot(*apart)).collect();
+        let widening = widening((&times, &radius), window, corrected[object]);
+        radius.iter_mut().for_each(|radius| *radius *= widening);
+        tracing::debug!(object, ?apart, corrected = corrected[object], widening, ?radius, "bands of views");
+        let verdict = known.verdict;
         known.take_band((&times, &radius), window, forecasts.path(&times, window));
         // What did not explain the motion before does not do so for a wider band.
-        if before != Verdict::Explained {
-            known.verdict = before;
+        if verdict != Verdict::Explained {
+            known.verdict = verdict;
         }
     }
     scene
+}
+
+/// How far the Gaussians of each object are from where another motion of the scene has them within the
+/// window: root mean square, world units.
+fn corrections(scene: &LagrangianScene, before: &LagrangianScene) -> Vec<f64> {
+    let [mut now, mut then] =
+        [scene, before].map(|scene| Motion::new(scene, Edit::default(), Reversal::default()));
+    let mut squares = vec![0.0; scene.objects.len()];
+    for step in 0..=WINDOW_TIMES {
+        let time = scene.motion.time_window * step as f32 / WINDOW_TIMES as f32;
+        let [now, then] = [now.state_at(time).q, then.state_at(time).q];
+        for (square, object) in squares.iter_mut().zip(&scene.objects) {
+            let of_row = |row: usize| wide(now[row]).distance_squared(wide(then[row]));
+            *square += object.members.clone().map(of_row).sum::<f64>();
+        }
+    }
+    let mean = |(square, object): (&f64, &ObjectModel)| {
+        (square / ((WINDOW_TIMES + 1) * object.members.len().max(1)) as f64).sqrt()
+    };
+    squares.iter().zip(&scene.objects).map(mean).collect()
+}
+
+/// By how much a band has to be wider everywhere, so that it holds a distance within the window.
+fn widening((times, radius): (&[f64], &[f64]), window: f64, distance: f64) -> f64 {
+    let inside = times.iter().zip(radius).filter(|(time, _)| (0.0..=window).contains(*time));
+    let (sum, count) = inside.fold((0.0, 0.0), |(sum, count), (_, r)| (sum + r * r, count + 1.0));
+    let own = (sum / f64::max(count, 1.0)).sqrt();
+    if own > 0.0 && own.is_finite() { (distance / own).hypot(1.0) } else { 1.0 }
 }
 
 /// Whether an object follows a law with a band.
@@ -187,6 +226,14 @@ mod tests {
         // Nine tenths of Student's distribution with 11 degrees of freedom are within 1.796.
         let expected = 1.796 * (11.0 / 12.0 * squares).sqrt();
         assert!((found / expected - 1.0).abs() < 0.2, "{found}, not {expected}");
+    }
+
+    #[test]
+    fn a_band_is_widened_to_hold_what_was_put_right_within_the_window() {
+        let (times, radius) = ([-0.5, 0.0, 0.5, 1.0, 2.0], [9.0, 0.3, 0.3, 0.3, 9.0]);
+        assert!((widening((&times, &radius), 1.0, 0.4) - 5.0 / 3.0).abs() < 1e-12);
+        assert_eq!(widening((&times, &radius), 1.0, 0.0), 1.0);
+        assert_eq!(widening((&times, &[f64::INFINITY; 5]), 1.0, 0.4), 1.0);
     }
 
     #[test]

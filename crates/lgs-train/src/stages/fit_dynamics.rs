@@ -43,15 +43,15 @@ impl FitDynamics<'_> {
     }
 
     /// The scene with its laws as the images of the first step show them, without any step, and with bands
-    /// that allow for what single views have wrong.
+    /// that allow for what single views have wrong; and by how many decibels it draws the images better.
     #[must_use]
-    pub fn with_laws_of_images(self) -> LagrangianScene {
+    pub fn with_laws_of_images(self) -> (LagrangianScene, f64) {
         let frames = self.config.observed(self.frames, 0);
-        let scene = match &self.laws {
-            Some(laws) => with_laws_of_images(self.scene, &frames, (laws, self.seed)),
-            None => self.scene,
+        let (scene, gain) = match &self.laws {
+            Some(laws) => with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed)),
+            None => (self.scene.clone(), 0.0),
         };
-        with_bands_of_views(scene, &frames, self.seed)
+        (with_bands_of_views(scene, &self.scene, &frames, self.seed), gain)
     }
 }
 
@@ -69,7 +69,7 @@ impl Trainer for FitDynamics<'_> {
     fn step(&mut self) -> StepReport {
         let frames = self.config.observed(self.frames, self.step);
         if let Some(laws) = self.laws.as_ref().filter(|_| self.step == 0) {
-            self.scene = with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed));
+            (self.scene, _) = with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed));
             self.newton = Newton::new(&self.scene, self.seed);
         }
         let report = self.newton.step(&self.scene, &frames);

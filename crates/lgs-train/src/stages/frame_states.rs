@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use burn::tensor::{Device, Tensor, TensorData};
-use lgs_core::linear::{matrix_from_quat, quat_mul, quat_normalize};
+use lgs_core::linear::{Mat3, matrix_from_quat, quat_conjugate, quat_mul, quat_normalize, sub};
 use lgs_dynamics::RolloutSpec;
 use lgs_model::{LagrangianScene, Motion, SceneState};
 
@@ -25,12 +25,14 @@ pub(super) struct FrameStates {
 pub(super) struct StateTensors {
     /// Positions `[n, 3]`, world units.
     pub(super) means: Tensor<2>,
-    /// Rotations since t = 0 as quaternions `[n, 4]`.
+    /// Rotations of the Gaussians since t = 0 as quaternions `[n, 4]`.
     pub(super) turns: Tensor<2>,
-    /// The same as matrices `[n, 3, 3]`.
+    /// The linear maps of small offsets since t = 0 `[n, 3, 3]`.
     pub(super) matrices: Tensor<3>,
     /// Quaternions of the Gaussians `[n, 4]`.
     pub(super) rotations: Tensor<2>,
+    /// By how much their log-scales have grown since t = 0 `[n, 3]`.
+    pub(super) growth: Tensor<2>,
 }
 
 impl FrameStates {
@@ -57,23 +59,36 @@ impl FrameStates {
         let state = on_device.entry(time.to_bits()).or_insert_with(|| {
             let _span = tracing::trace_span!("roll the motion").entered();
             let state = motion.state_at(time);
-            StateTensors::new(&state, &motion.scene().dynamic_gaussians.rotations, device)
+            StateTensors::new(&state, motion.scene(), device)
         });
         state.clone()
     }
 }
 
 impl StateTensors {
-    fn new(state: &SceneState, at_start: &[[f32; 4]], device: &Device) -> Self {
-        let n = state.len();
-        let matrices: Vec<f32> = state.rotation.iter().flat_map(|&q| matrix_from_quat(q)).flatten().collect();
-        let rotations: Vec<[f32; 4]> =
-            state.rotation.iter().zip(at_start).map(|(&r, &r0)| quat_mul(r, quat_normalize(r0))).collect();
+    fn new(state: &SceneState, scene: &LagrangianScene, device: &Device) -> Self {
+        let (n, at_start) = (state.len(), &scene.dynamic_gaussians);
+        let (rotations, log_scales) = scene.shapes_at(state);
+        let mut turns = state.rotation.clone();
+        let mut matrices: Vec<Mat3> = turns.iter().map(|&turn| matrix_from_quat(turn)).collect();
+        for object in scene.objects.iter().filter(|object| object.deforms()) {
+            let members = &object.members;
+            let linear = scene.linear_map(members, state).transpose().to_cols_array_2d();
+            matrices[members.clone()].fill(linear.map(|row| row.map(|x| x as f32)));
+            for row in members.clone() {
+                turns[row] =
+                    quat_mul(rotations[row], quat_conjugate(quat_normalize(at_start.rotations[row])));
+            }
+        }
+        let grown = |(now, before): (&[f32; 3], &[f32; 3])| sub(*now, *before);
+        let growth: Vec<[f32; 3]> = log_scales.iter().zip(&at_start.log_scales).map(grown).collect();
+        let matrices: Vec<f32> = matrices.into_iter().flatten().flatten().collect();
         Self {
             means: rows(&state.q, device),
-            turns: rows(&state.rotation, device),
+            turns: rows(&turns, device),
             matrices: Tensor::from_data(TensorData::new(matrices, [n, 3, 3]), device),
             rotations: rows(&rotations, device),
+            growth: rows(&growth, device),
         }
     }
 }

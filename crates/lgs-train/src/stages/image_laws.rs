@@ -2,19 +2,17 @@
 //! them, are free of the errors that a source model makes at the ends of a window, and of its smoothness; a
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
-use std::ops::Range;
-
 use glam::DQuat;
-use lgs_core::geometry::components;
+use lgs_core::GaussianCloud;
+use lgs_core::geometry::{components, nearest_rotation};
 use lgs_core::linear::quat_mul;
 use lgs_data::dataset::Frame;
 use lgs_distill::{DistillConfig, DistilledLaw, law_of_poses};
 use lgs_mechanics::bands::Verdict;
-use lgs_mechanics::coordinates::Coordinates;
-use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel};
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, mapped_shape};
 
 use super::body::rows_of_parts;
-use super::image_poses::ImagePoses;
+use super::image_poses::{ImagePoses, Part};
 use super::newton::squared_error_of;
 use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
 
@@ -22,32 +20,30 @@ use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
 /// the images worse than the scene's own motion by more than a law may be below its source.
 ///
 /// Objects without a law in generalised coordinates are offered one if they move like a rigid body, and take
-/// it if it claims to explain or to describe them.
+/// it if it claims to explain or to describe them. Tells by how many decibels the images are drawn better.
 pub(super) fn with_laws_of_images(
     scene: LagrangianScene,
     frames: &[&Frame],
     (config, seed): (&DistillConfig, u64),
-) -> LagrangianScene {
+) -> (LagrangianScene, f64) {
     let mut times: Vec<f32> = frames.iter().map(|frame| frame.time).filter(|&time| time >= 0.0).collect();
     times.sort_by(f32::total_cmp);
     times.dedup();
     if times.first() != Some(&0.0) || !config.chooses_laws() {
-        return scene;
+        return (scene, 0.0);
     }
     let poses = ImagePoses::new(&scene, &times);
-    let rigid: Vec<usize> = (0..scene.objects.len())
-        .filter(|&object| is_rigid(&scene.objects[object], &poses, config.unresolved()))
-        .collect();
-    if rigid.is_empty() {
-        return scene;
+    let parts = scene.objects.iter().map(|object| parts_of(object, &poses, config.unresolved()));
+    let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) =
+        parts.enumerate().filter(|(_, parts)| !parts.is_empty()).unzip();
+    if offered.is_empty() {
+        return (scene, 0.0);
     }
-    let parts: Vec<Vec<Range<usize>>> =
-        rigid.iter().map(|&object| rows_of_parts(&scene.objects[object])).collect();
-    let (found, mut error) = poses.displacements(&parts.concat(), frames);
-    let mut found = found.iter();
+    let (found, before) = poses.displacements(&parts.concat(), frames);
+    let (mut found, mut error) = (found.iter(), before);
     let mut changed = scene.clone();
-    for (&index, parts) in rigid.iter().zip(&parts) {
-        let bodies = parts.iter().zip(&mut found).map(|(rows, found)| poses.of_body(rows, found)).collect();
+    for (&index, parts) in offered.iter().zip(&parts) {
+        let bodies = parts.iter().zip(&mut found).map(|(body, found)| poses.of_body(body, found)).collect();
         let law = law_of_poses(bodies, config, seed.wrapping_add(index as u64));
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
         let has_law = has_law(&scene.objects[index]);
@@ -60,7 +56,7 @@ pub(super) fn with_laws_of_images(
             (changed, error) = (other, after);
         }
     }
-    changed
+    (changed, decibels_between(error, before))
 }
 
 /// Decibels by which a squared error is worse than another.
@@ -73,16 +69,15 @@ fn has_law(object: &ObjectModel) -> bool {
     object.recording.is_none() && object.dynamics.generalised().is_some()
 }
 
-/// Whether an object moves as one or several rigid bodies: by its law, or as its motion is seen to, up to
-/// what images do not resolve.
-fn is_rigid(object: &ObjectModel, poses: &ImagePoses<'_>, unresolved: f64) -> bool {
-    match object.dynamics.generalised().filter(|_| object.recording.is_none()) {
-        Some(dynamics) => !matches!(dynamics.law.coordinates, Coordinates::Modal(_)),
-        None => {
-            let rows = &object.members;
-            rows.len() >= FEWEST_OF_BODY && poses.deformation(rows) <= unresolved
-        }
+/// The bodies as which an object moves: those of its law, or one that is rigid up to what images do not
+/// resolve; none if it moves otherwise.
+fn parts_of(object: &ObjectModel, poses: &ImagePoses<'_>, unresolved: f64) -> Vec<Part> {
+    let rows = &object.members;
+    if !has_law(object) && (rows.len() < FEWEST_OF_BODY || poses.deformation(rows) > unresolved) {
+        return Vec::new();
     }
+    let deforms = object.deforms();
+    rows_of_parts(object).into_iter().map(|rows| Part { rows, deforms }).collect()
 }
 
 /// Gives an object of a scene another law.
@@ -92,9 +87,15 @@ fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usize) {
     scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&q0);
     scene.velocities[members.clone()].copy_from_slice(&v0);
     for (rows, (linear, _)) in rows_of_parts(&scene.objects[object]).into_iter().zip(bases) {
-        let turn = components(DQuat::from_mat3(&linear).normalize()).map(|c| c as f32);
-        for rotation in &mut scene.dynamic_gaussians.rotations[rows] {
-            *rotation = quat_mul(turn, *rotation);
+        let turn = components(DQuat::from_mat3(&nearest_rotation(&linear))).map(|c| c as f32);
+        let deforms = scene.objects[object].deforms();
+        let GaussianCloud { rotations, log_scales, .. } = &mut scene.dynamic_gaussians;
+        for (rotation, log_scales) in rotations[rows.clone()].iter_mut().zip(&mut log_scales[rows]) {
+            if deforms {
+                (*rotation, *log_scales) = mapped_shape(&linear, *rotation, *log_scales);
+            } else {
+                *rotation = quat_mul(turn, *rotation);
+            }
         }
     }
     let object = &mut scene.objects[object];

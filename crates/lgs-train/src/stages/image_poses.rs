@@ -1,21 +1,24 @@
-//! Poses of rigid bodies at the times of the frames, as the images show them: each is the scene's motion of
+//! Poses of bodies at the times of the frames, as the images show them: each is the scene's motion of
 //! the body with a displacement that the views of its time ask for.
 
 use std::ops::Range;
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::geometry::{exp, fit_rotation, outer, quaternion, solve_positive, wide};
-use lgs_core::linear::{norm, sub};
+use lgs_core::geometry::{
+    components, fit_affine, fit_rotation, narrow, nearest_rotation, outer, quaternion, rotation_by,
+    solve_positive, symmetric, wide,
+};
+use lgs_core::linear::{norm, quat_mul, sub};
 use lgs_core::{GaussianCloud, psnr_of_mse};
 use lgs_data::dataset::Frame;
 use lgs_distill::BodyPoses;
 use lgs_dynamics::{Edit, Reversal};
-use lgs_model::{LagrangianScene, Motion, SceneState};
+use lgs_model::{LagrangianScene, Motion, SceneState, mapped_shape};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::initial_pose::mean;
-use super::observation::{Displacement, Normal, Observation, Pose, displaced, observe};
+use super::observation::{Displacement, Normal, Observation, Pose, observe};
 
 /// Rounds of observation, at least: the second is about poses that the first has put right to a tenth of a
 /// pixel, if they were off by no more than one.
@@ -37,10 +40,20 @@ pub(super) struct ImagePoses<'a> {
     states: Vec<SceneState>,
 }
 
-/// The rigid displacement of a body at a time from where the scene's motion has it.
+/// A body of a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// Its rows among the dynamic Gaussians.
+    pub(super) rows: Range<usize>,
+    /// Whether its shape changes.
+    pub(super) deforms: bool,
+}
+
+/// The displacement of a body at a time from where the scene's motion has it.
 #[derive(Clone, Copy)]
 pub(super) struct Found {
-    turn: DQuat,
+    /// About the centre: a rotation, unless the body deforms.
+    linear: DMat3,
     shift: DVec3,
     /// Mean square error of the displacement by what each half of the views shows, world units; 0 where there
     /// are no halves.
@@ -48,7 +61,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    const STILL: Self = Self { turn: DQuat::IDENTITY, shift: DVec3::ZERO, square_error: 0.0 };
+    const STILL: Self = Self { linear: DMat3::IDENTITY, shift: DVec3::ZERO, square_error: 0.0 };
 }
 
 impl<'a> ImagePoses<'a> {
@@ -62,17 +75,16 @@ impl<'a> ImagePoses<'a> {
     /// given by their rows among the dynamic ones; world units.
     pub(super) fn deformation(&self, rows: &Range<usize>) -> f64 {
         let left = |state: &SceneState| {
-            let (turn, from, to) = self.rigid_fit(rows, state);
+            let (linear, from, to) = self.fit(rows, state, false);
             let pairs = self.at_rest(rows).iter().zip(&state.q[rows.clone()]);
-            pairs.map(|(&a, &b)| (turn * (wide(a) - from)).distance_squared(wide(b) - to)).sum::<f64>()
+            pairs.map(|(&a, &b)| (linear * (wide(a) - from)).distance_squared(wide(b) - to)).sum::<f64>()
         };
         let squared: f64 = self.states.iter().map(left).sum();
         (squared / (rows.len() * self.states.len()).max(1) as f64).sqrt()
     }
 
-    /// Displacements of some bodies, given by their rows among the dynamic Gaussians, by body and time, and
-    /// the squared error of the images without them.
-    pub(super) fn displacements(&self, bodies: &[Range<usize>], frames: &[&Frame]) -> (Vec<Vec<Found>>, f64) {
+    /// Displacements of some bodies, by body and time, and the squared error of the images without them.
+    pub(super) fn displacements(&self, bodies: &[Part], frames: &[&Frame]) -> (Vec<Vec<Found>>, f64) {
         let clouds: Vec<GaussianCloud> = self.states.iter().map(|state| self.scene.cloud_at(state)).collect();
         let times = 0..self.times.len();
         let mut found = vec![vec![Found::STILL; times.len()]; bodies.len()];
@@ -102,26 +114,27 @@ impl<'a> ImagePoses<'a> {
                 for (time, found) in found.iter_mut().enumerate() {
                     let own = frames.iter().zip(&observed).filter(|(frame, _)| at(frame) == time);
                     let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[body]).collect();
-                    found.refine(&normals, poses[time][body].radius, 1.0 / (CORRELATED_VALUES * mse));
+                    found.refine(&normals, &poses[time][body], 1.0 / (CORRELATED_VALUES * mse));
                 }
             }
         }
         (found, error)
     }
 
-    /// The points of a rigid body about their centre, and its poses as the images show them. Views that
-    /// disagree tell of errors of the Gaussians, which are much the same at neighbouring times.
-    pub(super) fn of_body(&self, rows: &Range<usize>, found: &[Found]) -> BodyPoses {
-        let points = self.at_rest(rows);
+    /// The points of a body about their centre, and its poses as the images show them. Views that disagree
+    /// tell of errors of the Gaussians, which are much the same at neighbouring times.
+    pub(super) fn of_body(&self, body: &Part, found: &[Found]) -> BodyPoses {
+        let points = self.at_rest(&body.rows);
         let center = wide(mean(points));
         let pose = |(state, found): (&SceneState, &Found)| {
-            let (turn, _, at) = self.rigid_fit(rows, state);
-            (DMat3::from_quat(found.turn * turn), at + found.shift)
+            let (linear, _, at) = self.fit(&body.rows, state, body.deforms);
+            (found.linear * linear, at + found.shift)
         };
         let square_error = found.iter().map(|found| found.square_error).sum::<f64>();
         BodyPoses {
             times: self.times.iter().map(|&time| f64::from(time)).collect(),
             poses: self.states.iter().zip(found).map(pose).collect(),
+            deforms: body.deforms,
             shape: points.iter().map(|&p| wide(p) - center).collect(),
             slow_error: (square_error / found.len().max(1) as f64).sqrt(),
             surroundings: self.scene.static_gaussians.means.iter().map(|p| p.map(f64::from)).collect(),
@@ -133,33 +146,37 @@ impl<'a> ImagePoses<'a> {
         &self.scene.dynamic_gaussians.means[rows.clone()]
     }
 
-    /// The rotation of some Gaussians since the start, and their centres then and now. Where their places
-    /// leave it open, it is that of a Gaussian.
-    fn rigid_fit(&self, rows: &Range<usize>, state: &SceneState) -> (DQuat, DVec3, DVec3) {
+    /// The linear map of some Gaussians since the start, and their centres then and now. Where their places
+    /// leave its rotation open, it is that of a Gaussian.
+    fn fit(&self, rows: &Range<usize>, state: &SceneState, deforms: bool) -> (DMat3, DVec3, DVec3) {
         let (before, now) = (self.at_rest(rows), &state.q[rows.clone()]);
         let (from, to) = (wide(mean(before)), wide(mean(now)));
-        let covariance: DMat3 =
-            before.iter().zip(now).map(|(&a, &b)| outer(wide(b) - to, wide(a) - from)).sum();
-        let fit = fit_rotation(&covariance);
+        let (mut moment, mut covariance) = (DMat3::ZERO, DMat3::ZERO);
+        for (&a, &b) in before.iter().zip(now) {
+            moment += outer(wide(b) - to, wide(a) - from);
+            covariance += outer(wide(a) - from, wide(a) - from);
+        }
+        let fit = fit_rotation(&moment);
         let own = || quaternion(&state.rotation[rows.start].map(f64::from)).normalize();
-        (if fit.curvature.is_some() { fit.rotation } else { own() }, from, to)
+        let turn = DMat3::from_quat(if fit.curvature.is_some() { fit.rotation } else { own() });
+        (if deforms { fit_affine(&moment, &covariance, &turn) } else { turn }, from, to)
     }
 
     /// The bodies where they have been found at a time; `cloud` is that of the scene's motion.
     fn poses(
         &self,
-        bodies: &[Range<usize>],
+        bodies: &[Part],
         cloud: &GaussianCloud,
         (found, at): (&[Vec<Found>], usize),
     ) -> Vec<Pose> {
-        let pose = |(rows, found): (&Range<usize>, &Vec<Found>)| {
-            let rows = self.rows_of_cloud(rows);
+        let pose = |(body, found): (&Part, &Vec<Found>)| {
+            let rows = self.rows_of_cloud(&body.rows);
             let own = &cloud.means[rows.clone()];
             let center = mean(own);
             let square: f32 = own.iter().map(|&p| norm(sub(p, center)).powi(2)).sum();
             let radius = (square / (3 * own.len().max(1)) as f32).sqrt().max(f32::MIN_POSITIVE);
-            let center = (wide(center) + found[at].shift).as_vec3().to_array();
-            Pose { rows, center, radius }
+            let center = narrow(wide(center) + found[at].shift);
+            Pose { rows, center, radius, deforms: body.deforms }
         };
         bodies.iter().zip(found).map(pose).collect()
     }
@@ -168,17 +185,23 @@ impl<'a> ImagePoses<'a> {
     fn moved(
         &self,
         cloud: &GaussianCloud,
-        bodies: &[Range<usize>],
+        bodies: &[Part],
         (found, at): (&[Vec<Found>], usize),
     ) -> GaussianCloud {
         let mut cloud = cloud.clone();
-        for (rows, found) in bodies.iter().zip(found) {
-            let rows = self.rows_of_cloud(rows);
-            let center = mean(&cloud.means[rows.clone()]);
-            let body = Pose { rows, center, radius: 1.0 };
-            let axis = found[at].turn.to_scaled_axis();
-            let [tx, ty, tz] = found[at].shift.to_array();
-            (cloud.means, cloud.rotations) = displaced(&cloud, &body, &[tx, ty, tz, axis.x, axis.y, axis.z]);
+        for (body, found) in bodies.iter().zip(found) {
+            let Found { linear, shift, .. } = found[at];
+            let rows = self.rows_of_cloud(&body.rows);
+            let center = wide(mean(&cloud.means[rows.clone()]));
+            let turn = components(DQuat::from_mat3(&nearest_rotation(&linear))).map(|c| c as f32);
+            for row in rows {
+                cloud.means[row] = narrow(linear * (wide(cloud.means[row]) - center) + center + shift);
+                (cloud.rotations[row], cloud.log_scales[row]) = if body.deforms {
+                    mapped_shape(&linear, cloud.rotations[row], cloud.log_scales[row])
+                } else {
+                    (quat_mul(turn, cloud.rotations[row]), cloud.log_scales[row])
+                };
+            }
         }
         cloud
     }
@@ -192,36 +215,41 @@ impl<'a> ImagePoses<'a> {
 
 impl Found {
     /// Adds the displacement that the views of a time ask for; `weight` is that of a squared difference.
-    fn refine(&mut self, normals: &[&Normal], radius: f32, weight: f64) {
-        let [tx, ty, tz, rx, ry, rz] = solved(normals, radius, weight);
-        self.turn = (exp(DVec3::new(rx, ry, rz)) * self.turn).normalize();
+    fn refine(&mut self, normals: &[&Normal], body: &Pose, weight: f64) {
+        let found = solved(normals, body, weight);
+        let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = found;
+        let stretch = DMat3::IDENTITY + symmetric(&[xx, yy, zz, xy, xz, yz]);
+        self.linear = rotation_by(DVec3::new(rx, ry, rz)) * stretch * self.linear;
         self.shift += DVec3::new(tx, ty, tz);
         if normals.len() > 1 {
             let half =
                 |first: usize| -> Vec<&Normal> { normals.iter().skip(first).step_by(2).copied().collect() };
-            let [even, odd] = [0, 1].map(|first| solved(&half(first), radius, weight));
-            let square = |i: usize| {
-                let unit = if i < 3 { 1.0 } else { f64::from(radius) };
-                (0.5 * unit * (even[i] - odd[i])).powi(2)
-            };
-            self.square_error = (0..6).map(square).sum::<f64>() / 6.0;
+            let [even, odd] = [0, 1].map(|first| solved(&half(first), body, weight));
+            let square =
+                |i: usize| (0.5 * (even[i] - odd[i]) / unit(body, i) * f64::from(body.radius)).powi(2);
+            self.square_error = (0..body.freedoms()).map(square).sum::<f64>() / body.freedoms() as f64;
         }
     }
 }
 
+/// The unit of a number of a displacement: a radius, or a radian.
+fn unit(body: &Pose, number: usize) -> f64 {
+    if number < 3 { f64::from(body.radius) } else { 1.0 }
+}
+
 /// The least-squares displacement of the views of a time; none if it is not determined.
-fn solved(normals: &[&Normal], radius: f32, weight: f64) -> Displacement {
-    let (mut a, mut b) = (DMatrix::zeros(6, 6), DMatrix::zeros(6, 1));
+fn solved(normals: &[&Normal], body: &Pose, weight: f64) -> Displacement {
+    let n = body.freedoms();
+    let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 1));
     for normal in normals {
-        for i in 0..6 {
+        for i in 0..n {
             b[i] += weight * normal.b[i];
-            (0..6).for_each(|j| a[(i, j)] += weight * normal.a[i][j]);
+            (0..n).for_each(|j| a[(i, j)] += weight * normal.a[i][j]);
         }
     }
-    for i in 0..6 {
-        let unit = if i < 3 { f64::from(radius) } else { 1.0 };
-        a[(i, i)] += (PRIOR_DEVIATION * unit).powi(-2);
-    }
+    (0..n).for_each(|i| a[(i, i)] += (PRIOR_DEVIATION * unit(body, i)).powi(-2));
     let found = solve_positive(a, &b).filter(|found| found.iter().all(|x| x.is_finite()));
-    found.map_or([0.0; 6], |found| std::array::from_fn(|i| found[i]))
+    let mut displacement = Displacement::default();
+    found.into_iter().for_each(|found| displacement[..n].copy_from_slice(found.as_slice()));
+    displacement
 }

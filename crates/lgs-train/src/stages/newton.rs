@@ -208,6 +208,7 @@ impl Newton {
                     rows: first + rows.start..first + rows.end,
                     center: response.center,
                     radius,
+                    deforms: self.bodies[object].deforms(),
                 })
             };
             let poses: Vec<Pose> = (0..self.bodies.len()).flat_map(pose).collect();

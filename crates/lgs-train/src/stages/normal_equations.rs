@@ -32,7 +32,7 @@ impl NormalEquations {
         for (response, normal) in evidence {
             for (i, left) in response.by_unknown.iter().enumerate() {
                 let pushed: Displacement =
-                    std::array::from_fn(|c| (0..6).map(|r| left[r] * normal.a[r][c]).sum());
+                    std::array::from_fn(|c| left.iter().zip(&normal.a).map(|(x, row)| x * row[c]).sum());
                 self.b[i] += weight * dot(left, &normal.b);
                 for (j, right) in response.by_unknown.iter().enumerate() {
                     self.a[(i, j)] += weight * dot(&pushed, right);
@@ -60,10 +60,10 @@ mod tests {
 
     /// One image that asks for a displacement by `to` along x, of a part that an unknown moves along x.
     fn image(to: f64) -> (Response, Normal) {
-        let mut a = [[0.0; 6]; 6];
-        a[0][0] = 4.0;
-        let response = Response { center: [0.0; 3], by_unknown: vec![[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]] };
-        (response, Normal { a, b: [4.0 * to, 0.0, 0.0, 0.0, 0.0, 0.0] })
+        let along = |x: f64| std::array::from_fn(|i| if i == 0 { x } else { 0.0 });
+        let response = Response { center: [0.0; 3], by_unknown: vec![along(1.0)] };
+        let a = std::array::from_fn(|i| along(if i == 0 { 4.0 } else { 0.0 }));
+        (response, Normal { a, b: along(4.0 * to) })
     }
 
     #[test]

@@ -3,10 +3,15 @@
 
 use std::ops::Range;
 
-use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::{axial, cross_matrix, fit_affine, outer, wide};
+use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
 use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
+use lgs_model::mapped_shape;
 use lgs_render::{Rasterized, Splats, photometric, rasterize};
+
+use super::initial_pose::{mean, spin};
 
 /// Step of the central differences of images by a body's displacement, in radii and radians.
 const PROBE: f64 = 0.005;
@@ -14,8 +19,11 @@ const PROBE: f64 = 0.005;
 /// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
 const SSIM_WEIGHT: f32 = 0.2;
 
-/// A small rigid displacement: of the body's centre, and a rotation vector about it.
-pub(super) type Displacement = [f64; 6];
+/// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz, xy.
+pub(super) type Displacement = [f64; 12];
+
+/// Numbers of a displacement of a body that keeps its shape, which come first.
+const RIGID: usize = 6;
 
 /// A body in a cloud of Gaussians.
 pub(super) struct Pose {
@@ -23,12 +31,21 @@ pub(super) struct Pose {
     pub(super) center: [f32; 3],
     /// Root mean square distance from the centre, world units.
     pub(super) radius: f32,
+    /// Whether its shape changes.
+    pub(super) deforms: bool,
 }
 
-/// Normal equations `A x = b` of a body's displacement, from one image.
+impl Pose {
+    /// Numbers of a displacement that the body may have, which come first.
+    pub(super) fn freedoms(&self) -> usize {
+        if self.deforms { Displacement::default().len() } else { RIGID }
+    }
+}
+
+/// Normal equations `A x = b` of a body's displacement, from one image; zero beyond its freedoms.
 pub(super) struct Normal {
-    pub(super) a: [[f64; 6]; 6],
-    pub(super) b: [f64; 6],
+    pub(super) a: [Displacement; 12],
+    pub(super) b: Displacement,
 }
 
 /// One frame's residuals and what they tell of bodies.
@@ -52,14 +69,18 @@ pub(super) fn observe(
     let drawn = draw(&Splats::from(cloud), frame, background);
     let residuals = difference(&truth.pixels, &drawn);
     let normal = |body: &Pose| {
-        let columns: [Vec<f32>; 6] = std::array::from_fn(|unknown| {
-            let draw = |splats: &Splats<'_>| draw(splats, frame, background);
-            derivative(unknown, body, cloud, draw)
-        });
-        Normal {
-            a: std::array::from_fn(|i| std::array::from_fn(|j| product(&columns[i], &columns[j]))),
-            b: std::array::from_fn(|i| product(&columns[i], &residuals)),
+        let draw = |splats: &Splats<'_>| draw(splats, frame, background);
+        let columns: Vec<Vec<f32>> =
+            (0..body.freedoms()).map(|unknown| derivative(unknown, body, cloud, draw)).collect();
+        let mut normal = Normal { a: [Displacement::default(); 12], b: Displacement::default() };
+        for (i, column) in columns.iter().enumerate() {
+            normal.b[i] = product(column, &residuals);
+            for (j, other) in columns[..=i].iter().enumerate() {
+                normal.a[i][j] = product(column, other);
+                normal.a[j][i] = normal.a[i][j];
+            }
         }
+        normal
     };
     Observation {
         normals: bodies.iter().map(normal).collect(),
@@ -102,30 +123,58 @@ fn derivative(
 ) -> Vec<f32> {
     let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
     let [ahead, behind] = [probe, -probe].map(|by| {
-        let mut displacement = [0.0; 6];
+        let mut displacement = Displacement::default();
         displacement[unknown] = by;
-        let (means, rotations) = displaced(cloud, body, &displacement);
-        draw(&Splats { means: &means, rotations: &rotations, ..Splats::from(cloud) })
+        let (means, rotations, log_scales) = displaced(cloud, body, &displacement);
+        let moved =
+            Splats { means: &means, rotations: &rotations, log_scales: &log_scales, ..Splats::from(cloud) };
+        draw(&moved)
     });
     let rate = (0.5 / probe) as f32;
     difference(&ahead, &behind).into_iter().map(|change| rate * change).collect()
 }
 
-/// Means and rotations of Gaussians of which some belong to a displaced body.
-pub(super) fn displaced(
+/// Means, rotations and log-scales of Gaussians of which some belong to a displaced body.
+fn displaced(
     cloud: &GaussianCloud,
     body: &Pose,
     by: &Displacement,
-) -> (Vec<[f32; 3]>, Vec<[f32; 4]>) {
-    let [tx, ty, tz, rx, ry, rz] = by.map(|v| v as f32);
+) -> (Vec<[f32; 3]>, Vec<[f32; 4]>, Vec<[f32; 3]>) {
+    let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
     let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
-    let (matrix, center) = (matrix_from_quat(turn), add(body.center, [tx, ty, tz]));
+    let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
+    let (matrix, center) = (mat_mul(&matrix_from_quat(turn), &stretch), add(body.center, [tx, ty, tz]));
+    let is_stretched = stretch != matrix_from_quat([1.0, 0.0, 0.0, 0.0]);
     let (mut means, mut rotations) = (cloud.means.clone(), cloud.rotations.clone());
+    let mut log_scales = cloud.log_scales.clone();
+    let linear = DMat3::from_cols_array_2d(&matrix.map(|row| row.map(f64::from))).transpose();
     for i in body.rows.clone() {
         means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
-        rotations[i] = quat_mul(turn, cloud.rotations[i]);
+        if is_stretched {
+            (rotations[i], log_scales[i]) = mapped_shape(&linear, cloud.rotations[i], cloud.log_scales[i]);
+        } else {
+            rotations[i] = quat_mul(turn, cloud.rotations[i]);
+        }
     }
-    (means, rotations)
+    (means, rotations, log_scales)
+}
+
+/// The displacement per unit of time, or of an unknown, of particles at some offsets from their centre, by
+/// least squares; with strains if the body deforms.
+pub(super) fn displacement_of(offsets: &[[f32; 3]], rates: &[[f32; 3]], deforms: bool) -> Displacement {
+    let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates).map(f64::from), spin(offsets, rates).map(f64::from));
+    if !deforms {
+        return [tx, ty, tz, rx, ry, rz, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    }
+    let (mut moment, mut covariance) = (DMat3::ZERO, DMat3::ZERO);
+    for (&offset, &rate) in offsets.iter().zip(rates) {
+        moment += outer(wide(rate) - DVec3::new(tx, ty, tz), wide(offset));
+        covariance += outer(wide(offset), wide(offset));
+    }
+    let linear = fit_affine(&moment, &covariance, &cross_matrix(DVec3::new(rx, ry, rz)));
+    let ([rx, ry, rz], strain) = ((0.5 * axial(&linear)).to_array(), 0.5 * (linear + linear.transpose()));
+    let [x, y, z] = [strain.x_axis, strain.y_axis, strain.z_axis];
+    [tx, ty, tz, rx, ry, rz, x.x, y.y, z.z, y.z, x.z, x.y]
 }
 
 /// The inner product: lanes of 16 terms are summed in single precision within a block, blocks in double.
@@ -157,20 +206,17 @@ mod tests {
             .collect();
         let mut cloud = GaussianCloud::isotropic(means, 0.08, [0.5; 3], 0.9);
         cloud.sh.iter_mut().enumerate().for_each(|(i, color)| *color = ((i * 37) % 11) as f32 / 5.0 - 1.0);
-        let body = Pose { rows: 0..18, center: [0.2, 0.07, 0.2], radius: 0.25 };
-        let by: Displacement = [0.004, -0.003, 0.002, 0.01, 0.0, -0.02];
-        let (mut a, mut b) = (DMatrix::zeros(6, 6), DMatrix::zeros(6, 1));
+        let body = Pose { rows: 0..18, center: [0.2, 0.07, 0.2], radius: 0.25, deforms: true };
+        let by: Displacement = [0.004, -0.003, 0.002, 0.01, 0.0, -0.02, 0.01, -0.01, 0.02, 0.0, 0.005, 0.01];
+        let (mut a, mut b) = (DMatrix::zeros(12, 12), DMatrix::zeros(12, 1));
         for eye in [[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]] {
             let camera = Camera::look_at(eye, body.center, 0.5, 48, 48);
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
             let (name, exposure) = (String::new(), Exposure::IDENTITY);
             let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
-            let (means, rotations) = displaced(&cloud, &body, &by);
-            let drawn = draw(
-                &Splats { means: &means, rotations: &rotations, ..Splats::from(&cloud) },
-                &frame,
-                [1.0; 3],
-            );
+            let (means, rotations, log_scales) = displaced(&cloud, &body, &by);
+            let cloud = GaussianCloud { means, rotations, log_scales, ..cloud.clone() };
+            let drawn = draw(&Splats::from(&cloud), &frame, [1.0; 3]);
             let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
             let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];
             frame.pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();

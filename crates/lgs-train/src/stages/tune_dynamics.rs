@@ -57,7 +57,8 @@ impl KeptMotion {
     /// The dynamic Gaussians at a time.
     fn at(&mut self, time: f32) -> CloudTensors {
         let state = self.states.at(time);
-        CloudTensors { means: state.means, rotations: state.rotations, ..self.at_start.clone() }
+        let log_scales = self.at_start.log_scales.clone() + state.growth;
+        CloudTensors { means: state.means, rotations: state.rotations, log_scales, ..self.at_start.clone() }
     }
 }
 

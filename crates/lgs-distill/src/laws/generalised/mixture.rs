@@ -8,10 +8,7 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BAND_POINTS, LIGHTEST};
 use glam::DVec3;
 use lgs_core::holding;
-use lgs_mechanics::bands::shares;
-
-/// Share of the posterior of positions that a band holds.
-const HELD: f64 = 0.9;
+use lgs_mechanics::bands::{HELD, shares};
 
 /// Radius around the positions of a forecast that holds 90 % of the posterior of positions, over the
 /// particles of all bodies, at each of some times; infinite where too many draws cannot be followed.

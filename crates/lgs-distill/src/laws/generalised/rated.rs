@@ -53,22 +53,31 @@ impl Rated {
             choice.judged.into_iter().map(rated).collect()
         };
         let mut laws: Vec<RatedLaw> = choices.into_iter().enumerate().flat_map(of_system).collect();
-        let inflation = Evidence::inflation(laws.iter().map(|law| law.evidence));
-        laws.iter_mut().for_each(|law| law.score = law.evidence.score(inflation));
-        laws.retain(|law| law.score.is_finite());
+        laws.retain(|law| law.evidence.score(1.0).is_finite());
+        let mut rated = Self { systems, laws, inflation: 1.0 };
+        rated.score();
+        rated.laws.first()?;
+        Some(rated)
+    }
+
+    /// Brings the laws in the order of their evidence, without those that are not likely enough to matter.
+    fn score(&mut self) {
+        let Self { systems, laws, inflation } = self;
+        *inflation = Evidence::inflation(laws.iter().map(|law| law.evidence));
+        laws.iter_mut().for_each(|law| law.score = law.evidence.score(*inflation));
         laws.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let most = laws.first()?.score + NO_RIVAL;
+        let most = laws.first().map_or(f64::INFINITY, |law| law.score + NO_RIVAL);
         laws.retain(|law| law.score <= most);
-        for law in &laws {
+        for law in laws {
             let terms = law.judged.names();
             let coordinates = systems[law.system].coordinates.name();
             tracing::debug!(coordinates, terms, score = law.score, "score of a law");
         }
-        Some(Self { systems, laws, inflation })
     }
 
-    /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates.
-    /// What no law describes has no band.
+    /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates,
+    /// and rates them anew: joints that were found by themselves may be where no law agrees with them. What no
+    /// law describes has no band.
     pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
         if self.chi_square() > DESCRIBED {
             return self;
@@ -87,9 +96,16 @@ impl Rated {
             let compared = Compared { times, whitened: &whitened, noise };
             let before = (&law.posterior.placed, &law.judged.fitted);
             let Some(posterior) = Posterior::joint(before.0, before.1, &compared) else { continue };
-            tracing::debug!(index, chi_square = posterior.loss, "a law with its geometry");
+            tracing::debug!(
+                index,
+                before = law.evidence.chi_square,
+                after = posterior.loss,
+                "a law with its geometry"
+            );
+            law.evidence.chi_square = law.evidence.chi_square.min(posterior.loss);
             law.set(posterior);
         }
+        self.score();
         self
     }
 

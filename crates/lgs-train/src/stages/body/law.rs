@@ -11,7 +11,8 @@ use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
 use super::{Positions, Response, Responses, geometry};
-use crate::stages::initial_pose::{mean, spin};
+use crate::stages::initial_pose::mean;
+use crate::stages::observation::displacement_of;
 
 /// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
 /// §6) leaves it ten times the freedom that the tracks do, whose noise is correlated and known roughly.
@@ -32,6 +33,8 @@ pub(in crate::stages) struct LawBody {
     /// Root mean square distance from the centre of each body, world units.
     radii: Vec<f32>,
     units: Vec<f64>,
+    /// Whether the law changes the shape of its body.
+    deforms: bool,
 }
 
 impl LawBody {
@@ -45,11 +48,20 @@ impl LawBody {
         };
         let radii: Vec<f32> = base.bodies.ranges(points.len()).into_iter().map(radius).collect();
         let mean_radius = f64::from(radii.iter().sum::<f32>() / radii.len() as f32);
-        Self { units: units(base, mean_radius, scene.motion.time_window), base: base.clone(), radii }
+        Self {
+            units: units(base, mean_radius, scene.motion.time_window),
+            deforms: scene.objects[object].deforms(),
+            base: base.clone(),
+            radii,
+        }
     }
 
     pub(super) fn radii(&self) -> &[f32] {
         &self.radii
+    }
+
+    pub(super) fn deforms(&self) -> bool {
+        self.deforms
     }
 
     pub(super) fn unknowns(&self) -> usize {
@@ -98,8 +110,7 @@ impl LawBody {
                 let offsets: Vec<[f32; 3]> = q[rows.clone()].iter().map(|&p| sub(p, center)).collect();
                 let displacement = |rates: &Vec<[f32; 3]>| {
                     let rates = &rates[rows.clone()];
-                    let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
-                    [tx, ty, tz, rx, ry, rz].map(f64::from)
+                    displacement_of(&offsets, rates, self.deforms)
                 };
                 Response { center, by_unknown: rates.iter().map(displacement).collect() }
             };

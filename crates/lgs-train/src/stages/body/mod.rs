@@ -61,6 +61,11 @@ impl Body {
         }
     }
 
+    /// Whether images of it tell of its shape as well.
+    pub(super) fn deforms(&self) -> bool {
+        matches!(self, Self::Law(body) if body.deforms())
+    }
+
     pub(super) fn unknowns(&self) -> usize {
         match self {
             Self::Particles(body) => body.unknowns(),

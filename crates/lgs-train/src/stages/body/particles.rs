@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Response;
 use crate::stages::initial_pose::{mean, spin};
+use crate::stages::observation::displacement_of;
 
 /// Unknowns before those of the law: translation and rotation at t = 0, linear and angular velocity.
 const OF_START: usize = 12;
@@ -88,8 +89,7 @@ impl ParticleBody {
         for of_unknown in self.rates(alone, change, times) {
             for (k, rates) in of_unknown.iter().enumerate() {
                 let offsets: Vec<[f32; 3]> = states[k].iter().map(|&p| sub(p, centers[k])).collect();
-                let ([tx, ty, tz], [rx, ry, rz]) = (mean(rates), spin(&offsets, rates));
-                responses[k].by_unknown.push([tx, ty, tz, rx, ry, rz].map(f64::from));
+                responses[k].by_unknown.push(displacement_of(&offsets, rates, false));
             }
         }
         responses

@@ -1,12 +1,14 @@
 //! The whole of training, stage by stage, each from where a checkpoint left it.
 
+mod settled;
+
 use std::cell::RefCell;
 
 use burn::tensor::Device;
 use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
-use lgs_distill::{CoordinatesKind, LinearPart};
+use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{
     LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
@@ -21,11 +23,11 @@ use crate::import::imported_source;
 use crate::run_folder::RunFolder;
 use crate::source::SourceTrainer;
 use crate::stages::{
-    FitDynamics, HeldToSource, InitialSceneRequest, SourceOfScene, TrainingData, TuneDynamics, TuneGaussians,
-    WorseThanSource, held_to_source, initialise_scene, load_rows, save_rows,
+    FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene, save_rows,
 };
 use crate::training_loop::TrainingLoop;
 use crate::window::{check_window, end_of_window, learns_no_motion};
+use settled::warn_of;
 
 /// The models of a finished run.
 pub struct Trained {
@@ -144,50 +146,23 @@ impl Pipeline<'_> {
                 continue;
             }
             if stage == Stage::RetuneGaussians && stage > reached {
-                let held = self.held_to_source(self.with_laws_of_tuned_gaussians(scene), source)?;
-                scene = held.scene;
-                if !held.worse.iter().any(|object| object.plays_tracks) {
+                let settled = self.settled(scene, source)?;
+                scene = settled.held.scene;
+                if !settled.needs_retuning {
+                    warn_of(&settled.held.worse);
                     continue;
                 }
             }
             let mut trainer = self.trainer(stage, scene);
             self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
+            if stage == Stage::RetuneGaussians {
+                let settled = self.settled(scene, source)?;
+                warn_of(&settled.held.worse);
+                scene = settled.held.scene;
+            }
         }
         Ok(scene)
-    }
-
-    /// The scene with the laws given up that draw the window worse than the source. The paper's dynamics are
-    /// never replaced.
-    fn held_to_source(
-        &self,
-        scene: LagrangianScene,
-        source: &dyn SourceModel,
-    ) -> Result<HeldToSource, TrainError> {
-        let path = self.run.source_rows_path();
-        if self.config.distill.coordinates == CoordinatesKind::Particles || !path.exists() {
-            return Ok(HeldToSource { scene, worse: Vec::new() });
-        }
-        let rows = load_rows(&path, source, &scene)?;
-        let held = held_to_source(scene, &SourceOfScene { source, rows }, self.dataset.split("train"));
-        for WorseThanSource { object, decibels, plays_tracks } in &held.worse {
-            let instead = if *plays_tracks { "; it plays the source's tracks there" } else { "" };
-            tracing::warn!(
-                "object {object}: its law draws the captured window {decibels:.1} dB worse than the source \
-                 does{instead}; its motion is not to be trusted"
-            );
-        }
-        Ok(held)
-    }
-
-    /// The scene with laws chosen a last time by the images, now that the Gaussians are those of stage 3:
-    /// what they had wrong before was error of the poses.
-    fn with_laws_of_tuned_gaussians(&self, scene: LagrangianScene) -> LagrangianScene {
-        let is_fitted = !self.is_left_out(Stage::FitDynamics, &scene);
-        if !is_fitted || self.is_left_out(Stage::TuneGaussians, &scene) {
-            return scene;
-        }
-        self.fit_dynamics(scene).with_laws_of_images()
     }
 
     fn fit_dynamics(&self, scene: LagrangianScene) -> FitDynamics<'_> {

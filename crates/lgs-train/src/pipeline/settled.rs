@@ -1,0 +1,71 @@
+//! The motion of a scene once its Gaussians are tuned: laws chosen a last time by the images, and held to the
+//! source.
+
+use lgs_distill::CoordinatesKind;
+use lgs_model::LagrangianScene;
+use lgs_model::source::SourceModel;
+
+use super::Pipeline;
+use crate::checkpoint::Stage;
+use crate::error::TrainError;
+use crate::stages::{HeldToSource, SourceOfScene, WorseThanSource, held_to_source, load_rows};
+use crate::thresholds::UNSETTLED;
+
+/// A scene whose laws have been chosen for tuned Gaussians.
+pub(super) struct Settled {
+    pub(super) held: HeldToSource,
+    /// Whether its motion is so much another one that its Gaussians are to be tuned once more.
+    pub(super) needs_retuning: bool,
+}
+
+/// Warns of objects whose laws draw the window too badly.
+pub(super) fn warn_of(worse: &[WorseThanSource]) {
+    for WorseThanSource { object, decibels, plays_tracks } in worse {
+        let instead = if *plays_tracks { "; it plays the source's tracks there" } else { "" };
+        tracing::warn!(
+            "object {object}: its law draws the captured window {decibels:.1} dB worse than the source \
+             does{instead}; its motion is not to be trusted"
+        );
+    }
+}
+
+impl Pipeline<'_> {
+    /// The scene with laws chosen once more by the images, now that the Gaussians are tuned, and held to the
+    /// source.
+    pub(super) fn settled(
+        &self,
+        scene: LagrangianScene,
+        source: &dyn SourceModel,
+    ) -> Result<Settled, TrainError> {
+        let (scene, gain) = self.with_laws_of_tuned_gaussians(scene);
+        let held = self.held_to_source(scene, source)?;
+        let plays_tracks = held.worse.iter().any(|object| object.plays_tracks);
+        Ok(Settled { held, needs_retuning: plays_tracks || gain > UNSETTLED })
+    }
+
+    /// The scene with the laws given up that draw the window worse than the source. The paper's dynamics are
+    /// never replaced.
+    fn held_to_source(
+        &self,
+        scene: LagrangianScene,
+        source: &dyn SourceModel,
+    ) -> Result<HeldToSource, TrainError> {
+        let path = self.run.source_rows_path();
+        if self.config.distill.coordinates == CoordinatesKind::Particles || !path.exists() {
+            return Ok(HeldToSource { scene, worse: Vec::new() });
+        }
+        let rows = load_rows(&path, source, &scene)?;
+        Ok(held_to_source(scene, &SourceOfScene { source, rows }, self.dataset.split("train")))
+    }
+
+    /// The scene with laws chosen a last time by the images, now that the Gaussians are those of stage 3:
+    /// what they had wrong before was error of the poses. Tells by how many decibels they draw the images
+    /// better.
+    fn with_laws_of_tuned_gaussians(&self, scene: LagrangianScene) -> (LagrangianScene, f64) {
+        let is_fitted = !self.is_left_out(Stage::FitDynamics, &scene);
+        if !is_fitted || self.is_left_out(Stage::TuneGaussians, &scene) {
+            return (scene, 0.0);
+        }
+        self.fit_dynamics(scene).with_laws_of_images()
+    }
+}
