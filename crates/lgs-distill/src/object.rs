@@ -164,8 +164,8 @@ pub struct BodyPoses {
     pub surroundings: Vec<[f64; 3]>,
 }
 
-/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times, in
-/// the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
+/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times,
+/// in the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
 /// wants none, or the law takes the bodies the other way round.
 #[must_use]
 pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {

@@ -30,8 +30,8 @@ pub enum Stage {
     TuneDynamics,
     /// Stage 3: refinement of the Gaussians.
     TuneGaussians,
-    /// Stage 3 once more, where the last choice of laws has changed the motion, or objects play their source's
-    /// tracks that had a law before.
+    /// Stage 3 once more, where the last choice of laws has changed the motion, or objects play their
+    /// source's tracks that had a law before.
     RetuneGaussians,
 }
 

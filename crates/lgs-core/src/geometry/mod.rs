@@ -84,8 +84,8 @@ pub fn inverse(m: &DMat3) -> Option<DMat3> {
     (determinant.abs() > f64::MIN_POSITIVE && determinant.is_finite()).then(|| m.inverse())
 }
 
-/// Least squares `linear` of `moment = linear · covariance`, for `moment = Σ target sourceᵀ` and `covariance =
-/// Σ source sourceᵀ` of centred points; drawn to another map where the source is thin.
+/// Least squares `linear` of `moment = linear · covariance`, for `moment = Σ target sourceᵀ` and
+/// `covariance = Σ source sourceᵀ` of centred points; drawn to another map where the source is thin.
 #[must_use]
 pub fn fit_affine(moment: &DMat3, covariance: &DMat3, otherwise: &DMat3) -> DMat3 {
     let ridge = AFFINE_RIDGE * trace(covariance);

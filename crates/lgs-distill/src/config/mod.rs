@@ -175,8 +175,8 @@ impl DistillConfig {
         Self { forecast_tolerance, ..self.clone() }
     }
 
-    /// Whether laws in generalised coordinates are sought: not where the paper's particles or its networks are
-    /// asked for.
+    /// Whether laws in generalised coordinates are sought: not where the paper's particles or its networks
+    /// are asked for.
     #[must_use]
     pub fn chooses_laws(&self) -> bool {
         self.coordinates != CoordinatesKind::Particles && self.dynamics != DynamicsKind::Networks

@@ -1,5 +1,5 @@
-//! Gaussians of bodies that deform: a linear map takes a covariance Σ to L Σ Lᵀ, so that a body that stretches
-//! grows no gaps and keeps its outline.
+//! Gaussians of bodies that deform: a linear map takes a covariance Σ to L Σ Lᵀ, so that a body that
+//! stretches grows no gaps and keeps its outline.
 
 use std::ops::Range;
 

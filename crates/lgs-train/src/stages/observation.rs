@@ -19,7 +19,8 @@ const PROBE: f64 = 0.005;
 /// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
 const SSIM_WEIGHT: f32 = 0.2;
 
-/// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz, xy.
+/// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz,
+/// xy.
 pub(super) type Displacement = [f64; 12];
 
 /// Numbers of a displacement of a body that keeps its shape, which come first.
@@ -125,21 +126,22 @@ fn derivative(
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = Displacement::default();
         displacement[unknown] = by;
-        let (means, rotations, log_scales) = displaced(cloud, body, &displacement);
-        let moved =
-            Splats { means: &means, rotations: &rotations, log_scales: &log_scales, ..Splats::from(cloud) };
-        draw(&moved)
+        let Shapes { means, rotations, log_scales } = &displaced(cloud, body, &displacement);
+        draw(&Splats { means, rotations, log_scales, ..Splats::from(cloud) })
     });
     let rate = (0.5 / probe) as f32;
     difference(&ahead, &behind).into_iter().map(|change| rate * change).collect()
 }
 
-/// Means, rotations and log-scales of Gaussians of which some belong to a displaced body.
-fn displaced(
-    cloud: &GaussianCloud,
-    body: &Pose,
-    by: &Displacement,
-) -> (Vec<[f32; 3]>, Vec<[f32; 4]>, Vec<[f32; 3]>) {
+/// What a displacement changes of Gaussians.
+struct Shapes {
+    means: Vec<[f32; 3]>,
+    rotations: Vec<[f32; 4]>,
+    log_scales: Vec<[f32; 3]>,
+}
+
+/// Gaussians of which some belong to a displaced body.
+fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> Shapes {
     let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
     let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
     let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
@@ -156,7 +158,7 @@ fn displaced(
             rotations[i] = quat_mul(turn, cloud.rotations[i]);
         }
     }
-    (means, rotations, log_scales)
+    Shapes { means, rotations, log_scales }
 }
 
 /// The displacement per unit of time, or of an unknown, of particles at some offsets from their centre, by
@@ -214,7 +216,7 @@ mod tests {
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
             let (name, exposure) = (String::new(), Exposure::IDENTITY);
             let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
-            let (means, rotations, log_scales) = displaced(&cloud, &body, &by);
+            let Shapes { means, rotations, log_scales } = displaced(&cloud, &body, &by);
             let cloud = GaussianCloud { means, rotations, log_scales, ..cloud.clone() };
             let drawn = draw(&Splats::from(&cloud), &frame, [1.0; 3]);
             let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;

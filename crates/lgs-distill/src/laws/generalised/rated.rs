@@ -76,8 +76,8 @@ impl Rated {
     }
 
     /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates,
-    /// and rates them anew: joints that were found by themselves may be where no law agrees with them. What no
-    /// law describes has no band.
+    /// and rates them anew: joints that were found by themselves may be where no law agrees with them. What
+    /// no law describes has no band.
     pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
         if self.chi_square() > DESCRIBED {
             return self;
