@@ -63,3 +63,11 @@ pub(crate) const FALL_STEPS: usize = 25;
 pub(crate) const CURVATURE_RIDGE: f64 = 1e-9;
 /// Fraction of a vector's length that must be left beside the earlier ones for a direction of its own.
 pub(crate) const INDEPENDENT: f64 = 1e-6;
+
+// Bodies of the truth
+
+/// Part of a body's size by which a rotation may miss its points where the body is rigid: rounding of single
+/// precision, many times over.
+pub(crate) const RIGID: f64 = 1e-4;
+/// Part of what a rotation leaves of the points that a linear map may leave where the body is stretched.
+pub(crate) const AFFINE: f64 = 0.1;

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use lgs_core::linear::{Mat3, add, mat_vec, sub};
+use glam::{DMat3, DVec3};
+use lgs_core::geometry::{fit_affine, narrow, nearest_rotation, outer, trace, wide};
 use lgs_data::synth::GroundTruth;
-use lgs_dynamics::kabsch;
 use lgs_mechanics::bands::Verdict;
 
-use super::numbers::{centroid, distance};
-use crate::thresholds::TIME_TOLERANCE;
+use super::numbers::distance;
+use crate::thresholds::{AFFINE, RIGID, TIME_TOLERANCE};
 
 /// Ground-truth points with their state at t = 0.
 pub struct Truth<'a> {
@@ -16,12 +16,12 @@ pub struct Truth<'a> {
     start: Vec<[f32; 3]>,
 }
 
-/// True points at a time, and the rigid motion of each object since t = 0.
+/// True points at a time, and the linear map of each object since t = 0.
 pub struct TruthAt {
     /// Points, in the order of the file.
     pub points: Vec<[f32; 3]>,
-    /// Rotation of each object by its label; static parts (−1) have one too.
-    rotations: BTreeMap<i32, Mat3>,
+    /// Linear map of offsets of each object by its label; static parts (−1) have one too.
+    maps: BTreeMap<i32, DMat3>,
 }
 
 impl<'a> Truth<'a> {
@@ -84,15 +84,15 @@ impl<'a> Truth<'a> {
         times
     }
 
-    /// Points and rotations at a time; nothing outside the sampled times.
+    /// Points and linear maps at a time; nothing outside the sampled times.
     #[must_use]
     pub fn at(&self, t: f32) -> Option<TruthAt> {
         let points = points_at(self.truth, t)?;
         let mut labels = self.truth.object.clone();
         labels.sort_unstable();
         labels.dedup();
-        let rotations = labels.into_iter().map(|label| (label, self.rotation(label, &points))).collect();
-        Some(TruthAt { points, rotations })
+        let maps = labels.into_iter().map(|label| (label, self.linear_map(label, &points))).collect();
+        Some(TruthAt { points, maps })
     }
 
     /// Path length of every point from 0 to `t`, along the sampled times.
@@ -114,25 +114,27 @@ impl<'a> Truth<'a> {
     /// object.
     #[must_use]
     pub fn carried(&self, at: &TruthAt, point: usize, position: [f32; 3]) -> [f32; 3] {
-        let rotation = &at.rotations[&self.object(point)];
-        add(at.points[point], mat_vec(rotation, sub(position, self.start[point])))
+        let offset = wide(position) - wide(self.start[point]);
+        narrow(wide(at.points[point]) + at.maps[&self.object(point)] * offset)
     }
 
-    /// Least-squares rotation of an object's points since t = 0.
-    fn rotation(&self, label: i32, points: &[[f32; 3]]) -> Mat3 {
+    /// How offsets from an object's points have changed since t = 0: by their least-squares rotation, and by
+    /// their linear map where that leaves a small part of what the rotation does, as for a body that stretches.
+    fn linear_map(&self, label: i32, points: &[[f32; 3]]) -> DMat3 {
         let members: Vec<usize> = (0..points.len()).filter(|&p| self.object(p) == label).collect();
-        let pick = |from: &[[f32; 3]]| members.iter().map(|&p| from[p]).collect::<Vec<_>>();
-        let (before, after) = (pick(&self.start), pick(points));
-        let (c0, c1) = (centroid(&before), centroid(&after));
-        let mut a = [[0.0_f64; 3]; 3];
-        for (p, q) in before.iter().zip(&after) {
-            for (i, row) in a.iter_mut().enumerate() {
-                for (j, entry) in row.iter_mut().enumerate() {
-                    *entry += (f64::from(q[i]) - c1[i]) * (f64::from(p[j]) - c0[j]);
-                }
-            }
-        }
-        kabsch(&a.map(|row| row.map(|v| v as f32)))
+        let center =
+            |of: &[[f32; 3]]| members.iter().map(|&p| wide(of[p])).sum::<DVec3>() / members.len() as f64;
+        let (from, to) = (center(&self.start), center(points));
+        let pairs: Vec<[DVec3; 2]> =
+            members.iter().map(|&p| [wide(self.start[p]) - from, wide(points[p]) - to]).collect();
+        let moment: DMat3 = pairs.iter().map(|&[before, after]| outer(after, before)).sum();
+        let covariance: DMat3 = pairs.iter().map(|&[before, _]| outer(before, before)).sum();
+        let rotation = nearest_rotation(&moment);
+        let linear = fit_affine(&moment, &covariance, &rotation);
+        let left = |map: &DMat3| pairs.iter().map(|&[a, b]| (*map * a).distance_squared(b)).sum::<f64>();
+        let [of_rotation, of_linear] = [left(&rotation), left(&linear)];
+        let is_seen = of_rotation > RIGID.powi(2) * trace(&covariance);
+        if is_seen && of_linear < AFFINE.powi(2) * of_rotation { linear } else { rotation }
     }
 }
 
@@ -176,6 +178,19 @@ mod tests {
         let at = truth.at(2.0).expect("time");
         let carried = truth.carried(&at, 0, [0.0, 0.0, 0.1]);
         assert!(distance(carried, [0.0, 0.0, 0.1 - 4.0]) < 1e-3, "the axis only falls: {carried:?}");
+    }
+
+    #[test]
+    fn a_point_inside_of_a_body_that_stretches_is_stretched_with_it() {
+        let mut cube = cube();
+        let start = cube.points[75].clone();
+        for (points, &time) in cube.points.iter_mut().zip(&cube.times) {
+            *points = start.iter().map(|&[x, y, z]| [(1.0 + time) * x, y + time * z, z]).collect();
+        }
+        let truth = Truth::new(&cube).expect("truth");
+        let at = truth.at(0.5).expect("time");
+        let carried = truth.carried(&at, 0, [0.1, 0.05, -0.1]);
+        assert!(distance(carried, [0.15, 0.0, -0.1]) < 1e-5, "{carried:?}");
     }
 
     #[test]

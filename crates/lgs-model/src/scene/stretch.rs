@@ -4,36 +4,54 @@
 use std::ops::Range;
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::geometry::{components, fit_affine, nearest_rotation, outer, principal_axes, quaternion, wide};
+use lgs_core::geometry::{components, fit_affine, nearest_rotation, outer, quaternion, wide};
 use lgs_core::linear::{quat_mul, quat_normalize};
 use lgs_mechanics::coordinates::Coordinates;
+use rayon::prelude::*;
 
 use super::{LagrangianScene, ObjectModel, SceneState};
 
-/// The orders of three axes.
-const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+/// Sweeps over the pairs of axes at most; convergence is quadratic, and four are enough for most.
+const SWEEPS: usize = 16;
+/// Cosine below which two axes count as orthogonal, beyond what single precision holds.
+const ORTHOGONAL: f64 = 1e-9;
 
-/// Rotation and log-scales of a Gaussian whose covariance a linear map has changed. Its axes stay those that
-/// they were as nearly as may be.
+/// Rotation and log-scales of a Gaussian whose covariance a linear map has changed: the singular value
+/// decomposition of the mapped axes by one-sided Jacobi rotations, which leave axes as near to where they were
+/// as may be.
 #[must_use]
 pub fn mapped_shape(linear: &DMat3, rotation: [f32; 4], log_scales: [f32; 3]) -> ([f32; 4], [f32; 3]) {
     let turn = DMat3::from_quat(quaternion(&quat_normalize(rotation).map(f64::from)));
     let scales = DVec3::from(log_scales.map(f64::from)).exp();
-    let (carried, size) = (*linear * turn, scales.max_element().max(f64::MIN_POSITIVE));
-    // Scales over the largest, so that squares of the smallest stay numbers.
-    let root = carried * DMat3::from_diagonal(scales / size);
-    let axes = principal_axes(&(root * root.transpose()));
-    let near = |order: &[usize; 3]| -> f64 {
-        (0..3).map(|i| axes[order[i]].1.dot(carried.col(i).normalize_or_zero()).abs()).sum()
-    };
-    let order = ORDERS.iter().max_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(&ORDERS[0]);
-    let signed = |i: usize| axes[order[i]].1 * axes[order[i]].1.dot(carried.col(i)).signum();
-    let [x, y] = [signed(0), signed(1)];
-    let frame = DMat3::from_cols(x, y, x.cross(y));
+    let mut axes = *linear * turn * DMat3::from_diagonal(scales);
+    for _ in 0..SWEEPS {
+        let turned = [(0, 1), (0, 2), (1, 2)].map(|pair| orthogonalise(&mut axes, pair));
+        if turned == [false; 3] {
+            break;
+        }
+    }
     let least = f64::from(f32::MIN_POSITIVE);
-    let log = |i: usize| (0.5 * axes[order[i]].0.max(least).ln() + size.ln()) as f32;
-    let new = components(DQuat::from_mat3(&frame).normalize()).map(|c| c as f32);
-    (new, std::array::from_fn(log))
+    let lengths = [0, 1, 2].map(|i| axes.col(i).length().max(least));
+    let [x, y] = [0, 1].map(|i| axes.col(i) / lengths[i]);
+    let frame = DQuat::from_mat3(&DMat3::from_cols(x, y, x.cross(y)));
+    let has_frame = lengths.iter().all(|&length| length > least) && frame.is_finite();
+    let new = if has_frame { components(frame.normalize()).map(|c| c as f32) } else { rotation };
+    (new, lengths.map(|length| length.ln() as f32))
+}
+
+/// Turns two columns of a matrix in their plane until they are orthogonal; `false` if they are.
+fn orthogonalise(axes: &mut DMat3, (i, j): (usize, usize)) -> bool {
+    let (a, b) = (axes.col(i), axes.col(j));
+    let (product, squares) = (a.dot(b), [a.length_squared(), b.length_squared()]);
+    if product.abs() <= ORTHOGONAL * (squares[0] * squares[1]).sqrt() {
+        return false;
+    }
+    let cotangent = (squares[1] - squares[0]) / (2.0 * product);
+    let tangent = cotangent.signum() / (cotangent.abs() + cotangent.hypot(1.0));
+    let cosine = tangent.hypot(1.0).recip();
+    *axes.col_mut(i) = cosine * (a - tangent * b);
+    *axes.col_mut(j) = cosine * (b + tangent * a);
+    true
 }
 
 impl ObjectModel {
@@ -55,10 +73,11 @@ impl LagrangianScene {
         let mut log_scales = own.log_scales.clone();
         for object in self.objects.iter().filter(|object| object.deforms()) {
             let linear = self.linear_map(&object.members, state);
-            for row in object.members.clone() {
-                (rotations[row], log_scales[row]) =
-                    mapped_shape(&linear, own.rotations[row], own.log_scales[row]);
-            }
+            let rows = object.members.clone();
+            let shapes = rotations[rows.clone()].par_iter_mut().zip(&mut log_scales[rows.clone()]);
+            shapes.zip(rows).for_each(|((rotation, log_scales), row)| {
+                (*rotation, *log_scales) = mapped_shape(&linear, own.rotations[row], own.log_scales[row]);
+            });
         }
         (rotations, log_scales)
     }
