@@ -119,7 +119,8 @@ impl<'a> Truth<'a> {
     }
 
     /// How offsets from an object's points have changed since t = 0: by their least-squares rotation, and by
-    /// their linear map where that leaves a small part of what the rotation does, as for a body that stretches.
+    /// their linear map where that leaves a small part of what the rotation does, as for a body that
+    /// stretches.
     fn linear_map(&self, label: i32, points: &[[f32; 3]]) -> DMat3 {
         let members: Vec<usize> = (0..points.len()).filter(|&p| self.object(p) == label).collect();
         let center =

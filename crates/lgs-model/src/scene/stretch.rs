@@ -17,8 +17,8 @@ const SWEEPS: usize = 16;
 const ORTHOGONAL: f64 = 1e-9;
 
 /// Rotation and log-scales of a Gaussian whose covariance a linear map has changed: the singular value
-/// decomposition of the mapped axes by one-sided Jacobi rotations, which leave axes as near to where they were
-/// as may be.
+/// decomposition of the mapped axes by one-sided Jacobi rotations, which leave axes as near to where they
+/// were as may be.
 #[must_use]
 pub fn mapped_shape(linear: &DMat3, rotation: [f32; 4], log_scales: [f32; 3]) -> ([f32; 4], [f32; 3]) {
     let turn = DMat3::from_quat(quaternion(&quat_normalize(rotation).map(f64::from)));
