@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{
-    components, fit_affine, fit_rotation, narrow, nearest_rotation, outer, quaternion, rotation_by,
-    solve_positive, symmetric, wide,
+    components, fit_rotation, narrow, nearest_rotation, outer, quaternion, rotation_by, solve_positive,
+    symmetric, wide,
 };
 use lgs_core::linear::{norm, quat_mul, sub};
 use lgs_core::{GaussianCloud, psnr_of_mse};
@@ -151,15 +151,14 @@ impl<'a> ImagePoses<'a> {
     fn fit(&self, rows: &Range<usize>, state: &SceneState, deforms: bool) -> (DMat3, DVec3, DVec3) {
         let (before, now) = (self.at_rest(rows), &state.q[rows.clone()]);
         let (from, to) = (wide(mean(before)), wide(mean(now)));
-        let (mut moment, mut covariance) = (DMat3::ZERO, DMat3::ZERO);
-        for (&a, &b) in before.iter().zip(now) {
-            moment += outer(wide(b) - to, wide(a) - from);
-            covariance += outer(wide(a) - from, wide(a) - from);
+        if deforms {
+            return (self.scene.linear_map(rows, state), from, to);
         }
+        let pairs = before.iter().zip(now);
+        let moment: DMat3 = pairs.map(|(&a, &b)| outer(wide(b) - to, wide(a) - from)).sum();
         let fit = fit_rotation(&moment);
         let own = || quaternion(&state.rotation[rows.start].map(f64::from)).normalize();
-        let turn = DMat3::from_quat(if fit.curvature.is_some() { fit.rotation } else { own() });
-        (if deforms { fit_affine(&moment, &covariance, &turn) } else { turn }, from, to)
+        (DMat3::from_quat(if fit.curvature.is_some() { fit.rotation } else { own() }), from, to)
     }
 
     /// The bodies where they have been found at a time; `cloud` is that of the scene's motion.
