@@ -30,7 +30,9 @@ pub fn distill(
     seed: u64,
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<Distilled, DistillError> {
-    Prepared::new(trajectories, &[], (config, seed), progress)?.distilled(config, seed, progress)
+    let mut prepared = Prepared::new(trajectories, (config, seed), progress)?;
+    prepared.find_law(&[], config, seed);
+    prepared.distilled(config, seed, progress)
 }
 
 /// An object before it is known whether it moves by itself.
@@ -42,10 +44,9 @@ pub(crate) enum Prepared {
 }
 
 impl Prepared {
-    /// Denoises trajectories and seeks the law of a single body among points at rest, on which it may fall.
+    /// Denoises trajectories, or trains the paper's networks on them.
     pub(crate) fn new(
         trajectories: &Trajectories,
-        surroundings: Surroundings<'_>,
         (config, seed): (&DistillConfig, u64),
         progress: &mut dyn FnMut(DistillProgress),
     ) -> Result<Self, DistillError> {
@@ -60,9 +61,16 @@ impl Prepared {
         }
         let motion = denoise(trajectories, config);
         progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
-        let law = motion.shared.as_ref();
-        let law = law.and_then(|motion| law_of(&[&motion.shared], surroundings, config, seed));
-        Ok(Self::Body(Box::new(motion), law.map(Box::new)))
+        Ok(Self::Body(Box::new(motion), None))
+    }
+
+    /// Seeks the law of a single body among points at rest, on which it may fall.
+    pub(crate) fn find_law(&mut self, surroundings: Surroundings<'_>, config: &DistillConfig, seed: u64) {
+        if let Self::Body(motion, law) = self
+            && let Some(motion) = &motion.shared
+        {
+            *law = law_of(&[&motion.shared], surroundings, config, seed).map(Box::new);
+        }
     }
 
     /// The object by its own law, or as particles where that does not describe it.

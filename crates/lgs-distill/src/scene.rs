@@ -10,6 +10,7 @@ use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
 use crate::thresholds::{LEFT_BY_OTHERS_FRACTION, LIGHTEST, POOR_FORECAST_FRACTION, UNDESCRIBED_FRACTION};
 use crate::trajectories::{Trajectories, same_length};
+use rayon::prelude::*;
 
 /// Stage 1 of a scene.
 #[derive(Clone, Debug)]
@@ -79,8 +80,12 @@ fn distil_once(
     for group in 0..partition.objects {
         let mut tell = |p| progress(group, partition.objects, p);
         let own = trajectories.select(&partition.members(group));
-        prepared.push(Some(Prepared::new(&own, &surroundings, (config, own_seed(group)), &mut tell)?));
+        prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
+    let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
+        own.iter_mut().for_each(|own| own.find_law(&surroundings, config, own_seed(group)));
+    };
+    prepared.par_iter_mut().enumerate().for_each(of_group);
     let mut objects = Vec::with_capacity(partition.objects);
     for (groups, law) in couples(&prepared, config, seed) {
         groups.iter().for_each(|&group| prepared[group] = None);
@@ -103,14 +108,14 @@ fn couples(
     config: &DistillConfig,
     seed: u64,
 ) -> Vec<(Vec<usize>, DistilledLaw)> {
-    let mut all = Vec::new();
-    for (a, first) in prepared.iter().enumerate() {
-        for (b, second) in prepared.iter().enumerate().skip(a + 1) {
-            let (Some(first), Some(second)) = (first, second) else { continue };
-            let found = couple([first, second], config, seed.wrapping_add(a as u64));
-            all.extend(found.map(|found| (found.gain, found.order.map(|i| [a, b][i]), found.law)));
-        }
-    }
+    let count = prepared.len();
+    let pairs: Vec<[usize; 2]> = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).collect();
+    let of_pair = |&[a, b]: &[usize; 2]| {
+        let (Some(first), Some(second)) = (&prepared[a], &prepared[b]) else { return None };
+        let found = couple([first, second], config, seed.wrapping_add(a as u64))?;
+        Some((found.gain, found.order.map(|i| [a, b][i]), found.law))
+    };
+    let mut all: Vec<(f64, [usize; 2], DistilledLaw)> = pairs.par_iter().filter_map(of_pair).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut taken: Vec<usize> = Vec::new();
     let mut chosen = Vec::new();

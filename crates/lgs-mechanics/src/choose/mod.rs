@@ -12,7 +12,7 @@ pub use candidates::{candidates, simplicity};
 use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
-use crate::thresholds::SHOTS;
+use crate::thresholds::{FAR, SHOTS};
 
 /// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
 /// a law with one unknown more is, before anything is seen, `e` times less likely.
@@ -140,8 +140,15 @@ fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effor
     let good = explained(track.independent_samples(), unknowns(candidate));
     let mut best: Option<Fitted> = None;
     let shots = if effort == Effort::Full { SHOTS } else { 1 };
+    let most = FAR.powi(2) * track.independent_samples();
     for first in first_values(candidate, track, scales, shots) {
-        let near = (effort == Effort::Full).then(|| approach(candidate, track, scales, &first)).flatten();
+        let near = match effort {
+            Effort::Full => approach(candidate, track, scales, (&first, most)),
+            Effort::Rival => None,
+        };
+        if effort == Effort::Full && near.is_none() && best.is_some() {
+            continue;
+        }
         for near in [near, Some((begin.clone(), first))] {
             let Some((start, parameters)) = near else { continue };
             let fitted = shoot(candidate, track, (scales, &start), &parameters, &settings);

@@ -5,10 +5,11 @@ use super::bounced::Bounced;
 use super::bouncing::Bouncing;
 use super::flights::{flights, nested_impacts};
 use super::freedom::Freedom;
-use super::laws::{FlightLaw, law_of_flights};
+use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
 use crate::candidate::Candidate;
+use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground, Impact, Origin, Plane, Surface, impacts};
 use crate::coordinates::{Ball, Coordinates, Port, State};
 use crate::edit::Edit;
@@ -46,7 +47,8 @@ pub fn fit(
     let extent = body.surface.extent();
     let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent, least: 0.0 };
     let known = |_: &FlightLaw| vec![(contact.clone(), freedom)];
-    through(&body, &seen, flights, &known).ok_or(MechanicsError::NoFit { candidates: 1 })
+    through((&body, &seen), &FlightLaws::new(&body, &seen, f64::INFINITY), flights, &known)
+        .ok_or(MechanicsError::NoFit { candidates: 1 })
 }
 
 /// The law with a contact that explains a track with impacts best: on one of the planes at rest that the body
@@ -56,12 +58,14 @@ pub fn fit(
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let sets = nested_impacts(seen.times, &seen.centers());
-    let met = body.grounds.iter().filter_map(|ground| on_ground(body, seen, ground, &sets));
+    // A contact explains no motion whose flights no law describes.
+    let laws = FlightLaws::new(body, seen, DESCRIBED);
+    let met = body.grounds.iter().filter_map(|ground| on_ground((body, seen), &laws, ground, &sets));
     let untouched = vec![false; seen.times.len()];
     let through_set = |impacts: &Vec<Impact>| {
         let flights = flights(seen.times, impacts, &untouched);
         let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights, impacts);
-        through(body, seen, flights.clone(), &planes)
+        through((body, seen), &laws, flights.clone(), &planes)
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set));
     let mut found = likeliest(met.chain(told))?;
@@ -99,7 +103,12 @@ fn likeliest(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
 }
 
 /// The law with a contact on a plane at rest, if the body comes from above it and meets it.
-fn on_ground(body: &Body, seen: &Observed, ground: &Ground, sets: &[Vec<Impact>]) -> Option<Bounced> {
+fn on_ground(
+    (body, seen): (&Body, &Observed),
+    laws: &FlightLaws<'_>,
+    ground: &Ground,
+    sets: &[Vec<Impact>],
+) -> Option<Bounced> {
     let contact = Contact { origin: Origin::Observed, ..Contact::of(ground.plane, &body.surface, 0.0) };
     let lowest = seen.x.iter().map(|x| contact.gap(x)).fold(f64::INFINITY, f64::min);
     let extent = body.surface.extent();
@@ -122,7 +131,7 @@ fn on_ground(body: &Body, seen: &Observed, ground: &Ground, sets: &[Vec<Impact>]
     let stays_free = |flights: &[Range<usize>]| flights.len() == 1 && flights[0].len() == seen.times.len();
     parts.retain(|flights| !stays_free(flights));
     let planes = |_: &FlightLaw| vec![(contact.clone(), freedom)];
-    first_peak(parts.into_iter().filter_map(|flights| through(body, seen, flights, &planes)))
+    first_peak(parts.into_iter().filter_map(|flights| through((body, seen), laws, flights, &planes)))
 }
 
 /// A contact whose plane lies where the body comes to: if that is farther from it than poses are known, the
@@ -148,16 +157,17 @@ fn touching(body: &Body, seen: &Observed, contact: &Contact) -> Vec<bool> {
 /// Planes with their freedom, from the law of the flights.
 type Planes<'a> = dyn Fn(&FlightLaw) -> Vec<(Contact, Freedom)> + 'a;
 
-/// The likeliest motion through the ends of flights on one of several planes.
+/// The likeliest motion through the ends of flights on one of several planes; `None` where the flights have
+/// no law.
 fn through(
-    body: &Body,
-    seen: &Observed,
+    (body, seen): (&Body, &Observed),
+    laws: &FlightLaws<'_>,
     mut flights: Vec<Range<usize>>,
     planes: &Planes<'_>,
 ) -> Option<Bounced> {
     let since = seen.since();
     let law = loop {
-        let law = law_of_flights(body, seen, &flights)?;
+        let law = laws.of(&flights)?;
         // A flight that goes through the plane holds samples of its impact.
         let options = planes(&law);
         let (contact, _) = options.first()?;

@@ -9,7 +9,9 @@ use crate::fit::{Shared, Track, first_values, shoot_each};
 use crate::noise::Noise;
 use crate::terms::{Scales, Term};
 use crate::thresholds::{FEWEST_TIMES, GOOD, MOST_BLURRED, SHOTS};
+use std::cell::RefCell;
 use std::ops::Range;
+use std::rc::Rc;
 
 /// A law of one half of a body's freedoms, fitted to its flights.
 struct Half {
@@ -48,21 +50,52 @@ impl FlightLaw {
     }
 }
 
-/// The law of flights, with as few samples left out at impacts as explain the rest; `None` if the first
-/// flight is too short or no law can be fitted.
-pub(super) fn law_of_flights(body: &Body, seen: &Observed, flights: &[Range<usize>]) -> Option<FlightLaw> {
-    let mut best: Option<FlightLaw> = None;
-    for blurred in 0..=MOST_BLURRED {
-        let Some(law) = with_blur(body, seen, flights, blurred) else { break };
-        let good = law.chi_square <= GOOD;
-        if best.as_ref().is_none_or(|best| law.chi_square < best.chi_square) {
-            best = Some(law);
-        }
-        if good {
-            break;
-        }
+/// Laws of the flights of one body, each found once: the same flights come with several planes.
+pub(super) struct FlightLaws<'a> {
+    body: &'a Body,
+    seen: &'a Observed<'a>,
+    /// χ² for each independent sample above which a law does not count as one.
+    most: f64,
+    found: RefCell<Vec<Found>>,
+}
+
+/// Flights and their law.
+type Found = (Vec<Range<usize>>, Option<Rc<FlightLaw>>);
+
+impl<'a> FlightLaws<'a> {
+    pub(super) fn new(body: &'a Body, seen: &'a Observed<'a>, most: f64) -> Self {
+        Self { body, seen, most, found: RefCell::default() }
     }
-    best
+
+    /// The law of flights, with as few samples left out at impacts as explain the rest; `None` if the first
+    /// flight is too short or there is no law.
+    pub(super) fn of(&self, flights: &[Range<usize>]) -> Option<Rc<FlightLaw>> {
+        if let Some((_, law)) = self.found.borrow().iter().find(|(known, _)| known == flights) {
+            return law.clone();
+        }
+        let law = self.sought(flights).map(Rc::new);
+        self.found.borrow_mut().push((flights.to_vec(), law.clone()));
+        law
+    }
+
+    fn sought(&self, flights: &[Range<usize>]) -> Option<FlightLaw> {
+        let blurred = |count: usize| with_blur(self.body, self.seen, flights, count);
+        // What no law describes without the most samples, none describes with more of them.
+        let (last, mut best) = (0..=MOST_BLURRED).rev().find_map(|count| Some((count, blurred(count)?)))?;
+        if best.chi_square > self.most {
+            return None;
+        }
+        for law in (0..last).map_while(blurred) {
+            let good = law.chi_square <= GOOD;
+            if good || law.chi_square <= best.chi_square {
+                best = law;
+            }
+            if good {
+                break;
+            }
+        }
+        Some(best)
+    }
 }
 
 fn with_blur(body: &Body, seen: &Observed, flights: &[Range<usize>], blurred: usize) -> Option<FlightLaw> {

@@ -163,18 +163,22 @@ pub(super) fn in_segments(
     Some((minimum.loss, parameters, segments.starts(&minimum.values)))
 }
 
-/// Parameters and start of the whole track from ever longer segments.
+/// Parameters and start of the whole track from ever longer segments; `None` if segments leave more than a
+/// loss, which a law that describes the track does not.
 #[must_use]
 pub fn approach(
     candidate: &Candidate,
     track: &Track,
     scales: &Scales,
-    parameters: &[f64],
+    (parameters, most): (&[f64], f64),
 ) -> Option<(State, Vec<f64>)> {
     let mut parameters = parameters.to_vec();
     let mut starts: Option<Vec<State>> = None;
     for count in SEGMENTS {
         let found = in_segments(candidate, track, scales, (&parameters, count), starts.as_deref())?;
+        if found.0 > most {
+            return None;
+        }
         parameters = found.1;
         starts = Some(found.2.into_iter().step_by(2).collect());
     }
