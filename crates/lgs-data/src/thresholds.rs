@@ -51,6 +51,9 @@ pub(crate) const FEWEST_CAMERAS: usize = 6;
 pub(crate) const AGREEING_CAMERAS: f64 = 0.8;
 /// Points of a set by which poses are checked: a thousand spread over it leave no part of it out.
 pub(crate) const CHECKED_POINTS: usize = 1000;
+/// Frames of a video that are written at the same time while as many are decoded: the cores of a usual
+/// machine, and at 4K some 400 MB.
+pub(crate) const FRAMES_AT_A_TIME: usize = 8;
 /// Absent images that an error names; the others are counted.
 pub(crate) const NAMED_ABSENT: usize = 3;
 /// Factor of the cameras' radius that gives the scene's extent, as 3D Gaussian splatting has it.

@@ -1,6 +1,7 @@
 //! AV1 by rav1e.
 
 use lgs_core::Image;
+use mp4_atom::{Av01, Av1c, Matrix};
 use rav1e::prelude::{
     ChromaSampling, ColorDescription, ColorPrimaries, Config, Context, EncoderConfig, EncoderStatus,
     FrameType, MatrixCoefficients, PixelRange, Rational, TransferCharacteristics,
@@ -9,7 +10,7 @@ use rav1e::prelude::{
 use crate::Video;
 use crate::color::planes;
 use crate::error::VideoError;
-use crate::mp4::mp4;
+use crate::mp4::{Movie, mp4, visual};
 use crate::spec::{VideoFormat, VideoSpec};
 use crate::thresholds::{AV1_QUANTIZER, AV1_SPEED, KEY_FRAME_SECONDS, TILES};
 use crate::track::{Sample, Track};
@@ -42,6 +43,34 @@ impl Av1 {
                 Err(error) => return Err(VideoError::Av1(error.to_string())),
             }
         }
+    }
+}
+
+/// What decodes the samples; the fields of AV1CodecConfigurationRecord (AV1 in ISOBMFF, section 2.3.3).
+fn sample_entry(track: &Track) -> Av01 {
+    let [_, profile, flags, _] = track.configuration;
+    let flag = |bit: u8| flags >> bit & 1 == 1;
+    Av01 {
+        visual: visual(&track.spec),
+        av1c: Av1c {
+            seq_profile: profile >> 5,
+            seq_level_idx_0: profile & 0x1f,
+            seq_tier_0: flag(7),
+            high_bitdepth: flag(6),
+            twelve_bit: flag(5),
+            monochrome: flag(4),
+            chroma_subsampling_x: flag(3),
+            chroma_subsampling_y: flag(2),
+            chroma_sample_position: flags & 3,
+            initial_presentation_delay: None,
+            config_obus: Vec::new(),
+        },
+        btrt: None,
+        ccst: None,
+        colr: None,
+        pasp: None,
+        taic: None,
+        spatial: None,
     }
 }
 
@@ -88,7 +117,12 @@ impl Video for Av1 {
         let track = Track { spec: self.spec, samples: self.samples, configuration: *record };
         match self.spec.format {
             VideoFormat::WebM => Ok(webm(&track)),
-            VideoFormat::Mp4 | VideoFormat::Gif => mp4(&track),
+            VideoFormat::Mp4 | VideoFormat::Gif => mp4(&Movie {
+                spec: track.spec,
+                samples: &track.samples,
+                codec: sample_entry(&track).into(),
+                matrix: Matrix::default(),
+            }),
         }
     }
 }

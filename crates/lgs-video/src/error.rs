@@ -53,7 +53,6 @@ pub enum VideoError {
     #[error("the GIF encoder failed: {0}")]
     Gif(#[from] gif::EncodingError),
     /// A box of the file cannot be written.
-    #[cfg(feature = "av1")]
     #[error("the file's index cannot be written: {0}")]
     Mp4(#[from] mp4_atom::Error),
     /// The program `ffmpeg` cannot be started.

@@ -1,5 +1,5 @@
 //! Frames as video files: AV1 in MP4 and WebM and GIF by encoders that are part of the program, or whatever a
-//! system's ffmpeg makes of them.
+//! system's ffmpeg makes of them. And video files as frames: H.264 in MP4 and MOV ([`read`]).
 //!
 //! ```
 //! use lgs_core::Image;
@@ -23,11 +23,11 @@ mod color;
 mod error;
 mod ffmpeg;
 mod gif_file;
-#[cfg(feature = "av1")]
 mod mp4;
+pub mod read;
 mod spec;
+pub mod testing;
 mod thresholds;
-#[cfg(feature = "av1")]
 mod track;
 #[cfg(feature = "av1")]
 mod webm;

@@ -1,5 +1,6 @@
 //! An encoded track, as containers take it.
 
+#[cfg(feature = "av1")]
 use crate::spec::VideoSpec;
 
 /// The bytes of one shown frame.
@@ -9,6 +10,7 @@ pub(crate) struct Sample {
     pub(crate) is_key: bool,
 }
 
+#[cfg(feature = "av1")]
 /// A track of AV1 frames in the order in which they are shown.
 pub(crate) struct Track {
     pub(crate) spec: VideoSpec,

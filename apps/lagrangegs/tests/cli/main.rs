@@ -13,4 +13,5 @@ mod runs;
 mod scenes;
 mod training;
 mod usage;
+mod videos;
 mod weights;

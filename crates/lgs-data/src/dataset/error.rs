@@ -50,6 +50,9 @@ pub enum Problem {
     /// An image does not decode.
     #[error("can't decode the image: {0}")]
     Image(image::ImageError),
+    /// The frames of a video do not decode.
+    #[error("{0}")]
+    Video(lgs_video::read::DecodeError),
     /// An image has another size than the intrinsics say.
     #[error("frame {frame}: the intrinsics (`w`, `h`) say {expected}, the image is {found} pixels")]
     Size {

@@ -29,7 +29,7 @@ pub(super) fn images_below(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 /// Where the images of a camera are: `NAME`, `images/NAME` or `videos/NAME`, a folder of images (perhaps in
-/// `images` below it) or a video; nothing if there is none.
+/// `images` below it) or a video, its ending in small or capital letters; nothing if there is none.
 pub(super) fn place_of(root: &Path, name: &str) -> Option<PathBuf> {
     let folders = ["", "images", "videos"].map(|folder| root.join(folder));
     folders.into_iter().find_map(|folder| {
@@ -38,7 +38,8 @@ pub(super) fn place_of(root: &Path, name: &str) -> Option<PathBuf> {
             let inner = own.join("images");
             return Some(if inner.is_dir() { inner } else { own });
         }
-        videos::EXTENSIONS.iter().map(|e| folder.join(format!("{name}.{e}"))).find(|path| path.is_file())
+        let endings = videos::EXTENSIONS.iter().flat_map(|e| [(*e).to_owned(), e.to_ascii_uppercase()]);
+        endings.map(|e| folder.join(format!("{name}.{e}"))).find(|path| path.is_file())
     })
 }
 
