@@ -39,8 +39,8 @@ pub(crate) const STEP_ERROR: f64 = 0.1;
 /// Error of a step of fourth order over its difference to two half steps.
 pub(crate) const ERROR_OF_DIFFERENCE: f64 = 16.0 / 15.0;
 /// Root mean square residual, in units of the noise, of a motion that is far from the track whatever its
-/// steps are: it gets no steps finer than those of first values, and a law that is far from it even in segments
-/// with a start each no other first values.
+/// steps are: it gets no steps finer than those of first values. A law that is as far from it even in
+/// segments, each with a start of its own, gets no other first values.
 pub(crate) const FAR: f64 = 10.0;
 /// How often a fit is repeated with steps that its own motion asks for.
 pub(crate) const REFINEMENTS: usize = 3;

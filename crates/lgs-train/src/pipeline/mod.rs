@@ -189,8 +189,8 @@ impl Pipeline<'_> {
         !self.dataset.split("train").is_empty()
     }
 
-    /// Stage 1. It takes seconds and is not interrupted; its report is `distillation.json`, and a checkpoint
-    /// marks its end.
+    /// Stage 1. It takes seconds, minutes where no law describes many objects, and is not interrupted; its
+    /// report is `distillation.json`, and a checkpoint marks its end.
     fn distill(
         &self,
         source: &dyn SourceModel,
