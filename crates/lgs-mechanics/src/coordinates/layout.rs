@@ -70,6 +70,14 @@ impl Coordinates {
         }
     }
 
+    pub(crate) fn inertia_mut(&mut self) -> Option<&mut Inertia> {
+        match self {
+            Self::Rigid(inertia) => Some(inertia),
+            Self::Ball(ball) => Some(&mut ball.inertia),
+            _ => None,
+        }
+    }
+
     /// Parameters of the kinetic energy, which come before those of the terms.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {

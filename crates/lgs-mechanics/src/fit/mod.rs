@@ -5,6 +5,7 @@
 
 mod fitted;
 mod levenberg;
+mod open_inertia;
 mod regression;
 mod segments;
 mod shared;

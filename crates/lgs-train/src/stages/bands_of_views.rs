@@ -28,6 +28,8 @@ const FEWEST_VIEWS: usize = 3;
 const DRAWS: usize = 128;
 /// Particles that stand for all of a body: shares of them inside of a radius are known to some per cent.
 const PARTICLES: usize = 48;
+/// Part of a change by which its derivatives are found: small for the motion, and far above single precision.
+const PROBE: f64 = 0.02;
 /// Steps in a window at which motions are compared.
 const WINDOW_TIMES: usize = 16;
 
@@ -135,7 +137,16 @@ impl Forecasts {
             all.into_iter().map(some).collect()
         };
         let middle = forecast(&vec![0.0; changes.first().map_or(0, Vec::len)]);
-        let mut apart: Vec<Positions> = changes.iter().map(|by| forecast(by)).collect();
+        // To first order as the changes are: constants that images bind together may change a lot together.
+        let slope = |by: &Vec<f64>| -> Positions {
+            let [above, below] =
+                [PROBE, -PROBE].map(|part| forecast(&by.iter().map(|by| part * by).collect::<Vec<_>>()));
+            let one = |(a, b): (&[f32; 3], &[f32; 3])| {
+                std::array::from_fn(|i| (a[i] - b[i]) / (2.0 * PROBE as f32))
+            };
+            above.iter().zip(&below).map(|(a, b)| a.iter().zip(b).map(one).collect()).collect()
+        };
+        let mut apart: Vec<Positions> = changes.iter().map(slope).collect();
         let count = apart.len() as f32;
         for time in 0..middle.len() {
             for particle in 0..middle[time].len() {

@@ -58,7 +58,13 @@ impl FitDynamics<'_> {
 impl Trainer for FitDynamics<'_> {
     fn status(&self) -> Status {
         let has_nothing = self.frames.is_empty() || self.scene.objects.is_empty();
-        let steps = if has_nothing { 0 } else { self.config.steps };
+        // The first step chooses laws; where none is taken nothing is left to be fitted.
+        let is_done = self.step > 0 && self.newton.is_empty();
+        let steps = match (has_nothing, is_done) {
+            (true, _) => 0,
+            (false, true) => self.step,
+            (false, false) => self.config.steps,
+        };
         Status { stage: Stage::FitDynamics, step: self.step, steps, gaussians: self.scene.len() }
     }
 

@@ -14,15 +14,13 @@ use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::body::{Body, Positions, Response, Responses, part_of, rows_of_parts};
+use super::body::{Body, PRIOR_DEVIATION, Positions, Response, Responses, part_of, rows_of_parts};
 use super::normal_equations::NormalEquations;
 use super::observation::{Normal, Observation, Pose, observe, squared_error};
 use crate::figures::StepReport;
 
 /// Particles of an object that are rolled to find the derivatives of its pose.
 const ROLLED_PARTICLES: usize = 256;
-/// Standard deviation of the weak prior on a change of an unknown, in the unknown's unit.
-const PRIOR_DEVIATION: f64 = 0.3;
 /// Standard deviation of the trajectories that stage 1 has followed, at one time, in pixels.
 const TRAJECTORY_DEVIATION: f64 = 0.1;
 /// Errors of neighbouring pixels, and of one view at neighbouring times, are correlated: so many count as one
@@ -49,6 +47,11 @@ impl Newton {
             |object| part_of(scene, object, ROLLED_PARTICLES, &mut stream(seed, "newton", object as u64));
         let changes = bodies.iter().map(|body| vec![0.0; body.unknowns()]).collect();
         Self { bodies, parts: objects.map(part).collect(), changes }
+    }
+
+    /// Whether no object has an unknown.
+    pub(super) fn is_empty(&self) -> bool {
+        self.changes.iter().all(Vec::is_empty)
     }
 
     /// Adds the changes to a checkpoint.
@@ -101,7 +104,7 @@ impl Newton {
         let better = STEP_FRACTIONS
             .iter()
             .map(|&part| self.moved(&steps, part))
-            .find(|changes| error(changes) < before);
+            .find(|changes| !self.is_empty() && error(changes) < before);
         tracing::debug!(?steps, accepted = better.is_some(), "Gauss–Newton");
         if let Some(changes) = better {
             self.changes = changes;

@@ -30,11 +30,16 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
     };
     let mut found: Vec<(Configured, Choice)> = Vec::new();
     let joints = systems(observed).into_iter().filter(|system| system.chi_square <= MOST_KINEMATIC * samples);
+    // More freedoms than explain the motion to within the scatter of χ² are not needed. Inertias about one
+    // pivot have the same, and which of them it is matters to forecasts.
+    let mut kind = None;
     for system in joints {
-        // More freedoms than explain the motion to within the scatter of χ² are not needed.
-        if !found.iter().any(explains) {
-            found.extend(of_system(system));
+        let own = Some(std::mem::discriminant(&system.coordinates));
+        if kind != own && found.iter().any(explains) {
+            break;
         }
+        kind = own;
+        found.extend(of_system(system));
     }
     if !found.iter().any(explains) {
         let of_point = found.iter().find(|(system, _)| system.coordinates == Coordinates::Point);

@@ -36,6 +36,11 @@ impl Placed {
         }
     }
 
+    /// The same bodies under another law in coordinates of the same kind.
+    pub(super) fn with_law(&self, law: &Law) -> Self {
+        Self { law: law.clone(), ..self.clone() }
+    }
+
     /// Poses of the bodies at some times, `[times][bodies]`; `None` if the motion cannot be followed.
     pub(super) fn poses(&self, times: &[f64]) -> Option<Vec<Vec<Pose>>> {
         let states = System::new(&self.law, Edit::NONE).states(&self.start, times).ok()?;

@@ -5,8 +5,12 @@ use super::placed::Placed;
 use crate::motion::pose::Pose;
 use crate::thresholds::{GEOMETRY_STEPS, OBLIQUE_SPREAD, SCALE_DEVIATIONS};
 use lgs_mechanics::bands::changes;
+use lgs_mechanics::coordinates::InertiaForm;
 use lgs_mechanics::fit::{Fitted, Problem, Settings, Unknown, covariance_of, minimise};
 use nalgebra::{DMatrix, DVector};
+
+/// Part of a change by which its first order is found: small for any motion, and far above rounding.
+const PROBE: f64 = 0.01;
 
 /// Observed poses as a law's are compared with them.
 pub(super) struct Compared<'a> {
@@ -37,15 +41,15 @@ impl Posterior {
         Self { placed, loss: fitted.loss, covariance: fitted.covariance.clone(), bounds }
     }
 
-    /// Fits law and geometry together, from where they are; `None` if there is no geometry to be fitted, or
-    /// the fit fails.
+    /// Fits law and geometry together, from where they are; `None` if there is neither a geometry nor an
+    /// inertia to be fitted with the law, or the fit fails.
     pub(super) fn joint(placed: &Placed, fitted: &Fitted, compared: &Compared<'_>) -> Option<Self> {
         let geometry = placed.geometry();
         let own = Self::of(placed.clone(), fitted);
         let problem = Joint::new(&own, (fitted, &geometry), compared);
         let settings = Settings { iterations: GEOMETRY_STEPS, ..Settings::default() };
-        let found =
-            (!geometry.is_empty()).then(|| minimise(&problem, &vec![0.0; problem.len()], &settings))??;
+        let is_open = own.is_curved() || !geometry.is_empty();
+        let found = is_open.then(|| minimise(&problem, &vec![0.0; problem.len()], &settings))??;
         let covariance = covariance_of(&found.information)?;
         let bounds = own.bounds.iter().zip(&found.values[2 * placed.start.v.len()..]);
         let bounds = bounds.map(|(bound, change)| bound.map(|b| b - change)).collect();
@@ -62,6 +66,12 @@ impl Posterior {
         Fitted { law, start: self.placed.start.clone(), loss: self.loss, covariance, ..old.clone() }
     }
 
+    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its
+    /// tangent leave the window that they were fitted to, and are followed to first order alone.
+    fn is_curved(&self) -> bool {
+        self.placed.law.coordinates.inertia().is_some_and(|own| own.form == InertiaForm::Whole)
+    }
+
     /// Motions drawn from it, `[times][bodies]`, where the variance of the noise is so many times as large as
     /// it looks; `None` where one cannot be followed.
     pub(super) fn drawn(
@@ -76,13 +86,26 @@ impl Posterior {
             by[first..].iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
         };
         let all = changes(&(&self.covariance * inflation), count, stream, &is_allowed);
+        let middle = if self.is_curved() { self.placed.poses(times) } else { None };
         let motion = |mut by: Vec<f64>| {
             let bounded = by[first..].iter_mut().zip(&self.bounds);
             bounded.for_each(|(by, [lower, upper])| *by = by.clamp(*lower, *upper));
-            self.placed.changed(&by).poses(times)
+            let Some(middle) = &middle else { return self.placed.changed(&by).poses(times) };
+            by.iter_mut().for_each(|by| *by *= PROBE);
+            Some(magnified(middle, &self.placed.changed(&by).poses(times)?))
         };
         all.into_iter().map(motion).collect()
     }
+}
+
+/// Poses as far from the middle ones, to first order, as a part [`PROBE`] of the change takes them.
+fn magnified(middle: &[Vec<Pose>], near: &[Vec<Pose>]) -> Vec<Vec<Pose>> {
+    let pose = |(middle, near): (&Pose, &Pose)| Pose {
+        linear: middle.linear + (near.linear - middle.linear) * PROBE.recip(),
+        shift: middle.shift + (near.shift - middle.shift) / PROBE,
+    };
+    let bodies = |(middle, near): (&Vec<Pose>, &Vec<Pose>)| middle.iter().zip(near).map(pose).collect();
+    middle.iter().zip(near).map(bodies).collect()
 }
 
 /// Start, parameters and geometry as unknowns, all as changes.

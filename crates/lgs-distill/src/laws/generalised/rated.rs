@@ -76,8 +76,9 @@ impl Rated {
     }
 
     /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates,
-    /// and rates them anew: joints that were found by themselves may be where no law agrees with them. What
-    /// no law describes has no band.
+    /// and rates them anew: joints that were found by themselves may be where no law agrees with them. The
+    /// inertia is fitted as well, whose axes and moments particles show only roughly. What no law describes
+    /// has no band.
     pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
         if self.chi_square() > DESCRIBED {
             return self;
@@ -94,14 +95,18 @@ impl Rated {
             };
             let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
             let compared = Compared { times, whitened: &whitened, noise };
-            let before = (&law.posterior.placed, &law.judged.fitted);
-            let Some(posterior) = Posterior::joint(before.0, before.1, &compared) else { continue };
+            let open = law.judged.fitted.with_open_inertia();
+            let fitted = open.unwrap_or_else(|| law.judged.fitted.clone());
+            let placed = law.posterior.placed.with_law(&fitted.law);
+            let Some(posterior) = Posterior::joint(&placed, &fitted, &compared) else { continue };
             tracing::debug!(
                 index,
+                coordinates = ?placed.law.coordinates,
                 before = law.evidence.chi_square,
                 after = posterior.loss,
                 "a law with its geometry"
             );
+            law.judged.fitted = fitted;
             law.evidence.chi_square = law.evidence.chi_square.min(posterior.loss);
             law.set(posterior);
         }

@@ -10,12 +10,13 @@ use lgs_mechanics::terms::Entry;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
-use super::{Positions, Response, Responses, geometry};
+use super::{PRIOR_DEVIATION, Positions, Response, Responses, geometry};
 use crate::stages::initial_pose::mean;
 use crate::stages::observation::displacement_of;
 
 /// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
-/// §6) leaves it ten times the freedom that the tracks do, whose noise is correlated and known roughly.
+/// §6) leaves it ten times the freedom that the tracks do, whose noise is correlated and known roughly. A
+/// parameter with a prior of its own, such as a moment of inertia, has no more freedom than that leaves it.
 const UNIT_IN_DEVIATIONS: f64 = 30.0;
 /// Unit of a parameter without a known deviation, as a part of its value.
 const UNIT_IN_VALUES: f64 = 0.3;
@@ -214,7 +215,10 @@ fn units(dynamics: &GeneralisedDynamics, radius: f64, time_window: f32) -> Vec<f
     let table = law.table();
     let unit = |(i, value): (usize, &f64)| match law.deviations.get(i) {
         _ if table[i].0.entry == Entry::Constant => 0.0,
-        Some(&deviation) if deviation > 0.0 => (UNIT_IN_DEVIATIONS * deviation).max(LEAST_UNIT),
+        Some(&deviation) if deviation > 0.0 => {
+            let of_prior = table[i].0.spread / PRIOR_DEVIATION;
+            (UNIT_IN_DEVIATIONS * deviation).min(of_prior).max(LEAST_UNIT)
+        }
         _ => (UNIT_IN_VALUES * value.abs()).max(LEAST_UNIT),
     };
     units.extend(law.parameters.iter().enumerate().map(unit));
