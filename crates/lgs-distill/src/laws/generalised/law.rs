@@ -40,7 +40,8 @@ pub(crate) fn find_law(
     if found.window_error > BEYOND_SMOOTH * smooth_errors && !bodies.iter().any(|body| has_impacts(body)) {
         return Some(found);
     }
-    let described = law_within(bodies, around, Errors::resolving(resolution.max(smooth_errors)), seed);
+    let allowance = Errors { is_allowance: true, ..Errors::resolving(resolution.max(smooth_errors)) };
+    let described = law_within(bodies, around, allowance, seed);
     let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
     law.known.verdict = Verdict::Described;
     Some(GeneralisedLaw { evidence: found.evidence, ..law })
@@ -64,11 +65,17 @@ pub(crate) struct Errors {
     pub(crate) resolution: f64,
     /// Size of errors that change slowly from pose to pose, and may or may not be there.
     pub(crate) slow: f64,
+    /// Whether the resolution allows for what no law explains: a law within it need not be the right one.
+    pub(crate) is_allowance: bool,
 }
 
 impl Errors {
+    pub(crate) fn slow(slow: f64) -> Self {
+        Self { slow, ..Self::resolving(0.0) }
+    }
+
     fn resolving(resolution: f64) -> Self {
-        Self { resolution, slow: 0.0 }
+        Self { resolution, slow: 0.0, is_allowance: false }
     }
 }
 
@@ -99,13 +106,18 @@ fn of_body(
     seed: u64,
 ) -> Option<GeneralisedLaw> {
     let mut observed = ObservedPoses::new(motion, laws, errors.resolution);
-    let impacted = contact::through_impacts(&observed, motion, surroundings);
+    let mut chosen = if errors.is_allowance { None } else { choose_law(&observed) };
+    // A motion that a smooth law describes to within its noise shows no impact.
+    let impacted = match &chosen {
+        Some(smooth) if smooth.chi_square() <= DESCRIBED => None,
+        _ => contact::through_impacts(&observed, motion, surroundings),
+    };
     tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
     let is_sure = |found: &&Impacted| found.bounced.is_within_noise() && is_on_observed_plane(&found.bounced);
     if let Some(impacted) = impacted.as_ref().filter(is_sure) {
         return through_impacts(impacted, &observed, motion, seed);
     }
-    let chosen = choose_law(&observed);
+    chosen = chosen.or_else(|| choose_law(&observed));
     if let Some(impacted) = impacted.filter(|found| is_likelier(found, chosen.as_ref(), &observed)) {
         return through_impacts(&impacted, &observed, motion, seed);
     }
