@@ -3,10 +3,11 @@
 
 use super::placed::Placed;
 use crate::motion::pose::Pose;
-use crate::thresholds::{GEOMETRY_STEPS, OBLIQUE_SPREAD, SCALE_DEVIATIONS};
+use crate::thresholds::{GEOMETRY_STEPS, OBLIQUE_SPREAD, SCALE_DEVIATIONS, TOLD};
 use lgs_mechanics::bands::changes;
 use lgs_mechanics::coordinates::InertiaForm;
 use lgs_mechanics::fit::{Fitted, Problem, Settings, Unknown, covariance_of, minimise};
+use lgs_mechanics::terms::Parameter;
 use nalgebra::{DMatrix, DVector};
 
 /// Part of a change by which its first order is found: small for any motion, and far above rounding.
@@ -70,6 +71,17 @@ impl Posterior {
     /// tangent leave the window that they were fitted to, and are followed to first order alone.
     fn is_curved(&self) -> bool {
         self.placed.law.coordinates.inertia().is_some_and(|own| own.form == InertiaForm::Whole)
+    }
+
+    /// Whether the poses tell more of the inertia than its prior does: those of a body that hardly turns do
+    /// not.
+    pub(super) fn tells_of_inertia(&self) -> bool {
+        let first = 2 * self.placed.start.v.len();
+        let own = self.placed.law.coordinates.parameters();
+        let is_told = |(i, parameter): (usize, &Parameter)| {
+            self.covariance[(first + i, first + i)] < (TOLD * parameter.spread).powi(2)
+        };
+        own.iter().enumerate().any(is_told)
     }
 
     /// Motions drawn from it, `[times][bodies]`, where the variance of the noise is so many times as large as

@@ -9,6 +9,7 @@ use crate::motion::pose::Pose;
 use crate::thresholds::NO_RIVAL;
 use lgs_mechanics::bands::shares;
 use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, weights};
+use lgs_mechanics::fit::Fitted;
 
 /// A law with what speaks for it.
 pub(super) struct RatedLaw {
@@ -21,6 +22,17 @@ pub(super) struct RatedLaw {
 }
 
 impl RatedLaw {
+    /// The law fitted together with its geometry, and with its inertia where the poses tell of that.
+    fn with_geometry(&self, compared: &Compared<'_>) -> Option<(Posterior, Fitted)> {
+        let joint = |fitted: Fitted| {
+            let placed = self.posterior.placed.with_law(&fitted.law);
+            Some((Posterior::joint(&placed, &fitted, compared)?, fitted))
+        };
+        let open = self.judged.fitted.with_open_inertia().and_then(joint);
+        let open = open.filter(|(posterior, _)| posterior.tells_of_inertia());
+        open.or_else(|| joint(self.judged.fitted.clone()))
+    }
+
     /// Takes what is known of the law together with its geometry.
     pub(super) fn set(&mut self, posterior: Posterior) {
         self.judged.fitted = posterior.fitted(&self.judged.fitted);
@@ -95,13 +107,10 @@ impl Rated {
             };
             let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
             let compared = Compared { times, whitened: &whitened, noise };
-            let open = law.judged.fitted.with_open_inertia();
-            let fitted = open.unwrap_or_else(|| law.judged.fitted.clone());
-            let placed = law.posterior.placed.with_law(&fitted.law);
-            let Some(posterior) = Posterior::joint(&placed, &fitted, &compared) else { continue };
+            let Some((posterior, fitted)) = law.with_geometry(&compared) else { continue };
             tracing::debug!(
                 index,
-                coordinates = ?placed.law.coordinates,
+                coordinates = ?posterior.placed.law.coordinates,
                 before = law.evidence.chi_square,
                 after = posterior.loss,
                 "a law with its geometry"
