@@ -142,8 +142,8 @@ pub(crate) const OBLIQUE_SPREAD: f64 = 0.3;
 /// Linearisations of the fit of a law with its geometry, which begins at the least squares of both by
 /// themselves.
 pub(crate) const GEOMETRY_STEPS: usize = 12;
-/// Deviation of a constant of the inertia, over that of its prior, below which poses tell of it: they have then
-/// taken away a fifth of its variance.
+/// Deviation of a constant of the inertia, over that of its prior, below which poses tell of it: they have
+/// then taken away a fifth of its variance.
 pub(crate) const TOLD: f64 = 0.9;
 /// Typical changes in that fit, in standard deviations of what is changed.
 pub(crate) const SCALE_DEVIATIONS: f64 = 10.0;
