@@ -181,7 +181,7 @@ pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64)
     let surroundings = observed.first()?.surroundings.clone();
     let motions: Vec<SharedMotion> = observed.into_iter().map(BodyPoses::into_motion).collect();
     let bodies: Vec<&SharedMotion> = motions.iter().collect();
-    let found = law_within(&bodies, (laws(config)?, &surroundings), Errors::slow(slow), seed)?;
+    let found = law_within(&bodies, (laws(config)?, &surroundings), Errors::changing_slowly(slow), seed)?;
     tracing::debug!(law = ?found.law, known = ?found.known, "a law of poses");
     let reports: Vec<DistillReport> = motions.iter().map(DistillReport::of_poses).collect();
     let is_in_order = found.order.iter().copied().eq(0..bodies.len());

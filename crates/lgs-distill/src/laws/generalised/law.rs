@@ -70,7 +70,8 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    pub(crate) fn slow(slow: f64) -> Self {
+    /// Errors that change slowly, of poses whose source resolves any length.
+    pub(crate) fn changing_slowly(slow: f64) -> Self {
         Self { slow, ..Self::resolving(0.0) }
     }
 
