@@ -140,7 +140,7 @@ impl Plan {
         match (&self.suite.data, self.suite.synthetic(cell.seed)) {
             (Scenes::Folders(folders), _) => self.folders_root(folders).join(scene),
             (_, made) => {
-                let SynthOptions { size, views, seed, train_fps } = made.unwrap_or_default();
+                let SynthOptions { size, views, seed, train_fps, .. } = made.unwrap_or_default();
                 let folder = format!("{scene}_{size}px_{views}views_{train_fps}fps_seed{seed}");
                 self.data.as_ref().map_or_else(|| self.out.join("data"), Clone::clone).join(folder)
             }

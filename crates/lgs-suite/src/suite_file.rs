@@ -61,7 +61,7 @@ pub(crate) struct Synthetic {
 
 impl Default for Synthetic {
     fn default() -> Self {
-        let SynthOptions { size, views, seed, train_fps } = SynthOptions::default();
+        let SynthOptions { size, views, seed, train_fps, .. } = SynthOptions::default();
         Self { size, views, seed, train_fps, laws_by_seed: false }
     }
 }
@@ -69,7 +69,7 @@ impl Default for Synthetic {
 impl From<Synthetic> for SynthOptions {
     fn from(made: Synthetic) -> Self {
         let Synthetic { size, views, seed, train_fps, .. } = made;
-        Self { size, views, seed, train_fps }
+        Self { size, views, seed, train_fps, ..Self::default() }
     }
 }
 

@@ -147,7 +147,7 @@ fn trainer<'a>(
 }
 
 fn training(sizes: &Sizes, devices: &[Device; 2], folder: &Path) -> Result<(), Box<dyn Error>> {
-    let options = SynthOptions { size: sizes.pixels, views: 6, seed: 0, train_fps: 12 };
+    let options = SynthOptions { size: sizes.pixels, views: 6, train_fps: 12, ..SynthOptions::default() };
     synth::generate("falling-ball", &options, folder, &|_, _| {})?;
     let dataset = Dataset::load(folder, &LoadOptions::default(), &|_, _| {})?;
     let [mut one, mut other] =

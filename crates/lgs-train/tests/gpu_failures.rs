@@ -29,7 +29,7 @@ fn panic_of(work: impl FnOnce()) -> String {
 }
 
 fn dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 24, views: 3, seed: 0, train_fps: 12 };
+    let options = SynthOptions { size: 24, views: 3, train_fps: 12, ..SynthOptions::default() };
     let path = folder.join("data");
     synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
     Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")

@@ -54,7 +54,7 @@ fn counted() -> Option<(Device, std::sync::MutexGuard<'static, ()>)> {
 }
 
 fn dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 32, views: 4, seed: 0, train_fps: 12 };
+    let options = SynthOptions { size: 32, views: 4, train_fps: 12, ..SynthOptions::default() };
     let path = folder.join("data");
     synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
     Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")

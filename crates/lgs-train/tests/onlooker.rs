@@ -60,7 +60,7 @@ fn trained(folder: &Path, dataset: &Dataset, onlooker: Option<&mut Curious>) -> 
 fn a_run_that_is_looked_at_has_the_bytes_of_one_that_is_not() {
     let folder = tempfile::tempdir().expect("folder");
     let data = folder.path().join("data");
-    let options = SynthOptions { size: 24, views: 3, seed: 0, train_fps: 6 };
+    let options = SynthOptions { size: 24, views: 3, train_fps: 6, ..SynthOptions::default() };
     synth::generate("falling-ball", &options, &data, &|_, _| {}).expect("a dataset");
     let dataset = Dataset::load(&data, &LoadOptions::default(), &|_, _| {}).expect("loaded");
     let mut curious = Curious::default();

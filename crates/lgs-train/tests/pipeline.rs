@@ -15,7 +15,7 @@ use lgs_train::{
 };
 
 fn tiny_dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 40, views: 4, seed: 0, train_fps: 12 };
+    let options = SynthOptions { size: 40, views: 4, train_fps: 12, ..SynthOptions::default() };
     let path = folder.join("data");
     synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
     Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")

@@ -38,9 +38,12 @@ pub(super) struct Args {
     /// Draws the scene's constants, turns the cameras and shifts the textures [default: 0]
     #[arg(long)]
     seed: Option<u64>,
-    /// Training images per unit of time and view, a divisor of 60 [default: 60]
+    /// Training images per unit of time and view, a divisor of 60, or 120 or 240 [default: 60]
     #[arg(long, value_name = "N")]
     train_fps: Option<u32>,
+    /// Training views that show each time, drawn anew for each [default: all]
+    #[arg(long, value_name = "N")]
+    images_per_time: Option<usize>,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -56,6 +59,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         views: args.views.unwrap_or(default.views),
         seed: args.seed.unwrap_or(default.seed),
         train_fps: args.train_fps.unwrap_or(default.train_fps),
+        images_per_time: args.images_per_time,
     };
     make(scene, &options, out)?;
     output::print(&format!("{}\n", out.display()))

@@ -10,6 +10,7 @@
 
 mod body;
 mod bounce;
+mod collisions;
 mod draws;
 mod error;
 mod guided;

@@ -7,6 +7,9 @@ const SIZES: std::ops::RangeInclusive<u32> = 8..=2048;
 /// Training views that can be asked for.
 const VIEWS: std::ops::RangeInclusive<usize> = 1..=200;
 
+/// Rates of training images beyond 60 that can be asked for: for sets that show each time from few views.
+const FINER_RATES: [u32; 2] = [120, 240];
+
 /// Options of a synthetic dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SynthOptions {
@@ -17,13 +20,16 @@ pub struct SynthOptions {
     /// Draws the scene's constants, turns the cameras, shifts the textures and picks the ground-truth points.
     /// The seven first scenes keep their usual constants for seed 0. Default 0.
     pub seed: u64,
-    /// Training images per unit of time and view, a divisor of 60. Default 60.
+    /// Training images per unit of time and view, a divisor of 60, or 120 or 240. Default 60.
     pub train_fps: u32,
+    /// Training views that show each time, drawn anew for each, at least 1: as where one camera moves, or a
+    /// few record by turns. Default `None`: all of them.
+    pub images_per_time: Option<usize>,
 }
 
 impl Default for SynthOptions {
     fn default() -> Self {
-        Self { size: 160, views: 12, seed: 0, train_fps: 60 }
+        Self { size: 160, views: 12, seed: 0, train_fps: 60, images_per_time: None }
     }
 }
 
@@ -52,8 +58,11 @@ pub(super) fn check(options: &SynthOptions) -> Result<(), SynthError> {
     if !VIEWS.contains(&options.views) {
         return wrong("views", "1 to 200", options.views as u64);
     }
-    if options.train_fps == 0 || 60 % options.train_fps != 0 {
-        return wrong("train_fps", "a divisor of 60", u64::from(options.train_fps));
+    if options.train_fps == 0 || (60 % options.train_fps != 0 && !FINER_RATES.contains(&options.train_fps)) {
+        return wrong("train_fps", "a divisor of 60, or 120 or 240", u64::from(options.train_fps));
+    }
+    if let Some(0) = options.images_per_time {
+        return wrong("images_per_time", "1 or more", 0);
     }
     Ok(())
 }

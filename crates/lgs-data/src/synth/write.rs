@@ -1,12 +1,12 @@
 //! A scene as a dataset folder.
 //!
 //! Everything goes into a temporary folder beside the destination, which is renamed when it is complete; a
-//! destination that is not empty is refused. Times are multiples of 1/60. With V training views (3 held-out
+//! destination that is not empty is refused. Times are multiples of 1/60, or finer in `train`. With V training views (3 held-out
 //! ones are added):
 //!
 //! | split | times | views |
 //! |---|---|---|
-//! | train | 0 … 45/60, thinned by `train_fps` | training |
+//! | train | 0 … 45/60, as often as `train_fps` says | training, or a few drawn ones each |
 //! | val | 0 … 45/60, every third | held-out |
 //! | test | 46/60 … 59/60 | held-out, and up to 5 training views spread evenly |
 //! | long | 16 times, 1 … 2.25 | two held-out, two training |
@@ -31,6 +31,7 @@ use crate::edit::MotionEdit;
 use crate::files::{self, FileError};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use lgs_core::stream;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::fs;
@@ -173,31 +174,46 @@ fn shot(split: &'static str, number: usize, view: usize, time: f64) -> Shot {
 
 /// All images in file order: by split, time, view.
 fn shots(options: &SynthOptions) -> Vec<Shot> {
-    let training: Vec<usize> = (0..options.views).collect();
     let held_out: Vec<usize> = (options.views..options.views + HELD_OUT).collect();
     let spread = |count: usize| -> Vec<usize> { (0..count).map(|i| i * options.views / count).collect() };
     let some_of_all = [spread(TEST_TRAINING_VIEWS.min(options.views)), held_out.clone()].concat();
     let few = [spread(2.min(options.views)), held_out[..2].to_vec()].concat();
-    let observed = |stride: usize| -> Vec<f64> {
-        (0..=LAST_OBSERVED).step_by(stride).map(|i| f64::from(i) / f64::from(RATE)).collect()
-    };
+    let observed: Vec<f64> =
+        (0..=LAST_OBSERVED).step_by(VAL_STRIDE).map(|i| f64::from(i) / f64::from(RATE)).collect();
     let future: Vec<f64> = (LAST_OBSERVED + 1..RATE).map(|i| f64::from(i) / f64::from(RATE)).collect();
     let long: Vec<f64> =
         (0..FAR_TIMES).map(|i| 1.0 + 1.25 * f64::from(i) / f64::from(FAR_TIMES - 1)).collect();
     let past: Vec<f64> = (0..FAR_TIMES).map(|i| -0.75 + 0.75 * f64::from(i) / f64::from(FAR_TIMES)).collect();
     let plan = [
-        ("train", observed((RATE / options.train_fps) as usize), &training),
-        ("val", observed(VAL_STRIDE), &held_out),
+        ("val", observed, &held_out),
         ("test", future, &some_of_all),
         ("long", long, &few),
         ("past", past, &few),
     ];
-    let mut shots = Vec::new();
+    let rate = options.train_fps;
+    let trained: Vec<f64> =
+        (0..=LAST_OBSERVED * rate / RATE).map(|i| f64::from(i) / f64::from(rate)).collect();
+    let mut shots = training_shots(options, &trained);
     for (split, times, views) in plan {
         let each = times.iter().flat_map(|&time| views.iter().map(move |&view| (time, view)));
         shots.extend(each.enumerate().map(|(i, (time, view))| shot(split, i, view, time)));
     }
     shots
+}
+
+/// The training images: of all training views at every time, or of as many drawn ones as are asked for.
+fn training_shots(options: &SynthOptions, times: &[f64]) -> Vec<Shot> {
+    let count = options.images_per_time.unwrap_or(options.views).min(options.views);
+    let mut rng = stream(options.seed, "views of a time", 0);
+    let views = |_| {
+        let mut views = rand::seq::index::sample(&mut rng, options.views, count).into_vec();
+        views.sort_unstable();
+        views
+    };
+    let of_times: Vec<Vec<usize>> = times.iter().map(views).collect();
+    let each =
+        times.iter().zip(&of_times).flat_map(|(&time, views)| views.iter().map(move |&view| (time, view)));
+    each.enumerate().map(|(i, (time, view))| shot("train", i, view, time)).collect()
 }
 
 fn write_png(path: &Path, rgba: &[u8], size: u32) -> Result<(), SynthError> {

@@ -56,7 +56,7 @@ fn curve(contents: &Contents, entity: &str) -> Vec<(i64, f64)> {
 fn a_recording_has_the_training_curve_and_pictures_on_the_timeline_step() {
     let dir = tempfile::tempdir().expect("a folder");
     let data = dir.path().join("data");
-    let options = SynthOptions { size: 24, views: 3, seed: 0, train_fps: 6 };
+    let options = SynthOptions { size: 24, views: 3, train_fps: 6, ..SynthOptions::default() };
     synth::generate("falling-ball", &options, &data, &|_, _| {}).expect("a dataset");
     let dataset = Dataset::load(&data, &LoadOptions::default(), &|_, _| {}).expect("loaded");
     let run = RunFolder::create(&dir.path().join("run"), &config(), &dataset).expect("a run");

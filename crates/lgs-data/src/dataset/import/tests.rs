@@ -31,7 +31,12 @@ pub(in crate::dataset) fn assert_round_trip(root: &Path) {
 fn synthetic() -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("set");
-    let options = crate::synth::SynthOptions { size: 8, views: 3, train_fps: 4, seed: 0 };
+    let options = crate::synth::SynthOptions {
+        size: 8,
+        views: 3,
+        train_fps: 4,
+        ..crate::synth::SynthOptions::default()
+    };
     crate::synth::generate("falling-ball", &options, &out, &|_, _| {}).unwrap();
     (dir, out)
 }

@@ -201,7 +201,12 @@ fn shipped_points_win_and_bad_ones_are_an_error() {
 fn random_points_fill_the_box_that_the_cameras_look_at() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("set");
-    let options = crate::synth::SynthOptions { size: 32, views: 9, train_fps: 4, seed: 0 };
+    let options = crate::synth::SynthOptions {
+        size: 32,
+        views: 9,
+        train_fps: 4,
+        ..crate::synth::SynthOptions::default()
+    };
     crate::synth::generate("pendulum", &options, &out, &|_, _| {}).unwrap();
     let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
     let cube = dataset.scene_box();

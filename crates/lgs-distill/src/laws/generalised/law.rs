@@ -119,7 +119,12 @@ fn of_body(
         return through_impacts(impacted, &observed, motion, seed);
     }
     chosen = chosen.or_else(|| choose_law(&observed));
-    if let Some(impacted) = impacted.filter(|found| is_likelier(found, chosen.as_ref(), &observed)) {
+    // Within errors that were allowed because no law explains the motion, a plane that nothing shows is no
+    // simpler than a smooth law.
+    let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
+    let is_admitted = |found: &Impacted| is_on_observed_plane(&found.bounced) || !is_described;
+    let likelier = |found: &Impacted| is_admitted(found) && is_likelier(found, chosen.as_ref(), &observed);
+    if let Some(impacted) = impacted.filter(likelier) {
         return through_impacts(&impacted, &observed, motion, seed);
     }
     let mut chosen = chosen?;
