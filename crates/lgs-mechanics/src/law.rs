@@ -21,7 +21,9 @@ pub struct Law {
     pub step: f64,
     /// The plane that the object collides with.
     pub contact: Option<Contact>,
-    /// Impacts known from the track, times ascending: on the way back past one its change is taken back.
+    /// Sudden changes of velocity known from the track, times ascending. With a contact they are its impacts:
+    /// on the way back past one its change is taken back. Without, something outside of the law strikes the
+    /// body at these times, whatever the edit, with changes as given.
     pub events: Vec<Impact>,
 }
 
@@ -96,6 +98,12 @@ impl Law {
             values.iter_mut().zip(parameters).for_each(|(value, p)| *value = p.scaled(*value, factor));
         }
         Ok(())
+    }
+
+    /// Impulses by what is outside of the law: its events, if it has no contact that they come from.
+    #[must_use]
+    pub fn impulses(&self) -> &[Impact] {
+        if self.contact.is_some() { &[] } else { &self.events }
     }
 
     /// Whether a term may add energy.

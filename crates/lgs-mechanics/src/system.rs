@@ -2,6 +2,7 @@
 
 mod collide;
 mod differences;
+mod impulses;
 mod sensitivity;
 
 pub use sensitivity::Sensitivity;
@@ -14,6 +15,7 @@ use crate::integrate::{self, NoSolution, Solved, Stepper, Tangent};
 use crate::law::Law;
 use crate::thresholds::ON_GRID;
 use collide::{Collider, Moment};
+use impulses::Struck;
 use nalgebra::DMatrix;
 
 /// A law under an edit, started at t = 0.
@@ -53,7 +55,7 @@ impl<'a> System<'a> {
     fn plain(&self, start: &State) -> Result<Plain<'a>, MechanicsError> {
         let at = Moment { state: self.edited(start)?, time: 0.0 };
         let stepper = integrate::stepper(self.law, &self.edit);
-        Ok(Plain { at, stepper, collider: Collider::new(self.law) })
+        Ok(Plain { at, stepper, collider: Collider::new(self.law), impulses: self.law.impulses() })
     }
 
     /// States at times of any order and sign, with their derivatives by start and parameters; those of a law
@@ -71,7 +73,8 @@ impl<'a> System<'a> {
             tangent.x[i * columns + i] = 1.0;
             tangent.v[i * columns + n + i] = self.edit.velocity;
         }
-        let mut moving = Tangential { state: self.edited(start)?, tangent, stepper };
+        let impulses = self.law.impulses();
+        let mut moving = Tangential { state: self.edited(start)?, tangent, time: 0.0, stepper, impulses };
         self.visit(&mut moving, times)
     }
 
@@ -143,6 +146,17 @@ struct Plain<'a> {
     at: Moment,
     stepper: Box<dyn Stepper + 'a>,
     collider: Option<Collider<'a>>,
+    impulses: &'a [Impact],
+}
+
+impl Struck for Plain<'_> {
+    fn move_freely(&mut self, h: f64) -> Solved {
+        if h == 0.0 { Ok(()) } else { integrate::advance(self.stepper.as_mut(), &mut self.at.state, h) }
+    }
+
+    fn change(&mut self, velocity: &[f64], sign: f64) {
+        self.at.state.v.iter_mut().zip(velocity).for_each(|(v, change)| *v += sign * change);
+    }
 }
 
 impl Moving for Plain<'_> {
@@ -151,12 +165,13 @@ impl Moving for Plain<'_> {
     type Read = State;
 
     fn advance(&mut self, h: f64) -> Solved {
-        match &mut self.collider {
-            Some(collider) => return collider.advance(self.stepper.as_mut(), &mut self.at, h),
-            None => integrate::advance(self.stepper.as_mut(), &mut self.at.state, h)?,
+        if let Some(collider) = &mut self.collider {
+            return collider.advance(self.stepper.as_mut(), &mut self.at, h);
         }
-        self.at.time += h;
-        Ok(())
+        let times = [self.at.time, self.at.time + h];
+        self.at.time = times[1];
+        let impulses = self.impulses;
+        impulses::pass(self, impulses, times)
     }
 
     fn keep(&self) -> Self::Kept {
@@ -177,24 +192,44 @@ impl Moving for Plain<'_> {
 struct Tangential<'a> {
     state: State,
     tangent: Tangent,
+    time: f64,
     stepper: Box<dyn Stepper + 'a>,
+    impulses: &'a [Impact],
 }
 
-impl Moving for Tangential<'_> {
-    type Kept = (State, Tangent);
-    type Read = Sensitivity;
-
-    fn advance(&mut self, h: f64) -> Solved {
+impl Struck for Tangential<'_> {
+    fn move_freely(&mut self, h: f64) -> Solved {
+        if h == 0.0 {
+            return Ok(());
+        }
         integrate::advance_with_tangent(self.stepper.as_mut(), &mut self.state, &mut self.tangent, h)
     }
 
-    fn keep(&self) -> (State, Tangent) {
-        (self.state.clone(), self.tangent.clone())
+    /// What is added whatever the state is changes no derivative.
+    fn change(&mut self, velocity: &[f64], sign: f64) {
+        self.state.v.iter_mut().zip(velocity).for_each(|(v, change)| *v += sign * change);
+    }
+}
+
+impl Moving for Tangential<'_> {
+    type Kept = (State, Tangent, f64);
+    type Read = Sensitivity;
+
+    fn advance(&mut self, h: f64) -> Solved {
+        let times = [self.time, self.time + h];
+        self.time = times[1];
+        let impulses = self.impulses;
+        impulses::pass(self, impulses, times)
     }
 
-    fn restore(&mut self, (state, tangent): &(State, Tangent)) {
+    fn keep(&self) -> (State, Tangent, f64) {
+        (self.state.clone(), self.tangent.clone(), self.time)
+    }
+
+    fn restore(&mut self, (state, tangent, time): &(State, Tangent, f64)) {
         self.state.clone_from(state);
         self.tangent.clone_from(tangent);
+        self.time = *time;
     }
 
     fn read(&self) -> Sensitivity {

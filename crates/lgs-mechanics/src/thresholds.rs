@@ -183,6 +183,11 @@ pub(crate) const CONTACT_SPREAD: f64 = 0.5;
 pub(crate) const CONTACT_PASSES: usize = 3;
 /// Linearisations of the fit of all unknowns together.
 pub(crate) const CONTACT_ITERATIONS: usize = 12;
+/// Error of a contact after its first impact over that of impulses up to which it comes before them: less is no
+/// difference in kind.
+pub(crate) const AS_NEAR: f64 = 2.0;
+/// Turns of finding where two flights meet, which their speeds at one time tell of another.
+pub(crate) const MEETINGS: usize = 4;
 /// Samples at each side of an impact that a source may smear: beyond, a short flight has too few left.
 pub(crate) const MOST_BLURRED: usize = 6;
 /// Second moments of a filled body over those of its surface: exact for every body whose faces (or surface)

@@ -3,7 +3,7 @@
 
 use lgs_eval::laws::{LawContact, ObjectLaw, edit_rows, parameter_rows, rival_rows};
 use lgs_eval::{Metrics, ObjectSummary, Verdict};
-use lgs_mechanics::contact::Origin;
+use lgs_mechanics::contact::{Impact, Origin};
 use lgs_mechanics::terms::Role;
 
 use crate::axis::number;
@@ -73,6 +73,7 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
         (law.bodies > 1).then(|| format!("The law moves {} bodies, which act on each other.", law.bodies)),
         driven.then(|| "A constant drive may add energy.".to_owned()),
         law.contact.as_ref().map(collision),
+        (!law.impulses.is_empty()).then(|| struck(&law.impulses)),
         law.forecast_error.map(|e| {
             format!("Forecasts inside the window are off by {} of the displacement.", percent(e, 2))
         }),
@@ -83,6 +84,16 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
             .map(|_| "The truth contradicts this verdict.".to_owned()),
     ];
     parts.into_iter().flatten().collect()
+}
+
+/// What strikes a body, in words.
+fn struck(impulses: &[Impact]) -> String {
+    let times: Vec<String> = impulses.iter().map(|impulse| number(impulse.time, 3)).collect();
+    format!(
+        "Something that the law does not know strikes it at t = {}, under an edit as well; what comes after \
+         the window is its motion if nothing strikes it again.",
+        times.join(", ")
+    )
 }
 
 /// The plane that a body collides with, in words.

@@ -77,6 +77,11 @@ pub fn parameter_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
     }
     let contact = law.contact.iter();
     rows.extend(contact.flat_map(|contact| contact.parameters.iter().map(|p| row("contact", "", p))));
+    for impulse in &law.impulses {
+        let size = impulse.change.iter().map(|change| change * change).sum::<f64>().sqrt();
+        let name = format!("change at t = {:.3}", impulse.time);
+        rows.push(row("impulse", "", &LawParameter { name, value: size, ..LawParameter::default() }));
+    }
     rows.iter_mut().for_each(|row| row.resize(5, String::new()));
     rows
 }

@@ -27,6 +27,7 @@ impl ObjectLaw {
             kinetic: all[..all.len() - of_terms].to_vec(),
             terms: law.terms.iter().enumerate().map(term).collect(),
             contact: law.contact.as_ref().map(|contact| describing(contact, &law.events)),
+            impulses: law.impulses().to_vec(),
             verdict,
             ..Self::default()
         }

@@ -5,7 +5,7 @@ mod describe;
 pub use describe::unit_text;
 
 use lgs_mechanics::bands::Verdict;
-use lgs_mechanics::contact::Origin;
+use lgs_mechanics::contact::{Impact, Origin};
 use lgs_mechanics::terms::Role;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +26,9 @@ pub struct ObjectLaw {
     /// The plane that the body collides with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<LawContact>,
+    /// Impulses by what is outside of the law, in the captured window.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub impulses: Vec<Impact>,
     /// Claim that the scene makes about the motion.
     pub verdict: Verdict,
     /// Error of blocked forecasts inside the captured window, over the displacement in the hidden part.
@@ -52,6 +55,7 @@ impl Default for ObjectLaw {
             kinetic: Vec::new(),
             terms: Vec::new(),
             contact: None,
+            impulses: Vec::new(),
             verdict: Verdict::Outside,
             forecast_error: None,
             trusted: None,

@@ -1,6 +1,7 @@
 //! What is known of a law beside the law itself.
 
 use super::{Verdict, trusted};
+use crate::law::Law;
 use crate::thresholds::{EXPLAINED_WINDOWS, TRUSTED_FRACTION};
 use serde::{Deserialize, Serialize};
 
@@ -24,9 +25,13 @@ pub struct Known {
 impl Known {
     /// Takes the radius of a band (infinite where it has none) at some times, and from it the times between
     /// which the forecast is trusted and whether the law explains the motion. `window` is the duration of the
-    /// captured window, `path` the length of the path in such a time.
-    pub fn take_band(&mut self, (times, radius): (&[f64], &[f64]), window: f64, path: f64) {
+    /// captured window, `path` the length of the path in such a time. A law that something outside of it
+    /// strikes in the window is not trusted beyond it: nobody knows what strikes next.
+    pub fn take_band(&mut self, law: &Law, (times, radius): (&[f64], &[f64]), window: f64, path: f64) {
         self.trusted = trusted(times, radius, [0.0, window], TRUSTED_FRACTION * path);
+        if !law.impulses().is_empty() {
+            self.trusted = self.trusted.map(|time| time.clamp(0.0, window));
+        }
         let explains = self.trusted[1] >= EXPLAINED_WINDOWS * window;
         self.verdict = if explains { Verdict::Explained } else { Verdict::Described };
         let radius = radius.iter().map(|radius| radius.is_finite().then_some(*radius)).collect();

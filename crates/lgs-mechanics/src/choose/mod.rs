@@ -12,7 +12,7 @@ pub use candidates::{candidates, simplicity};
 use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
-use crate::thresholds::{FAR, SHOTS};
+use crate::thresholds::{FAR, GOOD, SHOTS};
 
 /// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
 /// a law with one unknown more is, before anything is seen, `e` times less likely.
@@ -24,6 +24,9 @@ pub const SOFTNESS: f64 = 2.0;
 /// χ² for each independent sample up to which a law describes a window. Over random laws of a point it is at
 /// most 1.6 for the right law, and at least 2.9 for smooth random paths that stand out of their noise.
 pub const DESCRIBED: f64 = 2.0;
+
+/// χ² for each independent sample up to which a law explains a motion: there is nothing left for another.
+pub const EXPLAINED: f64 = GOOD;
 
 /// A candidate that was fitted to a track.
 #[derive(Clone, Debug)]
@@ -164,11 +167,18 @@ fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effor
 /// Fits all candidates to a track, the simplest first, and chooses; `None` if none could be fitted.
 #[must_use]
 pub fn choose(list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choice> {
+    choose_beside(list, track, scales, usize::MAX)
+}
+
+/// The same where a law of a simplicity is known that explains the track: those that are not as simple are its
+/// rivals at most, and fitted with less effort.
+#[must_use]
+pub fn choose_beside(list: &[Candidate], track: &Track, scales: &Scales, known: usize) -> Option<Choice> {
     let samples = track.independent_samples();
     let mut order: Vec<usize> = (0..list.len()).collect();
     order.sort_by_key(|&index| simplicity(&list[index]));
     let mut judged: Vec<Judged> = Vec::new();
-    let mut simplest = usize::MAX;
+    let mut simplest = known;
     for index in order {
         let own = simplicity(&list[index]);
         let effort = if own > simplest { Effort::Rival } else { Effort::Full };

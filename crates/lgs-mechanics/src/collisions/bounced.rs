@@ -1,4 +1,4 @@
-//! A law with its contact, and how far it is known.
+//! A law with its contact or the impulses that it receives, and how far it is known.
 
 use super::freedom::OF_CONTACT;
 use super::samples::Samples;
@@ -16,10 +16,11 @@ use lgs_core::stream;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// A law with the contact that was fitted to a track.
+/// A law with the contact, or with the impulses, that was fitted to a track.
 #[derive(Clone, Debug)]
 pub struct Bounced {
-    /// The law with its contact; its events are the impacts of the fitted motion within the track.
+    /// The law with its contact, if it has one; its events are the impacts of the fitted motion within the
+    /// track, or the impulses.
     pub law: Law,
     /// State at the first time of the track.
     pub start: State,
@@ -35,7 +36,8 @@ pub struct Bounced {
     pub predicted: Vec<Vec<f64>>,
     /// Unknowns of law, contact and plane, the start left out.
     pub(super) unknowns: f64,
-    /// Covariance of start, velocity, parameters, restitution, friction, tilts and shift of the plane.
+    /// Covariance of start, velocity, parameters, and restitution, friction, tilts and shift of the plane, or
+    /// time and change of every impulse.
     pub(super) covariance: DMatrix<f64>,
     /// Point about which the plane tilts.
     pub(super) about: [f64; 3],
@@ -190,6 +192,13 @@ impl Bounced {
         let v = self.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
         let mut law = self.law.clone();
         law.parameters.iter_mut().enumerate().for_each(|(i, p)| *p += change[2 * n + i]);
+        let impulses = change.as_slice()[2 * n + law.parameters.len()..].chunks_exact(1 + n);
+        if law.contact.is_none() {
+            law.events.iter_mut().zip(impulses).for_each(|(event, change)| {
+                event.time += change[0];
+                event.change.iter_mut().zip(&change[1..]).for_each(|(v, change)| *v += change);
+            });
+        }
         let own = change.len() - OF_CONTACT;
         if let Some(contact) = &mut law.contact {
             contact.plane =

@@ -8,6 +8,7 @@ use super::freedom::Freedom;
 use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
+use super::struck::through_impulses;
 use crate::candidate::Candidate;
 use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground, Impact, Origin, Plane, Surface, impacts};
@@ -18,7 +19,7 @@ use crate::explain::check_track;
 use crate::law::Law;
 use crate::system::System;
 use crate::terms::Term;
-use crate::thresholds::{AGREED, DEEPEST, EXACT, FEWEST_TIMES, FILLED, NEAR_PLANE, OF_SCALE};
+use crate::thresholds::{AGREED, AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, NEAR_PLANE};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -51,10 +52,10 @@ pub fn fit(
         .ok_or(MechanicsError::NoFit { candidates: 1 })
 }
 
-/// The law with a contact that explains a track with impacts best: on one of the planes at rest that the body
-/// meets, or on one that the impacts themselves tell of, since points at rest may show a plane badly. The
-/// plane's origin is [`Origin::Observed`] where it lies in one of those at rest. `None` where there is no
-/// impact or no law.
+/// The law that explains a track with impacts best: with a contact on one of the planes at rest that the body
+/// meets, or on one that the impacts themselves tell of, since points at rest may show a plane badly; or with
+/// impulses by something else. The plane's origin is [`Origin::Observed`] where it lies in one of those at
+/// rest. `None` where there is no impact or no law.
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let sets = nested_impacts(seen.times, &seen.centers());
@@ -68,13 +69,25 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         through((body, seen), &laws, flights.clone(), &planes)
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set));
-    let mut found = likeliest(met.chain(told))?;
+    let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
+    let mut found = before_impulses(likeliest(met.chain(told)), struck)?;
     let about = DVec3::from(found.about);
     let is_seen = |plane: &Plane| body.grounds.iter().any(|ground| agree(plane, ground, (about, body)));
     if let Some(contact) = found.law.contact.as_mut().filter(|contact| is_seen(&contact.plane)) {
         contact.origin = Origin::Observed;
     }
     Some(found)
+}
+
+/// A contact, if it comes about as near to the samples as impulses do, which follow any track and know nothing
+/// of what comes next; else the likelier one.
+fn before_impulses(contact: Option<Bounced>, struck: Option<Bounced>) -> Option<Bounced> {
+    match (contact, struck) {
+        (Some(contact), Some(struck)) if contact.error > AS_NEAR * struck.error => {
+            likeliest([contact, struck].into_iter())
+        }
+        (contact, struck) => contact.or(struck),
+    }
 }
 
 /// Whether a plane at a place is one at rest, as far as its points tell.
@@ -219,9 +232,9 @@ fn on_plane(
         &since,
         seen.x.to_vec(),
         &law.noise,
-        (flights[0].end, left_out(law, flights, since.len())),
+        (flights[0].end, law.left_out(flights, since.len())),
     );
-    let scales = scales(law, since[flights[0].end - 1]);
+    let scales = law.scales_of_changes(since[flights[0].end - 1]);
     let with_inertia = |coordinates: Coordinates| {
         let motion = with_contact(law, &coordinates, contact)?;
         let start: State = law.flights[0].1.clone();
@@ -244,21 +257,6 @@ fn masses(coordinates: &Coordinates, is_shell: bool) -> Vec<Coordinates> {
         found.push(Coordinates::Rigid(filled));
     }
     found
-}
-
-/// Samples that are smeared by an impact: those beside the ends of flights.
-fn left_out(law: &FlightLaw, flights: &[Range<usize>], samples: usize) -> Vec<bool> {
-    let ends = flights.iter().flat_map(|flight| [flight.start, flight.end]);
-    let ends: Vec<usize> = ends.filter(|end| (1..samples).contains(end)).collect();
-    let is_out = |k: usize| ends.iter().any(|end| k + law.blurred >= *end && k < end + law.blurred);
-    (0..samples).map(is_out).collect()
-}
-
-/// Sizes of changes of the start, of its velocity and of the parameters.
-fn scales(law: &FlightLaw, duration: f64) -> Vec<f64> {
-    let places: Vec<f64> = law.noise.iter().map(|noise| noise.deviation).collect();
-    let rates = places.iter().map(|place| place / duration);
-    places.iter().copied().chain(rates).chain(law.scales.iter().map(|scale| OF_SCALE * scale)).collect()
 }
 
 /// The body of a candidate with a contact.

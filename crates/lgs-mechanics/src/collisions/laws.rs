@@ -5,10 +5,12 @@ use super::flights::trimmed;
 use crate::candidate::Candidate;
 use crate::choose::{PARSIMONY, simplicity};
 use crate::coordinates::{Coordinates, Port, State};
+use crate::error::MechanicsError;
 use crate::fit::{Shared, Track, first_values, shoot_each};
+use crate::law::Law;
 use crate::noise::Noise;
 use crate::terms::{Scales, Term};
-use crate::thresholds::{FEWEST_TIMES, GOOD, MOST_BLURRED, SHOTS};
+use crate::thresholds::{FEWEST_TIMES, GOOD, MOST_BLURRED, OF_SCALE, SHOTS};
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
@@ -43,6 +45,27 @@ pub(super) struct FlightLaw {
 }
 
 impl FlightLaw {
+    /// The law by itself.
+    pub(super) fn motion(&self) -> Result<Law, MechanicsError> {
+        let Candidate { coordinates, terms, .. } = &self.candidate;
+        Law::new(coordinates.clone(), terms.clone(), self.parameters.clone(), self.step)
+    }
+
+    /// Samples that are smeared by an impact: those beside the ends of flights.
+    pub(super) fn left_out(&self, flights: &[Range<usize>], samples: usize) -> Vec<bool> {
+        let ends = flights.iter().flat_map(|flight| [flight.start, flight.end]);
+        let ends: Vec<usize> = ends.filter(|end| (1..samples).contains(end)).collect();
+        let is_out = |k: usize| ends.iter().any(|end| k + self.blurred >= *end && k < end + self.blurred);
+        (0..samples).map(is_out).collect()
+    }
+
+    /// Sizes of changes of the start, of its velocity and of the parameters.
+    pub(super) fn scales_of_changes(&self, duration: f64) -> Vec<f64> {
+        let places: Vec<f64> = self.noise.iter().map(|noise| noise.deviation).collect();
+        let rates = places.iter().map(|place| place / duration);
+        places.iter().copied().chain(rates).chain(self.scales.iter().map(|scale| OF_SCALE * scale)).collect()
+    }
+
     /// The noise of the least known component of the place.
     pub(super) fn noise_of_place(&self) -> Noise {
         let [x, y, z] = std::array::from_fn(|i| self.noise[self.noise.len() - 3 + i]);

@@ -1,4 +1,5 @@
-//! Fits of laws with a contact to tracks that bounce (method §5.7).
+//! Fits of laws with a contact to tracks that bounce, and of laws to tracks that something strikes (method
+//! §5.7).
 
 mod body;
 mod bounced;
@@ -9,6 +10,7 @@ mod freedom;
 mod laws;
 mod plane_of_impact;
 mod samples;
+mod struck;
 
 pub use body::{Body, Observed};
 pub use bounced::Bounced;

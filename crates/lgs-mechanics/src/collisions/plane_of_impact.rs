@@ -6,7 +6,6 @@ use super::laws::FlightLaw;
 use crate::contact::{Contact, Impact, Origin, Plane};
 use crate::coordinates::State;
 use crate::edit::Edit;
-use crate::law::Law;
 use crate::system::System;
 use crate::thresholds::{EXACT, WIDEST_TILT};
 use glam::DVec3;
@@ -51,10 +50,7 @@ fn tilt_of(field: DVec3, law: &FlightLaw, seen: &Observed) -> f64 {
 
 /// The uniform field of a law.
 fn field(law: &FlightLaw) -> Option<DVec3> {
-    let candidate = &law.candidate;
-    let motion =
-        Law::new(candidate.coordinates.clone(), candidate.terms.clone(), law.parameters.clone(), law.step);
-    let motion = motion.ok()?;
+    let motion = law.motion().ok()?;
     let index = motion.terms.iter().position(|term| term.kind.name() == "uniform-field")?;
     motion.parameters.get(motion.range(index)).map(DVec3::from_slice)
 }
@@ -76,10 +72,7 @@ fn first_impact(
         let first = impacts.first()?;
         return Some((seen.x.get(end)?.clone(), DVec3::from_slice(&first.change)));
     };
-    let candidate = &law.candidate;
-    let motion =
-        Law::new(candidate.coordinates.clone(), candidate.terms.clone(), law.parameters.clone(), law.step)
-            .ok()?;
+    let motion = law.motion().ok()?;
     let system = System::new(&motion, Edit::NONE);
     let both = |time: f64| -> Option<[State; 2]> {
         let one = system.states(&law.flights[0].1, &[time]).ok()?.swap_remove(0);

@@ -53,7 +53,7 @@ pub(super) fn with_bands_of_views(
             continue;
         }
         let Dynamics::Generalised(dynamics) = &mut scene.objects[object].dynamics else { continue };
-        let known = &mut dynamics.known;
+        let (law, known) = (&dynamics.law, &mut dynamics.known);
         let times = known.band.times.clone();
         let forecasts = Forecasts::new(&newton, object, changes, &times);
         let apart = forecasts.radius(&mut stream(seed, "bands of views", object as u64));
@@ -63,7 +63,7 @@ pub(super) fn with_bands_of_views(
         radius.iter_mut().for_each(|radius| *radius *= widening);
         tracing::debug!(object, ?apart, corrected = corrected[object], widening, ?radius, "bands of views");
         let verdict = known.verdict;
-        known.take_band((&times, &radius), window, forecasts.path(&times, window));
+        known.take_band(law, (&times, &radius), window, forecasts.path(&times, window));
         // What did not explain the motion before does not do so for a wider band.
         if verdict != Verdict::Explained {
             known.verdict = verdict;

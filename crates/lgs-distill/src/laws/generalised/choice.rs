@@ -8,7 +8,7 @@ use super::rated::Rated;
 use super::rigid_law::combined;
 use crate::thresholds::MOST_KINEMATIC;
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, Judged, choose};
+use lgs_mechanics::choose::{Choice, Judged};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::terms::Scales;
@@ -78,7 +78,11 @@ fn choose_center(observed: &ObservedPoses, x: &[Vec<f64>], at: usize) -> Option<
     let x: Vec<Vec<f64>> = x.iter().map(|x| x[at..].to_vec()).collect();
     let noise = observed.track.noise[3..].to_vec();
     let track = Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) };
-    choose(&observed.laws.candidates(&Coordinates::Point), &track, &track.scales(&Coordinates::Point))
+    observed.choose(
+        &observed.laws.candidates(&Coordinates::Point),
+        &track,
+        &track.scales(&Coordinates::Point),
+    )
 }
 
 /// The rotation of a free body: that about a pivot at its centre, on which no weight acts.
@@ -98,14 +102,14 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
         observed.laws.candidates(&coordinates).into_iter().filter(|c| is_own(c)).collect();
     let length = if has_arm { arm } else { 1.0 };
     let time = observed.times[observed.times.len() - 1];
-    choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })
+    observed.choose(&list, &track, &Scales { length, time, origin: ball.pivot, ..Scales::UNIT })
 }
 
 /// Laws along a joint. A body that is balanced on its hinge has no weight to turn it, if a law without weight
 /// explains how it turns and is as simple as the likeliest.
 fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
     let track = observed.along(joint, Track::new(joint, &observed.times, x));
-    let mut choice = choose(&observed.laws.candidates(joint), &track, &track.scales(joint))?;
+    let mut choice = observed.choose(&observed.laws.candidates(joint), &track, &track.scales(joint))?;
     let is_balanced = matches!(joint, Coordinates::Hinge(hinge) if observed.is_balanced_on(hinge));
     let is_weightless =
         |judged: &Judged| judged.fitted.law.terms.iter().all(|term| !term.kind.name().starts_with("fourier"));

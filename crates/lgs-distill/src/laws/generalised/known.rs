@@ -118,7 +118,7 @@ impl GeneralisedLaw {
     pub(super) fn trust(&mut self, radius: &[f64], bodies: &[&SharedMotion]) {
         let (times, window) = (self.judged_times(bodies), bodies[0].duration());
         let path = self.path(bodies, &times);
-        self.known.take_band((&times, radius), window, path);
+        self.known.take_band(&self.law, (&times, radius), window, path);
     }
 
     /// Length of the path in a window, the mean over the times that the law can be followed to.

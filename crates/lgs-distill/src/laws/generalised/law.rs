@@ -13,7 +13,7 @@ use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
 use lgs_mechanics::bands::{Rival, Verdict};
-use lgs_mechanics::choose::DESCRIBED;
+use lgs_mechanics::choose::{DESCRIBED, EXPLAINED};
 use lgs_mechanics::collisions::Bounced;
 use lgs_mechanics::contact::Origin;
 use lgs_mechanics::contact::impacts;
@@ -107,18 +107,11 @@ fn of_body(
     seed: u64,
 ) -> Option<GeneralisedLaw> {
     let mut observed = ObservedPoses::new(motion, laws, errors.resolution);
-    let mut chosen = if errors.is_allowance { None } else { choose_law(&observed) };
-    // A motion that a smooth law describes to within its noise shows no impact.
-    let impacted = match &chosen {
-        Some(smooth) if smooth.chi_square() <= DESCRIBED => None,
-        _ => contact::through_impacts(&observed, motion, surroundings),
-    };
+    let (chosen, impacted) = smooth_and_impacted(&mut observed, motion, surroundings, errors.is_allowance);
     tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
-    let is_sure = |found: &&Impacted| found.bounced.is_within_noise() && is_on_observed_plane(&found.bounced);
-    if let Some(impacted) = impacted.as_ref().filter(is_sure) {
+    if let Some(impacted) = impacted.as_ref().filter(|found| is_sure(found)) {
         return through_impacts(impacted, &observed, motion, seed);
     }
-    chosen = chosen.or_else(|| choose_law(&observed));
     // Within errors that were allowed because no law explains the motion, a plane that nothing shows is no
     // simpler than a smooth law.
     let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
@@ -132,6 +125,45 @@ fn of_body(
         chosen = choose_law(&observed)?;
     }
     smooth(&chosen, (&[motion], surroundings), seed)
+}
+
+/// The likeliest smooth law of a body and the likeliest one through impacts, as far as they are sought. Where
+/// the centre jumps, no smooth law may explain the motion, which is long to find out: less effort is made at
+/// first, and no more if there is a law through impacts.
+fn smooth_and_impacted(
+    observed: &mut ObservedPoses,
+    motion: &SharedMotion,
+    surroundings: Surroundings<'_>,
+    is_allowance: bool,
+) -> (Option<Rated>, Option<Impacted>) {
+    let jumps = has_impacts(motion);
+    let mut chosen = None;
+    if !is_allowance {
+        observed.is_explained = jumps;
+        chosen = choose_law(observed);
+        observed.is_explained = false;
+        // A motion that a smooth law explains shows no impact, nor does one that is described without a jump.
+        let most = if jumps { EXPLAINED } else { DESCRIBED };
+        if chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= most) {
+            return (if jumps { choose_law(observed) } else { chosen }, None);
+        }
+    }
+    let impacted = contact::through_impacts(observed, motion, surroundings);
+    let explains = impacted.as_ref().is_some_and(|found| found.bounced.is_within_noise());
+    if impacted.as_ref().is_some_and(is_sure) || (jumps && explains && chosen.is_some()) {
+        return (chosen, impacted);
+    }
+    if chosen.is_none() || jumps {
+        observed.is_explained = explains;
+        chosen = choose_law(observed);
+        observed.is_explained = false;
+    }
+    (chosen, impacted)
+}
+
+/// Whether a law through impacts needs no comparison with a smooth one.
+fn is_sure(impacted: &Impacted) -> bool {
+    impacted.bounced.is_within_noise() && is_on_observed_plane(&impacted.bounced)
 }
 
 /// The law of two rigid bodies that act on each other.
@@ -149,8 +181,9 @@ fn of_couple(bodies: [&SharedMotion; 2], laws: Laws, errors: Errors, seed: u64) 
 }
 
 /// What is told of a law through impacts.
-fn told(bounced: &Bounced) -> (&Law, f64, f64, f64) {
-    (&bounced.law, bounced.chi_square, bounced.error, bounced.evidence())
+fn told(bounced: &Bounced) -> (&Law, f64, [f64; 2], f64) {
+    let after = [bounced.error, bounced.path()];
+    (&bounced.law, bounced.chi_square, after, bounced.evidence())
 }
 
 fn is_on_observed_plane(bounced: &Bounced) -> bool {

@@ -7,11 +7,11 @@ use crate::thresholds::LEAST_ARM;
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::candidates;
+use lgs_mechanics::choose::{Choice, candidates, choose_beside};
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
-use lgs_mechanics::terms::Role;
+use lgs_mechanics::terms::{Role, Scales};
 
 /// Which laws are admitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,8 @@ pub(super) struct ObservedPoses {
     pub(super) track: Track,
     /// Laws that are admitted.
     pub(super) laws: Laws,
+    /// Whether a simple law explains the poses already: others are its rivals at most.
+    pub(super) is_explained: bool,
     rigid: Coordinates,
     /// Root mean square distance of the particles from the centre.
     radius: f64,
@@ -67,11 +69,17 @@ impl ObservedPoses {
             inertia,
             track,
             laws,
+            is_explained: false,
             rigid,
             radius,
             resolution,
             inflation: 1.0,
         }
+    }
+
+    /// The likeliest of some laws of a track of the body.
+    pub(super) fn choose(&self, list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choice> {
+        choose_beside(list, track, scales, if self.is_explained { 0 } else { usize::MAX })
     }
 
     /// χ² of other poses at the same times, whitened.

@@ -1,0 +1,80 @@
+//! Laws of bodies that something else strikes: their motion, and how they are found from tracks.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
+
+use common::{law, state};
+use lgs_core::stream;
+use lgs_mechanics::choose::candidates;
+use lgs_mechanics::collisions::{Body, Observed, explain};
+use lgs_mechanics::contact::{Impact, Surface};
+use lgs_mechanics::coordinates::{Coordinates, Port};
+use lgs_mechanics::{Edit, Law, System};
+use rand_distr::{Distribution, StandardNormal};
+
+/// A thing that flies under a weight and is struck twice.
+fn struck() -> Law {
+    let weight: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Whole, &[0.0, 0.0, -1.5])];
+    let impulse = |time: f64, change: [f64; 3]| Impact { time, change: change.to_vec() };
+    let events = vec![impulse(0.2531, [1.0, 0.4, 0.3]), impulse(0.5077, [-0.6, 0.9, 0.2])];
+    Law { events, ..law(Coordinates::Point, &[], &weight) }
+}
+
+#[test]
+fn impulses_act_at_their_times_and_are_taken_back_on_the_way_back() {
+    let law = struck();
+    let start = state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]);
+    let states = System::new(&law, Edit::NONE).states(&start, &[0.2, 0.4, 0.75, -0.3]).unwrap();
+    let at = |x: f64, v: f64, t: f64| x + v * t;
+    assert!((states[0].x[0] - at(0.0, 0.5, 0.2)).abs() < 1e-12, "before any");
+    assert!((states[1].x[0] - (at(0.0, 0.5, 0.4) + 0.1469)).abs() < 1e-12, "{:?}", states[1]);
+    assert!((states[2].v[0] - 0.9).abs() < 1e-12 && (states[2].v[1] - 1.3).abs() < 1e-12);
+    assert!((states[3].x[0] + 0.15).abs() < 1e-12, "the past has none");
+    // The motion from the end back to the start: its impulses in the other order.
+    let last = 0.75;
+    let mirrored = |event: &Impact| Impact { time: event.time - last, change: event.change.clone() };
+    let seen_from_the_end = Law { events: law.events.iter().map(mirrored).collect(), ..law.clone() };
+    let back = System::new(&seen_from_the_end, Edit::NONE).states(&states[2], &[-last]).unwrap();
+    let apart = back[0].x.iter().zip(&start.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-12, "{back:?}");
+}
+
+#[test]
+fn derivatives_pass_through_impulses() {
+    let law = struck();
+    let start = state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]);
+    let found = &System::new(&law, Edit::NONE).sensitivities(&start, &[0.7]).unwrap()[0];
+    let states = System::new(&law, Edit::NONE).states(&start, &[0.7]).unwrap();
+    assert_eq!(found.state, states[0]);
+    assert!((found.position[(0, 3)] - 0.7).abs() < 1e-12 && (found.position[(2, 8)] - 0.245).abs() < 1e-9);
+}
+
+#[test]
+fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
+    let (law, start) = (struck(), state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]));
+    let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
+    let states = System::new(&law, Edit::NONE).states(&start, &times).unwrap();
+    let mut draws = stream(5, "noise", 0);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut draws) };
+    let x: Vec<Vec<f64>> =
+        states.iter().map(|state| state.x.iter().map(|x| x + 5e-4 * noise()).collect()).collect();
+    let body = Body {
+        coordinates: Coordinates::Point,
+        centers: candidates(&Coordinates::Point),
+        spins: Vec::new(),
+        surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
+        grounds: Vec::new(),
+        is_shell: false,
+    };
+    let found = explain(&body, &Observed { times: &times, x: &x, least: [1e-5, 1e-5] }).unwrap();
+    assert!(found.law.contact.is_none() && found.law.events.len() == 2, "{:?}", found.law);
+    for (event, truth) in found.law.events.iter().zip(&law.events) {
+        let apart = event.change.iter().zip(&truth.change).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!((event.time - truth.time).abs() < 2e-3 && apart < 0.03, "{event:?} for {truth:?}");
+    }
+    let radius = found.radius(&[0.3, 2.25], 0).unwrap();
+    let forecast = found.states(&[2.25]).unwrap();
+    let exact = System::new(&law, Edit::NONE).states(&start, &[2.25]).unwrap();
+    let off = found.distance(&forecast[0], &exact[0]);
+    assert!(off < 2.0 * radius[1] && radius[1] < 0.2 && radius[1] > radius[0], "{off} {radius:?}");
+}
