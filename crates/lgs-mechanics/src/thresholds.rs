@@ -198,6 +198,9 @@ pub(crate) const EXACT: f64 = 1e-6;
 /// Standard deviation of the tilt of a plane against the change of velocity at one impact, radians: that of a
 /// friction of about a half.
 pub(crate) const WIDEST_TILT: f64 = 0.5;
+/// Speed after an impact over that of the approach, both along the normal, above which no plane at rest is the
+/// cause: 1 is a perfect bounce, and the rest what flights may be wrong by.
+pub(crate) const FASTEST: f64 = 1.25;
 /// Deviations of its tilt within which a plane at rest is the one that an impact tells of.
 pub(crate) const AGREED: f64 = 3.0;
 /// Share of a body's particles that belong to it: of the others, those may float apart.

@@ -7,7 +7,7 @@ use crate::contact::{Contact, Impact, Origin, Plane};
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::system::System;
-use crate::thresholds::{EXACT, WIDEST_TILT};
+use crate::thresholds::{EXACT, FASTEST, WIDEST_TILT};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -20,7 +20,9 @@ pub(super) fn fitted_planes(
     flights: &[Range<usize>],
     impacts: &[Impact],
 ) -> Vec<(Contact, Freedom)> {
-    let Some((x, change)) = first_impact(seen, law, (flights, impacts)) else { return Vec::new() };
+    let Some(Met { x, before, change }) = first_impact(seen, law, (flights, impacts)) else {
+        return Vec::new();
+    };
     let extent = body.surface.extent();
     let about: [f64; 3] = std::array::from_fn(|i| x[x.len() - 3 + i]);
     let plane = |normal: DVec3, tilt: f64, least: f64| {
@@ -34,7 +36,27 @@ pub(super) fn fitted_planes(
     let level =
         field.and_then(|field| Some(plane((-field).try_normalize()?, tilt_of(field, law, seen), 1.0)));
     let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT, 3.0));
-    level.into_iter().chain(tilted).collect()
+    let allowed = |(contact, _): &(Contact, Freedom)| {
+        let normal = DVec3::from(contact.plane.normal);
+        before.is_none_or(|before| stops(before, change, normal))
+    };
+    level.into_iter().chain(tilted).filter(allowed).collect()
+}
+
+/// Whether a plane at rest can change a velocity so: the body comes towards it, and leaves it no faster.
+fn stops(before: DVec3, change: DVec3, normal: DVec3) -> bool {
+    let approach = -before.dot(normal);
+    change.dot(normal) <= (1.0 + FASTEST) * approach
+}
+
+/// An impact as the flights before and after it have it.
+struct Met {
+    /// Configuration.
+    x: Vec<f64>,
+    /// Velocity of the centre before, if there are flights on both sides.
+    before: Option<DVec3>,
+    /// Change of that velocity.
+    change: DVec3,
 }
 
 /// How well the direction of a field is known, radians, from how well the places along a flight of a duration
@@ -55,13 +77,12 @@ fn field(law: &FlightLaw) -> Option<DVec3> {
     motion.parameters.get(motion.range(index)).map(DVec3::from_slice)
 }
 
-/// Configuration and change of the centre's velocity at the first impact: where the first two flights meet,
-/// or as the samples around it have it.
+/// The first impact: where the first two flights meet, or as the samples around it have it.
 fn first_impact(
     seen: &Observed,
     law: &FlightLaw,
     (flights, impacts): (&[Range<usize>], &[Impact]),
-) -> Option<(Vec<f64>, DVec3)> {
+) -> Option<Met> {
     let since = seen.since();
     let end = flights[0].end;
     let meeting = law
@@ -70,7 +91,8 @@ fn first_impact(
         .filter(|_| flights.get(1).is_some_and(|next| next.contains(&law.flights[1].0.start)));
     let Some((range, after)) = meeting else {
         let first = impacts.first()?;
-        return Some((seen.x.get(end)?.clone(), DVec3::from_slice(&first.change)));
+        let change = DVec3::from_slice(&first.change);
+        return Some(Met { x: seen.x.get(end)?.clone(), before: None, change });
     };
     let motion = law.motion().ok()?;
     let system = System::new(&motion, Edit::NONE);
@@ -85,7 +107,7 @@ fn first_impact(
     for _ in 0..2 {
         let [before, after] = both(time)?;
         let change = tail(&after.v) - tail(&before.v);
-        found = Some((before.x.clone(), change));
+        found = Some(Met { x: before.x.clone(), before: Some(tail(&before.v)), change });
         let apart =
             (tail(&after.x) - tail(&before.x)).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
         time = (time - apart).clamp(since[law.flights[0].0.end - 1], since[range.start]);
