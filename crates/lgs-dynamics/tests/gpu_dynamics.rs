@@ -96,6 +96,29 @@ fn rollouts_are_those_of_the_processor() {
 }
 
 #[test]
+fn more_particles_than_are_evaluated_at_a_time_are_those_of_the_processor() {
+    let Some(device) = device_for_tests() else { return };
+    let (n, normalisation) = (2100, lively_system(PotentialKind::Mlp, ForceKind::Mlp).config.normalisation);
+    let config = SystemConfig { hidden: 256, hidden_layers: 4, normalisation, ..SystemConfig::paper() };
+    let params = weights(config.parameters(), 7).into_iter().map(|value| 0.1 * value).collect();
+    let system = System { config, params };
+    let (q, v, weight) = (random_points(n, 0.6, 1), random_points(n, 0.5, 2), weights(2 * n * 10, 9));
+    for supports in [None, Some(Arc::new(Supports::nearest(&q, 8)))] {
+        let call = RolloutCall {
+            config,
+            dt: 0.05,
+            steps: 1,
+            last_dt: None,
+            edit: EDIT,
+            supports,
+            velocity_policy: VelocityPolicy::Keep,
+        };
+        let on = |device: &Device| rolled(&system, [&q, &v], &call, &weight, device);
+        assert_close("many particles", &on(&device), &on(&Device::flex()), 1);
+    }
+}
+
+#[test]
 fn a_rollout_of_nothing_and_one_without_steps_are_those_of_the_processor() {
     let Some(device) = device_for_tests() else { return };
     let system = lively_system(PotentialKind::QuadraticMlp, ForceKind::Mlp);

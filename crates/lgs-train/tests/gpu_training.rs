@@ -136,6 +136,33 @@ fn steps_of_control_nodes_read_nothing_back() {
 }
 
 #[test]
+fn steps_of_the_papers_networks_read_nothing_back() {
+    let Some((device, _alone)) = counted() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let dataset = dataset(folder.path());
+    let settings = [
+        "distill.dynamics=networks",
+        "distill.matching.steps=10",
+        "distill.rollout.steps=2",
+        "source.iterations=60",
+        "source.warmup_iterations=20",
+        "source.initial_gaussians=300",
+        "refine_gaussians.iterations=1",
+        "tune_gaussians.iterations=1",
+        "tune_dynamics.iterations=25",
+        "tune_dynamics.refresh_every=8",
+    ];
+    let settings = settings.map(str::to_owned);
+    let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("config");
+    let counts = trained(&folder.path().join("run"), &dataset, &config, &device);
+    let tuned = &counts[Stage::TuneDynamics.name()];
+    assert_eq!(tuned.len(), 25);
+    // Figures come every ten steps, and the motion is rolled anew every eight.
+    let readers = readers(tuned);
+    assert!(readers.iter().all(|step| [1, 9, 10, 17, 20, 25].contains(step)), "{readers:?}");
+}
+
+#[test]
 fn two_hundred_steps_have_the_same_bytes_twice() {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");

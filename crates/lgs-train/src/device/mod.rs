@@ -46,11 +46,12 @@ pub enum DeviceError {
     Name(String),
     /// The build has no devices of this kind.
     #[error(
-        "{0}: this build has no such devices; build with `cargo build --release --features {}`", .0.feature()
+        "{0}: this build has no such devices; build with `cargo build --release --features {feature}`",
+        feature = .0.feature()
     )]
     Feature(DeviceName),
     /// No driver offers a device.
-    #[error("{0}: no driver of {} offers a device on this machine", .0.drivers())]
+    #[error("{0}: no driver of {drivers} offers a device on this machine", drivers = .0.drivers())]
     Absent(DeviceName),
     /// The number is that of no device.
     #[error("{name}: there {}, see `lagrangegs info --devices`", count(*.name, *.found))]

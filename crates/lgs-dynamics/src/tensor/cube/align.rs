@@ -7,7 +7,8 @@
 use cubecl::prelude::*;
 
 use super::field::{MOTION, STATE};
-use super::fits::{FIT, curvature, quaternion, solve};
+use super::fits::{FIT, quaternion};
+use super::rotation::{curvature, solve};
 use super::vectors::{
     axial, conjugate, cross, matrix, normalised, numbers, product, pulled_back, rotated, rotated_back, write,
     zeros,

@@ -4,7 +4,7 @@
 use cubecl::prelude::*;
 
 use super::field::{MOTION, STATE};
-use super::fits::{factor, solve};
+use super::rotation::{factor, solve};
 use super::vectors::{cross, dot, numbers, plus, write, zeros};
 use crate::thresholds::LEAST_SCALE;
 

@@ -1,11 +1,10 @@
 //! Kernels around the networks of a system, a unit per particle: what enters them, the acceleration that
-//! comes out, the step it makes, and the way back (Eq. 4, 5 and 9; method §4.1, §4.2).
+//! comes out, and the step it makes (Eq. 4, 5 and 9; method §4.1, §4.2).
 
 use cubecl::prelude::*;
 
-use super::products::sigmoid;
 use super::tables::*;
-use super::vectors::{cross, dot, numbers, write, zeros};
+use super::vectors::{cross, numbers, write};
 use crate::system::DAMPING_SHIFT;
 
 /// Numbers of a particle's state: position, velocity, rotation.
@@ -64,7 +63,7 @@ pub(super) struct Range {
 
 /// Where a particle's state begins.
 #[cube]
-fn state_at(range: &Range, state: u32, row: u32) -> usize {
+pub(super) fn state_at(range: &Range, state: u32, row: u32) -> usize {
     (state * range.count + range.first + row) as usize * STATE
 }
 
@@ -102,13 +101,19 @@ pub(super) fn normalise(states: &[f32], table: &[u32], tape: &mut [f32], range: 
 
 /// Three numbers of a particle in an array of the tape.
 #[cube]
-fn on_tape(table: &[u32], tape: &[f32], #[comptime] place: usize, row: u32, stride: u32) -> Array<f32> {
+pub(super) fn on_tape(
+    table: &[u32],
+    tape: &[f32],
+    #[comptime] place: usize,
+    row: u32,
+    stride: u32,
+) -> Array<f32> {
     numbers(tape, (table[place] + row * stride) as usize, 3usize)
 }
 
 /// `S x` for the quadratic coefficients S (xx, yy, zz, xy, xz, yz) behind the linear ones.
 #[cube]
-fn curved(weights: &[f32], table: &[u32], x: &Array<f32>) -> Array<f32> {
+pub(super) fn curved(weights: &[f32], table: &[u32], x: &Array<f32>) -> Array<f32> {
     let s = table[QUADRATIC] as usize + 3usize;
     let mut out = Array::<f32>::new(3usize);
     out[0usize] = weights[s] * x[0usize] + weights[s + 3usize] * x[1usize] + weights[s + 4usize] * x[2usize];
@@ -121,7 +126,7 @@ fn curved(weights: &[f32], table: &[u32], x: &Array<f32>) -> Array<f32> {
 
 /// `ln(1 + e^x)`.
 #[cube]
-fn softplus(x: f32) -> f32 {
+pub(super) fn softplus(x: f32) -> f32 {
     let e = (-x.abs()).exp();
     let series = e * (1.0f32 - e * (0.5f32 - e * (1.0f32 / 3.0f32 - e * (0.25f32 - e * 0.2f32))));
     x.max(0.0f32) + select(e < SMALL, series, (1.0f32 + e).ln())
@@ -185,204 +190,47 @@ pub(super) fn accelerate(
 ) {
     let row = ABSOLUTE_POS as u32;
     if row < range.rows {
-        let from = state_at(&range, range.state, row);
-        let v = numbers(&*states, from + 3usize, 3usize);
+        let v = numbers(&*states, state_at(&range, range.state, row) + 3usize, 3usize);
         let a = acceleration(weights, table, tape, &v, row, &scales, kinds);
-        let particle = (range.first + row) as usize;
         if comptime!(purpose == Use::Result) {
-            write(out, 3usize * particle, &a, 3usize);
+            write(out, 3usize * (range.first + row) as usize, &a, 3usize);
         } else {
-            let to = select(
-                comptime!(purpose == Use::Step),
-                state_at(&range, range.state + 1u32, row),
-                particle * MOTION,
-            );
-            #[unroll]
-            for k in 0..3usize {
-                let q = states[from + k];
-                let kicked = v[k] + h * a[k];
-                if comptime!(purpose == Use::Step) {
-                    states[to + k] = q + h * kicked;
-                    states[to + 3 + k] = kicked;
-                } else {
-                    out[to + k] = q;
-                    out[to + 3 + k] = q + h * kicked;
-                    out[to + 6 + k] = kicked;
-                }
-            }
-            if comptime!(purpose == Use::Step) {
-                #[unroll]
-                for k in 6..STATE {
-                    states[to + k] = states[from + k];
-                }
-            }
+            step(states, out, &a, row, &range, h, purpose);
         }
     }
 }
 
-/// Cotangents of the networks' outputs, given those of velocities after the kick: the second half of each row
-/// of `carried`, of which a step of length h takes its part.
-#[cube(launch)]
-pub(super) fn seed(
-    table: &[u32],
-    tape: &mut [f32],
-    states: &[f32],
-    carried: &[f32],
-    range: Range,
-    scales: Scales,
-    h: f32,
-    #[comptime] kinds: Kinds,
-) {
-    let row = ABSOLUTE_POS as u32;
-    if row < range.rows {
-        let particle = (range.first + row) as usize;
-        let mut of_force = Array::<f32>::new(3usize);
-        #[unroll]
-        for k in 0..3usize {
-            let v_a = h * carried[6usize * particle + 3 + k];
-            tape[(table[V_GRADIENT] + 3u32 * row) as usize + k] = scales.potential * v_a;
-            of_force[k] = scales.force * v_a;
-        }
-        if comptime!(kinds.force == NETWORK) {
-            write(tape, (table[V_FORCE] + 3u32 * row) as usize, &of_force, 3usize);
-        }
-        if comptime!(kinds.force == STRUCTURED) {
-            let v = numbers(states, state_at(&range, range.state, row) + 3usize, 3usize);
-            let raw = tape[(table[FORCE] + row * FORCE_OUTPUTS as u32) as usize];
-            let to = (table[V_FORCE] + row * FORCE_OUTPUTS as u32) as usize;
-            tape[to] = -sigmoid(raw - DAMPING_SHIFT) * dot(&of_force, &v);
-            // ⟨f̄, w × v⟩ = ⟨w, v × f̄⟩
-            write(tape, to + 1usize, &cross(&v, &of_force), 3usize);
-        }
-    }
-}
-
-/// Cotangents of positions and velocities of a range through its acceleration: added to those that `carried`
-/// has of them and that the state has by itself, or alone.
-#[cube(launch)]
-pub(super) fn finish(
-    weights: &[f32],
-    table: &[u32],
-    tape: &[f32],
-    carried: &[f32],
-    own: &[f32],
-    adjoint: &mut [f32],
-    range: Range,
-    scales: Scales,
-    h: f32,
-    #[comptime] kinds: Kinds,
-    #[comptime] is_step: bool,
-) {
-    let row = ABSOLUTE_POS as u32;
-    if row < range.rows {
-        let particle = (range.first + row) as usize;
-        let mut v_x = on_tape(table, tape, V_POTENTIAL, row, 3u32);
-        if comptime!(kinds.quadratic) {
-            let pull = curved(weights, table, &on_tape(table, tape, V_GRADIENT, row, 3u32));
-            #[unroll]
-            for k in 0..3usize {
-                v_x[k] = v_x[k] + pull[k];
-            }
-        }
-        let v_v = force_vjp(table, tape, carried, &mut v_x, row, (particle, h), &scales, kinds);
-        let to = particle * STATE;
-        #[unroll]
-        for k in 0..3usize {
-            let mut of_q = v_x[k] * scales.per_length;
-            let mut of_v = v_v[k];
-            if comptime!(is_step) {
-                let from = state_at(&range, range.state, row);
-                of_q = of_q + carried[6usize * particle + k] + own[from + k];
-                of_v = of_v + carried[6usize * particle + 3 + k] + own[from + 3 + k];
-            }
-            adjoint[to + k] = of_q;
-            adjoint[to + 3 + k] = of_v;
-        }
-        if comptime!(is_step) {
-            let from = state_at(&range, range.state, row);
-            #[unroll]
-            for k in 6..STATE {
-                adjoint[to + k] = adjoint[to + k] + own[from + k];
-            }
-        }
-    }
-}
-
-/// The cotangent of a velocity through the force; that of the normalised position is added.
+/// Writes the step of a particle with an acceleration (Eq. 5).
 #[cube]
-fn force_vjp(
-    table: &[u32],
-    tape: &[f32],
-    carried: &[f32],
-    v_x: &mut Array<f32>,
+fn step(
+    states: &mut [f32],
+    out: &mut [f32],
+    a: &Array<f32>,
     row: u32,
-    step: (usize, f32),
-    scales: &Scales,
-    #[comptime] kinds: Kinds,
-) -> Array<f32> {
-    let mut v_v = zeros(3usize);
-    if comptime!(kinds.force == NETWORK) {
-        let at = (table[V_INPUTS] + row * STATE_INPUTS as u32) as usize;
-        #[unroll]
-        for k in 0..3usize {
-            v_x[k] = v_x[k] + tape[at + k];
-            v_v[k] = tape[at + 3 + k] * scales.per_speed;
+    range: &Range,
+    h: f32,
+    #[comptime] purpose: Use,
+) {
+    let from = state_at(range, range.state, row);
+    let to = state_at(range, range.state + 1u32, row);
+    let motion = (range.first + row) as usize * MOTION;
+    #[unroll]
+    for k in 0..3usize {
+        let q = states[from + k];
+        let kicked = states[from + 3 + k] + h * a[k];
+        if comptime!(purpose == Use::Step) {
+            states[to + k] = q + h * kicked;
+            states[to + 3 + k] = kicked;
+        } else {
+            out[motion + k] = q;
+            out[motion + 3 + k] = q + h * kicked;
+            out[motion + 6 + k] = kicked;
         }
     }
-    if comptime!(kinds.force == STRUCTURED) {
-        let (particle, h) = step;
-        let at = (table[V_INPUTS] + row * 3u32) as usize;
-        let outputs = (table[FORCE] + row * FORCE_OUTPUTS as u32) as usize;
-        let damping = softplus(tape[outputs] - DAMPING_SHIFT);
-        let spin = numbers(tape, outputs + 1usize, 3usize);
-        let mut of_force = Array::<f32>::new(3usize);
+    if comptime!(purpose == Use::Step) {
         #[unroll]
-        for k in 0..3usize {
-            v_x[k] = v_x[k] + tape[at + k];
-            of_force[k] = scales.force * h * carried[6usize * particle + 3 + k];
-        }
-        // ⟨f̄, w × v⟩ = ⟨v, f̄ × w⟩
-        let turn = cross(&of_force, &spin);
-        #[unroll]
-        for k in 0..3usize {
-            v_v[k] = turn[k] - damping * of_force[k];
-        }
-    }
-    v_v
-}
-
-/// Cotangents of the last state, to begin with.
-#[cube(launch)]
-pub(super) fn begin_adjoint(own: &[f32], adjoint: &mut [f32], state: u32) {
-    if ABSOLUTE_POS < adjoint.len() {
-        adjoint[ABSOLUTE_POS] = own[state as usize * adjoint.len() + ABSOLUTE_POS];
-    }
-}
-
-/// Cotangents `[n, 6]` of positions and of velocities after the kick, given those of the state after a step
-/// without alignment: q₁ = q₀ + h v₁.
-#[cube(launch)]
-pub(super) fn drift_vjp(adjoint: &[f32], carried: &mut [f32], h: f32) {
-    let i = ABSOLUTE_POS;
-    if i < carried.len() / 6usize {
-        #[unroll]
-        for k in 0..3usize {
-            let v_q = adjoint[i * STATE + k];
-            carried[6usize * i + k] = v_q;
-            carried[6usize * i + 3 + k] = adjoint[i * STATE + 3 + k] + h * v_q;
-        }
-    }
-}
-
-/// Cotangents of starting positions, and of velocities before they are scaled.
-#[cube(launch)]
-pub(super) fn end_adjoint(adjoint: &[f32], v_q: &mut [f32], v_v: &mut [f32], velocity_scale: f32) {
-    let i = ABSOLUTE_POS;
-    if i < v_q.len() / 3usize {
-        #[unroll]
-        for k in 0..3usize {
-            v_q[3usize * i + k] = adjoint[i * STATE + k];
-            v_v[3usize * i + k] = adjoint[i * STATE + 3 + k] * velocity_scale;
+        for k in 6..STATE {
+            states[to + k] = states[from + k];
         }
     }
 }

@@ -10,10 +10,13 @@
 mod align;
 mod carry;
 mod field;
+mod field_vjp;
 mod fits;
 mod products;
 mod program;
 mod rollout;
+mod rotation;
+mod sums;
 mod system;
 mod tables;
 mod uploads;
@@ -29,7 +32,8 @@ use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units, zeros}
 use super::RolloutCall;
 use super::ops::{AccelerationCall, AlignCall};
 use align::{ALIGNED, ARRIVED, PULL, pack, pair_up, pull};
-use field::{MOTION, STATE, Use, begin, end_adjoint};
+use field::{MOTION, STATE, Use, begin};
+use field_vjp::end_adjoint;
 use fits::{FIT, fit};
 use rollout::{arrive, pulled_back, rolled};
 use system::DeviceSystem;

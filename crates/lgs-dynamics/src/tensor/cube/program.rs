@@ -115,15 +115,13 @@ impl Builder {
         }
     }
 
-    fn hidden(&mut self, layout: &MlpLayout) -> Vec<Hidden> {
-        let array = |width| Hidden {
-            z: self.array(width),
-            h: self.array(width),
-            e: self.array(width),
-            k: self.array(width),
-            g: self.array(width),
+    /// The first so many arrays of every hidden layer.
+    fn hidden(&mut self, layout: &MlpLayout, count: usize) -> Vec<Hidden> {
+        let mut of_layer = |l: &LinearRange| {
+            let mut array = |number: usize| if number < count { self.array(l.outputs) } else { NONE };
+            Hidden { z: array(0), h: array(1), e: array(2), k: array(3), g: array(4) }
         };
-        layout.hidden.iter().map(|l| l.outputs).map(array).collect()
+        layout.hidden.iter().map(&mut of_layer).collect()
     }
 
     fn push(&mut self, product: [u32; PRODUCT]) -> u32 {
@@ -159,7 +157,7 @@ impl Builder {
 
     /// The products of the gradient of the potential's network, and of its backward pass.
     fn potential(&mut self, layout: &MlpLayout) -> (Vec<u32>, Vec<u32>) {
-        let arrays = self.hidden(layout);
+        let arrays = self.hidden(layout, 5);
         self.potential_sums(layout, &arrays);
         (self.potential_gradient(layout, &arrays), self.potential_gradient_vjp(layout, &arrays))
     }
@@ -226,7 +224,7 @@ impl Builder {
 
     /// The products of the force's network, and of its backward pass.
     fn force(&mut self, layout: &MlpLayout) -> (Vec<u32>, Vec<u32>) {
-        let arrays = self.hidden(layout);
+        let arrays = self.hidden(layout, 3);
         (self.force_outputs(layout, &arrays), self.force_outputs_vjp(layout, &arrays))
     }
 

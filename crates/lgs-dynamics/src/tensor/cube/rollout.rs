@@ -9,7 +9,8 @@ use super::align::{
     ARRIVED, FROM_POSITIONS, KEEP, PULL, RIGID, advance, collect, gather, policy_vjp, pull_state,
 };
 use super::carry::{CARRIED, TWIST, carry, collect_twists, gather_twists, twist_vjp};
-use super::field::{MOTION, STATE, Use, begin, begin_adjoint, drift_vjp, end_adjoint};
+use super::field::{MOTION, STATE, Use, begin};
+use super::field_vjp::{begin_adjoint, drift_vjp, end_adjoint};
 use super::fits::{FIT, fit};
 use super::system::DeviceSystem;
 use super::uploads::{Uploaded, uploaded};

@@ -2,15 +2,14 @@
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
-use lgs_tensor::cube::{CubeTensor, empty, units, zeros};
+use lgs_tensor::cube::{CubeTensor, empty, numbers, units, zeros};
 
-use super::field::{
-    Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, finish, normalise, seed,
-};
-use super::products::{OuterLayersLaunch, TILE, outer_sums, products, sum_groups, transpose};
+use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, normalise};
+use super::field_vjp::{finish, seed};
+use super::products::{TILE, products, transpose};
 use super::program::{Pair, Program, floats_per_particle};
+use super::sums::{OuterLayersLaunch, outer_sums, sum_groups};
 use super::tables::{COLUMNS, INPUTS, NONE, OUTER, OUTPUTS, PLACES, PRODUCT, QUADRATIC, SECOND_MOMENTS};
-use super::uploads::upload;
 use crate::state::Edit;
 use crate::system::{ForceKind, PotentialKind, SystemConfig};
 
@@ -51,7 +50,7 @@ impl DeviceSystem {
         let program = Program::new(config, rows);
         assert_eq!(params.shape().num_elements(), program.params, "parameters of the system");
         let weights = empty(params, [2 * program.params], DType::F32);
-        let layers = upload(program.layers.clone(), &params.device);
+        let layers = numbers(program.layers.clone(), &params.device);
         let (cubes, dim) = units(&params.client, program.params);
         let [from, layers, to] = [params, &layers, &weights].map(|t| t.clone().into_buffer_arg());
         transpose::launch(&params.client, cubes, dim, from, layers, to);
@@ -65,7 +64,7 @@ impl DeviceSystem {
             edit: *edit,
             kinds: Kinds { force, quadratic: config.potential == PotentialKind::QuadraticMlp },
             weights,
-            table: upload(program.table.clone(), &params.device),
+            table: numbers(program.table.clone(), &params.device),
             tape: empty(params, [program.tape], DType::F32),
             program,
             count,

@@ -1,22 +1,13 @@
-//! Numbers that kernels find their way by, on the device.
+//! Supports on a device.
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use burn::backend::ops::IntTensorOps;
-use burn::tensor::TensorData;
-use lgs_tensor::cube::{CubeBackend, CubeDevice, CubeTensor};
+use lgs_tensor::cube::{CubeDevice, CubeTensor, numbers};
 
 use crate::supports::Supports;
 
 /// Most owners of a member that one unit sums over.
 const STRETCH: u32 = 32;
-
-/// Unsigned numbers on a device; one at least, as a buffer has.
-pub(super) fn upload(mut numbers: Vec<u32>, device: &CubeDevice) -> CubeTensor {
-    numbers.resize(numbers.len().max(1), 0);
-    let shape = [numbers.len()];
-    CubeBackend::int_from_data(TensorData::new(numbers, shape), device)
-}
 
 /// Supports on a device.
 #[derive(Clone, Debug)]
@@ -66,12 +57,12 @@ fn upload_supports(supports: &Supports, device: &CubeDevice) -> Uploaded {
     let (stretches, begins) = stretches(supports.owners_start());
     let count = stretches.len() / 3;
     Uploaded {
-        members: upload(supports.indices().to_vec(), device),
+        members: numbers(supports.indices().to_vec(), device),
         k: supports.k() as u32,
-        owners: upload(supports.all_owners().to_vec(), device),
-        stretches: upload(stretches, device),
+        owners: numbers(supports.all_owners().to_vec(), device),
+        stretches: numbers(stretches, device),
         count,
-        begins: upload(begins, device),
+        begins: numbers(begins, device),
     }
 }
 

@@ -45,7 +45,10 @@ pub(super) fn pull_back(
             let v = total(spans, v_entries, i);
             let chain = chain(packed, i);
             let (v_camera, turned) = shape_vjp(packed, projected, i, &chain, &v, out);
-            let v_direction = color_vjp(packed, (sh, projected), i, &v, (out, v_sh), &frame, degree);
+            let v_direction = color_vjp(packed, (sh, projected), i, &v, v_sh, &frame, degree);
+            for k in 0..3usize {
+                out[i * GRADIENTS + k] = out[i * GRADIENTS + k] + v_direction[k];
+            }
             pose_vjp(packed, &chain, &v_camera, &turned, &v_direction, out, i * GRADIENTS + POSE);
         }
     }
@@ -238,19 +241,18 @@ fn centre_vjp(
     v
 }
 
-/// Writes cotangents of the harmonics, and adds that of the centre through the direction, which it gives too.
+/// Writes cotangents of the harmonics, and gives that of the centre through the direction.
 #[cube]
 fn color_vjp(
     packed: &[f32],
     inputs: (&[f32], &[f32]),
     i: usize,
     v: &Array<f32>,
-    outputs: (&mut [f32], &mut [f32]),
+    v_sh: &mut [f32],
     frame: &Frame,
     #[comptime] degree: u32,
 ) -> Array<f32> {
     let (sh, projected) = inputs;
-    let (out, v_sh) = outputs;
     let d = direction(packed, i);
     let b = basis(d[0usize], d[1usize], d[2usize], degree);
     let mut v_basis = Array::<f32>::new(16usize);
@@ -277,8 +279,5 @@ fn color_vjp(
     v_direction[0usize] = (by_x - along * d[0usize]) * inverse;
     v_direction[1usize] = (by_y - along * d[1usize]) * inverse;
     v_direction[2usize] = (by_z - along * d[2usize]) * inverse;
-    for k in 0..3usize {
-        out[i * GRADIENTS + k] = out[i * GRADIENTS + k] + v_direction[k];
-    }
     v_direction
 }
