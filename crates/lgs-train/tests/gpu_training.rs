@@ -53,8 +53,8 @@ fn counted() -> Option<(Device, std::sync::MutexGuard<'static, ()>)> {
     device_for_tests().map(|device| (device, alone))
 }
 
-fn dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 32, views: 4, seed: 0, train_fps: 12 };
+fn dataset(folder: &Path, size: u32, views: usize) -> Dataset {
+    let options = SynthOptions { size, views, seed: 0, train_fps: 12 };
     let path = folder.join("data");
     synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
     Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
@@ -112,7 +112,7 @@ fn readers(counts: &[[usize; 2]]) -> Vec<usize> {
 fn reads_nothing_in_a_step(kind: SourceKind) {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path());
+    let dataset = dataset(folder.path(), 32, 4);
     let counts = trained(&folder.path().join("run"), &dataset, &config(kind, 130), &device);
     let source = &counts[Stage::Source.name()];
     // Behind the last densification and the last choice of nodes.
@@ -139,14 +139,14 @@ fn steps_of_control_nodes_read_nothing_back() {
 fn steps_of_the_papers_networks_read_nothing_back() {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path());
+    let dataset = dataset(folder.path(), 24, 3);
     let settings = [
         "distill.dynamics=networks",
         "distill.matching.steps=10",
         "distill.rollout.steps=2",
-        "source.iterations=60",
+        "source.iterations=40",
         "source.warmup_iterations=20",
-        "source.initial_gaussians=300",
+        "source.initial_gaussians=400",
         "refine_gaussians.iterations=1",
         "tune_gaussians.iterations=1",
         "tune_dynamics.iterations=25",
@@ -166,7 +166,7 @@ fn steps_of_the_papers_networks_read_nothing_back() {
 fn two_hundred_steps_have_the_same_bytes_twice() {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path());
+    let dataset = dataset(folder.path(), 32, 4);
     for (kind, steps) in [(SourceKind::Defgs, 200), (SourceKind::Nodes, 80)] {
         let runs = ["one", "two"].map(|name| folder.path().join(format!("{}-{name}", kind.name())));
         let config = config(kind, steps);
