@@ -1,7 +1,6 @@
 //! Local rigid alignment on a device of Vulkan, Metal or DX12 (feature `gpu`), against the processor and the
 //! conformance vectors.
 #![cfg(feature = "gpu")]
-#![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 mod support;
 
@@ -64,8 +63,11 @@ fn supports_that_turn_by_any_angle_are_those_of_the_processor() {
     }
 }
 
+/// A name, positions and candidates.
+type Case = (&'static str, Vec<[f32; 3]>, Vec<[f32; 3]>);
+
 /// Flat, reflected, collinear and coincident supports.
-fn degenerate() -> Vec<(&'static str, Vec<[f32; 3]>, Vec<[f32; 3]>)> {
+fn degenerate() -> Vec<Case> {
     let points = random_points(24, 0.5, 1);
     let flat: Vec<_> = points.iter().map(|&[x, y, _]| [x, y, 0.2]).collect();
     let mirrored = points.iter().map(|&[x, y, z]| [x, y, -z]).collect();
