@@ -97,6 +97,22 @@ fn degenerate_supports_are_those_of_the_processor() {
 }
 
 #[test]
+fn thin_supports_are_aligned_as_on_the_processor() {
+    let Some(device) = device_for_tests() else { return };
+    for width in [1e-1, 1e-2, 1e-3] {
+        let points = random_points(40, 0.5, 1);
+        let thin: Vec<_> = points.iter().map(|&[x, y, z]| [x + 20.0, width * y, width * z]).collect();
+        let candidates = turned(&thin, 0.3, 0.0);
+        let supports = Arc::new(Supports::nearest(&thin, 12));
+        let weights = [weights(120, 3), weights(360, 4)];
+        let on = |device: &Device| {
+            aligned([&thin, &candidates], &supports, weights.each_ref().map(|w| &w[..]), device)
+        };
+        assert_close(&format!("width {width}"), &on(&device), &on(&Device::flex()), 2);
+    }
+}
+
+#[test]
 fn a_particle_that_left_the_numbers_leaves_the_others_alone() {
     let Some(device) = device_for_tests() else { return };
     let mut points = random_points(12, 0.5, 1);

@@ -1,6 +1,6 @@
 //! Devices that CUDA's driver offers.
 
-use std::panic::catch_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use burn::tensor::{Device, DeviceType};
 
@@ -13,17 +13,17 @@ fn list() -> Vec<Device> {
 
 /// The devices of this machine in their driver's words; opens each.
 pub(super) fn entries() -> Vec<DeviceEntry> {
-    let describe = |(index, device): (usize, Device)| {
+    let describe = |(index, device): (usize, &Device)| {
         let name = DeviceName::Cuda(Some(index));
         let description = described(name, device).unwrap_or_else(|error| error.to_string());
         DeviceEntry { name: name.to_string(), description }
     };
-    list().into_iter().enumerate().map(describe).collect()
+    list().iter().enumerate().map(describe).collect()
 }
 
 /// What a device is; opens it, which its library answers with a panic where the driver refuses.
-fn described(name: DeviceName, device: Device) -> Result<String, DeviceError> {
-    let identity = catch_unwind(|| device.identity()).map_err(|cause| {
+fn described(name: DeviceName, device: &Device) -> Result<String, DeviceError> {
+    let identity = catch_unwind(AssertUnwindSafe(|| device.identity())).map_err(|cause| {
         let words = cause.downcast_ref::<String>().map(String::as_str);
         let words = words.or_else(|| cause.downcast_ref::<&str>().copied()).unwrap_or_default();
         DeviceError::Driver { name, reason: failure(words) }
@@ -38,5 +38,5 @@ pub(super) fn open(name: DeviceName, index: usize) -> Result<Device, DeviceError
     let Some(device) = devices.into_iter().nth(index) else {
         return Err(if found == 0 { DeviceError::Absent(name) } else { DeviceError::Index { name, found } });
     };
-    described(name, device.clone()).map(|_| device)
+    described(name, &device).map(|_| device)
 }
