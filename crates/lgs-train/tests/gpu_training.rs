@@ -14,6 +14,7 @@ use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
 use lgs_model::source::SourceKind;
 use lgs_tensor::cube::device_for_tests;
+use lgs_train::cameras::RefinedCamera;
 use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, train};
 
 /// Read-backs and new buffers so far.
@@ -160,6 +161,29 @@ fn steps_of_the_papers_networks_read_nothing_back() {
     // Figures come every ten steps, and the motion is rolled anew every eight.
     let readers = readers(tuned);
     assert!(readers.iter().all(|step| [1, 9, 10, 17, 20, 25].contains(step)), "{readers:?}");
+}
+
+#[test]
+fn poses_of_cameras_are_refined() {
+    let Some((device, _alone)) = counted() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let dataset = dataset(folder.path(), 24, 3);
+    let settings = [
+        "source.iterations=12",
+        "source.warmup_iterations=2",
+        "source.initial_gaussians=200",
+        "source.cameras.refine_poses=on",
+        "source.cameras.pose_after=0",
+        "refine_gaussians.iterations=1",
+        "tune_gaussians.iterations=1",
+    ];
+    let config = TrainConfig::resolve(Preset::Quick, None, &settings.map(str::to_owned)).expect("config");
+    let run = folder.path().join("run");
+    trained(&run, &dataset, &config, &device);
+    let (run, _) = RunFolder::open(&run).expect("a run");
+    let refined = run.refined_cameras().expect("a file").expect("cameras");
+    let moved = |camera: &RefinedCamera| camera.motion.iter().any(|v| *v != 0.0);
+    assert!(refined.cameras.iter().all(moved), "{refined:?}");
 }
 
 #[test]
