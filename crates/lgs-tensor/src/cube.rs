@@ -74,17 +74,32 @@ pub fn is_software(device: &Device) -> bool {
 }
 
 /// The first device of this machine, for tests. Where there is none a test says so and passes, unless
-/// `LAGRANGEGS_GPU=required` is set.
+/// `LAGRANGEGS_GPU=required` is set; `LAGRANGEGS_GPU=cuda` asks for one of CUDA.
 ///
 /// # Panics
 /// If there is none and one is required.
 #[must_use]
 pub fn device_for_tests() -> Option<Device> {
+    let asked = std::env::var("LAGRANGEGS_GPU").unwrap_or_default();
+    if asked == "cuda" {
+        let device = first_of_cuda();
+        assert!(device.is_some(), "no driver of CUDA offers a device, or the build has no feature `cuda`");
+        return device;
+    }
     let device = Device::enumerate(DeviceType::Wgpu).into_iter().next();
-    let required = std::env::var("LAGRANGEGS_GPU").is_ok_and(|value| value == "required");
-    assert!(device.is_some() || !required, "no driver of Vulkan, Metal or DX12 offers a device");
+    assert!(device.is_some() || asked != "required", "no driver of Vulkan, Metal or DX12 offers a device");
     if device.is_none() {
         println!("skipped: no driver of Vulkan, Metal or DX12 offers a device");
     }
     device
+}
+
+#[cfg(feature = "cuda")]
+fn first_of_cuda() -> Option<Device> {
+    Device::enumerate(DeviceType::Cuda).into_iter().next()
+}
+
+#[cfg(not(feature = "cuda"))]
+fn first_of_cuda() -> Option<Device> {
+    None
 }

@@ -1,5 +1,5 @@
-//! The rotation that fits a matrix, in single precision (method §4.6): Newton's method, and Horn's eigenvector
-//! where it fails, as [`lgs_core::geometry::fit_rotation`] does in double precision.
+//! The rotation that fits a matrix, in single precision (method §4.6): Newton's method, and Horn's
+//! eigenvector where it fails, as [`lgs_core::geometry::fit_rotation`] does in double precision.
 
 use cubecl::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Gradients of weights: sums over particles of the outer products of what goes into layers and of cotangents.
+//! Gradients of weights: sums over particles of the outer products of cotangents with what goes into layers.
 //!
 //! A group of particles sums by itself, a unit a square of weights, over its particles in order; the groups'
 //! sums are added in order at the end.
