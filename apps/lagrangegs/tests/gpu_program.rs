@@ -96,17 +96,22 @@ fn a_run_has_the_same_bytes_twice_and_resumes_on_the_processor() {
 }
 
 #[test]
-fn what_runs_on_the_processor_is_said_once() {
+fn networks_train_on_the_device_and_their_run_resumes_on_the_processor() {
     if !has_device() {
         return;
     }
     let dir = tempfile::tempdir().expect("a folder");
     let data = dir.path().join("data");
     ok(&format!("synth falling-ball --out {} --size 24 --views 3", data.display()));
-    let run = dir.path().join("run");
-    let line = format!("train {} --out {} {TINY}", data.display(), run.display());
-    let (_, log) = ok(&format!("{line} --dynamics networks --device wgpu"));
-    assert_eq!(log.matches("rollout: no kernel for this device").count(), 1, "{log}");
+    let runs = ["one", "two"].map(|name| dir.path().join(name));
+    for run in &runs {
+        let line = format!("train {} --out {} {TINY}", data.display(), run.display());
+        ok(&format!("{line} --dynamics networks --device wgpu"));
+    }
+    let [one, two] =
+        runs.each_ref().map(|run| std::fs::read(run.join("lagrangian.safetensors")).expect("a result"));
+    assert!(one == two, "the same bytes twice");
+    ok(&format!("train {} --out {} --resume --device cpu", data.display(), runs[0].display()));
 }
 
 #[test]

@@ -143,6 +143,18 @@ impl Supports {
         &self.owners[self.owners_start[particle] as usize..self.owners_start[particle + 1] as usize]
     }
 
+    /// The owners of all particles, one particle's after the other's.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn all_owners(&self) -> &[u32] {
+        &self.owners
+    }
+
+    /// The places at which each particle's owners start among all; one more than particles.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn owners_start(&self) -> &[u32] {
+        &self.owners_start
+    }
+
     /// Members of a group of particles' supports that a walk over the groups has not met for a while.
     pub(crate) fn member_arrivals(&self, group: usize) -> &[u32] {
         self.member_arrivals.of_group(group)

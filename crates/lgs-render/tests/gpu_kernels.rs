@@ -39,7 +39,7 @@ fn drawn_on(device: &Device, cloud: &GaussianCloud, camera: &Camera) -> Drawn {
         raw_opacities: leaf(&cloud.raw_opacities, [n], device),
         sh: leaf(&cloud.sh, [n, coefficients, 3], device),
         means2d_probe: leaf(&vec![0.0; 2 * n], [n, 2], device),
-        pose_probe: Tensor::zeros([6], device),
+        pose_probe: leaf(&[0.0; 6], [6], device),
     };
     let drawn = rasterize(
         &splats,
@@ -63,6 +63,7 @@ fn drawn_on(device: &Device, cloud: &GaussianCloud, camera: &Camera) -> Drawn {
         ("raw_opacities", values(splats.raw_opacities.grad(&grads).expect("raw_opacities"))),
         ("sh", values(splats.sh.grad(&grads).expect("sh"))),
         ("means2d", values(splats.means2d_probe.grad(&grads).expect("means2d"))),
+        ("pose", values(splats.pose_probe.grad(&grads).expect("pose"))),
     ]
 }
 
@@ -80,6 +81,7 @@ fn drawn_on_slices(cloud: &GaussianCloud, camera: &Camera) -> Drawn {
         ("raw_opacities", v.raw_opacities),
         ("sh", v.sh),
         ("means2d", v.means2d.into_flattened()),
+        ("pose", v.pose.to_vec()),
     ]
 }
 

@@ -1,73 +1,19 @@
 //! Devices reached through CubeCL (feature `gpu`): one backend for the GPUs of every vendor.
-//!
-//! An operation that has no kernel for them declares itself [`OnProcessor`]: its tensors are read back, the
-//! CPU's kernel runs, and the results are uploaded. The log says so once for each operation, since every call
-//! costs two transfers and a wait for the device.
 
-use std::collections::BTreeSet;
-use std::sync::{Mutex, PoisonError};
-
-use burn::backend::ops::{FloatTensorOps, IntTensorOps};
-use burn::backend::tensor::FloatTensor;
-use burn::backend::{DispatchDevice, Flex, TensorMetadata, WgpuDeviceKind};
+use burn::backend::ops::IntTensorOps;
+use burn::backend::{DispatchDevice, TensorMetadata, WgpuDeviceKind};
 use burn::tensor::{DType, Device, DeviceType, Shape, TensorData};
 use burn_cubecl::cubecl::client::Client;
 use burn_cubecl::cubecl::{self, CubeCount, CubeDim};
 use burn_cubecl::ops::numeric::{empty_device_contiguous_dtype, zeros_client};
 pub use burn_cubecl::{CubeBackend, CubeDevice, tensor::CubeTensor};
 
-use crate::{Call, Kernel};
-
-/// An operation that devices of CubeCL leave to the processor.
-pub trait OnProcessor: Call {
-    /// The operation's name in the log.
-    const OPERATION: &'static str;
-}
-
-impl<C: OnProcessor, const N: usize> Kernel<C, N> for CubeBackend
-where
-    Flex: Kernel<C, N>,
-{
-    /// The device, and what the CPU's forward pass kept.
-    type Kept = (CubeDevice, <Flex as Kernel<C, N>>::Kept);
-
-    fn forward(call: &C, inputs: [FloatTensor<Self>; N]) -> FloatTensor<Self> {
-        say_once(C::OPERATION);
-        let device = device_of(&inputs);
-        upload(&<Flex as Kernel<C, N>>::forward(call, inputs.map(read_back)), &device)
-    }
-
-    fn forward_kept(call: &C, inputs: [FloatTensor<Self>; N]) -> (FloatTensor<Self>, Self::Kept) {
-        say_once(C::OPERATION);
-        let device = device_of(&inputs);
-        let (output, kept) = <Flex as Kernel<C, N>>::forward_kept(call, inputs.map(read_back));
-        (upload(&output, &device), (device, kept))
-    }
-
-    fn vjp(call: &C, (device, kept): Self::Kept, v_output: FloatTensor<Self>) -> [FloatTensor<Self>; N] {
-        <Flex as Kernel<C, N>>::vjp(call, kept, read_back(v_output)).map(|v| upload(&v, &device))
-    }
-}
-
-fn device_of<const N: usize>(inputs: &[CubeTensor; N]) -> CubeDevice {
-    inputs.first().map(|input| input.device.clone()).unwrap_or_default()
-}
-
-/// A tensor's values on the processor; waits for the device.
-///
-/// # Panics
-/// If the device is lost.
+/// Unsigned numbers on a device; one at least, as a buffer has.
 #[must_use]
-pub fn read_back(tensor: FloatTensor<CubeBackend>) -> FloatTensor<Flex> {
-    Flex::float_from_data(burn_cubecl::ops::into_data_sync(tensor), &Default::default())
-}
-
-/// Values of the processor on a device.
-#[must_use]
-pub fn upload(tensor: &FloatTensor<Flex>, device: &CubeDevice) -> FloatTensor<CubeBackend> {
-    let shape = tensor.shape();
-    let values = crate::flex::floats(&tensor.to_contiguous()).to_vec();
-    CubeBackend::float_from_data(TensorData::new(values, shape), device)
+pub fn numbers(mut numbers: Vec<u32>, device: &CubeDevice) -> CubeTensor {
+    numbers.resize(numbers.len().max(1), 0);
+    let shape = [numbers.len()];
+    CubeBackend::int_from_data(TensorData::new(numbers, shape), device)
 }
 
 /// A contiguous tensor on the device of another, with any values.
@@ -127,26 +73,33 @@ pub fn is_software(device: &Device) -> bool {
     }
 }
 
-/// Says once in a process that an operation runs on the processor.
-pub fn say_once(operation: &'static str) {
-    static SAID: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
-    if SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(operation) {
-        tracing::warn!("{operation}: no kernel for this device yet; runs on the processor");
-    }
-}
-
 /// The first device of this machine, for tests. Where there is none a test says so and passes, unless
-/// `LAGRANGEGS_GPU=required` is set.
+/// `LAGRANGEGS_GPU=required` is set; `LAGRANGEGS_GPU=cuda` asks for one of CUDA.
 ///
 /// # Panics
 /// If there is none and one is required.
 #[must_use]
 pub fn device_for_tests() -> Option<Device> {
+    let asked = std::env::var("LAGRANGEGS_GPU").unwrap_or_default();
+    if asked == "cuda" {
+        let device = first_of_cuda();
+        assert!(device.is_some(), "no driver of CUDA offers a device, or the build has no feature `cuda`");
+        return device;
+    }
     let device = Device::enumerate(DeviceType::Wgpu).into_iter().next();
-    let required = std::env::var("LAGRANGEGS_GPU").is_ok_and(|value| value == "required");
-    assert!(device.is_some() || !required, "no driver of Vulkan, Metal or DX12 offers a device");
+    assert!(device.is_some() || asked != "required", "no driver of Vulkan, Metal or DX12 offers a device");
     if device.is_none() {
         println!("skipped: no driver of Vulkan, Metal or DX12 offers a device");
     }
     device
+}
+
+#[cfg(feature = "cuda")]
+fn first_of_cuda() -> Option<Device> {
+    Device::enumerate(DeviceType::Cuda).into_iter().next()
+}
+
+#[cfg(not(feature = "cuda"))]
+fn first_of_cuda() -> Option<Device> {
+    None
 }

@@ -4,7 +4,7 @@
 //! A kernel chooses itself what its forward pass keeps for the backward pass, as tensors of its own backend
 //! or as anything else: [`Kernel::Kept`] is an associated type, and nothing above a kernel names it.
 //! [`flex`] holds the way between tensors of the CPU backend and slices; `cube` (feature `gpu`) the backend
-//! of GPUs, and the way from its tensors to those of the processor and back.
+//! of GPUs, and buffers for its kernels.
 //!
 //! Invariant: the crate knows no operation; it holds the glue that all of them share.
 

@@ -15,6 +15,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, GaussianCloud, stream};
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
+use lgs_dynamics::tensor::{RolloutCall, rollout};
+use lgs_dynamics::{Edit, Supports, System, SystemConfig, VelocityPolicy};
 use lgs_render::tensor::{SplatTensors, ViewSpec, photometric_loss, rasterize};
 use lgs_render::{Splats, rasterize as rasterize_slices};
 use lgs_train::source::{SourceConfig, SourceTrainer};
@@ -32,6 +34,8 @@ struct Sizes {
     gaussians: usize,
     pixels: u32,
     steps: usize,
+    /// Particles of a rollout, and its steps.
+    rolled: [usize; 2],
 }
 
 /// A scene on a device.
@@ -135,6 +139,35 @@ fn rasterizer(sizes: &Sizes, devices: &[Device; 2]) {
     );
 }
 
+/// Rolls particles by the paper's networks with alignment, and pulls back; waits for the end.
+fn roll(system: &System, points: &[[f32; 3]], call: &RolloutCall, device: &Device) {
+    let n = points.len();
+    let params = leaf(&system.params, [system.params.len()], device);
+    let q = leaf(points.as_flattened(), [n, 3], device);
+    let states = rollout(params.clone(), q, Tensor::zeros([n, 3], device), call.clone());
+    let gradients = states.sum().backward();
+    black_box(params.grad(&gradients).map(|gradient| gradient.sum().into_data()));
+}
+
+fn rollouts(sizes: &Sizes, devices: &[Device; 2]) {
+    let [n, steps] = sizes.rolled;
+    let (points, system) = (ball(n).means, System::init(SystemConfig::paper(), 0));
+    let call = RolloutCall {
+        config: system.config,
+        dt: 0.01,
+        steps,
+        last_dt: None,
+        edit: Edit::default(),
+        supports: Some(Supports::nearest(&points, 16).into()),
+        velocity_policy: VelocityPolicy::Keep,
+    };
+    let [one, other] = devices.each_ref().map(|device| device.clone().autodiff());
+    let run = |device: &Device| roll(&system, &points, &call, device);
+    let secs = least([&mut || run(&one), &mut || run(&other)]);
+    let rates = secs.map(|secs| (n * steps) as f64 / secs * 1e-6);
+    row(&format!("rollout with alignment and backward ({n} particles, {steps} steps), M steps/s"), rates);
+}
+
 fn trainer<'a>(
     dataset: &'a Dataset,
     sizes: &Sizes,
@@ -173,13 +206,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let name: DeviceName = arguments.first().ok_or("usage: device_speed NAME [--tiny]")?.parse()?;
     let sizes = if arguments.iter().any(|argument| argument == "--tiny") {
-        Sizes { gaussians: 300, pixels: 32, steps: 4 }
+        Sizes { gaussians: 300, pixels: 32, steps: 4, rolled: [64, 4] }
     } else {
-        Sizes { gaussians: 100_000, pixels: 800, steps: 50 }
+        Sizes { gaussians: 100_000, pixels: 800, steps: 50, rolled: [4096, 75] }
     };
     let devices = [name.open()?, DeviceName::Cpu.open()?];
     let folder = tempfile::tempdir()?;
     println!("| | {name} | processor | ratio |\n|---|---|---|---|");
     rasterizer(&sizes, &devices);
+    rollouts(&sizes, &devices);
     training(&sizes, &devices, &folder.path().join("data"))
 }

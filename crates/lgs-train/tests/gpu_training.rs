@@ -14,6 +14,7 @@ use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_data::synth::{self, SynthOptions};
 use lgs_model::source::SourceKind;
 use lgs_tensor::cube::device_for_tests;
+use lgs_train::cameras::RefinedCamera;
 use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, train};
 
 /// Read-backs and new buffers so far.
@@ -53,8 +54,8 @@ fn counted() -> Option<(Device, std::sync::MutexGuard<'static, ()>)> {
     device_for_tests().map(|device| (device, alone))
 }
 
-fn dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 32, views: 4, train_fps: 12, ..SynthOptions::default() };
+fn dataset(folder: &Path, size: u32, views: usize) -> Dataset {
+    let options = SynthOptions { size, views, train_fps: 12, ..SynthOptions::default() };
     let path = folder.join("data");
     synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
     Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
@@ -112,7 +113,7 @@ fn readers(counts: &[[usize; 2]]) -> Vec<usize> {
 fn reads_nothing_in_a_step(kind: SourceKind) {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path());
+    let dataset = dataset(folder.path(), 32, 4);
     let counts = trained(&folder.path().join("run"), &dataset, &config(kind, 130), &device);
     let source = &counts[Stage::Source.name()];
     // Behind the last densification and the last choice of nodes.
@@ -136,10 +137,60 @@ fn steps_of_control_nodes_read_nothing_back() {
 }
 
 #[test]
+fn steps_of_the_papers_networks_read_nothing_back() {
+    let Some((device, _alone)) = counted() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let dataset = dataset(folder.path(), 24, 3);
+    let settings = [
+        "distill.dynamics=networks",
+        "distill.matching.steps=10",
+        "distill.rollout.steps=2",
+        "source.iterations=40",
+        "source.warmup_iterations=20",
+        "source.initial_gaussians=400",
+        "refine_gaussians.iterations=1",
+        "tune_gaussians.iterations=1",
+        "tune_dynamics.iterations=25",
+        "tune_dynamics.refresh_every=8",
+    ];
+    let settings = settings.map(str::to_owned);
+    let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("config");
+    let counts = trained(&folder.path().join("run"), &dataset, &config, &device);
+    let tuned = &counts[Stage::TuneDynamics.name()];
+    assert_eq!(tuned.len(), 25);
+    // Figures come every ten steps, and the motion is rolled anew every eight.
+    let readers = readers(tuned);
+    assert!(readers.iter().all(|step| [1, 9, 10, 17, 20, 25].contains(step)), "{readers:?}");
+}
+
+#[test]
+fn poses_of_cameras_are_refined() {
+    let Some((device, _alone)) = counted() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let dataset = dataset(folder.path(), 24, 3);
+    let settings = [
+        "source.iterations=12",
+        "source.warmup_iterations=2",
+        "source.initial_gaussians=200",
+        "source.cameras.refine_poses=on",
+        "source.cameras.pose_after=0",
+        "refine_gaussians.iterations=1",
+        "tune_gaussians.iterations=1",
+    ];
+    let config = TrainConfig::resolve(Preset::Quick, None, &settings.map(str::to_owned)).expect("config");
+    let run = folder.path().join("run");
+    trained(&run, &dataset, &config, &device);
+    let (run, _) = RunFolder::open(&run).expect("a run");
+    let refined = run.refined_cameras().expect("a file").expect("cameras");
+    let moved = |camera: &RefinedCamera| camera.motion.iter().any(|v| *v != 0.0);
+    assert!(refined.cameras.iter().all(moved), "{refined:?}");
+}
+
+#[test]
 fn two_hundred_steps_have_the_same_bytes_twice() {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path());
+    let dataset = dataset(folder.path(), 32, 4);
     for (kind, steps) in [(SourceKind::Defgs, 200), (SourceKind::Nodes, 80)] {
         let runs = ["one", "two"].map(|name| folder.path().join(format!("{}-{name}", kind.name())));
         let config = config(kind, steps);

@@ -13,7 +13,7 @@ use super::output;
 /// The flag `--device`.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct DeviceArgs {
-    /// Where to compute: auto, cpu, or wgpu[:N] as `info --devices` lists them
+    /// Where to compute: auto, cpu, wgpu[:N] or cuda[:N], as `info --devices` lists them
     #[arg(long, default_value_t = DeviceName::Auto, value_name = "NAME")]
     device: DeviceName,
 }
@@ -30,7 +30,7 @@ impl DeviceArgs {
         let device = self.open()?;
         match self.device {
             DeviceName::Auto | DeviceName::Cpu => work(&device),
-            name @ DeviceName::Wgpu(_) => caught(name, || work(&device)),
+            name @ (DeviceName::Wgpu(_) | DeviceName::Cuda(_)) => caught(name, || work(&device)),
         }
     }
 }

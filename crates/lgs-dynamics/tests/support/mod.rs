@@ -2,6 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 
+#[cfg(feature = "gpu")]
+pub(crate) mod devices;
 pub(crate) mod motions;
 
 use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, System, SystemConfig};

@@ -33,8 +33,7 @@ pub struct SplatTensors {
     /// statistic).
     pub means2d_probe: Tensor<2>,
     /// `[6]`, values unused: its gradient is that by a small motion of the scene in camera axes
-    /// ([`lgs_core::Camera::seeing_moved`]), by which the camera's pose is refined. Only the processor
-    /// has that gradient: on devices of the feature `gpu` it is zero, and training leaves poses as they are.
+    /// ([`lgs_core::Camera::seeing_moved`]), by which the camera's pose is refined.
     pub pose_probe: Tensor<1>,
 }
 

@@ -13,7 +13,6 @@ use lgs_model::{TensorFile, TensorFileError};
 use super::config::{CamerasConfig, Refine};
 use super::refined::{RefinedCamera, RefinedCameras};
 use crate::adam::AdamGroup;
-use crate::device::has_kernels;
 use crate::view::Sensor;
 
 /// Numbers per camera: of a motion, or of gains and offsets.
@@ -36,17 +35,6 @@ impl Given {
         let (turn, shift) = (1.0 / self.camera.fx, self.depth / self.camera.fx);
         [turn, turn, turn, shift, shift, shift]
     }
-}
-
-/// Whether the rasterizer of a device gives gradients by poses; the log says so where it does not.
-fn has_pose_gradient(device: &Device) -> bool {
-    let is_processor = !has_kernels(device);
-    if !is_processor {
-        tracing::warn!(
-            "poses of cameras are refined on the processor alone (`--device cpu`); they stay as given"
-        );
-    }
-    is_processor
 }
 
 /// The refinement of the cameras of a run; nothing is refined where the settings say so.
@@ -73,7 +61,7 @@ impl CameraRefinement {
         let group = |asked: Refine| {
             (asked == Refine::On && n > 1).then(|| AdamGroup::new(vec![0.0; WIDTH * n], [n, WIDTH], device))
         };
-        let poses = group(config.refine_poses).filter(|_| has_pose_gradient(device));
+        let poses = group(config.refine_poses);
         let gauge = poses.as_ref().map(|_| gauge_in_pixels(&cameras, dataset.scene_box().center, device));
         let exposures = group(config.refine_exposure);
         Self { config: config.clone(), iterations, cameras, rows, poses, exposures, gauge }

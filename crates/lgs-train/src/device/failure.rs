@@ -3,7 +3,7 @@
 /// Words before the number of bytes that a device was asked for and did not have.
 const ASKED: [&str; 2] = ["allocate buffer of size: ", "out of device memory allocating "];
 /// The tensor library's words for a device that is gone.
-const LOST: [&str; 2] = ["poisoned", "device was lost"];
+const LOST: [&str; 3] = ["poisoned", "device was lost", "could not be mapped"];
 /// The settings by which a training needs less memory.
 const LOWER: &str = "lower data.resolution, source.densify.max_gaussians or source.initial_gaussians";
 
@@ -66,6 +66,8 @@ mod tests {
         let said =
             failure("panicked at a.rs:1:2:\nThe device is poisoned\nCaused by:\n  Unknown: reset\n  0: x");
         assert_eq!(said, "the device was lost (Unknown: reset)");
+        let said = failure("panicked at a.rs:1:2:\nthe staging buffer could not be mapped: an error");
+        assert_eq!(said, "the device was lost (its driver gives no reason)");
         assert_eq!(failure("panicked at a.rs:1:2:\nsome kernel\n0: x"), "some kernel");
         assert_eq!(failure("panicked at a.rs:1:2:\nno data\nCaused by:\n  some kernel\n0: x"), "some kernel");
         assert_eq!(failure("some kernel"), "some kernel");

@@ -1,5 +1,7 @@
 //! Names of compute devices: the one place that knows which backends a build has.
 
+#[cfg(feature = "cuda")]
+mod cuda;
 mod failure;
 #[cfg(feature = "gpu")]
 mod wgpu;
@@ -12,7 +14,7 @@ use thiserror::Error;
 pub use burn::tensor::Device;
 pub use failure::failure;
 
-/// A device as a user names it: `auto`, `cpu`, `wgpu` or `wgpu:N`.
+/// A device as a user names it: `auto`, `cpu`, `wgpu` or `wgpu:N`, `cuda` or `cuda:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DeviceName {
     /// The processor, until the speed of a GPU has been measured.
@@ -22,6 +24,9 @@ pub enum DeviceName {
     Cpu,
     /// A device that Vulkan, Metal or DX12 reaches, by its place in [`devices`]; without a number the first.
     Wgpu(Option<usize>),
+    /// A device that CUDA's driver offers, by its place among those of [`devices`]; without a number the
+    /// first.
+    Cuda(Option<usize>),
 }
 
 /// A device that a build can compute on.
@@ -37,18 +42,19 @@ pub struct DeviceEntry {
 #[derive(Debug, Error)]
 pub enum DeviceError {
     /// No device has this name.
-    #[error("device: expected auto, cpu, wgpu or wgpu:N, found {0}")]
+    #[error("device: expected auto, cpu, wgpu, wgpu:N, cuda or cuda:N, found {0}")]
     Name(String),
-    /// The build has the processor alone.
+    /// The build has no devices of this kind.
     #[error(
-        "{0}: this build computes on the processor alone; build with `cargo build --release --features gpu`"
+        "{0}: this build has no such devices; build with `cargo build --release --features {feature}`",
+        feature = .0.feature()
     )]
     Feature(DeviceName),
     /// No driver offers a device.
-    #[error("{0}: no driver of Vulkan, Metal or DX12 offers a device on this machine")]
+    #[error("{0}: no driver of {drivers} offers a device on this machine", drivers = .0.drivers())]
     Absent(DeviceName),
     /// The number is that of no device.
-    #[error("{name}: there {}, see `lagrangegs info --devices`", count(*.found))]
+    #[error("{name}: there {}, see `lagrangegs info --devices`", count(*.name, *.found))]
     Index {
         /// The device asked for.
         name: DeviceName,
@@ -65,17 +71,19 @@ pub enum DeviceError {
     },
 }
 
-fn count(devices: usize) -> String {
-    if devices == 1 { "is one device, wgpu:0".to_owned() } else { format!("are {devices} devices, from 0") }
+fn count(name: DeviceName, devices: usize) -> String {
+    if devices == 1 {
+        format!("is one device, {}:0", name.kind())
+    } else {
+        format!("are {devices} devices, from 0")
+    }
 }
 
 impl fmt::Display for DeviceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Auto => write!(f, "auto"),
-            Self::Cpu => write!(f, "cpu"),
-            Self::Wgpu(None) => write!(f, "wgpu"),
-            Self::Wgpu(Some(index)) => write!(f, "wgpu:{index}"),
+            Self::Wgpu(Some(index)) | Self::Cuda(Some(index)) => write!(f, "{}:{index}", self.kind()),
+            _ => write!(f, "{}", self.kind()),
         }
     }
 }
@@ -84,20 +92,41 @@ impl FromStr for DeviceName {
     type Err = DeviceError;
 
     fn from_str(text: &str) -> Result<Self, DeviceError> {
-        let unknown = || DeviceError::Name(text.to_owned());
-        match text {
-            "auto" => Ok(Self::Auto),
-            "cpu" => Ok(Self::Cpu),
-            "wgpu" => Ok(Self::Wgpu(None)),
-            _ => {
-                let index = text.strip_prefix("wgpu:").ok_or_else(unknown)?;
-                index.parse().map(|index| Self::Wgpu(Some(index))).map_err(|_| unknown())
-            }
+        let (kind, index) = match text.split_once(':') {
+            Some((kind, index)) => (kind, Some(index.parse::<usize>())),
+            None => (text, None),
+        };
+        match (kind, index.transpose()) {
+            ("auto", Ok(None)) => Ok(Self::Auto),
+            ("cpu", Ok(None)) => Ok(Self::Cpu),
+            ("wgpu", Ok(index)) => Ok(Self::Wgpu(index)),
+            ("cuda", Ok(index)) => Ok(Self::Cuda(index)),
+            _ => Err(DeviceError::Name(text.to_owned())),
         }
     }
 }
 
 impl DeviceName {
+    /// The name without a number.
+    fn kind(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Cpu => "cpu",
+            Self::Wgpu(_) => "wgpu",
+            Self::Cuda(_) => "cuda",
+        }
+    }
+
+    /// The feature of a build that has such devices.
+    fn feature(self) -> &'static str {
+        if matches!(self, Self::Cuda(_)) { "cuda" } else { "gpu" }
+    }
+
+    /// The drivers that offer such devices.
+    fn drivers(self) -> &'static str {
+        if matches!(self, Self::Cuda(_)) { "CUDA" } else { "Vulkan, Metal or DX12" }
+    }
+
     /// The device, without autodiff.
     ///
     /// # Errors
@@ -107,8 +136,10 @@ impl DeviceName {
             Self::Auto | Self::Cpu => Ok(Device::flex()),
             #[cfg(feature = "gpu")]
             Self::Wgpu(index) => wgpu::open(self, index.unwrap_or(0)),
-            #[cfg(not(feature = "gpu"))]
-            Self::Wgpu(_) => Err(DeviceError::Feature(self)),
+            #[cfg(feature = "cuda")]
+            Self::Cuda(index) => cuda::open(self, index.unwrap_or(0)),
+            #[allow(unreachable_patterns, reason = "a build with all kinds of devices")]
+            Self::Wgpu(_) | Self::Cuda(_) => Err(DeviceError::Feature(self)),
         }
     }
 
@@ -141,6 +172,8 @@ pub fn devices() -> Vec<DeviceEntry> {
     let description = format!("the processor, {threads} threads");
     #[allow(unused_mut, reason = "builds without GPUs add nothing")]
     let mut devices = vec![DeviceEntry { name: DeviceName::Cpu.to_string(), description }];
+    #[cfg(feature = "cuda")]
+    devices.extend(cuda::entries());
     #[cfg(feature = "gpu")]
     devices.extend(wgpu::entries());
     devices
@@ -152,12 +185,12 @@ mod tests {
 
     #[test]
     fn names_are_read_and_written() {
-        for name in ["auto", "cpu", "wgpu", "wgpu:0", "wgpu:12"] {
+        for name in ["auto", "cpu", "wgpu", "wgpu:0", "wgpu:12", "cuda", "cuda:3"] {
             assert_eq!(name.parse::<DeviceName>().expect("a name").to_string(), name);
         }
-        for wrong in ["", "tpu", "wgpu:", "wgpu:x", "wgpu:-1", "wgpu0", "cuda"] {
+        for wrong in ["", "tpu", "wgpu:", "wgpu:x", "wgpu:-1", "wgpu0", "cuda:", "cpu:0", "auto:1"] {
             let error = wrong.parse::<DeviceName>().expect_err("no name").to_string();
-            assert!(error.contains("wgpu:N") && error.ends_with(wrong), "{error}");
+            assert!(error.contains("cuda:N") && error.ends_with(wrong), "{error}");
         }
     }
 
@@ -172,6 +205,13 @@ mod tests {
     fn a_build_without_gpus_says_how_to_get_one() {
         let error = DeviceName::Wgpu(Some(1)).open().expect_err("no device").to_string();
         assert!(error.starts_with("wgpu:1") && error.contains("--features gpu"), "{error}");
+    }
+
+    #[test]
+    #[cfg(not(feature = "cuda"))]
+    fn a_build_without_cuda_says_how_to_get_one() {
+        let error = DeviceName::Cuda(None).open().expect_err("no device").to_string();
+        assert!(error.starts_with("cuda: ") && error.contains("--features cuda"), "{error}");
     }
 
     #[test]

@@ -16,6 +16,7 @@ mod frame;
 mod harmonics;
 mod lists;
 mod loss;
+mod pose;
 mod project;
 mod pull_back;
 mod raster;

@@ -9,10 +9,13 @@ use super::blend_vjp::{COTANGENTS, no_cotangents};
 use super::chain::{Chain, chain, direction, dot, normal, parameters};
 use super::frame::{Frame, PROJECTED};
 use super::harmonics::{basis, basis_by_x, basis_by_y, basis_by_z};
+use super::pose::pose_vjp;
 
 /// Cotangents of a Gaussian without harmonics: centre (0), quaternion (3), log scales (7), opacity logit
-/// (10), projected centre (11).
-pub(super) const GRADIENTS: usize = 13;
+/// (10), projected centre (11), and what it adds to that of the pose (13).
+pub(super) const GRADIENTS: usize = 19;
+/// Where the pose's begin.
+pub(super) const POSE: usize = 13;
 /// `2 ln 2`.
 const TWICE_LN_2: f32 = 2.0 * std::f32::consts::LN_2;
 
@@ -41,8 +44,12 @@ pub(super) fn pull_back(
         if spans[2usize * i + 1usize] > 0u32 {
             let v = total(spans, v_entries, i);
             let chain = chain(packed, i);
-            shape_vjp(packed, projected, i, &chain, &v, out);
-            color_vjp(packed, (sh, projected), i, &v, (out, v_sh), &frame, degree);
+            let (v_camera, turned) = shape_vjp(packed, projected, i, &chain, &v, out);
+            let v_direction = color_vjp(packed, (sh, projected), i, &v, v_sh, &frame, degree);
+            for k in 0..3usize {
+                out[i * GRADIENTS + k] = out[i * GRADIENTS + k] + v_direction[k];
+            }
+            pose_vjp(packed, &chain, &v_camera, &turned, &v_direction, out, i * GRADIENTS + POSE);
         }
     }
 }
@@ -61,9 +68,17 @@ fn total(spans: &[u32], v_entries: &[f32], i: usize) -> Array<f32> {
     v
 }
 
-/// Cotangents of everything but the colour.
+/// Writes cotangents of everything but the colour; gives those of the centre in camera axes, and of the rows
+/// of `J W` in the Gaussian's axes.
 #[cube]
-fn shape_vjp(packed: &[f32], projected: &[f32], i: usize, chain: &Chain, v: &Array<f32>, out: &mut [f32]) {
+fn shape_vjp(
+    packed: &[f32],
+    projected: &[f32],
+    i: usize,
+    chain: &Chain,
+    v: &Array<f32>,
+    out: &mut [f32],
+) -> (Array<f32>, Array<f32>) {
     let at = i * GRADIENTS;
     let conic = conic(projected, i);
     let v_x = conic[0usize] * v[1usize] + conic[1usize] * v[2usize];
@@ -82,7 +97,8 @@ fn shape_vjp(packed: &[f32], projected: &[f32], i: usize, chain: &Chain, v: &Arr
         turned[3usize + k] = v_m[3usize + k] * chain.scales[k];
     }
     quaternion_vjp(packed, i, &rotation_vjp(chain, &turned), out);
-    centre_vjp(packed, i, chain, (v_x, v_y), &turned, out);
+    let v_camera = centre_vjp(packed, i, chain, (v_x, v_y), &turned, out);
+    (v_camera, turned)
 }
 
 /// The conic `[xx, xy, yy]` of a projected Gaussian.
@@ -182,8 +198,8 @@ fn quaternion_vjp(packed: &[f32], i: usize, v: &Array<f32>, out: &mut [f32]) {
     }
 }
 
-/// Cotangent of the centre through its projection and through the Jacobian; a clamped axis passes nothing
-/// from the latter to its own coordinate.
+/// Writes the cotangent of the centre through its projection and through the Jacobian, and gives it in camera
+/// axes; a clamped axis passes nothing from the latter to its own coordinate.
 #[cube]
 fn centre_vjp(
     packed: &[f32],
@@ -192,7 +208,7 @@ fn centre_vjp(
     v_centre: (f32, f32),
     turned: &Array<f32>,
     out: &mut [f32],
-) {
+) -> Array<f32> {
     let z = chain.camera[2usize];
     let mut v = Array::<f32>::new(3usize);
     v[2usize] = 0.0f32;
@@ -222,21 +238,21 @@ fn centre_vjp(
         out[i * GRADIENTS + k] =
             packed[k] * v[0usize] + packed[3usize + k] * v[1usize] + packed[6usize + k] * v[2usize];
     }
+    v
 }
 
-/// Cotangents of the harmonics, and of the centre through the direction.
+/// Writes cotangents of the harmonics, and gives that of the centre through the direction.
 #[cube]
 fn color_vjp(
     packed: &[f32],
     inputs: (&[f32], &[f32]),
     i: usize,
     v: &Array<f32>,
-    outputs: (&mut [f32], &mut [f32]),
+    v_sh: &mut [f32],
     frame: &Frame,
     #[comptime] degree: u32,
-) {
+) -> Array<f32> {
     let (sh, projected) = inputs;
-    let (out, v_sh) = outputs;
     let d = direction(packed, i);
     let b = basis(d[0usize], d[1usize], d[2usize], degree);
     let mut v_basis = Array::<f32>::new(16usize);
@@ -259,8 +275,9 @@ fn color_vjp(
     let by_z = basis_by_z(d[0usize], d[1usize], d[2usize], &v_basis, degree);
     let along = by_x * d[0usize] + by_y * d[1usize] + by_z * d[2usize];
     let inverse = 1.0f32 / d[3usize];
-    let at = i * GRADIENTS;
-    out[at] = out[at] + (by_x - along * d[0usize]) * inverse;
-    out[at + 1usize] = out[at + 1usize] + (by_y - along * d[1usize]) * inverse;
-    out[at + 2usize] = out[at + 2usize] + (by_z - along * d[2usize]) * inverse;
+    let mut v_direction = Array::<f32>::new(3usize);
+    v_direction[0usize] = (by_x - along * d[0usize]) * inverse;
+    v_direction[1usize] = (by_y - along * d[1usize]) * inverse;
+    v_direction[2usize] = (by_z - along * d[2usize]) * inverse;
+    v_direction
 }

@@ -16,8 +16,9 @@ use super::blend::blend;
 use super::blend_vjp::{COTANGENTS, blend_vjp, collect};
 use super::frame::{HEADER, PARAMETERS, PIXELS, PROJECTED, Sizes, TILE, header};
 use super::lists::{GROUP, Lists, lists};
+use super::pose::summed;
 use super::project::{count_tiles, project};
-use super::pull_back::{GRADIENTS, pull_back};
+use super::pull_back::{GRADIENTS, POSE, pull_back};
 
 /// What a forward pass leaves on the device.
 #[derive(Clone, Debug)]
@@ -178,8 +179,7 @@ fn pulled_back(kept: &CubeRasterKept, degree: usize, v_image: CubeTensor) -> [Cu
     }
     let columns =
         |from: usize, to: usize| CubeBackend::float_slice(out.clone(), &[(0..n).into(), (from..to).into()]);
-    // There is no kernel for the gradient by the pose: training refines poses on the processor alone.
-    let pose = zeros(packed, [6], DType::F32);
+    let pose = summed(&out, POSE);
     let opacities = CubeBackend::float_reshape(contiguous(columns(10, 11)), [n].into());
     [columns(0, 3), columns(3, 7), columns(7, 10), opacities, v_sh, columns(11, 13), pose]
 }

@@ -2,9 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use burn::backend::ops::IntTensorOps;
-use burn::tensor::TensorData;
-use lgs_tensor::cube::{CubeBackend, CubeDevice, CubeTensor};
+use lgs_tensor::cube::{CubeDevice, CubeTensor, numbers};
 
 use crate::source::nodes::neighbors::Neighbors;
 
@@ -50,16 +48,10 @@ pub(super) fn followed(neighbors: &Neighbors, nodes: usize, like: &CubeTensor) -
 
 fn upload(neighbors: &Neighbors, nodes: usize, device: &CubeDevice) -> Followed {
     let (begins, members) = by_node(&neighbors.indices, nodes);
-    // A buffer has at least one number.
-    let uploaded = |mut values: Vec<u32>| {
-        values.resize(values.len().max(1), 0);
-        let shape = [values.len()];
-        CubeBackend::int_from_data(TensorData::new(values, shape), device)
-    };
     Followed {
-        neighbors: uploaded(neighbors.indices.to_vec()),
-        begins: uploaded(begins),
-        members: uploaded(members),
+        neighbors: numbers(neighbors.indices.to_vec(), device),
+        begins: numbers(begins, device),
+        members: numbers(members, device),
         row: neighbors.row,
     }
 }

@@ -1,0 +1,176 @@
+//! The operations of [`super::ops`] on devices of CubeCL: kernels of their own. Nothing is read back.
+#![allow(
+    clippy::assign_op_pattern,
+    clippy::needless_range_loop,
+    clippy::manual_memcpy,
+    clippy::too_many_arguments,
+    reason = "kernels are written in the part of the language that CubeCL translates"
+)]
+
+mod align;
+mod carry;
+mod field;
+mod field_vjp;
+mod fits;
+mod products;
+mod program;
+mod rollout;
+mod rotation;
+mod sums;
+mod system;
+mod tables;
+mod uploads;
+mod vectors;
+
+use burn::backend::TensorMetadata;
+use burn::backend::ops::FloatTensorOps;
+use burn::backend::tensor::FloatTensor;
+use burn::tensor::DType;
+use lgs_tensor::Kernel;
+use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units, zeros};
+
+use super::RolloutCall;
+use super::ops::{AccelerationCall, AlignCall};
+use align::{ALIGNED, ARRIVED, PULL, pack, pair_up, pull};
+use field::{MOTION, STATE, Use, begin};
+use field_vjp::end_adjoint;
+use fits::{FIT, fit};
+use rollout::{arrive, pulled_back, rolled};
+use system::DeviceSystem;
+use uploads::uploaded;
+
+impl Kernel<AccelerationCall, 3> for CubeBackend {
+    /// The inputs.
+    type Kept = [CubeTensor; 3];
+
+    fn forward_kept(
+        call: &AccelerationCall,
+        inputs: [FloatTensor<Self>; 3],
+    ) -> (FloatTensor<Self>, Self::Kept) {
+        let _span = tracing::trace_span!("accelerations").entered();
+        let kept = inputs.map(contiguous);
+        let [params, q, v] = &kept;
+        let n = q.shape()[0];
+        let out = empty(q, [n, 3], DType::F32);
+        if n > 0 {
+            let states = states_of([q, v]);
+            let system = DeviceSystem::new(&call.config, &call.edit, params, n);
+            for rows in system.ranges(0) {
+                system.evaluate(&states, rows);
+                system.accelerate(&states, &out, rows, (Use::Result, 0.0));
+            }
+        }
+        (out, kept)
+    }
+
+    fn vjp(
+        call: &AccelerationCall,
+        [params, q, v]: Self::Kept,
+        v_out: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("accelerations, backward").entered();
+        let n = q.shape()[0];
+        let system = DeviceSystem::new(&call.config, &call.edit, &params, n);
+        let (partials, out) = (system.partials(), [0; 2].map(|_| empty(&q, [n, 3], DType::F32)));
+        if n > 0 {
+            let states = states_of([&q, &v]);
+            let carried = CubeBackend::float_cat(vec![zeros(&q, [n, 3], DType::F32), contiguous(v_out)], 1);
+            let carried = contiguous(carried);
+            let adjoint = empty(&q, [n, STATE], DType::F32);
+            for rows in system.ranges(0) {
+                system.evaluate(&states, rows);
+                system.pull_back([&states, &carried, &adjoint], None, &partials, (rows, 1.0));
+            }
+            let (cubes, dim) = units(&q.client, n);
+            let [from, v_q, v_v] = [&adjoint, &out[0], &out[1]].map(|t| t.clone().into_buffer_arg());
+            end_adjoint::launch(&q.client, cubes, dim, from, v_q, v_v, 1.0);
+        }
+        let [v_q, v_v] = out;
+        [system.gradient(&partials), v_q, v_v]
+    }
+}
+
+/// The state of some particles.
+fn states_of([q, v]: [&CubeTensor; 2]) -> CubeTensor {
+    let n = q.shape()[0];
+    let states = empty(q, [n, STATE], DType::F32);
+    let (cubes, dim) = units(&q.client, n);
+    let [from_q, from_v, to] = [q, v, &states].map(|t| t.clone().into_buffer_arg());
+    begin::launch(&q.client, cubes, dim, from_q, from_v, to, 1.0);
+    states
+}
+
+impl Kernel<RolloutCall, 3> for CubeBackend {
+    /// The parameters and every state.
+    type Kept = [CubeTensor; 2];
+
+    fn forward_kept(call: &RolloutCall, inputs: [FloatTensor<Self>; 3]) -> (FloatTensor<Self>, Self::Kept) {
+        let _span = tracing::trace_span!("rollout").entered();
+        let [params, q, v] = inputs.map(contiguous);
+        let states = rolled(call, [&params, &q, &v]);
+        (states.clone(), [params, states])
+    }
+
+    fn vjp(
+        call: &RolloutCall,
+        [params, states]: Self::Kept,
+        v_states: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 3] {
+        let _span = tracing::trace_span!("rollout, backward").entered();
+        pulled_back(call, [&params, &states], v_states)
+    }
+}
+
+impl Kernel<AlignCall, 2> for CubeBackend {
+    /// Motions and fits.
+    type Kept = [CubeTensor; 2];
+
+    fn forward_kept(
+        AlignCall { supports }: &AlignCall,
+        inputs: [FloatTensor<Self>; 2],
+    ) -> (FloatTensor<Self>, Self::Kept) {
+        let _span = tracing::trace_span!("alignment").entered();
+        let [position, candidate] = inputs.map(contiguous);
+        let (n, client) = (position.shape()[0], &position.client);
+        assert_eq!(supports.particles(), n, "supports of the particles");
+        let [motion, fits, packed] =
+            [MOTION, FIT, ALIGNED].map(|width| empty(&position, [n, width], DType::F32));
+        if n > 0 {
+            let supports = uploaded(supports, &position);
+            let (cubes, dim) = units(client, n);
+            let arguments = [&position, &candidate, &motion];
+            let [q, c, to] = arguments.map(|t| t.clone().into_buffer_arg());
+            pair_up::launch(client, cubes.clone(), dim, q, c, to);
+            let [of, members, to] = [&motion, &supports.members, &fits].map(|t| t.clone().into_buffer_arg());
+            fit::launch(client, cubes.clone(), dim, of, members, to, supports.k);
+            let [of, from, to] = [&motion, &fits, &packed].map(|t| t.clone().into_buffer_arg());
+            pack::launch(client, cubes, dim, of, from, to);
+        }
+        (packed, [motion, fits])
+    }
+
+    fn vjp(
+        AlignCall { supports }: &AlignCall,
+        [motion, fits]: Self::Kept,
+        v_packed: FloatTensor<Self>,
+    ) -> [FloatTensor<Self>; 2] {
+        let _span = tracing::trace_span!("alignment, backward").entered();
+        let n = motion.shape()[0];
+        let carried = empty(&motion, [n, 6], DType::F32);
+        if n > 0 {
+            let supports = uploaded(supports, &motion);
+            let pulls = empty(&motion, [n, PULL], DType::F32);
+            let arrived = empty(&motion, [supports.count, ARRIVED], DType::F32);
+            let (cubes, dim) = units(&motion.client, n);
+            let v_packed = contiguous(v_packed);
+            let [from, v, to] = [&fits, &v_packed, &pulls].map(|t| t.clone().into_buffer_arg());
+            pull::launch(&motion.client, cubes, dim, from, v, to, supports.k);
+            arrive(&supports, [&motion, &pulls, &arrived], &carried, None);
+        }
+        let part = |from: usize| {
+            let part = Self::float_slice(carried.clone(), &[(0..n).into(), (from..from + 3).into()]);
+            contiguous(part)
+        };
+        [part(0), part(3)]
+    }
+}

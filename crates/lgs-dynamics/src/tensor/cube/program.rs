@@ -1,0 +1,272 @@
+//! What an evaluation of a system and its backward pass launch: products in their order, two at a time where
+//! the networks of potential and force go side by side (method §4.1), and the sums of gradients.
+//!
+//! With z, φ and their layers as in [`lgs_nn`]: the gradient of the potential's network runs down from the
+//! output's weights w as `e = φ′(z) g`, `g ← Wᵀe`, keeping `κ = φ″(z) g`. Its cotangent ḡ runs up as
+//! `ē = W ḡ`, `ḡ ← φ′(z) ē`, `c = κ ē`, and c down as `z̄ = c + φ′(z) Wᵀz̄`.
+
+use lgs_nn::{LinearRange, MlpLayout};
+
+use super::tables::*;
+use crate::system::{Layout, SystemConfig};
+
+/// Products that are launched together, by their numbers.
+pub(super) type Pair = (u32, Option<u32>);
+
+/// Arrays of a hidden layer on the tape.
+#[derive(Clone, Copy)]
+struct Hidden {
+    z: u32,
+    /// φ(z).
+    h: u32,
+    /// e of the potential; z̄ of the force.
+    e: u32,
+    /// κ, then c and z̄, of the potential.
+    k: u32,
+    /// ḡ of the potential.
+    g: u32,
+}
+
+/// The table and the launches.
+pub(super) struct Program {
+    /// Places, products, then sums.
+    pub(super) table: Vec<u32>,
+    /// Floats of the tape.
+    pub(super) tape: usize,
+    /// An evaluation of potential and force.
+    pub(super) forward: Vec<Pair>,
+    /// Its backward pass, but for the sums.
+    pub(super) backward: Vec<Pair>,
+    /// The number of the first of the sums among numbers of the table, and their count.
+    pub(super) sums: (u32, u32),
+    /// Layers as weight, inputs and outputs: what is transposed.
+    pub(super) layers: Vec<u32>,
+    /// Parameters.
+    pub(super) params: usize,
+}
+
+/// Builds a program.
+struct Builder {
+    rows: usize,
+    tape: usize,
+    places: [u32; PLACES],
+    products: Vec<[u32; PRODUCT]>,
+    sums: Vec<[u32; OUTER]>,
+    params: u32,
+}
+
+/// Floats of the tape per particle.
+pub(super) fn floats_per_particle(config: &SystemConfig) -> usize {
+    Program::new(config, 1).tape
+}
+
+impl Program {
+    /// For at most so many particles at a time.
+    pub(super) fn new(config: &SystemConfig, rows: usize) -> Self {
+        let layout = Layout::of(config);
+        let params = layout.len as u32;
+        let (products, sums) = (Vec::new(), Vec::new());
+        let mut builder = Builder { rows, tape: 0, places: [0; PLACES], products, sums, params };
+        builder.place();
+        let up = builder.potential(&layout.potential);
+        let force = layout.force.as_ref().map(|layout| builder.force(layout)).unwrap_or_default();
+        let forward = paired(up.0, force.0);
+        let backward = paired(up.1, force.1);
+        if let Some(start) = layout.quadratic {
+            builder.quadratic(start as u32);
+        }
+        let first = (PLACES + PRODUCT * builder.products.len()) as u32;
+        let mut table = builder.places.to_vec();
+        table.extend(builder.products.iter().flatten());
+        table.extend(builder.sums.iter().flatten());
+        let networks = [Some(&layout.potential), layout.force.as_ref()];
+        let layers = networks.into_iter().flatten().flat_map(MlpLayout::linears);
+        let layers = layers.flat_map(|l| [l.weight, l.inputs, l.outputs].map(|number| number as u32));
+        Self {
+            table,
+            tape: builder.tape,
+            forward,
+            backward,
+            sums: (first, builder.sums.len() as u32),
+            layers: layers.collect(),
+            params: layout.len,
+        }
+    }
+}
+
+/// Two lists side by side.
+fn paired(one: Vec<u32>, other: Vec<u32>) -> Vec<Pair> {
+    let (long, short) = if one.len() < other.len() { (other, one) } else { (one, other) };
+    let mut short = short.into_iter();
+    long.into_iter().map(|first| (first, short.next())).collect()
+}
+
+impl Builder {
+    fn array(&mut self, width: usize) -> u32 {
+        let at = self.tape;
+        self.tape += width * self.rows;
+        at as u32
+    }
+
+    fn place(&mut self) {
+        let widths = [STATE_INPUTS, 3, 3, 3, FORCE_OUTPUTS, FORCE_OUTPUTS, STATE_INPUTS];
+        for (place, width) in widths.into_iter().enumerate() {
+            self.places[place] = self.array(width);
+        }
+    }
+
+    /// The first so many arrays of every hidden layer.
+    fn hidden(&mut self, layout: &MlpLayout, count: usize) -> Vec<Hidden> {
+        let mut of_layer = |l: &LinearRange| {
+            let mut array = |number: usize| if number < count { self.array(l.outputs) } else { NONE };
+            Hidden { z: array(0), h: array(1), e: array(2), k: array(3), g: array(4) }
+        };
+        layout.hidden.iter().map(&mut of_layer).collect()
+    }
+
+    fn push(&mut self, product: [u32; PRODUCT]) -> u32 {
+        self.products.push(product);
+        self.products.len() as u32 - 1
+    }
+
+    /// `W x`, by transposed weights, so that neighbouring units read neighbouring ones.
+    fn up(&mut self, l: &LinearRange, end: u32, factors: (u32, usize)) -> [u32; PRODUCT] {
+        let mut product = [NONE; PRODUCT];
+        product[END] = end;
+        product[INNER] = l.inputs as u32;
+        product[COLUMNS] = l.outputs as u32;
+        product[FACTORS] = factors.0;
+        product[STRIDE] = factors.1 as u32;
+        product[WEIGHTS] = self.params + l.weight as u32;
+        product[WEIGHTS_STRIDE] = l.outputs as u32;
+        product
+    }
+
+    /// `Wᵀ v`.
+    fn down(&mut self, l: &LinearRange, end: u32, factors: u32) -> [u32; PRODUCT] {
+        let mut product = [NONE; PRODUCT];
+        product[END] = end;
+        product[INNER] = l.outputs as u32;
+        product[COLUMNS] = l.inputs as u32;
+        product[FACTORS] = factors;
+        product[STRIDE] = l.outputs as u32;
+        product[WEIGHTS] = l.weight as u32;
+        product[WEIGHTS_STRIDE] = l.inputs as u32;
+        product
+    }
+
+    /// The products of the gradient of the potential's network, and of its backward pass.
+    fn potential(&mut self, layout: &MlpLayout) -> (Vec<u32>, Vec<u32>) {
+        let arrays = self.hidden(layout, 5);
+        self.potential_sums(layout, &arrays);
+        (self.potential_gradient(layout, &arrays), self.potential_gradient_vjp(layout, &arrays))
+    }
+
+    fn potential_gradient(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+        let [states, gradient] = [STATES, GRADIENT].map(|place| self.places[place]);
+        let (mut pushed, last) = (Vec::new(), layout.hidden.len() - 1);
+        for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate() {
+            let below = if i == 0 { (states, STATE_INPUTS) } else { (arrays[i - 1].h, l.inputs) };
+            let mut product = self.up(l, if i == last { TOP } else { HIDDEN }, below);
+            product[BIASES] = l.bias as u32;
+            product[ARGUMENTS] = own.z;
+            product[FIRST] = if i == last { own.e } else { own.h };
+            product[SECOND] = own.k;
+            product[HEAD] = layout.head.weight as u32;
+            pushed.push(self.push(product));
+        }
+        for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate().rev() {
+            let mut product = self.down(l, if i == 0 { PLAIN } else { CHAIN }, own.e);
+            product[FIRST] = if i == 0 { gradient } else { arrays[i - 1].e };
+            if i > 0 {
+                (product[ARGUMENTS], product[SECOND]) = (arrays[i - 1].z, arrays[i - 1].k);
+            }
+            pushed.push(self.push(product));
+        }
+        pushed
+    }
+
+    fn potential_gradient_vjp(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+        let [v_gradient, v_out] = [V_GRADIENT, V_POTENTIAL].map(|place| self.places[place]);
+        let mut pushed = Vec::new();
+        for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate() {
+            let below = if i == 0 { (v_gradient, 3) } else { (arrays[i - 1].g, l.inputs) };
+            let mut product = self.up(l, UP, below);
+            (product[ARGUMENTS], product[FIRST], product[SECOND]) = (own.z, own.g, own.k);
+            pushed.push(self.push(product));
+        }
+        for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate().rev() {
+            let mut product = self.down(l, if i == 0 { PLAIN } else { DOWN }, own.k);
+            product[FIRST] = if i == 0 { v_out } else { arrays[i - 1].k };
+            if i > 0 {
+                product[ARGUMENTS] = arrays[i - 1].z;
+            }
+            pushed.push(self.push(product));
+        }
+        pushed
+    }
+
+    fn potential_sums(&mut self, layout: &MlpLayout, arrays: &[Hidden]) {
+        let [states, v_gradient] = [STATES, V_GRADIENT].map(|place| self.places[place]);
+        for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate() {
+            let (outputs, inputs) = (l.outputs as u32, l.inputs as u32);
+            let [one, other] = match i {
+                0 => [(v_gradient, 3), (states, STATE_INPUTS as u32)],
+                _ => [arrays[i - 1].g, arrays[i - 1].h].map(|right| (right, inputs)),
+            };
+            let (to, ones_to) = (l.weight as u32, l.bias as u32);
+            self.sums.push([outputs, inputs, own.e, one.0, own.k, other.0, one.1, other.1, to, ones_to]);
+        }
+        // The weights of the output meet ḡ alone.
+        let (top, width) = (arrays[arrays.len() - 1].g, layout.head.inputs as u32);
+        self.sums.push([width, 0, NONE, 0, top, 0, 0, 0, 0, layout.head.weight as u32]);
+    }
+
+    /// The products of the force's network, and of its backward pass.
+    fn force(&mut self, layout: &MlpLayout) -> (Vec<u32>, Vec<u32>) {
+        let arrays = self.hidden(layout, 3);
+        (self.force_outputs(layout, &arrays), self.force_outputs_vjp(layout, &arrays))
+    }
+
+    fn force_outputs(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+        let [states, out, v_out] = [STATES, FORCE, V_FORCE].map(|place| self.places[place]);
+        let mut pushed = Vec::new();
+        for (i, l) in layout.linears().enumerate() {
+            let below = if i == 0 { (states, STATE_INPUTS) } else { (arrays[i - 1].h, l.inputs) };
+            let own = arrays.get(i);
+            let mut product = self.up(l, if own.is_none() { PLAIN } else { HIDDEN }, below);
+            product[BIASES] = l.bias as u32;
+            product[FIRST] = own.map_or(out, |own| own.h);
+            product[ARGUMENTS] = own.map_or(NONE, |own| own.z);
+            pushed.push(self.push(product));
+            let v = own.map_or(v_out, |own| own.e);
+            let (outputs, inputs, stride) = (l.outputs as u32, l.inputs as u32, below.1 as u32);
+            let (to, ones_to) = (l.weight as u32, l.bias as u32);
+            self.sums.push([outputs, inputs, NONE, 0, v, below.0, 0, stride, to, ones_to]);
+        }
+        pushed
+    }
+
+    fn force_outputs_vjp(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+        let [v_out, v_inputs] = [V_FORCE, V_INPUTS].map(|place| self.places[place]);
+        let (mut pushed, layers) = (Vec::new(), layout.linears().collect::<Vec<_>>());
+        for (i, l) in layers.into_iter().enumerate().rev() {
+            let v = arrays.get(i).map_or(v_out, |own| own.e);
+            let mut product = self.down(l, if i == 0 { PLAIN } else { BACK }, v);
+            product[FIRST] = if i == 0 { v_inputs } else { arrays[i - 1].e };
+            if i > 0 {
+                product[ARGUMENTS] = arrays[i - 1].z;
+            }
+            pushed.push(self.push(product));
+        }
+        pushed
+    }
+
+    /// Linear coefficients, and second moments behind the parameters.
+    fn quadratic(&mut self, start: u32) {
+        self.places[QUADRATIC] = start;
+        let [states, v_gradient] = [STATES, V_GRADIENT].map(|place| self.places[place]);
+        let stride = STATE_INPUTS as u32;
+        self.sums.push([3, 3, NONE, 0, v_gradient, states, 0, stride, self.params, start]);
+    }
+}

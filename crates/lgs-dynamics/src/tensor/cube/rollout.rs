@@ -1,0 +1,272 @@
+//! Rollouts and their backward pass: launches for every step, one after the other; the processor waits for
+//! none of them.
+
+use burn::backend::TensorMetadata;
+use burn::tensor::DType;
+use lgs_tensor::cube::{CubeTensor, contiguous, empty, units};
+
+use super::align::{
+    ARRIVED, FROM_POSITIONS, KEEP, PULL, RIGID, advance, collect, gather, policy_vjp, pull_state,
+};
+use super::carry::{CARRIED, TWIST, carry, collect_twists, gather_twists, twist_vjp};
+use super::field::{MOTION, STATE, Use, begin};
+use super::field_vjp::{begin_adjoint, drift_vjp, end_adjoint};
+use super::fits::{FIT, fit};
+use super::system::DeviceSystem;
+use super::uploads::{Uploaded, uploaded};
+use crate::state::VelocityPolicy;
+use crate::tensor::RolloutCall;
+
+/// The supports of a rollout with their treatment of velocities, and what its steps share.
+struct Aligned {
+    supports: Uploaded,
+    policy: u32,
+    motion: CubeTensor,
+    fits: CubeTensor,
+}
+
+impl Aligned {
+    fn new(call: &RolloutCall, like: &CubeTensor, n: usize) -> Option<Self> {
+        let supports = call.supports.as_ref()?;
+        assert_eq!(supports.particles(), n, "supports of the particles");
+        let policy = match call.velocity_policy {
+            VelocityPolicy::Keep => KEEP,
+            VelocityPolicy::FromPositions => FROM_POSITIONS,
+            VelocityPolicy::Rigid => RIGID,
+        };
+        Some(Self {
+            supports: uploaded(supports, like),
+            policy,
+            motion: empty(like, [n, MOTION], DType::F32),
+            fits: empty(like, [n, FIT], DType::F32),
+        })
+    }
+
+    /// Fits the supports of the motions that are there.
+    fn fit(&self) {
+        let n = self.fits.shape()[0];
+        let ((cubes, dim), client) = (units(&self.fits.client, n), &self.fits.client);
+        let [motion, members, fits] =
+            [&self.motion, &self.supports.members, &self.fits].map(|t| t.clone().into_buffer_arg());
+        fit::launch(client, cubes, dim, motion, members, fits, self.supports.k);
+    }
+
+    /// The state behind one, from its motions and fits.
+    fn advance(&self, states: &CubeTensor, state: usize, h: f32) {
+        let n = self.fits.shape()[0];
+        let ((cubes, dim), client) = (units(&states.client, n), &states.client);
+        let [motion, fits, to] = [&self.motion, &self.fits, states].map(|t| t.clone().into_buffer_arg());
+        let (count, state) = (n as u32, state as u32);
+        advance::launch(client, cubes.clone(), dim, motion, fits, to, count, state, 1.0 / h, self.policy);
+        if self.policy == RIGID {
+            let arguments = [&self.motion, &self.supports.members, states];
+            let [motion, members, to] = arguments.map(|t| t.clone().into_buffer_arg());
+            carry::launch(client, cubes, dim, motion, members, to, count, state, self.supports.k);
+        }
+    }
+}
+
+/// Lengths of the steps.
+fn lengths(call: &RolloutCall) -> Vec<f32> {
+    let mut lengths = vec![call.dt; call.steps];
+    lengths.extend(call.last_dt);
+    lengths
+}
+
+/// The states `[steps + 1, n, STATE]`.
+pub(super) fn rolled(call: &RolloutCall, [params, q, v]: [&CubeTensor; 3]) -> CubeTensor {
+    let (lengths, n) = (lengths(call), q.shape()[0]);
+    let states = empty(q, [lengths.len() + 1, n, STATE], DType::F32);
+    if n == 0 {
+        return states;
+    }
+    let ((cubes, dim), client) = (units(&q.client, n), &q.client);
+    let [from_q, from_v, to] = [q, v, &states].map(|t| t.clone().into_buffer_arg());
+    begin::launch(client, cubes, dim, from_q, from_v, to, call.edit.velocity_scale);
+    let system = DeviceSystem::new(&call.config, &call.edit, params, n);
+    let aligned = Aligned::new(call, q, n);
+    let spare = empty(q, [1], DType::F32);
+    for (state, &h) in lengths.iter().enumerate() {
+        let (out, purpose) =
+            aligned.as_ref().map_or((&spare, Use::Step), |aligned| (&aligned.motion, Use::Candidate));
+        for rows in system.ranges(state) {
+            system.evaluate(&states, rows);
+            system.accelerate(&states, out, rows, (purpose, h));
+        }
+        if let Some(aligned) = &aligned {
+            aligned.fit();
+            aligned.advance(&states, state, h);
+        }
+    }
+    states
+}
+
+/// What the steps of a backward pass share.
+struct Walk<'a> {
+    states: &'a CubeTensor,
+    /// Cotangents of the state at hand `[n, STATE]`.
+    adjoint: CubeTensor,
+    /// Cotangents of positions before a step, and of velocities after its kick.
+    carried: CubeTensor,
+    aligned: Option<(Aligned, Arrivals)>,
+}
+
+/// What supports send on the way back, and what arrives.
+struct Arrivals {
+    pulls: CubeTensor,
+    arrived: CubeTensor,
+    twists: Option<[CubeTensor; 2]>,
+}
+
+impl Arrivals {
+    fn new(aligned: &Aligned) -> Self {
+        let (like, n, count) = (&aligned.motion, aligned.motion.shape()[0], aligned.supports.count);
+        let array = |rows: usize, width: usize| empty(like, [rows, width], DType::F32);
+        Self {
+            pulls: array(n, PULL),
+            arrived: array(count, ARRIVED),
+            twists: (aligned.policy == RIGID).then(|| [array(n, TWIST), array(count, CARRIED)]),
+        }
+    }
+}
+
+/// Gradients of parameters, starting positions and velocities, given the cotangents of all states.
+pub(super) fn pulled_back(
+    call: &RolloutCall,
+    [params, states]: [&CubeTensor; 2],
+    v_states: CubeTensor,
+) -> [CubeTensor; 3] {
+    let (lengths, n, own) = (lengths(call), states.shape()[1], contiguous(v_states));
+    let out = [0; 2].map(|_| empty(states, [n, 3], DType::F32));
+    let system = DeviceSystem::new(&call.config, &call.edit, params, n);
+    let partials = system.partials();
+    if n > 0 {
+        let walk = Walk::new(call, states, &own, lengths.len());
+        for (state, &h) in lengths.iter().enumerate().rev() {
+            walk.step_back(&system, &own, &partials, (state, h));
+        }
+        let ((cubes, dim), client) = (units(&states.client, n), &states.client);
+        let [adjoint, v_q, v_v] = [&walk.adjoint, &out[0], &out[1]].map(|t| t.clone().into_buffer_arg());
+        end_adjoint::launch(client, cubes, dim, adjoint, v_q, v_v, call.edit.velocity_scale);
+    }
+    let [v_q, v_v] = out;
+    [system.gradient(&partials), v_q, v_v]
+}
+
+impl<'a> Walk<'a> {
+    fn new(call: &RolloutCall, states: &'a CubeTensor, own: &CubeTensor, last: usize) -> Self {
+        let n = states.shape()[1];
+        let adjoint = empty(states, [n, STATE], DType::F32);
+        let ((cubes, dim), client) = (units(&states.client, n * STATE), &states.client);
+        let [from, to] = [own, &adjoint].map(|t| t.clone().into_buffer_arg());
+        begin_adjoint::launch(client, cubes, dim, from, to, last as u32);
+        let aligned = Aligned::new(call, states, n).map(|aligned| {
+            let arrivals = Arrivals::new(&aligned);
+            (aligned, arrivals)
+        });
+        Self { states, adjoint, carried: empty(states, [n, 6], DType::F32), aligned }
+    }
+
+    /// Turns the cotangents of a state into those of the state before it.
+    fn step_back(
+        &self,
+        system: &DeviceSystem,
+        own: &CubeTensor,
+        partials: &super::system::Partials,
+        (state, h): (usize, f32),
+    ) {
+        if let Some((aligned, arrivals)) = &self.aligned {
+            // The step is repeated up to its fits; the tape serves the way back if it holds all particles.
+            for rows in system.ranges(state) {
+                system.evaluate(self.states, rows);
+                system.accelerate(self.states, &aligned.motion, rows, (Use::Candidate, h));
+            }
+            aligned.fit();
+            self.policy_vjp(aligned, arrivals, (state, h));
+            self.align_vjp(aligned, arrivals, (state, h));
+        } else {
+            let (cubes, dim) = units(&self.carried.client, system.count);
+            let [adjoint, carried] = [&self.adjoint, &self.carried].map(|t| t.clone().into_buffer_arg());
+            drift_vjp::launch(&self.carried.client, cubes, dim, adjoint, carried, h);
+        }
+        let is_on_tape = self.aligned.is_some() && system.ranges(state).count() == 1;
+        for rows in system.ranges(state) {
+            if !is_on_tape {
+                system.evaluate(self.states, rows);
+            }
+            let arrays = [self.states, &self.carried, &self.adjoint];
+            system.pull_back(arrays, Some(own), partials, (rows, h));
+        }
+    }
+
+    /// The backward pass of the velocities' policy.
+    fn policy_vjp(&self, aligned: &Aligned, arrivals: &Arrivals, (state, h): (usize, f32)) {
+        let (client, n) = (&self.carried.client, self.carried.shape()[0]);
+        let (cubes, dim) = units(client, n);
+        let Some([twists, arrived]) = &arrivals.twists else {
+            let [adjoint, carried] = [&self.adjoint, &self.carried].map(|t| t.clone().into_buffer_arg());
+            policy_vjp::launch(client, cubes, dim, adjoint, carried, 1.0 / h, aligned.policy);
+            return;
+        };
+        let Aligned { supports, motion, .. } = aligned;
+        let arguments = [motion, &supports.members, self.states, &self.adjoint, twists];
+        let [of, members, states, adjoint, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let (count, before) = (n as u32, state as u32);
+        let k = supports.k;
+        twist_vjp::launch(client, cubes.clone(), dim, of, members, states, adjoint, to, count, before, k);
+        let arguments = [motion, self.states, twists, &supports.owners, &supports.stretches, arrived];
+        let [of, states, from, owners, stretches, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let (of_stretches, stretch_dim) = units(client, supports.count);
+        let after = ((state + 1) * n * STATE) as u32;
+        gather_twists::launch(
+            client,
+            of_stretches,
+            stretch_dim,
+            of,
+            states,
+            from,
+            owners,
+            stretches,
+            to,
+            after,
+        );
+        let arguments = [twists, arrived, &supports.begins, &self.adjoint, &self.carried];
+        let [from, arrived, begins, adjoint, carried] = arguments.map(|t| t.clone().into_buffer_arg());
+        collect_twists::launch(client, cubes, dim, from, arrived, begins, adjoint, carried);
+    }
+
+    /// The backward pass of rotations and aligned positions.
+    fn align_vjp(&self, aligned: &Aligned, arrivals: &Arrivals, (state, h): (usize, f32)) {
+        let (client, n) = (&self.carried.client, self.carried.shape()[0]);
+        let (cubes, dim) = units(client, n);
+        let arguments = [&aligned.fits, self.states, &self.adjoint, &arrivals.pulls];
+        let [fits, states, adjoint, pulls] = arguments.map(|t| t.clone().into_buffer_arg());
+        let (count, before, k) = (n as u32, state as u32, aligned.supports.k);
+        pull_state::launch(client, cubes, dim, fits, states, adjoint, pulls, count, before, k);
+        arrive(
+            &aligned.supports,
+            [&aligned.motion, &arrivals.pulls, &arrivals.arrived],
+            &self.carried,
+            Some(h),
+        );
+    }
+}
+
+/// Sums what supports send to their members into rows `[n, 6]`: in a step of a length, cotangents of
+/// positions before it and of velocities after its kick; else of positions and candidates.
+pub(super) fn arrive(
+    supports: &Uploaded,
+    [motion, pulls, arrived]: [&CubeTensor; 3],
+    carried: &CubeTensor,
+    step: Option<f32>,
+) {
+    let client = &carried.client;
+    let (cubes, dim) = units(client, supports.count);
+    let arguments = [motion, pulls, &supports.owners, &supports.stretches, arrived];
+    let [of, from, owners, stretches, to] = arguments.map(|t| t.clone().into_buffer_arg());
+    gather::launch(client, cubes, dim, of, from, owners, stretches, to);
+    let (cubes, dim) = units(client, carried.shape()[0]);
+    let arguments = [pulls, arrived, &supports.begins, carried];
+    let [from, arrived, begins, to] = arguments.map(|t| t.clone().into_buffer_arg());
+    collect::launch(client, cubes, dim, from, arrived, begins, to, step.unwrap_or(0.0), step.is_some());
+}

@@ -1,0 +1,212 @@
+//! A system on a device: its weights, the tape of an evaluation, and the launches of both directions.
+
+use burn::backend::TensorMetadata;
+use burn::tensor::DType;
+use lgs_tensor::cube::{CubeTensor, empty, numbers, units, zeros};
+
+use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, normalise};
+use super::field_vjp::{finish, seed};
+use super::products::{TILE, products, transpose};
+use super::program::{Pair, Program, floats_per_particle};
+use super::sums::{OuterLayersLaunch, outer_sums, sum_groups};
+use super::tables::{COLUMNS, INPUTS, NONE, OUTER, OUTPUTS, PLACES, PRODUCT, QUADRATIC, SECOND_MOMENTS};
+use crate::state::Edit;
+use crate::system::{ForceKind, PotentialKind, SystemConfig};
+
+/// Most floats of a tape: 64 MB, below what devices bind at once.
+const TAPE: usize = 1 << 24;
+/// Most groups of particles whose gradients of parameters are summed by themselves, and the fewest particles
+/// of one.
+const GROUPS: usize = 32;
+const LEAST_GROUP: usize = 16;
+
+/// A system with an edit, for some number of particles.
+pub(super) struct DeviceSystem {
+    config: SystemConfig,
+    edit: Edit,
+    kinds: Kinds,
+    program: Program,
+    /// Weights, and behind them their transposes.
+    weights: CubeTensor,
+    table: CubeTensor,
+    tape: CubeTensor,
+    /// Number of particles.
+    pub(super) count: usize,
+    /// Particles that are evaluated at a time.
+    rows: usize,
+}
+
+/// Particles that are evaluated together, in a state.
+#[derive(Clone, Copy)]
+pub(super) struct Rows {
+    first: usize,
+    rows: usize,
+    state: usize,
+}
+
+impl DeviceSystem {
+    pub(super) fn new(config: &SystemConfig, edit: &Edit, params: &CubeTensor, count: usize) -> Self {
+        let rows = (TAPE / floats_per_particle(config)).clamp(1, count.max(1));
+        let program = Program::new(config, rows);
+        assert_eq!(params.shape().num_elements(), program.params, "parameters of the system");
+        let weights = empty(params, [2 * program.params], DType::F32);
+        let layers = numbers(program.layers.clone(), &params.device);
+        let (cubes, dim) = units(&params.client, program.params);
+        let [from, layers, to] = [params, &layers, &weights].map(|t| t.clone().into_buffer_arg());
+        transpose::launch(&params.client, cubes, dim, from, layers, to);
+        let force = match config.force {
+            ForceKind::None => 0,
+            ForceKind::Mlp => NETWORK,
+            ForceKind::Structured => STRUCTURED,
+        };
+        Self {
+            config: *config,
+            edit: *edit,
+            kinds: Kinds { force, quadratic: config.potential == PotentialKind::QuadraticMlp },
+            weights,
+            table: numbers(program.table.clone(), &params.device),
+            tape: empty(params, [program.tape], DType::F32),
+            program,
+            count,
+            rows,
+        }
+    }
+
+    /// All particles in a state, as many at a time as the tape holds.
+    pub(super) fn ranges(&self, state: usize) -> impl Iterator<Item = Rows> + use<> {
+        let (count, step) = (self.count, self.rows);
+        (0..count).step_by(step).map(move |first| Rows { first, rows: step.min(count - first), state })
+    }
+
+    fn range(&self, rows: Rows) -> RangeLaunch {
+        RangeLaunch::new(rows.first as u32, rows.rows as u32, self.count as u32, rows.state as u32)
+    }
+
+    fn scales(&self) -> ScalesLaunch {
+        let n = &self.config.normalisation;
+        let [x, y, z] = n.center;
+        let per_time = if self.kinds.force == STRUCTURED { n.acceleration / n.speed } else { n.acceleration };
+        ScalesLaunch::new(
+            x,
+            y,
+            z,
+            1.0 / n.length,
+            1.0 / n.speed,
+            -self.edit.potential_scale * n.acceleration,
+            self.edit.force_scale * per_time,
+        )
+    }
+
+    /// Runs the networks on particles of a state, which leaves everything on the tape.
+    pub(super) fn evaluate(&self, states: &CubeTensor, rows: Rows) {
+        let (cubes, dim) = units(&states.client, rows.rows);
+        let [from, table, tape] = [states, &self.table, &self.tape].map(|t| t.clone().into_buffer_arg());
+        normalise::launch(&states.client, cubes, dim, from, table, tape, self.range(rows), self.scales());
+        self.run(&self.program.forward, rows);
+    }
+
+    fn run(&self, pairs: &[Pair], rows: Rows) {
+        let client = &self.tape.client;
+        let tiles = rows.rows.div_ceil(TILE as usize);
+        for &(first, second) in pairs {
+            let columns = |product: u32| {
+                self.program.table[PLACES + product as usize * PRODUCT + COLUMNS].div_ceil(TILE) as usize
+            };
+            let (cubes, dim) = units(client, tiles * (columns(first) + second.map_or(0, columns)));
+            let [weights, table, tape] =
+                [&self.weights, &self.table, &self.tape].map(|t| t.clone().into_buffer_arg());
+            let (second, rows) = (second.unwrap_or(NONE), rows.rows as u32);
+            products::launch(client, cubes, dim, weights, table, tape, first, second, rows);
+        }
+    }
+
+    /// Makes of an evaluation what it is for.
+    pub(super) fn accelerate(
+        &self,
+        states: &CubeTensor,
+        out: &CubeTensor,
+        rows: Rows,
+        (purpose, h): (Use, f32),
+    ) {
+        let (cubes, dim) = units(&states.client, rows.rows);
+        let arguments = [&self.weights, &self.table, &self.tape, states, out];
+        let [weights, table, tape, from, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let (range, scales, client) = (self.range(rows), self.scales(), &states.client);
+        accelerate::launch(
+            client, cubes, dim, weights, table, tape, from, to, range, scales, h, self.kinds, purpose,
+        );
+    }
+
+    /// Pulls cotangents `[n, 6]` of what lies before an evaluated acceleration and of velocities after its
+    /// kick of length `h` back to the state, into `adjoint`, where those that the states have by themselves
+    /// (none: no others at all) are added; and adds to the gradients of parameters.
+    pub(super) fn pull_back(
+        &self,
+        [states, carried, adjoint]: [&CubeTensor; 3],
+        own: Option<&CubeTensor>,
+        partials: &Partials,
+        (rows, h): (Rows, f32),
+    ) {
+        let (client, kinds) = (&states.client, self.kinds);
+        let (cubes, dim) = units(client, rows.rows);
+        let [table, tape, of, v] =
+            [&self.table, &self.tape, states, carried].map(|t| t.clone().into_buffer_arg());
+        let (range, scales) = (self.range(rows), self.scales());
+        seed::launch(client, cubes.clone(), dim, table, tape, of, v, range, scales, h, kinds);
+        self.run(&self.program.backward, rows);
+        self.add_sums(partials, rows);
+        let arguments = [&self.weights, &self.table, &self.tape, carried, own.unwrap_or(carried), adjoint];
+        let [weights, table, tape, v, of_state, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let (range, scales, is_step) = (self.range(rows), self.scales(), own.is_some());
+        finish::launch(
+            client, cubes, dim, weights, table, tape, v, of_state, to, range, scales, h, kinds, is_step,
+        );
+    }
+
+    /// Gradients of parameters, none yet.
+    pub(super) fn partials(&self) -> Partials {
+        let group = self.rows.div_ceil(GROUPS).max(LEAST_GROUP);
+        let groups = self.rows.div_ceil(group);
+        let sums = zeros(&self.weights, [groups, self.width()], DType::F32);
+        Partials { sums, group, groups }
+    }
+
+    /// Floats of a group's gradients.
+    fn width(&self) -> usize {
+        self.program.params + SECOND_MOMENTS
+    }
+
+    fn add_sums(&self, partials: &Partials, rows: Rows) {
+        let (first, count) = self.program.sums;
+        let layers = self.program.table[first as usize..].chunks(OUTER);
+        let units_of = |layer: &[u32]| layer[OUTPUTS].div_ceil(TILE) * (layer[INPUTS] + 1).div_ceil(TILE);
+        let all: u32 = layers.map(units_of).sum();
+        let client = &self.tape.client;
+        let (cubes, dim) = units(client, all as usize * rows.rows.div_ceil(partials.group));
+        let [table, tape, sums] =
+            [&self.table, &self.tape, &partials.sums].map(|t| t.clone().into_buffer_arg());
+        let layers = OuterLayersLaunch::new(first, count, all);
+        let (group, width) = (partials.group as u32, self.width() as u32);
+        outer_sums::launch(client, cubes, dim, table, tape, sums, layers, rows.rows as u32, group, width);
+    }
+
+    /// The gradient of all parameters.
+    pub(super) fn gradient(&self, partials: &Partials) -> CubeTensor {
+        let out = empty(&self.weights, [self.program.params], DType::F32);
+        let (cubes, dim) = units(&out.client, self.program.params);
+        let [sums, to] = [&partials.sums, &out].map(|t| t.clone().into_buffer_arg());
+        let (width, groups) = (self.width() as u32, partials.groups as u32);
+        let quadratic = self.program.table[QUADRATIC];
+        let has_quadratic = self.kinds.quadratic;
+        sum_groups::launch(&out.client, cubes, dim, sums, to, width, groups, quadratic, has_quadratic);
+        out
+    }
+}
+
+/// Sums of gradients of parameters over groups of particles.
+pub(super) struct Partials {
+    sums: CubeTensor,
+    /// Particles of a group.
+    group: usize,
+    groups: usize,
+}

@@ -1,0 +1,94 @@
+//! The gradient by the camera's pose (`crate::project_vjp`): what each Gaussian adds to it, and their sum.
+
+use burn::backend::TensorMetadata;
+use burn::tensor::DType;
+use cubecl::prelude::*;
+use lgs_tensor::cube::{CubeTensor, empty, units, zeros};
+
+use super::chain::Chain;
+
+/// Numbers of a motion of the scene in camera axes: rotation vector, translation.
+pub(super) const MOTION: usize = 6;
+/// Rows that a unit sums.
+const CHUNK: usize = 64;
+
+/// Writes the cotangent of a small motion `p → p + ω × p + τ` of a Gaussian in camera axes as (ω, τ), given
+/// those of its centre in camera axes, of the rows of `J W` in the Gaussian's axes, and of its centre by the
+/// colour alone.
+///
+/// The motion turns the camera's rotation W by ω, and moves its centre by −Wᵀτ, on which directions of view
+/// depend.
+#[cube]
+pub(super) fn pose_vjp(
+    packed: &[f32],
+    chain: &Chain,
+    v_camera: &Array<f32>,
+    turned: &Array<f32>,
+    v_direction: &Array<f32>,
+    out: &mut [f32],
+    at: usize,
+) {
+    // Row i of J W is (focal / z) (W_i - tangent_i W_2).
+    let mut rows = Array::<f32>::new(9usize);
+    for k in 0..3usize {
+        rows[6usize + k] = 0.0f32;
+    }
+    for row in 0..2usize {
+        let focal = packed[12usize + row] / chain.camera[2usize];
+        for k in 0..3usize {
+            let v_world = turned[3usize * row] * chain.rotation[3usize * k]
+                + turned[3usize * row + 1usize] * chain.rotation[3usize * k + 1usize]
+                + turned[3usize * row + 2usize] * chain.rotation[3usize * k + 2usize];
+            rows[3usize * row + k] = focal * v_world;
+            rows[6usize + k] = rows[6usize + k] - chain.tangent[row] * focal * v_world;
+        }
+    }
+    for k in 0..3usize {
+        let (next, last) = ((k + 1usize) % 3usize, (k + 2usize) % 3usize);
+        let mut turn = chain.camera[next] * v_camera[last] - chain.camera[last] * v_camera[next];
+        let mut shift = v_camera[k];
+        for j in 0..3usize {
+            turn += rows[3usize * last + j] * packed[3usize * next + j]
+                - rows[3usize * next + j] * packed[3usize * last + j];
+            shift += packed[3usize * k + j] * v_direction[j];
+        }
+        out[at + k] = turn;
+        out[at + 3usize + k] = shift;
+    }
+}
+
+/// Sums of rows by the chunk, of [`MOTION`] numbers from a column on.
+#[cube(launch)]
+fn sum_chunks(rows: &[f32], sums: &mut [f32], stride: u32, column: u32) {
+    if ABSOLUTE_POS < sums.len() {
+        let number = ABSOLUTE_POS % MOTION;
+        let first = ABSOLUTE_POS / MOTION * CHUNK;
+        let end = (first + CHUNK).min(rows.len() / stride as usize);
+        let mut sum = 0.0f32;
+        for row in first..end {
+            sum += rows[row * stride as usize + column as usize + number];
+        }
+        sums[ABSOLUTE_POS] = sum;
+    }
+}
+
+/// The sum `[MOTION]` of all rows, from a column on: chunks, chunks of chunks and so on, each in order.
+pub(super) fn summed(rows: &CubeTensor, column: usize) -> CubeTensor {
+    let shape = rows.shape();
+    let (mut count, mut stride, mut column) = (shape[0], shape[1], column);
+    if count == 0 {
+        return zeros(rows, [MOTION], DType::F32);
+    }
+    let mut from = rows.clone();
+    loop {
+        count = count.div_ceil(CHUNK);
+        let to = empty(&from, [count * MOTION], DType::F32);
+        let (cubes, dim) = units(&from.client, count * MOTION);
+        let [rows, sums] = [&from, &to].map(|tensor| tensor.clone().into_buffer_arg());
+        sum_chunks::launch(&from.client, cubes, dim, rows, sums, stride as u32, column as u32);
+        if count == 1 {
+            return to;
+        }
+        (from, stride, column) = (to, MOTION, 0);
+    }
+}
