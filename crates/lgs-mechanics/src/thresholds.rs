@@ -183,8 +183,8 @@ pub(crate) const CONTACT_SPREAD: f64 = 0.5;
 pub(crate) const CONTACT_PASSES: usize = 3;
 /// Linearisations of the fit of all unknowns together.
 pub(crate) const CONTACT_ITERATIONS: usize = 12;
-/// Error of a contact after its first impact over that of impulses up to which it comes before them: less is no
-/// difference in kind.
+/// Error of a contact after its first impact over that of impulses up to which it comes before them: less is
+/// no difference in kind.
 pub(crate) const AS_NEAR: f64 = 2.0;
 /// Turns of finding where two flights meet, which their speeds at one time tell of another.
 pub(crate) const MEETINGS: usize = 4;
@@ -198,8 +198,8 @@ pub(crate) const EXACT: f64 = 1e-6;
 /// Standard deviation of the tilt of a plane against the change of velocity at one impact, radians: that of a
 /// friction of about a half.
 pub(crate) const WIDEST_TILT: f64 = 0.5;
-/// Speed after an impact over that of the approach, both along the normal, above which no plane at rest is the
-/// cause: 1 is a perfect bounce, and the rest what flights may be wrong by.
+/// Speed after an impact over that of the approach, both along the normal, above which no plane at rest is
+/// the cause: 1 is a perfect bounce, and the rest what flights may be wrong by.
 pub(crate) const FASTEST: f64 = 1.25;
 /// Deviations of its tilt within which a plane at rest is the one that an impact tells of.
 pub(crate) const AGREED: f64 = 3.0;

@@ -5,6 +5,7 @@ use std::time::Instant;
 use lgs_data::dataset::Dataset;
 use lgs_eval::memory::peak_rss_bytes;
 use lgs_train::checkpoint::Stage;
+use lgs_train::config::Preset;
 use lgs_train::device::Device;
 use lgs_train::{DataSummary, Estimate, Progress, TrainConfig, TrainError, estimate};
 
@@ -62,6 +63,7 @@ impl Outlook {
         let estimate = estimate(dataset, config, device)?;
         if let (Some(data), Some(estimate)) = (DataSummary::of(dataset), &estimate) {
             say(&plan(&data, config));
+            advice(&data, config).iter().for_each(|advice| tracing::warn!("{advice}"));
             let memory = peak_rss_bytes().map_or_else(String::new, |bytes| {
                 format!(", about {:.0} MiB of memory", bytes as f64 / f64::from(1 << 20))
             });
@@ -98,6 +100,19 @@ impl Outlook {
         let ahead = estimate.within(p.stage, 1.0) - expected + estimate.after(p.stage);
         Some(format!("about {} left", spoken(self.factor * ahead)))
     }
+}
+
+/// What to do instead, where a preset is known to lose what moves.
+fn advice(data: &DataSummary, config: &TrainConfig) -> Option<String> {
+    let per_time = data.images as f32 / data.times.max(1) as f32;
+    let is_sparse = data.times > 1 && per_time < config.source.guide.below_images_per_time;
+    let is_quick = config.preset == Preset::Quick && config.source.iterations > 0;
+    (is_quick && is_sparse).then(|| {
+        format!(
+            "each time is shown by {per_time:.1} images: `quick` may lose what moves, `--preset standard` \
+             follows it better"
+        )
+    })
 }
 
 /// What the settings become for a dataset.

@@ -1,8 +1,8 @@
 //! A scene as a dataset folder.
 //!
 //! Everything goes into a temporary folder beside the destination, which is renamed when it is complete; a
-//! destination that is not empty is refused. Times are multiples of 1/60, or finer in `train`. With V training views (3 held-out
-//! ones are added):
+//! destination that is not empty is refused. Times are multiples of 1/60, or finer in `train`. With V
+//! training views (3 held-out ones are added):
 //!
 //! | split | times | views |
 //! |---|---|---|

@@ -170,8 +170,8 @@ pub fn choose(list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choi
     choose_beside(list, track, scales, usize::MAX)
 }
 
-/// The same where a law of a simplicity is known that explains the track: those that are not as simple are its
-/// rivals at most, and fitted with less effort.
+/// The same where a law of a simplicity is known that explains the track: those that are not as simple are
+/// its rivals at most, and fitted with less effort.
 #[must_use]
 pub fn choose_beside(list: &[Candidate], track: &Track, scales: &Scales, known: usize) -> Option<Choice> {
     let samples = track.independent_samples();

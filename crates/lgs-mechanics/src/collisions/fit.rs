@@ -79,8 +79,8 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     Some(found)
 }
 
-/// A contact, if it comes about as near to the samples as impulses do, which follow any track and know nothing
-/// of what comes next; else the likelier one.
+/// A contact, if it comes about as near to the samples as impulses do, which follow any track and know
+/// nothing of what comes next; else the likelier one.
 fn before_impulses(contact: Option<Bounced>, struck: Option<Bounced>) -> Option<Bounced> {
     match (contact, struck) {
         (Some(contact), Some(struck)) if contact.error > AS_NEAR * struck.error => {
