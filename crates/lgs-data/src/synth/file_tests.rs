@@ -144,3 +144,19 @@ fn points_alone_are_a_truth_also_in_other_types_of_numbers() {
         assert!(message.contains(word) && message.ends_with("ground_truth.safetensors"), "{message}");
     }
 }
+
+#[test]
+fn a_set_may_show_each_time_from_few_views_and_finer_times_in_training_alone() {
+    let few = SynthOptions { images_per_time: Some(1), views: 3, train_fps: 240, ..small() };
+    let (_dir, out) = make("fan", &few);
+    let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
+    let train = dataset.split("train");
+    let mut times: Vec<f32> = train.iter().map(|frame| frame.time).collect();
+    times.dedup();
+    assert_eq!((train.len(), times.len()), (181, 181), "one image per time");
+    let mut cameras: Vec<usize> = train.iter().map(|frame| frame.camera_id).collect();
+    cameras.sort_unstable();
+    cameras.dedup();
+    assert_eq!(cameras.len(), 3, "every view has its turns");
+    assert_eq!(dataset.split("val").len(), 3 * 16);
+}

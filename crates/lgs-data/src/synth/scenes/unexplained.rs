@@ -37,7 +37,7 @@ pub(super) const ENTRIES: [Entry; 4] = [
     Entry::new(
         "colliding-balls",
         "three balls on a floor: one hits the second, which hits the third; no law is one of all three",
-        "radius 0.26 to 0.34, speed 1.2 to 1.6, collisions at 0.2 to 0.3 and 0.45 to 0.6, restitution from 0.8",
+        "radius 0.26 to 0.34, speed 1.2 to 1.6, collisions at 0.2 to 0.3 and 0.45 to 0.6, restitution 0.8 on",
         colliding_balls,
     )
     .unexplained(),
