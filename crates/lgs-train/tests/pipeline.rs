@@ -108,17 +108,12 @@ fn run_with(
 fn delivered(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let checkpoints =
         std::fs::read_dir(folder.join("checkpoints")).expect("checkpoints").map(|e| e.expect("entry").path());
-    let mut files: Vec<_> =
-        checkpoints.filter(|p| p.to_string_lossy().contains("tune-gaussians-0000012")).collect();
+    let name = |p: &Path| p.file_name().expect("name").to_string_lossy().into_owned();
+    let mut files: Vec<_> = checkpoints.filter(|p| name(p).contains("-tune-gaussians-0000012")).collect();
     let source = std::fs::read_dir(folder.join("source")).expect("source").map(|e| e.expect("entry").path());
     files.extend(source.filter(|p| p.extension().is_some_and(|e| e == "safetensors")));
     files.extend([folder.join("lagrangian.safetensors"), folder.join("events.jsonl")]);
-    files
-        .into_iter()
-        .map(|p| {
-            (p.file_name().expect("name").to_string_lossy().into_owned(), std::fs::read(&p).expect("read"))
-        })
-        .collect()
+    files.into_iter().map(|p| (name(&p), std::fs::read(&p).expect("read"))).collect()
 }
 
 #[test]
