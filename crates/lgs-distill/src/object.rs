@@ -215,8 +215,7 @@ impl GeneralisedLaw {
             ..before.clone()
         };
         // Images do not show what is below their resolution, however well the tracks are known.
-        let is_smooth = self.law.contact.is_none() && self.law.events.is_empty();
-        let describes = is_smooth && report.describes_window(config);
+        let describes = self.law.is_smooth() && report.describes_window(config);
         if let Some(law) =
             report.generalised.as_mut().filter(|law| describes && law.known.verdict == Verdict::Outside)
         {

@@ -59,8 +59,7 @@ impl DistillReport {
     /// follows a motion, or closer than images resolve.
     #[must_use]
     pub fn describes_window(&self, config: &DistillConfig) -> bool {
-        let collides = |law: &GeneralisedReport| !law.law.events.is_empty() || law.law.contact.is_some();
-        if self.generalised.as_ref().is_some_and(collides) {
+        if self.generalised.as_ref().is_some_and(|law| !law.law.is_smooth()) {
             // Errors grow at every impact; without the plane a body would go through it. Samples beside an
             // impulse are smeared.
             return self.window_error <= UNDESCRIBED_FRACTION * self.displacement;

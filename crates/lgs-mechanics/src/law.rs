@@ -100,6 +100,12 @@ impl Law {
         Ok(())
     }
 
+    /// Whether no velocity changes suddenly.
+    #[must_use]
+    pub fn is_smooth(&self) -> bool {
+        self.contact.is_none() && self.events.is_empty()
+    }
+
     /// Impulses by what is outside of the law: its events, if it has no contact that they come from.
     #[must_use]
     pub fn impulses(&self) -> &[Impact] {

@@ -168,10 +168,9 @@ impl Moving for Plain<'_> {
         if let Some(collider) = &mut self.collider {
             return collider.advance(self.stepper.as_mut(), &mut self.at, h);
         }
-        let times = [self.at.time, self.at.time + h];
-        self.at.time = times[1];
-        let impulses = self.impulses;
-        impulses::pass(self, impulses, times)
+        let (impulses, from) = (self.impulses, self.at.time);
+        self.at.time += h;
+        impulses::pass(self, impulses, from, h)
     }
 
     fn keep(&self) -> Self::Kept {
@@ -216,10 +215,9 @@ impl Moving for Tangential<'_> {
     type Read = Sensitivity;
 
     fn advance(&mut self, h: f64) -> Solved {
-        let times = [self.time, self.time + h];
-        self.time = times[1];
-        let impulses = self.impulses;
-        impulses::pass(self, impulses, times)
+        let (impulses, from) = (self.impulses, self.time);
+        self.time += h;
+        impulses::pass(self, impulses, from, h)
     }
 
     fn keep(&self) -> (State, Tangent, f64) {

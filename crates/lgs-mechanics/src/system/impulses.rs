@@ -11,20 +11,23 @@ pub(super) trait Struck {
     fn change(&mut self, velocity: &[f64], sign: f64);
 }
 
-/// Moves from one time to another through the impulses between them. Forward, one at the end is part of the
-/// motion; backward, one at the end is not taken back, so that a motion returns to where it came from.
-pub(super) fn pass(moving: &mut impl Struck, impulses: &[Impact], [from, to]: [f64; 2]) -> Solved {
-    let [low, high] = [from.min(to), from.max(to)];
-    let is_between = |impulse: &&Impact| impulse.time > low && impulse.time <= high;
-    let sign = if to < from { -1.0 } else { 1.0 };
-    let mut between: Vec<&Impact> = impulses.iter().filter(is_between).collect();
-    if sign < 0.0 {
-        between.reverse();
+/// Moves over a step that may be negative, from a time, through the impulses within it. Forward, one at the
+/// end is part of the motion; backward, one at the end is not taken back, so that a motion returns to where
+/// it came from. A step without impulses is the step itself, to the last bit.
+pub(super) fn pass(moving: &mut impl Struck, impulses: &[Impact], from: f64, h: f64) -> Solved {
+    let to = from + h;
+    let is_within = |impulse: &&Impact| impulse.time > from.min(to) && impulse.time <= from.max(to);
+    let mut within: Vec<&Impact> = impulses.iter().filter(is_within).collect();
+    if within.is_empty() {
+        return moving.move_freely(h);
+    }
+    if h < 0.0 {
+        within.reverse();
     }
     let mut time = from;
-    for impulse in between {
+    for impulse in within {
         moving.move_freely(impulse.time - time)?;
-        moving.change(&impulse.change, sign);
+        moving.change(&impulse.change, h.signum());
         time = impulse.time;
     }
     moving.move_freely(to - time)
