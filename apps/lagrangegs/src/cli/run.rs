@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
-use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions, near_plane};
+use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions, NearPlanes};
 use lgs_data::files::write_atomically;
 use lgs_eval::{CameraCorrections, Cost};
 use lgs_model::source::{SourceModel, load_source};
@@ -81,13 +81,15 @@ impl Run {
         let path = self.folder.root().join("source").join("cameras.json");
         let mut cameras = if path.exists() { read_cameras_json(&path).at(&path)? } else { Vec::new() };
         let all: Vec<Camera> = cameras.iter().map(|(_, camera)| *camera).collect();
-        let near = match self.config.source.near {
-            0.0 => near_plane(&all),
-            near => near,
-        };
-        let filter = self.config.source.antialias.filter();
-        cameras.iter_mut().for_each(|(_, camera)| *camera = Camera { near, filter, ..*camera });
+        cameras.iter_mut().for_each(|(_, camera)| *camera = self.as_trained(*camera, &all));
         Ok(cameras)
+    }
+
+    /// A camera with the near plane and the pixel filter of the run's training cameras, which are the rig.
+    pub(crate) fn as_trained(&self, camera: Camera, rig: &[Camera]) -> Camera {
+        let source = &self.config.source;
+        let near = if source.near == 0.0 { NearPlanes::of(rig).at(&camera) } else { source.near };
+        Camera { near, filter: source.antialias.filter(), ..camera }
     }
 
     /// The time and memory that training took.

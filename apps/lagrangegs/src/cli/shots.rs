@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use clap::error::ErrorKind;
-use lgs_core::{Camera, DEFAULT_NEAR};
+use lgs_core::Camera;
 use lgs_data::dataset::DatasetFormat;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::Motion;
@@ -65,13 +65,8 @@ impl Wish<'_> {
                 Err(reason) => bail!("{reason}: {}", file.display()),
             },
         };
-        let near = match (run.config.source.near, run.cameras()?.first()) {
-            (0.0, Some((_, camera))) => camera.near,
-            (0.0, None) => DEFAULT_NEAR,
-            (near, _) => near,
-        };
-        let filter = run.config.source.antialias.filter();
-        cameras.iter_mut().for_each(|camera| *camera = Camera { near, filter, ..*camera });
+        let rig: Vec<Camera> = run.cameras()?.into_iter().map(|(_, camera)| camera).collect();
+        cameras.iter_mut().for_each(|camera| *camera = run.as_trained(*camera, &rig));
         let place = if self.times.is_some() { run.folder.root() } else { file };
         times_fit(run, &times, place)?;
         Ok(Shots { times, cameras })

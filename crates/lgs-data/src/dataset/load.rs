@@ -6,7 +6,7 @@ use super::formats::DatasetFormat;
 use super::frame_spec::FrameSpec;
 use super::lens::Lens;
 use super::pixels::{self, Masked};
-use super::points::near_plane;
+use super::points::NearPlanes;
 use super::set::{Dataset, Frame};
 use super::store::Store;
 use super::undistort::undistorted;
@@ -35,7 +35,7 @@ pub struct LoadOptions {
     /// Only frames of `train` with a time below this are loaded; other splits stay whole. Default: all.
     pub train_before: Option<f32>,
     /// Near plane of all cameras, world units; 0: what the training cameras ask for
-    /// ([`super::near_plane`]). Default: [`DEFAULT_NEAR`].
+    /// ([`super::NearPlanes`]). Default: [`DEFAULT_NEAR`].
     pub near: f32,
     /// How all cameras draw detail finer than a pixel. Default: by dilation.
     pub filter: PixelFilter,
@@ -97,7 +97,7 @@ impl Dataset {
         let absent = leave_out_absent(&mut splits, options.absent)?;
         let mut splits = load_splits(splits, options, progress)?;
         if options.near == 0.0 {
-            set_near(&mut splits);
+            set_near_planes(&mut splits);
         }
         Ok(Self {
             root: root.to_path_buf(),
@@ -113,13 +113,13 @@ impl Dataset {
     }
 }
 
-/// Gives all cameras the near plane that the training cameras ask for.
-fn set_near(splits: &mut BTreeMap<String, Vec<Frame>>) {
+/// Gives all cameras the near planes that the training cameras ask for.
+fn set_near_planes(splits: &mut BTreeMap<String, Vec<Frame>>) {
     let frames = splits.get("train").or_else(|| splits.values().next());
     let mut cameras: BTreeMap<usize, Camera> = BTreeMap::new();
     cameras.extend(frames.into_iter().flatten().map(|frame| (frame.camera_id, frame.camera)));
-    let near = near_plane(&cameras.into_values().collect::<Vec<_>>());
-    splits.values_mut().flatten().for_each(|frame| frame.camera.near = near);
+    let planes = NearPlanes::of(&cameras.into_values().collect::<Vec<_>>());
+    splits.values_mut().flatten().for_each(|frame| frame.camera.near = planes.at(&frame.camera));
 }
 
 /// The frames with a time below a limit; there must be one.

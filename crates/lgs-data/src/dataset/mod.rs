@@ -41,7 +41,7 @@ pub use formats::{DatasetFormat, format_or_auto};
 pub use import::{CaptureNoise, ImportOptions, ImportSize, Imported, import};
 pub use import_rules::ImportRules;
 pub use load::{AbsentImages, LoadOptions, Progress};
-pub use points::{SceneBox, near_plane};
+pub use points::{NearPlanes, SceneBox};
 pub use set::{CameraOrigin, Dataset, Frame};
 pub use store::{Picture, Pixels};
 pub(crate) use transforms::write_split;

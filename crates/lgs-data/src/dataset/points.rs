@@ -136,28 +136,42 @@ fn camera_extent(frames: &[Frame]) -> f32 {
     EXTENT_FACTOR * centers.iter().map(|c| c.distance(mean)).fold(0.0, f32::max)
 }
 
-/// The near plane of cameras that leave it to the data, world units: a part of the distance from what they
-/// look at, but no more than the depth from which the nearest other camera sees the same, in the median over
-/// the cameras; to two digits, so that poses that differ by rounding have the same. That of 3D Gaussian
-/// splatting for a single camera.
-#[must_use]
-pub fn near_plane(cameras: &[Camera]) -> f32 {
-    let views: Vec<(Vec3, Vec3, f32)> = cameras.iter().map(view_of).collect();
-    if views.is_empty() {
-        return DEFAULT_NEAR;
+/// Near planes of cameras that leave them to the data: for each the same share of its own distance from what
+/// the cameras of a rig look at, so that a camera that stands close still shows what comes closer.
+#[derive(Clone, Copy, Debug)]
+pub struct NearPlanes {
+    center: Vec3,
+    /// Near plane over distance; nothing for a single camera.
+    share: Option<f32>,
+}
+
+impl NearPlanes {
+    /// Near planes for a rig: a part of the distance, but no more than the depth from which the nearest other
+    /// camera sees the same, in the median over the cameras.
+    #[must_use]
+    pub fn of(rig: &[Camera]) -> Self {
+        let views: Vec<(Vec3, Vec3, f32)> = rig.iter().map(view_of).collect();
+        let center = if views.is_empty() { Vec3::ZERO } else { point_nearest_to_axes(&views) };
+        let share = |&(eye, _, half_tan): &(Vec3, Vec3, f32)| {
+            let apart = views.iter().map(|other| other.0.distance(eye)).filter(|&apart| apart > 0.0);
+            let shared = apart.fold(f32::INFINITY, f32::min) / (2.0 * half_tan);
+            shared.is_finite().then(|| NEAR_SHARE.min(shared / eye.distance(center)))
+        };
+        let mut shares: Vec<f32> = views.iter().filter_map(share).collect();
+        shares.sort_by(f32::total_cmp);
+        Self { center, share: shares.get(shares.len() / 2).copied() }
     }
-    let center = point_nearest_to_axes(&views);
-    let near = |&(eye, _, half_tan): &(Vec3, Vec3, f32)| {
-        let apart = views.iter().map(|other| other.0.distance(eye)).filter(|&apart| apart > 0.0);
-        let shared = apart.fold(f32::INFINITY, f32::min) / (2.0 * half_tan);
-        shared.is_finite().then(|| shared.min(NEAR_SHARE * eye.distance(center)))
-    };
-    let mut nears: Vec<f32> = views.iter().filter_map(near).collect();
-    nears.sort_by(f32::total_cmp);
-    let Some(&near) = nears.get(nears.len() / 2) else { return DEFAULT_NEAR };
-    let unit = 10.0_f32.powf(near.max(f32::MIN_POSITIVE).log10().floor() - 1.0);
-    let rounded = (near / unit).round() * unit;
-    if rounded.is_normal() { rounded } else { DEFAULT_NEAR }
+
+    /// The near plane of a camera, world units, to two digits, so that poses that differ by rounding have the
+    /// same. That of 3D Gaussian splatting where the rig is a single camera.
+    #[must_use]
+    pub fn at(&self, camera: &Camera) -> f32 {
+        let Some(share) = self.share else { return DEFAULT_NEAR };
+        let near = share * Vec3::from(camera.center_in_world()).distance(self.center);
+        let unit = 10.0_f32.powf(near.max(f32::MIN_POSITIVE).log10().floor() - 1.0);
+        let rounded = (near / unit).round() * unit;
+        if rounded.is_normal() { rounded } else { DEFAULT_NEAR }
+    }
 }
 
 fn random_point(cube: &SceneBox, rng: &mut lgs_core::Stream) -> [f32; 3] {
@@ -213,23 +227,26 @@ fn seen_color(views: &[(&Frame, Arc<Picture>)], point: [f32; 3], background: [f3
 mod tests {
     use super::*;
 
-    fn near_of(cameras: impl Iterator<Item = (Vec3, Vec3)>) -> f32 {
+    fn near_of(cameras: impl Iterator<Item = (Vec3, Vec3)>) -> Vec<f32> {
         let camera = |(eye, target): (Vec3, Vec3)| Camera::look_at(eye.into(), target.into(), 0.8, 160, 120);
-        near_plane(&cameras.map(camera).collect::<Vec<_>>())
+        let rig: Vec<Camera> = cameras.map(camera).collect();
+        rig.iter().map(|camera| NearPlanes::of(&rig).at(camera)).collect()
     }
 
     #[test]
     fn near_planes_follow_the_rig_in_every_unit() {
         for unit in [0.01, 1.0, 100.0] {
             let on_ring = |i: usize| Vec3::new((i as f32).cos(), (i as f32).sin(), 0.3) * 4.0 * unit;
-            let around = near_of((0..6).map(|i| (on_ring(i), Vec3::ZERO))) / unit;
-            assert!((around - 0.2 * on_ring(0).length() / unit).abs() < 0.02, "{around}");
+            let closer = |i: usize| if i == 3 { 0.4 * on_ring(i) } else { on_ring(i) };
+            let around = near_of((0..6).map(|i| (closer(i), Vec3::ZERO)));
+            for (i, near) in around.into_iter().enumerate() {
+                assert!((near - 0.2 * closer(i).length()).abs() < 0.02 * unit, "{i}: {near}");
+            }
             // Side by side, and turned to a point far behind whatever they show.
             let row = |i: usize| Vec3::new(0.1 * i as f32 * unit, 0.0, 0.0);
-            let aside = near_of((0..9).map(|i| (row(i), Vec3::new(0.4, 20.0, 0.0) * unit))) / unit;
-            assert!(aside < 0.15, "{aside}");
+            let aside = near_of((0..9).map(|i| (row(i), Vec3::new(0.4, 20.0, 0.0) * unit)));
+            assert!(aside.iter().all(|&near| near < 0.15 * unit), "{aside:?}");
         }
-        let single = near_of(std::iter::once((Vec3::X, Vec3::ZERO)));
-        assert_eq!([single, near_plane(&[])], [DEFAULT_NEAR; 2]);
+        assert_eq!(near_of(std::iter::once((Vec3::X, Vec3::ZERO))), [DEFAULT_NEAR]);
     }
 }
