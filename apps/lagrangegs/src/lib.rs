@@ -8,7 +8,7 @@
 //! use lagrangegs::lgs_model::{Motion, load_scene};
 //! let scene = load_scene("runs/fan/lagrangian.safetensors".as_ref())?;
 //! let slow = Edit { potential_scale: 0.25, ..Edit::default() };
-//! let cloud = scene.cloud_at(&Motion::new(&scene, slow, Reversal::Exact).state_at(1.5));
+//! let cloud = scene.cloud_at(&Motion::new(&scene, slow, Reversal::Exact).state_at(1.5), 1.5);
 //! println!("{} Gaussians at t = 1.5", cloud.len());
 //! # Ok::<(), lagrangegs::lgs_model::SceneError>(())
 //! ```

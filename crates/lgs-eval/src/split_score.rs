@@ -50,7 +50,7 @@ pub fn score_frames(
     for chunk in groups.chunks(TIMES_AT_ONCE) {
         let mut jobs = Vec::new();
         for (time, members) in chunk {
-            let lagrangian = scene.cloud_at(&motion.state_at(*time));
+            let lagrangian = scene.cloud_at(&motion.state_at(*time), *time);
             // Times that a source does not cover are not scored.
             jobs.push((lagrangian, source.filter(|s| s.covers(*time)).map(|s| s.cloud_at(*time)), members));
         }

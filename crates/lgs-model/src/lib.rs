@@ -9,6 +9,7 @@
 //! [`Motion`].
 
 mod scene;
+mod shading;
 pub mod source;
 mod tensor_file;
 pub mod testing;
@@ -17,4 +18,5 @@ mod thresholds;
 pub use scene::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics, Recording};
 pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState, mapped_shape};
 pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};
+pub use shading::{Shading, ShadingTimes};
 pub use tensor_file::{TensorFile, TensorFileError};

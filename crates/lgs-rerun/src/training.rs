@@ -175,7 +175,7 @@ impl State {
 }
 
 fn cloud_of(scene: &LagrangianScene, time: f32) -> GaussianCloud {
-    scene.cloud_at(&Motion::new(scene, Edit::default(), Reversal::default()).state_at(time))
+    scene.cloud_at(&Motion::new(scene, Edit::default(), Reversal::default()).state_at(time), time)
 }
 
 /// The frame nearest to the middle of the times, where what moves has moved.

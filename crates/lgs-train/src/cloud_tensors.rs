@@ -1,7 +1,7 @@
 //! Gaussians as tensors on the device where training runs.
 
 use burn::tensor::{Device, Int, Tensor, TensorData};
-use lgs_core::GaussianCloud;
+use lgs_core::{GaussianCloud, SH_C0};
 use lgs_render::tensor::SplatTensors;
 
 use crate::adam::values;
@@ -91,6 +91,19 @@ impl CloudTensors {
             raw_opacities: self.raw_opacities.autodiff(),
             sh: self.sh.autodiff(),
         }
+    }
+
+    /// The Gaussians with their colours multiplied by factors `[n]` ([`lgs_model::Shading`]).
+    pub(crate) fn lit(self, gains: Tensor<1>) -> Self {
+        let [n, coefficients, _] = self.sh.dims();
+        let gains = gains.reshape([n, 1, 1]);
+        let sh = self.sh * gains.clone();
+        let constant = sh.clone().narrow(1, 0, 1) + (gains - 1.0).mul_scalar(0.5 / SH_C0);
+        let sh = match coefficients {
+            1 => constant,
+            _ => Tensor::cat(vec![constant, sh.narrow(1, 1, coefficients - 1)], 1),
+        };
+        Self { sh, ..self }
     }
 
     /// Number of Gaussians.

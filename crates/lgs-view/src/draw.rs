@@ -129,7 +129,7 @@ fn cloud(
         return Ok((source.cloud_at(request.time), request.time, false));
     }
     let reached = motions.towards(request.time, &request.edits)?;
-    Ok((subject.scene.cloud_at(&reached.state), reached.time, !reached.is_there))
+    Ok((subject.scene.cloud_at(&reached.state, reached.time), reached.time, !reached.is_there))
 }
 
 /// Gaussians as a style draws them.

@@ -40,6 +40,7 @@ impl Motions {
     pub(crate) fn new(scene: &LagrangianScene, limit: usize) -> Self {
         let mut scene = scene.clone();
         scene.static_gaussians = lgs_core::GaussianCloud::default();
+        scene.shading = None;
         Self { scene, kept: Vec::new(), calls: 0, limit }
     }
 

@@ -79,7 +79,7 @@ impl<'a> Other<'a> {
             Self::Source(source) => Some(Beside::Cloud(source.cloud_at(time))),
             Self::Unedited(motion) => {
                 let state = motion.state_at(time);
-                Some(Beside::Cloud(motion.scene().cloud_at(&state)))
+                Some(Beside::Cloud(motion.scene().cloud_at(&state, time)))
             }
             Self::Truth(frames, background) => {
                 let apart = |frame: &&Frame| (frame.time - time).abs();

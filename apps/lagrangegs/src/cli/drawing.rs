@@ -59,7 +59,7 @@ impl Job {
     /// the frames cost one rollout.
     pub(super) fn write(&self, scene: &LagrangianScene, out: &Path) -> Result<Vec<Image>> {
         let mut motion = Motion::new(scene, self.edit, self.reversal);
-        let mut cloud_at = |time| scene.cloud_at(&motion.state_at(time));
+        let mut cloud_at = |time| scene.cloud_at(&motion.state_at(time), time);
         prepare_folder(out)?;
         let (background, mut other) = (scene.background, Other::Nothing);
         self.folder(Subject { cloud_at: &mut cloud_at, background, other: &mut other }, out)

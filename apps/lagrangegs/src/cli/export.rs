@@ -54,7 +54,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let gaussians = source.as_ref().map_or(run.scene.len(), |source| source.len());
     let cloud_at = |time| match &source {
         Some(source) => source.cloud_at(time),
-        None => run.scene.cloud_at(&motion.state_at(time)),
+        None => run.scene.cloud_at(&motion.state_at(time), time),
     };
     let write = |index: usize, cloud: &GaussianCloud| {
         let path = files.path(index);

@@ -99,7 +99,7 @@ impl<'a> Model<'a> {
                     [fields.potential, fields.kinetic]
                 });
                 let energies = energies.collect();
-                Shown { cloud: motion.scene().cloud_at(&state), state: Some((state, energies)) }
+                Shown { cloud: motion.scene().cloud_at(&state, time), state: Some((state, energies)) }
             }
         }
     }

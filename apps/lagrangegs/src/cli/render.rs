@@ -120,7 +120,7 @@ fn make(run: &Run, model: ModelName, job: &Job, (other, sink): (&mut Other<'_>, 
     match model {
         ModelName::Lagrangian => {
             let mut motion = Motion::new(&run.scene, job.edit, job.reversal);
-            let mut cloud_at = |time| run.scene.cloud_at(&motion.state_at(time));
+            let mut cloud_at = |time| run.scene.cloud_at(&motion.state_at(time), time);
             job.make(Subject { cloud_at: &mut cloud_at, background, other }, target)
         }
         ModelName::Source => {

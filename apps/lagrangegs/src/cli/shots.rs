@@ -120,5 +120,5 @@ fn times_fit(run: &Run, times: &[f32], path: &Path) -> Result<()> {
 pub(super) fn orbit(run: &Run) -> Result<Orbit> {
     let cameras: Vec<Camera> = run.cameras()?.into_iter().map(|(_, camera)| camera).collect();
     let mut motion = Motion::new(&run.scene, Edit::default(), Reversal::Exact);
-    Ok(Orbit::around(&cameras, &run.scene.cloud_at(&motion.state_at(0.0))))
+    Ok(Orbit::around(&cameras, &run.scene.cloud_at(&motion.state_at(0.0), 0.0)))
 }

@@ -116,6 +116,7 @@ pub(super) fn resting(source: &dyn SourceModel, background: [f32; 3]) -> Lagrang
         dynamic_gaussians: GaussianCloud::default(),
         velocities: Vec::new(),
         objects: Vec::new(),
+        shading: None,
         motion: MotionConfig { dt: 0.01, time_window: source.time_range().map_or(1.0, |[_, last]| last) },
         background,
     }
@@ -158,7 +159,7 @@ pub(super) fn distinct(cameras: Vec<(String, Camera)>) -> Vec<(String, Camera)> 
 
 pub(super) fn start_cloud(scene: &LagrangianScene) -> GaussianCloud {
     let mut motion = lgs_model::Motion::new(scene, lgs_dynamics::Edit::default(), Default::default());
-    scene.cloud_at(&motion.state_at(0.0))
+    scene.cloud_at(&motion.state_at(0.0), 0.0)
 }
 
 fn truth(frame: Frame, cameras: &[(String, Camera)], background: [f32; 3]) -> TruthImage {

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::recording::Recording;
 use super::{LagrangianScene, MotionConfig, ObjectModel};
+use crate::shading::Shading;
 use crate::tensor_file::{TensorFile, TensorFileError};
 use lgs_core::{CloudError, GaussianCloud};
 
@@ -100,6 +101,9 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     insert_cloud(&mut file, "dynamic", &scene.dynamic_gaussians);
     file.insert("dynamic.velocities", &[scene.dynamic_gaussians.len(), 3], scene.velocities.as_flattened());
     file.insert("background", &[1, 3], &scene.background);
+    if let Some(shading) = &scene.shading {
+        shading.insert_into(&mut file);
+    }
     file.set_metadata("motion", json(&scene.motion));
     file.set_metadata("objects", scene.objects.len().to_string());
     for (index, object) in scene.objects.iter().enumerate() {
@@ -148,7 +152,16 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
             .field("objects", &format!("rows up to {}", dynamic_gaussians.len()), next_row.to_string())
             .into());
     }
-    Ok(LagrangianScene { static_gaussians, dynamic_gaussians, velocities, objects, motion, background })
+    let shading = Shading::read_from(file, static_gaussians.len() + dynamic_gaussians.len())?;
+    Ok(LagrangianScene {
+        static_gaussians,
+        dynamic_gaussians,
+        velocities,
+        objects,
+        shading,
+        motion,
+        background,
+    })
 }
 
 fn read_motion(file: &TensorFile) -> Result<MotionConfig, TensorFileError> {

@@ -17,6 +17,8 @@ use std::ops::Range;
 use lgs_core::GaussianCloud;
 use serde::{Deserialize, Serialize};
 
+use crate::shading::Shading;
+
 pub use dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics};
 pub use file::{
     SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors,
@@ -66,6 +68,8 @@ pub struct LagrangianScene {
     pub velocities: Vec<[f32; 3]>,
     /// Objects in the order of their rows.
     pub objects: Vec<ObjectModel>,
+    /// How the Gaussians are lit over time, static first, then dynamic; nothing where colours are constant.
+    pub shading: Option<Shading>,
     /// Integration settings.
     pub motion: MotionConfig,
     /// Colour behind the Gaussians.
@@ -85,9 +89,10 @@ impl LagrangianScene {
         self.len() == 0
     }
 
-    /// All Gaussians, the dynamic ones in `state`: static first, then dynamic, object by object.
+    /// All Gaussians, the dynamic ones in `state`, in the colours of a time: static first, then dynamic, object
+    /// by object.
     #[must_use]
-    pub fn cloud_at(&self, state: &SceneState) -> GaussianCloud {
+    pub fn cloud_at(&self, state: &SceneState, time: f32) -> GaussianCloud {
         let mut cloud = self.static_gaussians.clone();
         if cloud.is_empty() {
             cloud.sh_degree = self.dynamic_gaussians.sh_degree;
@@ -98,6 +103,9 @@ impl LagrangianScene {
         cloud.log_scales.extend(log_scales);
         cloud.raw_opacities.extend_from_slice(&self.dynamic_gaussians.raw_opacities);
         cloud.sh.extend_from_slice(&self.dynamic_gaussians.sh);
+        if let Some(shading) = &self.shading {
+            shading.shade(&mut cloud, time);
+        }
         cloud
     }
 }

@@ -9,6 +9,8 @@ use super::imported::ImportedFrames;
 use super::kind::SourceKind;
 use super::model::SourceModel;
 use super::official::{is_official_defgs, read_official_defgs};
+use super::shaded::ShadedSource;
+use crate::shading::Shading;
 use crate::tensor_file::TensorFile;
 
 /// The kind of source model that [`import_source`] makes of a file or folder.
@@ -36,5 +38,9 @@ pub fn import_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
 pub fn load_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
     let file = TensorFile::load_one_of(path, &SourceKind::ALL.map(SourceKind::format))?;
     let kind = SourceKind::ALL.into_iter().find(|kind| kind.format() == file.format()).unwrap_or_default();
-    kind.read(&file, path)
+    let model = kind.read(&file, path)?;
+    Ok(match Shading::read_from(&file, model.len())? {
+        Some(shading) => Box::new(ShadedSource::new(model, shading)),
+        None => model,
+    })
 }

@@ -29,6 +29,7 @@ pub mod pose;
 mod pose_network;
 pub mod reference;
 mod registry;
+mod shaded;
 pub mod tensor;
 #[cfg(test)]
 mod testing;
@@ -52,6 +53,7 @@ pub use network::Deformation;
 pub use nodes::ControlNodes;
 pub use official::{OfficialDefGs, OfficialSettings, is_official_defgs, read_official_defgs};
 pub use pose_network::{NetworkInput, Networks, PoseGradients, PoseNetwork};
+pub use shaded::ShadedSource;
 
 use registry::Kind;
 

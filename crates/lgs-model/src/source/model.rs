@@ -6,6 +6,7 @@ use lgs_core::GaussianCloud;
 
 use super::error::SourceError;
 use super::kind::SourceKind;
+use crate::shading::Shading;
 use crate::tensor_file::TensorFile;
 
 /// A model of moving Gaussians that can be asked for any time of the captured window (times are in units of
@@ -24,6 +25,16 @@ pub trait SourceModel: Send + Sync {
 
     /// All Gaussians as they are drawn at a time: unit quaternions, logarithms of positive scales.
     fn cloud_at(&self, time: f32) -> GaussianCloud;
+
+    /// The same Gaussians in their own colours, without what [`Self::shading`] makes of them.
+    fn unshaded_at(&self, time: f32) -> GaussianCloud {
+        self.cloud_at(time)
+    }
+
+    /// How Gaussians are lit over time, where the model has learned that.
+    fn shading(&self) -> Option<&Shading> {
+        None
+    }
 
     /// The Gaussians' centres at a time, `[n]`, world units.
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;

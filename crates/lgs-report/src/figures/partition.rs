@@ -34,7 +34,7 @@ struct Partition {
 /// The scene at t = 0 with the colours of its objects and no others.
 #[must_use]
 pub fn coloured_partition(scene: &LagrangianScene, motion: &mut Motion<'_>) -> GaussianCloud {
-    let cloud = scene.cloud_at(&motion.state_at(0.0));
+    let cloud = scene.cloud_at(&motion.state_at(0.0), 0.0);
     let mut colours = vec![STILL; scene.static_gaussians.len()];
     for (index, object) in scene.objects.iter().enumerate() {
         colours.extend(std::iter::repeat_n(object_colour(index), object.members.len()));
@@ -53,7 +53,7 @@ pub(crate) fn figure(
     let Some(camera) = camera else { return Ok(None) };
     let camera = of_width(&camera, (2.0 * IMAGE) as u32);
     let height = (IMAGE * f64::from(camera.height) / f64::from(camera.width)).round();
-    let cloud = scene.cloud_at(&motion.state_at(0.0));
+    let cloud = scene.cloud_at(&motion.state_at(0.0), 0.0);
     let picture = |cloud: &GaussianCloud, column: usize| Picture {
         at: [8.0 + column as f64 * (IMAGE + GAP), TOP],
         size: [IMAGE, height],

@@ -45,7 +45,7 @@ pub(crate) fn figure(
     let mut row = |title: &str, colour, sign: f32| {
         let mut cell = |&time: &f32| {
             let state = motion.state_at(sign * time);
-            let cloud = scene.cloud_at(&state);
+            let cloud = scene.cloud_at(&state, sign * time);
             let image = span.marked(f64::from(sign * time), drawn(&cloud, &camera, scene.background));
             let all = rows_of_arrows.iter().map(|&r| arrow(&state, r, &camera, f64::from(sign) * scale));
             let arrows = all.filter(|[from, _]| in_view(*from)).collect();

@@ -77,6 +77,7 @@ fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> Lagra
         dynamic_gaussians: cloud.select(&[]),
         velocities: Vec::new(),
         objects: Vec::new(),
+        shading: None,
         motion: MotionConfig { dt, time_window: 1.0 },
         background,
     }

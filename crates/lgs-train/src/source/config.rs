@@ -6,7 +6,8 @@ use lgs_model::source::{
 use serde::{Deserialize, Serialize};
 
 use super::config_groups::{
-    Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, WarmupFrames,
+    Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig,
+    ShadingConfig, WarmupFrames,
 };
 use crate::cameras::CamerasConfig;
 
@@ -85,6 +86,8 @@ pub struct SourceConfig {
     pub nodes: Option<NodesConfig>,
     /// Refinement of the training cameras.
     pub cameras: CamerasConfig,
+    /// Brightness of Gaussians over time, learned once densification has ended.
+    pub shading: ShadingConfig,
     /// Learning rates of Gaussians and networks.
     pub learning_rates: LearningRates,
     /// Adaptive density.

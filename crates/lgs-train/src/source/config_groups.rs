@@ -91,6 +91,26 @@ pub struct LearningRates {
     pub deformation_steps: usize,
 }
 
+/// Brightness of Gaussians over time: shadows that pass, surfaces that turn to a light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ShadingConfig {
+    /// Number of times at which brightnesses are learned, evenly spaced over the window (paper: 0, none).
+    pub times: usize,
+    /// Weight of the mean squared logarithm of brightness, of the two times around an image's.
+    pub weight: f32,
+    /// Weight of the mean squared change between these.
+    pub change_weight: f32,
+    /// Learning rate.
+    pub rate: f64,
+}
+
+impl Default for ShadingConfig {
+    fn default() -> Self {
+        Self { times: 0, weight: 0.01, change_weight: 0.01, rate: 0.01 }
+    }
+}
+
 /// How the number and the places of Gaussians adapt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

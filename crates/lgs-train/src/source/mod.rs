@@ -23,6 +23,7 @@ mod relocation;
 mod resolve;
 mod rigidity;
 mod schedule;
+mod shading;
 mod smoothing;
 mod snapshot;
 mod standard;
@@ -34,7 +35,7 @@ mod validate;
 pub use config::SourceConfig;
 pub use config_groups::{
     Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
-    RigidityConfig, WarmupFrames,
+    RigidityConfig, ShadingConfig, WarmupFrames,
 };
 pub(crate) use resolve::{position_unit, stretch_factor};
 pub use trainer::SourceTrainer;

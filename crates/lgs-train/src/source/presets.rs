@@ -9,7 +9,7 @@ use lgs_model::source::{
 use super::config::SourceConfig;
 use super::config_groups::{
     Antialias, DensifyConfig, DensifyMethod, GuideConfig, InitialPoints, LearningRates, McmcConfig,
-    RigidityConfig, WarmupFrames,
+    RigidityConfig, ShadingConfig, WarmupFrames,
 };
 use crate::cameras::CamerasConfig;
 use crate::preset::Preset;
@@ -67,6 +67,7 @@ impl SourceConfig {
             advection: None,
             nodes: None,
             cameras: CamerasConfig::off(),
+            shading: ShadingConfig::default(),
             learning_rates: LearningRates::paper(),
             densify: DensifyConfig::paper(),
             rigidity: RigidityConfig { weight: 0.0, neighbors: 4, robust_scale: 0.1 },
@@ -109,6 +110,7 @@ impl SourceConfig {
             advection: None,
             nodes: None,
             cameras: CamerasConfig::default(),
+            shading: ShadingConfig::default(),
             learning_rates: LearningRates::quick(),
             densify: DensifyConfig::quick(iterations),
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },

@@ -4,7 +4,7 @@ mod descent;
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::{Canonical, Captured, InputFrame, Learned, Moment, SourceModel, SourceMotion};
+use lgs_model::source::{Canonical, Captured, InputFrame, Learned, Moment, ShadedSource, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::background::Background;
@@ -16,6 +16,7 @@ use super::initial::initial_cloud;
 use super::order::FrameOrder;
 use super::priors::MotionPriors;
 use super::proposals::Proposals;
+use super::shading::ShadingTrainer;
 use super::smoothing::Smoothing;
 use crate::adam::AdamGroup;
 use crate::cameras::{CameraRefinement, RefinedCameras};
@@ -43,6 +44,7 @@ pub struct SourceTrainer<'a> {
     proposals: Proposals<'a>,
     /// The smoothing filter of every Gaussian since their number last changed.
     smoothing: Smoothing,
+    shading: ShadingTrainer,
     order: FrameOrder,
     priors: MotionPriors,
     cameras: CameraRefinement,
@@ -75,6 +77,7 @@ impl<'a> SourceTrainer<'a> {
         let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
         let cloud = TrainableCloud::new(&cloud, device).with_features(motion.features());
         Ok(Self {
+            shading: ShadingTrainer::new(&config.shading, config.densify.before, order.span().into()),
             order,
             images: ImageLevels::new(frames),
             background: Background::new(dataset, config.random_background, seed),
@@ -95,7 +98,11 @@ impl<'a> SourceTrainer<'a> {
     /// The model as it is now.
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
-        self.motion.model(self.drawn())
+        let moved = self.motion.model(self.drawn());
+        match self.shading.shading() {
+            Some(shading) => Box::new(ShadedSource::new(moved, shading)),
+            None => moved,
+        }
     }
 
     /// The training cameras as they have been refined; nothing where they are not.
@@ -219,6 +226,11 @@ impl Trainer for SourceTrainer<'_> {
         } else {
             self.smoothing.applied(leaves.tensors())
         };
+        let lit = self.shading.leaf(cloud.len(), (iteration, frame.time), &self.device);
+        let cloud = match &lit {
+            Some(leaf) => leaf.applied(cloud),
+            None => cloud,
+        };
         let (means, device) = (cloud.means.clone(), self.device.clone().autodiff());
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
         let sensor = self.cameras.sensor(frame, iteration);
@@ -227,9 +239,16 @@ impl Trainer for SourceTrainer<'_> {
         let loss = compared.loss.clone();
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
         let total = self.density.regularised(total, &leaves);
+        let total = match &lit {
+            Some(leaf) => leaf.regularised(total, &self.config.shading),
+            None => total,
+        };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
+        }
+        if let Some(leaf) = &lit {
+            self.shading.step(leaf, &mut gradients);
         }
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend(&leaves, &mut gradients, passed);
@@ -246,6 +265,7 @@ impl Trainer for SourceTrainer<'_> {
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
         self.smoothing.insert_into(&mut file);
+        self.shading.insert_into(&mut file);
         self.order.insert_into(&mut file);
         self.cameras.insert_into(&mut file);
         file
@@ -259,6 +279,7 @@ impl Trainer for SourceTrainer<'_> {
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
         self.smoothing.restore(file, self.cloud.len())?;
+        self.shading.restore(file, self.cloud.len(), &self.device)?;
         self.order.restore(file, &self.config)?;
         self.cameras.restore(file, &self.device)?;
         self.clock.restore(file, step)

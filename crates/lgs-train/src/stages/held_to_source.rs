@@ -110,7 +110,7 @@ fn with_tracks(scene: &LagrangianScene, objects: &[usize], of: &SourceOfScene<'_
     let mut playing = scene.clone();
     let times = sampled_times(of.source, scene.motion.time_window, scene.motion.dt);
     let tracks = SourceTracks { source: of.source, times: &times };
-    let start = of.source.cloud_at(times[0]);
+    let start = of.source.unshaded_at(times[0]);
     let (at_rest, moving) = of.rows.split_at(scene.static_gaussians.len());
     playing.static_gaussians = start.select(at_rest);
     for &object in objects {
@@ -136,7 +136,7 @@ fn give_up(object: &mut ObjectModel) {
 fn decibels_below(scene: &LagrangianScene, of: &SourceOfScene<'_>, frames: &[&Frame]) -> Vec<f64> {
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
     let clouds: Vec<GaussianCloud> =
-        frames.iter().map(|frame| scene.cloud_at(&motion.state_at(frame.time.max(0.0)))).collect();
+        frames.iter().map(|frame| scene.cloud_at(&motion.state_at(frame.time.max(0.0)), frame.time.max(0.0))).collect();
     let errors: Vec<Vec<[f64; 2]>> =
         frames.par_iter().zip(&clouds).map(|(frame, cloud)| errors(scene, of, frame, cloud)).collect();
     let below = |object: usize| {
@@ -236,6 +236,7 @@ mod tests {
                 recording: None,
             }],
             dynamic_gaussians: cloud,
+            shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],
         }

@@ -85,7 +85,8 @@ impl<'a> ImagePoses<'a> {
 
     /// Displacements of some bodies, by body and time, and the squared error of the images without them.
     pub(super) fn displacements(&self, bodies: &[Part], frames: &[&Frame]) -> (Vec<Vec<Found>>, f64) {
-        let clouds: Vec<GaussianCloud> = self.states.iter().map(|state| self.scene.cloud_at(state)).collect();
+        let at = |(state, &time)| self.scene.cloud_at(state, time);
+        let clouds: Vec<GaussianCloud> = self.states.iter().zip(self.times).map(at).collect();
         let times = 0..self.times.len();
         let mut found = vec![vec![Found::STILL; times.len()]; bodies.len()];
         let (mut error, mut latest) = (0.0, f64::INFINITY);

@@ -69,7 +69,7 @@ pub fn initialise_scene(
     let times = sampled_times(source, request.time_window, request.motion.dt);
     let dt = times[1] - times[0];
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();
-    let cloud = source.cloud_at(0.0);
+    let cloud = source.unshaded_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions, weights: Some(weights) };
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
@@ -134,12 +134,14 @@ fn assemble(
         objects.push(ObjectModel { members, dynamics, recording });
     }
     let motion = MotionConfig { dt, time_window: request.time_window };
+    let shading = recorder.tracks.source.shading().map(|shading| shading.select(&source_rows));
     InitialScene {
         scene: LagrangianScene {
             static_gaussians,
             dynamic_gaussians,
             velocities,
             objects,
+            shading,
             motion,
             background: request.background,
         },

@@ -13,6 +13,7 @@ mod image_laws;
 mod image_poses;
 mod initial_pose;
 mod initialise_scene;
+mod light;
 mod motion_options;
 mod newton;
 mod normal_equations;

@@ -284,7 +284,7 @@ fn error_of(scene: &LagrangianScene, frames: &[&Frame], times: &Times) -> f64 {
 fn clouds_at(scene: &LagrangianScene, times: &Times) -> Vec<GaussianCloud> {
     let _span = tracing::trace_span!("roll the motion").entered();
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
-    times.0.iter().map(|&t| scene.cloud_at(&motion.state_at(t))).collect()
+    times.0.iter().map(|&t| scene.cloud_at(&motion.state_at(t), t)).collect()
 }
 
 /// What a pixel spans at a point, world units.

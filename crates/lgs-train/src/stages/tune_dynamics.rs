@@ -19,6 +19,7 @@ use rand::RngExt;
 
 use super::config::TuneDynamicsConfig;
 use super::frame_states::FrameStates;
+use super::light::lit_at;
 use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
 use super::{TrainingData, rows_of_gaussians};
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
@@ -124,6 +125,9 @@ impl<'a> TuneDynamics<'a> {
         rollouts.paths.iter().flat_map(|path| &path.rows).for_each(|&row| is_rolled[row] = true);
         let fixed: Vec<usize> = (0..is_rolled.len()).filter(|&row| !is_rolled[row]).collect();
         let mut drawn = self.static_gaussians.clone();
+        let still = drawn.len();
+        let dynamic = fixed.iter().chain(rollouts.paths.iter().flat_map(|path| &path.rows));
+        let rows: Vec<usize> = (0..still).chain(dynamic.map(|row| still + row)).collect();
         if !fixed.is_empty() {
             drawn = drawn.followed_by(kept.at(time).select(&row_indices(fixed, &self.device)));
         }
@@ -135,6 +139,7 @@ impl<'a> TuneDynamics<'a> {
             drawn = drawn.followed_by(CloudTensors { means, rotations, ..own });
         }
         let device = self.device.clone().autodiff();
+        let drawn = lit_at(drawn, rows.into_iter(), (&self.scene, time));
         let sensor = Sensor::of(frame, &device);
         let view = View::of_scene(&self.scene, (frame, &sensor), self.config.ssim_weight, &device);
         view.compare_cloud(drawn)

@@ -21,6 +21,7 @@ use rand::RngExt;
 use super::TrainingData;
 use super::config::TuneGaussiansConfig;
 use super::frame_states::{FrameStates, StateTensors};
+use super::light::lit_at;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
@@ -140,7 +141,7 @@ impl Trainer for TuneGaussians<'_> {
         let device = self.device.clone().autodiff();
         let (of_static, of_dynamic) = (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
         let moved = moved(of_dynamic.tensors(), kept.states.at(frame.time), &kept.means);
-        let cloud = of_static.tensors().followed_by(moved);
+        let cloud = lit_at(of_static.tensors().followed_by(moved), 0..self.scene.len(), (&self.scene, frame.time));
         let sensor = Sensor::of(frame, &device);
         let view = View::of_scene(&self.scene, (frame, &sensor), self.config.ssim_weight, &device);
         let compared = view.compare_cloud(cloud);

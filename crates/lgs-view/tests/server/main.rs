@@ -25,7 +25,7 @@ fn http(address: &str, lines: &str) -> String {
 fn rendered(edit: Edit, time: f32) -> Vec<u8> {
     let scene = falling();
     let mut motion = Motion::new(&scene, edit, Reversal::default());
-    let cloud = scene.cloud_at(&motion.state_at(time));
+    let cloud = scene.cloud_at(&motion.state_at(time), time);
     lgs_eval::render(&cloud, &camera(), scene.background).image.to_rgb8()
 }
 

@@ -28,16 +28,17 @@ pub fn pixel_extent(
     background: [f32; 3],
 ) -> Option<Range> {
     let views = ViewSet::new(cameras, background);
-    let covered = views.is_covered(&scene.cloud_at(&motion.state_at(0.0)));
+    let covered = views.is_covered(&scene.cloud_at(&motion.state_at(0.0), 0.0));
     let bare = LagrangianScene {
         static_gaussians: GaussianCloud {
             sh_degree: scene.dynamic_gaussians.sh_degree,
             ..Default::default()
         },
+        shading: None,
         ..scene.clone()
     };
     let shown = if covered && !scene.dynamic_gaussians.is_empty() { &bare } else { scene };
-    views.extent(3.0 * scene.motion.time_window, |t| shown.cloud_at(&motion.state_at(t)))
+    views.extent(3.0 * scene.motion.time_window, |t| shown.cloud_at(&motion.state_at(t), t))
 }
 
 /// Foreground pixels of a source model over those at t = 0, for times up to three windows.

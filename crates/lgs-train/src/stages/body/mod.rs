@@ -153,6 +153,7 @@ pub(super) fn part_of(
         velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
         objects: vec![ObjectModel { members: 0..rows.len(), dynamics, recording: None }],
         dynamic_gaussians,
+        shading: None,
         ..*scene
     }
 }
