@@ -42,7 +42,8 @@ fn own_images(scene: &LagrangianScene, splits: &[(&str, &[f32])]) -> Dataset {
     let cameras =
         [[0.0, -9.0, 1.0], [7.0, 5.0, 2.0]].map(|eye| Camera::look_at(eye, [0.0, 0.0, -1.0], 1.2, 48, 40));
     let mut frame = |camera_id: usize, time: f32| {
-        let rendered = render(&scene.cloud_at(&motion.state_at(time), time), &cameras[camera_id], scene.background);
+        let rendered =
+            render(&scene.cloud_at(&motion.state_at(time), time), &cameras[camera_id], scene.background);
         let rgba: Vec<u8> = rendered
             .image
             .pixels

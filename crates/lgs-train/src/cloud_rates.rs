@@ -10,6 +10,7 @@ pub(crate) struct CloudRates {
     pub(crate) sh_constant: f64,
     pub(crate) sh_rest: f64,
     pub(crate) features: f64,
+    pub(crate) shading: f64,
 }
 
 impl CloudRates {
@@ -23,6 +24,7 @@ impl CloudRates {
             sh_constant: factor * self.sh_constant,
             sh_rest: factor * self.sh_rest,
             features: factor * self.features,
+            shading: factor * self.shading,
         }
     }
 }

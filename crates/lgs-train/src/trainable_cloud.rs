@@ -11,6 +11,8 @@ use crate::cloud_tensors::{CloudTensors, row_indices};
 
 /// Name of the features in a checkpoint.
 const FEATURES: &str = "features";
+/// Name of the logarithms of factors of colours over time in a checkpoint.
+const SHADING: &str = "shading";
 
 /// Adam groups of a cloud. The constant and the direction-dependent part of the colours are apart, as their
 /// learning rates differ.
@@ -24,6 +26,8 @@ pub(crate) struct TrainableCloud {
     sh_rest: Option<AdamGroup<2>>,
     /// Features for a motion; none where it has none.
     features: Option<AdamGroup<2>>,
+    /// Logarithms of factors of colours at the times of a shading; none where colours are constant.
+    shading: Option<AdamGroup<2>>,
     sh_degree: usize,
 }
 
@@ -36,6 +40,7 @@ pub(crate) struct CloudLeaves {
     sh_constant: Tensor<2>,
     sh_rest: Option<Tensor<2>>,
     pub(crate) features: Option<Tensor<2>>,
+    pub(crate) shading: Option<Tensor<2>>,
 }
 
 /// Gradients of a cloud's attributes; an attribute without one takes no step.
@@ -48,6 +53,7 @@ pub(crate) struct CloudGradients {
     sh_constant: Option<Tensor<2>>,
     sh_rest: Option<Tensor<2>>,
     features: Option<Tensor<2>>,
+    shading: Option<Tensor<2>>,
 }
 
 /// Gaussians to be trained from now on.
@@ -86,6 +92,7 @@ impl CloudLeaves {
             sh_constant: self.sh_constant.grad_remove(gradients),
             sh_rest: self.sh_rest.as_ref().and_then(|rest| rest.grad_remove(gradients)),
             features: self.features.as_ref().and_then(|features| features.grad_remove(gradients)),
+            shading: self.shading.as_ref().and_then(|shading| shading.grad_remove(gradients)),
         }
     }
 }
@@ -105,15 +112,24 @@ impl TrainableCloud {
             sh_constant: group(columns(0, 3), 3),
             sh_rest: (stride > 3).then(|| group(columns(3, stride), stride - 3)),
             features: None,
+            shading: None,
             sh_degree: cloud.sh_degree,
         }
     }
 
-    /// The same cloud with so many features per Gaussian, all zero.
-    pub(crate) fn with_features(mut self, width: usize) -> Self {
-        let zeros = vec![0.0; self.len() * width];
-        self.features = (width > 0).then(|| AdamGroup::new(zeros, [self.len(), width], &self.means.device()));
+    /// The same cloud with so many features per Gaussian, and at so many times a factor of its colour, whose
+    /// logarithm is learned; all zero.
+    pub(crate) fn with_columns(mut self, features: usize, times: usize) -> Self {
+        let (n, device) = (self.len(), self.means.device());
+        let zeros = |width: usize| AdamGroup::new(vec![0.0; n * width], [n, width], &device);
+        self.features = (features > 0).then(|| zeros(features));
+        self.shading = (times > 0).then(|| zeros(times));
         self
+    }
+
+    /// Logarithms of the factors of all Gaussians' colours, row by row.
+    pub(crate) fn shading(&self) -> Vec<f32> {
+        self.shading.as_ref().map(AdamGroup::values).unwrap_or_default()
     }
 
     /// The features of all Gaussians, row by row.
@@ -151,6 +167,7 @@ impl TrainableCloud {
             sh_constant: tensor(&self.sh_constant),
             sh_rest: self.sh_rest.as_ref().map(&tensor),
             features: self.features.as_ref().map(&tensor),
+            shading: self.shading.as_ref().map(&tensor),
         }
     }
 
@@ -167,6 +184,9 @@ impl TrainableCloud {
         if let Some(features) = &mut self.features {
             features.step(rates.features, gradients.features);
         }
+        if let Some(shading) = &mut self.shading {
+            shading.step(rates.shading, gradients.shading);
+        }
     }
 
     /// Keeps the first rows of a list, and appends copies of the Gaussians at its other rows, which start
@@ -181,6 +201,7 @@ impl TrainableCloud {
             Some(&mut self.sh_constant),
             self.sh_rest.as_mut(),
             self.features.as_mut(),
+            self.shading.as_mut(),
         ]
         .into_iter()
         .flatten()
@@ -212,6 +233,10 @@ impl TrainableCloud {
             let rows = TensorData::new(features.clone(), [n, features.len() / n.max(1)]);
             group.set_last(Tensor::from_data(rows, &group.device()));
         }
+        if let Some(group) = &mut self.shading {
+            let [_, times] = group.value().dims();
+            group.set_last(Tensor::zeros([n, times], &group.device()));
+        }
     }
 
     /// Lowers opacities to at most `opacity` and forgets their moments (method §3.4).
@@ -230,7 +255,8 @@ impl TrainableCloud {
         ];
         let rest = self.sh_rest.as_ref().map(|g| ("sh_rest", g));
         let features = self.features.as_ref().map(|g| (FEATURES, g));
-        always.into_iter().chain(rest).chain(features).collect()
+        let shading = self.shading.as_ref().map(|g| (SHADING, g));
+        always.into_iter().chain(rest).chain(features).chain(shading).collect()
     }
 
     /// Adds values and moments to a checkpoint under a name.
@@ -264,24 +290,28 @@ impl TrainableCloud {
             sh_rest: if rest > 0 { Some(read("sh_rest", n, rest)?) } else { None },
             means,
             features: None,
+            shading: None,
             sh_degree,
         })
     }
 
-    /// The same cloud with the features that [`Self::insert_into`] wrote, so many per Gaussian.
+    /// The same cloud with the features and the factors of colours that [`Self::insert_into`] wrote, so many
+    /// per Gaussian.
     ///
     /// # Errors
     /// If they are absent, not finite or of another shape.
-    pub(crate) fn with_features_of(
-        mut self,
-        file: &TensorFile,
-        name: &str,
-        width: usize,
+    pub(crate) fn with_columns_of(
+        self,
+        (file, name): (&TensorFile, &str),
+        features: usize,
+        times: usize,
     ) -> Result<Self, TensorFileError> {
-        if width > 0 {
-            let (name, shape) = (format!("{name}.{FEATURES}"), [Some(self.len()), Some(width)]);
-            self.features = Some(AdamGroup::read_from(file, &name, shape, &self.means.device())?);
-        }
-        Ok(self)
+        let read = |columns: &str, width: usize| {
+            let (name, shape) = (format!("{name}.{columns}"), [Some(self.len()), Some(width)]);
+            let group = || AdamGroup::read_from(file, &name, shape, &self.means.device());
+            (width > 0).then(group).transpose()
+        };
+        let (features, shading) = (read(FEATURES, features)?, read(SHADING, times)?);
+        Ok(Self { features, shading, ..self })
     }
 }

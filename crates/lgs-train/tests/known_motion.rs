@@ -63,9 +63,12 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
     let eyes = [[0.0, -3.0, 1.0], [2.5, 1.5, 1.5], [-2.0, 2.0, 2.0]];
     let frame = |i: usize, motion: &mut Motion| {
         let (camera, time) = (Camera::look_at(eyes[i % 3], [0.0; 3], 0.7, 40, 40), 0.4 * i as f32 / 14.0);
-        let drawn =
-            rasterize(&Splats::from(&scene.cloud_at(&motion.state_at(time), time)), &camera, scene.background)
-                .to_image();
+        let drawn = rasterize(
+            &Splats::from(&scene.cloud_at(&motion.state_at(time), time)),
+            &camera,
+            scene.background,
+        )
+        .to_image();
         let pixel = |p: &[f32; 3]| [p[0], p[1], p[2], 1.0].map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8);
         Frame {
             name: String::new(),

@@ -59,7 +59,8 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
     TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
 }
 
-/// Nodes are chosen three times, with stops between them, and cameras refined, with stops before and after.
+/// Nodes are chosen three times, with stops between them, and cameras refined, with stops before and after;
+/// brightness is learned before the last densification, with the two kinds that together have all stages.
 fn own_settings(kind: SourceKind) -> &'static [&'static str] {
     let of_nodes = &[
         "source.nodes.initial=12",
@@ -68,8 +69,14 @@ fn own_settings(kind: SourceKind) -> &'static [&'static str] {
         "source.cameras.refine_exposure=on",
         "source.cameras.refine_poses=on",
         "source.cameras.pose_after=0.4",
+        "source.shading.times=3",
+        "source.shading.after=15",
     ];
-    if kind == SourceKind::Nodes { of_nodes } else { &[] }
+    match kind {
+        SourceKind::Nodes => of_nodes,
+        SourceKind::Freegave => &of_nodes[6..],
+        _ => &[],
+    }
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.
@@ -168,6 +175,8 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool");
     let trained = one_thread.install(|| run(&whole, &dataset, kind, None)).expect("train");
     assert_eq!(trained.source.kind(), kind);
+    let is_lit = kind != SourceKind::Defgs;
+    assert_eq!([trained.source.shading().is_some(), trained.scene.shading.is_some()], [is_lit; 2]);
     assert!(!trained.scene.dynamic_gaussians.is_empty(), "the ball was found to move");
     assert!(trained.scene.velocities.as_flattened().iter().all(|v| v.is_finite()));
 

@@ -168,7 +168,10 @@ fn comparison(run: &Run, dataset: &Dataset, path: &Path) -> Result<()> {
     }
     rows.push(row(
         "lagrangian",
-        chosen.iter().map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time), f.time), &f.camera)).collect(),
+        chosen
+            .iter()
+            .map(|f| draw(&run.scene.cloud_at(&motion.state_at(f.time), f.time), &f.camera))
+            .collect(),
     ));
     let labels: Vec<String> = chosen.iter().map(|f| time_label(f.time)).collect();
     write_png(path, &contact_sheet(&labels, &rows))

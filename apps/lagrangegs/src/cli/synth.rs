@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use lgs_data::files::folder_of;
-use lgs_data::synth::{SynthOptions, TrackOptions, generate, scenes, tracks};
+use lgs_data::synth::{Lamp, SynthOptions, TrackOptions, generate, scenes, tracks};
 use lgs_eval::table::aligned;
 
 use super::failure::At;
@@ -44,6 +44,9 @@ pub(super) struct Args {
     /// Training views that show each time, drawn anew for each [default: all]
     #[arg(long, value_name = "N")]
     images_per_time: Option<usize>,
+    /// A sun that stands still lights the bodies, and they cast shadows; else a soft lamp rides along with each
+    #[arg(long)]
+    sun: bool,
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -60,6 +63,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         seed: args.seed.unwrap_or(default.seed),
         train_fps: args.train_fps.unwrap_or(default.train_fps),
         images_per_time: args.images_per_time,
+        lamp: if args.sun { Lamp::Sun } else { Lamp::Riding },
     };
     make(scene, &options, out)?;
     output::print(&format!("{}\n", out.display()))

@@ -56,6 +56,17 @@ pub(super) struct Hit {
 }
 
 impl Meeting<'_> {
+    /// The number of the moving body; nothing for fixed parts.
+    pub(super) fn body(&self) -> Option<usize> {
+        (self.part.0 != FIXED).then_some(usize::from(self.part.0))
+    }
+
+    /// The visible surface with its unit normal in body axes, lit as the normal says.
+    pub(super) fn lit(&self, light: impl FnOnce(DVec3) -> f64) -> Hit {
+        let color = self.texture.reflectance(self.point) * light(self.normal);
+        Hit { distance: self.distance, color: color.clamp(DVec3::ZERO, DVec3::ONE), part: self.part }
+    }
+
     /// Colours are computed for what is seen, not for what is hidden behind it.
     pub(super) fn hit(&self) -> Hit {
         Hit { distance: self.distance, color: self.texture.color(self.point, self.normal), part: self.part }
@@ -127,6 +138,11 @@ impl<'a> Snapshot<'a> {
             let reach = bound + spread * (pose.position.distance(ray.origin) + bound);
             !passes_by(ray, pose.position, reach)
         })
+    }
+
+    /// A direction across the surface of a body in world axes, unit length, given in its own.
+    pub(super) fn normal(&self, body: usize, normal: DVec3) -> DVec3 {
+        (self.moving[body].1.inverse.transpose() * normal).normalize()
     }
 
     /// The first moving body that a ray meets.

@@ -22,6 +22,7 @@ mod pose;
 mod scenes;
 mod shape;
 mod simulation;
+mod sun;
 mod texture;
 mod trace;
 mod tracks;
@@ -30,7 +31,7 @@ mod view;
 mod write;
 
 pub use error::SynthError;
-pub use options::{SynthOptions, TrackOptions};
+pub use options::{Lamp, SynthOptions, TrackOptions};
 pub use scenes::{SceneInfo, scenes};
 pub use truth::GroundTruth;
 

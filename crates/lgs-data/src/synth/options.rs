@@ -25,11 +25,23 @@ pub struct SynthOptions {
     /// Training views that show each time, drawn anew for each, at least 1: as where one camera moves, or a
     /// few record by turns. Default `None`: all of them.
     pub images_per_time: Option<usize>,
+    /// What lights the bodies. Default: [`Lamp::Riding`].
+    pub lamp: Lamp,
+}
+
+/// What lights the bodies of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lamp {
+    /// A soft lamp on every body, which rides along: colours are those of the surface at all times.
+    #[default]
+    Riding,
+    /// A sun that stands still: surfaces change as they turn, and bodies cast shadows.
+    Sun,
 }
 
 impl Default for SynthOptions {
     fn default() -> Self {
-        Self { size: 160, views: 12, seed: 0, train_fps: 60, images_per_time: None }
+        Self { size: 160, views: 12, seed: 0, train_fps: 60, images_per_time: None, lamp: Lamp::Riding }
     }
 }
 

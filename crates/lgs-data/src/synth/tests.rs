@@ -110,6 +110,26 @@ fn moving_bodies_move_a_lot_between_observation_and_forecast() {
 }
 
 #[test]
+fn the_sun_leaves_silhouettes_and_casts_a_shadow_that_follows_the_body() {
+    let scene = find("bounce", 1).unwrap();
+    let view = scene.rig.views(1, 64, 0)[0];
+    let backdrop = trace::Backdrop::new(&scene.stage, &view);
+    let gray = |image: &[u8], i: usize| image[4 * i..4 * i + 3].iter().map(|&v| i32::from(v)).sum::<i32>();
+    let mut darkened = Vec::new();
+    for t in [0.0, 0.3] {
+        let riding = trace::image(&scene.stage, &view, &backdrop, t);
+        let sunlit = trace::sunlit_image(&scene.stage, &view, t);
+        let alphas = |image: &[u8]| image.iter().skip(3).step_by(4).copied().collect::<Vec<u8>>();
+        let differing = alphas(&riding).iter().zip(&alphas(&sunlit)).filter(|(a, b)| a != b).count();
+        assert!(differing < 40, "pixels of other opacity: {differing}");
+        let is_dark = |&i: &usize| gray(&sunlit, i) * 5 < gray(&riding, i) * 3;
+        darkened.push((0..64 * 64).filter(is_dark).collect::<Vec<usize>>());
+    }
+    assert!(darkened.iter().all(|pixels| pixels.len() > 20), "{darkened:?}");
+    assert_ne!(darkened[0], darkened[1]);
+}
+
+#[test]
 fn the_silhouette_of_a_sphere_is_its_projection() {
     let scene = find("falling-ball", 0).unwrap();
     let view = scene.rig.views(1, 200, 0)[0];

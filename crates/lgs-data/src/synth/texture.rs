@@ -5,9 +5,9 @@
 //! wavelengths keep details above about an eighth of an object, which a few thousand Gaussians can reproduce
 //! at 160 pixels.
 //!
-//! Shading is soft and fixed to the body: a lamp that rides along. With a lamp in the world the colour of a
-//! turning surface would change with time, which neither the models nor the paper they follow claim to
-//! describe, and the error would hide the motion that is judged.
+//! Shading is soft and fixed to the body unless a scene is asked for with a sun ([`super::sun`]): a lamp that
+//! rides along. With a lamp in the world the colour of a turning surface changes with time, and what a model
+//! misses of that would hide the motion that is judged.
 
 use glam::DVec3;
 
@@ -41,14 +41,19 @@ impl Texture {
         Self { contrast, ..self }
     }
 
-    /// The shaded colour at a point with a unit normal, both in body axes; channels in [0, 1].
+    /// The colour under a lamp that rides along at a point with a unit normal, both in body axes; channels in
+    /// [0, 1].
     pub(super) fn color(&self, p: DVec3, normal: DVec3) -> DVec3 {
+        let light = 0.82 + 0.18 * normal.dot(LAMP);
+        (self.reflectance(p) * light).clamp(DVec3::ZERO, DVec3::ONE)
+    }
+
+    /// The colour in white light from everywhere at a point in body axes.
+    pub(super) fn reflectance(&self, p: DVec3) -> DVec3 {
         let mix = 0.5 + 0.5 * self.contrast * saturated(self.waves(p, self.wavelength, self.phase));
         let wash = 0.5 + 0.5 * saturated(self.waves(p, 2.3 * self.wavelength, 1.7 - self.phase));
         let washed = self.colors[2].lerp(DVec3::ONE, 0.4 * mix);
-        let base = self.colors[0].lerp(self.colors[1], mix).lerp(washed, 0.9 * wash);
-        let light = 0.82 + 0.18 * normal.dot(LAMP);
-        (base * light).clamp(DVec3::ZERO, DVec3::ONE)
+        self.colors[0].lerp(self.colors[1], mix).lerp(washed, 0.9 * wash)
     }
 
     fn waves(&self, p: DVec3, wavelength: f64, phase: f64) -> f64 {

@@ -7,6 +7,7 @@
 
 use super::body::{Hit, Meeting, Snapshot, Stage, meet_fixed};
 use super::shape::Ray;
+use super::sun;
 use super::view::View;
 use crate::thresholds::SMOOTH_PIXEL;
 use glam::DVec3;
@@ -58,6 +59,21 @@ pub(super) fn image(stage: &Stage, view: &View, backdrop: &Backdrop, t: f64) -> 
         bytes.extend(if is_edge(&coarse) { average(&refined()) } else { average(&coarse) });
     }
     bytes
+}
+
+/// The same under the sun, all of whose pixels may change with what moves.
+pub(super) fn sunlit_image(stage: &Stage, view: &View, t: f64) -> Vec<u8> {
+    let snapshot = Snapshot::new(stage, t);
+    let trace = |ray: &Ray| {
+        let meeting = nearer(snapshot.meet(ray), meet_fixed(stage, ray))?;
+        Some(sun::lit(stage, &snapshot, ray, &meeting))
+    };
+    let pixel = |pixel| {
+        let coarse = grid::<{ COARSE * COARSE }>(view, pixel, COARSE).map(|ray| trace(&ray));
+        let refined = || grid::<{ FINE * FINE }>(view, pixel, FINE).map(|ray| trace(&ray));
+        if is_edge(&coarse) { average(&refined()) } else { average(&coarse) }
+    };
+    pixels_of(view).flat_map(pixel).collect()
 }
 
 fn pixels_of(view: &View) -> impl Iterator<Item = (usize, usize)> + use<> {

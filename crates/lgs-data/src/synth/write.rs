@@ -21,7 +21,7 @@
 use super::body::Stage;
 use super::error::SynthError;
 use super::law_file::law;
-use super::options::SynthOptions;
+use super::options::{Lamp, SynthOptions};
 use super::scenes::Scene;
 use super::trace::{self, Backdrop};
 use super::truth;
@@ -112,7 +112,7 @@ fn fill(
     let done = AtomicUsize::new(0);
     let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
     for take in &takes {
-        photograph(folder, take, &views, &count)?;
+        photograph(folder, take, (&views, options.lamp), &count)?;
         for (split, edit) in &take.splits {
             write_transforms(folder, (split, *edit), &take.shots, &views)?;
         }
@@ -143,7 +143,7 @@ fn takes(scene: &Scene, options: &SynthOptions) -> Vec<Take> {
 fn photograph(
     folder: &Path,
     take: &Take,
-    views: &[View],
+    (views, lamp): (&[View], Lamp),
     count: &(impl Fn() + Sync),
 ) -> Result<(), SynthError> {
     for (number, view) in views.iter().enumerate() {
@@ -153,7 +153,10 @@ fn photograph(
         }
         let backdrop = Backdrop::new(&take.stage, view);
         own.par_iter().try_for_each(|shot| {
-            let pixels = trace::image(&take.stage, view, &backdrop, shot.time);
+            let pixels = match lamp {
+                Lamp::Riding => trace::image(&take.stage, view, &backdrop, shot.time),
+                Lamp::Sun => trace::sunlit_image(&take.stage, view, shot.time),
+            };
             write_png(&folder.join(format!("{}.png", shot.name)), &pixels, view.size as u32)?;
             count();
             Ok::<(), SynthError>(())

@@ -45,8 +45,9 @@ pub(crate) fn figure(
     }
     let truth = |f: &Frame| resized(&f.composited(background), camera(f).width, camera(f).height);
     rows.push(Row { title: "truth".to_owned(), colour: TRUTH, cells: of(&frames, &mut { truth }, |_| None) });
-    let mut lagrangian =
-        |f: &Frame| span.marked(f64::from(f.time), view(&scene.cloud_at(&motion.state_at(f.time), f.time), f));
+    let mut lagrangian = |f: &Frame| {
+        span.marked(f64::from(f.time), view(&scene.cloud_at(&motion.state_at(f.time), f.time), f))
+    };
     let cells = of(&frames, &mut lagrangian, |f| Some(f.lagrangian));
     rows.push(Row { title: "Lagrangian".to_owned(), colour: LAGRANGIAN, cells });
     let times: Vec<f64> = frames.iter().map(|f| f64::from(f.time)).collect();

@@ -6,8 +6,8 @@ use lgs_model::source::{
 use serde::{Deserialize, Serialize};
 
 use super::config_groups::{
-    Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig,
-    ShadingConfig, WarmupFrames,
+    Antialias, DensifyConfig, GuideConfig, InitialPoints, LearningRates, RigidityConfig, ShadingConfig,
+    WarmupFrames,
 };
 use crate::cameras::CamerasConfig;
 

@@ -97,17 +97,22 @@ pub struct LearningRates {
 pub struct ShadingConfig {
     /// Number of times at which brightnesses are learned, evenly spaced over the window (paper: 0, none).
     pub times: usize,
-    /// Weight of the mean squared logarithm of brightness, of the two times around an image's.
+    /// Brightness is learned from the iteration after this one on.
+    pub after: usize,
+    /// Weight of the mean squared logarithm of brightness, of the two times around an image's, in the share of
+    /// the image that Gaussians cover.
     pub weight: f32,
-    /// Weight of the mean squared change between these.
+    /// Weight of the mean squared change between these, likewise.
     pub change_weight: f32,
-    /// Learning rate.
-    pub rate: f64,
+    /// Learning rate at the start.
+    pub rate_start: f64,
+    /// Learning rate at the end of the training.
+    pub rate_end: f64,
 }
 
 impl Default for ShadingConfig {
     fn default() -> Self {
-        Self { times: 0, weight: 0.01, change_weight: 0.01, rate: 0.01 }
+        Self { times: 0, after: 0, weight: 0.2, change_weight: 0.2, rate_start: 0.01, rate_end: 3e-4 }
     }
 }
 

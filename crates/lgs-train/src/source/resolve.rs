@@ -79,6 +79,7 @@ impl SourceConfig {
             &mut stretched.window_interval,
             &mut stretched.sh_interval,
             &mut stretched.static_regulariser_after,
+            &mut stretched.shading.after,
             &mut rates.position_steps,
             &mut rates.deformation_ramp,
             &mut rates.deformation_steps,

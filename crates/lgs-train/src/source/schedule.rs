@@ -45,7 +45,16 @@ impl SourceConfig {
             sh_constant: rates.sh,
             sh_rest: rates.sh_rest,
             features: self.deformation_rate(iteration),
+            shading: self.shading_rate(iteration),
         }
+    }
+
+    /// Learning rate of the logarithms of brightness at an iteration.
+    fn shading_rate(&self, iteration: usize) -> f64 {
+        let shading = &self.shading;
+        let steps = self.iterations.saturating_sub(shading.after);
+        let done = part(iteration.saturating_sub(shading.after), steps);
+        log_linear(done, [shading.rate_start, shading.rate_end])
     }
 
     /// Degree of spherical harmonics in use at an iteration: 0, and one more every `sh_interval`.

@@ -1,114 +1,129 @@
-//! Learning how Gaussians are lit over time ([`lgs_model::Shading`]), once their number is final: what
-//! motion and constant colours explain is theirs, and brightness gets what is left.
+//! Learning how Gaussians are lit over time ([`lgs_model::Shading`]), beside their motion: what motion and
+//! constant colours explain is theirs, and brightness gets what is left.
 
-use burn::tensor::{Device, Gradients, Tensor};
-use lgs_model::{Shading, ShadingTimes, TensorFile, TensorFileError};
+use burn::tensor::Tensor;
+use lgs_model::{Shading, ShadingTimes};
 
-use super::config_groups::ShadingConfig;
-use crate::adam::AdamGroup;
+use super::config::SourceConfig;
 use crate::cloud_tensors::CloudTensors;
+use crate::trainable_cloud::TrainableCloud;
 
-/// Name of the group in a checkpoint.
-const LOG_GAINS: &str = "shading";
-
-/// The logarithms of the factors of all Gaussians' colours `[n, times]`, while they are learned.
-pub(super) struct ShadingTrainer {
-    config: ShadingConfig,
-    /// The iteration after which they are learned.
-    after: usize,
+/// The times at which brightnesses of all Gaussians are learned, and from when on.
+pub(super) struct ShadingSchedule {
     times: ShadingTimes,
-    log_gains: Option<AdamGroup<2>>,
+    after: usize,
+    weights: [f32; 2],
 }
 
-/// The logarithms of one step's graph: the two columns around its time, and the weight of the second.
-pub(super) struct ShadingLeaf {
-    log_gains: Tensor<2>,
-    column: usize,
+/// The logarithms `[n, 1]` of the factors of all Gaussians' colours at the known times around a step's, and
+/// the weight of the second.
+pub(super) struct StepShading {
+    around: [Tensor<2>; 2],
     part: f32,
+    weights: [f32; 2],
 }
 
-impl ShadingTrainer {
-    /// Nothing learned yet; `span` are the first and the last time of the training images.
-    pub(super) fn new(config: &ShadingConfig, after: usize, span: [f32; 2]) -> Self {
-        let times = ShadingTimes { span, count: config.times.max(2) };
-        Self { config: config.clone(), after, times, log_gains: None }
+impl ShadingSchedule {
+    /// The schedule of settings for a window from its first to its last time; nothing where they ask for none,
+    /// or all images are of one time.
+    pub(super) fn new(config: &SourceConfig, span: [f32; 2]) -> Option<Self> {
+        let shading = &config.shading;
+        (shading.times > 1 && span[0] < span[1]).then(|| Self {
+            times: ShadingTimes { span, count: shading.times },
+            after: shading.after,
+            weights: [shading.weight, shading.change_weight],
+        })
     }
 
-    fn is_due(&self, iteration: usize) -> bool {
-        let [first, last] = self.times.span;
-        self.config.times > 1 && iteration > self.after && first < last
+    /// Number of times, that of columns of logarithms.
+    pub(super) fn columns(&self) -> usize {
+        self.times.count
     }
 
-    /// The tracked logarithms for a step at a time; nothing where they are not learned yet.
-    pub(super) fn leaf(
-        &mut self,
-        gaussians: usize,
-        (iteration, time): (usize, f32),
-        device: &Device,
-    ) -> Option<ShadingLeaf> {
-        if !self.is_due(iteration) {
+    /// The part of tracked logarithms `[n, times]` that a step at a time has; nothing before it is due.
+    pub(super) fn at(&self, iteration: usize, time: f32, log_gains: &Tensor<2>) -> Option<StepShading> {
+        if iteration <= self.after {
             return None;
         }
-        let shape = [gaussians, self.times.count];
-        let zeros = || AdamGroup::new(vec![0.0; gaussians * self.times.count], shape, device);
-        let (column, part) = self.times.at(time);
-        Some(ShadingLeaf { log_gains: self.log_gains.get_or_insert_with(zeros).leaf(), column, part })
+        let (before, part) = self.times.at(time);
+        let around = [before, before + 1].map(|column| log_gains.clone().narrow(1, column, 1));
+        Some(StepShading { around, part, weights: self.weights })
     }
 
-    /// Takes a step along the leaf's gradient.
-    pub(super) fn step(&mut self, leaf: &ShadingLeaf, gradients: &mut Gradients) {
-        if let Some(group) = &mut self.log_gains {
-            group.step(self.config.rate, leaf.log_gains.grad_remove(gradients));
-        }
-    }
-
-    /// What has been learned; nothing before anything was.
-    pub(super) fn shading(&self) -> Option<Shading> {
-        self.log_gains.as_ref().map(|group| Shading::new(self.times, group.values()))
-    }
-
-    pub(super) fn insert_into(&self, file: &mut TensorFile) {
-        if let Some(group) = &self.log_gains {
-            group.insert_into(file, LOG_GAINS);
-        }
-    }
-
-    /// Reads what [`Self::insert_into`] wrote, for a number of Gaussians.
-    ///
-    /// # Errors
-    /// If something is absent, not finite or of another shape.
-    pub(super) fn restore(
-        &mut self,
-        file: &TensorFile,
-        gaussians: usize,
-        device: &Device,
-    ) -> Result<(), TensorFileError> {
-        let shape = [Some(gaussians), Some(self.times.count)];
-        let is_there = file.names().any(|name| name == LOG_GAINS);
-        let read = || AdamGroup::read_from(file, LOG_GAINS, shape, device);
-        self.log_gains = is_there.then(read).transpose()?;
-        Ok(())
+    /// What has been learned.
+    pub(super) fn learned(&self, cloud: &TrainableCloud) -> Shading {
+        Shading::new(self.times, cloud.shading())
     }
 }
 
-impl ShadingLeaf {
-    fn column(&self, index: usize) -> Tensor<2> {
-        self.log_gains.clone().narrow(1, index, 1)
-    }
-
+impl StepShading {
     /// Gaussians in the colours that they have at the step's time.
     pub(super) fn applied(&self, cloud: CloudTensors) -> CloudTensors {
-        let [before, after] = [self.column, self.column + 1].map(|index| self.column(index));
-        let gains = (before.clone() + (after - before).mul_scalar(self.part)).exp();
+        let [before, after] = self.around.clone();
+        let log_gains = before.clone() + (after - before).mul_scalar(self.part);
         let n = cloud.len();
-        cloud.lit(gains.reshape([n]))
+        cloud.lit(log_gains.exp().reshape([n]))
     }
 
-    /// The loss with the cost of factors that are not one, and of their changes.
-    pub(super) fn regularised(&self, loss: Tensor<1>, config: &ShadingConfig) -> Tensor<1> {
-        let [before, after] = [self.column, self.column + 1].map(|index| self.column(index));
+    /// The loss with the cost of factors that are not one, and of their changes, in the share of the image
+    /// that Gaussians cover: so much of the loss is theirs.
+    pub(super) fn regularised(&self, loss: Tensor<1>, transmittance: &Tensor<2>) -> Tensor<1> {
+        let ([before, after], [weight, change_weight]) = (self.around.clone(), self.weights);
         let size = (before.clone().square() + after.clone().square()).mean();
         let change = (after - before).square().mean();
-        loss + size.mul_scalar(config.weight) + change.mul_scalar(config.change_weight)
+        let covered = transmittance.clone().inner().mean().neg().add_scalar(1.0).autodiff();
+        loss + covered * (size.mul_scalar(weight) + change.mul_scalar(change_weight))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adam::values;
+    use crate::device::DeviceName;
+    use lgs_core::GaussianCloud;
+
+    fn schedule() -> ShadingSchedule {
+        let mut config = SourceConfig::quick();
+        config.shading.times = 3;
+        config.shading.after = 10;
+        ShadingSchedule::new(&config, [0.0, 1.0]).expect("a schedule")
+    }
+
+    #[test]
+    fn tensors_are_lit_as_clouds_are() {
+        let device = DeviceName::Cpu.device().autodiff();
+        let log_gains = [0.3, -0.2, 0.1, 0.0, 0.5, -0.7];
+        let mut cloud = GaussianCloud::isotropic(vec![[0.1, 0.2, 0.3]; 2], 0.1, [0.2, 0.5, 0.8], 0.6);
+        let tensors = CloudTensors::new(&cloud, &device);
+        let columns = Tensor::<1>::from_floats(log_gains, &device).reshape([2, 3]);
+        let schedule = schedule();
+        assert!(schedule.at(10, 0.35, &columns).is_none(), "not due");
+        let found = schedule.at(11, 0.35, &columns).expect("due").applied(tensors).cloud(0);
+        Shading::new(schedule.times, log_gains.to_vec()).shade(&mut cloud, 0.35);
+        assert!(found.sh.iter().zip(&cloud.sh).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} {cloud:?}");
+    }
+
+    #[test]
+    fn a_cost_pulls_factors_to_one_and_together_in_the_covered_share() {
+        let device = DeviceName::Cpu.device().autodiff();
+        let columns = Tensor::<1>::from_floats([0.3, -0.2, 0.1], &device).reshape([1, 3]).require_grad();
+        let (schedule, loss) = (schedule(), Tensor::<1>::zeros([1], &device));
+        let half_covered = Tensor::<1>::from_floats([1.0, 0.0], &device).reshape([1, 2]);
+        let lit = schedule.at(11, 0.25, &columns).expect("due");
+        let gradients = lit.regularised(loss, &half_covered).backward();
+        let gradient = values(&columns.grad(&gradients).expect("a gradient").reshape([3]));
+        let [weight, change] = schedule.weights;
+        let expected = [0.5 * (0.6 * weight + change), 0.5 * (-0.4 * weight - change), 0.0];
+        assert!(
+            gradient.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5),
+            "{gradient:?} {expected:?}"
+        );
+    }
+
+    #[test]
+    fn images_of_one_time_have_no_schedule() {
+        assert!(ShadingSchedule::new(&SourceConfig::standard(), [0.5, 0.5]).is_none());
+        assert!(ShadingSchedule::new(&SourceConfig::quick(), [0.0, 1.0]).is_none(), "constant colours");
     }
 }

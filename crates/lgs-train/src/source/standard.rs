@@ -4,7 +4,7 @@
 use lgs_model::source::{DeformationConfig, NodesConfig};
 
 use super::config::SourceConfig;
-use super::config_groups::{DensifyConfig, InitialPoints, LearningRates, WarmupFrames};
+use super::config_groups::{DensifyConfig, InitialPoints, LearningRates, ShadingConfig, WarmupFrames};
 
 impl SourceConfig {
     /// DefGS for any set: a quarter of an hour to an hour on two CPU cores.
@@ -24,6 +24,7 @@ impl SourceConfig {
             sh_degree: 3,
             views_per_coefficient: 3.0,
             learning_rates: LearningRates::standard(),
+            shading: ShadingConfig { times: 16, after: iterations / 2, ..quick.shading },
             densify: DensifyConfig::standard(iterations),
             static_regulariser: 0.0,
             static_regulariser_after: 0,

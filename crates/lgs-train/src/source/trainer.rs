@@ -4,7 +4,9 @@ mod descent;
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::{Canonical, Captured, InputFrame, Learned, Moment, ShadedSource, SourceModel, SourceMotion};
+use lgs_model::source::{
+    Canonical, Captured, InputFrame, Learned, Moment, ShadedSource, SourceModel, SourceMotion,
+};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::background::Background;
@@ -16,7 +18,7 @@ use super::initial::initial_cloud;
 use super::order::FrameOrder;
 use super::priors::MotionPriors;
 use super::proposals::Proposals;
-use super::shading::ShadingTrainer;
+use super::shading::ShadingSchedule;
 use super::smoothing::Smoothing;
 use crate::adam::AdamGroup;
 use crate::cameras::{CameraRefinement, RefinedCameras};
@@ -44,7 +46,7 @@ pub struct SourceTrainer<'a> {
     proposals: Proposals<'a>,
     /// The smoothing filter of every Gaussian since their number last changed.
     smoothing: Smoothing,
-    shading: ShadingTrainer,
+    shading: Option<ShadingSchedule>,
     order: FrameOrder,
     priors: MotionPriors,
     cameras: CameraRefinement,
@@ -75,9 +77,10 @@ impl<'a> SourceTrainer<'a> {
         let motion = motion.ok_or(TrainError::NotTrained(config.kind))?;
         let network = motion.init(seed);
         let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
-        let cloud = TrainableCloud::new(&cloud, device).with_features(motion.features());
+        let shading = ShadingSchedule::new(&config, order.span().into());
+        let times = shading.as_ref().map_or(0, ShadingSchedule::columns);
+        let cloud = TrainableCloud::new(&cloud, device).with_columns(motion.features(), times);
         Ok(Self {
-            shading: ShadingTrainer::new(&config.shading, config.densify.before, order.span().into()),
             order,
             images: ImageLevels::new(frames),
             background: Background::new(dataset, config.random_background, seed),
@@ -86,6 +89,7 @@ impl<'a> SourceTrainer<'a> {
             network: AdamGroup::new(network, [motion.parameters()], device),
             proposals: Proposals::new(dataset, seed),
             smoothing,
+            shading,
             cloud,
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
@@ -99,8 +103,8 @@ impl<'a> SourceTrainer<'a> {
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
         let moved = self.motion.model(self.drawn());
-        match self.shading.shading() {
-            Some(shading) => Box::new(ShadedSource::new(moved, shading)),
+        match &self.shading {
+            Some(shading) => Box::new(ShadedSource::new(moved, shading.learned(&self.cloud))),
             None => moved,
         }
     }
@@ -226,9 +230,10 @@ impl Trainer for SourceTrainer<'_> {
         } else {
             self.smoothing.applied(leaves.tensors())
         };
-        let lit = self.shading.leaf(cloud.len(), (iteration, frame.time), &self.device);
+        let shading = self.shading.as_ref().zip(leaves.shading.as_ref());
+        let lit = shading.and_then(|(schedule, leaf)| schedule.at(iteration, frame.time, leaf));
         let cloud = match &lit {
-            Some(leaf) => leaf.applied(cloud),
+            Some(lit) => lit.applied(cloud),
             None => cloud,
         };
         let (means, device) = (cloud.means.clone(), self.device.clone().autodiff());
@@ -240,15 +245,12 @@ impl Trainer for SourceTrainer<'_> {
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
         let total = self.density.regularised(total, &leaves);
         let total = match &lit {
-            Some(leaf) => leaf.regularised(total, &self.config.shading),
+            Some(lit) => lit.regularised(total, &compared.drawn.transmittance),
             None => total,
         };
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
-        }
-        if let Some(leaf) = &lit {
-            self.shading.step(leaf, &mut gradients);
         }
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend(&leaves, &mut gradients, passed);
@@ -265,21 +267,20 @@ impl Trainer for SourceTrainer<'_> {
         self.density.insert_into(&mut file);
         self.priors.insert_into(&mut file);
         self.smoothing.insert_into(&mut file);
-        self.shading.insert_into(&mut file);
         self.order.insert_into(&mut file);
         self.cameras.insert_into(&mut file);
         file
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
+        let times = self.shading.as_ref().map_or(0, ShadingSchedule::columns);
         self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?
-            .with_features_of(file, "canonical", self.motion.features())?;
+            .with_columns_of((file, "canonical"), self.motion.features(), times)?;
         self.motion.restore(file, self.cloud.len())?;
         self.network = AdamGroup::read_from(file, "network", [Some(self.motion.parameters())], &self.device)?;
         self.density.restore(file, &self.cloud)?;
         self.priors.restore(file, self.cloud.len())?;
         self.smoothing.restore(file, self.cloud.len())?;
-        self.shading.restore(file, self.cloud.len(), &self.device)?;
         self.order.restore(file, &self.config)?;
         self.cameras.restore(file, &self.device)?;
         self.clock.restore(file, step)

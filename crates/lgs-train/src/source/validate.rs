@@ -56,7 +56,12 @@ impl SourceConfig {
         not_negative("learning_rates.sh_rest", rates.sh_rest)?;
         not_negative("learning_rates.opacity", rates.opacity)?;
         not_negative("learning_rates.scale", rates.scale)?;
-        not_negative("learning_rates.rotation", rates.rotation)
+        not_negative("learning_rates.rotation", rates.rotation)?;
+        let shading = &self.shading;
+        positive("shading.rate_start", shading.rate_start)?;
+        positive("shading.rate_end", shading.rate_end)?;
+        not_negative("shading.weight", f64::from(shading.weight))?;
+        not_negative("shading.change_weight", f64::from(shading.change_weight))
     }
 
     fn validate_counts(&self) -> Result<(), Refusal> {
@@ -67,6 +72,7 @@ impl SourceConfig {
             ("coarse_levels", self.coarse_levels, 0, 8),
             ("densify.interval", self.densify.interval, 1, usize::MAX),
             ("rigidity.neighbors", self.rigidity.neighbors, 1, 64),
+            ("shading.times", self.shading.times, 0, 256),
         ];
         counts.into_iter().try_for_each(|(key, value, least, most)| {
             let limit = if value < least { format!("below {least}") } else { format!("above {most}") };

@@ -225,6 +225,7 @@ impl TuneGaussiansConfig {
             raw_opacities: self.opacities_learning_rate,
             sh_constant: self.colors_learning_rate,
             features: 0.0,
+            shading: 0.0,
             sh_rest: self.colors_learning_rate / SH_REST_DIVISOR,
         }
     }

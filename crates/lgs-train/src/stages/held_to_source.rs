@@ -135,8 +135,10 @@ fn give_up(object: &mut ObjectModel) {
 /// Decibels by which each object is drawn worse than by the source; 0 where no frame shows it.
 fn decibels_below(scene: &LagrangianScene, of: &SourceOfScene<'_>, frames: &[&Frame]) -> Vec<f64> {
     let mut motion = Motion::new(scene, Edit::default(), Reversal::default());
-    let clouds: Vec<GaussianCloud> =
-        frames.iter().map(|frame| scene.cloud_at(&motion.state_at(frame.time.max(0.0)), frame.time.max(0.0))).collect();
+    let clouds: Vec<GaussianCloud> = frames
+        .iter()
+        .map(|frame| scene.cloud_at(&motion.state_at(frame.time.max(0.0)), frame.time.max(0.0)))
+        .collect();
     let errors: Vec<Vec<[f64; 2]>> =
         frames.par_iter().zip(&clouds).map(|(frame, cloud)| errors(scene, of, frame, cloud)).collect();
     let below = |object: usize| {

@@ -141,7 +141,8 @@ impl Trainer for TuneGaussians<'_> {
         let device = self.device.clone().autodiff();
         let (of_static, of_dynamic) = (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
         let moved = moved(of_dynamic.tensors(), kept.states.at(frame.time), &kept.means);
-        let cloud = lit_at(of_static.tensors().followed_by(moved), 0..self.scene.len(), (&self.scene, frame.time));
+        let cloud =
+            lit_at(of_static.tensors().followed_by(moved), 0..self.scene.len(), (&self.scene, frame.time));
         let sensor = Sensor::of(frame, &device);
         let view = View::of_scene(&self.scene, (frame, &sensor), self.config.ssim_weight, &device);
         let compared = view.compare_cloud(cloud);
