@@ -72,11 +72,7 @@ fn own_settings(kind: SourceKind) -> &'static [&'static str] {
         "source.shading.times=3",
         "source.shading.after=15",
     ];
-    match kind {
-        SourceKind::Nodes => of_nodes,
-        SourceKind::Freegave => &of_nodes[6..],
-        _ => &[],
-    }
+    if kind == SourceKind::Defgs { &[] } else { &of_nodes[if kind == SourceKind::Nodes { 0 } else { 6 }..] }
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.

@@ -44,7 +44,7 @@ pub(super) struct Args {
     /// Training views that show each time, drawn anew for each [default: all]
     #[arg(long, value_name = "N")]
     images_per_time: Option<usize>,
-    /// A sun that stands still lights the bodies, and they cast shadows; else a soft lamp rides along with each
+    /// A sun that stands still lights the bodies, and they cast shadows; else a lamp rides along with each
     #[arg(long)]
     sun: bool,
 }

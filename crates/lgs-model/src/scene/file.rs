@@ -139,19 +139,7 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     }
     let background = file.rows::<3>("background")?.first().copied().unwrap_or([1.0; 3]);
     let motion = read_motion(file)?;
-    let count: usize = file.metadata_json("objects")?;
-    let mut objects = Vec::new();
-    let mut next_row = 0;
-    for index in 0..count {
-        let object = read_object(file, index, next_row, dynamic_gaussians.len())?;
-        next_row = object.members.end;
-        objects.push(object);
-    }
-    if next_row != dynamic_gaussians.len() {
-        return Err(file
-            .field("objects", &format!("rows up to {}", dynamic_gaussians.len()), next_row.to_string())
-            .into());
-    }
+    let objects = read_objects(file, dynamic_gaussians.len())?;
     let shading = Shading::read_from(file, static_gaussians.len() + dynamic_gaussians.len())?;
     Ok(LagrangianScene {
         static_gaussians,
@@ -175,6 +163,23 @@ fn read_motion(file: &TensorFile) -> Result<MotionConfig, TensorFileError> {
     } else {
         Err(file.field("motion", "a positive step and window", format!("{motion:?}")))
     }
+}
+
+/// All objects, whose rows follow each other and end with those of the dynamic Gaussians.
+fn read_objects(file: &TensorFile, dynamic_gaussians: usize) -> Result<Vec<ObjectModel>, TensorFileError> {
+    let count: usize = file.metadata_json("objects")?;
+    let mut objects = Vec::new();
+    let mut next_row = 0;
+    for index in 0..count {
+        let object = read_object(file, index, next_row, dynamic_gaussians)?;
+        next_row = object.members.end;
+        objects.push(object);
+    }
+    if next_row != dynamic_gaussians {
+        let expected = format!("rows up to {dynamic_gaussians}");
+        return Err(file.field("objects", &expected, next_row.to_string()));
+    }
+    Ok(objects)
 }
 
 fn read_object(

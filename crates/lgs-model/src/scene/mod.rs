@@ -89,8 +89,8 @@ impl LagrangianScene {
         self.len() == 0
     }
 
-    /// All Gaussians, the dynamic ones in `state`, in the colours of a time: static first, then dynamic, object
-    /// by object.
+    /// All Gaussians, the dynamic ones in `state`, in the colours of a time: static first, then dynamic,
+    /// object by object.
     #[must_use]
     pub fn cloud_at(&self, state: &SceneState, time: f32) -> GaussianCloud {
         let mut cloud = self.static_gaussians.clone();

@@ -99,8 +99,8 @@ pub struct ShadingConfig {
     pub times: usize,
     /// Brightness is learned from the iteration after this one on.
     pub after: usize,
-    /// Weight of the mean squared logarithm of brightness, of the two times around an image's, in the share of
-    /// the image that Gaussians cover.
+    /// Weight of the mean squared logarithm of brightness, of the two times around an image's, in the share
+    /// of the image that Gaussians cover.
     pub weight: f32,
     /// Weight of the mean squared change between these, likewise.
     pub change_weight: f32,

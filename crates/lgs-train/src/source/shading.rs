@@ -24,8 +24,8 @@ pub(super) struct StepShading {
 }
 
 impl ShadingSchedule {
-    /// The schedule of settings for a window from its first to its last time; nothing where they ask for none,
-    /// or all images are of one time.
+    /// The schedule of settings for a window from its first to its last time; nothing where they ask for
+    /// none, or all images are of one time.
     pub(super) fn new(config: &SourceConfig, span: [f32; 2]) -> Option<Self> {
         let shading = &config.shading;
         (shading.times > 1 && span[0] < span[1]).then(|| Self {

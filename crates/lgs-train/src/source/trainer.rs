@@ -232,10 +232,7 @@ impl Trainer for SourceTrainer<'_> {
         };
         let shading = self.shading.as_ref().zip(leaves.shading.as_ref());
         let lit = shading.and_then(|(schedule, leaf)| schedule.at(iteration, frame.time, leaf));
-        let cloud = match &lit {
-            Some(lit) => lit.applied(cloud),
-            None => cloud,
-        };
+        let cloud = lit.iter().fold(cloud, |cloud, lit| lit.applied(cloud));
         let (means, device) = (cloud.means.clone(), self.device.clone().autodiff());
         let probe = Tensor::<2>::zeros([cloud.len(), 2], &device).require_grad();
         let sensor = self.cameras.sensor(frame, iteration);
@@ -244,10 +241,8 @@ impl Trainer for SourceTrainer<'_> {
         let loss = compared.loss.clone();
         let total = if is_deformed { self.with_priors(loss, &network, means, at) } else { loss };
         let total = self.density.regularised(total, &leaves);
-        let total = match &lit {
-            Some(lit) => lit.regularised(total, &compared.drawn.transmittance),
-            None => total,
-        };
+        let behind = &compared.drawn.transmittance;
+        let total = lit.iter().fold(total, |total, lit| lit.regularised(total, behind));
         let mut gradients = tracing::trace_span!("backward").in_scope(|| total.backward());
         if let Some(gradient) = probe.grad_remove(&mut gradients) {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);

@@ -10,6 +10,7 @@ use lgs_data::dataset::Frame;
 use lgs_distill::{DistillConfig, DistilledLaw, law_of_poses};
 use lgs_mechanics::bands::Verdict;
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, mapped_shape};
+use rayon::prelude::*;
 
 use super::body::rows_of_parts;
 use super::image_poses::{ImagePoses, Part};
@@ -42,9 +43,13 @@ pub(super) fn with_laws_of_images(
     let (found, before) = poses.displacements(&parts.concat(), frames);
     let (mut found, mut error) = (found.iter(), before);
     let mut changed = scene.clone();
-    for (&index, parts) in offered.iter().zip(&parts) {
-        let bodies = parts.iter().zip(&mut found).map(|(body, found)| poses.of_body(body, found)).collect();
-        let law = law_of_poses(bodies, config, seed.wrapping_add(index as u64));
+    let bodies = parts.iter().map(|parts| {
+        parts.iter().zip(&mut found).map(|(body, found)| poses.of_body(body, found)).collect::<Vec<_>>()
+    });
+    let bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
+    let law_of = |(index, bodies)| law_of_poses(bodies, config, seed.wrapping_add(index as u64));
+    let laws: Vec<Option<DistilledLaw>> = bodies.into_par_iter().map(law_of).collect();
+    for (&index, law) in offered.iter().zip(laws) {
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
         let has_law = has_law(&scene.objects[index]);
         let Some(law) = law.filter(|law| has_law || law.known.verdict != Verdict::Outside) else { continue };

@@ -133,7 +133,6 @@ fn assemble(
         let (members, dynamics) = (start..dynamic_gaussians.len(), dynamics(object, request.motion));
         objects.push(ObjectModel { members, dynamics, recording });
     }
-    let motion = MotionConfig { dt, time_window: request.time_window };
     let shading = recorder.tracks.source.shading().map(|shading| shading.select(&source_rows));
     InitialScene {
         scene: LagrangianScene {
@@ -142,7 +141,7 @@ fn assemble(
             velocities,
             objects,
             shading,
-            motion,
+            motion: MotionConfig { dt, time_window: request.time_window },
             background: request.background,
         },
         reports,
