@@ -42,13 +42,12 @@ pub(super) fn with_laws_of_images(
     }
     let (found, before) = poses.displacements(&parts.concat(), frames);
     let (mut found, mut error) = (found.iter(), before);
-    let mut changed = scene.clone();
-    let bodies = parts.iter().map(|parts| {
-        parts.iter().zip(&mut found).map(|(body, found)| poses.of_body(body, found)).collect::<Vec<_>>()
-    });
+    let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
+    let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
     let bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
     let law_of = |(index, bodies)| law_of_poses(bodies, config, seed.wrapping_add(index as u64));
     let laws: Vec<Option<DistilledLaw>> = bodies.into_par_iter().map(law_of).collect();
+    let mut changed = scene.clone();
     for (&index, law) in offered.iter().zip(laws) {
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
         let has_law = has_law(&scene.objects[index]);
