@@ -28,7 +28,7 @@ impl ShadingSchedule {
     /// none, or all images are of one time.
     pub(super) fn new(config: &SourceConfig, span: [f32; 2]) -> Option<Self> {
         let shading = &config.shading;
-        (shading.times > 1 && span[0] < span[1]).then(|| Self {
+        (shading.times > 1 && span[0] < span[1]).then_some(Self {
             times: ShadingTimes { span, count: shading.times },
             after: shading.after,
             weights: [shading.weight, shading.change_weight],
