@@ -81,14 +81,16 @@ impl Run {
         let path = self.folder.root().join("source").join("cameras.json");
         let mut cameras = if path.exists() { read_cameras_json(&path).at(&path)? } else { Vec::new() };
         let all: Vec<Camera> = cameras.iter().map(|(_, camera)| *camera).collect();
-        cameras.iter_mut().for_each(|(_, camera)| *camera = self.as_trained(*camera, &all));
+        let planes = NearPlanes::of(&all);
+        cameras.iter_mut().for_each(|(_, camera)| *camera = self.as_trained(*camera, &planes));
         Ok(cameras)
     }
 
-    /// A camera with the near plane and the pixel filter of the run's training cameras, which are the rig.
-    pub(crate) fn as_trained(&self, camera: Camera, rig: &[Camera]) -> Camera {
+    /// A camera with the near plane and the pixel filter that the run was trained with; `planes` are those of
+    /// its training cameras.
+    pub(crate) fn as_trained(&self, camera: Camera, planes: &NearPlanes) -> Camera {
         let source = &self.config.source;
-        let near = if source.near == 0.0 { NearPlanes::of(rig).at(&camera) } else { source.near };
+        let near = if source.near == 0.0 { planes.at(&camera) } else { source.near };
         Camera { near, filter: source.antialias.filter(), ..camera }
     }
 

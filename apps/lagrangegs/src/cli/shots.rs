@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use clap::error::ErrorKind;
 use lgs_core::Camera;
-use lgs_data::dataset::DatasetFormat;
+use lgs_data::dataset::{DatasetFormat, NearPlanes};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::Motion;
 
@@ -66,7 +66,8 @@ impl Wish<'_> {
             },
         };
         let rig: Vec<Camera> = run.cameras()?.into_iter().map(|(_, camera)| camera).collect();
-        cameras.iter_mut().for_each(|camera| *camera = run.as_trained(*camera, &rig));
+        let planes = NearPlanes::of(&rig);
+        cameras.iter_mut().for_each(|camera| *camera = run.as_trained(*camera, &planes));
         let place = if self.times.is_some() { run.folder.root() } else { file };
         times_fit(run, &times, place)?;
         Ok(Shots { times, cameras })

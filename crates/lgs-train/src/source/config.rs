@@ -54,9 +54,9 @@ pub struct SourceConfig {
     /// cameras.
     pub initial_half_extent: f32,
     /// Only Gaussians deeper than this in a view are drawn, by the Lagrangian scene as well, world units
-    /// (paper: 0.2; FreeGave: 0.8); 0: a fifth of the distance of the training cameras from what they look
-    /// at. Nothing can then float close in front of a training camera, unseen by the
-    /// others.
+    /// (paper: 0.2; FreeGave: 0.8); 0: a fifth of each camera's own distance from what the training cameras
+    /// look at, or less ([`lgs_data::dataset::NearPlanes`]). Nothing can then float close in front of a
+    /// training camera, unseen by the others.
     pub near: f32,
     /// What is done about detail finer than the pixels, by the Lagrangian scene as well (paper: nothing).
     pub antialias: Antialias,
