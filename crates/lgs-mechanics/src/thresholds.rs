@@ -155,6 +155,8 @@ pub(crate) const DIRECTIONS: usize = 512;
 /// Ratio of the second to the largest moment of points under which they lie along a line: the square of what
 /// single precision leaves of a length.
 pub(crate) const ALONG_A_LINE: f64 = 1e-12;
+/// Contact points that carry a body on a plane, at most: three hold it, and a fourth lets it stand on a face.
+pub(crate) const MOST_CARRYING: usize = 4;
 /// Sweeps over the contact points; four corners of a resting cube need about thirty.
 pub(crate) const SWEEPS: usize = 200;
 /// Change of the impulses, relative to their sum, at which they count as found.
