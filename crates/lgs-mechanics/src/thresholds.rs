@@ -175,6 +175,11 @@ pub(crate) const LIFT: f64 = 0.1;
 /// Height over the extent of a body at which an observed pose counts as touching: no better are plane and
 /// shape known.
 pub(crate) const NEAR_PLANE: f64 = 0.01;
+/// Steps from one sample to the next, at most, of motions through impacts: what is faster, samples do not show.
+pub(crate) const MOST_STEPS_OF_SAMPLE: f64 = 8.0;
+/// Mean distance from the samples after the free flight, over the extent of the body, that the best of some
+/// restitutions and frictions may leave: beyond its own width the body is elsewhere.
+pub(crate) const HOPELESS: f64 = 2.0;
 /// Values of restitution that are tried first.
 pub(crate) const RESTITUTIONS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Values of friction that are tried first.

@@ -42,7 +42,8 @@ impl ImageTangent {
     fn write(&mut self, tangent: &TileTangent, origin: [usize; 2], size: [usize; 2]) {
         let [red, green, blue, transmittance] = tangent;
         for y in 0..size[1] {
-            let start = (origin[1] + y - self.rows.start) * self.columns.len() + origin[0] - self.columns.start;
+            let start =
+                (origin[1] + y - self.rows.start) * self.columns.len() + origin[0] - self.columns.start;
             for x in 0..size[0] {
                 let at = y * TILE + x;
                 self.image[start + x] = [red.0[at], green.0[at], blue.0[at]];
@@ -69,7 +70,8 @@ pub fn rasterize_jvp(
 ) -> Vec<ImageTangent> {
     let tangents = tangents(splats, &View::from(camera), forward, (members.clone(), motions));
     let is_colored = splats.active_degree > 0;
-    let moved = Moved { first: members.start, tangents: &tangents, motions: motions.len().max(1), is_colored };
+    let moved =
+        Moved { first: members.start, tangents: &tangents, motions: motions.len().max(1), is_colored };
     let tiles = tiles_of(forward, &members);
     let (columns, rows) = span(forward, &tiles);
     let mut out = vec![ImageTangent::zero(columns, rows); motions.len()];

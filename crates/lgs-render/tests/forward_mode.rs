@@ -3,7 +3,9 @@
 
 use lgs_core::linear::{add, cross, mat_vec, quat_mul, sub};
 use lgs_core::{Camera, GaussianCloud, PixelFilter, stream};
-use lgs_render::{AffineMotion, ImageCotangents, ImageTangent, Splats, rasterize, rasterize_jvp, rasterize_vjp};
+use lgs_render::{
+    AffineMotion, ImageCotangents, ImageTangent, Splats, rasterize, rasterize_jvp, rasterize_vjp,
+};
 use rand::RngExt;
 
 const BACKGROUND: [f32; 3] = [0.9, 0.5, 0.1];
@@ -67,8 +69,7 @@ fn changes_are_the_transpose_of_gradients() {
         let mut rng = stream(22, "weights", 0);
         let image: Vec<[f32; 3]> =
             (0..camera.pixels()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
-        let transmittance: Vec<f32> =
-            (0..camera.pixels()).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let transmittance: Vec<f32> = (0..camera.pixels()).map(|_| rng.random_range(-1.0..1.0)).collect();
         let v = ImageCotangents { image: &image, transmittance: &transmittance };
         let gradients = rasterize_vjp(&splats, &camera, &drawn, v);
         let motions = motions(center);

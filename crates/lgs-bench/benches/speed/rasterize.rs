@@ -100,9 +100,8 @@ fn print_motions(case: &Case) {
         }
     });
     let members = 0..GAUSSIANS / PART_OF_BODY;
-    let changes = || -> Vec<ImageTangent> {
-        rasterize_jvp(&splats, &case.camera, &drawn, (members.clone(), &motions))
-    };
+    let changes =
+        || -> Vec<ImageTangent> { rasterize_jvp(&splats, &case.camera, &drawn, (members.clone(), &motions)) };
     let [forward, changes] = medians_in_turns(REPEATS, [&mut || case.forward(), &mut || drop(changes())]);
     Row::timed("changes by six motions of a tenth of them", changes)
         .with_ratio(format!("{:.2} × forward, central differences 12 ×", changes / forward))

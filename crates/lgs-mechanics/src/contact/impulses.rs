@@ -66,7 +66,8 @@ impl Body {
     pub(crate) fn touches(&self, contact: &Contact, reach: f64) -> Vec<Touch> {
         let (normal, base) = self.heights(contact);
         let world_normal = DVec3::from(contact.plane.normal);
-        let low = contact.points.iter().map(|point| (DVec3::from(*point), base + normal.dot((*point).into())));
+        let low =
+            contact.points.iter().map(|point| (DVec3::from(*point), base + normal.dot((*point).into())));
         let touch = |(point, gap)| {
             let arm = self.rotation * point - world_normal * contact.radius;
             Touch { gap, arm, least: 0.0, normal: 0.0, across: DVec3::ZERO }

@@ -7,11 +7,7 @@ use glam::DVec3;
 /// At most four of the contact points of a body on a plane, as rigid-body engines keep them: the deepest one,
 /// and those that span the largest quadrilateral with it. More points share the same load in many ways, which
 /// impulses come to slowly. Points stay in their order.
-pub(crate) fn carrying(
-    mut touches: Vec<Touch>,
-    normal: DVec3,
-    height: impl Fn(&Touch) -> f64,
-) -> Vec<Touch> {
+pub(crate) fn carrying(mut touches: Vec<Touch>, normal: DVec3, height: impl Fn(&Touch) -> f64) -> Vec<Touch> {
     if touches.len() <= MOST_CARRYING {
         return touches;
     }

@@ -104,8 +104,7 @@ pub(super) fn observe(
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
     let drawn = rasterize(&Splats::from(cloud), &frame.camera, background);
-    let residuals =
-        difference(&truth(frame, background).pixels, &photographed(&drawn, frame, background));
+    let residuals = difference(&truth(frame, background).pixels, &photographed(&drawn, frame, background));
     product(&residuals, &residuals)
 }
 
@@ -191,8 +190,8 @@ mod tests {
     use super::*;
     use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_normalize};
     use lgs_core::{Camera, Exposure};
-    use lgs_model::mapped_shape;
     use lgs_data::dataset::Pixels;
+    use lgs_model::mapped_shape;
     use nalgebra::DMatrix;
 
     /// Gaussians of which some belong to a displaced body.
@@ -227,7 +226,8 @@ mod tests {
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
             let (name, exposure) = (String::new(), Exposure::IDENTITY);
             let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
-            let drawn = rasterize(&Splats::from(&displaced(&cloud, &body, by)), &frame.camera, [1.0; 3]).image;
+            let drawn =
+                rasterize(&Splats::from(&displaced(&cloud, &body, by)), &frame.camera, [1.0; 3]).image;
             let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
             let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];
             frame.pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();
