@@ -64,14 +64,14 @@ pub(super) fn with_laws_of_images(
 }
 
 /// Decibels by which a law may draw the images worse than the motion that an object had: what it may be below
-/// its source. One that explains what the images show with fewer constants is only held back by Gaussians that
+/// its source. One that describes what the images show with fewer constants is only held back by Gaussians that
 /// were tuned to the other motion; they are tuned to it next, and held to the source after that.
 fn allowance(before: &ObjectModel, after: &ObjectModel) -> f64 {
     let law = |object: &ObjectModel| object.dynamics.generalised().map(|own| own.law.parameters.len());
     let constants = if has_law(before) { law(before) } else { None }.unwrap_or(usize::MAX);
-    let explains = after.dynamics.generalised().is_some_and(|own| own.known.verdict == Verdict::Explained);
+    let describes = after.dynamics.generalised().is_some_and(|own| own.known.verdict != Verdict::Outside);
     let is_simpler = law(after).is_some_and(|own| own < constants);
-    if explains && is_simpler { TUNED_TO_ANOTHER } else { MOST_BELOW_SOURCE }
+    if describes && is_simpler { TUNED_TO_ANOTHER } else { MOST_BELOW_SOURCE }
 }
 
 /// Decibels by which a squared error is worse than another.
