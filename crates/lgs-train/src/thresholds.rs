@@ -39,8 +39,8 @@ pub(crate) const GROWTH_END: f64 = 0.5;
 /// Time of stage 1, in steps of the source with all its Gaussians: between a few hundred for a law in
 /// generalised coordinates and three thousand for particles by themselves.
 pub(crate) const STEPS_OF_DISTILLATION: f64 = 1500.0;
-/// Time of a frame in a step of the fit of the dynamics, in steps of the Gaussians: it is drawn once for
-/// every freedom of an object.
+/// Time of a frame in a step of the fit of the dynamics, in steps of the Gaussians, the choice of laws before
+/// it included: it is drawn up to eight times in all, with its changes by every freedom of an object.
 pub(crate) const STEPS_PER_FITTED_FRAME: f64 = 4.0;
 
 // Imported tracks
@@ -59,9 +59,6 @@ pub(crate) const EVEN: f32 = 0.01;
 
 /// Gaussians that tell how a body turns: as many as a support that keeps one rigid has.
 pub(crate) const FEWEST_OF_BODY: usize = 4;
-
-/// Decibels that Gaussians tuned to a motion which is off by a pixel may draw worse by a motion that is right.
-pub(crate) const TUNED_TO_ANOTHER: f64 = 2.0;
 
 /// Decibels by which the last choice of laws may better the images without the Gaussians being tuned to it:
 /// where they and the motion agree it is a hundredth, where they hold each other back a quarter and more.
