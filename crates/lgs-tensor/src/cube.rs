@@ -1,5 +1,8 @@
 //! Devices reached through CubeCL (feature `gpu`): one backend for the GPUs of every vendor.
 
+pub mod product;
+pub mod quaternions;
+
 use burn::backend::ops::IntTensorOps;
 use burn::backend::{DispatchDevice, TensorMetadata, WgpuDeviceKind};
 use burn::tensor::{DType, Device, DeviceType, Shape, TensorData};

@@ -2,6 +2,9 @@
 //! in the middle of training, after which the processor goes on.
 #![cfg(feature = "gpu")]
 
+#[path = "common/tiny.rs"]
+mod tiny;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -11,11 +14,11 @@ use std::time::Duration;
 use burn::backend::{CubeDevice, DispatchDevice};
 use burn::tensor::{Device, Tensor};
 use cubecl::wgpu::{AutoGraphicsApi, RuntimeOptions, init_setup};
-use lgs_data::dataset::{Dataset, LoadOptions};
-use lgs_data::synth::{self, SynthOptions};
+use lgs_data::dataset::Dataset;
 use lgs_tensor::cube::device_for_tests;
 use lgs_train::device::failure;
 use lgs_train::{Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, Trained, train};
+use tiny::falling_ball;
 
 /// The words with which some work panics.
 fn panic_of(work: impl FnOnce()) -> String {
@@ -26,13 +29,6 @@ fn panic_of(work: impl FnOnce()) -> String {
     std::panic::set_hook(hook);
     assert!(done.is_err(), "no panic");
     said.lock().expect("alone").clone()
-}
-
-fn dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 24, views: 3, train_fps: 12, ..SynthOptions::default() };
-    let path = folder.join("data");
-    synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
-    Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
 }
 
 /// Trains; `watch` is called after every step.
@@ -53,7 +49,7 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
     assert!(said.contains("GB were asked for at once; lower"), "{said}, from {words}");
 
     let folder = tempfile::tempdir().expect("a folder");
-    let (data, run) = (dataset(folder.path()), folder.path().join("run"));
+    let (data, run) = (falling_ball(folder.path(), 24, 3), folder.path().join("run"));
     let settings = [
         "checkpoint_secs=1",
         "source.iterations=40",

@@ -27,10 +27,17 @@ impl DeviceArgs {
     /// Does what needs the device. A device other than the processor can be lost, or out of memory, at any
     /// step, which its library answers with a panic: this becomes an error.
     pub(super) fn run<T>(self, work: impl FnOnce(&Device) -> Result<T>) -> Result<T> {
-        let device = self.open()?;
-        match self.device {
+        let name = self.device.resolved();
+        let device = name.open()?;
+        match name {
             DeviceName::Auto | DeviceName::Cpu => work(&device),
-            name @ (DeviceName::Wgpu(_) | DeviceName::Cuda(_)) => caught(name, || work(&device)),
+            DeviceName::Wgpu(_) | DeviceName::Cuda(_) => {
+                tracing::info!(
+                    "computing on {name}; laws, their fits to images and images of scores stay on the \
+                     processor"
+                );
+                caught(name, || work(&device))
+            }
         }
     }
 }

@@ -11,6 +11,11 @@ fn list() -> Vec<Device> {
     Device::enumerate(DeviceType::Cuda).into_vec()
 }
 
+/// Whether there is one.
+pub(super) fn has_gpu() -> bool {
+    !list().is_empty()
+}
+
 /// The devices of this machine in their driver's words; opens each.
 pub(super) fn entries() -> Vec<DeviceEntry> {
     let describe = |(index, device): (usize, &Device)| {
