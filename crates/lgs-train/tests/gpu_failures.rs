@@ -12,10 +12,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use burn::backend::{CubeDevice, DispatchDevice};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{DType, Device, Tensor};
 use cubecl::wgpu::{AutoGraphicsApi, RuntimeOptions, init_setup};
 use lgs_data::dataset::Dataset;
-use lgs_tensor::cube::device_for_tests;
+use lgs_tensor::cube::product::primitive;
+use lgs_tensor::cube::{device_for_tests, empty, largest_buffer};
 use lgs_train::device::failure;
 use lgs_train::{Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, Trained, train};
 use tiny::falling_ball;
@@ -38,6 +39,18 @@ fn trained(run: &Path, dataset: &Dataset, device: &Device, watch: &mut dyn FnMut
     train(&run, dataset, &config, device, &mut Control::new(&stop, watch)).expect("trained")
 }
 
+/// Buffers of kernels and of the tensor library that no device has say so, and how large they or those of the
+/// device are.
+fn assert_too_large_is_out_of_memory(device: &Device) {
+    let one = primitive(Tensor::<1>::zeros([1], device));
+    let said = failure(&panic_of(|| drop(empty(&one, [1_usize << 40], DType::F32))), None);
+    assert!(said.contains("4398.0 GB were asked for at once; lower"), "{said}");
+    let most = largest_buffer(device);
+    let later = || drop(Tensor::<1>::zeros([1_usize << 40], device).add_scalar(1.0).sum().into_data());
+    let said = failure(&panic_of(later), most);
+    assert!(most.is_some() && said.starts_with("out of memory: ") && said.contains("; lower"), "{said}");
+}
+
 #[test]
 fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
     let Some(device) = device_for_tests() else { return };
@@ -45,8 +58,9 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
     let setup = init_setup::<AutoGraphicsApi>(chosen, RuntimeOptions::default());
 
     let words = panic_of(|| drop(Tensor::<1>::empty([1_usize << 40], &device).into_data()));
-    let said = failure(&words);
+    let said = failure(&words, None);
     assert!(said.contains("GB were asked for at once; lower"), "{said}, from {words}");
+    assert_too_large_is_out_of_memory(&device);
 
     let folder = tempfile::tempdir().expect("a folder");
     let (data, run) = (falling_ball(folder.path(), 24, 3), folder.path().join("run"));
@@ -70,7 +84,7 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
         (Stage::Source, 25) => setup.device.destroy(),
         _ => {}
     };
-    let said = failure(&panic_of(|| drop(trained(&run, &data, &device, &mut lose))));
+    let said = failure(&panic_of(|| drop(trained(&run, &data, &device, &mut lose))), None);
     assert!(said.starts_with("the device was lost"), "{said}");
 
     let mut first = None;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Result, anyhow};
 use lgs_eval::table::aligned;
-use lgs_train::device::{Device, DeviceEntry, DeviceName, devices, failure};
+use lgs_train::device::{Device, DeviceEntry, DeviceName, devices, failure, largest_buffer};
 use serde_json::json;
 
 use super::output;
@@ -36,7 +36,7 @@ impl DeviceArgs {
                     "computing on {name}; laws, their fits to images and images of scores stay on the \
                      processor"
                 );
-                caught(name, || work(&device))
+                caught((name, largest_buffer(&device)), || work(&device))
             }
         }
     }
@@ -53,7 +53,8 @@ pub(super) fn list(json: bool) -> Result<()> {
     output::print(&aligned(&rows, &[false, false]))
 }
 
-fn caught<T>(name: DeviceName, work: impl FnOnce() -> Result<T>) -> Result<T> {
+/// Does some work on a device, whose largest buffer has so many bytes; its panic becomes an error.
+fn caught<T>((name, largest): (DeviceName, Option<u64>), work: impl FnOnce() -> Result<T>) -> Result<T> {
     static LAST: Mutex<Option<String>> = Mutex::new(None);
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|info| {
@@ -66,7 +67,7 @@ fn caught<T>(name: DeviceName, work: impl FnOnce() -> Result<T>) -> Result<T> {
         Err(anyhow!(
             "{name}: {}; checkpoints are as they were, and --resume goes on from the last, with \
              --device cpu too",
-            failure(&what)
+            failure(&what, largest)
         ))
     })
 }
@@ -77,10 +78,10 @@ mod tests {
 
     #[test]
     fn a_panic_of_a_device_is_an_error_that_says_how_to_go_on() {
-        let failed: Result<()> = caught(DeviceName::Wgpu(Some(1)), || panic!("device lost"));
+        let failed: Result<()> = caught((DeviceName::Wgpu(Some(1)), None), || panic!("device lost"));
         let text = failed.expect_err("failed").to_string();
         assert!(text.starts_with("wgpu:1: ") && text.contains("--resume") && !text.contains('\n'), "{text}");
         assert!(text.contains("device lost"), "{text}");
-        assert_eq!(caught(DeviceName::Wgpu(None), || Ok(3)).expect("done"), 3);
+        assert_eq!(caught((DeviceName::Wgpu(None), None), || Ok(3)).expect("done"), 3);
     }
 }

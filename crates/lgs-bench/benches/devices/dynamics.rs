@@ -1,7 +1,5 @@
 //! Rollouts of the paper's networks, with their gradients.
 
-use std::hint::black_box;
-
 use burn::tensor::{Device, Tensor};
 use lgs_dynamics::tensor::{RolloutCall, rollout};
 use lgs_dynamics::{Edit, Supports, System, VelocityPolicy};
@@ -10,7 +8,7 @@ use crate::Sizes;
 use crate::particles::{operations, points, system};
 use crate::rasterizer::leaf;
 use crate::rates::Rates;
-use crate::rows::{least, row, share};
+use crate::rows::{least, row, share, wait_for};
 
 /// Members of a support.
 const MEMBERS: usize = 16;
@@ -22,7 +20,7 @@ fn roll(system: &System, points: &[[f32; 3]], call: &RolloutCall, device: &Devic
     let q = leaf(points.as_flattened(), [n, 3], device);
     let states = rollout(params.clone(), q, Tensor::zeros([n, 3], device), call.clone());
     let gradients = states.sum().backward();
-    black_box(params.grad(&gradients).map(|gradient| gradient.sum().into_data()));
+    wait_for(params.grad(&gradients).expect("a gradient").sum());
 }
 
 /// Measures and prints.

@@ -9,6 +9,7 @@ use lgs_tensor::cube::product::{primitive, product, tensor};
 use lgs_tensor::cube::{CubeTensor, cubes, empty, units};
 
 use crate::Sizes;
+use crate::rows::wait_for;
 
 /// Edge of a tile, and its pixels.
 const EDGE: u32 = 16;
@@ -29,8 +30,7 @@ fn rate(work: f64, mut call: impl FnMut() -> CubeTensor) -> f64 {
     for turn in 0..=TURNS {
         let begun = Instant::now();
         let last = (0..CALLS).map(|_| call()).last().expect("a call");
-        let first: Tensor<1> = tensor::<1>(last).narrow(0, 0, 1);
-        drop(std::hint::black_box(first.into_data()));
+        wait_for(tensor::<1>(last).narrow(0, 0, 1));
         if turn > 0 {
             least = least.min(begun.elapsed().as_secs_f64());
         }

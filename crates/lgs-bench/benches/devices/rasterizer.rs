@@ -1,7 +1,5 @@
 //! The rasterizer with the photometric loss, on a scene as training leaves it.
 
-use std::hint::black_box;
-
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{Camera, GaussianCloud};
 use lgs_render::tensor::{SplatTensors, ViewSpec, photometric_loss, rasterize};
@@ -9,7 +7,7 @@ use lgs_render::{Splats, rasterize as rasterize_slices};
 
 use crate::Sizes;
 use crate::rates::Rates;
-use crate::rows::{least, row, share};
+use crate::rows::{least, row, share, wait_for};
 use crate::trained_scene::trained_scene;
 
 const BACKGROUND: [f32; 3] = [1.0; 3];
@@ -46,22 +44,18 @@ impl Scene {
 
     /// Draws so many times; waits for the last.
     fn forward(&self) {
-        let mut image = None;
-        for _ in 0..CALLS {
-            image = Some(rasterize(&self.splats, self.view).image);
-        }
-        black_box(image.map(|image| image.inner().sum().into_data()));
+        let images = (0..CALLS).map(|_| rasterize(&self.splats, self.view).image);
+        wait_for(images.last().expect("an image").inner().sum());
     }
 
     /// Draws, compares and pulls back so many times; waits for the last.
     fn both(&self) {
-        let mut gradient = None;
-        for _ in 0..CALLS {
+        let gradients = (0..CALLS).map(|_| {
             let image = rasterize(&self.splats, self.view).image;
             let gradients = photometric_loss(image, self.target.clone(), 0.2).backward();
-            gradient = self.splats.means.grad(&gradients);
-        }
-        black_box(gradient.map(|gradient| gradient.sum().into_data()));
+            self.splats.means.grad(&gradients).expect("a gradient")
+        });
+        wait_for(gradients.last().expect("a gradient").sum());
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use burn::tensor::Tensor;
 use lgs_train::DeviceName;
 
 /// Times that each is measured; the least counts.
@@ -21,6 +22,12 @@ pub(crate) fn row(name: &str, [device, processor]: [f64; 2]) {
 pub(crate) fn share(name: &str, rates: [f64; 2], of: [f64; 2]) {
     let [device, processor] = [0, 1].map(|i| 100.0 * rates[i] / of[i]);
     println!("| – in percent of {name} | {device:.1} | {processor:.1} | |");
+}
+
+/// Waits for a device to have made a tensor `[1]`: its data come only when they are read.
+pub(crate) fn wait_for(tensor: Tensor<1>) {
+    let values = tensor.into_data().try_to_vec::<f32>().expect("a number");
+    assert!(values[0].is_finite(), "{values:?}");
 }
 
 /// The least seconds of two measurements, taken in turns; the first turn, in which kernels are compiled and

@@ -31,7 +31,7 @@ fn described(name: DeviceName, device: &Device) -> Result<String, DeviceError> {
     let identity = catch_unwind(AssertUnwindSafe(|| device.identity())).map_err(|cause| {
         let words = cause.downcast_ref::<String>().map(String::as_str);
         let words = words.or_else(|| cause.downcast_ref::<&str>().copied()).unwrap_or_default();
-        DeviceError::Driver { name, reason: failure(words) }
+        DeviceError::Driver { name, reason: failure(words, None) }
     })?;
     Ok(identity.map_or_else(|| "unknown".to_owned(), |identity| identity.name))
 }

@@ -184,6 +184,20 @@ pub(crate) fn has_kernels(_device: &Device) -> bool {
     false
 }
 
+/// Bytes of the largest buffer of a device with kernels of its own.
+#[must_use]
+#[cfg(feature = "gpu")]
+pub fn largest_buffer(device: &Device) -> Option<u64> {
+    lgs_tensor::cube::largest_buffer(device)
+}
+
+/// Bytes of the largest buffer of a device with kernels of its own: none in this build.
+#[must_use]
+#[cfg(not(feature = "gpu"))]
+pub fn largest_buffer(_device: &Device) -> Option<u64> {
+    None
+}
+
 /// The devices that this build has on this machine; asks every driver.
 #[must_use]
 pub fn devices() -> Vec<DeviceEntry> {
