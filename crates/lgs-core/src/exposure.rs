@@ -42,6 +42,24 @@ impl Exposure {
         }
     }
 
+    /// Exposes the change of a drawn image: the derivative of [`Self::expose`], given the changes of pixels and
+    /// transmittances.
+    ///
+    /// # Panics
+    /// If there are not as many transmittances as pixels (a bug).
+    pub fn expose_change(&self, pixels: &mut [[f32; 3]], transmittance: &[f32], background: [f32; 3]) {
+        assert_eq!(pixels.len(), transmittance.len(), "pixels and transmittances");
+        if *self == Self::IDENTITY {
+            return;
+        }
+        for (pixel, through) in pixels.iter_mut().zip(transmittance) {
+            for (c, value) in pixel.iter_mut().enumerate() {
+                let behind = background[c] * (1.0 - self.gain[c]) - self.offset[c];
+                *value = self.gain[c] * *value + behind * through;
+            }
+        }
+    }
+
     /// The exposure that gives the scene's colours back; nothing where a channel has next to no gain.
     #[must_use]
     pub fn inverse(&self) -> Option<Self> {
@@ -74,6 +92,27 @@ mod tests {
         let expected = [[1.0; 3], [0.55, 0.52, 0.45], [0.775, 0.76, 0.725]];
         for (found, expected) in pixels.as_flattened().iter().zip(expected.as_flattened()) {
             assert!((found - expected).abs() < 1e-6, "{pixels:?}");
+        }
+    }
+
+    #[test]
+    fn a_change_is_exposed_as_the_difference_of_two_images() {
+        let exposure = Exposure { gain: [1.1, 1.0, 0.9], offset: [0.01, 0.02, -0.03] };
+        let (before, after) = ([[0.2, 0.5, 0.7], [1.0; 3]], [[0.3, 0.4, 0.6], [0.8; 3]]);
+        let (through, later) = ([0.1, 1.0], [0.3, 0.7]);
+        let exposed = |mut pixels: [[f32; 3]; 2], through: &[f32]| {
+            exposure.expose(&mut pixels, through, [1.0; 3]);
+            pixels
+        };
+        let (a, b) = (exposed(before, &through), exposed(after, &later));
+        let minus = |a: f32, b: f32| b - a;
+        let mut change: [[f32; 3]; 2] =
+            std::array::from_fn(|p| std::array::from_fn(|c| minus(before[p][c], after[p][c])));
+        exposure.expose_change(&mut change, &[later[0] - through[0], later[1] - through[1]], [1.0; 3]);
+        for p in 0..2 {
+            for c in 0..3 {
+                assert!((change[p][c] - (b[p][c] - a[p][c])).abs() < 1e-6, "{change:?}");
+            }
         }
     }
 

@@ -155,6 +155,8 @@ pub(crate) const DIRECTIONS: usize = 512;
 /// Ratio of the second to the largest moment of points under which they lie along a line: the square of what
 /// single precision leaves of a length.
 pub(crate) const ALONG_A_LINE: f64 = 1e-12;
+/// Contact points that carry a body on a plane, at most: three hold it, and a fourth lets it stand on a face.
+pub(crate) const MOST_CARRYING: usize = 4;
 /// Sweeps over the contact points; four corners of a resting cube need about thirty.
 pub(crate) const SWEEPS: usize = 200;
 /// Change of the impulses, relative to their sum, at which they count as found.
@@ -173,6 +175,11 @@ pub(crate) const LIFT: f64 = 0.1;
 /// Height over the extent of a body at which an observed pose counts as touching: no better are plane and
 /// shape known.
 pub(crate) const NEAR_PLANE: f64 = 0.01;
+/// Steps from one sample to the next, at most, of motions through impacts: what is faster, samples do not show.
+pub(crate) const MOST_STEPS_OF_SAMPLE: f64 = 8.0;
+/// Mean distance from the samples after the free flight, over the extent of the body, that the best of some
+/// restitutions and frictions may leave: beyond its own width the body is elsewhere.
+pub(crate) const HOPELESS: f64 = 2.0;
 /// Values of restitution that are tried first.
 pub(crate) const RESTITUTIONS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Values of friction that are tried first.

@@ -68,7 +68,7 @@ impl WithSimd for BlendVjp<'_> {
 }
 
 /// The rows with pixels that accept light from a position, positions decreasing.
-struct LitRows {
+pub(crate) struct LitRows {
     /// Rows and the position from which on they are closed, the last first.
     closed_from: [(f32, u32); TILE],
     next: usize,
@@ -76,7 +76,7 @@ struct LitRows {
 }
 
 impl LitRows {
-    fn new(state: &TileState) -> Self {
+    pub(crate) fn new(state: &TileState) -> Self {
         let mut closed_from = [(0.0, 0); TILE];
         for (row, entry) in closed_from.iter_mut().enumerate() {
             *entry = (state.stop.row(row).iter().copied().fold(0.0, f32::max), 1 << row);
@@ -86,7 +86,7 @@ impl LitRows {
     }
 
     #[inline(always)]
-    fn at(&mut self, position: usize) -> u32 {
+    pub(crate) fn at(&mut self, position: usize) -> u32 {
         while self.next < TILE && self.closed_from[self.next].0 > position as f32 {
             self.rows |= self.closed_from[self.next].1;
             self.next += 1;
@@ -147,24 +147,48 @@ impl<S: Simd> Pixels<'_, S> {
         color: [S::f32s; 3],
         (log2_alpha, hit): (S::f32s, S::m32s),
     ) -> (S::f32s, S::f32s) {
-        let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
-        let seen = simd.greater_than_or_equal_f32s(log2_alpha, simd.splat_f32s(ALPHA_MIN.log2()));
-        let raw = exp2(simd, log2_alpha);
-        let limit = simd.splat_f32s(ALPHA_MAX);
-        let alpha = simd.select_f32s(simd.and_m32s(seen, hit), simd.min_f32s(raw, limit), zero);
-        let inverse = reciprocal(simd, simd.sub_f32s(one, alpha));
-        let odds = simd.mul_f32s(alpha, inverse);
-        let weight = simd.mul_f32s(odds, self.transmittance[at]);
+        let Removed { weight, odds, inverse, is_free } =
+            removed(simd, (log2_alpha, hit), self.transmittance[at]);
         let [red, green, blue] = [self.v[0][at], self.v[1][at], self.v[2][at]];
         let shade = fma(simd, color[2], blue, fma(simd, color[1], green, simd.mul_f32s(color[0], red)));
         let light = simd.mul_f32s(weight, shade);
         let v = simd.negate_mul_add_f32s(odds, self.behind[at], light);
         // A clamped alpha does not see the exponent.
-        let v = simd.select_f32s(simd.less_than_f32s(raw, limit), v, zero);
+        let v = simd.select_f32s(is_free, v, simd.splat_f32s(0.0));
         self.behind[at] = simd.add_f32s(self.behind[at], light);
         self.transmittance[at] = simd.mul_f32s(self.transmittance[at], inverse);
         (weight, v)
     }
+}
+
+/// A Gaussian in a vector of pixels, the rearmost of those that are left.
+pub(crate) struct Removed<S: Simd> {
+    /// What it contributes of its colour.
+    pub weight: S::f32s,
+    /// `α / (1 − α)`.
+    pub odds: S::f32s,
+    /// `1 / (1 − α)`, by which the transmittance grows when it is taken away.
+    pub inverse: S::f32s,
+    /// Where alpha is below its limit, and so follows the exponent.
+    pub is_free: S::m32s,
+}
+
+/// A Gaussian as it is taken away from the pixels that are `hit`, given the transmittance behind it.
+#[inline(always)]
+pub(crate) fn removed<S: Simd>(
+    simd: S,
+    (log2_alpha, hit): (S::f32s, S::m32s),
+    transmittance: S::f32s,
+) -> Removed<S> {
+    let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
+    let seen = simd.greater_than_or_equal_f32s(log2_alpha, simd.splat_f32s(ALPHA_MIN.log2()));
+    let raw = exp2(simd, log2_alpha);
+    let limit = simd.splat_f32s(ALPHA_MAX);
+    let alpha = simd.select_f32s(simd.and_m32s(seen, hit), simd.min_f32s(raw, limit), zero);
+    let inverse = reciprocal(simd, simd.sub_f32s(one, alpha));
+    let odds = simd.mul_f32s(alpha, inverse);
+    let weight = simd.mul_f32s(odds, transmittance);
+    Removed { weight, odds, inverse, is_free: simd.less_than_f32s(raw, limit) }
 }
 
 /// Sums lanes in a fixed order, and applies the powers of `d_x`.

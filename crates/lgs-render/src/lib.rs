@@ -18,12 +18,15 @@
 
 mod backward;
 mod blend;
+mod blend_jvp;
 mod blend_vjp;
 pub mod exponential;
 mod extent;
+mod forward_mode;
 mod pack;
 mod photometric;
 mod project;
+mod project_jvp;
 mod project_vjp;
 mod projected;
 mod rasterize;
@@ -40,9 +43,11 @@ mod view;
 mod window;
 
 pub use backward::{ImageCotangents, RasterizedVjp, rasterize_vjp};
+pub use forward_mode::{ImageTangent, rasterize_jvp};
 pub use photometric::{
     DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp,
 };
+pub use project_jvp::AffineMotion;
 pub use projected::{ALPHA_MAX, ALPHA_MIN, BLUR, MIP_VARIANCE, TRANSMITTANCE_STOP};
 pub use rasterize::{Rasterized, rasterize};
 pub use splats::{SplatGradients, Splats};

@@ -159,7 +159,7 @@ fn image_axes_vjp(
 /// Cotangent of `M = J W R S`, given that of the logarithm of the Mip filter's factor `√(N / D)` with
 /// `N = |m₀ × m₁|²` and `D = N + b (|m₀|² + |m₁|²) + b²`.
 #[inline(always)]
-fn energy_vjp([m0, m1]: &[[f32; 3]; 2], blur: f32, v: f32) -> [[f32; 3]; 2] {
+pub(crate) fn energy_vjp([m0, m1]: &[[f32; 3]; 2], blur: f32, v: f32) -> [[f32; 3]; 2] {
     let n = cross(*m0, *m1);
     let (area, widened) = (dot(n, n), blur * (dot(*m0, *m0) + dot(*m1, *m1)) + blur * blur);
     let determinant = area + widened;

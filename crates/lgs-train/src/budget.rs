@@ -1,6 +1,7 @@
 //! A time budget, and the paces at which stages go through their schedules to keep to it.
 //!
-//! Every stage that follows a [`Clock`] gets a deadline: a part of the time that is left when it begins. From
+//! Every stage that follows a [`Clock`] gets a deadline: a part of the time that is left when it begins, less
+//! what the last choice of laws is going to take. From
 //! then on its schedule runs with time: about once a second the pace is set such that the schedule ends at
 //! the deadline if steps go on taking as long as the last ones did, of which the newer count more. All paces
 //! are recorded in `schedule.json`, by the step from which they hold. A run that is resumed follows the
@@ -39,6 +40,9 @@ pub struct Pace {
 pub struct Schedule {
     /// Seconds that training has used.
     pub used_secs: f64,
+    /// Seconds that the fit of the dynamics has taken.
+    #[serde(default)]
+    pub fit_secs: f64,
     /// Paces in the order in which they were set.
     pub paces: Vec<Pace>,
 }
@@ -58,6 +62,7 @@ pub(crate) struct Budget {
 /// The stage that runs, since its last change of pace.
 struct Current {
     stage: Stage,
+    begun: f64,
     deadline: f64,
     since: f64,
     steps: usize,
@@ -96,8 +101,23 @@ impl Budget {
     /// A stage begins, or goes on, to be followed by those up to the last one.
     pub(crate) fn begin(&mut self, stage: Stage, last: LastStage) {
         let used = self.used();
-        let deadline = used + share(stage, last) * self.left();
-        self.current = Some(Current { stage, deadline, since: used, steps: 0, step_secs: None });
+        let available = (self.left() - self.reserve(stage)).max(0.0);
+        let deadline = used + share(stage, last) * available;
+        self.current = Some(Current { stage, begun: used, deadline, since: used, steps: 0, step_secs: None });
+    }
+
+    /// Seconds to be kept for what follows a stage at no pace: laws are chosen once more after the last stage,
+    /// which takes about as long as the fit of the dynamics did.
+    fn reserve(&self, stage: Stage) -> f64 {
+        if stage == Stage::TuneGaussians { self.schedule.fit_secs } else { 0.0 }
+    }
+
+    /// A stage ends.
+    pub(crate) fn end(&mut self) {
+        let used = self.used();
+        if let Some(current) = self.current.take().filter(|current| current.stage == Stage::FitDynamics) {
+            self.schedule.fit_secs = used - current.begun;
+        }
     }
 
     /// Sets the pace of the step to come: that of the record or, once its end is reached, one that keeps to
@@ -127,7 +147,7 @@ impl Budget {
     /// # Errors
     /// If it cannot be written.
     pub(crate) fn save(&self) -> Result<(), TrainError> {
-        let schedule = Schedule { used_secs: self.used(), paces: self.schedule.paces.clone() };
+        let schedule = Schedule { used_secs: self.used(), ..self.schedule.clone() };
         let json = serde_json::to_vec_pretty(&schedule)
             .map_err(|e| FileError::new("write file", &self.path, e.into()))?;
         Ok(write_atomically(&self.path, |w| w.write_all(&json))?)
@@ -182,11 +202,12 @@ pub fn read_schedule(path: &Path) -> Result<Schedule, TrainError> {
     let text = std::fs::read(path).map_err(|e| FileError::new("read file", path, e))?;
     let schedule: Schedule =
         serde_json::from_slice(&text).map_err(|e| FileError::new("read file", path, e.into()))?;
-    let is_sound = schedule.used_secs >= 0.0 && schedule.paces.iter().all(|p| p.pace > 0.0);
+    let is_sound =
+        schedule.used_secs >= 0.0 && schedule.fit_secs >= 0.0 && schedule.paces.iter().all(|p| p.pace > 0.0);
     if is_sound {
         return Ok(schedule);
     }
-    let reason = std::io::Error::other("paces have to be positive, and used time not negative");
+    let reason = std::io::Error::other("paces have to be positive, and times not negative");
     Err(FileError::new("read file", path, reason).into())
 }
 
@@ -200,8 +221,8 @@ mod tests {
             [|_: f64| 0.2, |progress: f64| 0.02 + progress, |progress: f64| 0.9 - progress * 0.8]
         {
             let mut clock = Clock::new(1000);
-            let mut current =
-                Current { stage: Stage::Source, deadline: 300.0, since: 0.0, steps: 0, step_secs: None };
+            let (stage, deadline) = (Stage::Source, 300.0);
+            let mut current = Current { stage, begun: 0.0, deadline, since: 0.0, steps: 0, step_secs: None };
             let mut used = 0.0;
             while clock.left() > 0.0 {
                 if let Some(pace) = current.due(&clock, used) {

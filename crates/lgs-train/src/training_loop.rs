@@ -66,6 +66,9 @@ impl TrainingLoop<'_> {
                 self.save(trainer, &mut reader)?;
             }
         }
+        if let Some(budget) = self.budget {
+            budget.borrow_mut().end();
+        }
         self.save(trainer, &mut reader)
     }
 

@@ -9,12 +9,15 @@ use lgs_bench::table::{Row, percent, section};
 use lgs_bench::{Beside, REPEATS, Tile, medians_in_turns};
 use lgs_core::{Camera, GaussianCloud};
 use lgs_render::{
-    ImageCotangents, Rasterized, RasterizedVjp, SplatGradients, Splats, rasterize, rasterize_vjp,
+    AffineMotion, ImageCotangents, ImageTangent, Rasterized, RasterizedVjp, SplatGradients, Splats,
+    rasterize, rasterize_jvp, rasterize_vjp,
 };
 use std::sync::Mutex;
 
 const GAUSSIANS: usize = 50_000;
 const BACKGROUND: [f32; 3] = [1.0; 3];
+/// One of so many Gaussians belongs to a body that moves.
+const PART_OF_BODY: usize = 10;
 
 /// A scene, its camera, cotangents of the image, and the arrays of the results, which are kept from call to
 /// call.
@@ -81,6 +84,30 @@ fn print_pose(case: &Case) {
         .print();
 }
 
+/// What the changes of the image by six motions of a body cost.
+fn print_motions(case: &Case) {
+    let splats = Splats::from(&case.cloud);
+    let drawn = rasterize(&splats, &case.camera, BACKGROUND);
+    let still = AffineMotion { center: [0.0; 3], shift: [0.0; 3], linear: [[0.0; 3]; 3] };
+    let motions: [AffineMotion; 6] = std::array::from_fn(|i| match i % 3 {
+        axis if i < 3 => {
+            AffineMotion { shift: std::array::from_fn(|a| f32::from(u8::from(a == axis))), ..still }
+        }
+        axis => {
+            let mut linear = [[0.0; 3]; 3];
+            (linear[(axis + 1) % 3][axis], linear[axis][(axis + 1) % 3]) = (1.0, -1.0);
+            AffineMotion { linear, ..still }
+        }
+    });
+    let members = 0..GAUSSIANS / PART_OF_BODY;
+    let changes =
+        || -> Vec<ImageTangent> { rasterize_jvp(&splats, &case.camera, &drawn, (members.clone(), &motions)) };
+    let [forward, changes] = medians_in_turns(REPEATS, [&mut || case.forward(), &mut || drop(changes())]);
+    Row::timed("changes by six motions of a tenth of them", changes)
+        .with_ratio(format!("{:.2} × forward, central differences 12 ×", changes / forward))
+        .print();
+}
+
 pub(crate) fn run(machine: &Machine) {
     let case = Case::new(GAUSSIANS, trained_scene(GAUSSIANS));
     section(&format!(
@@ -108,6 +135,7 @@ pub(crate) fn run(machine: &Machine) {
         .asked("≤ 4 ×", ratio <= 4.0)
         .print();
     print_pose(&case);
+    print_motions(&case);
     compare("rasterize, forward", 1.6, || case.forward());
     compare("rasterize, forward + backward", 1.6, || case.both());
 

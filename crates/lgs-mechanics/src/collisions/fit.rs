@@ -19,7 +19,7 @@ use crate::explain::check_track;
 use crate::law::Law;
 use crate::system::System;
 use crate::terms::Term;
-use crate::thresholds::{AGREED, AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, NEAR_PLANE};
+use crate::thresholds::{AGREED, AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, HOPELESS, NEAR_PLANE};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -241,7 +241,8 @@ fn on_plane(
         let given = (since.clone(), samples.clone());
         let bouncing = Bouncing::new((motion, start), given, (&law.bounds, &scales), freedom)?;
         let (pair, error) = bouncing.coarse()?;
-        Some((bouncing, pair, error))
+        // No restitution and friction bring it about: the plane is not what the body has met.
+        (error <= HOPELESS * contact.extent()).then_some((bouncing, pair, error))
     };
     let tried = masses(&law.candidate.coordinates, body.is_shell).into_iter().filter_map(with_inertia);
     let (bouncing, pair, _) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;

@@ -6,11 +6,11 @@ use crate::candidate::Candidate;
 use crate::choose::{PARSIMONY, simplicity};
 use crate::coordinates::{Coordinates, Port, State};
 use crate::error::MechanicsError;
-use crate::fit::{Shared, Track, first_values, shoot_each};
+use crate::fit::{Shared, Track, first_values, interval, shoot_each};
 use crate::law::Law;
 use crate::noise::Noise;
 use crate::terms::{Scales, Term};
-use crate::thresholds::{FEWEST_TIMES, GOOD, MOST_BLURRED, OF_SCALE, SHOTS};
+use crate::thresholds::{FEWEST_TIMES, GOOD, MOST_BLURRED, MOST_STEPS_OF_SAMPLE, OF_SCALE, SHOTS};
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
@@ -32,7 +32,7 @@ pub(super) struct FlightLaw {
     pub(super) bounds: Vec<[f64; 2]>,
     /// Typical sizes of the parameters.
     pub(super) scales: Vec<f64>,
-    /// Step that resolves the motion.
+    /// Step that resolves the motion, as far as samples do.
     pub(super) step: f64,
     /// Flights that were fitted, and their states at their first samples.
     pub(super) flights: Vec<(Range<usize>, State)>,
@@ -161,7 +161,8 @@ fn of_parts(body: &Body, seen: &Observed, parts: &[Range<usize>], blurred: usize
         parameters: in_order(&body.coordinates, &halves, values),
         bounds: in_order(&body.coordinates, &halves, bounds),
         scales: in_order(&body.coordinates, &halves, scales),
-        step: halves.iter().map(|half| half.shared.law.step).fold(f64::INFINITY, f64::min),
+        step: (halves.iter().map(|half| half.shared.law.step).fold(f64::INFINITY, f64::min))
+            .max(interval(seen.times) / MOST_STEPS_OF_SAMPLE),
         flights: parts.iter().cloned().enumerate().map(|(k, part)| (part, state(k))).collect(),
         noise: halves.iter().flat_map(|half| half.noise.clone()).collect(),
         blurred,

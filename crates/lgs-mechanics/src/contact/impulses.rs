@@ -24,12 +24,12 @@ pub(crate) struct Touch {
     /// Height of its surface over the plane.
     pub(crate) gap: f64,
     /// From the centre to the surface, world axes.
-    arm: DVec3,
+    pub(crate) arm: DVec3,
     /// Normal velocity that the impulses must leave at least.
     pub(crate) least: f64,
     /// Impulse along the normal, then across it.
-    normal: f64,
-    across: DVec3,
+    pub(crate) normal: f64,
+    pub(crate) across: DVec3,
 }
 
 impl Body {
@@ -62,20 +62,31 @@ impl Body {
         Self::new(&state, turns.then_some(DMat3::IDENTITY))
     }
 
-    /// All points that may touch.
-    pub(crate) fn touches(&self, contact: &Contact) -> Vec<Touch> {
-        let normal = DVec3::from(contact.plane.normal);
-        let touch = |point: &[f64; 3]| {
-            let arm = self.rotation * DVec3::from(*point) - normal * contact.radius;
-            let gap = contact.plane.height(self.center + arm);
+    /// The points of which the height over the plane is at most `reach`.
+    pub(crate) fn touches(&self, contact: &Contact, reach: f64) -> Vec<Touch> {
+        let (normal, base) = self.heights(contact);
+        let world_normal = DVec3::from(contact.plane.normal);
+        let low =
+            contact.points.iter().map(|point| (DVec3::from(*point), base + normal.dot((*point).into())));
+        let touch = |(point, gap)| {
+            let arm = self.rotation * point - world_normal * contact.radius;
             Touch { gap, arm, least: 0.0, normal: 0.0, across: DVec3::ZERO }
         };
-        contact.points.iter().map(touch).collect()
+        low.filter(|(_, gap)| *gap <= reach).map(touch).collect()
     }
 
     /// Smallest height over the plane.
     pub(crate) fn gap(&self, contact: &Contact) -> f64 {
-        self.touches(contact).iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min)
+        let (normal, base) = self.heights(contact);
+        let along = contact.points.iter().map(|point| normal.dot(DVec3::from(*point)));
+        base + along.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The normal in body axes, and the height of the surface around a point at the centre: that of others is
+    /// higher by their product with the normal.
+    fn heights(&self, contact: &Contact) -> (DVec3, f64) {
+        let normal = self.rotation.transpose() * DVec3::from(contact.plane.normal);
+        (normal, contact.plane.height(self.center) - contact.radius)
     }
 
     /// The same place with the velocities of another.
@@ -98,20 +109,14 @@ impl Body {
         self.velocity + self.spin.cross(touch.arm)
     }
 
-    /// Changes the velocities by an impulse at a point.
-    fn push(&mut self, arm: DVec3, impulse: DVec3) {
-        self.velocity += impulse;
-        self.spin += self.turned(arm.cross(impulse));
+    /// Fastest that a point up to a distance from the centre moves.
+    pub(crate) fn fastest(&self, distance: f64) -> f64 {
+        self.velocity.length() + self.spin.length() * distance
     }
 
-    /// The inverse inertia in world axes, applied to a vector.
-    fn turned(&self, vector: DVec3) -> DVec3 {
-        self.rotation * (self.inverse * (self.rotation.transpose() * vector))
-    }
-
-    /// Change of a point's velocity along a direction by a unit impulse there.
-    fn response(&self, arm: DVec3, direction: DVec3) -> f64 {
-        1.0 + direction.dot(self.turned(arm.cross(direction)).cross(arm))
+    /// What impulses do to it where it is.
+    fn mobility(&self) -> Mobility {
+        Mobility(self.rotation * self.inverse * self.rotation.transpose())
     }
 
     /// Writes the velocities into a state.
@@ -121,6 +126,23 @@ impl Body {
             state.v[..3].copy_from_slice(&(self.rotation.transpose() * self.spin).to_array());
         }
         state.v[turns..].copy_from_slice(&self.velocity.to_array());
+    }
+}
+
+/// The inverse inertia of a body of mass 1, world axes.
+struct Mobility(DMat3);
+
+impl Mobility {
+    /// Changes the velocities by an impulse at a point.
+    fn push(&self, body: &mut Body, arm: DVec3, impulse: DVec3) {
+        body.velocity += impulse;
+        body.spin += self.0 * arm.cross(impulse);
+    }
+
+    /// Change of a point's velocity along a direction by a unit impulse there.
+    fn response(&self, arm: DVec3, direction: DVec3) -> f64 {
+        let lever = arm.cross(direction);
+        1.0 + lever.dot(self.0 * lever)
     }
 }
 
@@ -136,22 +158,24 @@ impl Contact {
 /// velocity asks for; those across the normal oppose sliding within Coulomb's cone.
 pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
     let normal = DVec3::from(contact.plane.normal);
+    let mobility = body.mobility();
+    let responses: Vec<f64> = touches.iter().map(|touch| mobility.response(touch.arm, normal)).collect();
     for _ in 0..SWEEPS {
         let (mut change, mut sum) = (0.0, 0.0);
-        for touch in touches.iter_mut() {
+        for (touch, response) in touches.iter_mut().zip(&responses) {
             let missing = touch.least - body.velocity_at(touch).dot(normal);
-            let push = (touch.normal + missing / body.response(touch.arm, normal)).max(0.0);
+            let push = (touch.normal + missing / response).max(0.0);
             let by = push - touch.normal;
-            body.push(touch.arm, normal * by);
+            mobility.push(body, touch.arm, normal * by);
             touch.normal = push;
             let slide = body.velocity_at(touch).reject_from(normal);
             let mut across = touch.across;
             if let Some(direction) = slide.try_normalize() {
-                across -= slide / body.response(touch.arm, direction);
+                across -= slide / mobility.response(touch.arm, direction);
             }
             across = across.clamp_length_max(contact.friction * touch.normal);
             let turned = across - touch.across;
-            body.push(touch.arm, turned);
+            mobility.push(body, touch.arm, turned);
             touch.across = across;
             change += by.abs() + turned.length();
             sum += push;

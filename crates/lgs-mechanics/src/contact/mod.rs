@@ -8,6 +8,7 @@
 
 mod impact;
 mod impulses;
+mod manifold;
 mod observed;
 mod plane;
 mod points;
@@ -21,3 +22,4 @@ pub use surfaces::{Contact, Origin};
 
 pub(crate) use impact::check_order;
 pub(crate) use impulses::{Body, Touch, solve};
+pub(crate) use manifold::carrying;

@@ -20,5 +20,6 @@ pub use levenberg::{Minimum, Problem, Settings, Unknown, finite_differences, min
 pub use regression::{Regression, regress};
 pub use segments::approach;
 pub use shared::{Shared, shoot_each};
+pub(crate) use shooting::interval;
 pub use starts::first_values;
 pub use track::Track;

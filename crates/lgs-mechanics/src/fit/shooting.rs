@@ -88,7 +88,7 @@ impl Problem for Shooting<'_> {
 }
 
 /// The mean interval between samples.
-pub(super) fn interval(times: &[f64]) -> f64 {
+pub(crate) fn interval(times: &[f64]) -> f64 {
     (times[times.len() - 1] - times[0]) / (times.len() - 1).max(1) as f64
 }
 

@@ -1,6 +1,6 @@
 //! Motion with collisions.
 
-use crate::contact::{Body, Contact, Impact, Touch, solve};
+use crate::contact::{Body, Contact, Impact, Touch, carrying, solve};
 use crate::coordinates::State;
 use crate::integrate::{self, NoSolution, Solved, Stepper};
 use crate::law::Law;
@@ -16,6 +16,8 @@ pub(crate) struct Collider<'a> {
     known: &'a [Impact],
     /// Inverse of the inertia, body axes; none for a point.
     inverse: Option<DMat3>,
+    /// Largest distance of the surface from the centre.
+    extent: f64,
     /// Impacts met, in order.
     pub(crate) met: Vec<Impact>,
 }
@@ -32,7 +34,8 @@ impl<'a> Collider<'a> {
     pub(crate) fn new(law: &'a Law) -> Option<Self> {
         let inverse = law.coordinates.inertia().map(|inertia| inertia.inverse_tensor(&law.parameters));
         let contact = law.contact.as_ref()?;
-        Some(Self { contact, known: &law.events, inverse, met: Vec::new() })
+        let (known, extent) = (&law.events, contact.extent());
+        Some(Self { contact, known, inverse, extent, met: Vec::new() })
     }
 
     /// Advances by a step that may be negative.
@@ -52,7 +55,7 @@ impl<'a> Collider<'a> {
     /// come out of the plane is not determined.
     fn back(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         let target = at.time + h;
-        let depth = self.gap(&at.state).min(0.0) - TOUCHING * self.contact.extent();
+        let depth = self.gap(&at.state).min(0.0) - TOUCHING * self.extent;
         let passed = |impact: &&Impact| impact.time < at.time && impact.time >= target;
         if let Some(impact) = self.known.iter().rev().find(passed) {
             integrate::advance(stepper, &mut at.state, impact.time - at.time)?;
@@ -78,7 +81,7 @@ impl<'a> Collider<'a> {
         let turns = state.v.len() - 3;
         let speed = DVec3::from_slice(&state.v[turns..]).length();
         let spin = if turns == 3 { DVec3::from_slice(&state.v).length() } else { 0.0 };
-        2.0 * h * (speed + spin * self.contact.extent() + self.contact.resting_speed)
+        2.0 * h * (speed + spin * self.extent + self.contact.resting_speed)
     }
 
     /// A part of a step near the plane.
@@ -123,8 +126,8 @@ impl<'a> Collider<'a> {
     /// The points that touch, and their velocities along the normal.
     fn touching(&self, body: &Body) -> Vec<(Touch, f64)> {
         let normal = DVec3::from(self.contact.plane.normal);
-        let near = TOUCHING * self.contact.extent();
-        let touches = body.touches(self.contact).into_iter().filter(|touch| touch.gap <= near);
+        let near = TOUCHING * self.extent;
+        let touches = body.touches(self.contact, near).into_iter();
         touches.map(|touch| (touch, body.velocity_at(&touch).dot(normal))).collect()
     }
 
@@ -163,9 +166,11 @@ impl<'a> Collider<'a> {
             touch.least = if fast { -self.contact.restitution * along } else { -give / h };
             touch
         };
-        let closing = |touch: &Touch| touch.gap + h * body.velocity_at(touch).dot(normal) < 0.0;
-        let touches = before.touches(self.contact).into_iter().filter(closing);
-        let mut touches: Vec<Touch> = touches.map(hold).collect();
+        let reach = h * body.fastest(self.extent);
+        let after = |touch: &Touch| touch.gap + h * body.velocity_at(touch).dot(normal);
+        let closing = before.touches(self.contact, reach).into_iter().filter(|touch| after(touch) < 0.0);
+        let carrying = carrying(closing.collect(), normal, after);
+        let mut touches: Vec<Touch> = carrying.into_iter().map(hold).collect();
         solve(&mut body, &mut touches, self.contact);
         let turns = at.state.v.len() - 3;
         if turns == 3 {

@@ -5,16 +5,12 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{axial, cross_matrix, fit_affine, outer, wide};
-use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use lgs_core::linear::{scale, sub};
 use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
-use lgs_model::mapped_shape;
-use lgs_render::{Rasterized, Splats, photometric, rasterize};
+use lgs_render::{AffineMotion, ImageTangent, Rasterized, Splats, photometric, rasterize, rasterize_jvp};
 
 use super::initial_pose::{mean, spin};
-
-/// Step of the central differences of images by a body's displacement, in radii and radians.
-const PROBE: f64 = 0.005;
 
 /// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
 const SSIM_WEIGHT: f32 = 0.2;
@@ -49,6 +45,21 @@ pub(super) struct Normal {
     pub(super) b: Displacement,
 }
 
+impl Normal {
+    /// Those of residuals and the changes of the same pixels by every number of the displacement.
+    fn new(columns: &[Vec<[f32; 3]>], residuals: &[[f32; 3]]) -> Self {
+        let mut normal = Self { a: [Displacement::default(); 12], b: Displacement::default() };
+        for (i, column) in columns.iter().enumerate() {
+            normal.b[i] = product(column, residuals);
+            for (j, other) in columns[..=i].iter().enumerate() {
+                normal.a[i][j] = product(column, other);
+                normal.a[j][i] = normal.a[i][j];
+            }
+        }
+        normal
+    }
+}
+
 /// One frame's residuals and what they tell of bodies.
 pub(super) struct Observation {
     /// Normal equations by body.
@@ -67,21 +78,21 @@ pub(super) fn observe(
     background: [f32; 3],
 ) -> Observation {
     let truth = truth(frame, background);
-    let drawn = draw(&Splats::from(cloud), frame, background);
+    let splats = Splats::from(cloud);
+    let forward = rasterize(&splats, &frame.camera, background);
+    let drawn = photographed(&forward, frame, background);
     let residuals = difference(&truth.pixels, &drawn);
+    let weights = frame.weights();
     let normal = |body: &Pose| {
-        let draw = |splats: &Splats<'_>| draw(splats, frame, background);
-        let columns: Vec<Vec<f32>> =
-            (0..body.freedoms()).map(|unknown| derivative(unknown, body, cloud, draw)).collect();
-        let mut normal = Normal { a: [Displacement::default(); 12], b: Displacement::default() };
-        for (i, column) in columns.iter().enumerate() {
-            normal.b[i] = product(column, &residuals);
-            for (j, other) in columns[..=i].iter().enumerate() {
-                normal.a[i][j] = product(column, other);
-                normal.a[j][i] = normal.a[i][j];
-            }
-        }
-        normal
+        let motions = &motions_about(body.center)[..body.freedoms()];
+        let tangents = rasterize_jvp(&splats, &frame.camera, &forward, (body.rows.clone(), motions));
+        let part = tangents.first().map(|tangent| {
+            let weights = weights.as_ref().map(|weights| tangent.part_of(weights, truth.width as usize));
+            (tangent.part_of(&residuals, truth.width as usize), weights)
+        });
+        let (residuals, weights) = part.unwrap_or_default();
+        let column = |tangent| photographed_change(tangent, frame, (weights.as_deref(), background));
+        Normal::new(&tangents.into_iter().map(column).collect::<Vec<_>>(), &residuals)
     };
     Observation {
         normals: bodies.iter().map(normal).collect(),
@@ -92,13 +103,13 @@ pub(super) fn observe(
 
 /// Sum of squared errors of Gaussians in a frame.
 pub(super) fn squared_error(frame: &Frame, cloud: &GaussianCloud, background: [f32; 3]) -> f64 {
-    let residuals =
-        difference(&truth(frame, background).pixels, &draw(&Splats::from(cloud), frame, background));
+    let drawn = rasterize(&Splats::from(cloud), &frame.camera, background);
+    let residuals = difference(&truth(frame, background).pixels, &photographed(&drawn, frame, background));
     product(&residuals, &residuals)
 }
 
-fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<f32> {
-    a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a - b).collect()
+fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    a.iter().zip(b).map(|(a, b)| sub(*a, *b)).collect()
 }
 
 /// The frame's image; what its mask leaves out is background, as in [`draw`].
@@ -108,57 +119,36 @@ fn truth(frame: &Frame, background: [f32; 3]) -> Image {
     truth
 }
 
-fn draw(splats: &Splats<'_>, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
-    let Rasterized { mut image, transmittance, .. } = rasterize(splats, &frame.camera, background);
-    frame.exposure.expose(&mut image, &transmittance, background);
+/// A drawn image as the frame's camera takes it.
+fn photographed(drawn: &Rasterized, frame: &Frame, background: [f32; 3]) -> Vec<[f32; 3]> {
+    let mut image = drawn.image.clone();
+    frame.exposure.expose(&mut image, &drawn.transmittance, background);
     frame.leave_out(&mut image, background);
     image
 }
 
-/// The derivative of an image of the cloud by one number of a body's displacement, by central differences.
-fn derivative(
-    unknown: usize,
-    body: &Pose,
-    cloud: &GaussianCloud,
-    draw: impl Fn(&Splats<'_>) -> Vec<[f32; 3]>,
-) -> Vec<f32> {
-    let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
-    let [ahead, behind] = [probe, -probe].map(|by| {
-        let mut displacement = Displacement::default();
-        displacement[unknown] = by;
-        let Shapes { means, rotations, log_scales } = &displaced(cloud, body, &displacement);
-        draw(&Splats { means, rotations, log_scales, ..Splats::from(cloud) })
-    });
-    let rate = (0.5 / probe) as f32;
-    difference(&ahead, &behind).into_iter().map(|change| rate * change).collect()
-}
-
-/// What a displacement changes of Gaussians.
-struct Shapes {
-    means: Vec<[f32; 3]>,
-    rotations: Vec<[f32; 4]>,
-    log_scales: Vec<[f32; 3]>,
-}
-
-/// Gaussians of which some belong to a displaced body.
-fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> Shapes {
-    let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
-    let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
-    let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
-    let (matrix, center) = (mat_mul(&matrix_from_quat(turn), &stretch), add(body.center, [tx, ty, tz]));
-    let is_stretched = stretch != matrix_from_quat([1.0, 0.0, 0.0, 0.0]);
-    let (mut means, mut rotations) = (cloud.means.clone(), cloud.rotations.clone());
-    let mut log_scales = cloud.log_scales.clone();
-    let linear = DMat3::from_cols_array_2d(&matrix.map(|row| row.map(f64::from))).transpose();
-    for i in body.rows.clone() {
-        means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
-        if is_stretched {
-            (rotations[i], log_scales[i]) = mapped_shape(&linear, cloud.rotations[i], cloud.log_scales[i]);
-        } else {
-            rotations[i] = quat_mul(turn, cloud.rotations[i]);
-        }
+/// The change of a part of an image as the frame's camera takes it, given the weights of its pixels.
+fn photographed_change(
+    tangent: ImageTangent,
+    frame: &Frame,
+    (weights, background): (Option<&[f32]>, [f32; 3]),
+) -> Vec<[f32; 3]> {
+    let ImageTangent { mut image, transmittance, .. } = tangent;
+    frame.exposure.expose_change(&mut image, &transmittance, background);
+    for (pixel, &weight) in image.iter_mut().zip(weights.unwrap_or_default()) {
+        *pixel = scale(*pixel, weight);
     }
-    Shapes { means, rotations, log_scales }
+    image
+}
+
+/// The motions by the numbers of a displacement, one unit of each.
+fn motions_about(center: [f32; 3]) -> [AffineMotion; 12] {
+    let unit = |number: usize| -> Displacement { std::array::from_fn(|i| f64::from(u8::from(i == number))) };
+    std::array::from_fn(|number| {
+        let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = unit(number).map(|v| v as f32);
+        let linear = [[xx, xy - rz, xz + ry], [xy + rz, yy, yz - rx], [xz - ry, yz + rx, zz]];
+        AffineMotion { center, shift: [tx, ty, tz], linear }
+    })
 }
 
 /// The displacement per unit of time, or of an unknown, of particles at some offsets from their centre, by
@@ -180,8 +170,9 @@ pub(super) fn displacement_of(offsets: &[[f32; 3]], rates: &[[f32; 3]], deforms:
 }
 
 /// The inner product: lanes of 16 terms are summed in single precision within a block, blocks in double.
-fn product(a: &[f32], b: &[f32]) -> f64 {
+fn product(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     const BLOCK: usize = 4096;
+    let (a, b) = (a.as_flattened(), b.as_flattened());
     let of_block = |(a, b): (&[f32], &[f32])| {
         let mut lanes = [0.0_f32; 16];
         let (a, b) = (a.as_chunks::<16>(), b.as_chunks::<16>());
@@ -197,9 +188,28 @@ fn product(a: &[f32], b: &[f32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_normalize};
     use lgs_core::{Camera, Exposure};
     use lgs_data::dataset::Pixels;
+    use lgs_model::mapped_shape;
     use nalgebra::DMatrix;
+
+    /// Gaussians of which some belong to a displaced body.
+    fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> GaussianCloud {
+        let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
+        let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
+        let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
+        let matrix = mat_mul(&matrix_from_quat(turn), &stretch);
+        let linear = DMat3::from_cols_array_2d(&matrix.map(|row| row.map(f64::from))).transpose();
+        let mut moved = cloud.clone();
+        for i in body.rows.clone() {
+            let offset = mat_vec(&matrix, sub(cloud.means[i], body.center));
+            moved.means[i] = add(add(body.center, [tx, ty, tz]), offset);
+            (moved.rotations[i], moved.log_scales[i]) =
+                mapped_shape(&linear, cloud.rotations[i], cloud.log_scales[i]);
+        }
+        moved
+    }
 
     /// The displacement that images of a body show which are drawn after one.
     fn seen(by: &Displacement, deforms: bool, eyes: &[[f32; 3]]) -> Vec<f64> {
@@ -216,9 +226,8 @@ mod tests {
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
             let (name, exposure) = (String::new(), Exposure::IDENTITY);
             let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
-            let Shapes { means, rotations, log_scales } = displaced(&cloud, &body, by);
-            let moved = GaussianCloud { means, rotations, log_scales, ..cloud.clone() };
-            let drawn = draw(&Splats::from(&moved), &frame, [1.0; 3]);
+            let drawn =
+                rasterize(&Splats::from(&displaced(&cloud, &body, by)), &frame.camera, [1.0; 3]).image;
             let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
             let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];
             frame.pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();
