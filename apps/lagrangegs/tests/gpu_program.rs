@@ -76,8 +76,8 @@ fn the_demo_runs_to_its_end_and_scores_what_it_does_on_the_processor() {
     }
 }
 
-/// Trains twice on the device, with more arguments: the results have the same bytes, and the processor can go on
-/// with the first.
+/// Trains twice on the device, with more arguments: the results have the same bytes, and the processor can go
+/// on with the first.
 fn assert_same_bytes_twice_and_resumes(more: &str, results: &[&str]) {
     let dir = tempfile::tempdir().expect("a folder");
     let data = dir.path().join("data");

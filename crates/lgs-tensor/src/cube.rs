@@ -39,8 +39,8 @@ pub fn zeros(like: &CubeTensor, shape: impl Into<Shape>, dtype: DType) -> CubeTe
     zeros_client(like.client.clone(), like.device.clone(), shape, dtype)
 }
 
-/// A shape that fits into a buffer of the device. The library would notice one that doesn't when its values are
-/// read, and not say its size.
+/// A shape that fits into a buffer of the device. The library would notice one that doesn't when its values
+/// are read, and not say its size.
 fn fitting(like: &CubeTensor, shape: Shape, dtype: DType) -> Shape {
     let bytes = (shape.num_elements() * dtype.size()) as u64;
     let most = like.client.properties().memory.max_page_size;

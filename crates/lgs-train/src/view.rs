@@ -10,8 +10,8 @@ use crate::cloud_tensors::CloudTensors;
 
 /// How a frame is seen: the leaves of what is learned of its camera.
 pub(crate) struct Sensor {
-    /// `[6]`: the motion of the scene in the axes of the frame's camera, if that is learned; its gradient is that
-    /// by a further motion.
+    /// `[6]`: the motion of the scene in the axes of the frame's camera, if that is learned; its gradient is
+    /// that by a further motion.
     pub(crate) pose: Option<Tensor<1>>,
     /// `[6]`: gains minus 1, then offsets; nothing where colours are as they are.
     pub(crate) exposure: Option<Tensor<1>>,

@@ -1,5 +1,5 @@
-//! Light over time on a device of Vulkan, Metal or DX12 (feature `gpu`), against the processor. What a step of
-//! it reads back is counted with all others in `gpu_training.rs`.
+//! Light over time on a device of Vulkan, Metal or DX12 (feature `gpu`), against the processor. What a step
+//! of it reads back is counted with all others in `gpu_training.rs`.
 #![cfg(feature = "gpu")]
 
 #[path = "common/tiny.rs"]

@@ -1,8 +1,8 @@
-//! What training asks of a device and of the processor, in turns, each as a share of what it can do, as rows of
-//! a Markdown table:
+//! What training asks of a device and of the processor, in turns, each as a share of what it can do, as rows
+//! of a Markdown table:
 //!
-//! `cargo bench -p lgs-bench --features gpu --bench devices -- NAME [--tiny]`, with a NAME as `lagrangegs info
-//! --devices` lists them. `--tiny` takes seconds, on software drivers too; its figures say nothing.
+//! `cargo bench -p lgs-bench --features gpu --bench devices -- NAME [--tiny]`, with a NAME as `lagrangegs
+//! info --devices` lists them. `--tiny` takes seconds, on software drivers too; its figures say nothing.
 
 mod dynamics;
 #[path = "../speed/particles.rs"]

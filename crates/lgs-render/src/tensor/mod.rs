@@ -32,8 +32,8 @@ pub struct SplatTensors {
     /// `[n, 2]`, values unused: its gradient is that by the projected centres, per pixel (the densification
     /// statistic).
     pub means2d_probe: Tensor<2>,
-    /// `[6]`: the motion of the scene in camera axes ([`lgs_core::Camera::seeing_moved`]) under which it is seen;
-    /// its gradient is that by a further small one, by which the camera's pose is refined.
+    /// `[6]`: the motion of the scene in camera axes ([`lgs_core::Camera::seeing_moved`]) under which it is
+    /// seen; its gradient is that by a further small one, by which the camera's pose is refined.
     pub pose: Tensor<1>,
 }
 

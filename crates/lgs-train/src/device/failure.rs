@@ -9,8 +9,8 @@ const TOO_LARGE: &str = "Memory location was never initialized";
 /// The settings by which a training needs less memory.
 const LOWER: &str = "lower data.resolution, source.densify.max_gaussians or source.initial_gaussians";
 
-/// One line of the words with which the tensor library gave up on a device, whose largest buffer has so many bytes
-/// where that is known.
+/// One line of the words with which the tensor library gave up on a device, whose largest buffer has so many
+/// bytes where that is known.
 #[must_use]
 pub fn failure(words: &str, largest: Option<u64>) -> String {
     if let Some(bytes) = ASKED.iter().find_map(|before| number_after(words, before)) {

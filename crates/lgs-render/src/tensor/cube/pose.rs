@@ -1,5 +1,5 @@
-//! The camera's pose: the motion under which it sees the scene, and the gradient by it (`crate::project_vjp`):
-//! what each Gaussian adds to it, and their sum.
+//! The camera's pose: the motion under which it sees the scene, and the gradient by it
+//! (`crate::project_vjp`): what each Gaussian adds to it, and their sum.
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;

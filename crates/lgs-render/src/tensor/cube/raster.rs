@@ -52,7 +52,7 @@ fn sizes(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> Sizes {
     }
 }
 
-/// The camera, moved by the pose, and, Gaussian by Gaussian, centre, quaternion, log scales and opacity logit.
+/// The camera, moved by the pose, and by Gaussian centre, quaternion, log scales and opacity logit.
 fn pack(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> CubeTensor {
     let [means, rotations, log_scales, raw_opacities, _, _, pose] = inputs;
     let n = means.shape()[0];
