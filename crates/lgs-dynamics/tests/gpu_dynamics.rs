@@ -1,7 +1,6 @@
 //! Accelerations and rollouts on a device of Vulkan, Metal or DX12 (feature `gpu`), against the processor and
 //! the conformance vectors.
 #![cfg(feature = "gpu")]
-#![expect(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 mod support;
 

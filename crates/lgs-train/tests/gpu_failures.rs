@@ -39,6 +39,23 @@ fn trained(run: &Path, dataset: &Dataset, device: &Device, watch: &mut dyn FnMut
     train(&run, dataset, &config, device, &mut Control::new(&stop, watch)).expect("trained")
 }
 
+/// Seconds of training with a checkpoint after each.
+fn config() -> TrainConfig {
+    let settings = [
+        "checkpoint_secs=1",
+        "source.iterations=40",
+        "source.stretch=1",
+        "source.warmup_iterations=10",
+        "source.initial_gaussians=200",
+        "fit_dynamics.steps=1",
+        "fit_dynamics.frames=4",
+        "refine_gaussians.iterations=2",
+        "tune_gaussians.iterations=2",
+    ]
+    .map(str::to_owned);
+    TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
+}
+
 /// Buffers of kernels and of the tensor library that no device has say so, and how large they or those of the
 /// device are.
 fn assert_too_large_is_out_of_memory(device: &Device) {
@@ -64,20 +81,7 @@ fn failures_are_one_line_and_leave_a_run_that_goes_on_elsewhere() {
 
     let folder = tempfile::tempdir().expect("a folder");
     let (data, run) = (falling_ball(folder.path(), 24, 3), folder.path().join("run"));
-    let settings = [
-        "checkpoint_secs=1",
-        "source.iterations=40",
-        "source.stretch=1",
-        "source.warmup_iterations=10",
-        "source.initial_gaussians=200",
-        "fit_dynamics.steps=1",
-        "fit_dynamics.frames=4",
-        "refine_gaussians.iterations=2",
-        "tune_gaussians.iterations=2",
-    ]
-    .map(str::to_owned);
-    let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("config");
-    drop(RunFolder::create(&run, &config, &data).expect("a folder"));
+    drop(RunFolder::create(&run, &config(), &data).expect("a folder"));
     let mut lose = |p: Progress| match (p.stage, p.step) {
         // Long enough for a checkpoint after this step.
         (Stage::Source, 20) => std::thread::sleep(Duration::from_millis(1100)),

@@ -9,7 +9,7 @@ use lgs_tensor::cube::product::{primitive, product, tensor};
 use lgs_tensor::cube::{CubeTensor, cubes, empty, units};
 
 use crate::Sizes;
-use crate::rows::wait_for;
+use crate::rows::{last_of, wait_for};
 
 /// Edge of a tile, and its pixels.
 const EDGE: u32 = 16;
@@ -29,8 +29,7 @@ fn rate(work: f64, mut call: impl FnMut() -> CubeTensor) -> f64 {
     let mut least = f64::INFINITY;
     for turn in 0..=TURNS {
         let begun = Instant::now();
-        let last = (0..CALLS).map(|_| call()).last().expect("a call");
-        wait_for(tensor::<1>(last).narrow(0, 0, 1));
+        wait_for(tensor::<1>(last_of(CALLS, &mut call)).narrow(0, 0, 1));
         if turn > 0 {
             least = least.min(begun.elapsed().as_secs_f64());
         }
@@ -109,9 +108,9 @@ fn add_gaussian(splats: &[f32], g: usize, x: f32, y: f32, light: &mut Array<f32>
     let after = before - weight;
     let hit = alpha >= ALPHA_MIN && after >= TRANSMITTANCE_STOP;
     let weight = select(hit, weight, 0.0f32);
-    light[0usize] = light[0usize] + weight * splats[g + 6usize];
-    light[1usize] = light[1usize] + weight * splats[g + 7usize];
-    light[2usize] = light[2usize] + weight * splats[g + 8usize];
+    light[0usize] += weight * splats[g + 6usize];
+    light[1usize] += weight * splats[g + 7usize];
+    light[2usize] += weight * splats[g + 8usize];
     light[3usize] = select(hit, after, before);
 }
 

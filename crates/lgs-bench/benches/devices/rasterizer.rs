@@ -7,7 +7,7 @@ use lgs_render::{Splats, rasterize as rasterize_slices};
 
 use crate::Sizes;
 use crate::rates::Rates;
-use crate::rows::{least, row, share, wait_for};
+use crate::rows::{last_of, least, row, share, wait_for};
 use crate::trained_scene::trained_scene;
 
 const BACKGROUND: [f32; 3] = [1.0; 3];
@@ -44,18 +44,18 @@ impl Scene {
 
     /// Draws so many times; waits for the last.
     fn forward(&self) {
-        let images = (0..CALLS).map(|_| rasterize(&self.splats, self.view).image);
-        wait_for(images.last().expect("an image").inner().sum());
+        let image = last_of(CALLS, || rasterize(&self.splats, self.view).image);
+        wait_for(image.inner().sum());
     }
 
     /// Draws, compares and pulls back so many times; waits for the last.
     fn both(&self) {
-        let gradients = (0..CALLS).map(|_| {
+        let gradient = last_of(CALLS, || {
             let image = rasterize(&self.splats, self.view).image;
             let gradients = photometric_loss(image, self.target.clone(), 0.2).backward();
             self.splats.means.grad(&gradients).expect("a gradient")
         });
-        wait_for(gradients.last().expect("a gradient").sum());
+        wait_for(gradient.sum());
     }
 }
 

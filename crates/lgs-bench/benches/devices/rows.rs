@@ -24,6 +24,12 @@ pub(crate) fn share(name: &str, rates: [f64; 2], of: [f64; 2]) {
     println!("| – in percent of {name} | {device:.1} | {processor:.1} | |");
 }
 
+/// Calls so many times; gives what the last call made.
+pub(crate) fn last_of<T>(calls: usize, mut call: impl FnMut() -> T) -> T {
+    (1..calls).for_each(|_| drop(call()));
+    call()
+}
+
 /// Waits for a device to have made a tensor `[1]`: its data come only when they are read.
 pub(crate) fn wait_for(tensor: Tensor<1>) {
     let values = tensor.into_data().try_to_vec::<f32>().expect("a number");
