@@ -1,6 +1,7 @@
 //! Start, law and contact as the unknowns of one motion through impacts.
 
 use super::bounced::Bounced;
+use super::effort::Effort;
 use super::freedom::{Freedom, OF_CONTACT};
 use super::samples::{Later, Samples};
 use crate::contact::Plane;
@@ -26,6 +27,7 @@ pub(super) struct Bouncing {
     plane: Plane,
     freedom: Freedom,
     unknowns: Vec<Unknown>,
+    effort: Effort,
 }
 
 impl Bouncing {
@@ -36,6 +38,7 @@ impl Bouncing {
         (times, samples): (Vec<f64>, Samples),
         (bounds, scales): (&[[f64; 2]], &[f64]),
         freedom: Freedom,
+        effort: Effort,
     ) -> Option<Self> {
         let free = |scale: &f64| Unknown { scale: *scale, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
         let mut unknowns: Vec<Unknown> = scales.iter().map(free).collect();
@@ -48,7 +51,8 @@ impl Bouncing {
         unknowns.extend([freedom.tilt, freedom.tilt, freedom.shift].iter().map(free));
         let plane = law.contact.as_ref()?.plane;
         let later = Later::OfNoise;
-        Some(Self { law, first, times, samples, later, middle: [0.0; 2], plane, freedom, unknowns })
+        let middle = [0.0; 2];
+        Some(Self { law, first, times, samples, later, middle, plane, freedom, unknowns, effort })
     }
 
     /// Values at the start with a restitution and a friction.
@@ -74,6 +78,7 @@ impl Bouncing {
 
     fn states(&self, values: &[f64]) -> Option<Vec<Vec<f64>>> {
         let (law, start) = self.motion(values);
+        self.effort.spend(self.times.last()? / law.step)?;
         let states = System::new(&law, Edit::NONE).states(&start, &self.times).ok()?;
         Some(states.into_iter().map(|state| state.x).collect())
     }

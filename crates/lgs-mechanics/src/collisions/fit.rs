@@ -239,7 +239,8 @@ fn on_plane(
         let motion = with_contact(law, &coordinates, contact)?;
         let start: State = law.flights[0].1.clone();
         let given = (since.clone(), samples.clone());
-        let bouncing = Bouncing::new((motion, start), given, (&law.bounds, &scales), freedom)?;
+        let bounds = (law.bounds.as_slice(), scales.as_slice());
+        let bouncing = Bouncing::new((motion, start), given, bounds, freedom, law.effort.clone())?;
         let (pair, error) = bouncing.coarse()?;
         // No restitution and friction bring it about: the plane is not what the body has met.
         (error <= HOPELESS * contact.extent()).then_some((bouncing, pair, error))

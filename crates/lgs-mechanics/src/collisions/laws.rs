@@ -1,6 +1,7 @@
 //! The law between impacts: one for all flights of a track, each with a start of its own.
 
 use super::body::{Body, Observed};
+use super::effort::Effort;
 use super::flights::trimmed;
 use crate::candidate::Candidate;
 use crate::choose::{PARSIMONY, simplicity};
@@ -42,6 +43,8 @@ pub(super) struct FlightLaw {
     pub(super) blurred: usize,
     /// χ² for each independent sample.
     pub(super) chi_square: f64,
+    /// What contacts with this law may still cost.
+    pub(super) effort: Effort,
 }
 
 impl FlightLaw {
@@ -80,6 +83,7 @@ pub(super) struct FlightLaws<'a> {
     /// χ² for each independent sample above which a law does not count as one.
     most: f64,
     found: RefCell<Vec<Found>>,
+    effort: Effort,
 }
 
 /// Flights and their law.
@@ -87,7 +91,7 @@ type Found = (Vec<Range<usize>>, Option<Rc<FlightLaw>>);
 
 impl<'a> FlightLaws<'a> {
     pub(super) fn new(body: &'a Body, seen: &'a Observed<'a>, most: f64) -> Self {
-        Self { body, seen, most, found: RefCell::default() }
+        Self { body, seen, most, found: RefCell::default(), effort: Effort::default() }
     }
 
     /// The law of flights, with as few samples left out at impacts as explain the rest; `None` if the first
@@ -96,7 +100,7 @@ impl<'a> FlightLaws<'a> {
         if let Some((_, law)) = self.found.borrow().iter().find(|(known, _)| known == flights) {
             return law.clone();
         }
-        let law = self.sought(flights).map(Rc::new);
+        let law = self.sought(flights).map(|law| Rc::new(FlightLaw { effort: self.effort.clone(), ..law }));
         self.found.borrow_mut().push((flights.to_vec(), law.clone()));
         law
     }
@@ -167,6 +171,7 @@ fn of_parts(body: &Body, seen: &Observed, parts: &[Range<usize>], blurred: usize
         noise: halves.iter().flat_map(|half| half.noise.clone()).collect(),
         blurred,
         chi_square: loss / samples.max(1.0),
+        effort: Effort::default(),
     })
 }
 

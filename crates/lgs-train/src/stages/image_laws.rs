@@ -15,10 +15,10 @@ use rayon::prelude::*;
 use super::body::rows_of_parts;
 use super::image_poses::{ImagePoses, Part};
 use super::newton::squared_error_of;
-use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
+use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE, TUNED_TO_ANOTHER};
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
-/// the images worse than the scene's own motion by more than a law may be below its source.
+/// the images worse than the scene's own motion by more than is allowed ([`allowance`]).
 ///
 /// Objects without a law in generalised coordinates are offered one if they move like a rigid body, and take
 /// it if it claims to explain or to describe them. Tells by how many decibels the images are drawn better.
@@ -56,11 +56,22 @@ pub(super) fn with_laws_of_images(
         take(law, &mut other, index);
         let after = squared_error_of(&other, frames);
         tracing::debug!(error, after, "images by the motion that the scene had, and by their own law");
-        if decibels_between(error, after) <= MOST_BELOW_SOURCE {
+        if decibels_between(error, after) <= allowance(&scene.objects[index], &other.objects[index]) {
             (changed, error) = (other, after);
         }
     }
     (changed, decibels_between(error, before))
+}
+
+/// Decibels by which a law may draw the images worse than the motion that an object had: what it may be below
+/// its source. One that describes what the images show with fewer constants is only held back by Gaussians that
+/// were tuned to the other motion; they are tuned to it next, and held to the source after that.
+fn allowance(before: &ObjectModel, after: &ObjectModel) -> f64 {
+    let law = |object: &ObjectModel| object.dynamics.generalised().map(|own| own.law.parameters.len());
+    let constants = if has_law(before) { law(before) } else { None }.unwrap_or(usize::MAX);
+    let describes = after.dynamics.generalised().is_some_and(|own| own.known.verdict != Verdict::Outside);
+    let is_simpler = law(after).is_some_and(|own| own < constants);
+    if describes && is_simpler { TUNED_TO_ANOTHER } else { MOST_BELOW_SOURCE }
 }
 
 /// Decibels by which a squared error is worse than another.
