@@ -76,42 +76,36 @@ fn the_demo_runs_to_its_end_and_scores_what_it_does_on_the_processor() {
     }
 }
 
-#[test]
-fn a_run_has_the_same_bytes_twice_and_resumes_on_the_processor() {
-    if !has_device() {
-        return;
-    }
+/// Trains twice on the device, with more arguments: the results have the same bytes, and the processor can go
+/// on with the first.
+fn assert_same_bytes_twice_and_resumes(more: &str, results: &[&str]) {
     let dir = tempfile::tempdir().expect("a folder");
     let data = dir.path().join("data");
     ok(&format!("synth falling-ball --out {} --size 24 --views 3", data.display()));
     let runs = ["one", "two"].map(|name| dir.path().join(name));
     for run in &runs {
-        ok(&format!("train {} --out {} {TINY} --device wgpu", data.display(), run.display()));
+        ok(&format!("train {} --out {} {TINY} {more} --device wgpu", data.display(), run.display()));
     }
-    for file in ["lagrangian.safetensors", "source/defgs.safetensors", "events.jsonl"] {
-        let [one, two] = [0, 1].map(|i| std::fs::read(runs[i].join(file)).expect("a result"));
+    for file in results {
+        let [one, two] = runs.each_ref().map(|run| std::fs::read(run.join(file)).expect("a result"));
         assert!(one == two, "{file} differs");
     }
     ok(&format!("train {} --out {} --resume --device cpu", data.display(), runs[0].display()));
 }
 
 #[test]
+fn a_run_has_the_same_bytes_twice_and_resumes_on_the_processor() {
+    if has_device() {
+        let results = ["lagrangian.safetensors", "source/defgs.safetensors", "events.jsonl"];
+        assert_same_bytes_twice_and_resumes("", &results);
+    }
+}
+
+#[test]
 fn networks_train_on_the_device_and_their_run_resumes_on_the_processor() {
-    if !has_device() {
-        return;
+    if has_device() {
+        assert_same_bytes_twice_and_resumes("--dynamics networks", &["lagrangian.safetensors"]);
     }
-    let dir = tempfile::tempdir().expect("a folder");
-    let data = dir.path().join("data");
-    ok(&format!("synth falling-ball --out {} --size 24 --views 3", data.display()));
-    let runs = ["one", "two"].map(|name| dir.path().join(name));
-    for run in &runs {
-        let line = format!("train {} --out {} {TINY}", data.display(), run.display());
-        ok(&format!("{line} --dynamics networks --device wgpu"));
-    }
-    let [one, two] =
-        runs.each_ref().map(|run| std::fs::read(run.join("lagrangian.safetensors")).expect("a result"));
-    assert!(one == two, "the same bytes twice");
-    ok(&format!("train {} --out {} --resume --device cpu", data.display(), runs[0].display()));
 }
 
 #[test]

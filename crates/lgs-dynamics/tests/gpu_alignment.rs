@@ -11,12 +11,8 @@ use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_dynamics::Supports;
 use lgs_tensor::cube::device_for_tests;
 use support::devices::{aligned, assert_close};
+use support::rollouts::weights;
 use support::{random_points, vectors};
-
-/// Numbers in ±1.
-fn weights(count: usize, seed: u64) -> Vec<f32> {
-    random_points(count.div_ceil(3), 1.0, seed).as_flattened()[..count].to_vec()
-}
 
 #[test]
 fn alignment_passes_conformance() {

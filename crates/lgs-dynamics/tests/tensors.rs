@@ -7,9 +7,9 @@ mod support;
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::testing::{assert_gradient_close, assert_values_close};
 use lgs_dynamics::tensor::{self, RolloutCall};
-use lgs_dynamics::{Edit, ForceKind, PotentialKind, Supports, System, VelocityPolicy, reference};
-use rand::RngExt;
+use lgs_dynamics::{Edit, ForceKind, PotentialKind, Supports, System, reference};
 use std::sync::Arc;
+use support::rollouts::{call_of, cases, weights};
 use support::{Vector, lively_system, random_points, system_of, vectors};
 
 fn device() -> Device {
@@ -53,22 +53,6 @@ fn run(
         values(v.grad(&grads).unwrap()),
     ];
     (values(states), gradients)
-}
-
-fn call_of(vector: &Vector, system: &System) -> RolloutCall {
-    let supports = vector.constants["lra"].as_bool().unwrap().then(|| {
-        let (indices, k) = vector.indices("neighbours");
-        Arc::new(Supports::from_rows(indices, k).unwrap())
-    });
-    RolloutCall {
-        config: system.config,
-        dt: vector.number("dt") as f32,
-        steps: vector.number("steps") as usize,
-        last_dt: None,
-        edit: Edit::default(),
-        supports,
-        velocity_policy: VelocityPolicy::Keep,
-    }
 }
 
 #[test]
@@ -156,37 +140,13 @@ fn alignment_of_tensors_passes_conformance() {
     }
 }
 
-fn random(len: usize, seed: u64) -> Vec<f32> {
-    let mut rng = lgs_core::stream(seed, "weights", 0);
-    (0..len).map(|_| 2.0 * rng.random::<f32>() - 1.0).collect()
-}
-
 #[test]
 fn operation_and_twin_agree_for_every_kind_and_policy() {
     let (q, v) = (random_points(70, 0.6, 1), random_points(70, 0.5, 2));
-    let supports = Arc::new(Supports::nearest(&q, 12));
-    let cases = [
-        (PotentialKind::Mlp, ForceKind::None, None, VelocityPolicy::Keep),
-        (PotentialKind::QuadraticMlp, ForceKind::Mlp, None, VelocityPolicy::Keep),
-        (PotentialKind::QuadraticMlp, ForceKind::Structured, None, VelocityPolicy::Keep),
-        (PotentialKind::QuadraticMlp, ForceKind::Structured, Some(supports.clone()), VelocityPolicy::Keep),
-        (PotentialKind::Mlp, ForceKind::Mlp, Some(supports.clone()), VelocityPolicy::FromPositions),
-        (PotentialKind::Mlp, ForceKind::Structured, Some(supports), VelocityPolicy::Rigid),
-    ];
-    let edit = Edit { velocity_scale: 0.7, potential_scale: 1.2, force_scale: 0.8 };
-    for (potential, force, supports, velocity_policy) in cases {
-        let name = format!("{potential:?} {force:?} {} {velocity_policy:?}", supports.is_some());
-        let system = lively_system(potential, force);
-        let call = RolloutCall {
-            config: system.config,
-            dt: 0.05,
-            steps: 4,
-            last_dt: Some(0.02),
-            edit,
-            supports,
-            velocity_policy,
-        };
-        let weight = random(6 * 70 * 10, 9);
+    let weight = weights(6 * 70 * 10, 9);
+    for case in cases(&q) {
+        let (name, system) = (case.name(), lively_system(case.potential, case.force));
+        let call = case.call(&system);
         let (fast, fast_gradients) = run(ROLLOUTS[0].1, &system, [&q, &v], &call, &weight);
         let (plain, plain_gradients) = run(ROLLOUTS[1].1, &system, [&q, &v], &call, &weight);
         assert_values_close(&name, &fast, &plain, 2e-4, 1e-5);

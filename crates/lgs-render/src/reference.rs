@@ -24,7 +24,8 @@ use pose::Pose;
 /// If no Gaussian is in front of the camera: tensors without rows are left to the fast kernel.
 #[must_use]
 pub fn rasterize(splats: &SplatTensors, view: ViewSpec) -> (Tensor<3>, Tensor<2>) {
-    let ViewSpec { camera, background, active_degree } = view;
+    let ViewSpec { background, active_degree, .. } = view;
+    let camera = view.camera.seeing_moved(motion_of(splats));
     let device = splats.means.device();
     let (height, width) = (camera.height as usize, camera.width as usize);
     let order = front_to_back(&splats.means, &camera);
@@ -47,6 +48,12 @@ pub fn rasterize(splats: &SplatTensors, view: ViewSpec) -> (Tensor<3>, Tensor<2>
     let background = row([background], &device);
     let image = weight.transpose().matmul(image_plane.color) + last.clone().transpose().matmul(background);
     (image.reshape([height, width, 3]), last.reshape([height, width]))
+}
+
+/// The motion under which Gaussians are seen.
+fn motion_of(splats: &SplatTensors) -> [f32; 6] {
+    let motion = splats.pose.clone().into_data().try_to_vec::<f32>().expect("f32 numbers");
+    motion.try_into().expect("six numbers of a motion")
 }
 
 /// Gaussians on the image plane, columns `[n, 1]`.
@@ -106,7 +113,7 @@ fn project(
     order: &Tensor<1, Int>,
     active_degree: usize,
 ) -> ImagePlane {
-    let pose = Pose::new(camera, &splats.pose_probe);
+    let pose = Pose::new(camera, &(splats.pose.clone() - splats.pose.clone().detach()));
     let means = splats.means.clone().select(0, order.clone());
     let world = columns::<3>(&means);
     let camera_means = pose.camera_means(&world);

@@ -127,7 +127,7 @@ fn one_pixel_and_sizes_off_the_tile_grid_agree_with_the_reference() {
         raw_opacities: floats(&cloud.raw_opacities),
         sh: floats(&cloud.sh).reshape([n, 4, 3]),
         means2d_probe: Tensor::zeros([n, 2], &device),
-        pose_probe: Tensor::zeros([6], &device),
+        pose: Tensor::zeros([6], &device),
     };
     let sizes = [(1, 1), (17, 31), (33, 16), (64, 47)];
     let views =

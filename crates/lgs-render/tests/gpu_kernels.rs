@@ -30,6 +30,11 @@ type Drawn = Vec<(&'static str, Vec<f32>)>;
 
 /// Draws on a device, and pulls fixed cotangents back.
 fn drawn_on(device: &Device, cloud: &GaussianCloud, camera: &Camera) -> Drawn {
+    drawn_moved(device, cloud, camera, [0.0; 6])
+}
+
+/// The same of a scene that appears moved.
+fn drawn_moved(device: &Device, cloud: &GaussianCloud, camera: &Camera, motion: [f32; 6]) -> Drawn {
     let n = cloud.means.len();
     let coefficients = (cloud.sh_degree + 1).pow(2);
     let splats = SplatTensors {
@@ -39,7 +44,7 @@ fn drawn_on(device: &Device, cloud: &GaussianCloud, camera: &Camera) -> Drawn {
         raw_opacities: leaf(&cloud.raw_opacities, [n], device),
         sh: leaf(&cloud.sh, [n, coefficients, 3], device),
         means2d_probe: leaf(&vec![0.0; 2 * n], [n, 2], device),
-        pose_probe: leaf(&[0.0; 6], [6], device),
+        pose: leaf(&motion, [6], device),
     };
     let drawn = rasterize(
         &splats,
@@ -63,7 +68,7 @@ fn drawn_on(device: &Device, cloud: &GaussianCloud, camera: &Camera) -> Drawn {
         ("raw_opacities", values(splats.raw_opacities.grad(&grads).expect("raw_opacities"))),
         ("sh", values(splats.sh.grad(&grads).expect("sh"))),
         ("means2d", values(splats.means2d_probe.grad(&grads).expect("means2d"))),
-        ("pose", values(splats.pose_probe.grad(&grads).expect("pose"))),
+        ("pose", values(splats.pose.grad(&grads).expect("pose"))),
     ]
 }
 
@@ -86,8 +91,11 @@ fn drawn_on_slices(cloud: &GaussianCloud, camera: &Camera) -> Drawn {
 }
 
 fn compare(device: &Device, what: &str, cloud: &GaussianCloud, camera: &Camera) {
-    let (found, expected) = (drawn_on(device, cloud, camera), drawn_on_slices(cloud, camera));
-    for ((name, found), (_, expected)) in found.iter().zip(&expected) {
+    assert_close(what, &drawn_on(device, cloud, camera), &drawn_on_slices(cloud, camera));
+}
+
+fn assert_close(what: &str, found: &Drawn, expected: &Drawn) {
+    for ((name, found), (_, expected)) in found.iter().zip(expected) {
         let label = format!("{what}: {name}");
         match *name {
             "image" | "transmittance" => {
@@ -135,6 +143,18 @@ fn images_and_gradients_are_those_of_the_processor() {
     compare(&device, "3×50", &random_cloud(40, 3), &camera(3, 50));
     let mip = Camera { filter: PixelFilter::Mip, ..camera(33, 20) };
     compare(&device, "Mip", &random_cloud(120, 4), &mip);
+}
+
+#[test]
+fn a_scene_that_appears_moved_is_drawn_as_by_the_moved_camera() {
+    let Some(device) = autodiff() else { return };
+    let (cloud, camera) = (random_cloud(300, 6), camera(45, 37));
+    for motion in [[0.1, -0.05, 0.2, 0.03, 0.1, -0.2], [1e-3, 0.0, -2e-3, 0.0, 0.0, 0.0]] {
+        let expected = drawn_on_slices(&cloud, &camera.seeing_moved(motion));
+        assert_close("moved", &drawn_moved(&device, &cloud, &camera, motion), &expected);
+        let processor = drawn_moved(&Device::flex().autodiff(), &cloud, &camera, motion);
+        assert_close("moved, on the processor", &processor, &expected);
+    }
 }
 
 #[test]

@@ -1,8 +1,11 @@
 //! Devices reached through CubeCL (feature `gpu`): one backend for the GPUs of every vendor.
 
+pub mod product;
+pub mod quaternions;
+
 use burn::backend::ops::IntTensorOps;
 use burn::backend::{DispatchDevice, TensorMetadata, WgpuDeviceKind};
-use burn::tensor::{DType, Device, DeviceType, Shape, TensorData};
+use burn::tensor::{DType, Device, DeviceType, Shape, Tensor, TensorData};
 use burn_cubecl::cubecl::client::Client;
 use burn_cubecl::cubecl::{self, CubeCount, CubeDim};
 use burn_cubecl::ops::numeric::{empty_device_contiguous_dtype, zeros_client};
@@ -17,15 +20,41 @@ pub fn numbers(mut numbers: Vec<u32>, device: &CubeDevice) -> CubeTensor {
 }
 
 /// A contiguous tensor on the device of another, with any values.
+///
+/// # Panics
+/// If it is larger than a buffer of the device can be.
 #[must_use]
 pub fn empty(like: &CubeTensor, shape: impl Into<Shape>, dtype: DType) -> CubeTensor {
-    empty_device_contiguous_dtype(like.client.clone(), like.device.clone(), shape.into(), dtype)
+    let shape = fitting(like, shape.into(), dtype);
+    empty_device_contiguous_dtype(like.client.clone(), like.device.clone(), shape, dtype)
 }
 
 /// A contiguous tensor of zeros on the device of another.
+///
+/// # Panics
+/// If it is larger than a buffer of the device can be.
 #[must_use]
 pub fn zeros(like: &CubeTensor, shape: impl Into<Shape>, dtype: DType) -> CubeTensor {
-    zeros_client(like.client.clone(), like.device.clone(), shape.into(), dtype)
+    let shape = fitting(like, shape.into(), dtype);
+    zeros_client(like.client.clone(), like.device.clone(), shape, dtype)
+}
+
+/// A shape that fits into a buffer of the device. The library would notice one that doesn't when its values
+/// are read, and not say its size.
+fn fitting(like: &CubeTensor, shape: Shape, dtype: DType) -> Shape {
+    let bytes = (shape.num_elements() * dtype.size()) as u64;
+    let most = like.client.properties().memory.max_page_size;
+    assert!(bytes <= most, "can't allocate buffer of size: {bytes}; the device's largest has {most}");
+    shape
+}
+
+/// Bytes of the largest buffer of a device; nothing for the processor.
+#[must_use]
+pub fn largest_buffer(device: &Device) -> Option<u64> {
+    is_cube(device).then(|| {
+        let one = Tensor::<1>::zeros([1], &device.clone().without_autodiff());
+        product::primitive(one).client.properties().memory.max_page_size
+    })
 }
 
 /// The tensor, copied if its elements do not lie one after the other.

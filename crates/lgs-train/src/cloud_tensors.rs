@@ -136,7 +136,7 @@ impl CloudTensors {
     /// The rasterizer's input; `probe` `[n, 2]` receives the gradient by the projected centres.
     pub(crate) fn splats(self, probe: Tensor<2>) -> SplatTensors {
         let Self { means, rotations, log_scales, raw_opacities, sh } = self;
-        let pose_probe = Tensor::zeros([6], &means.device());
-        SplatTensors { means, rotations, log_scales, raw_opacities, sh, means2d_probe: probe, pose_probe }
+        let pose = Tensor::zeros([6], &means.device());
+        SplatTensors { means, rotations, log_scales, raw_opacities, sh, means2d_probe: probe, pose }
     }
 }

@@ -1,17 +1,17 @@
 //! A training frame beside what is drawn of Gaussians from its camera.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use lgs_core::{Camera, Exposure};
+use lgs_core::Exposure;
 use lgs_data::dataset::Frame;
 use lgs_model::LagrangianScene;
 use lgs_render::tensor::{RasterTensors, SplatTensors, ViewSpec, photometric_loss, rasterize};
 
 use crate::cloud_tensors::CloudTensors;
 
-/// How a frame is seen, and the leaves of what is learned of its camera.
+/// How a frame is seen: the leaves of what is learned of its camera.
 pub(crate) struct Sensor {
-    pub(crate) camera: Camera,
-    /// `[6]`, values unused: a leaf that receives the gradient by the camera's pose, if that is learned.
+    /// `[6]`: the motion of the scene in the axes of the frame's camera, if that is learned; its gradient is
+    /// that by a further motion.
     pub(crate) pose: Option<Tensor<1>>,
     /// `[6]`: gains minus 1, then offsets; nothing where colours are as they are.
     pub(crate) exposure: Option<Tensor<1>>,
@@ -23,7 +23,7 @@ impl Sensor {
         let Exposure { gain: [r, g, b], offset: [x, y, z] } = frame.exposure;
         let changes = || Tensor::from_floats([r - 1.0, g - 1.0, b - 1.0, x, y, z], device);
         let exposure = (frame.exposure != Exposure::IDENTITY).then(changes);
-        Self { camera: frame.camera, pose: None, exposure }
+        Self { pose: None, exposure }
     }
 
     /// An image `[h, w, 3]` as the sensor shows it, given the transmittance `[h, w]` to the background
@@ -84,9 +84,9 @@ impl<'a> View<'a> {
     /// Draws Gaussians and compares the image with the frame.
     pub(crate) fn compare(&self, splats: SplatTensors) -> Comparison {
         let Self { frame, sensor, background, ssim_weight, sh_degree, device } = *self;
-        let pose_probe = sensor.pose.clone().unwrap_or(splats.pose_probe);
-        let splats = SplatTensors { pose_probe, ..splats };
-        let spec = ViewSpec { camera: sensor.camera, background, active_degree: sh_degree };
+        let pose = sensor.pose.clone().unwrap_or(splats.pose);
+        let splats = SplatTensors { pose, ..splats };
+        let spec = ViewSpec { camera: frame.camera, background, active_degree: sh_degree };
         let drawn = rasterize(&splats, spec);
         let exposed = sensor.exposed(drawn.image.clone(), drawn.transmittance.clone(), background);
         let target = tracing::trace_span!("frame").in_scope(|| {
@@ -149,7 +149,7 @@ mod tests {
             raw_opacities: row(&[1.0]),
             sh: row(&[0.7, -0.2, 0.4]).reshape([1, 1, 3]),
             means2d_probe: Tensor::zeros([1, 2], &device),
-            pose_probe: Tensor::zeros([6], &device),
+            pose: Tensor::zeros([6], &device),
         };
         let compared = view(&frame, &Sensor::of(&frame, &device), &device).compare(splats);
         let gradient = means.grad(&compared.loss.backward()).map(|gradient| values(&gradient.reshape([3])));

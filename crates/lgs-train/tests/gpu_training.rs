@@ -4,18 +4,22 @@
 //! Read-backs and buffers are counted where they happen, in the calls that the driver's library logs.
 #![cfg(feature = "gpu")]
 
+#[path = "common/tiny.rs"]
+mod tiny;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use burn::tensor::Device;
-use lgs_data::dataset::{Dataset, LoadOptions};
-use lgs_data::synth::{self, SynthOptions};
+use lgs_data::dataset::Dataset;
 use lgs_model::source::SourceKind;
 use lgs_tensor::cube::device_for_tests;
 use lgs_train::cameras::RefinedCamera;
 use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, train};
+use tempfile::TempDir;
+use tiny::falling_ball;
 
 /// Read-backs and new buffers so far.
 static READS: AtomicUsize = AtomicUsize::new(0);
@@ -54,14 +58,7 @@ fn counted() -> Option<(Device, std::sync::MutexGuard<'static, ()>)> {
     device_for_tests().map(|device| (device, alone))
 }
 
-fn dataset(folder: &Path, size: u32, views: usize) -> Dataset {
-    let options = SynthOptions { size, views, train_fps: 12, ..SynthOptions::default() };
-    let path = folder.join("data");
-    synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
-    Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
-}
-
-fn config(kind: SourceKind, iterations: usize) -> TrainConfig {
+fn config(kind: SourceKind, iterations: usize, more: &[&str]) -> TrainConfig {
     let settings = [
         format!("source.kind={}", kind.name()),
         format!("source.iterations={iterations}"),
@@ -74,6 +71,8 @@ fn config(kind: SourceKind, iterations: usize) -> TrainConfig {
         "source.densify.before=70".to_owned(),
         "source.densify.interval=30".to_owned(),
         "source.densify.max_gaussians=400".to_owned(),
+        "source.shading.times=4".to_owned(),
+        "source.shading.after=40".to_owned(),
         "fit_dynamics.steps=1".to_owned(),
         "fit_dynamics.frames=4".to_owned(),
         "refine_gaussians.iterations=24".to_owned(),
@@ -82,7 +81,8 @@ fn config(kind: SourceKind, iterations: usize) -> TrainConfig {
     ];
     let own = ["source.nodes.initial=12", "source.nodes.most=16", "source.nodes.interval=60"];
     let own = own.into_iter().filter(|_| kind == SourceKind::Nodes).map(str::to_owned);
-    let settings: Vec<String> = settings.into_iter().chain(own).collect();
+    let more = more.iter().map(|setting| (*setting).to_owned());
+    let settings: Vec<String> = settings.into_iter().chain(own).chain(more).collect();
     TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
 }
 
@@ -109,12 +109,13 @@ fn readers(counts: &[[usize; 2]]) -> Vec<usize> {
     (1..).zip(counts).filter(|(_, [reads, _])| *reads > 0).map(|(step, _)| step).collect()
 }
 
-/// Source training reads figures every ten steps, and Gaussians where their number or the nodes change.
-fn reads_nothing_in_a_step(kind: SourceKind) {
-    let Some((device, _alone)) = counted() else { return };
+/// Source training reads figures every ten steps, and Gaussians where their number or the nodes change. Gives
+/// the folder with the `run`, where there is a device.
+fn reads_nothing_in_a_step(kind: SourceKind, more: &[&str]) -> Option<TempDir> {
+    let (device, _alone) = counted()?;
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path(), 32, 4);
-    let counts = trained(&folder.path().join("run"), &dataset, &config(kind, 130), &device);
+    let dataset = falling_ball(folder.path(), 32, 4);
+    let counts = trained(&folder.path().join("run"), &dataset, &config(kind, 130, more), &device);
     let source = &counts[Stage::Source.name()];
     // Behind the last densification and the last choice of nodes.
     let late: Vec<usize> = readers(source).into_iter().filter(|&step| step > 80).collect();
@@ -124,23 +125,39 @@ fn reads_nothing_in_a_step(kind: SourceKind) {
     assert_eq!(buffers, 0, "{}: new buffers in 40 steps: {source:?}", kind.name());
     let refined = readers(&counts[Stage::RefineGaussians.name()]);
     assert!(refined.iter().all(|step| [1, 9, 10, 17, 20, 24].contains(step)), "{refined:?}");
+    Some(folder)
 }
 
 #[test]
 fn steps_of_a_deformation_network_read_nothing_back() {
-    reads_nothing_in_a_step(SourceKind::Defgs);
+    drop(reads_nothing_in_a_step(SourceKind::Defgs, &[]));
 }
 
 #[test]
 fn steps_of_control_nodes_read_nothing_back() {
-    reads_nothing_in_a_step(SourceKind::Nodes);
+    drop(reads_nothing_in_a_step(SourceKind::Nodes, &[]));
+}
+
+#[test]
+fn steps_of_relocation_read_nothing_back() {
+    drop(reads_nothing_in_a_step(SourceKind::Defgs, &["source.densify.method=mcmc"]));
+}
+
+#[test]
+fn steps_that_refine_poses_read_nothing_back() {
+    let settings = ["source.cameras.refine_poses=on", "source.cameras.pose_after=0"];
+    let Some(folder) = reads_nothing_in_a_step(SourceKind::Defgs, &settings) else { return };
+    let (run, _) = RunFolder::open(&folder.path().join("run")).expect("a run");
+    let refined = run.refined_cameras().expect("a file").expect("cameras");
+    let moved = |camera: &RefinedCamera| camera.motion.iter().any(|v| *v != 0.0);
+    assert!(refined.cameras.iter().all(moved), "{refined:?}");
 }
 
 #[test]
 fn steps_of_the_papers_networks_read_nothing_back() {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path(), 24, 3);
+    let dataset = falling_ball(folder.path(), 24, 3);
     let settings = [
         "distill.dynamics=networks",
         "distill.matching.steps=10",
@@ -164,36 +181,13 @@ fn steps_of_the_papers_networks_read_nothing_back() {
 }
 
 #[test]
-fn poses_of_cameras_are_refined() {
-    let Some((device, _alone)) = counted() else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path(), 24, 3);
-    let settings = [
-        "source.iterations=12",
-        "source.warmup_iterations=2",
-        "source.initial_gaussians=200",
-        "source.cameras.refine_poses=on",
-        "source.cameras.pose_after=0",
-        "refine_gaussians.iterations=1",
-        "tune_gaussians.iterations=1",
-    ];
-    let config = TrainConfig::resolve(Preset::Quick, None, &settings.map(str::to_owned)).expect("config");
-    let run = folder.path().join("run");
-    trained(&run, &dataset, &config, &device);
-    let (run, _) = RunFolder::open(&run).expect("a run");
-    let refined = run.refined_cameras().expect("a file").expect("cameras");
-    let moved = |camera: &RefinedCamera| camera.motion.iter().any(|v| *v != 0.0);
-    assert!(refined.cameras.iter().all(moved), "{refined:?}");
-}
-
-#[test]
 fn two_hundred_steps_have_the_same_bytes_twice() {
     let Some((device, _alone)) = counted() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    let dataset = dataset(folder.path(), 32, 4);
+    let dataset = falling_ball(folder.path(), 32, 4);
     for (kind, steps) in [(SourceKind::Defgs, 200), (SourceKind::Nodes, 80)] {
         let runs = ["one", "two"].map(|name| folder.path().join(format!("{}-{name}", kind.name())));
-        let config = config(kind, steps);
+        let config = config(kind, steps, &[]);
         runs.iter().for_each(|run| drop(trained(run, &dataset, &config, &device)));
         let source = format!("source/{}.safetensors", kind.name());
         for file in ["lagrangian.safetensors", &source, "events.jsonl"] {

@@ -1,25 +1,21 @@
 //! The whole of training on a tiny scene: it learns, it resumes bit for bit from every stage, and threads do
 //! not change a byte.
 
+#[path = "common/tiny.rs"]
+mod tiny;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgs_data::dataset::{Dataset, LoadOptions};
-use lgs_data::synth::{self, SynthOptions};
 use lgs_model::source::{SourceKind, load_source};
 use lgs_train::budget::read_schedule;
 use lgs_train::source::SourceTrainer;
 use lgs_train::{
     Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, Trainer, train,
 };
-
-fn tiny_dataset(folder: &Path) -> Dataset {
-    let options = SynthOptions { size: 40, views: 4, train_fps: 12, ..SynthOptions::default() };
-    let path = folder.join("data");
-    synth::generate("falling-ball", &options, &path, &|_, _| {}).expect("synth");
-    Dataset::load(&path, &LoadOptions::default(), &|_, _| {}).expect("load")
-}
+use tiny::falling_ball;
 
 fn tiny_config(kind: SourceKind) -> TrainConfig {
     tiny_config_with(kind, &[])
@@ -133,7 +129,7 @@ fn so_do_those_with_a_velocity_field_or_control_nodes() {
 #[test]
 fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
     let folder = tempfile::tempdir().expect("folder");
-    let dataset = tiny_dataset(folder.path());
+    let dataset = falling_ball(folder.path(), 40, 4);
     let more = [
         "source.densify.method=mcmc",
         "source.densify.max_gaussians=330",
@@ -166,7 +162,7 @@ fn relocation_keeps_its_budget_and_resumes_bit_for_bit() {
 
 fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
     let folder = tempfile::tempdir().expect("folder");
-    let dataset = tiny_dataset(folder.path());
+    let dataset = falling_ball(folder.path(), 40, 4);
     let (whole, stopped) = (folder.path().join("whole"), folder.path().join("stopped"));
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("pool");
     let trained = one_thread.install(|| run(&whole, &dataset, kind, None)).expect("train");
@@ -200,7 +196,7 @@ fn stopped_runs_deliver_the_same_bytes(kind: SourceKind) {
 #[test]
 fn the_schedule_of_a_time_budget_is_recorded_and_repeated_exactly_also_in_parts() {
     let folder = tempfile::tempdir().expect("folder");
-    let dataset = tiny_dataset(folder.path());
+    let dataset = falling_ball(folder.path(), 40, 4);
     let more = ["time_budget_secs=4", "source.stretch=100", "tune_gaussians.stretch=100"];
     let config = tiny_config_with(SourceKind::Defgs, &more);
     let (whole, parts) = (folder.path().join("whole"), folder.path().join("parts"));
@@ -225,7 +221,7 @@ fn the_schedule_of_a_time_budget_is_recorded_and_repeated_exactly_also_in_parts(
 #[test]
 fn an_ablated_run_leaves_out_what_it_names() {
     let folder = tempfile::tempdir().expect("folder");
-    tiny_dataset(folder.path());
+    falling_ball(folder.path(), 40, 4);
     let config = tiny_config_with(
         SourceKind::Defgs,
         &["last_stage=1", "motion.alignment=false", "distill.force=none", "data.train_before=0.5"],
@@ -259,7 +255,7 @@ fn an_ablated_run_leaves_out_what_it_names() {
 #[test]
 fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
     let folder = tempfile::tempdir().expect("folder");
-    let dataset = tiny_dataset(folder.path());
+    let dataset = falling_ball(folder.path(), 40, 4);
     let path = folder.path().join("run");
     run(&path, &dataset, SourceKind::Freegave, Some((Stage::Source, 3))).err().expect("stopped");
     let again = RunFolder::create(&path, &tiny_config(SourceKind::Freegave), &dataset)
@@ -281,7 +277,7 @@ fn a_folder_with_a_run_is_not_overwritten_and_a_damaged_checkpoint_is_named() {
 #[test]
 fn every_kind_of_source_model_learns_from_images_and_survives_its_file() {
     let folder = tempfile::tempdir().expect("folder");
-    let dataset = tiny_dataset(folder.path());
+    let dataset = falling_ball(folder.path(), 40, 4);
     let device = DeviceName::Cpu.device();
     for kind in SourceKind::ALL.into_iter().filter(|kind| kind.is_trained()) {
         let config = tiny_config(kind);

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Result, anyhow};
 use lgs_eval::table::aligned;
-use lgs_train::device::{Device, DeviceEntry, DeviceName, devices, failure};
+use lgs_train::device::{Device, DeviceEntry, DeviceName, devices, failure, largest_buffer};
 use serde_json::json;
 
 use super::output;
@@ -27,10 +27,17 @@ impl DeviceArgs {
     /// Does what needs the device. A device other than the processor can be lost, or out of memory, at any
     /// step, which its library answers with a panic: this becomes an error.
     pub(super) fn run<T>(self, work: impl FnOnce(&Device) -> Result<T>) -> Result<T> {
-        let device = self.open()?;
-        match self.device {
+        let name = self.device.resolved();
+        let device = name.open()?;
+        match name {
             DeviceName::Auto | DeviceName::Cpu => work(&device),
-            name @ (DeviceName::Wgpu(_) | DeviceName::Cuda(_)) => caught(name, || work(&device)),
+            DeviceName::Wgpu(_) | DeviceName::Cuda(_) => {
+                tracing::info!(
+                    "computing on {name}; laws, their fits to images and images of scores stay on the \
+                     processor"
+                );
+                caught((name, largest_buffer(&device)), || work(&device))
+            }
         }
     }
 }
@@ -46,7 +53,8 @@ pub(super) fn list(json: bool) -> Result<()> {
     output::print(&aligned(&rows, &[false, false]))
 }
 
-fn caught<T>(name: DeviceName, work: impl FnOnce() -> Result<T>) -> Result<T> {
+/// Does some work on a device, whose largest buffer has so many bytes; its panic becomes an error.
+fn caught<T>((name, largest): (DeviceName, Option<u64>), work: impl FnOnce() -> Result<T>) -> Result<T> {
     static LAST: Mutex<Option<String>> = Mutex::new(None);
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|info| {
@@ -59,7 +67,7 @@ fn caught<T>(name: DeviceName, work: impl FnOnce() -> Result<T>) -> Result<T> {
         Err(anyhow!(
             "{name}: {}; checkpoints are as they were, and --resume goes on from the last, with \
              --device cpu too",
-            failure(&what)
+            failure(&what, largest)
         ))
     })
 }
@@ -70,10 +78,10 @@ mod tests {
 
     #[test]
     fn a_panic_of_a_device_is_an_error_that_says_how_to_go_on() {
-        let failed: Result<()> = caught(DeviceName::Wgpu(Some(1)), || panic!("device lost"));
+        let failed: Result<()> = caught((DeviceName::Wgpu(Some(1)), None), || panic!("device lost"));
         let text = failed.expect_err("failed").to_string();
         assert!(text.starts_with("wgpu:1: ") && text.contains("--resume") && !text.contains('\n'), "{text}");
         assert!(text.contains("device lost"), "{text}");
-        assert_eq!(caught(DeviceName::Wgpu(None), || Ok(3)).expect("done"), 3);
+        assert_eq!(caught((DeviceName::Wgpu(None), None), || Ok(3)).expect("done"), 3);
     }
 }

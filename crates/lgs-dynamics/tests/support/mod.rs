@@ -5,6 +5,7 @@
 #[cfg(feature = "gpu")]
 pub(crate) mod devices;
 pub(crate) mod motions;
+pub(crate) mod rollouts;
 
 use lgs_dynamics::{ForceKind, Normalisation, PotentialKind, System, SystemConfig};
 use rand::RngExt;

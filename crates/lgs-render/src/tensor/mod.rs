@@ -32,9 +32,9 @@ pub struct SplatTensors {
     /// `[n, 2]`, values unused: its gradient is that by the projected centres, per pixel (the densification
     /// statistic).
     pub means2d_probe: Tensor<2>,
-    /// `[6]`, values unused: its gradient is that by a small motion of the scene in camera axes
-    /// ([`lgs_core::Camera::seeing_moved`]), by which the camera's pose is refined.
-    pub pose_probe: Tensor<1>,
+    /// `[6]`: the motion of the scene in camera axes ([`lgs_core::Camera::seeing_moved`]) under which it is
+    /// seen; its gradient is that by a further small one, by which the camera's pose is refined.
+    pub pose: Tensor<1>,
 }
 
 /// A rendered image, and which Gaussians it shows.
@@ -62,7 +62,7 @@ pub fn rasterize(splats: &SplatTensors, view: ViewSpec) -> RasterTensors {
         raw_opacities: splats.raw_opacities.clone().into_dispatch(),
         sh: splats.sh.clone().into_dispatch(),
         means2d: splats.means2d_probe.clone().into_dispatch(),
-        pose: splats.pose_probe.clone().into_dispatch(),
+        pose: splats.pose.clone().into_dispatch(),
     };
     let Drawn { packed, radii } = <Dispatch as RasterOps>::rasterize(primitives, view);
     let packed = Tensor::<3>::from_dispatch(packed);

@@ -26,7 +26,7 @@ pub struct SplatPrimitives<B: Backend> {
     pub sh: FloatTensor<B>,
     /// `[n, 2]`
     pub means2d: FloatTensor<B>,
-    /// `[6]`
+    /// `[6]`, a motion of the scene in camera axes.
     pub pose: FloatTensor<B>,
 }
 
@@ -76,7 +76,15 @@ pub trait RasterOps: Backend {
 #[derive(Clone, Debug)]
 pub struct RasterKept {
     inputs: [FloatTensor<Flex>; 7],
+    /// The camera, moved by the pose.
+    camera: Camera,
     forward: Arc<Rasterized>,
+}
+
+/// The camera of a view under a motion `[6]`.
+fn camera(view: &ViewSpec, pose: &FloatTensor<Flex>) -> Camera {
+    let motion: [f32; 6] = floats(pose).try_into().expect("six numbers of a motion");
+    if motion == [0.0; 6] { view.camera } else { view.camera.seeing_moved(motion) }
 }
 
 /// Contiguous tensors as slices.
@@ -99,11 +107,12 @@ impl Kernel<ViewSpec, 7> for Flex {
     fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 7]) -> (FloatTensor<Self>, RasterKept) {
         let _span = tracing::trace_span!("rasterize").entered();
         let inputs = inputs.map(|input| input.to_contiguous());
-        let forward = rasterize(&splats(&inputs, view.active_degree), &view.camera, view.background);
+        let camera = camera(view, &inputs[6]);
+        let forward = rasterize(&splats(&inputs, view.active_degree), &camera, view.background);
         let packed: Vec<[f32; 4]> =
             forward.image.iter().zip(&forward.transmittance).map(|(&[r, g, b], &t)| [r, g, b, t]).collect();
         let shape = [view.camera.height as usize, view.camera.width as usize, 4];
-        (tensor(packed.into_flattened(), shape), RasterKept { inputs, forward: Arc::new(forward) })
+        (tensor(packed.into_flattened(), shape), RasterKept { inputs, camera, forward: Arc::new(forward) })
     }
 
     fn vjp(view: &ViewSpec, kept: RasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 7] {
@@ -115,7 +124,7 @@ impl Kernel<ViewSpec, 7> for Flex {
         let (n, coefficients) = (inputs.len(), inputs.sh_coefficients);
         let forward = &kept.forward;
         let v = ImageCotangents { image: &v_image, transmittance: &v_transmittance };
-        let v = rasterize_vjp(&inputs, &view.camera, forward, v);
+        let v = rasterize_vjp(&inputs, &kept.camera, forward, v);
         [
             tensor_of_rows(v.means),
             tensor_of_rows(v.rotations),

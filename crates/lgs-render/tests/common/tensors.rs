@@ -42,7 +42,7 @@ fn tracked_splats(vector: &Vector, device: &Device) -> SplatTensors {
         raw_opacities: tracked(vector, "opacity_logits", device),
         sh: tracked(vector, "sh", device),
         means2d_probe: Tensor::<2>::zeros([n, 2], device).require_grad(),
-        pose_probe: Tensor::<1>::zeros([6], device).require_grad(),
+        pose: Tensor::<1>::zeros([6], device).require_grad(),
     }
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn check_tensors(
     check(splats.raw_opacities.grad(&grads).map(values), "grad_opacity_logits");
     check(splats.sh.grad(&grads).map(values), "grad_sh");
     check(splats.means2d_probe.grad(&grads).map(values), "grad_means2d");
-    values(splats.pose_probe.grad(&grads).expect("a gradient by the pose"))
+    values(splats.pose.grad(&grads).expect("a gradient by the pose"))
 }
 
 fn check_gradient(vector: &Vector, found: Option<Vec<f32>>, name: &str) {

@@ -35,6 +35,11 @@ impl Given {
         let (turn, shift) = (1.0 / self.camera.fx, self.depth / self.camera.fx);
         [turn, turn, turn, shift, shift, shift]
     }
+
+    /// The same, `[6]`.
+    fn units_on(&self, device: &Device) -> Tensor<1> {
+        Tensor::from_floats(self.units(), device)
+    }
 }
 
 /// The refinement of the cameras of a run; nothing is refined where the settings say so.
@@ -72,8 +77,10 @@ impl CameraRefinement {
         let row = self.rows[frame.camera_id];
         let pose = self.poses.as_ref().filter(|_| self.refines_poses(iteration));
         Sensor {
-            camera: pose.map_or(frame.camera, |group| frame.camera.seeing_moved(self.motion(group, row))),
-            pose: pose.map(|group| Tensor::zeros([WIDTH], &group.device()).autodiff().require_grad()),
+            pose: pose.map(|group| {
+                let units = self.cameras[row].units_on(&group.device());
+                (row_of(group, row) * units).autodiff().require_grad()
+            }),
             exposure: self.exposures.as_ref().map(|group| row_of(group, row).autodiff().require_grad()),
         }
     }
@@ -105,12 +112,12 @@ impl CameraRefinement {
             let mean = group.value().mean_dim(0);
             group.shift(mean.neg());
         }
-        if let (Some(group), Some(probe)) = (&mut self.poses, &sensor.pose) {
+        if let (Some(group), Some(leaf)) = (&mut self.poses, &sensor.pose) {
             let after = f64::from(config.pose_after);
             let part = (part - after) / (1.0 - after).max(f64::EPSILON);
             let rate = log_linear(part, [config.pose_start, config.pose_end]);
-            let units = Tensor::<1>::from_floats(self.cameras[row].units(), &group.device());
-            let gradient = probe.grad_remove(gradients).map(|gradient| gradient * units);
+            let units = self.cameras[row].units_on(&group.device());
+            let gradient = leaf.grad_remove(gradients).map(|gradient| gradient * units);
             descend(group, row, gradient, (rate, config.pose_weight));
             if let Some([basis, dual]) = &self.gauge {
                 let [n, width] = group.value().dims();

@@ -153,5 +153,4 @@ fn cameras_that_are_taken_as_they_are_cost_nothing() {
     let refinement = CameraRefinement::new(&dataset, &CamerasConfig::off(), ITERATIONS, &device);
     let sensor = refinement.sensor(&dataset.split("train")[1], 5);
     assert!(refinement.refined().is_none() && sensor.pose.is_none() && sensor.exposure.is_none());
-    assert_eq!(sensor.camera, dataset.split("train")[1].camera);
 }

@@ -11,6 +11,11 @@ fn list() -> Vec<Device> {
     Device::enumerate(DeviceType::Cuda).into_vec()
 }
 
+/// Whether there is one.
+pub(super) fn has_gpu() -> bool {
+    !list().is_empty()
+}
+
 /// The devices of this machine in their driver's words; opens each.
 pub(super) fn entries() -> Vec<DeviceEntry> {
     let describe = |(index, device): (usize, &Device)| {
@@ -26,7 +31,7 @@ fn described(name: DeviceName, device: &Device) -> Result<String, DeviceError> {
     let identity = catch_unwind(AssertUnwindSafe(|| device.identity())).map_err(|cause| {
         let words = cause.downcast_ref::<String>().map(String::as_str);
         let words = words.or_else(|| cause.downcast_ref::<&str>().copied()).unwrap_or_default();
-        DeviceError::Driver { name, reason: failure(words) }
+        DeviceError::Driver { name, reason: failure(words, None) }
     })?;
     Ok(identity.map_or_else(|| "unknown".to_owned(), |identity| identity.name))
 }

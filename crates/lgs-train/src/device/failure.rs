@@ -4,14 +4,23 @@
 const ASKED: [&str; 2] = ["allocate buffer of size: ", "out of device memory allocating "];
 /// The tensor library's words for a device that is gone.
 const LOST: [&str; 3] = ["poisoned", "device was lost", "could not be mapped"];
+/// Its words for what was too large for a buffer, without its size.
+const TOO_LARGE: &str = "Memory location was never initialized";
 /// The settings by which a training needs less memory.
 const LOWER: &str = "lower data.resolution, source.densify.max_gaussians or source.initial_gaussians";
 
-/// One line of the words with which the tensor library gave up on a device.
+/// One line of the words with which the tensor library gave up on a device, whose largest buffer has so many
+/// bytes where that is known.
 #[must_use]
-pub fn failure(words: &str) -> String {
+pub fn failure(words: &str, largest: Option<u64>) -> String {
     if let Some(bytes) = ASKED.iter().find_map(|before| number_after(words, before)) {
         return format!("out of memory: {} were asked for at once; {LOWER}", size(bytes));
+    }
+    if words.contains(TOO_LARGE) {
+        let more = largest.map_or_else(String::new, |bytes| format!(" of more than {}", size(bytes)));
+        return format!(
+            "out of memory: a buffer{more} was asked for, which the device does not have; {LOWER}"
+        );
     }
     if words.to_lowercase().replace(' ', "").contains("outofmemory") {
         return format!("out of memory; {LOWER}");
@@ -54,23 +63,31 @@ mod tests {
 
     #[test]
     fn memory_says_how_much_and_what_to_lower() {
-        let said = failure("panicked at a.rs:1:2:\ncan't allocate buffer of size: 4398046511104\n   0: main");
+        let said =
+            failure("panicked at a.rs:1:2:\ncan't allocate buffer of size: 4398046511104\n   0: main", None);
         assert!(said.contains("4398.0 GB were asked for") && said.contains("data.resolution"), "{said}");
-        let said = failure("out of device memory allocating 25000000 bytes");
+        let said = failure("out of device memory allocating 25000000 bytes", None);
         assert!(said.contains("25 MB were asked for") && !said.contains('\n'), "{said}");
-        assert!(failure("wgpu error: Out of Memory\n\nCaused by:").starts_with("out of memory; lower"));
+        assert!(failure("wgpu error: Out of Memory\n\nCaused by:", None).starts_with("out of memory; lower"));
+        let said = failure("x\nCaused by:\n  Memory location was never initialized", Some(134_217_728));
+        assert!(said.starts_with("out of memory: a buffer of more than 134 MB was asked for"), "{said}");
     }
 
     #[test]
     fn what_is_lost_or_unknown_is_one_line() {
-        let said =
-            failure("panicked at a.rs:1:2:\nThe device is poisoned\nCaused by:\n  Unknown: reset\n  0: x");
+        let said = failure(
+            "panicked at a.rs:1:2:\nThe device is poisoned\nCaused by:\n  Unknown: reset\n  0: x",
+            None,
+        );
         assert_eq!(said, "the device was lost (Unknown: reset)");
-        let said = failure("panicked at a.rs:1:2:\nthe staging buffer could not be mapped: an error");
+        let said = failure("panicked at a.rs:1:2:\nthe staging buffer could not be mapped: an error", None);
         assert_eq!(said, "the device was lost (its driver gives no reason)");
-        assert_eq!(failure("panicked at a.rs:1:2:\nsome kernel\n0: x"), "some kernel");
-        assert_eq!(failure("panicked at a.rs:1:2:\nno data\nCaused by:\n  some kernel\n0: x"), "some kernel");
-        assert_eq!(failure("some kernel"), "some kernel");
-        assert_eq!(failure(""), "no reason given");
+        assert_eq!(failure("panicked at a.rs:1:2:\nsome kernel\n0: x", None), "some kernel");
+        assert_eq!(
+            failure("panicked at a.rs:1:2:\nno data\nCaused by:\n  some kernel\n0: x", None),
+            "some kernel"
+        );
+        assert_eq!(failure("some kernel", None), "some kernel");
+        assert_eq!(failure("", None), "no reason given");
     }
 }

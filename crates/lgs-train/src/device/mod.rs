@@ -17,7 +17,7 @@ pub use failure::failure;
 /// A device as a user names it: `auto`, `cpu`, `wgpu` or `wgpu:N`, `cuda` or `cuda:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DeviceName {
-    /// The processor, until the speed of a GPU has been measured.
+    /// The first GPU of a build that has kernels for one, where the machine has one; else the processor.
     #[default]
     Auto,
     /// The processor.
@@ -127,12 +127,18 @@ impl DeviceName {
         if matches!(self, Self::Cuda(_)) { "CUDA" } else { "Vulkan, Metal or DX12" }
     }
 
+    /// The device that is meant, by name: asks drivers what `auto` is.
+    #[must_use]
+    pub fn resolved(self) -> Self {
+        if self == Self::Auto { first_gpu().unwrap_or(Self::Cpu) } else { self }
+    }
+
     /// The device, without autodiff.
     ///
     /// # Errors
     /// If this build or this machine has no such device, or its driver refuses to open it.
     pub fn open(self) -> Result<Device, DeviceError> {
-        match self {
+        match self.resolved() {
             Self::Auto | Self::Cpu => Ok(Device::flex()),
             #[cfg(feature = "gpu")]
             Self::Wgpu(index) => wgpu::open(self, index.unwrap_or(0)),
@@ -153,6 +159,19 @@ impl DeviceName {
     }
 }
 
+/// The GPU that is tried first: CUDA's, then others; none of software.
+fn first_gpu() -> Option<DeviceName> {
+    #[cfg(feature = "cuda")]
+    if cuda::has_gpu() {
+        return Some(DeviceName::Cuda(Some(0)));
+    }
+    #[cfg(feature = "gpu")]
+    if wgpu::has_gpu() {
+        return Some(DeviceName::Wgpu(Some(0)));
+    }
+    None
+}
+
 /// Whether a device has kernels of its own, which are not those of the processor.
 #[cfg(feature = "gpu")]
 pub(crate) fn has_kernels(device: &Device) -> bool {
@@ -163,6 +182,20 @@ pub(crate) fn has_kernels(device: &Device) -> bool {
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn has_kernels(_device: &Device) -> bool {
     false
+}
+
+/// Bytes of the largest buffer of a device with kernels of its own.
+#[must_use]
+#[cfg(feature = "gpu")]
+pub fn largest_buffer(device: &Device) -> Option<u64> {
+    lgs_tensor::cube::largest_buffer(device)
+}
+
+/// Bytes of the largest buffer of a device with kernels of its own: none in this build.
+#[must_use]
+#[cfg(not(feature = "gpu"))]
+pub fn largest_buffer(_device: &Device) -> Option<u64> {
+    None
 }
 
 /// The devices that this build has on this machine; asks every driver.
@@ -198,6 +231,14 @@ mod tests {
     fn the_processor_is_always_there() {
         assert!(DeviceName::Auto.open().is_ok());
         assert_eq!(devices()[0].name, "cpu");
+    }
+
+    #[test]
+    fn auto_is_a_device_of_the_list_and_never_software() {
+        let name = DeviceName::Auto.resolved().to_string();
+        let found = devices().into_iter().find(|device| device.name == name).expect("a device");
+        assert!(!found.description.ends_with("software"), "{found:?}");
+        assert_eq!(DeviceName::Wgpu(None).resolved(), DeviceName::Wgpu(None));
     }
 
     #[test]

@@ -22,6 +22,13 @@ fn list() -> Vec<Device> {
     devices
 }
 
+/// Whether the first of the list is a GPU.
+pub(super) fn has_gpu() -> bool {
+    use WgpuDeviceKind::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+    let first = list().first().and_then(kind);
+    first.is_some_and(|kind| matches!(kind, DiscreteGpu(_) | IntegratedGpu(_) | VirtualGpu(_)))
+}
+
 /// The devices of this machine in their drivers' words; opens each.
 pub(super) fn entries() -> Vec<DeviceEntry> {
     let describe = |(index, device): (usize, &Device)| {

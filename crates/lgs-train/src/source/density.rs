@@ -140,15 +140,12 @@ impl DensityControl {
             return;
         }
         let _span = tracing::trace_span!("noise").entered();
-        let (rotations, log_scales) =
-            (host_rows(&cloud.rotations.value()), host_rows(&cloud.log_scales.value()));
         let shapes = Shapes {
-            rotations: &rotations,
-            log_scales: &log_scales,
-            raw_opacities: &cloud.raw_opacities.values(),
+            rotations: cloud.rotations.value(),
+            log_scales: cloud.log_scales.value(),
+            raw_opacities: cloud.raw_opacities.value(),
         };
-        let shifts = shifts(shapes, factor, &mut stream(self.seed, "noise", iteration as u64));
-        cloud.means.shift(rows(&shifts, &cloud.means.device()));
+        cloud.means.shift(shifts(shapes, factor, &mut stream(self.seed, "noise", iteration as u64)));
     }
 
     /// A loss `[1]` with the weights of opacities and sizes.

@@ -5,14 +5,12 @@
 //! of a member's owners then sums those, and a unit per member the stretches, all in their order.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::{conjugate, matrix, normalised, product};
 
 use super::field::{MOTION, STATE};
 use super::fits::{FIT, quaternion};
 use super::rotation::{curvature, solve};
-use super::vectors::{
-    axial, conjugate, cross, matrix, normalised, numbers, product, pulled_back, rotated, rotated_back, write,
-    zeros,
-};
+use super::vectors::{add_arrived, axial, cross, numbers, pulled_back, rotated, rotated_back, write, zeros};
 
 /// Numbers of an aligned position with its rotation matrix.
 pub(super) const ALIGNED: usize = 12;
@@ -261,12 +259,7 @@ pub(super) fn collect(
         for k in 0..3usize {
             sums[k] = pulls[i * PULL + 15 + k];
         }
-        for stretch in begins[i]..begins[i + 1usize] {
-            #[unroll]
-            for k in 0..ARRIVED {
-                sums[k] = sums[k] + arrived[stretch as usize * ARRIVED + k];
-            }
-        }
+        add_arrived(&mut sums, arrived, begins, i, ARRIVED);
         #[unroll]
         for k in 0..3usize {
             let to = 6usize * i + k;

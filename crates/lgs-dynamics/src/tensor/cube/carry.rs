@@ -5,7 +5,7 @@ use cubecl::prelude::*;
 
 use super::field::{MOTION, STATE};
 use super::rotation::{factor, solve};
-use super::vectors::{cross, dot, numbers, plus, write, zeros};
+use super::vectors::{add_arrived, cross, dot, numbers, plus, write, zeros};
 use crate::thresholds::LEAST_SCALE;
 
 /// Numbers of a support's twist on the way back: means at the start (0) and the middle (3) of the step, mean
@@ -238,12 +238,7 @@ pub(super) fn collect_twists(
             sums[3 + j] = select(is_body, of_arm[j], 0.0f32);
             sums[6 + j] = select(is_body, 0.0f32, v[j]);
         }
-        for stretch in begins[i]..begins[i + 1usize] {
-            #[unroll]
-            for j in 0..CARRIED {
-                sums[j] = sums[j] + arrived[stretch as usize * CARRIED + j];
-            }
-        }
+        add_arrived(&mut sums, arrived, begins, i, CARRIED);
         #[unroll]
         for j in 0..3usize {
             let of_end = 0.5f32 * sums[3 + j];

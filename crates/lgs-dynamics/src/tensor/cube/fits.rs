@@ -22,9 +22,7 @@ pub(super) fn fit(motion: &[f32], members: &[u32], fits: &mut [f32], k: u32) {
         let (from_mean, to_candidate_mean) = means(motion, members, owner, k);
         let mut a = zeros(9usize);
         for slot in 0..k {
-            let member = members[owner * k as usize + slot as usize] as usize;
-            let x = difference(motion, member, owner, 0usize);
-            let y = difference(motion, member, owner, 3usize);
+            let (x, y) = differences(motion, members, owner, slot, k);
             #[unroll]
             for i in 0..3usize {
                 #[unroll]
@@ -68,6 +66,13 @@ fn difference(motion: &[f32], member: usize, owner: usize, #[comptime] at: usize
     out
 }
 
+/// Position and candidate of a support's member in a slot, less the owner's.
+#[cube]
+fn differences(motion: &[f32], members: &[u32], owner: usize, slot: u32, k: u32) -> (Array<f32>, Array<f32>) {
+    let member = members[owner * k as usize + slot as usize] as usize;
+    (difference(motion, member, owner, 0usize), difference(motion, member, owner, 3usize))
+}
+
 /// The owner's position less the mean of the members', and the mean of their candidates less the owner's.
 #[cube]
 fn means(motion: &[f32], members: &[u32], owner: usize, k: u32) -> (Array<f32>, Array<f32>) {
@@ -75,9 +80,7 @@ fn means(motion: &[f32], members: &[u32], owner: usize, k: u32) -> (Array<f32>, 
     let mut to_candidate_mean = zeros(3usize);
     let per = 1.0f32 / k as f32;
     for slot in 0..k {
-        let member = members[owner * k as usize + slot as usize] as usize;
-        let x = difference(motion, member, owner, 0usize);
-        let y = difference(motion, member, owner, 3usize);
+        let (x, y) = differences(motion, members, owner, slot, k);
         #[unroll]
         for i in 0..3usize {
             from_mean[i] = from_mean[i] - x[i];

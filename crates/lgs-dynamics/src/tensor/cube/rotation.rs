@@ -2,8 +2,9 @@
 //! eigenvector where it fails, as [`lgs_core::geometry::fit_rotation`] does in double precision.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::{matrix, normalised, product};
 
-use super::vectors::{axial, matrix, normalised, product, pulled_back, zeros};
+use super::vectors::{axial, pulled_back, zeros};
 use crate::thresholds::{
     ALIGNMENT_ITERATIONS_F32, CONVERGED_F32, EIGENVALUE_GAP, LEAST_OFF_DIAGONAL, LEAST_PROJECTION,
     LEAST_SCALE, NEARLY_CONVERGED, SWEEPS,

@@ -1,4 +1,5 @@
-//! Vectors, matrices (row by row) and quaternions (w first) in kernels: small arrays in registers.
+//! Vectors, matrices (row by row) and quaternions (w first) in kernels: small arrays in registers. What
+//! kernels of other crates need as well is in [`lgs_tensor::cube::quaternions`].
 
 use cubecl::prelude::*;
 
@@ -31,6 +32,23 @@ pub(super) fn zeros(#[comptime] count: usize) -> Array<f32> {
         out[k] = 0.0f32;
     }
     out
+}
+
+/// Adds what stretches of owners sent to member number `i`, so many numbers each, in their order.
+#[cube]
+pub(super) fn add_arrived(
+    sums: &mut Array<f32>,
+    arrived: &[f32],
+    begins: &[u32],
+    i: usize,
+    #[comptime] count: usize,
+) {
+    for stretch in begins[i]..begins[i + 1usize] {
+        #[unroll]
+        for k in 0..count {
+            sums[k] = sums[k] + arrived[stretch as usize * count + k];
+        }
+    }
 }
 
 /// `a + h b` of vectors.
@@ -103,61 +121,5 @@ pub(super) fn axial(m: &Array<f32>) -> Array<f32> {
     out[0usize] = m[7usize] - m[5usize];
     out[1usize] = m[2usize] - m[6usize];
     out[2usize] = m[3usize] - m[1usize];
-    out
-}
-
-/// The rotation matrix of a unit quaternion.
-#[cube]
-pub(super) fn matrix(q: &Array<f32>) -> Array<f32> {
-    let (w, x, y, z) = (q[0usize], q[1usize], q[2usize], q[3usize]);
-    let mut out = Array::<f32>::new(9usize);
-    out[0usize] = 1.0f32 - 2.0f32 * (y * y + z * z);
-    out[1usize] = 2.0f32 * (x * y - w * z);
-    out[2usize] = 2.0f32 * (x * z + w * y);
-    out[3usize] = 2.0f32 * (x * y + w * z);
-    out[4usize] = 1.0f32 - 2.0f32 * (x * x + z * z);
-    out[5usize] = 2.0f32 * (y * z - w * x);
-    out[6usize] = 2.0f32 * (x * z - w * y);
-    out[7usize] = 2.0f32 * (y * z + w * x);
-    out[8usize] = 1.0f32 - 2.0f32 * (x * x + y * y);
-    out
-}
-
-/// `a ⊗ b` of quaternions.
-#[cube]
-pub(super) fn product(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
-    let (aw, ax, ay, az) = (a[0usize], a[1usize], a[2usize], a[3usize]);
-    let (bw, bx, by, bz) = (b[0usize], b[1usize], b[2usize], b[3usize]);
-    let mut out = Array::<f32>::new(4usize);
-    out[0usize] = aw * bw - ax * bx - ay * by - az * bz;
-    out[1usize] = aw * bx + ax * bw + ay * bz - az * by;
-    out[2usize] = aw * by - ax * bz + ay * bw + az * bx;
-    out[3usize] = aw * bz + ax * by - ay * bx + az * bw;
-    out
-}
-
-/// The conjugate of a quaternion.
-#[cube]
-pub(super) fn conjugate(q: &Array<f32>) -> Array<f32> {
-    let mut out = Array::<f32>::new(4usize);
-    out[0usize] = q[0usize];
-    #[unroll]
-    for k in 1..4usize {
-        out[k] = -q[k];
-    }
-    out
-}
-
-/// A quaternion over its length.
-#[cube]
-pub(super) fn normalised(q: &Array<f32>) -> Array<f32> {
-    let squares =
-        q[0usize] * q[0usize] + q[1usize] * q[1usize] + q[2usize] * q[2usize] + q[3usize] * q[3usize];
-    let per_length = 1.0f32 / squares.sqrt();
-    let mut out = Array::<f32>::new(4usize);
-    #[unroll]
-    for k in 0..4usize {
-        out[k] = q[k] * per_length;
-    }
     out
 }

@@ -4,8 +4,7 @@
 use burn::tensor::Tensor;
 use burn::tensor::activation::{relu, sigmoid, silu};
 use lgs_nn::{Activation, LinearRange, MlpLayout};
-
-use super::product::product;
+use lgs_tensor::cube::product::product;
 
 /// Gradients of parts of the parameters, by the place of each part's first float.
 pub(in crate::source) type Parts = Vec<(usize, Tensor<1>)>;

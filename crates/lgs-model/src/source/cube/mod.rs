@@ -6,7 +6,6 @@
 )]
 
 pub(in crate::source) mod mlp;
-pub(in crate::source) mod product;
 pub(in crate::source) mod quaternions;
 mod rows;
 
@@ -17,12 +16,12 @@ use cubecl::prelude::BufferArg;
 use lgs_nn::Activation;
 use lgs_nn::encoding::encode as encode_values;
 use lgs_tensor::Kernel;
+use lgs_tensor::cube::product::{primitive, tensor};
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
 
 use super::config::{DELTAS, DeformationConfig, MotionHead};
 use super::tensor::NetworkCall;
 use mlp::{Parts, Taped, joined, linear, linear_vjp, mlp, mlp_vjp, relu_vjp};
-use product::{primitive, tensor};
 use rows::{GAUSSIAN, MapLaunch, RIGID, TURN, encode, poses, poses_vjp};
 
 /// The constants of a call.

@@ -1,9 +1,7 @@
-//! Quaternions and rotation vectors in kernels: arrays of four numbers, w first, and of three.
+//! Raw quaternions and rotation vectors in kernels: arrays of four numbers, w first, and of three.
 
 use cubecl::prelude::*;
-
-/// Below this squared angle the coefficients of a rotation come from their series (`super::super::pose`).
-const SMALL_SQUARED_ANGLE: f32 = 1e-3;
+use lgs_tensor::cube::quaternions::{half_angle, squared_angle};
 
 /// The quaternion at a place, divided by its length, and the length in the fifth place.
 #[cube]
@@ -39,29 +37,6 @@ pub(in crate::source) fn write_unit_vjp(q: &Array<f32>, v: &Array<f32>, out: &mu
     for k in 0..4usize {
         out[at + k] = v_quaternion[k];
     }
-}
-
-/// `a ⊗ b`.
-#[cube]
-pub(in crate::source) fn product(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
-    let mut q = Array::<f32>::new(4usize);
-    q[0usize] = a[0usize] * b[0usize] - a[1usize] * b[1usize] - a[2usize] * b[2usize] - a[3usize] * b[3usize];
-    for k in 0..3usize {
-        let (i, j) = ((k + 1usize) % 3usize + 1usize, (k + 2usize) % 3usize + 1usize);
-        q[k + 1usize] = a[0usize] * b[k + 1usize] + a[k + 1usize] * b[0usize] + a[i] * b[j] - a[j] * b[i];
-    }
-    q
-}
-
-/// The conjugate of a unit quaternion, which is its inverse.
-#[cube]
-pub(in crate::source) fn conjugate(a: &Array<f32>) -> Array<f32> {
-    let mut q = Array::<f32>::new(4usize);
-    q[0usize] = a[0usize];
-    for k in 1..4usize {
-        q[k] = -a[k];
-    }
-    q
 }
 
 /// `u` turned by a unit quaternion.
@@ -102,45 +77,6 @@ pub(super) fn rotate_vjp(q: &Array<f32>, u: &Array<f32>, v: &Array<f32>) -> Arra
         out[k + 1usize] = 2.0f32 * (turned + v[k] * n_u + u[k] * v_n - 2.0f32 * q[k + 1usize] * v_u);
     }
     out
-}
-
-/// For the squared angle of a rotation vector: cos(θ/2), sin(θ/2)/θ and the derivative of the latter by θ,
-/// divided by θ.
-#[cube]
-fn half_angle(squared: f32) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    if squared < SMALL_SQUARED_ANGLE {
-        out[0usize] = 1.0f32 - squared / 8.0f32;
-        out[1usize] = 0.5f32 - squared / 48.0f32;
-        out[2usize] = squared / 960.0f32 - 1.0f32 / 24.0f32;
-    } else {
-        let theta = squared.sqrt();
-        let sine = (0.5f32 * theta).sin() / theta;
-        let cosine = (0.5f32 * theta).cos();
-        out[0usize] = cosine;
-        out[1usize] = sine;
-        out[2usize] = (0.5f32 * cosine - sine) / squared;
-    }
-    out
-}
-
-#[cube]
-fn squared_angle(values: &[f32], at: usize) -> f32 {
-    values[at] * values[at]
-        + values[at + 1usize] * values[at + 1usize]
-        + values[at + 2usize] * values[at + 2usize]
-}
-
-/// The quaternion of the rotation vector at a place.
-#[cube]
-pub(super) fn exponential(values: &[f32], at: usize) -> Array<f32> {
-    let half = half_angle(squared_angle(values, at));
-    let mut q = Array::<f32>::new(4usize);
-    q[0usize] = half[0usize];
-    for k in 0..3usize {
-        q[k + 1usize] = half[1usize] * values[at + k];
-    }
-    q
 }
 
 /// Cotangent of the rotation vector at a place, given that of its quaternion.

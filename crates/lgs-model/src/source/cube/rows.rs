@@ -2,10 +2,9 @@
 //! network's raw outputs (`super::super::pose`) with their vector–Jacobian product.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::{conjugate, exponential, product};
 
-use super::quaternions::{
-    conjugate, exponential, exponential_vjp, product, rotate, rotate_vjp, unit, write_unit_vjp,
-};
+use super::quaternions::{exponential_vjp, rotate, rotate_vjp, unit, write_unit_vjp};
 
 /// Numbers of a raw row and of a pose row (`DELTAS`).
 const ROW: usize = 10;

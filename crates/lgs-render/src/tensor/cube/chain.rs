@@ -1,6 +1,7 @@
 //! From a Gaussian's parameters to its covariance on the image: `crate::view::Chain` on the device.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::matrix;
 
 use crate::view::TINY_QUATERNION;
 
@@ -36,21 +37,12 @@ fn rotation(packed: &[f32], at: usize) -> Array<f32> {
     let norm = (a * a + b * b + c * c + d * d).sqrt();
     let tiny = norm <= TINY_QUATERNION;
     let inverse = 1.0f32 / select(tiny, 1.0f32, norm);
-    let w = select(tiny, 1.0f32, a * inverse);
-    let x = select(tiny, 0.0f32, b * inverse);
-    let y = select(tiny, 0.0f32, c * inverse);
-    let z = select(tiny, 0.0f32, d * inverse);
-    let mut r = Array::<f32>::new(9usize);
-    r[0usize] = 1.0f32 - 2.0f32 * (y * y + z * z);
-    r[1usize] = 2.0f32 * (x * y - w * z);
-    r[2usize] = 2.0f32 * (x * z + w * y);
-    r[3usize] = 2.0f32 * (x * y + w * z);
-    r[4usize] = 1.0f32 - 2.0f32 * (x * x + z * z);
-    r[5usize] = 2.0f32 * (y * z - w * x);
-    r[6usize] = 2.0f32 * (x * z - w * y);
-    r[7usize] = 2.0f32 * (y * z + w * x);
-    r[8usize] = 1.0f32 - 2.0f32 * (x * x + y * y);
-    r
+    let mut unit = Array::<f32>::new(4usize);
+    unit[0usize] = select(tiny, 1.0f32, a * inverse);
+    unit[1usize] = select(tiny, 0.0f32, b * inverse);
+    unit[2usize] = select(tiny, 0.0f32, c * inverse);
+    unit[3usize] = select(tiny, 0.0f32, d * inverse);
+    matrix(&unit)
 }
 
 /// The chain of Gaussian number `i`.

@@ -1,8 +1,10 @@
-//! The gradient by the camera's pose (`crate::project_vjp`): what each Gaussian adds to it, and their sum.
+//! The camera's pose: the motion under which it sees the scene, and the gradient by it
+//! (`crate::project_vjp`): what each Gaussian adds to it, and their sum.
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::{exponential, matrix};
 use lgs_tensor::cube::{CubeTensor, empty, units, zeros};
 
 use super::chain::Chain;
@@ -11,6 +13,41 @@ use super::chain::Chain;
 pub(super) const MOTION: usize = 6;
 /// Rows that a unit sums.
 const CHUNK: usize = 64;
+
+/// Moves the camera that a buffer begins with ([`super::frame::header`]) as
+/// [`lgs_core::Camera::seeing_moved`] does; without a motion it stays as it is to the last bit.
+#[cube(launch)]
+pub(super) fn see_moved(packed: &mut [f32], motion: &[f32]) {
+    let mut size = 0.0f32;
+    for k in 0..MOTION {
+        size += motion[k].abs();
+    }
+    if ABSOLUTE_POS == 0usize && size > 0.0f32 {
+        let turn = matrix(&exponential(motion, 0usize));
+        let mut pose = Array::<f32>::new(12usize);
+        for k in 0..12usize {
+            pose[k] = packed[k];
+        }
+        for row in 0..3usize {
+            for k in 0..3usize {
+                packed[3usize * row + k] = turn[3usize * row] * pose[k]
+                    + turn[3usize * row + 1usize] * pose[3usize + k]
+                    + turn[3usize * row + 2usize] * pose[6usize + k];
+            }
+            packed[9usize + row] = turn[3usize * row] * pose[9usize]
+                + turn[3usize * row + 1usize] * pose[10usize]
+                + turn[3usize * row + 2usize] * pose[11usize]
+                + motion[3usize + row];
+        }
+        // The centre is −Wᵀ t, which only the shift moves.
+        for k in 0..3usize {
+            packed[18usize + k] = packed[18usize + k]
+                - packed[k] * motion[3usize]
+                - packed[3usize + k] * motion[4usize]
+                - packed[6usize + k] * motion[5usize];
+        }
+    }
+}
 
 /// Writes the cotangent of a small motion `p → p + ω × p + τ` of a Gaussian in camera axes as (ω, τ), given
 /// those of its centre in camera axes, of the rows of `J W` in the Gaussian's axes, and of its centre by the

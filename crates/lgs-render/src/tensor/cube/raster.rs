@@ -16,7 +16,7 @@ use super::blend::blend;
 use super::blend_vjp::{COTANGENTS, blend_vjp, collect};
 use super::frame::{HEADER, PARAMETERS, PIXELS, PROJECTED, Sizes, TILE, header};
 use super::lists::{GROUP, Lists, lists};
-use super::pose::summed;
+use super::pose::{see_moved, summed};
 use super::project::{count_tiles, project};
 use super::pull_back::{GRADIENTS, POSE, pull_back};
 
@@ -52,15 +52,20 @@ fn sizes(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> Sizes {
     }
 }
 
-/// The camera and, Gaussian by Gaussian, centre, quaternion, log scales and opacity logit.
-fn pack(view: &ViewSpec, [means, rotations, log_scales, raw_opacities, ..]: &[CubeTensor; 7]) -> CubeTensor {
+/// The camera, moved by the pose, and by Gaussian centre, quaternion, log scales and opacity logit.
+fn pack(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> CubeTensor {
+    let [means, rotations, log_scales, raw_opacities, _, _, pose] = inputs;
     let n = means.shape()[0];
     let header = CubeBackend::float_from_data(TensorData::new(header(view), [HEADER]), &means.device);
     let opacities = CubeBackend::float_reshape(raw_opacities.clone(), [n, 1].into());
     let rows =
         CubeBackend::float_cat(vec![means.clone(), rotations.clone(), log_scales.clone(), opacities], 1);
     let rows = CubeBackend::float_reshape(rows, [n * PARAMETERS].into());
-    contiguous(CubeBackend::float_cat(vec![header, rows], 0))
+    let packed = contiguous(CubeBackend::float_cat(vec![header, rows], 0));
+    let (cubes, dim) = units(&packed.client, 1);
+    let [to, motion] = [packed.clone(), contiguous(pose.clone())].map(CubeTensor::into_buffer_arg);
+    see_moved::launch(&packed.client, cubes, dim, to, motion);
+    packed
 }
 
 /// The background alone.

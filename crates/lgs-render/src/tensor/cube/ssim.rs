@@ -77,14 +77,8 @@ pub(super) fn compare(
     let mut along = Shared::<[f32]>::new_slice(MEANS * REACH * EDGE);
     if has_square(&size) {
         load_pixels(a, b, &mut pixels, &size);
-        sync_cube();
-        let mut i = UNIT_POS;
-        while i < (REACH * EDGE) as u32 {
-            means_along(&pixels, window, i as usize, &mut along);
-            i += (EDGE * EDGE) as u32;
-        }
-        sync_cube();
         let here = own(&size);
+        sums_along(&pixels, window, &mut along, MEANS);
         if here.inside {
             let means = sums_down(&along, window, MEANS);
             let at = here.at as usize;
@@ -119,6 +113,23 @@ fn load_slopes(slopes: &[f32], values: usize, around: &mut [f32], size: &Size) {
         }
         i += (EDGE * EDGE) as u32;
     }
+}
+
+/// The window along all rows of what units have loaded, which later reads find done: means of pixels, or
+/// sums of slopes, by the number of maps.
+#[cube]
+fn sums_along(around: &[f32], window: &[f32], along: &mut [f32], #[comptime] maps: usize) {
+    sync_cube();
+    let mut i = UNIT_POS;
+    while i < (REACH * EDGE) as u32 {
+        if comptime!(maps == MEANS) {
+            means_along(around, window, i as usize, along);
+        } else {
+            slopes_along(around, window, i as usize, along);
+        }
+        i += (EDGE * EDGE) as u32;
+    }
+    sync_cube();
 }
 
 /// The window along a row: sums of a, b, a² + b² and ab.
@@ -183,14 +194,8 @@ pub(super) fn gradient(a: &[f32], b: &[f32], weights: &[f32], slopes: &[f32], ou
     let mut along = Shared::<[f32]>::new_slice(SLOPES * REACH * EDGE);
     if has_square(&size) {
         load_slopes(slopes, a.len(), &mut around, &size);
-        sync_cube();
-        let mut i = UNIT_POS;
-        while i < (REACH * EDGE) as u32 {
-            slopes_along(&around, weights, i as usize, &mut along);
-            i += (EDGE * EDGE) as u32;
-        }
-        sync_cube();
         let here = own(&size);
+        sums_along(&around, weights, &mut along, SLOPES);
         if here.inside {
             let sums = sums_down(&along, weights, SLOPES);
             let at = here.at as usize;

@@ -4,10 +4,10 @@
 #![allow(clippy::manual_memcpy, reason = "kernels have no slices to copy")]
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::{conjugate, normalised, product};
 
 use super::super::twist::TWIST;
 use crate::source::config::DELTAS;
-use crate::source::cube::quaternions::{conjugate, product};
 
 /// Forms of the rotation as kernels are told of them; Gaussians do not turn in any other.
 pub(super) const REFERENCE: u32 = 1;
@@ -132,18 +132,6 @@ fn turn_along(twists: &[f32], first: usize, steps: &[f32], #[comptime] form: u32
         q[3usize] = (m[3usize] - m[1usize]) / (4.0f32 * w);
     }
     q
-}
-
-#[cube]
-fn normalised(q: &Array<f32>) -> Array<f32> {
-    let mut out = Array::<f32>::new(4usize);
-    let length =
-        (q[0usize] * q[0usize] + q[1usize] * q[1usize] + q[2usize] * q[2usize] + q[3usize] * q[3usize])
-            .sqrt();
-    for k in 0..4usize {
-        out[k] = q[k] / length;
-    }
-    out
 }
 
 /// The quaternion of a multiple of the rotation vector at a place.

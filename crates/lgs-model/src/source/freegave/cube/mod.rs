@@ -16,6 +16,7 @@ use burn::tensor::{DType, Tensor, TensorData};
 use lgs_nn::Activation;
 use lgs_nn::encoding::encode;
 use lgs_tensor::Kernel;
+use lgs_tensor::cube::product::{primitive, product, tensor};
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
 
 use super::config::FreeGaveConfig;
@@ -23,7 +24,6 @@ use super::input::Learns;
 use super::twist::{TWIST, steps, twist_times};
 use crate::source::config::{DELTAS, DeformationConfig, RotationForm};
 use crate::source::cube::mlp::{Parts, Taped, mlp, mlp_vjp};
-use crate::source::cube::product::{primitive, product, tensor};
 use crate::source::cube::{DeformKept, backward, cotangents, encoded, forward};
 use crate::source::tensor::NetworkCall;
 use carry::{FIXED, REFERENCE, carry_rows, carry_rows_vjp};

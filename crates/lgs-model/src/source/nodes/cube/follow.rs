@@ -1,10 +1,11 @@
 //! Kernels of the blend, a unit per node or per Gaussian (`super::super::blend`).
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::product;
 
 use super::mixture::{CARRIER, FOLLOWER, TURN, average, carrier, mixture};
 use crate::source::config::DELTAS;
-use crate::source::cube::quaternions::{product, unit};
+use crate::source::cube::quaternions::unit;
 use crate::source::nodes::node::NODE;
 
 /// Nodes at a time.

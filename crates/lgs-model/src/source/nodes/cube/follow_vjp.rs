@@ -4,11 +4,12 @@
 //! number then sums those of the node's followers in their order, so that no atomics are needed.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::quaternions::{conjugate, product};
 
 use super::follow::carried;
 use super::mixture::{CARRIER, DISTANCES, FALLS, FOLLOWER, SIGNS, TOTAL, TURN, average, carrier, mixture};
 use crate::source::config::DELTAS;
-use crate::source::cube::quaternions::{conjugate, product, unit, unit_vjp, write_unit_vjp};
+use crate::source::cube::quaternions::{unit, unit_vjp, write_unit_vjp};
 use crate::source::nodes::node::NODE;
 
 /// Numbers of a node's cotangents: matrix (0), place (9), unit quaternion (12), logarithm of the radius (16),

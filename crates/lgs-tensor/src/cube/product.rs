@@ -1,10 +1,12 @@
 //! Products of matrices: those of the tensor library, and on software devices plain ones. The library's
 //! kernels there take minutes to compile, since every barrier of theirs splits a program in two.
+#![allow(missing_docs, reason = "those of what the language's macro writes beside a kernel")]
 
 use burn::backend::TensorMetadata;
 use burn::tensor::{DType, Float, Tensor};
-use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, is_software, units};
+use burn_cubecl::cubecl::{self, prelude::*};
+
+use super::{CubeBackend, CubeTensor, contiguous, empty, is_software, units};
 
 /// `a b`, a unit per entry; `inner` is the number of columns of `a`.
 #[cube(launch)]
@@ -21,17 +23,23 @@ fn multiply(a: &[f32], b: &[f32], out: &mut [f32], inner: u32, columns: u32) {
 }
 
 /// A tensor of the device behind its primitive.
-pub(in crate::source) fn tensor<const D: usize>(primitive: CubeTensor) -> Tensor<D> {
+#[must_use]
+pub fn tensor<const D: usize>(primitive: CubeTensor) -> Tensor<D> {
     Tensor::<D, Float>::from_primitive::<CubeBackend>(primitive)
 }
 
 /// The contiguous primitive of a tensor of the device.
-pub(in crate::source) fn primitive<const D: usize>(tensor: Tensor<D>) -> CubeTensor {
+///
+/// # Panics
+/// If it is one of another device.
+#[must_use]
+pub fn primitive<const D: usize>(tensor: Tensor<D>) -> CubeTensor {
     contiguous(tensor.try_into_primitive::<CubeBackend>().expect("a tensor of the device"))
 }
 
 /// `a b`.
-pub(in crate::source) fn product(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
+#[must_use]
+pub fn product(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
     if !is_software(&a.device()) {
         return a.matmul(b);
     }

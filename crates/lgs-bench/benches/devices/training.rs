@@ -1,0 +1,48 @@
+//! Steps of training a source by the `standard` preset, all Gaussians moving.
+
+use std::error::Error;
+use std::hint::black_box;
+
+use burn::tensor::Device;
+use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_data::synth::{self, SynthOptions};
+use lgs_model::source::SourceKind;
+use lgs_train::source::{SourceConfig, SourceTrainer};
+use lgs_train::{Preset, Trainer};
+
+use crate::Sizes;
+use crate::rows::{least, row};
+
+fn trainer<'a>(
+    dataset: &'a Dataset,
+    sizes: &Sizes,
+    device: &Device,
+) -> Result<SourceTrainer<'a>, Box<dyn Error>> {
+    let mut config = SourceConfig::preset(SourceKind::Defgs, Preset::Standard);
+    (config.initial_gaussians, config.warmup_iterations) = (sizes.gaussians, 0);
+    config.densify.before = 0;
+    config.shading.after = 0;
+    Ok(SourceTrainer::new(dataset, &config, 0, device)?)
+}
+
+/// Measures and prints.
+pub(crate) fn run(sizes: &Sizes, devices: &[Device; 2]) -> Result<(), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let options = SynthOptions { size: sizes.pixels, views: 6, train_fps: 12, ..SynthOptions::default() };
+    let data = folder.path().join("data");
+    synth::generate("falling-ball", &options, &data, &|_, _| {})?;
+    let dataset = Dataset::load(&data, &LoadOptions::default(), &|_, _| {})?;
+    let [mut one, mut other] =
+        [trainer(&dataset, sizes, &devices[0])?, trainer(&dataset, sizes, &devices[1])?];
+    let steps = |trainer: &mut SourceTrainer<'_>| {
+        let mut report = None;
+        for _ in 0..sizes.steps {
+            report = Some(trainer.step());
+        }
+        black_box(report.map(|report| report.figures()));
+    };
+    let secs = least([&mut || steps(&mut one), &mut || steps(&mut other)]);
+    let rates = secs.map(|secs| sizes.steps as f64 / secs);
+    row("training by `standard` with the deformation network and light over time, steps/s", rates);
+    Ok(())
+}
