@@ -65,7 +65,7 @@ fn assert_too_large_is_out_of_memory(device: &Device) {
     let most = largest_buffer(device).expect("a device with buffers");
     let later = || {
         let too_many = Tensor::<1>::zeros([most as usize / 4 + 1024], device);
-        drop(too_many.slice([0..1]).into_data().try_to_vec::<f32>());
+        drop(too_many.narrow(0, 0, 1).into_data().try_to_vec::<f32>());
     };
     let said = failure(&panic_of(later), Some(most));
     assert!(said.starts_with("out of memory: ") && said.contains("; lower"), "{said}");
