@@ -42,8 +42,8 @@ impl Exposure {
         }
     }
 
-    /// Exposes the change of a drawn image: the derivative of [`Self::expose`], given the changes of pixels and
-    /// transmittances.
+    /// Exposes the change of a drawn image: the derivative of [`Self::expose`], given the changes of pixels
+    /// and transmittances.
     ///
     /// # Panics
     /// If there are not as many transmittances as pixels (a bug).

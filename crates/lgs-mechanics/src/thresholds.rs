@@ -175,7 +175,8 @@ pub(crate) const LIFT: f64 = 0.1;
 /// Height over the extent of a body at which an observed pose counts as touching: no better are plane and
 /// shape known.
 pub(crate) const NEAR_PLANE: f64 = 0.01;
-/// Steps from one sample to the next, at most, of motions through impacts: what is faster, samples do not show.
+/// Steps from one sample to the next, at most, of motions through impacts: what is faster, samples do not
+/// show.
 pub(crate) const MOST_STEPS_OF_SAMPLE: f64 = 8.0;
 /// Steps of motions through impacts in search of a body's contact: twenty fits through tracks of a hundred
 /// samples, and half a minute of motions that lie on a plane.

@@ -67,12 +67,7 @@ fn gradient_of_color(
 }
 
 /// The tangent of the exponent, given the velocity of the mean and its gradient in space.
-fn exponent(
-    view: &View,
-    chain: &Chain,
-    [f0, f1, f2]: [f32; 3],
-    (v_mean, linear): ([f32; 3], &Mat3),
-) -> [f32; 6] {
+fn exponent(view: &View, chain: &Chain, factor: [f32; 3], (v_mean, linear): ([f32; 3], &Mat3)) -> [f32; 6] {
     let [v_x, v_y, v_z] = mat_vec(&view.rotation, v_mean);
     let [x, y, z] = chain.camera_mean;
     let slopes = [(v_x - x / z * v_z) / z, (v_y - y / z * v_z) / z];
@@ -81,18 +76,11 @@ fn exponent(
     let back = transpose(linear);
     let v_axes: [[f32; 3]; 2] = std::array::from_fn(|i| {
         let row = chain.image_from_world[i];
-        let clamped = if chain.clamped[i] { 0.0 } else { slopes[i] };
-        let by_camera = add(scale(row, -v_z / z), scale(view.rotation[2], -view.focal[i] / z * clamped));
+        let v_tangent = if chain.clamped[i] { 0.0 } else { slopes[i] };
+        let by_camera = add(scale(row, -v_z / z), scale(view.rotation[2], -view.focal[i] / z * v_tangent));
         let turned = mat_vec(&transpose(&chain.rotation), add(by_camera, mat_vec(&back, row)));
         std::array::from_fn(|j| turned[j] * chain.scales[j])
     });
-    let [m0, m1] = chain.m;
-    let (aa, bb) = (2.0 * dot(v_axes[0], m0), 2.0 * dot(v_axes[1], m1));
-    let ab = dot(v_axes[0], m1) + dot(m0, v_axes[1]);
-    // The conic K = 2 ln 2 · FᵀF; the exponent is -½ dᵀ K d.
-    let base = 2.0 * std::f32::consts::LN_2;
-    let (k00, k01, k11) = (base * f0 * f0, base * f0 * f1, base * (f1 * f1 + f2 * f2));
-    let left = [[k00 * aa + k01 * ab, k00 * ab + k01 * bb], [k01 * aa + k11 * ab, k01 * ab + k11 * bb]];
     let opacity = match view.filter {
         PixelFilter::Dilation => 0.0,
         PixelFilter::Mip => {
@@ -100,6 +88,22 @@ fn exponent(
             dot(by_axes[0], v_axes[0]) + dot(by_axes[1], v_axes[1])
         }
     };
+    polynomial(factor, opacity, v_mean2d, (&chain.m, &v_axes))
+}
+
+/// Coefficients of the tangent of the exponent `ln o - ½ dᵀ K d`, given the changes of `ln o`, of the mean,
+/// and of M, with K the inverse of `M Mᵀ + b I`.
+fn polynomial(
+    [f0, f1, f2]: [f32; 3],
+    opacity: f32,
+    v_mean2d: [f32; 2],
+    ([m0, m1], [v_m0, v_m1]): (&[[f32; 3]; 2], &[[f32; 3]; 2]),
+) -> [f32; 6] {
+    let (aa, ab, bb) = (2.0 * dot(*v_m0, *m0), dot(*v_m0, *m1) + dot(*m0, *v_m1), 2.0 * dot(*v_m1, *m1));
+    // The conic K = 2 ln 2 · FᵀF, and half of K Σ' K.
+    let base = 2.0 * std::f32::consts::LN_2;
+    let (k00, k01, k11) = (base * f0 * f0, base * f0 * f1, base * (f1 * f1 + f2 * f2));
+    let left = [[k00 * aa + k01 * ab, k00 * ab + k01 * bb], [k01 * aa + k11 * ab, k01 * ab + k11 * bb]];
     [
         opacity,
         k00 * v_mean2d[0] + k01 * v_mean2d[1],

@@ -106,8 +106,8 @@ impl Budget {
         self.current = Some(Current { stage, begun: used, deadline, since: used, steps: 0, step_secs: None });
     }
 
-    /// Seconds to be kept for what follows a stage at no pace: laws are chosen once more after the last stage,
-    /// which takes about as long as the fit of the dynamics did.
+    /// Seconds to be kept for what follows a stage at no pace: laws are chosen once more after the last
+    /// stage, which takes about as long as the fit of the dynamics did.
     fn reserve(&self, stage: Stage) -> f64 {
         if stage == Stage::TuneGaussians { self.schedule.fit_secs } else { 0.0 }
     }

@@ -44,9 +44,7 @@ impl TrainingLoop<'_> {
         let mut events = EventLog::resume(&self.run.events_path(), stage, trainer.step_index())?;
         let mut timer = CheckpointTimer::new(self.config);
         let mut reader = FigureReader::new(stage);
-        if let Some(budget) = self.budget {
-            budget.borrow_mut().begin(stage, self.config.last_stage);
-        }
+        self.with_budget(|budget| budget.begin(stage, self.config.last_stage));
         while !trainer.is_finished() {
             if control.stop.load(Ordering::Relaxed) {
                 self.save(trainer, &mut reader)?;
@@ -66,10 +64,14 @@ impl TrainingLoop<'_> {
                 self.save(trainer, &mut reader)?;
             }
         }
-        if let Some(budget) = self.budget {
-            budget.borrow_mut().end();
-        }
+        self.with_budget(Budget::end);
         self.save(trainer, &mut reader)
+    }
+
+    fn with_budget(&self, act: impl FnOnce(&mut Budget)) {
+        if let Some(budget) = self.budget {
+            act(&mut budget.borrow_mut());
+        }
     }
 
     /// A checkpoint of steps whose losses are finite, and before it the schedule that led to it.

@@ -138,7 +138,11 @@ pub(crate) fn run(machine: &Machine) {
     print_motions(&case);
     compare("rasterize, forward", 1.6, || case.forward());
     compare("rasterize, forward + backward", 1.6, || case.both());
+    print_growth();
+}
 
+/// What a Gaussian takes, from few to many.
+fn print_growth() {
     section("growth of rasterize (5 k, 50 k, 500 k Gaussians, pixels in proportion)");
     let cases = COUNTS.map(|count| Case::new(count, trained_scene(count)));
     print("rasterize, forward", per_gaussian(cases.each_ref().map(|case| || case.forward())));
