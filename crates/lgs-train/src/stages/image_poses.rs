@@ -17,8 +17,9 @@ use lgs_model::{LagrangianScene, Motion, SceneState, mapped_shape};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::displacement::{Displacement, Pose};
 use super::initial_pose::mean;
-use super::observation::{Displacement, Normal, Observation, Pose, observe};
+use super::observation::{Changes, Normal, Observation, observe};
 
 /// Rounds of observation, at least: the second is about poses that the first has put right to a tenth of a
 /// pixel, if they were off by no more than one.
@@ -96,10 +97,11 @@ impl<'a> ImagePoses<'a> {
             let moved: Vec<GaussianCloud> =
                 times.clone().map(|at| self.moved(&clouds[at], bodies, (&found, at))).collect();
             let at = |frame: &Frame| self.times.partition_point(|&time| time < frame.time.max(0.0));
-            let observed: Vec<Observation> = frames
-                .par_iter()
-                .map(|frame| observe(frame, &moved[at(frame)], &poses[at(frame)], self.scene.background))
-                .collect();
+            let observe = |frame: &&Frame| {
+                let (moved, poses) = (&moved[at(frame)], &poses[at(frame)]);
+                observe(frame, moved, poses, self.scene.background, Changes::Derivatives)
+            };
+            let observed: Vec<Observation> = frames.par_iter().map(observe).collect();
             let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
             let squared: f64 = observed.iter().map(|o| o.squared_error).sum();
             let mse = squared / values;

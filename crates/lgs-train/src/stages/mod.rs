@@ -6,6 +6,7 @@
 mod bands_of_views;
 mod body;
 mod config;
+mod displacement;
 mod fit_dynamics;
 mod frame_states;
 mod held_to_source;

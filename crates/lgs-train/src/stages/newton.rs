@@ -15,8 +15,9 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::body::{Body, PRIOR_DEVIATION, Positions, Response, Responses, part_of, rows_of_parts};
+use super::displacement::Pose;
 use super::normal_equations::NormalEquations;
-use super::observation::{Normal, Observation, Pose, observe, squared_error};
+use super::observation::{Changes, Normal, Observation, observe, squared_error};
 use crate::figures::StepReport;
 
 /// Particles of an object that are rolled to find the derivatives of its pose.
@@ -215,7 +216,7 @@ impl Newton {
                 })
             };
             let poses: Vec<Pose> = (0..self.bodies.len()).flat_map(pose).collect();
-            observe(frame, &clouds[at], &poses, scene.background)
+            observe(frame, &clouds[at], &poses, scene.background, Changes::Differences)
         };
         frames.par_iter().map(of_frame).collect()
     }

@@ -4,7 +4,8 @@ use lgs_core::geometry::solve_positive;
 use nalgebra::DMatrix;
 
 use super::body::Response;
-use super::observation::{Displacement, Normal};
+use super::displacement::Displacement;
+use super::observation::Normal;
 
 /// Least squares of `n` unknowns.
 pub(super) struct NormalEquations {

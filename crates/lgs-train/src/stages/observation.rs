@@ -1,8 +1,6 @@
 //! Observations of the poses of bodies: normal equations of small displacements, from the residuals of
 //! images.
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{axial, cross_matrix, fit_affine, outer, wide};
 use lgs_core::linear::{scale, sub};
@@ -10,34 +8,11 @@ use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
 use lgs_render::{AffineMotion, ImageTangent, Rasterized, Splats, photometric, rasterize, rasterize_jvp};
 
+use super::displacement::{Displacement, Pose, change};
 use super::initial_pose::{mean, spin};
 
 /// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
 const SSIM_WEIGHT: f32 = 0.2;
-
-/// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz,
-/// xy.
-pub(super) type Displacement = [f64; 12];
-
-/// Numbers of a displacement of a body that keeps its shape, which come first.
-const RIGID: usize = 6;
-
-/// A body in a cloud of Gaussians.
-pub(super) struct Pose {
-    pub(super) rows: Range<usize>,
-    pub(super) center: [f32; 3],
-    /// Root mean square distance from the centre, world units.
-    pub(super) radius: f32,
-    /// Whether its shape changes.
-    pub(super) deforms: bool,
-}
-
-impl Pose {
-    /// Numbers of a displacement that the body may have, which come first.
-    pub(super) fn freedoms(&self) -> usize {
-        if self.deforms { Displacement::default().len() } else { RIGID }
-    }
-}
 
 /// Normal equations `A x = b` of a body's displacement, from one image; zero beyond its freedoms.
 pub(super) struct Normal {
@@ -70,35 +45,60 @@ pub(super) struct Observation {
     pub(super) loss: f32,
 }
 
+/// How the change of an image with a body's displacement is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Changes {
+    /// By the derivative, in one pass over the tiles that the body reaches.
+    Derivatives,
+    /// By differences of whole images, which also see Gaussians that come to lie before others.
+    Differences,
+}
+
 /// Observes the poses of some bodies in a frame.
 pub(super) fn observe(
     frame: &Frame,
     cloud: &GaussianCloud,
     bodies: &[Pose],
     background: [f32; 3],
+    changes: Changes,
 ) -> Observation {
     let truth = truth(frame, background);
     let splats = Splats::from(cloud);
     let forward = rasterize(&splats, &frame.camera, background);
     let drawn = photographed(&forward, frame, background);
     let residuals = difference(&truth.pixels, &drawn);
-    let weights = frame.weights();
-    let normal = |body: &Pose| {
-        let motions = &motions_about(body.center)[..body.freedoms()];
-        let tangents = rasterize_jvp(&splats, &frame.camera, &forward, (body.rows.clone(), motions));
-        let part = tangents.first().map(|tangent| {
-            let weights = weights.as_ref().map(|weights| tangent.part_of(weights, truth.width as usize));
-            (tangent.part_of(&residuals, truth.width as usize), weights)
-        });
-        let (residuals, weights) = part.unwrap_or_default();
-        let column = |tangent| photographed_change(tangent, frame, (weights.as_deref(), background));
-        Normal::new(&tangents.into_iter().map(column).collect::<Vec<_>>(), &residuals)
+    let normal = |body: &Pose| match changes {
+        Changes::Derivatives => by_derivatives((frame, background), (&splats, &forward), body, &residuals),
+        Changes::Differences => {
+            let draw = |splats: &Splats<'_>| {
+                photographed(&rasterize(splats, &frame.camera, background), frame, background)
+            };
+            let columns = (0..body.freedoms()).map(|unknown| change(unknown, body, cloud, draw));
+            Normal::new(&columns.collect::<Vec<_>>(), &residuals)
+        }
     };
     Observation {
         normals: bodies.iter().map(normal).collect(),
         squared_error: product(&residuals, &residuals),
         loss: photometric(&drawn, &truth.pixels, [truth.width as usize, truth.height as usize], SSIM_WEIGHT),
     }
+}
+
+/// The normal equations of a body in a drawn frame, by derivatives.
+fn by_derivatives(
+    (frame, background): (&Frame, [f32; 3]),
+    (splats, drawn): (&Splats<'_>, &Rasterized),
+    body: &Pose,
+    residuals: &[[f32; 3]],
+) -> Normal {
+    let motions = &motions_about(body.center)[..body.freedoms()];
+    let tangents = rasterize_jvp(splats, &frame.camera, drawn, (body.rows.clone(), motions));
+    let Some(first) = tangents.first() else { return Normal::new(&[], &[]) };
+    let width = drawn.width as usize;
+    let residuals = first.part_of(residuals, width);
+    let weights = frame.weights().map(|weights| first.part_of(&weights, width));
+    let column = |tangent| photographed_change(tangent, frame, (weights.as_deref(), background));
+    Normal::new(&tangents.into_iter().map(column).collect::<Vec<_>>(), &residuals)
 }
 
 /// Sum of squared errors of Gaussians in a frame.
@@ -112,7 +112,7 @@ fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
     a.iter().zip(b).map(|(a, b)| sub(*a, *b)).collect()
 }
 
-/// The frame's image; what its mask leaves out is background, as in [`draw`].
+/// The frame's image; what its mask leaves out is background, as in [`photographed`].
 fn truth(frame: &Frame, background: [f32; 3]) -> Image {
     let mut truth = frame.composited(background);
     frame.leave_out(&mut truth.pixels, background);
@@ -194,25 +194,8 @@ mod tests {
     use lgs_model::mapped_shape;
     use nalgebra::DMatrix;
 
-    /// Gaussians of which some belong to a displaced body.
-    fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> GaussianCloud {
-        let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
-        let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
-        let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
-        let matrix = mat_mul(&matrix_from_quat(turn), &stretch);
-        let linear = DMat3::from_cols_array_2d(&matrix.map(|row| row.map(f64::from))).transpose();
-        let mut moved = cloud.clone();
-        for i in body.rows.clone() {
-            let offset = mat_vec(&matrix, sub(cloud.means[i], body.center));
-            moved.means[i] = add(add(body.center, [tx, ty, tz]), offset);
-            (moved.rotations[i], moved.log_scales[i]) =
-                mapped_shape(&linear, cloud.rotations[i], cloud.log_scales[i]);
-        }
-        moved
-    }
-
     /// The displacement that images of a body show which are drawn after one.
-    fn seen(by: &Displacement, deforms: bool, eyes: &[[f32; 3]]) -> Vec<f64> {
+    fn seen(by: &Displacement, deforms: bool, eyes: &[[f32; 3]], changes: Changes) -> Vec<f64> {
         let means: Vec<[f32; 3]> = (0..18)
             .map(|i| [0.2 * (i % 3) as f32, 0.15 * (i / 9) as f32, 0.2 * (i / 3 % 3) as f32])
             .collect();
@@ -226,12 +209,13 @@ mod tests {
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
             let (name, exposure) = (String::new(), Exposure::IDENTITY);
             let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
-            let drawn =
-                rasterize(&Splats::from(&displaced(&cloud, &body, by)), &frame.camera, [1.0; 3]).image;
+            let Shapes { means, rotations, log_scales } = displaced(&cloud, &body, by);
+            let moved = GaussianCloud { means, rotations, log_scales, ..cloud.clone() };
+            let drawn = rasterize(&Splats::from(&moved), &frame.camera, [1.0; 3]).image;
             let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
             let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];
             frame.pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();
-            let observed = observe(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3]);
+            let observed = observe(&frame, &cloud, std::slice::from_ref(&body), [1.0; 3], changes);
             assert_eq!(observed.squared_error, squared_error(&frame, &cloud, [1.0; 3]));
             let normal = &observed.normals[0];
             for i in 0..n {
@@ -253,14 +237,18 @@ mod tests {
     #[test]
     fn images_tell_where_a_body_is() {
         let by = [0.004, -0.003, 0.002, 0.01, 0.0, -0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let found = seen(&by, false, &[[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]]);
-        assert_near(&found, &by, [2e-4, 1e-3]);
+        for changes in [Changes::Derivatives, Changes::Differences] {
+            let found = seen(&by, false, &[[0.0, -2.5, 0.5], [2.0, 1.0, 1.0]], changes);
+            assert_near(&found, &by, [2e-4, 1e-3]);
+        }
     }
 
     #[test]
     fn images_tell_how_a_body_is_stretched() {
         let by = [0.002, -0.001, 0.001, 0.01, 0.0, -0.01, 0.01, -0.01, 0.02, 0.0, 0.005, 0.01];
-        let found = seen(&by, true, &[[0.0, -2.5, 0.5], [2.0, 1.0, 1.0], [-1.5, 1.0, 2.0]]);
-        assert_near(&found, &by, [2e-4, 2e-3]);
+        for changes in [Changes::Derivatives, Changes::Differences] {
+            let found = seen(&by, true, &[[0.0, -2.5, 0.5], [2.0, 1.0, 1.0], [-1.5, 1.0, 2.0]], changes);
+            assert_near(&found, &by, [2e-4, 2e-3]);
+        }
     }
 }

@@ -12,7 +12,7 @@ use lgs_dynamics::Supports;
 use lgs_mechanics::coordinates::Bodies;
 use lgs_model::{Dynamics, LagrangianScene, ObjectModel};
 
-use super::observation::Displacement;
+use super::displacement::Displacement;
 use super::subset::{choose, supports_of};
 use law::LawBody;
 use particles::ParticleBody;

@@ -1,0 +1,85 @@
+//! Displaced bodies, and changes of images with the displacement of a body, by central differences.
+//!
+//! Differences see what derivatives do not: Gaussians that come to lie before others, and the edges at which
+//! they end. A fit that is to come to the last hundredth of a pixel wants them.
+
+use std::ops::Range;
+
+use glam::DMat3;
+use lgs_core::GaussianCloud;
+use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use lgs_model::mapped_shape;
+use lgs_render::Splats;
+
+/// Step of the differences by a body's displacement, in radii and radians.
+const PROBE: f64 = 0.005;
+
+/// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz,
+/// xy.
+pub(super) type Displacement = [f64; 12];
+
+/// Numbers of a displacement of a body that keeps its shape, which come first.
+const RIGID: usize = 6;
+
+/// A body in a cloud of Gaussians.
+pub(super) struct Pose {
+    pub(super) rows: Range<usize>,
+    pub(super) center: [f32; 3],
+    /// Root mean square distance from the centre, world units.
+    pub(super) radius: f32,
+    /// Whether its shape changes.
+    pub(super) deforms: bool,
+}
+
+impl Pose {
+    /// Numbers of a displacement that the body may have, which come first.
+    pub(super) fn freedoms(&self) -> usize {
+        if self.deforms { Displacement::default().len() } else { RIGID }
+    }
+}
+
+/// The change of an image of the cloud with one number of a body's displacement, given how images are drawn.
+pub(super) fn change(
+    unknown: usize,
+    body: &Pose,
+    cloud: &GaussianCloud,
+    draw: impl Fn(&Splats<'_>) -> Vec<[f32; 3]>,
+) -> Vec<[f32; 3]> {
+    let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
+    let [ahead, behind] = [probe, -probe].map(|by| {
+        let mut displacement = Displacement::default();
+        displacement[unknown] = by;
+        let Shapes { means, rotations, log_scales } = &displaced(cloud, body, &displacement);
+        draw(&Splats { means, rotations, log_scales, ..Splats::from(cloud) })
+    });
+    let rate = (0.5 / probe) as f32;
+    ahead.iter().zip(&behind).map(|(a, b)| sub(*a, *b).map(|change| rate * change)).collect()
+}
+
+/// What a displacement changes of Gaussians.
+pub(super) struct Shapes {
+    pub(super) means: Vec<[f32; 3]>,
+    pub(super) rotations: Vec<[f32; 4]>,
+    pub(super) log_scales: Vec<[f32; 3]>,
+}
+
+/// Gaussians of which some belong to a displaced body.
+pub(super) fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> Shapes {
+    let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
+    let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
+    let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
+    let (matrix, center) = (mat_mul(&matrix_from_quat(turn), &stretch), add(body.center, [tx, ty, tz]));
+    let is_stretched = stretch != matrix_from_quat([1.0, 0.0, 0.0, 0.0]);
+    let (mut means, mut rotations) = (cloud.means.clone(), cloud.rotations.clone());
+    let mut log_scales = cloud.log_scales.clone();
+    let linear = DMat3::from_cols_array_2d(&matrix.map(|row| row.map(f64::from))).transpose();
+    for i in body.rows.clone() {
+        means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
+        if is_stretched {
+            (rotations[i], log_scales[i]) = mapped_shape(&linear, cloud.rotations[i], cloud.log_scales[i]);
+        } else {
+            rotations[i] = quat_mul(turn, cloud.rotations[i]);
+        }
+    }
+    Shapes { means, rotations, log_scales }
+}
