@@ -188,10 +188,9 @@ fn product(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_normalize};
+    use crate::stages::displacement::{Shapes, displaced};
     use lgs_core::{Camera, Exposure};
     use lgs_data::dataset::Pixels;
-    use lgs_model::mapped_shape;
     use nalgebra::DMatrix;
 
     /// The displacement that images of a body show which are drawn after one.
