@@ -1,7 +1,7 @@
 //! Displaced bodies, and changes of images with the displacement of a body, by central differences.
 //!
 //! Differences see what derivatives do not: Gaussians that come to lie before others, and the edges at which
-//! they end. A fit that is to come to the last hundredth of a pixel wants them.
+//! they end. The fit of laws needs them to come to its end.
 
 use std::ops::Range;
 
