@@ -139,6 +139,20 @@ fn a_plane_that_its_points_show_badly_gives_way_to_the_impact() {
 }
 
 #[test]
+fn a_plane_that_its_points_show_well_keeps_their_tilt_and_is_as_high_as_the_track_says() {
+    let mut truth = ball(tilted(0.03, 1.0), 0.7);
+    truth.contact.iter_mut().for_each(|contact| contact.plane.offset += 0.004);
+    let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
+    let ground = Ground { plane: tilted(0.0, 1.0), middle: [0.1, 0.0, 0.0], roughness: 0.0 };
+    let found = explained(&truth, &start, &round_body(vec![ground]), (0.75, 0.0002, 0)).unwrap();
+    let contact = found.law.contact.as_ref().unwrap();
+    let at_impact = truth.contact.as_ref().unwrap().plane.height(DVec3::new(0.15, 0.07, 0.0));
+    let told = format!("{contact:?} {} {at_impact}", found.error);
+    assert!(contact.plane.normal[2] > 1.0 - 1e-9, "{told}");
+    assert!((contact.plane.offset + at_impact).abs() < 0.001, "{told}");
+}
+
+#[test]
 fn samples_that_an_impact_smears_are_left_out() {
     let truth = ball(tilted(0.0, 1.0), 0.7);
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);

@@ -24,3 +24,17 @@ impl Default for Effort {
         Self(Rc::new(Cell::new(MOST_CONTACT_STEPS)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motions_of_one_body_share_their_steps() {
+        let first = Effort::default();
+        let second = first.clone();
+        assert!(first.spend(MOST_CONTACT_STEPS - 1.0).is_some() && second.spend(2.0).is_some());
+        assert!(first.spend(1.0).is_none() && second.spend(1.0).is_none());
+        assert!(Effort::default().spend(1.0).is_some(), "another body has its own");
+    }
+}

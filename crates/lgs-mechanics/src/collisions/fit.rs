@@ -5,6 +5,7 @@ use super::bounced::Bounced;
 use super::bouncing::Bouncing;
 use super::flights::{flights, nested_impacts};
 use super::freedom::Freedom;
+use super::grounds::{agree, contradict, height_deviation, near, touching};
 use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
@@ -19,7 +20,7 @@ use crate::explain::check_track;
 use crate::law::Law;
 use crate::system::System;
 use crate::terms::Term;
-use crate::thresholds::{AGREED, AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, HOPELESS, NEAR_PLANE};
+use crate::thresholds::{AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, HOPELESS, NEAR_PLANE};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -68,7 +69,12 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights, impacts);
         through((body, seen), &laws, flights.clone(), &planes)
     };
-    let told = first_peak(sets[1..].iter().filter_map(through_set));
+    let is_possible = |found: &Bounced| {
+        let planes = found.law.contact.iter().map(|contact| &contact.plane);
+        let against = |plane: &Plane, ground| contradict(plane, ground, (found.about.into(), body));
+        planes.into_iter().all(|plane| !body.grounds.iter().any(|ground| against(plane, ground)))
+    };
+    let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
     let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
     let mut found = before_impulses(likeliest(met.chain(told)), struck)?;
     let about = DVec3::from(found.about);
@@ -88,14 +94,6 @@ fn before_impulses(contact: Option<Bounced>, struck: Option<Bounced>) -> Option<
         }
         (contact, struck) => contact.or(struck),
     }
-}
-
-/// Whether a plane at a place is one at rest, as far as its points tell.
-fn agree(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
-    let extent = body.surface.extent();
-    let apart = DVec3::from(plane.normal).angle_between(DVec3::from(ground.plane.normal));
-    let height = ground.plane.height(about) - plane.height(about);
-    apart <= AGREED * ground.tilt_deviation(extent) && height.abs() <= DEEPEST * extent
 }
 
 /// The motion after which more impacts make the evidence worse; sets of impacts come in growing order.
@@ -128,7 +126,6 @@ fn on_ground(
     if lowest.abs() > DEEPEST * extent {
         return None;
     }
-    let contact = reached(contact, lowest, near(body, seen));
     let touching = touching(body, seen, &contact);
     if touching[0] {
         return None;
@@ -136,7 +133,7 @@ fn on_ground(
     let freedom = Freedom {
         about: seen.centers()[seen.times.len() / 2],
         tilt: ground.tilt_deviation(extent),
-        shift: (NEAR_PLANE * extent).hypot(ground.roughness).hypot(seen.least[1]),
+        shift: height_deviation(lowest, near(body, seen)).hypot(ground.roughness),
         least: 0.0,
     };
     let mut parts: Vec<_> = sets.iter().map(|impacts| flights(seen.times, impacts, &touching)).collect();
@@ -145,26 +142,6 @@ fn on_ground(
     parts.retain(|flights| !stays_free(flights));
     let planes = |_: &FlightLaw| vec![(contact.clone(), freedom)];
     first_peak(parts.into_iter().filter_map(|flights| through((body, seen), laws, flights, &planes)))
-}
-
-/// A contact whose plane lies where the body comes to: if that is farther from it than poses are known, the
-/// particles tell less of the surface than the track does.
-fn reached(contact: Contact, lowest: f64, near: f64) -> Contact {
-    if lowest.abs() <= near {
-        return contact;
-    }
-    Contact { plane: contact.plane.changed([0.0; 3], [0.0; 2], lowest), ..contact }
-}
-
-/// Height at which a pose counts as touching: no better are poses, plane and surface known.
-fn near(body: &Body, seen: &Observed) -> f64 {
-    NEAR_PLANE * body.surface.extent() + seen.least[1]
-}
-
-/// Samples that are as near to the plane as poses are known.
-fn touching(body: &Body, seen: &Observed, contact: &Contact) -> Vec<bool> {
-    let near = near(body, seen);
-    seen.x.iter().map(|x| contact.gap(x) <= near).collect()
 }
 
 /// Planes with their freedom, from the law of the flights.

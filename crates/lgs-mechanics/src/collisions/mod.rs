@@ -8,6 +8,7 @@ mod effort;
 mod fit;
 mod flights;
 mod freedom;
+mod grounds;
 mod laws;
 mod plane_of_impact;
 mod samples;

@@ -1,0 +1,50 @@
+//! Planes that points at rest show, beside what a body's track tells of them.
+
+use super::body::{Body, Observed};
+use crate::contact::{Contact, Ground, Plane};
+use crate::thresholds::{AGREED, DEEPEST, NEAR_PLANE, WIDEST_TILT};
+use glam::DVec3;
+
+/// Whether a plane at a place is one at rest, as far as its points tell.
+pub(super) fn agree(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
+    is_near(plane, ground, (about, body)) && has_its_tilt(plane, ground, body)
+}
+
+/// Whether a plane at a place would lie in one at rest with another tilt than its points show: there are no
+/// two planes in one place, and points that show theirs well know it better than an impact does.
+pub(super) fn contradict(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
+    is_near(plane, ground, (about, body))
+        && tilt_between(plane, ground) <= WIDEST_TILT
+        && !has_its_tilt(plane, ground, body)
+}
+
+fn is_near(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
+    let height = ground.plane.height(about) - plane.height(about);
+    height.abs() <= DEEPEST * body.surface.extent()
+}
+
+fn has_its_tilt(plane: &Plane, ground: &Ground, body: &Body) -> bool {
+    tilt_between(plane, ground) <= AGREED * ground.tilt_deviation(body.surface.extent())
+}
+
+fn tilt_between(plane: &Plane, ground: &Ground) -> f64 {
+    DVec3::from(plane.normal).angle_between(DVec3::from(ground.plane.normal))
+}
+
+/// Standard deviation of a plane's height that particles at rest show, from how well poses are known and from
+/// the height of the lowest sample over it: a sample away from it by more says that the surfaces of plane or
+/// body are that far from their particles.
+pub(super) fn height_deviation(lowest: f64, near: f64) -> f64 {
+    if lowest.abs() <= near { near } else { near.hypot(lowest) }
+}
+
+/// Height at which a pose counts as touching: no better are poses, plane and surface known.
+pub(super) fn near(body: &Body, seen: &Observed) -> f64 {
+    NEAR_PLANE * body.surface.extent() + seen.least[1]
+}
+
+/// Samples that are as near to the plane as poses are known.
+pub(super) fn touching(body: &Body, seen: &Observed, contact: &Contact) -> Vec<bool> {
+    let near = near(body, seen);
+    seen.x.iter().map(|x| contact.gap(x) <= near).collect()
+}
