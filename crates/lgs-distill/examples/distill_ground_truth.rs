@@ -16,6 +16,8 @@ mod contact;
 mod measure;
 #[path = "distill_ground_truth/summary.rs"]
 mod summary;
+#[path = "distill_ground_truth/thresholds.rs"]
+mod thresholds;
 
 use measure::{Row, measured};
 use std::ops::RangeInclusive;

@@ -1,5 +1,5 @@
 //! Every constant of training that decides something and is no configuration key, with its reason. Those of
-//! stages 2 and 3 stand beside their code in `stages`.
+//! stages 2 and 3 are in `stages/thresholds.rs`.
 
 // Checkpoints
 

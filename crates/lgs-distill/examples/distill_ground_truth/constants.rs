@@ -7,10 +7,7 @@ use lgs_mechanics::terms::Term;
 use std::fmt;
 use std::ops::Range;
 
-/// Relative error up to which a constant counts as recovered.
-const RECOVERED: f64 = 0.03;
-/// Standard deviations of a constant's own interval: 95 % of normal errors.
-const DEVIATIONS: f64 = 2.0;
+use super::thresholds::{DEVIATIONS, RECOVERED};
 
 /// A constant of the truth with its recovered value.
 pub(super) struct Constant {

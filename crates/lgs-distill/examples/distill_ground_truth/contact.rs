@@ -8,12 +8,7 @@ use lgs_distill::{Distilled, SceneDistillation};
 use lgs_mechanics::Edit;
 use std::fmt;
 
-/// Potentials under which a body must keep above its plane as well.
-const POTENTIALS: [f64; 3] = [1.0, 0.5, 2.0];
-
-/// Depth to which noisy tracks tell where the points of a body are, world units: their noise of 0.002 over 76
-/// samples leaves 0.0002 of each.
-const NOT_DEEP: f64 = 1e-3;
+use super::thresholds::{NOT_DEEP, POTENTIALS};
 
 /// How the impacts of a body compare with the truth.
 pub(super) struct Impacts {

@@ -14,17 +14,11 @@ use lgs_mechanics::bands::Verdict;
 use rand::RngExt;
 use std::fmt;
 
+use super::thresholds::{COMPARED, RECORDED, WINDOW, WRONG};
+
 const PARTICLES: usize = 400;
-/// Samples of the window, and steps of the rollout at the same spacing.
-const WINDOW: usize = 76;
 pub(super) const STEPS: usize = 225;
-/// Step at t = 1, the end of the whole recording.
-const RECORDED: usize = 100;
 pub(super) const DT: f64 = 0.01;
-/// Every so many steps the truth is compared with a band.
-const COMPARED: usize = 5;
-/// Error over the path beyond which a forecast is wrong: what stage 1 promises of times that it trusts.
-const WRONG: f64 = 0.04;
 
 /// What came of one scene and seed.
 pub(super) struct Row {

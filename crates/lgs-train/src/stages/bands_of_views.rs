@@ -19,19 +19,9 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 use super::body::Positions;
 use super::newton::Newton;
-
-/// Most groups that views are taken in: more tell a deviation no better than to a fifth.
-const MOST_GROUPS: usize = 12;
-/// Fewest views whose disagreement says anything: two have one difference, and no scale to judge it by.
-const FEWEST_VIEWS: usize = 3;
-/// Draws from the distribution of the forecasts: the radius of nine tenths is then known to a tenth.
-const DRAWS: usize = 128;
-/// Particles that stand for all of a body: shares of them inside of a radius are known to some per cent.
-const PARTICLES: usize = 48;
-/// Part of a change by which its derivatives are found: small for the motion, and far above single precision.
-const PROBE: f64 = 0.02;
-/// Steps in a window at which motions are compared.
-const WINDOW_TIMES: usize = 16;
+use super::thresholds::{
+    DRAWS_OF_FORECASTS, FEWEST_VIEWS, FORECAST_PROBE, MOST_GROUPS, PARTICLES_OF_BAND, WINDOW_TIMES,
+};
 
 /// The scene with the bands of its laws as wide as the disagreement of views asks for, and the difference
 /// from the motion that it had `before`, with the same Gaussians.
@@ -131,7 +121,7 @@ impl Forecasts {
         let forecast = |by: &[f64]| -> Positions {
             let all = newton.positions(object, by, &times);
             let some = |all: Vec<[f32; 3]>| {
-                let count = all.len().min(PARTICLES);
+                let count = all.len().min(PARTICLES_OF_BAND);
                 (0..count).map(|i| all[i * all.len() / count]).collect()
             };
             all.into_iter().map(some).collect()
@@ -139,10 +129,10 @@ impl Forecasts {
         let middle = forecast(&vec![0.0; changes.first().map_or(0, Vec::len)]);
         // To first order as the changes are: constants that images bind together may change a lot together.
         let slope = |by: &Vec<f64>| -> Positions {
-            let [above, below] =
-                [PROBE, -PROBE].map(|part| forecast(&by.iter().map(|by| part * by).collect::<Vec<_>>()));
+            let [above, below] = [FORECAST_PROBE, -FORECAST_PROBE]
+                .map(|part| forecast(&by.iter().map(|by| part * by).collect::<Vec<_>>()));
             let one = |(a, b): (&[f32; 3], &[f32; 3])| {
-                std::array::from_fn(|i| (a[i] - b[i]) / (2.0 * PROBE as f32))
+                std::array::from_fn(|i| (a[i] - b[i]) / (2.0 * FORECAST_PROBE as f32))
             };
             above.iter().zip(&below).map(|(a, b)| a.iter().zip(b).map(one).collect()).collect()
         };
@@ -172,7 +162,7 @@ impl Forecasts {
             let mut weight = || -> f64 { StandardNormal.sample(stream) };
             (0..groups).map(|_| (heavy * weight()) as f32).collect()
         };
-        let draws: Vec<Vec<f32>> = (0..DRAWS).map(draw).collect();
+        let draws: Vec<Vec<f32>> = (0..DRAWS_OF_FORECASTS).map(draw).collect();
         let at = |time: usize| {
             let distance = |particle: usize, weights: &Vec<f32>| {
                 let axis = |axis: usize| -> f32 {

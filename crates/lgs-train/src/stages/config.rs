@@ -4,13 +4,9 @@ use lgs_data::dataset::Frame;
 use serde::{Deserialize, Serialize};
 
 use super::spread::spread_over_time;
+use super::thresholds::{ROUNDS_OF_FRAMES, SH_REST_DIVISOR};
 use crate::cloud_rates::CloudRates;
 use crate::source::{position_unit, stretch_factor};
-
-/// Steps after which the fit of the dynamics sees the same frames again.
-const ROUNDS: usize = 3;
-/// The direction-dependent part of colours learns slower than the constant one by this (method §3.4).
-const SH_REST_DIVISOR: f64 = 20.0;
 
 /// What of the initial velocity is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,7 +45,7 @@ impl FitDynamicsConfig {
     /// The frames that a step sees.
     pub(super) fn observed<'a>(&self, frames: &'a [Frame], step: usize) -> Vec<&'a Frame> {
         let count = if self.frames == 0 { frames.len() } else { self.frames };
-        spread_over_time(frames, count, [step % ROUNDS, ROUNDS])
+        spread_over_time(frames, count, [step % ROUNDS_OF_FRAMES, ROUNDS_OF_FRAMES])
     }
 }
 

@@ -5,14 +5,12 @@
 
 use std::ops::Range;
 
+use super::thresholds::DISPLACEMENT_PROBE;
 use glam::DMat3;
 use lgs_core::GaussianCloud;
 use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
 use lgs_model::mapped_shape;
 use lgs_render::Splats;
-
-/// Step of the differences by a body's displacement, in radii and radians.
-const PROBE: f64 = 0.005;
 
 /// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz,
 /// xy.
@@ -45,7 +43,7 @@ pub(super) fn change(
     cloud: &GaussianCloud,
     draw: impl Fn(&Splats<'_>) -> Vec<[f32; 3]>,
 ) -> Vec<[f32; 3]> {
-    let probe = if unknown < 3 { PROBE * f64::from(body.radius) } else { PROBE };
+    let probe = if unknown < 3 { DISPLACEMENT_PROBE * f64::from(body.radius) } else { DISPLACEMENT_PROBE };
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = Displacement::default();
         displacement[unknown] = by;

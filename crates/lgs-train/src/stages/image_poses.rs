@@ -20,19 +20,7 @@ use rayon::prelude::*;
 use super::displacement::{Displacement, Pose};
 use super::initial_pose::mean;
 use super::observation::{Changes, Normal, Observation, observe};
-
-/// Rounds of observation, at least: the second is about poses that the first has put right to a tenth of a
-/// pixel, if they were off by no more than one.
-const FEWEST_ROUNDS: usize = 2;
-/// Rounds at most, for poses that are off by several pixels; each takes back a part of that.
-const MOST_ROUNDS: usize = 8;
-/// Rounds go on while each lowers the squared error of the images by this part.
-const PROGRESS: f64 = 0.02;
-/// Standard deviation of the weak prior on a displacement, in radii and radians: what no image shows, such as
-/// the rotation of a plain ball, stays as the motion had it.
-const PRIOR_DEVIATION: f64 = 0.05;
-/// Errors of neighbouring pixels are correlated: so many count as one independent value.
-const CORRELATED_VALUES: f64 = 100.0;
+use super::thresholds::{CORRELATED_VALUES, DISPLACEMENT_DEVIATION, FEWEST_ROUNDS, MOST_ROUNDS, PROGRESS};
 
 /// The motion of a scene at some times, and its bodies as images show them there.
 pub(super) struct ImagePoses<'a> {
@@ -249,7 +237,7 @@ fn solved(normals: &[&Normal], body: &Pose, weight: f64) -> Displacement {
             (0..n).for_each(|j| a[(i, j)] += weight * normal.a[i][j]);
         }
     }
-    (0..n).for_each(|i| a[(i, i)] += (PRIOR_DEVIATION * unit(body, i)).powi(-2));
+    (0..n).for_each(|i| a[(i, i)] += (DISPLACEMENT_DEVIATION * unit(body, i)).powi(-2));
     let found = solve_positive(a, &b).filter(|found| found.iter().all(|x| x.is_finite()));
     let mut displacement = Displacement::default();
     found.into_iter().for_each(|found| displacement[..n].copy_from_slice(found.as_slice()));

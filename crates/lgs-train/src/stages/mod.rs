@@ -24,6 +24,7 @@ mod observed_motion;
 mod recorder;
 mod spread;
 mod subset;
+mod thresholds;
 mod tune_dynamics;
 mod tune_gaussians;
 

@@ -14,21 +14,14 @@ use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::body::{Body, PRIOR_DEVIATION, Positions, Response, Responses, part_of, rows_of_parts};
+use super::body::{Body, Positions, Response, Responses, part_of, rows_of_parts};
 use super::displacement::Pose;
 use super::normal_equations::NormalEquations;
 use super::observation::{Changes, Normal, Observation, observe, squared_error};
+use super::thresholds::{
+    CORRELATED_VALUES, PRIOR_DEVIATION, ROLLED_PARTICLES, STEP_FRACTIONS, TRAJECTORY_DEVIATION,
+};
 use crate::figures::StepReport;
-
-/// Particles of an object that are rolled to find the derivatives of its pose.
-const ROLLED_PARTICLES: usize = 256;
-/// Standard deviation of the trajectories that stage 1 has followed, at one time, in pixels.
-const TRAJECTORY_DEVIATION: f64 = 0.1;
-/// Errors of neighbouring pixels, and of one view at neighbouring times, are correlated: so many count as one
-/// independent value.
-const CORRELATED_VALUES: f64 = 100.0;
-/// Fractions of a step that are tried until the images come out better.
-const STEP_FRACTIONS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Changes of all objects' unknowns, in search of those that make the images come out best.
 pub(super) struct Newton {

@@ -10,9 +10,7 @@ use lgs_render::{AffineMotion, ImageTangent, Rasterized, Splats, photometric, ra
 
 use super::displacement::{Displacement, Pose, change};
 use super::initial_pose::{mean, spin};
-
-/// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
-const SSIM_WEIGHT: f32 = 0.2;
+use super::thresholds::SSIM_WEIGHT;
 
 /// Normal equations `A x = b` of a body's displacement, from one image; zero beyond its freedoms.
 pub(super) struct Normal {

@@ -12,12 +12,7 @@ use lgs_render::{Splats, mse, rasterize};
 use rayon::prelude::*;
 
 use super::spread::spread_over_time;
-
-/// Training frames that are compared, spread evenly over the window.
-const OBSERVED_FRAMES: usize = 24;
-/// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
-/// rise of any object.
-const OBSERVED_FRACTION: f64 = 0.1;
+use super::thresholds::{OBSERVED_FRACTION, OBSERVED_FRAMES};
 
 /// The training frames that tell what is seen to move.
 #[derive(Clone, Copy)]

@@ -10,22 +10,12 @@ use lgs_mechanics::terms::Entry;
 use lgs_mechanics::{Edit, Sensitivity, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene};
 
-use super::{PRIOR_DEVIATION, Positions, Response, Responses, geometry};
+use super::{Positions, Response, Responses, geometry};
 use crate::stages::initial_pose::mean;
 use crate::stages::observation::displacement_of;
-
-/// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
-/// §6) leaves it ten times the freedom that the tracks do, whose noise is correlated and known roughly. A
-/// parameter with a prior of its own, such as a moment of inertia, has no more freedom than that leaves it.
-const UNIT_IN_DEVIATIONS: f64 = 30.0;
-/// Unit of a parameter without a known deviation, as a part of its value.
-const UNIT_IN_VALUES: f64 = 0.3;
-
-/// Least unit of a parameter that is fitted: rounding must not make it zero.
-const LEAST_UNIT: f64 = 1e-150;
-
-/// Step of the central differences by an unknown of the geometry, in its unit.
-const PROBE: f64 = 0.01;
+use crate::stages::thresholds::{
+    GEOMETRY_PROBE, LEAST_UNIT, PRIOR_DEVIATION, UNIT_IN_DEVIATIONS, UNIT_IN_VALUES,
+};
 
 /// One object and the units of its unknowns: changes of the configuration at t = 0, of its velocity, of the
 /// law's parameters, and of the geometry of its coordinates.
@@ -167,12 +157,12 @@ impl LawBody {
         };
         let mut rates: Vec<Vec<Vec<[f32; 3]>>> = sensitivities(&reshaped, times).iter().map(exact).collect();
         for unknown in self.unknowns() - geometry::unknowns(&self.base)..self.unknowns() {
-            let [ahead, behind] = [PROBE, -PROBE].map(|probe| {
+            let [ahead, behind] = [GEOMETRY_PROBE, -GEOMETRY_PROBE].map(|probe| {
                 let mut by = change.to_vec();
                 by[unknown] += probe;
                 self.positions(alone, &by, times)
             });
-            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / PROBE) as f32);
+            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / GEOMETRY_PROBE) as f32);
             for ((of_time, ahead), behind) in rates.iter_mut().zip(&ahead).zip(&behind) {
                 of_time.push(ahead.iter().zip(behind).map(rate).collect());
             }

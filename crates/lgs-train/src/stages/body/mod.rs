@@ -17,9 +17,6 @@ use super::subset::{choose, supports_of};
 use law::LawBody;
 use particles::ParticleBody;
 
-/// Standard deviation of the weak prior on a change of an unknown, in the unknown's unit.
-pub(super) const PRIOR_DEVIATION: f64 = 0.3;
-
 /// One object and the units of its unknowns.
 pub(super) enum Body {
     /// Particles, with the constants of a linear law.

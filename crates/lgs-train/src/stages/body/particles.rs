@@ -10,13 +10,10 @@ use rayon::prelude::*;
 use super::Response;
 use crate::stages::initial_pose::{mean, spin};
 use crate::stages::observation::displacement_of;
+use crate::stages::thresholds::{LEAST_RADIUS, UNKNOWN_PROBE};
 
 /// Unknowns before those of the law: translation and rotation at t = 0, linear and angular velocity.
 const OF_START: usize = 12;
-/// Step of the central differences by an unknown, in its unit.
-const PROBE: f64 = 0.01;
-/// Least radius of a body, as a fraction of the length of its motion.
-const LEAST_RADIUS: f32 = 0.01;
 
 /// One object of particles and the units of its unknowns.
 pub(in crate::stages) struct ParticleBody {
@@ -117,12 +114,12 @@ impl ParticleBody {
     /// Derivatives of all positions: by unknown, time and particle.
     fn rates(&self, alone: &LagrangianScene, change: &[f64], times: &[f32]) -> Vec<Vec<Vec<[f32; 3]>>> {
         let by_unknown = |unknown: usize| {
-            let [ahead, behind] = [PROBE, -PROBE].map(|probe| {
+            let [ahead, behind] = [UNKNOWN_PROBE, -UNKNOWN_PROBE].map(|probe| {
                 let mut by = change.to_vec();
                 by[unknown] += probe;
                 positions(&self.changed(alone, &by), times)
             });
-            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / PROBE) as f32);
+            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / UNKNOWN_PROBE) as f32);
             ahead
                 .iter()
                 .zip(&behind)

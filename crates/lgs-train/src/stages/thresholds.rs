@@ -1,0 +1,76 @@
+//! Every constant of stages 2 and 3 that decides something and is no configuration key, with its reason.
+
+// Schedules of stages 2 and 3
+
+/// Steps after which the fit of the dynamics sees the same frames again.
+pub(super) const ROUNDS_OF_FRAMES: usize = 3;
+/// The direction-dependent part of colours learns slower than the constant one by this (method §3.4).
+pub(super) const SH_REST_DIVISOR: f64 = 20.0;
+/// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
+pub(super) const SSIM_WEIGHT: f32 = 0.2;
+
+// Displacements by images
+
+/// Step of the differences by a body's displacement, in radii and radians.
+pub(super) const DISPLACEMENT_PROBE: f64 = 0.005;
+/// Errors of neighbouring pixels, and of one view at neighbouring times, are correlated: so many count as one
+/// independent value.
+pub(super) const CORRELATED_VALUES: f64 = 100.0;
+/// Rounds of observation, at least: the second is about poses that the first has put right to a tenth of a
+/// pixel, if they were off by no more than one.
+pub(super) const FEWEST_ROUNDS: usize = 2;
+/// Rounds at most, for poses that are off by several pixels; each takes back a part of that.
+pub(super) const MOST_ROUNDS: usize = 8;
+/// Rounds go on while each lowers the squared error of the images by this part.
+pub(super) const PROGRESS: f64 = 0.02;
+/// Standard deviation of the weak prior on a displacement, in radii and radians: what no image shows, such as
+/// the rotation of a plain ball, stays as the motion had it.
+pub(super) const DISPLACEMENT_DEVIATION: f64 = 0.05;
+
+// Laws by images, Gauss–Newton
+
+/// Particles of an object that are rolled to find the derivatives of its pose.
+pub(super) const ROLLED_PARTICLES: usize = 256;
+/// Standard deviation of the trajectories that stage 1 has followed, at one time, in pixels.
+pub(super) const TRAJECTORY_DEVIATION: f64 = 0.1;
+/// Fractions of a step that are tried until the images come out better.
+pub(super) const STEP_FRACTIONS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Standard deviation of the weak prior on a change of an unknown, in the unknown's unit.
+pub(super) const PRIOR_DEVIATION: f64 = 0.3;
+/// Unit of a parameter in its standard deviations after stage 1, so that the weak prior of the fit (method
+/// §6) leaves it ten times the freedom that the tracks do, whose noise is correlated and known roughly. A
+/// parameter with a prior of its own, such as a moment of inertia, has no more freedom than that leaves it.
+pub(super) const UNIT_IN_DEVIATIONS: f64 = 30.0;
+/// Unit of a parameter without a known deviation, as a part of its value.
+pub(super) const UNIT_IN_VALUES: f64 = 0.3;
+/// Least unit of a parameter that is fitted: rounding must not make it zero.
+pub(super) const LEAST_UNIT: f64 = 1e-150;
+/// Step of the central differences by an unknown of the geometry, in its unit.
+pub(super) const GEOMETRY_PROBE: f64 = 0.01;
+/// Step of the central differences by an unknown, in its unit.
+pub(super) const UNKNOWN_PROBE: f64 = 0.01;
+/// Least radius of a body, as a fraction of the length of its motion.
+pub(super) const LEAST_RADIUS: f32 = 0.01;
+
+// Bands that views widen
+
+/// Most groups that views are taken in: more tell a deviation no better than to a fifth.
+pub(super) const MOST_GROUPS: usize = 12;
+/// Fewest views whose disagreement says anything: two have one difference, and no scale to judge it by.
+pub(super) const FEWEST_VIEWS: usize = 3;
+/// Draws from the distribution of the forecasts: the radius of nine tenths is then known to a tenth.
+pub(super) const DRAWS_OF_FORECASTS: usize = 128;
+/// Particles that stand for all of a body: shares of them inside of a radius are known to some per cent.
+pub(super) const PARTICLES_OF_BAND: usize = 48;
+/// Part of a change by which its derivatives are found: small for the motion, and far above single precision.
+pub(super) const FORECAST_PROBE: f64 = 0.02;
+/// Steps in a window at which motions are compared.
+pub(super) const WINDOW_TIMES: usize = 16;
+
+// Objects that images show to move
+
+/// Training frames that are compared, spread evenly over the window.
+pub(super) const OBSERVED_FRAMES: usize = 24;
+/// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
+/// rise of any object.
+pub(super) const OBSERVED_FRACTION: f64 = 0.1;
