@@ -239,6 +239,9 @@ pub(crate) const EXPECTED_FRICTION: f64 = 0.3;
 pub(crate) const MOST_PLANES: usize = 6;
 /// Fewest points of a plane: with three that any plane goes through, some more that chance does not explain.
 pub(crate) const FEWEST_OF_PLANE: usize = 10;
+/// Roughness over the tolerance within which points were sought, up to which they cluster about a plane: half
+/// of that of points which fill it evenly, 1/√3.
+pub(crate) const SHARP: f64 = 0.29;
 /// Triples of points that are tried: of a plane that holds a fifth of the points, 400 miss all with a
 /// probability of 4 %, and those of a quarter with 0.2 %.
 pub(crate) const PLANE_DRAWS: usize = 400;

@@ -47,6 +47,15 @@ fn planes_are_found_among_other_points_in_every_unit() {
 }
 
 #[test]
+fn points_cluster_about_a_plane_or_fill_a_layer() {
+    let sharp = |tolerance: f64| {
+        let points = scattered(&tilted(0.4, 1.0), 1.0, 0.003);
+        planes(&points, [0.0, 0.0, 3.0], tolerance)[0].is_sharp
+    };
+    assert!(sharp(0.02) && !sharp(0.002));
+}
+
+#[test]
 fn round_bodies_touch_with_a_sphere_and_others_with_their_corners() {
     let mut draws = stream(2, "ball", 0);
     let mut direction = || DVec3::from_array([0; 3].map(|_| StandardNormal.sample(&mut draws))).normalize();
@@ -131,7 +140,8 @@ fn a_plane_that_its_points_show_badly_gives_way_to_the_impact() {
     let mut truth = ball(tilted(0.0, 1.0), 0.7);
     truth.contact.iter_mut().for_each(|contact| contact.friction = 0.0);
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
-    let ground = Ground { plane: tilted(0.1, 1.0), middle: [0.1, 0.0, 0.01], roughness: 0.005 };
+    let ground =
+        Ground { plane: tilted(0.1, 1.0), middle: [0.1, 0.0, 0.01], roughness: 0.005, is_sharp: false };
     let found = explained(&truth, &start, &round_body(vec![ground]), (0.75, 0.0002, 0)).unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     let told = format!("{contact:?} {}", found.error);
@@ -143,7 +153,7 @@ fn a_plane_that_its_points_show_well_keeps_their_tilt_and_is_as_high_as_the_trac
     let mut truth = ball(tilted(0.03, 1.0), 0.7);
     truth.contact.iter_mut().for_each(|contact| contact.plane.offset += 0.004);
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
-    let ground = Ground { plane: tilted(0.0, 1.0), middle: [0.1, 0.0, 0.0], roughness: 0.0 };
+    let ground = Ground { plane: tilted(0.0, 1.0), middle: [0.1, 0.0, 0.0], roughness: 0.0, is_sharp: true };
     let found = explained(&truth, &start, &round_body(vec![ground]), (0.75, 0.0002, 0)).unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     let at_impact = truth.contact.as_ref().unwrap().plane.height(DVec3::new(0.15, 0.07, 0.0));

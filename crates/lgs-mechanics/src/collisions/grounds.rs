@@ -11,9 +11,10 @@ pub(super) fn agree(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body
 }
 
 /// Whether a plane at a place would lie in one at rest with another tilt than its points show: there are no
-/// two planes in one place, and points that show theirs well know it better than an impact does.
+/// two planes in one place, and points that cluster about theirs know it better than an impact does.
 pub(super) fn contradict(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
-    is_near(plane, ground, (about, body))
+    ground.is_sharp
+        && is_near(plane, ground, (about, body))
         && tilt_between(plane, ground) <= WIDEST_TILT
         && !has_its_tilt(plane, ground, body)
 }

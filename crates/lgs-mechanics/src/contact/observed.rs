@@ -1,7 +1,7 @@
 //! Planes in which points at rest lie.
 
 use super::plane::Plane;
-use crate::thresholds::{EXACT, FEWEST_OF_PLANE, MOST_PLANES, PLANE_DRAWS, PLANE_ROUNDS};
+use crate::thresholds::{EXACT, FEWEST_OF_PLANE, MOST_PLANES, PLANE_DRAWS, PLANE_ROUNDS, SHARP};
 use glam::DVec3;
 use lgs_core::{Stream, stream};
 use rand_distr::{Distribution, Uniform};
@@ -15,6 +15,9 @@ pub struct Ground {
     pub middle: [f64; 3],
     /// Standard deviation of the points from the plane, world units.
     pub roughness: f64,
+    /// Whether the points cluster about the plane rather than fill the tolerance within which they were
+    /// sought, as those of a thick layer do, in which many planes lie.
+    pub is_sharp: bool,
 }
 
 impl Ground {
@@ -76,7 +79,9 @@ fn refined(
         let square = own.iter().map(|point| plane.height(DVec3::from(*point)).powi(2)).sum::<f64>();
         let count = own.len() as f64;
         let middle = own.iter().map(|point| DVec3::from(*point)).sum::<DVec3>() / count;
-        let ground = Ground { plane, middle: middle.to_array(), roughness: (square / count).sqrt() };
+        let roughness = (square / count).sqrt();
+        let is_sharp = roughness <= SHARP * tolerance;
+        let ground = Ground { plane, middle: middle.to_array(), roughness, is_sharp };
         found = Some((ground, inside));
     }
     found
