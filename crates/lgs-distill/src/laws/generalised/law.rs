@@ -41,8 +41,11 @@ pub(crate) fn find_law(
         return Some(found);
     }
     let allowance = Errors { is_allowance: true, ..Errors::resolving(resolution.max(smooth_errors)) };
-    let described = law_within(bodies, around, allowance, seed);
-    let Some(mut law) = described.filter(|law| law.known.chi_square <= DESCRIBED) else { return Some(found) };
+    // A law that leaves the motion by more than was allowed is none of it, though it is simpler.
+    let stays = |law: &GeneralisedLaw| !law.law.is_smooth() || law.window_error <= allowance.resolution;
+    let is_within = |law: &GeneralisedLaw| law.known.chi_square <= DESCRIBED && stays(law);
+    let described = law_within(bodies, around, allowance, seed).filter(is_within);
+    let Some(mut law) = described else { return Some(found) };
     law.known.verdict = Verdict::Described;
     Some(GeneralisedLaw { evidence: found.evidence, ..law })
 }
