@@ -27,10 +27,12 @@ pub struct Estimate {
     pub source: Vec<f64>,
     /// Seconds of every later stage.
     pub stages: Vec<(Stage, f64)>,
+    /// Seconds of all training if the scene needs no more Gaussians than it starts with.
+    pub least_secs: f64,
 }
 
 impl Estimate {
-    /// Seconds of all training.
+    /// Seconds of all training if the scene takes all Gaussians of its budget.
     #[must_use]
     pub fn secs(&self) -> f64 {
         self.source.last().unwrap_or(&0.0) + self.stages.iter().map(|(_, secs)| secs).sum::<f64>()
@@ -68,40 +70,74 @@ pub fn estimate(
     let source = config.source.resolved(&data);
     let probe = Probe { dataset: &few_frames(dataset), source: &source, device };
     let most = most_gaussians(&source, &data);
-    let small = probe.secs(source.initial_gaussians.min(most), source.coarse_levels, Motion::Moving)?;
-    let full = probe.secs(source.initial_gaussians.min(most), 0, Motion::Moving)?;
-    let all = probe.secs(most, 0, Motion::Moving)?;
-    let still = probe.secs(most, 0, Motion::Still)?;
-    let step = |iteration: usize| {
+    let first = if data.points > 0 { data.points } else { source.initial_gaussians }.min(most);
+    let costs = StepCosts {
+        small: probe.secs(first, source.coarse_levels, Motion::Moving)?,
+        full: probe.secs(first, 0, Motion::Moving)?,
+        all: probe.secs(most, 0, Motion::Moving)?,
+        still: probe.secs(most, 0, Motion::Still)?,
+    };
+    let of = |costs: &StepCosts| {
+        let later = if learns_no_motion(dataset, config) { Vec::new() } else { stages(config, &data, costs) };
+        Estimate { source: costs.curve(&source), stages: later, least_secs: 0.0 }
+    };
+    Ok(Some(Estimate { least_secs: of(&costs.without_growth()).secs(), ..of(&costs) }))
+}
+
+/// Seconds of a step.
+struct StepCosts {
+    /// With the first Gaussians on the smallest images.
+    small: f64,
+    /// With the first Gaussians on full images.
+    full: f64,
+    /// With all Gaussians of the budget on full images.
+    all: f64,
+    /// The same without motion.
+    still: f64,
+}
+
+impl StepCosts {
+    /// Those of a scene that stays with its first Gaussians.
+    fn without_growth(&self) -> Self {
+        Self { all: self.full, still: self.still * self.full / self.all, ..*self }
+    }
+
+    /// Seconds of a step at an iteration of the source.
+    fn at(&self, iteration: usize, source: &SourceConfig) -> f64 {
         // Pixels fall to a quarter with every level.
         let pixels = |level: usize| 0.25_f64.powi(level as i32);
         let coarsest = pixels(source.coarse_levels);
         let size = (pixels(source.level(iteration)) - coarsest) / (1.0 - coarsest).max(1e-9);
         let grown = (iteration as f64 / (GROWTH_END * source.densify.before as f64).max(1.0)).min(1.0);
-        let of_few = small + size.clamp(0.0, 1.0) * (full - small);
-        of_few * (1.0 + grown * (all / full - 1.0))
-    };
-    let mut sum = 0.0;
-    let mut curve = vec![0.0];
-    for hundredth in 0..100 {
-        let iterations = source.iterations as f64 / 100.0;
-        sum += iterations * step((iterations * (f64::from(hundredth) + 0.5)) as usize + 1);
-        curve.push(sum);
+        let of_few = self.small + size.clamp(0.0, 1.0) * (self.full - self.small);
+        of_few * (1.0 + grown * (self.all / self.full - 1.0))
     }
-    let stages =
-        if learns_no_motion(dataset, config) { Vec::new() } else { stages(config, &data, [all, still]) };
-    Ok(Some(Estimate { source: curve, stages }))
+
+    /// Seconds from the start of the source to every hundredth of its schedule.
+    fn curve(&self, source: &SourceConfig) -> Vec<f64> {
+        let iterations = source.iterations as f64 / 100.0;
+        let secs = |hundredth: i32| {
+            iterations * self.at((iterations * (f64::from(hundredth) + 0.5)) as usize + 1, source)
+        };
+        let mut sum = 0.0;
+        let sums = (0..100).map(|hundredth| {
+            sum += secs(hundredth);
+            sum
+        });
+        std::iter::once(0.0).chain(sums).collect()
+    }
 }
 
-/// Seconds of the stages, if a step takes so long with the source's motion and without.
-fn stages(config: &TrainConfig, data: &DataSummary, [moving, step]: [f64; 2]) -> Vec<(Stage, f64)> {
+/// Seconds of the stages.
+fn stages(config: &TrainConfig, data: &DataSummary, costs: &StepCosts) -> Vec<(Stage, f64)> {
+    let step = costs.still;
     let gaussians = |c: &crate::stages::TuneGaussiansConfig| {
         step * c.resolved(data.size[0], data.extent).iterations as f64
     };
     let fit = &config.fit_dynamics;
     let frames = if fit.frames == 0 { data.images } else { fit.frames.min(data.images) };
     let all = [
-        (Stage::Distill, moving * STEPS_OF_DISTILLATION),
+        (Stage::Distill, costs.all * STEPS_OF_DISTILLATION),
         (Stage::RefineGaussians, gaussians(&config.refine_gaussians)),
         (Stage::FitDynamics, step * STEPS_PER_FITTED_FRAME * (fit.steps * frames) as f64),
         (Stage::TuneGaussians, gaussians(&config.tune_gaussians)),
@@ -181,7 +217,7 @@ mod tests {
     fn what_is_left_shrinks_with_what_is_done() {
         let source: Vec<f64> = (0..=100).map(|i| 0.02 * f64::from(i * i)).collect();
         let stages = vec![(Stage::RefineGaussians, 30.0), (Stage::TuneGaussians, 60.0)];
-        let estimate = Estimate { source, stages };
+        let estimate = Estimate { source, stages, least_secs: 100.0 };
         assert_eq!(estimate.secs(), 290.0);
         assert_eq!(estimate.within(Stage::Source, 0.5), 50.0);
         assert_eq!(estimate.within(Stage::TuneGaussians, 0.5), 30.0);

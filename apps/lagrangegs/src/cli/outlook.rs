@@ -10,7 +10,7 @@ use lgs_train::device::Device;
 use lgs_train::{DataSummary, Estimate, Progress, TrainConfig, TrainError, estimate};
 
 use super::progress::say;
-use super::thresholds::SETTLING_SECS;
+use super::thresholds::{ALIKE, SETTLING_SECS};
 
 /// Parses a time such as `40m`, `90s` or `1h30m`, in seconds.
 pub(super) fn duration(text: &str) -> Result<f64, String> {
@@ -45,6 +45,16 @@ fn spoken(secs: f64) -> String {
     }
 }
 
+/// The time of all training, which depends on how many Gaussians the scene comes to need.
+fn spoken_range(estimate: &Estimate) -> String {
+    let [least, most] = [estimate.least_secs, estimate.secs()];
+    if least > ALIKE * most {
+        return format!("about {}", spoken(most));
+    }
+    let [least, most] = [least, most].map(spoken);
+    format!("{least} to {most}, by the number of Gaussians that the scene comes to need")
+}
+
 /// The time that is left, kept up to date.
 pub(super) struct Outlook {
     estimate: Option<Estimate>,
@@ -68,10 +78,10 @@ impl Outlook {
                 format!(", about {:.0} MiB of memory", bytes as f64 / f64::from(1 << 20))
             });
             say(&if config.time_budget_secs > 0.0 {
-                let [budget, own] = [config.time_budget_secs, estimate.secs()].map(spoken);
-                format!("training takes {budget}, its budget (its schedule alone about {own}){memory}")
+                let (budget, own) = (spoken(config.time_budget_secs), spoken_range(estimate));
+                format!("training takes {budget}, its budget (its schedule alone {own}){memory}")
             } else {
-                format!("training takes about {}{memory}", spoken(estimate.secs()))
+                format!("training takes {}{memory}", spoken_range(estimate))
             });
         }
         Ok(Self { estimate, stage: None, factor: 1.0 })
@@ -153,5 +163,18 @@ mod tests {
             assert!(duration(text).is_err(), "{text}");
         }
         assert_eq!([12.0, 150.0, 2400.0, 10_000.0].map(spoken), ["12 s", "2 min", "40 min", "2.8 h"]);
+    }
+
+    #[test]
+    fn a_time_that_gaussians_decide_is_spoken_as_a_range() {
+        let taking = |least_secs: f64| {
+            spoken_range(&Estimate { source: vec![0.0, 600.0], stages: Vec::new(), least_secs })
+        };
+        assert!(
+            taking(120.0).starts_with("2 min to 10 min, by the number of Gaussians"),
+            "{}",
+            taking(120.0)
+        );
+        assert_eq!(taking(590.0), "about 10 min");
     }
 }

@@ -42,5 +42,7 @@ pub(crate) const LIMIT_TOLERANCE: f32 = 1e-4;
 pub(crate) const CLOUDS_AT_ONCE: usize = 8;
 /// Seconds of a stage after which its own speed corrects the estimate: steps at the start are no rule.
 pub(crate) const SETTLING_SECS: f64 = 5.0;
+/// Shortest over longest time of a training above which both are one: steps are timed no better.
+pub(crate) const ALIKE: f64 = 0.8;
 /// Seconds between log lines of a task where no progress bar is seen.
 pub(crate) const LOG_INTERVAL_SECS: u64 = 10;
