@@ -70,9 +70,10 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         through((body, seen), &laws, flights.clone(), &planes)
     };
     let is_possible = |found: &Bounced| {
-        let planes = found.law.contact.iter().map(|contact| &contact.plane);
-        let against = |plane: &Plane, ground| contradict(plane, ground, (found.about.into(), body));
-        planes.into_iter().all(|plane| !body.grounds.iter().any(|ground| against(plane, ground)))
+        let against = |plane: &Plane| {
+            body.grounds.iter().any(|ground| contradict(plane, ground, (found.about.into(), body)))
+        };
+        found.law.contact.as_ref().is_none_or(|contact| !against(&contact.plane))
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
     let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
