@@ -8,6 +8,7 @@
 //!
 //! What all views have in common is Gaussians that were tuned to a motion that was off. They hold the poses
 //! back to it, so that as much is left to be put right as the last choice has put right within the window.
+//! Nor is a place ever known better than images resolve it, however many values they have.
 
 use lgs_core::geometry::wide;
 use lgs_core::{Stream, holding, stream};
@@ -23,13 +24,13 @@ use super::thresholds::{
     DRAWS_OF_FORECASTS, FEWEST_VIEWS, FORECAST_PROBE, MOST_GROUPS, PARTICLES_OF_BAND, WINDOW_TIMES,
 };
 
-/// The scene with the bands of its laws as wide as the disagreement of views asks for, and the difference
-/// from the motion that it had `before`, with the same Gaussians.
+/// The scene with the bands of its laws as wide as the disagreement of views asks for, the difference from the
+/// motion that it had `before`, with the same Gaussians, and the length that its images resolve, world units.
 pub(super) fn with_bands_of_views(
     mut scene: LagrangianScene,
     before: &LagrangianScene,
     frames: &[&Frame],
-    seed: u64,
+    (resolved, seed): (f64, u64),
 ) -> LagrangianScene {
     let Some(groups) = groups_of(frames).filter(|_| scene.objects.iter().any(has_band)) else {
         return scene;
@@ -50,7 +51,7 @@ pub(super) fn with_bands_of_views(
         let radius = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
         let mut radius: Vec<f64> = radius.zip(&apart).map(|(radius, apart)| radius.hypot(*apart)).collect();
         let widening = widening((&times, &radius), window, corrected[object]);
-        radius.iter_mut().for_each(|radius| *radius *= widening);
+        radius.iter_mut().for_each(|radius| *radius = resolved.hypot(*radius * widening));
         tracing::debug!(object, ?apart, corrected = corrected[object], widening, ?radius, "bands of views");
         let verdict = known.verdict;
         known.take_band(law, (&times, &radius), window, forecasts.path(&times, window));

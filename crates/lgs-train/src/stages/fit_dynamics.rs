@@ -51,7 +51,8 @@ impl FitDynamics<'_> {
             Some(laws) => with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed)),
             None => (self.scene.clone(), 0.0),
         };
-        (with_bands_of_views(scene, &self.scene, &frames, self.seed), gain)
+        let resolved = self.laws.as_ref().map_or(0.0, |laws| f64::from(laws.forecast_tolerance));
+        (with_bands_of_views(scene, &self.scene, &frames, (resolved, self.seed)), gain)
     }
 }
 
