@@ -58,6 +58,9 @@ pub(crate) const SETTLING_ROUNDS: usize = 4;
 /// Two motions part a group if each leaves of its part at most this fraction of what one motion leaves of
 /// all: two have twice the unknowns, and a body cut at random gains a few per cent.
 pub(crate) const PARTED_RESIDUAL: f64 = 0.5;
+/// Share of the weight of all that moves which has to move as far as what other motions are measured by: more
+/// than what flies off beside a body in any source looked at, less than the smallest of ten equal bodies.
+pub(crate) const FASTEST_SHARE: f64 = 0.1;
 /// Displacements in a feature of k-means, at times spread evenly over the window (method §5.1).
 pub(crate) const DISPLACEMENTS: usize = 8;
 /// Weight of the first position in a feature (method §5.1).

@@ -215,24 +215,36 @@ pub fn read_schedule(path: &Path) -> Result<Schedule, TrainError> {
 mod tests {
     use super::*;
 
+    /// Seconds and steps that a schedule of 1000 steps takes with a budget of 300 seconds.
+    fn used_and_taken(secs_of_step: impl Fn(f64) -> f64) -> (f64, usize) {
+        let mut clock = Clock::new(1000);
+        let (stage, deadline) = (Stage::Source, 300.0);
+        let mut current = Current { stage, begun: 0.0, deadline, since: 0.0, steps: 0, step_secs: None };
+        let mut used = 0.0;
+        while clock.left() > 0.0 {
+            if let Some(pace) = current.due(&clock, used) {
+                clock.set_pace(pace);
+            }
+            clock.advance();
+            used += secs_of_step(clock.progress());
+        }
+        (used, clock.taken())
+    }
+
     #[test]
     fn a_schedule_ends_at_its_deadline_whatever_steps_take() {
         for secs_of_step in
-            [|_: f64| 0.2, |progress: f64| 0.02 + progress, |progress: f64| 0.9 - progress * 0.8]
+            [|_: f64| 0.4, |progress: f64| 0.02 + progress, |progress: f64| 0.9 - progress * 0.8]
         {
-            let mut clock = Clock::new(1000);
-            let (stage, deadline) = (Stage::Source, 300.0);
-            let mut current = Current { stage, begun: 0.0, deadline, since: 0.0, steps: 0, step_secs: None };
-            let mut used = 0.0;
-            while clock.left() > 0.0 {
-                if let Some(pace) = current.due(&clock, used) {
-                    clock.set_pace(pace);
-                }
-                clock.advance();
-                used += secs_of_step(clock.progress());
-            }
+            let (used, _) = used_and_taken(secs_of_step);
             assert!((used - 300.0).abs() < 6.0, "{used}");
         }
+    }
+
+    #[test]
+    fn a_schedule_is_not_stretched_beyond_its_own_steps() {
+        let (used, taken) = used_and_taken(|_| 0.2);
+        assert!((used - 200.0).abs() < 1e-6 && taken == 1000, "{used} {taken}");
     }
 
     #[test]

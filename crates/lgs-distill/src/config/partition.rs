@@ -35,8 +35,8 @@ pub struct PartitionConfig {
     pub displacement_tolerance: f32,
     /// Smaller components join the nearest object.
     pub smallest_object: usize,
-    /// Objects whose root mean square displacement is below this part of the largest one's are static: a
-    /// source's surroundings are never quite still.
+    /// Objects whose root mean square displacement is below this part of the largest that a tenth of all that
+    /// moves has are static: a source's surroundings are never quite still.
     pub negligible_motion: f32,
     /// Where there are images: objects whose rest would raise the mean squared error of the source's images
     /// by less than this part are static, unless nothing else raises it much more (0: none are). Plain walls

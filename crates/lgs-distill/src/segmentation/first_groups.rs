@@ -13,7 +13,7 @@ use super::partition::Partition;
 use crate::config::{PartitionConfig, PartitionMethod};
 use crate::error::DistillError;
 use crate::motion::curve::{Curve, Order};
-use crate::thresholds::{DISPLACEMENTS, NOISE_DEVIATIONS, POSITION_WEIGHT};
+use crate::thresholds::{DISPLACEMENTS, FASTEST_SHARE, NOISE_DEVIATIONS, POSITION_WEIGHT};
 use crate::trajectories::Trajectories;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -42,7 +42,8 @@ pub fn partition(trajectories: &Trajectories, config: &PartitionConfig) -> Resul
         }
     };
     let objects = label(trajectories, &moving, &groups, config.smallest_object);
-    Ok(without_negligible(&objects, &paths, config.negligible_motion))
+    let weights = trajectories.particle_weights();
+    Ok(without_negligible(&objects, &paths, &weights, config.negligible_motion))
 }
 
 /// Numbers that tell a path from others in k-means: displacements spread evenly over the window, and a part
@@ -106,16 +107,55 @@ fn label(trajectories: &Trajectories, moving: &[usize], component: &[usize], sma
     partition
 }
 
-/// Turns objects static whose root mean square displacement is below a part of the largest one's.
-fn without_negligible(partition: &Partition, paths: &[Vec<DVec3>], part: f32) -> Partition {
-    let mut sums = vec![(0.0, 0_usize); partition.objects];
-    for (path, &object) in paths.iter().zip(&partition.object) {
+/// Turns objects static whose root mean square displacement is below a part of that which a tenth of the
+/// weight of all of them has at least: a few particles that fly off are no measure of the others.
+fn without_negligible(partition: &Partition, paths: &[Vec<DVec3>], weights: &[f64], part: f32) -> Partition {
+    let mut sums = vec![[0.0; 2]; partition.objects];
+    for ((path, &object), weight) in paths.iter().zip(&partition.object).zip(weights) {
         if let Ok(object) = usize::try_from(object) {
-            sums[object].0 += path.iter().map(|&p| p.distance_squared(path[0])).sum::<f64>();
-            sums[object].1 += 1;
+            sums[object][0] += weight * path.iter().map(|&p| p.distance_squared(path[0])).sum::<f64>();
+            sums[object][1] += weight;
         }
     }
-    let mean_squares: Vec<f64> = sums.iter().map(|&(sum, count)| sum / count.max(1) as f64).collect();
-    let limit = f64::from(part).powi(2) * mean_squares.iter().copied().fold(0.0, f64::max);
+    let mean_squares: Vec<f64> =
+        sums.iter().map(|[sum, weight]| sum / weight.max(f64::MIN_POSITIVE)).collect();
+    let mut order: Vec<usize> = (0..sums.len()).collect();
+    order.sort_by(|&a, &b| mean_squares[b].total_cmp(&mean_squares[a]));
+    let all: f64 = sums.iter().map(|[_, weight]| weight).sum();
+    let mut passed = 0.0;
+    let reached = order.iter().find(|&&object| {
+        passed += sums[object][1];
+        passed >= FASTEST_SHARE * all
+    });
+    let limit = f64::from(part).powi(2) * reached.map_or(0.0, |&object| mean_squares[object]);
     partition.with_only(&mean_squares.iter().map(|&m| m >= limit).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_few_particles_that_fly_off_turn_nothing_static() {
+        let path = |speed: f64| (0..10).map(|k| DVec3::X * speed * f64::from(k)).collect::<Vec<_>>();
+        let speeds = [1.0, 0.8, 200.0, 0.01];
+        let object: Vec<i32> = (0..400)
+            .map(|i| {
+                if i < 190 {
+                    0
+                } else if i < 380 {
+                    1
+                } else if i < 390 {
+                    2
+                } else {
+                    3
+                }
+            })
+            .collect();
+        let paths: Vec<_> = object.iter().map(|&o| path(speeds[o as usize])).collect();
+        let partition = Partition { object, objects: 4 };
+        let found = without_negligible(&partition, &paths, &[1.0; 400], 0.08);
+        assert_eq!(found.objects, 3, "all but what hardly moves");
+        assert_eq!([0, 200, 385, 395].map(|i| found.object[i]), [0, 1, 2, -1]);
+    }
 }
