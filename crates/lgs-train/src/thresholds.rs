@@ -25,9 +25,9 @@ pub(crate) const PACE_STEPS: usize = 5;
 /// Weight of the newest timed steps against those before, whose weights fall with age: a busy second of the
 /// machine changes the pace by a fifth of what it takes.
 pub(crate) const NEWEST_WEIGHT: f64 = 0.2;
-/// Slowest pace, that of a schedule by itself: four times as many steps as it has bring more Gaussians, which
-/// fit the training images better and new views worse (`passing-spheres`: val 33.9 dB after 17 500 steps, 30.1
-/// after 85 000).
+/// Slowest pace, that of a schedule by itself: four times as many steps as it has bring more Gaussians,
+/// which fit the training images better and new views worse (`passing-spheres`: val 33.9 dB after 17 500
+/// steps, 30.1 after 85 000).
 pub(crate) const SLOWEST_PACE: f64 = 1.0;
 
 // Estimates of time

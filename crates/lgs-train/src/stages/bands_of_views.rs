@@ -24,8 +24,9 @@ use super::thresholds::{
     DRAWS_OF_FORECASTS, FEWEST_VIEWS, FORECAST_PROBE, MOST_GROUPS, PARTICLES_OF_BAND, WINDOW_TIMES,
 };
 
-/// The scene with the bands of its laws as wide as the disagreement of views asks for, the difference from the
-/// motion that it had `before`, with the same Gaussians, and the length that its images resolve, world units.
+/// The scene with the bands of its laws as wide as the disagreement of views asks for, the difference from
+/// the motion that it had `before`, with the same Gaussians, and the length that its images resolve, world
+/// units.
 pub(super) fn with_bands_of_views(
     mut scene: LagrangianScene,
     before: &LagrangianScene,
