@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn a_schedule_ends_at_its_deadline_whatever_steps_take() {
         for secs_of_step in
-            [|_: f64| 0.4, |progress: f64| 0.02 + progress, |progress: f64| 0.9 - progress * 0.8]
+            [|_: f64| 0.4, |progress: f64| 0.02 + progress, |progress: f64| 1.2 - progress * 0.8]
         {
             let (used, _) = used_and_taken(secs_of_step);
             assert!((used - 300.0).abs() < 6.0, "{used}");
