@@ -70,7 +70,7 @@ pub fn estimate(
     let source = config.source.resolved(&data);
     let probe = Probe { dataset: &few_frames(dataset), source: &source, device };
     let most = most_gaussians(&source, &data);
-    let first = if data.points > 0 { data.points } else { source.initial_gaussians }.min(most);
+    let first = first_gaussians(&source, &data).min(most);
     let costs = StepCosts {
         small: probe.secs(first, source.coarse_levels, Motion::Moving)?,
         full: probe.secs(first, 0, Motion::Moving)?,
@@ -145,11 +145,15 @@ fn stages(config: &TrainConfig, data: &DataSummary, costs: &StepCosts) -> Vec<(S
     all.into_iter().filter(|(stage, _)| config.last_stage.includes(*stage)).collect()
 }
 
-/// The number of Gaussians that training ends with.
+/// The number of Gaussians that training starts with, before they are thinned to the budget.
+fn first_gaussians(source: &SourceConfig, data: &DataSummary) -> usize {
+    if data.points > 0 { data.points } else { source.initial_gaussians }
+}
+
+/// The largest number of Gaussians that training may end with.
 fn most_gaussians(source: &SourceConfig, data: &DataSummary) -> usize {
-    let start = if data.points > 0 { data.points } else { source.initial_gaussians };
     match source.densify.max_gaussians {
-        0 => start,
+        0 => first_gaussians(source, data),
         most => most,
     }
 }

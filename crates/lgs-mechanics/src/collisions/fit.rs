@@ -5,7 +5,7 @@ use super::bounced::Bounced;
 use super::bouncing::Bouncing;
 use super::flights::{flights, nested_impacts};
 use super::freedom::Freedom;
-use super::grounds::{agree, contradict, height_deviation, near, touching};
+use super::grounds::{agree, contradict, near, touching};
 use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
@@ -134,7 +134,8 @@ fn on_ground(
     let freedom = Freedom {
         about: seen.centers()[seen.times.len() / 2],
         tilt: ground.tilt_deviation(extent),
-        shift: height_deviation(lowest, near(body, seen)).hypot(ground.roughness),
+        // A sample farther off than poses are known says that surfaces are that far from their particles.
+        shift: near(body, seen).max(lowest.abs()).hypot(ground.roughness),
         least: 0.0,
     };
     let mut parts: Vec<_> = sets.iter().map(|impacts| flights(seen.times, impacts, &touching)).collect();

@@ -32,13 +32,6 @@ fn tilt_between(plane: &Plane, ground: &Ground) -> f64 {
     DVec3::from(plane.normal).angle_between(DVec3::from(ground.plane.normal))
 }
 
-/// Standard deviation of a plane's height that particles at rest show, from how well poses are known and from
-/// the height of the lowest sample over it: a sample away from it by more says that the surfaces of plane or
-/// body are that far from their particles.
-pub(super) fn height_deviation(lowest: f64, near: f64) -> f64 {
-    if lowest.abs() <= near { near } else { near.hypot(lowest) }
-}
-
 /// Height at which a pose counts as touching: no better are poses, plane and surface known.
 pub(super) fn near(body: &Body, seen: &Observed) -> f64 {
     NEAR_PLANE * body.surface.extent() + seen.least[1]

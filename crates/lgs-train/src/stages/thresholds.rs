@@ -45,8 +45,6 @@ pub(super) const UNIT_IN_DEVIATIONS: f64 = 30.0;
 pub(super) const UNIT_IN_VALUES: f64 = 0.3;
 /// Least unit of a parameter that is fitted: rounding must not make it zero.
 pub(super) const LEAST_UNIT: f64 = 1e-150;
-/// Step of the central differences by an unknown of the geometry, in its unit.
-pub(super) const GEOMETRY_PROBE: f64 = 0.01;
 /// Step of the central differences by an unknown, in its unit.
 pub(super) const UNKNOWN_PROBE: f64 = 0.01;
 /// Least radius of a body, as a fraction of the length of its motion.

@@ -14,7 +14,7 @@ use super::{Positions, Response, Responses, geometry};
 use crate::stages::initial_pose::mean;
 use crate::stages::observation::displacement_of;
 use crate::stages::thresholds::{
-    GEOMETRY_PROBE, LEAST_UNIT, PRIOR_DEVIATION, UNIT_IN_DEVIATIONS, UNIT_IN_VALUES,
+    LEAST_UNIT, PRIOR_DEVIATION, UNIT_IN_DEVIATIONS, UNIT_IN_VALUES, UNKNOWN_PROBE,
 };
 
 /// One object and the units of its unknowns: changes of the configuration at t = 0, of its velocity, of the
@@ -157,12 +157,12 @@ impl LawBody {
         };
         let mut rates: Vec<Vec<Vec<[f32; 3]>>> = sensitivities(&reshaped, times).iter().map(exact).collect();
         for unknown in self.unknowns() - geometry::unknowns(&self.base)..self.unknowns() {
-            let [ahead, behind] = [GEOMETRY_PROBE, -GEOMETRY_PROBE].map(|probe| {
+            let [ahead, behind] = [UNKNOWN_PROBE, -UNKNOWN_PROBE].map(|probe| {
                 let mut by = change.to_vec();
                 by[unknown] += probe;
                 self.positions(alone, &by, times)
             });
-            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / GEOMETRY_PROBE) as f32);
+            let rate = |(&a, &b): (&[f32; 3], &[f32; 3])| scale(sub(a, b), (0.5 / UNKNOWN_PROBE) as f32);
             for ((of_time, ahead), behind) in rates.iter_mut().zip(&ahead).zip(&behind) {
                 of_time.push(ahead.iter().zip(behind).map(rate).collect());
             }
