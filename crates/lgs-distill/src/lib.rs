@@ -55,5 +55,5 @@ pub use report::{DistillReport, GeneralisedReport};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;
 pub use segmentation::{find_objects, partition};
-pub use thresholds::FEWEST_SAMPLES;
+pub use thresholds::{FEWEST_SAMPLES, MOST_REACH};
 pub use trajectories::Trajectories;

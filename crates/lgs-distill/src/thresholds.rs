@@ -95,7 +95,7 @@ pub(crate) const UNEXPLAINED_FORECAST: f64 = 0.01;
 /// … and above which it does not even describe it.
 pub(crate) const UNDESCRIBED_FORECAST: f64 = 0.1;
 /// Reach of a rollout to three windows that stays where the object was, in units of the reach in one.
-pub(crate) const MOST_REACH: f64 = 1.5;
+pub const MOST_REACH: f64 = 1.5;
 /// Rounding of 32-bit parameters of a law, as a fraction of its scales: anything smaller is no term.
 pub(crate) const PARAMETER_ROUNDING: f64 = 1e-4;
 

@@ -187,6 +187,18 @@ impl System {
     pub fn layout(&self) -> Vec<ParamRange> {
         self.config.layout()
     }
+
+    /// Whether networks have a part in U or Q: without one, all that counts are the constants of a linear law,
+    /// for which the system has a place, and the last layers of its networks are zero.
+    #[must_use]
+    pub fn has_networks(&self) -> bool {
+        let SystemConfig { potential, force, hidden_layers, .. } = self.config;
+        let has_constants = potential == PotentialKind::QuadraticMlp && force != ForceKind::Mlp;
+        let last = ["potential", "force"].map(|network| format!("{network}.{hidden_layers}.weight"));
+        let entries = self.layout().into_iter().filter(|entry| last.contains(&entry.name));
+        let are_silent = entries.into_iter().all(|entry| self.params[entry.range].iter().all(|&w| w == 0.0));
+        !(has_constants && are_silent)
+    }
 }
 
 fn network_entries(network: &str, layout: &MlpLayout) -> Vec<ParamRange> {

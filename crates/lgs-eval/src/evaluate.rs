@@ -11,7 +11,7 @@ use lgs_model::source::SourceModel;
 use lgs_model::{LagrangianScene, Motion};
 
 use crate::image_score::{ForegroundRule, ImageScore, Scoring};
-use crate::laws::{ObjectLaw, band_coverage};
+use crate::laws::{BandCoverage, LawOutline, ObjectLaw, band_coverage};
 use crate::lpips::Perceptual;
 use crate::metrics::{
     ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, Protocol, SCHEMA, SplitMetrics,
@@ -171,7 +171,11 @@ fn physics(
     let (force_ratio, mut objects) = forces_and_objects(scene, motion);
     for (index, (object, law)) in objects.iter_mut().zip(subject.laws).enumerate() {
         object.law = law.as_ref().map(|law| judged(law, index, motion, (scene, truth.as_ref())));
+        if let Some(law) = &object.law {
+            object.outline = LawOutline::of(law, object.outline.networks);
+        }
     }
+    let bands = truth.as_ref().map(|truth| BandCoverage::of((scene, &objects), motion, truth));
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
     // What has no object keeps its size.
     let cameras =
@@ -197,6 +201,7 @@ fn physics(
         force_ratio,
         potential: truth.as_ref().and_then(|truth| potential_against_truth(scene, motion, truth)),
         objects,
+        bands: bands.unwrap_or_default(),
     }
 }
 

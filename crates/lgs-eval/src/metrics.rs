@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::corrections::CameraCorrections;
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
+use crate::laws::BandCoverage;
 use crate::lpips::store::Origin;
-use crate::object_law::ObjectLaw;
+use crate::object_law::{LawOutline, ObjectLaw};
 
 /// Version of the layout.
 pub(crate) const SCHEMA: u32 = 1;
@@ -170,6 +171,9 @@ pub struct Physics {
     pub potential: Option<PotentialAgainstTruth>,
     /// Summary of every object.
     pub objects: Vec<ObjectSummary>,
+    /// How often the truth lies inside of the bands of the objects' forecasts.
+    #[serde(default)]
+    pub bands: BandCoverage,
 }
 
 /// Learned potentials against true ones: the errors of the worst object, and every object whose law has a
@@ -276,6 +280,9 @@ pub struct ObjectSummary {
     pub mean_velocity: [f32; 3],
     /// Mean ‖Q‖ over mean ‖∇U‖ on its path.
     pub force_ratio: Option<f64>,
+    /// Law of its motion in short.
+    #[serde(flatten)]
+    pub outline: LawOutline,
     /// Law of its motion; absent without one in generalised coordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<ObjectLaw>,

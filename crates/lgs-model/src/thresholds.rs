@@ -52,3 +52,5 @@ pub(crate) const ACCELERATION_STRIDE: usize = 4;
 /// Part of a recording's length after its end over which a law that takes no notice of it is brought to where
 /// the recording ends: some images of a video, short beside what is forecast.
 pub(crate) const HANDOVER: f64 = 0.1;
+/// Part of a recording at either end that gives the velocity at which a free body goes on: as short.
+pub(crate) const END_OF_RECORDING: f64 = 0.1;

@@ -2,6 +2,7 @@
 //! error like everywhere else.
 
 mod dataset;
+mod terms;
 
 use std::path::{Path, PathBuf};
 
@@ -27,11 +28,14 @@ use super::tracks;
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Dataset, run, checkpoint, model, splat file, folder of frames, trajectories or output of DefGS
-    #[arg(required_unless_present = "devices")]
+    #[arg(required_unless_present_any = ["devices", "terms"])]
     path: Option<PathBuf>,
     /// List the devices that --device can name
     #[arg(long, conflicts_with_all = ["path", "format", "skip_missing", "rig"])]
     devices: bool,
+    /// List the kinds of terms that laws are made of
+    #[arg(long, conflicts_with_all = ["path", "devices", "format", "skip_missing", "rig"])]
+    terms: bool,
     /// Format of the dataset [default: detected]
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
     format: Option<DatasetFormat>,
@@ -47,6 +51,9 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    if args.terms {
+        return terms::list(args.json);
+    }
     let Some(path) = &args.path else { return device::list(args.json) };
     let facts = describe(args, path)?;
     if args.json {

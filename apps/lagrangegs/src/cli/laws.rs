@@ -1,6 +1,6 @@
 //! What a scene knows of its objects' laws.
 
-use lgs_distill::CoordinatesKind;
+use lgs_distill::{CoordinatesKind, DistillReport};
 use lgs_eval::laws::{ObjectLaw, PositionBand, RivalLaw};
 use lgs_mechanics::bands::{self, Verdict};
 use lgs_model::{GeneralisedDynamics, ObjectModel};
@@ -13,21 +13,26 @@ pub(super) fn laws_of(run: &Run) -> Vec<Option<ObjectLaw>> {
         return Vec::new();
     }
     let window = f64::from(run.scene.motion.time_window);
-    run.scene.objects.iter().map(|object| Some(law_of(object, window))).collect()
+    let reports = run.distillation();
+    let law = |(index, object)| Some(law_of(object, reports.get(index), window));
+    run.scene.objects.iter().enumerate().map(law).collect()
 }
 
-fn law_of(object: &ObjectModel, window: f64) -> ObjectLaw {
+fn law_of(object: &ObjectModel, report: Option<&DistillReport>, window: f64) -> ObjectLaw {
     if let Some(dynamics) = object.dynamics.generalised() {
         return known_law(dynamics, window);
     }
     let verdict = if object.recording.is_some() { Verdict::Outside } else { Verdict::Described };
-    ObjectLaw { coordinates: "particles".to_owned(), verdict, ..ObjectLaw::default() }
+    let forecast_error = report.and_then(|report| Some(report.forecast_error? / report.displacement));
+    let forecast_error = forecast_error.filter(|error| error.is_finite());
+    ObjectLaw { coordinates: "particles".to_owned(), verdict, forecast_error, ..ObjectLaw::default() }
 }
 
 fn known_law(GeneralisedDynamics { law, known, .. }: &GeneralisedDynamics, window: f64) -> ObjectLaw {
     let rival = |rival: &bands::Rival| RivalLaw { terms: rival.terms.clone(), weight: rival.weight };
     let bands::PositionBand { times, radius } = known.band.clone();
     ObjectLaw {
+        forecast_error: known.forecast_error,
         trusted: Some(known.trusted).filter(|trusted| trusted[1] > window),
         rivals: known.rivals.iter().map(rival).collect(),
         band: Some(PositionBand { times, radius }).filter(|band| !band.times.is_empty()),

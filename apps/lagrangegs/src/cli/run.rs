@@ -7,6 +7,7 @@ use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions, NearPlanes};
 use lgs_data::files::write_atomically;
+use lgs_distill::DistillReport;
 use lgs_eval::{CameraCorrections, Cost};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
@@ -92,6 +93,12 @@ impl Run {
         let source = &self.config.source;
         let near = if source.near == 0.0 { planes.at(&camera) } else { source.near };
         Camera { near, filter: source.antialias.filter(), ..camera }
+    }
+
+    /// What stage 1 found for each object; nothing if the run does not say.
+    pub(crate) fn distillation(&self) -> Vec<DistillReport> {
+        let text = std::fs::read(self.folder.distillation_path()).unwrap_or_default();
+        serde_json::from_slice(&text).unwrap_or_default()
     }
 
     /// The time and memory that training took.

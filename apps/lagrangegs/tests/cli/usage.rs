@@ -49,6 +49,19 @@ fn unknown_or_missing_arguments_are_bad_usage() {
 }
 
 #[test]
+fn kinds_of_terms_are_listed_with_parameters_and_the_scale_that_edits_them() {
+    let table = call("info --terms", &[]).ok();
+    let field = table.lines().find(|line| line.starts_with("uniform-field")).expect("a row");
+    assert!(field.contains("--potential-scale") && field.contains("[u/t²]"), "{field}");
+    let kinds = call("info --terms --json", &[]).json();
+    let drag = kinds.as_array().expect("a list").iter().find(|kind| kind["kind"] == "quadratic-drag");
+    let drag = drag.expect("quadratic drag");
+    assert_eq!((&drag["role"], &drag["scaled_by"]), (&"dissipates".into(), &"--force-scale".into()));
+    assert_eq!(drag["parameters"][0]["unit"], "1/u");
+    call("info --terms --rig a.svg", &[]).is_bad_usage(&["--terms"]);
+}
+
+#[test]
 fn the_processor_is_listed_and_other_devices_say_what_they_need() {
     assert!(call("info --devices", &[]).ok().starts_with("cpu"));
     assert_eq!(call("info --devices --json", &[]).json()[0]["name"], "cpu");

@@ -194,8 +194,9 @@ impl DistillConfig {
     }
 
     /// Number of a window's samples that forecasts are measured on, at least one and at most half of them.
-    pub(crate) fn held_out_samples(&self, samples: usize) -> usize {
-        ((samples as f32 * self.held_out) as usize).clamp(1, samples / 2)
+    #[must_use]
+    pub fn held_out_samples(&self, samples: usize) -> usize {
+        ((samples as f32 * self.held_out) as usize).clamp(1, (samples / 2).max(1))
     }
 
     /// Checks the ranges.

@@ -1,10 +1,83 @@
 //! How often the truth lies inside of a band.
 
-use lgs_model::{LagrangianScene, Motion};
+use std::collections::BTreeMap;
 
+use lgs_model::{LagrangianScene, Motion, SceneState};
+use serde::{Deserialize, Serialize};
+
+use crate::metrics::ObjectSummary;
 use crate::object_law::PositionBand;
+use crate::physics::trajectory::TIMES;
 use crate::physics::{Truth, distance, long_steps};
-use crate::thresholds::STATE_STRIDE;
+use crate::thresholds::{STATE_STRIDE, TIME_TOLERANCE};
+
+/// How often the truth lies inside of the bands of a scene's forecasts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BandCoverage {
+    /// By time, as labelled in the report, the fraction of the true positions inside of the 90 % bands, over the
+    /// Gaussians of all objects that have one; nothing where none has, or the truth does not reach.
+    pub coverage_90: BTreeMap<String, Option<f64>>,
+}
+
+impl BandCoverage {
+    /// At all [`TIMES`], for objects with their records.
+    #[must_use]
+    pub fn of(
+        (scene, objects): (&LagrangianScene, &[ObjectSummary]),
+        motion: &mut Motion<'_>,
+        truth: &Truth<'_>,
+    ) -> Self {
+        let bands: Vec<(usize, &PositionBand)> = objects
+            .iter()
+            .enumerate()
+            .filter_map(|(i, o)| Some((i, o.law.as_ref()?.band.as_ref()?)))
+            .collect();
+        let matched: Vec<Matched> =
+            bands.iter().map(|(object, _)| Matched::of(scene, *object, truth)).collect();
+        let (low, high) = scene.motion.time_range();
+        let mut at = |time: f32| {
+            let is_allowed = time >= low - TIME_TOLERANCE && time <= high + TIME_TOLERANCE;
+            let state = (is_allowed && !bands.is_empty()).then(|| motion.state_at(time))?;
+            let counts = bands.iter().zip(&matched).filter_map(|((_, band), matched)| {
+                counted(band, &[matched.errors(scene, &state, time, truth)?])
+            });
+            let (inside, count) = counts.fold((0, 0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+            (count > 0).then(|| inside as f64 / count as f64)
+        };
+        Self { coverage_90: TIMES.iter().map(|&time| (format!("{time:?}"), at(time))).collect() }
+    }
+}
+
+/// An object's Gaussians with the points of the truth that they are matched to.
+struct Matched {
+    rows: std::ops::Range<usize>,
+    points: Vec<usize>,
+}
+
+impl Matched {
+    fn of(scene: &LagrangianScene, object: usize, truth: &Truth<'_>) -> Self {
+        let rows = scene.objects[object].members.clone();
+        let points = truth.matches(&scene.dynamic_gaussians.means[rows.clone()]);
+        Self { rows, points }
+    }
+
+    /// Errors at a time, where the truth knows it.
+    fn errors(
+        &self,
+        scene: &LagrangianScene,
+        state: &SceneState,
+        time: f32,
+        truth: &Truth<'_>,
+    ) -> Option<PositionErrors> {
+        let at = truth.at(time)?;
+        let starts = &scene.dynamic_gaussians.means[self.rows.clone()];
+        let expected =
+            starts.iter().zip(&self.points).map(|(&start, &point)| truth.carried(&at, point, start));
+        let predicted = state.q[self.rows.clone()].iter();
+        let errors = predicted.zip(expected).map(|(&q, expected)| distance(q, expected)).collect();
+        Some(PositionErrors { time: f64::from(time), errors })
+    }
+}
 
 /// Distances of an object's Gaussians from where the truth has them, at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,17 +97,10 @@ pub fn position_errors(
     motion: &mut Motion<'_>,
     truth: &Truth<'_>,
 ) -> Vec<PositionErrors> {
-    let rows = scene.objects[object].members.clone();
-    let starts = &scene.dynamic_gaussians.means[rows.clone()];
-    let matches = truth.matches(starts);
+    let matched = Matched::of(scene, object, truth);
     let states = motion.states(long_steps(&scene.motion)).iter().enumerate().skip(STATE_STRIDE);
-    let measured = |(step, state): (usize, &lgs_model::SceneState)| {
-        let time = step as f32 * scene.motion.dt;
-        let at = truth.at(time)?;
-        let predicted = state.q[rows.clone()].iter();
-        let expected = starts.iter().zip(&matches).map(|(&start, &point)| truth.carried(&at, point, start));
-        let errors = predicted.zip(expected).map(|(&q, expected)| distance(q, expected)).collect();
-        Some(PositionErrors { time: f64::from(time), errors })
+    let measured = |(step, state): (usize, &SceneState)| {
+        matched.errors(scene, state, step as f32 * scene.motion.dt, truth)
     };
     states.step_by(STATE_STRIDE).filter_map(measured).collect()
 }
@@ -43,13 +109,18 @@ pub fn position_errors(
 /// position that is not finite is outside of any band.
 #[must_use]
 pub fn covered(band: &PositionBand, errors: &[PositionErrors]) -> Option<f64> {
+    counted(band, errors).map(|(inside, count)| inside as f64 / count as f64)
+}
+
+/// How many of the errors a band contains, and how many there are at times that it has; nothing if none.
+fn counted(band: &PositionBand, errors: &[PositionErrors]) -> Option<(usize, usize)> {
     let (mut inside, mut count) = (0_usize, 0_usize);
     for at in errors {
         let Some(radius) = band.radius_at(at.time) else { continue };
         inside += at.errors.iter().filter(|error| error.is_finite() && **error <= radius).count();
         count += at.errors.len();
     }
-    (count > 0).then(|| inside as f64 / count as f64)
+    (count > 0).then_some((inside, count))
 }
 
 /// Fraction of the true positions of an object inside of the band around its predicted ones, over Gaussians

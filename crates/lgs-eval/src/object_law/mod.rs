@@ -1,8 +1,10 @@
 //! The record of one object's law.
 
 mod describe;
+mod outline;
 
 pub use describe::unit_text;
+pub use outline::{LawOutline, TermOutline};
 
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::contact::{Impact, Origin};

@@ -7,6 +7,7 @@ use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel, SceneState};
 use super::{centroid, length, window_steps};
 use crate::finite::finite;
 use crate::metrics::ObjectSummary;
+use crate::object_law::LawOutline;
 use crate::thresholds::STATE_STRIDE;
 
 /// Sums of magnitudes at the states visited.
@@ -60,12 +61,14 @@ fn summary(
         [first, .., last] => (center_of(first), center_of(last)),
         _ => ([0.0; 3], [0.0; 3]),
     };
+    let networks = object.dynamics.particles().is_some_and(|particles| particles.system.has_networks());
     let span = (states.len().max(2) - 1) as f64 * f64::from(scene.motion.dt);
     ObjectSummary {
         gaussians: object.members.len(),
         center: start.map(|c| c as f32),
         mean_velocity: std::array::from_fn(|c| ((end[c] - start[c]) / span) as f32),
         force_ratio: ratio(m),
+        outline: LawOutline::of_particles(networks),
         law: None,
     }
 }

@@ -15,6 +15,10 @@ pub struct Known {
     pub verdict: Verdict,
     /// Times since the start between which the forecast is trusted.
     pub trusted: [f64; 2],
+    /// Error of forecasts of parts of the window from the rest of it, over the displacement in them, where it
+    /// was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast_error: Option<f64>,
     /// Laws that the evidence hardly tells from this one, the likeliest first, this one among them; those in
     /// other coordinates are told with these.
     pub rivals: Vec<Rival>,

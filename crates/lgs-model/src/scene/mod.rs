@@ -4,6 +4,7 @@
 //! Dynamic Gaussians are stored object by object, so that an object is a range of rows. Exports and renders
 //! list the static Gaussians first and the dynamic ones behind them, at every time in the same order.
 
+mod continuation;
 mod dynamics;
 mod dynamics_file;
 mod file;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::shading::Shading;
 
+pub use continuation::Continuation;
 pub use dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics};
 pub use file::{
     SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors,
@@ -53,7 +55,7 @@ pub struct ObjectModel {
     /// Its potential and force, and the coordinates in which they act.
     pub dynamics: Dynamics,
     /// Its motion inside the captured window if no law describes it; without an edit it is played there, and
-    /// the dynamics only carry it on.
+    /// the dynamics carry it on at most ([`Continuation`]).
     pub recording: Option<Recording>,
 }
 

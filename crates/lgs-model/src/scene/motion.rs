@@ -229,8 +229,9 @@ impl LagrangianScene {
 
 impl ObjectModel {
     /// The states after each step of a stretch from `start`, of particles that are at `points` at t = 0:
-    /// recorded ones as long as there are any, and those of its dynamics from then on. An edited motion is
-    /// that of the dynamics alone, by another law than its own if one is given.
+    /// recorded ones as long as there are any, and from then on those of what carries the recording on, which
+    /// as a rule are its dynamics. An edited motion is that of the dynamics alone, by another law than its own
+    /// if one is given.
     fn advance(
         &self,
         points: &[[f32; 3]],
@@ -241,6 +242,10 @@ impl ObjectModel {
         let times = stretch.times();
         let mut path = recording.map_or_else(Vec::new, |recording| recording.played(points, &times));
         let times = &times[path.len()..];
+        if let Some(carried_on) = recording.and_then(|recording| recording.carried_on(points, times)) {
+            path.extend(carried_on);
+            return path;
+        }
         let carried_on = match &self.dynamics {
             Dynamics::Particles(particles) => {
                 let rest = Stretch { steps: times.len(), ..stretch };

@@ -4,8 +4,10 @@
 use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, scale, sub};
 use lgs_dynamics::State;
 
+use super::continuation::{Continuation, FreeMotion};
+use super::dynamics_file::json;
 use crate::tensor_file::{TensorFile, TensorFileError};
-use crate::thresholds::HANDOVER;
+use crate::thresholds::{END_OF_RECORDING, HANDOVER};
 
 /// States of an object's particles at ascending times, from t = 0 to the end of the captured window.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,10 +17,12 @@ pub struct Recording {
     positions: Vec<Vec<[f32; 3]>>,
     /// `[T][n]` rotations since t = 0, unit quaternions `[w, x, y, z]`.
     rotations: Vec<Vec<[f32; 4]>>,
+    /// What carries the motion on before and after.
+    continuation: Continuation,
 }
 
 impl Recording {
-    /// A recording; nothing if it has fewer than two times, or they do not ascend from 0 with a state each.
+    /// A recording that the dynamics carry on; nothing if it has fewer than two times, or they do not ascend from 0 with a state each.
     #[must_use]
     pub fn new(
         times: Vec<f32>,
@@ -31,7 +35,45 @@ impl Recording {
             && times.len() == rotations.len()
             && positions.iter().all(|row| row.len() == n)
             && rotations.iter().all(|row| row.len() == n);
-        (times.len() > 1 && ascends && is_whole).then_some(Self { times, positions, rotations })
+        let continuation = Continuation::default();
+        (times.len() > 1 && ascends && is_whole).then_some(Self { times, positions, rotations, continuation })
+    }
+
+    /// The same with another continuation.
+    #[must_use]
+    pub fn continued_by(mut self, continuation: Continuation) -> Self {
+        self.continuation = continuation;
+        self
+    }
+
+    /// What carries the motion on before and after the recording.
+    #[must_use]
+    pub fn continuation(&self) -> Continuation {
+        self.continuation
+    }
+
+    /// Its times, ascending from 0.
+    #[must_use]
+    pub fn times(&self) -> &[f32] {
+        &self.times
+    }
+
+    /// Positions at each of its times.
+    #[must_use]
+    pub fn positions(&self) -> &[Vec<[f32; 3]>] {
+        &self.positions
+    }
+
+    /// The first of its samples; nothing if these are fewer than two.
+    #[must_use]
+    pub fn beginning(&self, samples: usize) -> Option<Self> {
+        let first = 0..samples.min(self.times.len());
+        let begun = Self::new(
+            self.times[first.clone()].to_vec(),
+            self.positions[first.clone()].to_vec(),
+            self.rotations[first].to_vec(),
+        );
+        begun.map(|begun| begun.continued_by(self.continuation))
     }
 
     /// Positions at t = 0.
@@ -45,7 +87,7 @@ impl Recording {
     pub fn in_order(self, order: &[u32]) -> Self {
         let positions = self.positions.iter().map(|row| picked(row, order)).collect();
         let rotations = self.rotations.iter().map(|row| picked(row, order)).collect();
-        Self { positions, rotations, times: self.times }
+        Self { positions, rotations, ..self }
     }
 
     /// The state at a time, between the two nearest ones; nothing outside of the recording.
@@ -82,6 +124,32 @@ impl Recording {
         times.iter().map_while(|&time| self.at(time)).map(placed).collect()
     }
 
+    /// The states at times before or after the recording, of particles that are at `points` at t = 0; nothing
+    /// where the dynamics carry it on.
+    pub(super) fn carried_on(&self, points: &[[f32; 3]], times: &[f64]) -> Option<Vec<State>> {
+        if self.continuation == Continuation::Dynamics {
+            return None;
+        }
+        let last = self.times.len() - 1;
+        let near = (((last + 1) as f64 * END_OF_RECORDING).ceil() as usize).clamp(1, last);
+        let motion_at = |end: usize, inside: usize| match self.continuation {
+            Continuation::Free => {
+                let dt = f64::from(self.times[end] - self.times[inside]);
+                FreeMotion::between(&self.positions[inside], &self.positions[end], dt)
+            }
+            _ => FreeMotion::REST,
+        };
+        let ends = [(0, near), (last, last - near)].map(|(end, inside)| {
+            let time = f64::from(self.times[end]);
+            (time, motion_at(end, inside), self.played(points, &[time]))
+        });
+        let state = |&time: &f64| {
+            let (from, motion, start) = &ends[usize::from(time > 0.0)];
+            start.first().map(|start| motion.after(time - from, start))
+        };
+        times.iter().map(state).collect()
+    }
+
     /// Last time of the recording.
     pub(super) fn end(&self) -> f64 {
         f64::from(self.times[self.times.len() - 1])
@@ -114,6 +182,7 @@ impl Recording {
         file.insert(format!("{prefix}.times"), &[samples, 1], &self.times);
         file.insert(format!("{prefix}.positions"), &[samples * n, 3], self.positions.concat().as_flattened());
         file.insert(format!("{prefix}.rotations"), &[samples * n, 4], self.rotations.concat().as_flattened());
+        file.set_metadata(&format!("{prefix}.continuation"), json(&self.continuation));
     }
 
     /// Reads what [`Self::insert_into`] wrote for `n` particles; nothing if there is none.
@@ -130,9 +199,15 @@ impl Recording {
         let positions = samples(file, &format!("{prefix}.positions"), (times.len(), n))?;
         let rotations = samples(file, &format!("{prefix}.rotations"), (times.len(), n))?;
         let found = times.len();
+        // Scenes of earlier versions name none.
+        let name_of_continuation = format!("{prefix}.continuation");
+        let continuation = match file.metadata(&name_of_continuation) {
+            Ok(_) => file.metadata_json(&name_of_continuation)?,
+            Err(_) => Continuation::default(),
+        };
         let recording = Self::new(times, positions, rotations);
         recording
-            .map(Some)
+            .map(|recording| Some(recording.continued_by(continuation)))
             .ok_or_else(|| file.field(&name, "two or more times that ascend from 0", found.to_string()))
     }
 }

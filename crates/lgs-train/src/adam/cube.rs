@@ -1,125 +1,185 @@
-//! Adam on devices of CubeCL: one pass over values, moments and gradient.
+//! Adam on devices of CubeCL: one pass over values, moments and gradients of all groups.
 
-use burn::backend::tensor::FloatTensor;
-use burn::backend::{Backend, Dispatch, ExtensionType, TensorMetadata, backend_extension};
-use burn::optim::AdaptiveMomentumState;
-use burn::tensor::{DType, Tensor};
+use burn::backend::TensorMetadata;
+use burn::optim::{AdamState, AdaptiveMomentumState};
+use burn::tensor::DType;
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeBackend, contiguous, empty, units};
+use lgs_tensor::cube::product::{primitive, tensor};
+use lgs_tensor::cube::{CubeTensor, empty, units};
 
+use super::AdamGroup;
+use super::steps::{DueStep, GroupStep};
 use crate::thresholds::ADAM_EPSILON;
 
 /// Decay of the first and of the second moment.
 const BETA_1: f32 = 0.9;
 const BETA_2: f32 = 0.999;
+/// Buffers of a group: three are read and written anew, the gradient is read.
+const BUFFERS: usize = 7;
 
-/// What a step changes, and its gradient.
-#[derive(Clone, Debug, ExtensionType)]
-pub(super) struct Stepped<B: Backend> {
-    /// Values.
-    pub(super) value: FloatTensor<B>,
-    /// First moments.
-    pub(super) first: FloatTensor<B>,
-    /// Second moments.
-    pub(super) second: FloatTensor<B>,
-}
-
-/// The numbers of a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StepSize {
+/// A group before its step.
+pub(super) struct Before {
+    value: CubeTensor,
+    first: CubeTensor,
+    second: CubeTensor,
+    gradient: CubeTensor,
     /// The learning rate, over the bias of the first moments and times the root of that of the second.
-    pub(super) rate: f32,
+    rate: f32,
     /// What is added to the roots of the second moments.
-    pub(super) epsilon: f32,
+    epsilon: f32,
+    time: usize,
 }
 
-/// The operation.
-#[backend_extension(Cube)]
-pub(super) trait AdamOps: Backend {
-    /// Values and moments after a step.
-    fn adam_step(
-        #[extension_type] before: Stepped<Self>,
-        gradient: FloatTensor<Self>,
-        size: StepSize,
-    ) -> Stepped<Self>;
+/// A group after its step.
+pub(super) struct After {
+    value: CubeTensor,
+    first: CubeTensor,
+    second: CubeTensor,
+    time: usize,
 }
 
-#[derive(CubeType, CubeLaunch, Clone, Copy)]
-struct Rates {
+impl Before {
+    /// No state is one of zeros.
+    pub(super) fn of<const D: usize>(step: &mut GroupStep<'_, D>) -> Self {
+        let GroupStep { group, learning_rate, gradient } = step;
+        let zeros = || group.value.zeros_like();
+        let state = group.state.take().map(|state| state.momentum);
+        let (time, first, second) =
+            state.map_or_else(|| (0, zeros(), zeros()), |state| (state.time, state.moment_1, state.moment_2));
+        let time = time + 1;
+        let unbiased = |beta: f32| 1.0 - beta.powi(i32::try_from(time).unwrap_or(i32::MAX));
+        let root = unbiased(BETA_2).sqrt();
+        Self {
+            value: primitive(group.value.clone()),
+            first: primitive(first),
+            second: primitive(second),
+            gradient: primitive(gradient.clone()),
+            rate: *learning_rate as f32 * root / unbiased(BETA_1),
+            epsilon: ADAM_EPSILON * root,
+            time,
+        }
+    }
+}
+
+impl After {
+    pub(super) fn written_to<const D: usize>(self, group: &mut AdamGroup<D>) {
+        let moments = AdaptiveMomentumState::new(self.time, tensor(self.first), tensor(self.second));
+        group.value = tensor(self.value);
+        group.state = Some(AdamState::new(moments));
+    }
+}
+
+/// The buffers and numbers of a group in the kernel.
+#[derive(CubeType, CubeLaunch)]
+struct Group {
+    value: Box<[f32]>,
+    first: Box<[f32]>,
+    second: Box<[f32]>,
+    gradient: Box<[f32]>,
+    value_after: Box<[f32]>,
+    first_after: Box<[f32]>,
+    second_after: Box<[f32]>,
     rate: f32,
     epsilon: f32,
 }
 
+/// A unit per place in the largest group, which takes the step of that place in every group.
 #[cube(launch)]
-fn step_values(
-    value: &[f32],
-    first: &[f32],
-    second: &[f32],
-    gradient: &[f32],
-    value_after: &mut [f32],
-    first_after: &mut [f32],
-    second_after: &mut [f32],
-    rates: Rates,
-) {
+fn step_groups(groups: &mut Sequence<Group>) {
     let i = ABSOLUTE_POS;
-    if i < value.len() {
-        let g = gradient[i];
-        let m = BETA_1 * first[i] + (1.0 - BETA_1) * g;
-        let v = BETA_2 * second[i] + (1.0 - BETA_2) * g * g;
-        first_after[i] = m;
-        second_after[i] = v;
-        value_after[i] = value[i] - rates.rate * (m / (v.sqrt() + rates.epsilon));
+    #[unroll]
+    for index in 0..groups.len() {
+        let group = groups.index_mut(index);
+        if i < group.value.len() {
+            let g = group.gradient[i];
+            let m = BETA_1 * group.first[i] + (1.0 - BETA_1) * g;
+            let v = BETA_2 * group.second[i] + (1.0 - BETA_2) * g * g;
+            group.first_after[i] = m;
+            group.second_after[i] = v;
+            group.value_after[i] = group.value[i] - group.rate * (m / (v.sqrt() + group.epsilon));
+        }
     }
 }
 
-impl AdamOps for CubeBackend {
-    fn adam_step(before: Stepped<Self>, gradient: FloatTensor<Self>, size: StepSize) -> Stepped<Self> {
-        let before = [before.value, before.first, before.second, gradient].map(contiguous);
-        let (shape, client) = (before[0].shape(), before[0].client.clone());
-        let count = shape.num_elements();
-        let after = [0; 3].map(|_| empty(&before[0], shape.clone(), DType::F32));
-        let (cubes, dim) = units(&client, count);
-        let [value, first, second, gradient] = before.map(|tensor| tensor.into_buffer_arg());
-        let [value_after, first_after, second_after] = after.clone().map(|tensor| tensor.into_buffer_arg());
-        step_values::launch(
-            &client,
-            cubes,
-            dim,
-            value,
-            first,
-            second,
-            gradient,
-            value_after,
-            first_after,
-            second_after,
-            RatesLaunch::new(size.rate, size.epsilon),
-        );
-        let [value, first, second] = after;
-        Stepped { value, first, second }
+/// Takes the steps of groups on devices with kernels, and gives back the others. A launch has as many groups as
+/// the device allows buffers for, all of them where it allows more than eight a group.
+pub(super) fn take<'a>(due: Vec<Box<dyn DueStep + 'a>>) -> Vec<Box<dyn DueStep + 'a>> {
+    let (mut due, others): (Vec<_>, Vec<_>) = due.into_iter().partition(|step| step.has_kernels());
+    let mut before: Vec<Before> = due.iter_mut().map(|step| step.before()).collect();
+    let mut after = Vec::with_capacity(before.len());
+    while let Some(group) = before.first() {
+        // One buffer holds the numbers of a launch.
+        let most = group.value.client.properties().hardware.max_bindings.saturating_sub(1);
+        let rest = before.split_off(before.len().min((most as usize / BUFFERS).max(1)));
+        after.extend(launch(std::mem::replace(&mut before, rest)));
     }
+    for (step, after) in due.into_iter().zip(after) {
+        step.finish(after);
+    }
+    others
 }
 
-/// A step at a learning rate; no state is one of zeros.
-pub(super) fn step<const D: usize>(
-    learning_rate: f64,
-    value: Tensor<D>,
-    gradient: Tensor<D>,
-    state: Option<AdaptiveMomentumState<D>>,
-) -> (Tensor<D>, AdaptiveMomentumState<D>) {
-    let zeros = || value.zeros_like();
-    let (time, first, second) =
-        state.map_or_else(|| (0, zeros(), zeros()), |state| (state.time, state.moment_1, state.moment_2));
-    let time = time + 1;
-    let unbiased = |beta: f32| 1.0 - beta.powi(i32::try_from(time).unwrap_or(i32::MAX));
-    let root = unbiased(BETA_2).sqrt();
-    let size =
-        StepSize { rate: learning_rate as f32 * root / unbiased(BETA_1), epsilon: ADAM_EPSILON * root };
-    let before = Stepped::<Dispatch> {
-        value: value.into_dispatch(),
-        first: first.into_dispatch(),
-        second: second.into_dispatch(),
-    };
-    let after = <Dispatch as AdamOps>::adam_step(before, gradient.into_dispatch(), size);
-    let [value, first, second] = [after.value, after.first, after.second].map(Tensor::from_dispatch);
-    (value, AdaptiveMomentumState::new(time, first, second))
+/// One launch.
+fn launch(before: Vec<Before>) -> Vec<After> {
+    let client = before[0].value.client.clone();
+    let largest = before.iter().map(|group| group.value.shape().num_elements()).max().unwrap_or(0);
+    let (cubes, dim) = units(&client, largest);
+    let (mut groups, mut after) = (SequenceArg::<Group>::new(), Vec::with_capacity(before.len()));
+    for Before { value, first, second, gradient, rate, epsilon, time } in before {
+        let [value_after, first_after, second_after] =
+            [0; 3].map(|_| empty(&value, value.shape(), DType::F32));
+        groups.push(GroupLaunch::new(
+            value.into_buffer_arg(),
+            first.into_buffer_arg(),
+            second.into_buffer_arg(),
+            gradient.into_buffer_arg(),
+            value_after.clone().into_buffer_arg(),
+            first_after.clone().into_buffer_arg(),
+            second_after.clone().into_buffer_arg(),
+            rate,
+            epsilon,
+        ));
+        after.push(After { value: value_after, first: first_after, second: second_after, time });
+    }
+    step_groups::launch(&client, cubes, dim, groups);
+    after
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::adam::{AdamGroup, AdamSteps, values};
+    use crate::device::DeviceName;
+    use burn::tensor::{Device, Tensor, TensorData};
+    use lgs_tensor::cube::device_for_tests;
+
+    /// Five steps of nine groups of many sizes, as the cloud and the network of a source are.
+    fn stepped(device: &Device) -> Vec<Vec<f32>> {
+        let widths = [3, 4, 3, 1, 3, 45, 16, 12, 700];
+        let ramp = |n: usize, by: f32| (0..n).map(|i| by * (i % 17) as f32 - 3.0 * by).collect::<Vec<f32>>();
+        let mut groups: Vec<AdamGroup<2>> =
+            widths.iter().map(|&width| AdamGroup::new(ramp(7 * width, 0.1), [7, width], device)).collect();
+        for step in 1..=5 {
+            let mut steps = AdamSteps::default();
+            for (index, group) in groups.iter_mut().enumerate() {
+                let width = widths[index];
+                let by = ramp(7 * width, 1e-3 * (step * (index + 1)) as f32);
+                // A group without a gradient stays as it is.
+                let gradient =
+                    (index != 4).then(|| Tensor::from_data(TensorData::new(by, [7, width]), device));
+                steps.add(group, 1e-2 / (index + 1) as f64, gradient);
+            }
+            steps.take();
+        }
+        groups.iter().map(|group| values(&group.value())).collect()
+    }
+
+    #[test]
+    fn one_pass_over_all_groups_takes_the_steps_of_each() {
+        let Some(device) = device_for_tests() else { return };
+        let pairs = stepped(&device).into_iter().zip(stepped(&DeviceName::Cpu.device()));
+        for (group, (found, expected)) in pairs.enumerate() {
+            let worst = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(worst < 1e-6 && found.len() == expected.len(), "group {group}: {worst}");
+        }
+    }
 }

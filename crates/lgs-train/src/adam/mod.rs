@@ -5,6 +5,9 @@
 
 #[cfg(feature = "gpu")]
 mod cube;
+mod steps;
+
+pub(crate) use steps::AdamSteps;
 
 use crate::thresholds::ADAM_EPSILON;
 use burn::optim::{AdamConfig, AdamState, AdaptiveMomentumState, Optimizer};
@@ -56,17 +59,14 @@ impl<const D: usize> AdamGroup<D> {
         values(&self.value)
     }
 
-    /// One step of Adam; nothing happens without a gradient.
+    /// One step of Adam of this group alone; nothing happens without a gradient.
     pub(crate) fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<D>>) {
-        let Some(gradient) = gradient else { return };
-        let _span = tracing::trace_span!("Adam").entered();
-        #[cfg(feature = "gpu")]
-        if crate::device::has_kernels(&self.device()) {
-            let moments = self.state.take().map(|state| state.momentum);
-            let (value, moments) = cube::step(learning_rate, self.value.clone(), gradient, moments);
-            (self.value, self.state) = (value, Some(AdamState::new(moments)));
-            return;
-        }
+        let mut steps = AdamSteps::default();
+        steps.add(self, learning_rate, gradient);
+        steps.take();
+    }
+
+    fn step_on_processor(&mut self, learning_rate: f64, gradient: Tensor<D>) {
         let adam = AdamConfig::new().with_epsilon(ADAM_EPSILON).build();
         (self.value, self.state) = adam.step(learning_rate, self.value.clone(), gradient, self.state.take());
     }

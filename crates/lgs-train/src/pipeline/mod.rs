@@ -8,7 +8,6 @@ use burn::tensor::Device;
 use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
-use lgs_distill::LinearPart;
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{
     LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
@@ -86,7 +85,7 @@ fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> Lagra
 /// Whether an object follows a law without networks, or a recording.
 fn is_a_law(object: &ObjectModel) -> bool {
     object.recording.is_some()
-        || object.dynamics.particles().is_none_or(|particles| LinearPart::is_all_of(&particles.system))
+        || object.dynamics.particles().is_none_or(|particles| !particles.system.has_networks())
 }
 
 struct Pipeline<'a> {

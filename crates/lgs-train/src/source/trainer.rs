@@ -248,8 +248,7 @@ impl Trainer for SourceTrainer<'_> {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
         }
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
-        self.descend(&leaves, &mut gradients, passed);
-        self.network.step(self.config.deformation_rate(iteration), network.grad_remove(&mut gradients));
+        self.descend((&leaves, &network), &mut gradients, passed);
         StepReport::on_device(&compared.loss, &[compared.mse])
     }
 

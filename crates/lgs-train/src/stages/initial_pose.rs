@@ -9,7 +9,7 @@ use lgs_core::geometry::{PositiveFactor, outer, scalar, trace, wide};
 use lgs_core::linear::{add, cross, scale, sub};
 use lgs_model::{TensorFile, TensorFileError};
 
-use crate::adam::AdamGroup;
+use crate::adam::{AdamGroup, AdamSteps};
 use crate::cloud_tensors::{quat_mul, rows, vector};
 
 /// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its
@@ -59,8 +59,13 @@ impl InitialPose {
         self.group.insert_into(file, name);
     }
 
-    pub(super) fn step(&mut self, learning_rate: f64, gradient: Option<Tensor<1>>) {
-        self.group.step(learning_rate, gradient);
+    pub(super) fn add_step<'a>(
+        &'a mut self,
+        learning_rate: f64,
+        gradient: Option<Tensor<1>>,
+        steps: &mut AdamSteps<'a>,
+    ) {
+        steps.add(&mut self.group, learning_rate, gradient);
     }
 
     /// The displacement now, as a function of a new leaf.

@@ -6,6 +6,7 @@
 mod bands_of_views;
 mod body;
 mod config;
+mod continuation;
 mod displacement;
 mod fit_dynamics;
 mod frame_states;

@@ -22,6 +22,7 @@ use super::frame_states::FrameStates;
 use super::light::lit_at;
 use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
 use super::{TrainingData, rows_of_gaussians};
+use crate::adam::AdamSteps;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::cloud_tensors::{CloudTensors, row_indices};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
@@ -167,13 +168,15 @@ impl<'a> TuneDynamics<'a> {
     /// A step of every object along the gradients of its tensors.
     fn descend(&mut self, paths: &[ObjectPath], gradients: &mut burn::tensor::Gradients) {
         let (config, rate) = (self.config, cosine_decay(self.step, self.config.iterations));
+        let mut steps = AdamSteps::default();
         for (object, path) in self.objects.iter_mut().zip(paths) {
-            object.network.step(config.learning_rate * rate, path.network.grad_remove(gradients));
+            steps.add(&mut object.network, config.learning_rate * rate, path.network.grad_remove(gradients));
             let velocity_rate = config.velocity_learning_rate * f64::from(object.rms_speed) * rate;
-            object.velocity.step(velocity_rate, path.velocity.grad_remove(gradients));
+            steps.add(&mut object.velocity, velocity_rate, path.velocity.grad_remove(gradients));
             let pose = path.pose.as_ref().and_then(|pose| pose.grad_remove(gradients));
-            object.pose.step(config.pose_learning_rate * rate, pose);
+            object.pose.add_step(config.pose_learning_rate * rate, pose, &mut steps);
         }
+        steps.take();
     }
 }
 

@@ -22,6 +22,7 @@ use super::TrainingData;
 use super::config::TuneGaussiansConfig;
 use super::frame_states::{FrameStates, StateTensors};
 use super::light::lit_at;
+use crate::adam::AdamSteps;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
 use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
@@ -149,10 +150,13 @@ impl Trainer for TuneGaussians<'_> {
         let mut gradients = tracing::trace_span!("backward").in_scope(|| compared.loss.backward());
         let decay = cosine_decay(self.clock.iteration() - 1, self.config.iterations);
         let rates = self.config.cloud_rates().scaled(decay);
-        self.static_gaussians.step(of_static.gradients(&mut gradients), &rates);
-        let mut of_dynamic = of_dynamic.gradients(&mut gradients);
+        let (of_static, mut of_dynamic) =
+            (of_static.gradients(&mut gradients), of_dynamic.gradients(&mut gradients));
         of_dynamic.means = of_dynamic.means.map(|gradient| gradient * self.is_free.clone());
-        self.dynamic_gaussians.step(of_dynamic, &rates);
+        let mut steps = AdamSteps::default();
+        self.static_gaussians.add_steps(of_static, &rates, &mut steps);
+        self.dynamic_gaussians.add_steps(of_dynamic, &rates, &mut steps);
+        steps.take();
         self.kept = Some(kept);
         StepReport::on_device(&compared.loss, &[compared.mse])
     }

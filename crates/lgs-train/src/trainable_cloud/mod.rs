@@ -7,7 +7,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::{GaussianCloud, sh_coefficients};
 use lgs_model::{TensorFile, TensorFileError};
 
-use crate::adam::AdamGroup;
+use crate::adam::{AdamGroup, AdamSteps};
 use crate::cloud_rates::CloudRates;
 use crate::cloud_tensors::row_indices;
 
@@ -117,21 +117,26 @@ impl TrainableCloud {
         }
     }
 
-    /// One step of Adam for every attribute that has a gradient.
-    pub(crate) fn step(&mut self, gradients: CloudGradients, rates: &CloudRates) {
-        self.means.step(rates.means, gradients.means);
-        self.rotations.step(rates.rotations, gradients.rotations);
-        self.log_scales.step(rates.log_scales, gradients.log_scales);
-        self.raw_opacities.step(rates.raw_opacities, gradients.raw_opacities);
-        self.sh_constant.step(rates.sh_constant, gradients.sh_constant);
+    /// Adds the step of every attribute that has a gradient.
+    pub(crate) fn add_steps<'a>(
+        &'a mut self,
+        gradients: CloudGradients,
+        rates: &CloudRates,
+        steps: &mut AdamSteps<'a>,
+    ) {
+        steps.add(&mut self.means, rates.means, gradients.means);
+        steps.add(&mut self.rotations, rates.rotations, gradients.rotations);
+        steps.add(&mut self.log_scales, rates.log_scales, gradients.log_scales);
+        steps.add(&mut self.raw_opacities, rates.raw_opacities, gradients.raw_opacities);
+        steps.add(&mut self.sh_constant, rates.sh_constant, gradients.sh_constant);
         if let Some(rest) = &mut self.sh_rest {
-            rest.step(rates.sh_rest, gradients.sh_rest);
+            steps.add(rest, rates.sh_rest, gradients.sh_rest);
         }
         if let Some(features) = &mut self.features {
-            features.step(rates.features, gradients.features);
+            steps.add(features, rates.features, gradients.features);
         }
         if let Some(shading) = &mut self.shading {
-            shading.step(rates.shading, gradients.shading);
+            steps.add(shading, rates.shading, gradients.shading);
         }
     }
 

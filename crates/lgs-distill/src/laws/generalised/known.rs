@@ -138,12 +138,12 @@ impl GeneralisedLaw {
 }
 
 /// Points that stand for the particles of each body.
-fn points_of(bodies: &[&SharedMotion]) -> Vec<Vec<DVec3>> {
+pub(super) fn points_of(bodies: &[&SharedMotion]) -> Vec<Vec<DVec3>> {
     bodies.iter().map(|motion| motion.sigma_points()).collect()
 }
 
 /// Root mean square distance of the points of all bodies in two poses each.
-fn distance(points: &[Vec<DVec3>], a: &[Pose], b: &[Pose]) -> f64 {
+pub(super) fn distance(points: &[Vec<DVec3>], a: &[Pose], b: &[Pose]) -> f64 {
     let of_body = |(points, (a, b)): (&Vec<DVec3>, (&Pose, &Pose))| {
         points.iter().map(|&p| a.apply(p).distance_squared(b.apply(p))).sum::<f64>()
     };

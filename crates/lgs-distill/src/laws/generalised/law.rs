@@ -5,6 +5,7 @@ use super::choice::choose_law;
 use super::contact::{self, Impacted, Surroundings};
 use super::couples::choose_couple;
 use super::evidence::unknowns;
+use super::forecast;
 use super::known::GeneralisedLaw;
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
@@ -232,6 +233,7 @@ fn smooth(
     found.order.clone_from(&system.order);
     found.evidence = Some(best.evidence);
     found.judge(bodies, rated, seed);
+    found.known.forecast_error = forecast::error(rated, bodies);
     if let [motion] = bodies
         && let Some(bounced) = contact::expected(&fitted, &found.bases[0], motion, surroundings)
     {

@@ -5,6 +5,7 @@ mod choice;
 mod contact;
 mod couples;
 mod evidence;
+mod forecast;
 mod geometry;
 #[cfg(test)]
 mod geometry_tests;

@@ -2,10 +2,10 @@
 //! be changed and written again.
 
 use super::law::Law;
-use super::system::{are_silent, law_of_system, set_law};
+use super::system::{law_of_system, set_law};
 use super::terms::Terms;
 use crate::thresholds::PARAMETER_ROUNDING;
-use lgs_dynamics::{ForceKind, PotentialKind, System};
+use lgs_dynamics::System;
 
 /// The constants of a law that a system has beside its networks, as a list of unknowns of order one.
 #[derive(Clone, Debug)]
@@ -25,14 +25,6 @@ impl LinearPart {
         let law = law_of_system(system);
         let terms = Terms::of_law(&law, scales, PARAMETER_ROUNDING);
         Self { law, terms, units: terms.units(scales) }
-    }
-
-    /// Whether a system has nothing else: its networks give nothing.
-    #[must_use]
-    pub fn is_all_of(system: &System) -> bool {
-        let config = &system.config;
-        let has_place = config.potential == PotentialKind::QuadraticMlp && config.force != ForceKind::Mlp;
-        has_place && are_silent(system)
     }
 
     /// Number of unknowns.
@@ -90,8 +82,8 @@ mod tests {
         let part = LinearPart::of(&system(&all));
         assert_eq!(part.terms, Terms { gravity: true, damping: true, gyration: true, ..Terms::NONE });
         assert_eq!(part.len(), 7);
-        assert!(LinearPart::is_all_of(&system(&all)));
-        assert!(!LinearPart::is_all_of(&System::init(system(&all).config, 0)), "a network's last layer");
+        assert!(!system(&all).has_networks());
+        assert!(System::init(system(&all).config, 0).has_networks(), "a network's last layer");
     }
 
     #[test]

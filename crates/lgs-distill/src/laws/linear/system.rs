@@ -74,16 +74,6 @@ pub(crate) fn law_of_system(system: &System) -> Law {
     law
 }
 
-/// Whether the last layers of both networks are zero, so that only constants count.
-pub(crate) fn are_silent(system: &System) -> bool {
-    let last = system.config.hidden_layers;
-    let weights = [format!("potential.{last}.weight"), format!("force.{last}.weight")];
-    weights
-        .iter()
-        .filter_map(|name| range_of(system, name))
-        .all(|range| system.params[range].iter().all(|&w| w == 0.0))
-}
-
 fn force_bias(config: &SystemConfig) -> String {
     format!("force.{}.bias", config.hidden_layers)
 }

@@ -2,7 +2,10 @@
 
 use std::ops::RangeInclusive;
 
+use burn::tensor::{Gradients, Tensor};
+
 use super::SourceTrainer;
+use crate::adam::AdamSteps;
 use crate::cloud_tensors::host_rows;
 use crate::source::density::Replaced;
 use crate::source::proposals::ProposalRound;
@@ -28,8 +31,8 @@ impl SourceTrainer<'_> {
     /// Takes a step along the gradients, after what the passed iterations of the schedule ask of the density.
     pub(super) fn descend(
         &mut self,
-        leaves: &CloudLeaves,
-        gradients: &mut burn::tensor::Gradients,
+        (leaves, network): (&CloudLeaves, &Tensor<1>),
+        gradients: &mut Gradients,
         passed: RangeInclusive<usize>,
     ) {
         let mut replaced = Replaced::Nothing;
@@ -53,7 +56,10 @@ impl SourceTrainer<'_> {
             self.motion.observe(gradients);
         }
         let rates = self.config.cloud_rates(iteration);
-        self.cloud.step(by_attribute, &rates);
+        let mut steps = AdamSteps::default();
+        self.cloud.add_steps(by_attribute, &rates, &mut steps);
+        steps.add(&mut self.network, self.config.deformation_rate(iteration), network.grad_remove(gradients));
+        steps.take();
         self.density.disturb(&mut self.cloud, self.clock.taken(), rates.means);
     }
 }
