@@ -55,6 +55,9 @@ fn a_wide_band_contains_the_truth_and_a_narrow_one_part_of_it() {
     assert_eq!(coverage(1e-6), 0.0);
     // The integrator is ahead by ½ g h t, 0.01 t: within this radius up to t = 1.1, at 22 of 45 times.
     assert!((coverage(0.0112) - 22.0 / 45.0).abs() < 1e-9, "{}", coverage(0.0112));
+    let by_time = measured(&known(), &[Some(fall(0.0112))]).physics.bands.coverage_90;
+    let at = |time: &str| by_time[time];
+    assert_eq!([at("-0.75"), at("1.0"), at("1.5")], [None, Some(1.0), Some(0.0)], "{by_time:?}");
 }
 
 #[test]
@@ -65,6 +68,10 @@ fn a_record_stands_in_the_metrics_and_on_the_table() {
     let printed = table(&metrics);
     let row = |word: &str| printed.lines().find(|line| line.contains(word)).expect("a row").to_owned();
     assert!(row("uniform-field").starts_with("0       point"), "{printed}");
+    let short = &serde_json::from_str::<serde_json::Value>(&text).expect("JSON")["physics"]["objects"][0];
+    assert_eq!((&short["coordinates"], &short["verdict"]), (&"rigid".into(), &"explained".into()));
+    assert_eq!((&short["trusted_until"], &short["forecast_error"]), (&1.5.into(), &0.012.into()));
+    assert_eq!(short["terms"][0]["values"]["field-z"].as_f64(), Some(-f64::from(GRAVITY)));
     let last = row("-2.000 ± 0.020");
     assert!(last.contains("u/t²") && !last.contains("explained"), "once per object: {printed}");
     let first = row("explained");

@@ -80,6 +80,9 @@ pub(crate) const HELD_FRAMES: usize = 48;
 /// Summand under Adam's division by the root of the second moment: so small that steps do not depend on the
 /// scale of the loss.
 pub(crate) const ADAM_EPSILON: f32 = 1e-15;
+/// Decay of Adam's first and of its second moments.
+#[cfg(feature = "gpu")]
+pub(crate) const ADAM_BETAS: [f32; 2] = [0.9, 0.999];
 /// Opacity of a fresh Gaussian.
 pub(crate) const FIRST_OPACITY: f32 = 0.1;
 /// Smallest mean squared neighbour distance that a fresh Gaussian's size is taken from, square world units.

@@ -10,7 +10,7 @@ use lgs_train::device::Device;
 use lgs_train::{DataSummary, Estimate, Progress, TrainConfig, TrainError, estimate};
 
 use super::progress::say;
-use super::thresholds::{ALIKE, SETTLING_SECS};
+use super::thresholds::{ALIKE, LONG_SECS, SETTLING_SECS};
 
 /// Parses a time such as `40m`, `90s` or `1h30m`, in seconds.
 pub(super) fn duration(text: &str) -> Result<f64, String> {
@@ -55,6 +55,13 @@ fn spoken_range(estimate: &Estimate) -> String {
     format!("{least} to {most}, by the number of Gaussians that the scene comes to need")
 }
 
+/// How training of images of a width that takes long is made shorter.
+fn shorter(secs: f64, width: u32) -> Option<String> {
+    let half = width / 2;
+    (secs > LONG_SECS)
+        .then(|| format!("; `--size {half}` takes about a quarter of it, and `--time-budget 40m` keeps to a time"))
+}
+
 /// The time that is left, kept up to date.
 pub(super) struct Outlook {
     estimate: Option<Estimate>,
@@ -81,7 +88,8 @@ impl Outlook {
                 let (budget, own) = (spoken(config.time_budget_secs), spoken_range(estimate));
                 format!("training takes {budget}, its budget (its schedule alone {own}){memory}")
             } else {
-                format!("training takes {}{memory}", spoken_range(estimate))
+                let shorter = shorter(estimate.secs(), data.size[0]);
+                format!("training takes {}{memory}{}", spoken_range(estimate), shorter.unwrap_or_default())
             });
         }
         Ok(Self { estimate, stage: None, factor: 1.0 })
@@ -176,5 +184,7 @@ mod tests {
             taking(120.0)
         );
         assert_eq!(taking(590.0), "about 10 min");
+        assert_eq!(shorter(600.0, 800), None);
+        assert!(shorter(1e4, 800).expect("advice").contains("`--size 400`"));
     }
 }

@@ -38,6 +38,8 @@ pub(crate) const LIMIT_TOLERANCE: f32 = 1e-4;
 
 // Work
 
+/// Seconds of training above which it is said how it takes less: longer than somebody waits beside it.
+pub(crate) const LONG_SECS: f64 = 3600.0;
 /// Clouds in memory together when frames are drawn or written: enough for every core of a small machine.
 pub(crate) const CLOUDS_AT_ONCE: usize = 8;
 /// Seconds of a stage after which its own speed corrects the estimate: steps at the start are no rule.

@@ -27,6 +27,10 @@ fn metrics_follow_the_schema_and_are_kept_in_the_run() {
     assert!((physics["fall_time_exponent"]["slope"].as_f64().expect("slope") + 0.5).abs() < 0.01);
     assert!(physics["trajectory_error"]["2.25"].is_f64() && physics["trajectory_error"]["-0.75"].is_f64());
     assert!(physics["potential"].is_object(), "the truth has gravity");
+    let object = &physics["objects"][0];
+    assert!(object["terms"].is_array() && object["networks"].is_boolean(), "{object}");
+    assert!(object["verdict"].is_string() && object["driven"].is_boolean(), "{object}");
+    assert!(physics["bands"]["coverage_90"].is_object());
     assert!(metrics["cost"]["train_secs"].is_null(), "nothing was trained");
     let kept = json_file(&run.join("metrics.json"));
     assert_eq!(kept["splits"], metrics["splits"]);

@@ -9,11 +9,10 @@ use lgs_tensor::cube::{CubeTensor, empty, units};
 
 use super::AdamGroup;
 use super::steps::{DueStep, GroupStep};
-use crate::thresholds::ADAM_EPSILON;
+use crate::thresholds::{ADAM_BETAS, ADAM_EPSILON};
 
-/// Decay of the first and of the second moment.
-const BETA_1: f32 = 0.9;
-const BETA_2: f32 = 0.999;
+const BETA_1: f32 = ADAM_BETAS[0];
+const BETA_2: f32 = ADAM_BETAS[1];
 /// Buffers of a group: three are read and written anew, the gradient is read.
 const BUFFERS: usize = 7;
 

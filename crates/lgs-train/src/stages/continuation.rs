@@ -46,7 +46,11 @@ impl RecordedObject<'_> {
             static_gaussians: GaussianCloud::default(),
             dynamic_gaussians: GaussianCloud::isotropic(means, 1.0, [0.5; 3], 0.5),
             velocities: self.velocities.to_vec(),
-            objects: vec![ObjectModel { members, recording: Some(recording), ..self.object.clone() }],
+            objects: vec![ObjectModel {
+                members,
+                dynamics: self.object.dynamics.clone(),
+                recording: Some(recording),
+            }],
             shading: None,
             motion: self.motion,
             background: [0.0; 3],
