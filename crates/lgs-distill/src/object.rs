@@ -84,7 +84,7 @@ impl Prepared {
             Self::Networks(found) => return Ok(*found),
             Self::Body(motion, law) => (motion, law),
         };
-        if let (Some(law), Some(shared)) = (law, &motion.shared) {
+        if let (Some(law), Some(shared)) = (law.filter(|law| !law.is_refuted), &motion.shared) {
             // Images put a rigid body right that its tracks have a little wrong, but not a shape.
             let is_open = shared.shared.kind == PoseKind::Rigid || law.known.verdict != Verdict::Outside;
             let law = law.distilled(&[&shared.shared], &DistillReport::of_motion(&motion), config);
@@ -140,7 +140,7 @@ pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64)
         return None;
     }
     let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
-    let found = law_of(&shared, &[], config, seed)?;
+    let found = law_of(&shared, &[], config, seed).filter(|law| !law.is_refuted)?;
     let (together, apart) = (found.evidence?, a.1.evidence?.and(b.1.evidence?));
     let inflation = Evidence::inflation([together, apart].into_iter());
     let gain = apart.score(inflation) - together.score(inflation);
@@ -182,7 +182,10 @@ pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64)
     let motions: Vec<SharedMotion> = observed.into_iter().map(BodyPoses::into_motion).collect();
     let bodies: Vec<&SharedMotion> = motions.iter().collect();
     let found = law_within(&bodies, (laws(config)?, &surroundings), Errors::changing_slowly(slow), seed)?;
-    tracing::debug!(law = ?found.law, known = ?found.known, "a law of poses");
+    tracing::debug!(law = ?found.law, known = ?found.known, found.is_refuted, "a law of poses");
+    if found.is_refuted {
+        return None;
+    }
     let reports: Vec<DistillReport> = motions.iter().map(DistillReport::of_poses).collect();
     let is_in_order = found.order.iter().copied().eq(0..bodies.len());
     let law = found.distilled(&bodies, &DistillReport::joined(&reports), config);

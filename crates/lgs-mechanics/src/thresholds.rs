@@ -89,7 +89,7 @@ pub(crate) const DRAWS: usize = 96;
 /// posterior inside for each of three parameters, one in 5000 is left.
 pub(crate) const REDRAWS: usize = 64;
 /// Radius of the 90 % band, as a fraction of the path in a window, up to which a forecast is trusted.
-pub(crate) const TRUSTED_FRACTION: f64 = 0.04;
+pub const TRUSTED_FRACTION: f64 = 0.04;
 /// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.
 pub(crate) const EXPLAINED_WINDOWS: f64 = 1.5;
 

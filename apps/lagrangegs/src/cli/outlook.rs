@@ -58,8 +58,9 @@ fn spoken_range(estimate: &Estimate) -> String {
 /// How training of images of a width that takes long is made shorter.
 fn shorter(secs: f64, width: u32) -> Option<String> {
     let half = width / 2;
-    (secs > LONG_SECS)
-        .then(|| format!("; `--size {half}` takes about a quarter of it, and `--time-budget 40m` keeps to a time"))
+    (secs > LONG_SECS).then(|| {
+        format!("; `--size {half}` takes about a quarter of it, and `--time-budget 40m` keeps to a time")
+    })
 }
 
 /// The time that is left, kept up to date.

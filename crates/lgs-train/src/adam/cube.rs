@@ -1,11 +1,12 @@
 //! Adam on devices of CubeCL: one pass over values, moments and gradients of all groups.
 
 use burn::backend::TensorMetadata;
+use burn::backend::ops::FloatTensorOps;
 use burn::optim::{AdamState, AdaptiveMomentumState};
-use burn::tensor::DType;
+use burn::tensor::{DType, TensorData};
 use cubecl::prelude::*;
 use lgs_tensor::cube::product::{primitive, tensor};
-use lgs_tensor::cube::{CubeTensor, empty, units};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, empty, units};
 
 use super::AdamGroup;
 use super::steps::{DueStep, GroupStep};
@@ -13,8 +14,8 @@ use crate::thresholds::{ADAM_BETAS, ADAM_EPSILON};
 
 const BETA_1: f32 = ADAM_BETAS[0];
 const BETA_2: f32 = ADAM_BETAS[1];
-/// Buffers of a group: three are read and written anew, the gradient is read.
-const BUFFERS: usize = 7;
+/// Buffers of a group: values and gradient are read, moments changed, and new values written.
+const BUFFERS: usize = 5;
 
 /// A group before its step.
 pub(super) struct Before {
@@ -50,14 +51,19 @@ impl Before {
         let root = unbiased(BETA_2).sqrt();
         Self {
             value: primitive(group.value.clone()),
-            first: primitive(first),
-            second: primitive(second),
+            first: unshared(primitive(first)),
+            second: unshared(primitive(second)),
             gradient: primitive(gradient.clone()),
             rate: *learning_rate as f32 * root / unbiased(BETA_1),
             epsilon: ADAM_EPSILON * root,
             time,
         }
     }
+}
+
+/// A tensor whose buffer nothing else reads.
+fn unshared(tensor: CubeTensor) -> CubeTensor {
+    if tensor.can_mut() { tensor } else { tensor.copy() }
 }
 
 impl After {
@@ -68,7 +74,7 @@ impl After {
     }
 }
 
-/// The buffers and numbers of a group in the kernel.
+/// The buffers of a group in the kernel.
 #[derive(CubeType, CubeLaunch)]
 struct Group {
     value: Box<[f32]>,
@@ -76,15 +82,13 @@ struct Group {
     second: Box<[f32]>,
     gradient: Box<[f32]>,
     value_after: Box<[f32]>,
-    first_after: Box<[f32]>,
-    second_after: Box<[f32]>,
-    rate: f32,
-    epsilon: f32,
 }
 
-/// A unit per place in the largest group, which takes the step of that place in every group.
+/// A unit per place in the largest group, which takes the step of that place in every group; `rates` are the
+/// learning rate and the summand of each group. As they change from step to step they are no scalars of the
+/// launch: every set of these takes memory of its own.
 #[cube(launch)]
-fn step_groups(groups: &mut Sequence<Group>) {
+fn step_groups(groups: &mut Sequence<Group>, rates: &[f32]) {
     let i = ABSOLUTE_POS;
     #[unroll]
     for index in 0..groups.len() {
@@ -93,22 +97,23 @@ fn step_groups(groups: &mut Sequence<Group>) {
             let g = group.gradient[i];
             let m = BETA_1 * group.first[i] + (1.0 - BETA_1) * g;
             let v = BETA_2 * group.second[i] + (1.0 - BETA_2) * g * g;
-            group.first_after[i] = m;
-            group.second_after[i] = v;
-            group.value_after[i] = group.value[i] - group.rate * (m / (v.sqrt() + group.epsilon));
+            group.first[i] = m;
+            group.second[i] = v;
+            let (rate, epsilon) = (rates[2 * index], rates[2 * index + 1]);
+            group.value_after[i] = group.value[i] - rate * (m / (v.sqrt() + epsilon));
         }
     }
 }
 
 /// Takes the steps of groups on devices with kernels, and gives back the others. A launch has as many groups as
-/// the device allows buffers for, all of them where it allows more than eight a group.
+/// the device allows buffers for, all of them where it allows enough.
 pub(super) fn take<'a>(due: Vec<Box<dyn DueStep + 'a>>) -> Vec<Box<dyn DueStep + 'a>> {
     let (mut due, others): (Vec<_>, Vec<_>) = due.into_iter().partition(|step| step.has_kernels());
     let mut before: Vec<Before> = due.iter_mut().map(|step| step.before()).collect();
     let mut after = Vec::with_capacity(before.len());
     while let Some(group) = before.first() {
-        // One buffer holds the numbers of a launch.
-        let most = group.value.client.properties().hardware.max_bindings.saturating_sub(1);
+        // One buffer has the rates, one what the library tells of each launch.
+        let most = group.value.client.properties().hardware.max_bindings.saturating_sub(2);
         let rest = before.split_off(before.len().min((most as usize / BUFFERS).max(1)));
         after.extend(launch(std::mem::replace(&mut before, rest)));
     }
@@ -123,24 +128,22 @@ fn launch(before: Vec<Before>) -> Vec<After> {
     let client = before[0].value.client.clone();
     let largest = before.iter().map(|group| group.value.shape().num_elements()).max().unwrap_or(0);
     let (cubes, dim) = units(&client, largest);
+    let rates: Vec<f32> = before.iter().flat_map(|group| [group.rate, group.epsilon]).collect();
+    let count = rates.len();
+    let rates = CubeBackend::float_from_data(TensorData::new(rates, [count]), &before[0].value.device);
     let (mut groups, mut after) = (SequenceArg::<Group>::new(), Vec::with_capacity(before.len()));
-    for Before { value, first, second, gradient, rate, epsilon, time } in before {
-        let [value_after, first_after, second_after] =
-            [0; 3].map(|_| empty(&value, value.shape(), DType::F32));
+    for Before { value, first, second, gradient, time, .. } in before {
+        let value_after = empty(&value, value.shape(), DType::F32);
         groups.push(GroupLaunch::new(
             value.into_buffer_arg(),
-            first.into_buffer_arg(),
-            second.into_buffer_arg(),
+            first.clone().into_buffer_arg(),
+            second.clone().into_buffer_arg(),
             gradient.into_buffer_arg(),
             value_after.clone().into_buffer_arg(),
-            first_after.clone().into_buffer_arg(),
-            second_after.clone().into_buffer_arg(),
-            rate,
-            epsilon,
         ));
-        after.push(After { value: value_after, first: first_after, second: second_after, time });
+        after.push(After { value: value_after, first, second, time });
     }
-    step_groups::launch(&client, cubes, dim, groups);
+    step_groups::launch(&client, cubes, dim, groups, rates.into_buffer_arg());
     after
 }
 

@@ -55,7 +55,8 @@ impl Pipeline<'_> {
             return Ok(HeldToSource { scene, worse: Vec::new() });
         }
         let rows = load_rows(&path, source, &scene)?;
-        Ok(held_to_source(scene, &SourceOfScene { source, rows }, self.dataset.split("train")))
+        let of = SourceOfScene { source, rows, config: &self.config.distill };
+        Ok(held_to_source(scene, &of, self.dataset.split("train")))
     }
 
     /// The scene with laws chosen a last time by the images, now that the Gaussians are those of stage 3:

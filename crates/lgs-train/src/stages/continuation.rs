@@ -5,33 +5,49 @@
 //! free motion and rest do, and keep it about where it has been.
 
 use lgs_core::GaussianCloud;
-use lgs_distill::MOST_REACH;
+use lgs_distill::{DistillConfig, MOST_REACH};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{Continuation, LagrangianScene, Motion, MotionConfig, ObjectModel, Recording};
 
 use super::initial_pose::mean;
 
-/// A recorded object by itself.
-pub(super) struct RecordedObject<'a> {
-    pub(super) object: &'a ObjectModel,
+/// What an object is judged by, beside itself.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
     /// Starting velocities of its particles.
     pub(super) velocities: &'a [[f32; 3]],
     pub(super) motion: MotionConfig,
     /// Position error of its dynamics at held-out samples, if stage 1 measured it.
     pub(super) forecast_error: Option<f64>,
-    /// Number of samples that are held out.
-    pub(super) held_out: usize,
+    /// Says how many samples are held out.
+    pub(super) config: &'a DistillConfig,
+}
+
+/// An object with what carries its recording on; the same where it has none.
+pub(super) fn carried_on(mut object: ObjectModel, known: Known<'_>) -> ObjectModel {
+    if let Some(recording) = object.recording.take() {
+        let continuation = RecordedObject { object: &object, recording: &recording, known }.continuation();
+        object.recording = Some(recording.continued_by(continuation.unwrap_or_default()));
+    }
+    object
+}
+
+/// A recorded object by itself.
+struct RecordedObject<'a> {
+    object: &'a ObjectModel,
+    recording: &'a Recording,
+    known: Known<'a>,
 }
 
 impl RecordedObject<'_> {
-    /// What forecasts the end of the tracks best; of equals the first. Nothing of an object without recording.
-    pub(super) fn continuation(&self) -> Option<Continuation> {
-        let recording = self.object.recording.as_ref()?;
-        let beginning = recording.beginning(recording.times().len() - self.held_out)?;
+    /// What forecasts the end of the tracks best; of equals the first. Nothing for a recording of two times.
+    fn continuation(&self) -> Option<Continuation> {
+        let (recording, samples) = (self.recording, self.recording.times().len());
+        let beginning = recording.beginning(samples - self.known.config.held_out_samples(samples))?;
         let error =
             |continuation| error(&self.scene(beginning.clone().continued_by(continuation)), recording);
-        let own = if self.stays(recording) { error(Continuation::Dynamics) } else { f64::INFINITY };
-        let own = own.max(self.forecast_error.unwrap_or(0.0));
+        let own = if self.stays() { error(Continuation::Dynamics) } else { f64::INFINITY };
+        let own = own.max(self.known.forecast_error.unwrap_or(0.0));
         let [free, rest] = [Continuation::Free, Continuation::Rest].map(error);
         tracing::debug!(own, free, rest, "errors of what may carry a recording on");
         let of_all = [(own, Continuation::Dynamics), (free, Continuation::Free), (rest, Continuation::Rest)];
@@ -45,21 +61,22 @@ impl RecordedObject<'_> {
         LagrangianScene {
             static_gaussians: GaussianCloud::default(),
             dynamic_gaussians: GaussianCloud::isotropic(means, 1.0, [0.5; 3], 0.5),
-            velocities: self.velocities.to_vec(),
+            velocities: self.known.velocities.to_vec(),
             objects: vec![ObjectModel {
                 members,
                 dynamics: self.object.dynamics.clone(),
                 recording: Some(recording),
             }],
             shading: None,
-            motion: self.motion,
+            motion: self.known.motion,
             background: [0.0; 3],
         }
     }
 
     /// Whether the dynamics keep every particle, up to the last time that a scene is asked for, within
     /// [`MOST_REACH`] of the reach that the object has in its recording.
-    fn stays(&self, recording: &Recording) -> bool {
+    fn stays(&self) -> bool {
+        let recording = self.recording;
         let scene = self.scene(recording.clone().continued_by(Continuation::Dynamics));
         let seen = || recording.positions().iter().flatten().copied();
         let center = mean(&seen().collect::<Vec<_>>());
@@ -92,7 +109,7 @@ fn square(a: [f32; 3], b: [f32; 3]) -> f64 {
 mod tests {
     use super::*;
     use lgs_mechanics::Law;
-    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::bands;
     use lgs_mechanics::coordinates::{Bodies, Coordinates, Port, State};
     use lgs_mechanics::terms::Term;
     use lgs_model::{Dynamics, GeneralisedDynamics};
@@ -113,7 +130,8 @@ mod tests {
         let law = Law::new(Coordinates::Point, vec![spring], values, 0.01).expect("a law");
         let velocity = (place(1e-4) - place(0.0)) / 1e-4;
         let start = State { x: vec![place(0.0), 0.0, 0.0], v: vec![velocity, 0.0, 0.0] };
-        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
+        let dynamics =
+            GeneralisedDynamics { law, bodies: Bodies::default(), start, known: bands::Known::default() };
         let object = ObjectModel {
             members: 0..2,
             dynamics: Dynamics::Generalised(dynamics),
@@ -121,9 +139,9 @@ mod tests {
         };
         let motion = MotionConfig { dt: 0.05, time_window: 1.0 };
         let velocities = &[[velocity as f32, 0.0, 0.0]; 2];
-        let recorded =
-            RecordedObject { object: &object, velocities, motion, forecast_error: None, held_out: 4 };
-        recorded.continuation().expect("a choice")
+        let config = &DistillConfig::default();
+        let carried_on = carried_on(object, Known { velocities, motion, forecast_error: None, config });
+        carried_on.recording.expect("a recording").continuation()
     }
 
     #[test]

@@ -3,13 +3,14 @@
 //!
 //! The law of an object that draws the training images worse than the source does is not to be trusted. The
 //! object plays the source's motion of its Gaussians in the window, if that draws them better: with those at
-//! rest as the source has them, since they have been fitted beside the wrong motion. Its law goes on beyond
-//! the window, and under edits.
+//! rest as the source has them, since they have been fitted beside the wrong motion. Its law goes on under edits,
+//! and beyond the window if it forecasts the end of these tracks ([`super::continuation`]).
 
 use std::path::Path;
 
 use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
+use lgs_distill::DistillConfig;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::bands::{PositionBand, Verdict};
 use lgs_model::source::SourceModel;
@@ -17,6 +18,7 @@ use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel, TensorFile, Tens
 use lgs_render::{Splats, rasterize};
 use rayon::prelude::*;
 
+use super::continuation::{Known, carried_on};
 use super::initialise_scene::sampled_times;
 use super::recorder::SourceTracks;
 use super::spread::spread_over_time;
@@ -31,6 +33,8 @@ pub struct SourceOfScene<'a> {
     pub source: &'a dyn SourceModel,
     /// Rows of the source's Gaussians, the static ones first, then the dynamic ones.
     pub rows: Vec<usize>,
+    /// Settings of stage 1.
+    pub config: &'a DistillConfig,
 }
 
 /// A scene that claims no law which is much worse than the source in the window.
@@ -118,7 +122,14 @@ fn with_tracks(scene: &LagrangianScene, objects: &[usize], of: &SourceOfScene<'_
         let rows = &moving[members.clone()];
         let Some(recording) = tracks.of(rows) else { continue };
         put(&mut playing.dynamic_gaussians, members.start, &start.select(rows));
-        playing.objects[object].recording = Some(recording);
+        let known = Known {
+            velocities: &playing.velocities[members],
+            motion: playing.motion,
+            forecast_error: None,
+            config: of.config,
+        };
+        let recorded = ObjectModel { recording: Some(recording), ..playing.objects[object].clone() };
+        playing.objects[object] = carried_on(recorded, known);
     }
     playing
 }
@@ -211,7 +222,7 @@ mod tests {
     use super::*;
     use lgs_core::{Camera, Exposure};
     use lgs_mechanics::Law;
-    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::bands;
     use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
     use lgs_model::source::ImportedFrames;
     use lgs_model::{GeneralisedDynamics, MotionConfig};
@@ -226,7 +237,8 @@ mod tests {
     fn scene(velocity: f64) -> LagrangianScene {
         let cloud = sliding().cloud_at(0.0);
         let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.05).expect("a law");
-        let known = Known { verdict: Verdict::Explained, trusted: [-1.0, 3.0], ..Known::default() };
+        let known =
+            bands::Known { verdict: Verdict::Explained, trusted: [-1.0, 3.0], ..bands::Known::default() };
         let start = State { x: vec![0.0; 3], v: vec![velocity, 0.0, 0.0] };
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
         LagrangianScene {
@@ -256,7 +268,11 @@ mod tests {
             Frame { name: String::new(), camera_id: 0, camera, time, exposure, pixels }
         };
         let frames: Vec<Frame> = (0..=10).map(frame).collect();
-        held_to_source(scene(velocity), &SourceOfScene { source: &source, rows: vec![0] }, &frames)
+        held_to_source(
+            scene(velocity),
+            &SourceOfScene { source: &source, rows: vec![0], config: &DistillConfig::default() },
+            &frames,
+        )
     }
 
     #[test]

@@ -18,7 +18,7 @@ use lgs_model::{
     Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel, ParticleDynamics, Recording,
 };
 
-use super::continuation::RecordedObject;
+use super::continuation::{Known, carried_on};
 use super::motion_options::MotionOptions;
 use super::observed_motion::{TrainingFrames, observed_to_move};
 use super::recorder::{Recorder, SourceTracks};
@@ -133,7 +133,13 @@ fn assemble(
         reports.push(object.report().clone());
         let (members, dynamics) = (start..dynamic_gaussians.len(), dynamics(object, request.motion));
         let object = ObjectModel { members, dynamics, recording };
-        objects.push(carried_on(object, &velocities[start..], (request, dt), &reports[reports.len() - 1]));
+        let known = Known {
+            velocities: &velocities[start..],
+            motion: MotionConfig { dt, time_window: request.time_window },
+            forecast_error: reports.last().and_then(|report| report.forecast_error),
+            config: request.distill,
+        };
+        objects.push(carried_on(object, known));
     }
     let shading = recorder.tracks.source.shading().map(|shading| shading.select(&source_rows));
     InitialScene {
@@ -149,23 +155,6 @@ fn assemble(
         reports,
         source_rows,
     }
-}
-
-/// An object with what carries its recording on, where it has one.
-fn carried_on(
-    object: ObjectModel,
-    velocities: &[[f32; 3]],
-    (request, dt): (&InitialSceneRequest<'_>, f32),
-    report: &DistillReport,
-) -> ObjectModel {
-    let motion = MotionConfig { dt, time_window: request.time_window };
-    let samples = object.recording.as_ref().map_or(0, |recording| recording.times().len());
-    let held_out = request.distill.held_out_samples(samples);
-    let forecast_error = report.forecast_error;
-    let recorded = RecordedObject { object: &object, velocities, motion, forecast_error, held_out };
-    let continuation = recorded.continuation().unwrap_or_default();
-    let recording = object.recording.clone().map(|recording| recording.continued_by(continuation));
-    ObjectModel { recording, ..object }
 }
 
 fn dynamics(object: Distilled, options: &MotionOptions) -> Dynamics {

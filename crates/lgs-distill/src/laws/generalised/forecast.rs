@@ -1,4 +1,5 @@
-//! Blocked forecasts: a third of the window by the chosen law, fitted to the other two thirds alone.
+//! Blocked forecasts: a third of the window by the chosen law, fitted to the other two thirds alone, beside those
+//! of free motion in the same coordinates.
 
 use super::known::{distance, points_of};
 use super::placed::Placed;
@@ -6,21 +7,34 @@ use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use glam::DVec3;
-use lgs_mechanics::Candidate;
 use lgs_mechanics::fit::{Settings, Track, shoot};
+use lgs_mechanics::terms::Term;
+use lgs_mechanics::{Candidate, TRUSTED_FRACTION};
 use std::ops::Range;
 
-/// Error of the forecasts of the last third and of the first third of the window by the likeliest law, over
-/// the displacement there from the nearest sample that was seen; root mean squares over particles and samples.
-/// `None` if a law without those samples cannot be found or followed.
-pub(super) fn error(rated: &Rated, bodies: &[&SharedMotion]) -> Option<f64> {
-    let count = bodies[0].times.len();
-    let third = count / 3;
-    let blocked = Blocked::new(rated, bodies)?;
-    let last = blocked.squares(0..count - third, count - third..count)?;
-    let first = blocked.squares(third..count, 0..third)?;
-    let [error, displacement] = [0, 1].map(|i| last[i] + first[i]);
-    Some((error / displacement).sqrt()).filter(|error| error.is_finite())
+/// Errors of the forecasts of the last third and of the first third of the window, over the displacement there
+/// from the nearest sample that was seen; root mean squares over particles and samples. `None` for what cannot
+/// be fitted without those samples, or not be followed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ForecastErrors {
+    /// By the likeliest law.
+    pub(crate) law: Option<f64>,
+    /// By free motion.
+    pub(super) free: Option<f64>,
+}
+
+impl ForecastErrors {
+    pub(super) fn of(rated: &Rated, bodies: &[&SharedMotion]) -> Self {
+        let law = &rated.best().judged.fitted.law;
+        let error = |terms, values: &[f64]| Blocked::new(rated, bodies, terms)?.error(values);
+        let (of_coordinates, _) = law.parameters.split_at(law.coordinates.start().len());
+        Self { law: error(law.terms.clone(), &law.parameters), free: error(Vec::new(), of_coordinates) }
+    }
+
+    /// Whether free motion forecasts better than a law whose forecasts are not to be trusted.
+    pub(super) fn free_is_better(&self) -> bool {
+        self.law.is_some_and(|law| law > TRUSTED_FRACTION && self.free.is_some_and(|free| free < law))
+    }
 }
 
 /// What forecasts are made of.
@@ -34,9 +48,8 @@ struct Blocked<'a> {
 }
 
 impl<'a> Blocked<'a> {
-    fn new(rated: &'a Rated, bodies: &[&'a SharedMotion]) -> Option<Self> {
+    fn new(rated: &'a Rated, bodies: &[&'a SharedMotion], terms: Vec<Term>) -> Option<Self> {
         let system = rated.system();
-        let terms = rated.best().judged.fitted.law.terms.clone();
         let candidate = Candidate::new(system.coordinates.clone(), terms).ok()?;
         let first = bodies[0].times[0];
         let times: Vec<f64> = bodies[0].times.iter().map(|time| time - first).collect();
@@ -45,12 +58,21 @@ impl<'a> Blocked<'a> {
         Some(Self { rated, candidate, track, points: points_of(&bodies), bodies })
     }
 
+    /// The error of both forecasts; `values` are those that the fits start from.
+    fn error(&self, values: &[f64]) -> Option<f64> {
+        let count = self.track.times.len();
+        let third = count / 3;
+        let last = self.squares(values, 0..count - third, count - third..count)?;
+        let first = self.squares(values, third..count, 0..third)?;
+        let [error, displacement] = [0, 1].map(|i| last[i] + first[i]);
+        Some((error / displacement).sqrt()).filter(|error| error.is_finite())
+    }
+
     /// Sums over hidden samples of the squared errors of a law fitted to others, and of the squared
     /// displacements from the nearest of these.
-    fn squares(&self, seen: Range<usize>, hidden: Range<usize>) -> Option<[f64; 2]> {
+    fn squares(&self, values: &[f64], seen: Range<usize>, hidden: Range<usize>) -> Option<[f64; 2]> {
         let part = self.track.part(seen.clone());
         let scales = self.track.scales(&self.candidate.coordinates);
-        let values = &self.rated.best().judged.fitted.law.parameters;
         let start = &part.smooth[0].0;
         let fitted = shoot(&self.candidate, &part, (&scales, start), values, &Settings::default())?;
         let begin = self.track.times[seen.start];

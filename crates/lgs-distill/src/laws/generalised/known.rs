@@ -31,6 +31,9 @@ pub(crate) struct GeneralisedLaw {
     /// What speaks for it, by the noise that the scatter of the poses tells of; nothing for laws through
     /// impacts.
     pub(crate) evidence: Option<Evidence>,
+    /// Whether it follows the window and no more: its forecast is not trusted beyond that, and free motion
+    /// forecasts parts of the window better.
+    pub(crate) is_refuted: bool,
 }
 
 impl GeneralisedLaw {
@@ -44,7 +47,8 @@ impl GeneralisedLaw {
     ) -> Option<Self> {
         let known = Known { chi_square, ..Known::default() };
         let order = (0..bodies.len()).collect();
-        let mut found = Self { law, start, order, bases, window_error: 0.0, known, evidence: None };
+        let (window_error, evidence, is_refuted) = (0.0, None, false);
+        let mut found = Self { law, start, order, bases, window_error, known, evidence, is_refuted };
         found.window_error = found.error_over(bodies)?;
         Some(found)
     }

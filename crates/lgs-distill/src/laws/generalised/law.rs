@@ -5,7 +5,7 @@ use super::choice::choose_law;
 use super::contact::{self, Impacted, Surroundings};
 use super::couples::choose_couple;
 use super::evidence::unknowns;
-use super::forecast;
+use super::forecast::ForecastErrors;
 use super::known::GeneralisedLaw;
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
@@ -233,7 +233,11 @@ fn smooth(
     found.order.clone_from(&system.order);
     found.evidence = Some(best.evidence);
     found.judge(bodies, rated, seed);
-    found.known.forecast_error = forecast::error(rated, bodies);
+    let forecasts = ForecastErrors::of(rated, bodies);
+    tracing::debug!(?forecasts, trusted = ?found.known.trusted, "errors of blocked forecasts");
+    found.known.forecast_error = forecasts.law;
+    let is_trusted = found.known.trusted[1] > bodies[0].duration();
+    found.is_refuted = !is_trusted && forecasts.free_is_better();
     if let [motion] = bodies
         && let Some(bounced) = contact::expected(&fitted, &found.bases[0], motion, surroundings)
     {
