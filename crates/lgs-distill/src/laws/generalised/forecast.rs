@@ -14,7 +14,7 @@ use std::ops::Range;
 
 /// Errors of the forecasts of the last third and of the first third of the window, over the displacement there
 /// from the nearest sample that was seen; root mean squares over particles and samples. `None` for what cannot
-/// be fitted without those samples, or not be followed.
+/// be fitted without those samples, or not be followed, and for normal modes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ForecastErrors {
     /// By the likeliest law.
@@ -50,6 +50,10 @@ struct Blocked<'a> {
 impl<'a> Blocked<'a> {
     fn new(rated: &'a Rated, bodies: &[&'a SharedMotion], terms: Vec<Term>) -> Option<Self> {
         let system = rated.system();
+        // Normal modes that were fitted with their law have no amplitudes of their own at the samples.
+        if system.x.len() != bodies[0].times.len() {
+            return None;
+        }
         let candidate = Candidate::new(system.coordinates.clone(), terms).ok()?;
         let first = bodies[0].times[0];
         let times: Vec<f64> = bodies[0].times.iter().map(|time| time - first).collect();

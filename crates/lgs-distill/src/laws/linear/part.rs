@@ -61,6 +61,7 @@ mod tests {
     use super::*;
     use crate::laws::linear::system::system_of_law;
     use glam::DVec3;
+    use lgs_dynamics::{ForceKind, PotentialKind};
     use lgs_dynamics::{Normalisation, SystemConfig};
 
     fn system(law: &Law) -> System {
