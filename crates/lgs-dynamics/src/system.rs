@@ -188,8 +188,8 @@ impl System {
         self.config.layout()
     }
 
-    /// Whether networks have a part in U or Q: without one, all that counts are the constants of a linear law,
-    /// for which the system has a place, and the last layers of its networks are zero.
+    /// Whether networks have a part in U or Q: without one, all that counts are the constants of a linear
+    /// law, for which the system has a place, and the last layers of its networks are zero.
     #[must_use]
     pub fn has_networks(&self) -> bool {
         let SystemConfig { potential, force, hidden_layers, .. } = self.config;

@@ -14,7 +14,8 @@ use crate::image_score::{ForegroundRule, ImageScore, Scoring};
 use crate::laws::{BandCoverage, LawOutline, ObjectLaw, band_coverage};
 use crate::lpips::Perceptual;
 use crate::metrics::{
-    ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, Physics, Protocol, SCHEMA, SplitMetrics,
+    ExtentAgainstTruth, Footprint, FrameMetrics, Metrics, ObjectSummary, Physics, Protocol, SCHEMA,
+    SplitMetrics,
 };
 use crate::physics::Truth;
 use crate::physics::cycle::cycle_errors;
@@ -169,12 +170,7 @@ fn physics(
     let scene = subject.scene;
     let truth = subject.truth.and_then(Truth::new);
     let (force_ratio, mut objects) = forces_and_objects(scene, motion);
-    for (index, (object, law)) in objects.iter_mut().zip(subject.laws).enumerate() {
-        object.law = law.as_ref().map(|law| judged(law, index, motion, (scene, truth.as_ref())));
-        if let Some(law) = &object.law {
-            object.outline = LawOutline::of(law, object.outline.networks);
-        }
-    }
+    judge(&mut objects, subject, motion, truth.as_ref());
     let bands = truth.as_ref().map(|truth| BandCoverage::of((scene, &objects), motion, truth));
     let (trajectory_error, trajectory_detail) = trajectory_errors(scene, motion, truth.as_ref());
     // What has no object keeps its size.
@@ -202,6 +198,21 @@ fn physics(
         potential: truth.as_ref().and_then(|truth| potential_against_truth(scene, motion, truth)),
         objects,
         bands: bands.unwrap_or_default(),
+    }
+}
+
+/// Gives objects the records of their laws, with what the truth says of them.
+fn judge(
+    objects: &mut [ObjectSummary],
+    subject: &Subject<'_>,
+    motion: &mut Motion<'_>,
+    truth: Option<&Truth<'_>>,
+) {
+    for (index, (object, law)) in objects.iter_mut().zip(subject.laws).enumerate() {
+        object.law = law.as_ref().map(|law| judged(law, index, motion, (subject.scene, truth)));
+        if let Some(law) = &object.law {
+            object.outline = LawOutline::of(law, object.outline.networks);
+        }
     }
 }
 

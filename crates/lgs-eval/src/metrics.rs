@@ -10,9 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::corrections::CameraCorrections;
 use crate::cost::Cost;
 use crate::image_score::{ForegroundRule, ImageScore};
-use crate::laws::BandCoverage;
 use crate::lpips::store::Origin;
-use crate::object_law::{LawOutline, ObjectLaw};
+use crate::object_law::{BandCoverage, LawOutline, ObjectLaw};
 
 /// Version of the layout.
 pub(crate) const SCHEMA: u32 = 1;

@@ -1,23 +1,12 @@
 //! How often the truth lies inside of a band.
 
-use std::collections::BTreeMap;
-
 use lgs_model::{LagrangianScene, Motion, SceneState};
-use serde::{Deserialize, Serialize};
 
 use crate::metrics::ObjectSummary;
-use crate::object_law::PositionBand;
+use crate::object_law::{BandCoverage, PositionBand};
 use crate::physics::trajectory::TIMES;
 use crate::physics::{Truth, distance, long_steps};
 use crate::thresholds::{STATE_STRIDE, TIME_TOLERANCE};
-
-/// How often the truth lies inside of the bands of a scene's forecasts.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct BandCoverage {
-    /// By time, as labelled in the report, the fraction of the true positions inside of the 90 % bands, over the
-    /// Gaussians of all objects that have one; nothing where none has, or the truth does not reach.
-    pub coverage_90: BTreeMap<String, Option<f64>>,
-}
 
 impl BandCoverage {
     /// At all [`TIMES`], for objects with their records.

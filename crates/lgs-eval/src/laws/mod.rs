@@ -8,7 +8,7 @@ mod coverage;
 mod table;
 mod trust;
 
-pub use coverage::{BandCoverage, PositionErrors, band_coverage, covered, position_errors};
+pub use coverage::{PositionErrors, band_coverage, covered, position_errors};
 pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows, verdict_name};
 pub use trust::Trust;
 
@@ -16,7 +16,8 @@ use lgs_mechanics::bands::Verdict;
 
 use crate::metrics::ObjectSummary;
 pub use crate::object_law::{
-    LawContact, LawOutline, LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw, TermOutline, unit_text,
+    BandCoverage, LawContact, LawOutline, LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw,
+    TermOutline, unit_text,
 };
 
 /// First and last time at which the forecasts of all objects with a record are trusted, with the captured

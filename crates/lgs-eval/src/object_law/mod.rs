@@ -6,6 +6,8 @@ mod outline;
 pub use describe::unit_text;
 pub use outline::{LawOutline, TermOutline};
 
+use std::collections::BTreeMap;
+
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::contact::{Impact, Origin};
 use lgs_mechanics::terms::Role;
@@ -130,6 +132,14 @@ pub struct PositionBand {
     pub times: Vec<f64>,
     /// Radius at each time, world units; nothing where the band is unbounded.
     pub radius: Vec<Option<f64>>,
+}
+
+/// How often the truth lies inside of the bands of a scene's forecasts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BandCoverage {
+    /// By time, as labelled in the report, the fraction of the true positions inside of the 90 % bands, over
+    /// the Gaussians of all objects that have one; nothing where none has, or the truth does not reach.
+    pub coverage_90: BTreeMap<String, Option<f64>>,
 }
 
 impl PositionBand {

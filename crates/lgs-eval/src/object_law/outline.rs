@@ -12,8 +12,9 @@ use super::{LawParameter, LawTerm, ObjectLaw};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LawOutline {
-    /// `particles`; `rigid` for a body that is free to move, turning or not; `joint` for one that hinges, slides,
-    /// rolls or turns about a point; `modal` for one that deforms; `tree` for two that act on each other.
+    /// `particles`; `rigid` for a body that is free to move, turning or not; `joint` for one that hinges,
+    /// slides, rolls or turns about a point; `modal` for one that deforms; `tree` for two that act on each
+    /// other.
     pub coordinates: String,
     /// Energies and forces; none for free motion and for the paper's system.
     pub terms: Vec<TermOutline>,

@@ -13,8 +13,8 @@ pub enum Continuation {
     /// The object's dynamics.
     #[default]
     Dynamics,
-    /// Nothing acts on the object any more: its centre moves at a constant velocity, and it turns about that at
-    /// a constant rate.
+    /// Nothing acts on the object any more: its centre moves at a constant velocity, and it turns about that
+    /// at a constant rate.
     Free,
     /// The object stays where it is.
     Rest,
@@ -32,7 +32,7 @@ impl FreeMotion {
     /// No motion at all.
     pub(super) const REST: Self = Self { center: DVec3::ZERO, velocity: DVec3::ZERO, spin: DVec3::ZERO };
 
-    /// The rigid motion, constant in time, that brings particles about from where they were to where they are;
+    /// The rigid motion, constant in time, that takes particles from where they were to where they are;
     /// `dt` is negative where they will be there later.
     pub(super) fn between(before: &[[f32; 3]], now: &[[f32; 3]], dt: f64) -> Self {
         let mean =

@@ -6,7 +6,8 @@ use std::ops::Range;
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 use lgs_mechanics::Law;
 
-use super::dynamics::{Dynamics, ObjectFields, Stretch};
+use super::dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, Stretch};
+use super::recording::Recording;
 use super::{LagrangianScene, ObjectModel};
 use crate::thresholds::RESOLVED_WINDOWS;
 
@@ -229,9 +230,9 @@ impl LagrangianScene {
 
 impl ObjectModel {
     /// The states after each step of a stretch from `start`, of particles that are at `points` at t = 0:
-    /// recorded ones as long as there are any, and from then on those of what carries the recording on, which
-    /// as a rule are its dynamics. An edited motion is that of the dynamics alone, by another law than its own
-    /// if one is given.
+    /// recorded ones as long as there are any, and from then on those of what carries the recording on,
+    /// which as a rule are its dynamics. An edited motion is that of the dynamics alone, by another law than
+    /// its own if one is given.
     fn advance(
         &self,
         points: &[[f32; 3]],
@@ -252,27 +253,36 @@ impl ObjectModel {
                 particles.advance(path.last().unwrap_or(start), rest, edit)
             }
             Dynamics::Generalised(generalised) => {
-                let place = |state: &_| generalised.placed(points, state);
-                let states = |times: &[f64]| -> Vec<SceneState> {
-                    let law = law.unwrap_or(&generalised.law);
-                    generalised.states_by(law, edit, times).iter().map(place).collect()
-                };
-                let mut later = states(times);
-                let is_after = |time: &f64| stretch.reversal.is_none() && *time > 0.0;
-                if let Some(recording) = recording.filter(|_| times.first().is_some_and(is_after)) {
-                    let end = [recording.end()];
-                    if let (Some(recorded), Some(moved)) =
-                        (recording.played(points, &end).pop(), states(&end).pop())
-                    {
-                        recording.hand_over([&recorded, &moved], &mut later, times);
-                    }
-                }
-                later
+                let law = law.unwrap_or(&generalised.law);
+                let recording = recording.filter(|_| stretch.reversal.is_none());
+                following(generalised, points, (law, edit, times), recording)
             }
         };
         path.extend(carried_on);
         path
     }
+}
+
+/// The states of particles under a law at some times, brought to where a recording ends if they come after
+/// it.
+fn following(
+    generalised: &GeneralisedDynamics,
+    points: &[[f32; 3]],
+    (law, edit, times): (&Law, Edit, &[f64]),
+    recording: Option<&Recording>,
+) -> Vec<SceneState> {
+    let place = |state: &_| generalised.placed(points, state);
+    let states = |times: &[f64]| -> Vec<SceneState> {
+        generalised.states_by(law, edit, times).iter().map(place).collect()
+    };
+    let mut later = states(times);
+    if let Some(recording) = recording.filter(|_| times.first().is_some_and(|&time| time > 0.0)) {
+        let end = [recording.end()];
+        if let (Some(recorded), Some(moved)) = (recording.played(points, &end).pop(), states(&end).pop()) {
+            recording.hand_over([&recorded, &moved], &mut later, times);
+        }
+    }
+    later
 }
 
 /// The rows of one object.

@@ -22,7 +22,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// A recording that the dynamics carry on; nothing if it has fewer than two times, or they do not ascend from 0 with a state each.
+    /// A recording that the dynamics carry on; nothing if it has fewer than two times, or they do not ascend
+    /// from 0 with a state each.
     #[must_use]
     pub fn new(
         times: Vec<f32>,

@@ -3,13 +3,12 @@
 use burn::backend::TensorMetadata;
 use burn::backend::ops::FloatTensorOps;
 use burn::optim::{AdamState, AdaptiveMomentumState};
-use burn::tensor::{DType, TensorData};
+use burn::tensor::{DType, Tensor, TensorData};
 use cubecl::prelude::*;
 use lgs_tensor::cube::product::{primitive, tensor};
 use lgs_tensor::cube::{CubeBackend, CubeTensor, empty, units};
 
 use super::AdamGroup;
-use super::steps::{DueStep, GroupStep};
 use crate::thresholds::{ADAM_BETAS, ADAM_EPSILON};
 
 const BETA_1: f32 = ADAM_BETAS[0];
@@ -40,8 +39,11 @@ pub(super) struct After {
 
 impl Before {
     /// No state is one of zeros.
-    pub(super) fn of<const D: usize>(step: &mut GroupStep<'_, D>) -> Self {
-        let GroupStep { group, learning_rate, gradient } = step;
+    pub(super) fn of<const D: usize>(
+        group: &mut AdamGroup<D>,
+        learning_rate: f64,
+        gradient: Tensor<D>,
+    ) -> Self {
         let zeros = || group.value.zeros_like();
         let state = group.state.take().map(|state| state.momentum);
         let (time, first, second) =
@@ -53,8 +55,8 @@ impl Before {
             value: primitive(group.value.clone()),
             first: unshared(primitive(first)),
             second: unshared(primitive(second)),
-            gradient: primitive(gradient.clone()),
-            rate: *learning_rate as f32 * root / unbiased(BETA_1),
+            gradient: primitive(gradient),
+            rate: learning_rate as f32 * root / unbiased(BETA_1),
             epsilon: ADAM_EPSILON * root,
             time,
         }
@@ -105,11 +107,9 @@ fn step_groups(groups: &mut Sequence<Group>, rates: &[f32]) {
     }
 }
 
-/// Takes the steps of groups on devices with kernels, and gives back the others. A launch has as many groups as
-/// the device allows buffers for, all of them where it allows enough.
-pub(super) fn take<'a>(due: Vec<Box<dyn DueStep + 'a>>) -> Vec<Box<dyn DueStep + 'a>> {
-    let (mut due, others): (Vec<_>, Vec<_>) = due.into_iter().partition(|step| step.has_kernels());
-    let mut before: Vec<Before> = due.iter_mut().map(|step| step.before()).collect();
+/// Takes the steps of groups. A launch has as many as the device allows buffers for, all where it allows
+/// enough.
+pub(super) fn stepped(mut before: Vec<Before>) -> Vec<After> {
     let mut after = Vec::with_capacity(before.len());
     while let Some(group) = before.first() {
         // One buffer has the rates, one what the library tells of each launch.
@@ -117,10 +117,7 @@ pub(super) fn take<'a>(due: Vec<Box<dyn DueStep + 'a>>) -> Vec<Box<dyn DueStep +
         let rest = before.split_off(before.len().min((most as usize / BUFFERS).max(1)));
         after.extend(launch(std::mem::replace(&mut before, rest)));
     }
-    for (step, after) in due.into_iter().zip(after) {
-        step.finish(after);
-    }
-    others
+    after
 }
 
 /// One launch.

@@ -3,6 +3,8 @@
 use burn::tensor::Tensor;
 
 use super::AdamGroup;
+#[cfg(feature = "gpu")]
+use super::cube::{After, Before, stepped};
 
 /// The steps that are due at an iteration. Devices with kernels take all of them in one pass.
 #[derive(Default)]
@@ -27,7 +29,7 @@ impl<'a> AdamSteps<'a> {
     pub(crate) fn take(self) {
         let _span = tracing::trace_span!("Adam").entered();
         #[cfg(feature = "gpu")]
-        let due = super::cube::take(self.due);
+        let due = taken_on_devices(self.due);
         #[cfg(not(feature = "gpu"))]
         let due = self.due;
         for step in due {
@@ -36,8 +38,19 @@ impl<'a> AdamSteps<'a> {
     }
 }
 
+/// Takes the steps of groups on devices with kernels, and gives back the others.
+#[cfg(feature = "gpu")]
+fn taken_on_devices<'a>(due: Vec<Box<dyn DueStep + 'a>>) -> Vec<Box<dyn DueStep + 'a>> {
+    let (mut due, others): (Vec<_>, Vec<_>) = due.into_iter().partition(|step| step.has_kernels());
+    let after = stepped(due.iter_mut().map(|step| step.before()).collect());
+    for (step, after) in due.into_iter().zip(after) {
+        step.finish(after);
+    }
+    others
+}
+
 /// The step of a group with any number of dimensions.
-pub(super) trait DueStep {
+trait DueStep {
     /// Takes it with the optimiser of the tensor library.
     fn take_on_processor(self: Box<Self>);
 
@@ -47,18 +60,18 @@ pub(super) trait DueStep {
 
     /// What the kernel reads.
     #[cfg(feature = "gpu")]
-    fn before(&mut self) -> super::cube::Before;
+    fn before(&mut self) -> Before;
 
     /// Takes over what the kernel wrote.
     #[cfg(feature = "gpu")]
-    fn finish(self: Box<Self>, after: super::cube::After);
+    fn finish(self: Box<Self>, after: After);
 }
 
 /// The step of a group.
-pub(super) struct GroupStep<'a, const D: usize> {
-    pub(super) group: &'a mut AdamGroup<D>,
-    pub(super) learning_rate: f64,
-    pub(super) gradient: Tensor<D>,
+struct GroupStep<'a, const D: usize> {
+    group: &'a mut AdamGroup<D>,
+    learning_rate: f64,
+    gradient: Tensor<D>,
 }
 
 impl<const D: usize> DueStep for GroupStep<'_, D> {
@@ -72,12 +85,12 @@ impl<const D: usize> DueStep for GroupStep<'_, D> {
     }
 
     #[cfg(feature = "gpu")]
-    fn before(&mut self) -> super::cube::Before {
-        super::cube::Before::of(self)
+    fn before(&mut self) -> Before {
+        Before::of(self.group, self.learning_rate, self.gradient.clone())
     }
 
     #[cfg(feature = "gpu")]
-    fn finish(self: Box<Self>, after: super::cube::After) {
+    fn finish(self: Box<Self>, after: After) {
         after.written_to(self.group);
     }
 }

@@ -1,8 +1,8 @@
 //! What carries on the motion of an object that no law describes, beyond its recording (method §5.4).
 //!
-//! The dynamics that stage 1 left such an object with have not been able to follow its tracks, and may bring it
-//! anywhere in the time to come. They carry it on only if they forecast the end of its own tracks better than
-//! free motion and rest do, and keep it about where it has been.
+//! The dynamics that stage 1 left such an object with have not been able to follow its tracks, and may bring
+//! it anywhere in the time to come. They carry it on only if they forecast the end of its own tracks better
+//! than free motion and rest do, and keep it about where it has been.
 
 use lgs_core::GaussianCloud;
 use lgs_distill::{DistillConfig, MOST_REACH};
@@ -149,8 +149,8 @@ mod tests {
         let swing = |t: f64| (TAU * 1.3 * t).sin();
         assert_eq!(chosen(swing, 1.3), Continuation::Dynamics, "a law that is right");
         assert_eq!(chosen(|t| 0.6 * t, 1.3), Continuation::Free, "a spring that nothing follows");
-        // A law that leaves: a motion that stops half-way, as if it had no force.
-        assert_eq!(chosen(|t| 0.6 * t.min(0.5), 0.0), Continuation::Rest, "what has come to rest");
+        let flicker = |t: f64| 0.05 * (TAU * 6.0 * t).sin();
+        assert_eq!(chosen(flicker, 0.0), Continuation::Rest, "what goes nowhere");
         assert_eq!(chosen(|t| 0.6 * t, 0.0), Continuation::Free, "free motion needs no law");
     }
 }

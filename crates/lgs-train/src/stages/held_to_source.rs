@@ -3,8 +3,8 @@
 //!
 //! The law of an object that draws the training images worse than the source does is not to be trusted. The
 //! object plays the source's motion of its Gaussians in the window, if that draws them better: with those at
-//! rest as the source has them, since they have been fitted beside the wrong motion. Its law goes on under edits,
-//! and beyond the window if it forecasts the end of these tracks ([`super::continuation`]).
+//! rest as the source has them, since they have been fitted beside the wrong motion. Its law goes on under
+//! edits, and beyond the window if it forecasts the end of these tracks ([`super::continuation`]).
 
 use std::path::Path;
 
@@ -287,6 +287,6 @@ mod tests {
         let mut motion = Motion::new(&wrong.scene, Edit::default(), Reversal::default());
         let mut place = |time: f32| f64::from(motion.state_at(time).q[0][0]);
         assert!((place(0.5) - 0.3).abs() < 1e-3 && (place(1.0) - 0.6).abs() < 1e-3);
-        assert!((place(2.0) - 0.4).abs() < 1e-3, "the law goes on beyond the window");
+        assert!((place(2.0) - 1.2).abs() < 1e-3, "the tracks go on: the law forecasts their end worse");
     }
 }

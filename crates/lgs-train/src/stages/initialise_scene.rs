@@ -132,29 +132,34 @@ fn assemble(
         source_rows.extend(rows);
         reports.push(object.report().clone());
         let (members, dynamics) = (start..dynamic_gaussians.len(), dynamics(object, request.motion));
-        let object = ObjectModel { members, dynamics, recording };
-        let known = Known {
-            velocities: &velocities[start..],
-            motion: MotionConfig { dt, time_window: request.time_window },
-            forecast_error: reports.last().and_then(|report| report.forecast_error),
-            config: request.distill,
-        };
-        objects.push(carried_on(object, known));
+        objects.push(ObjectModel { members, dynamics, recording });
     }
     let shading = recorder.tracks.source.shading().map(|shading| shading.select(&source_rows));
-    InitialScene {
-        scene: LagrangianScene {
-            static_gaussians,
-            dynamic_gaussians,
-            velocities,
-            objects,
-            shading,
-            motion: MotionConfig { dt, time_window: request.time_window },
-            background: request.background,
-        },
-        reports,
-        source_rows,
-    }
+    let scene = LagrangianScene {
+        static_gaussians,
+        dynamic_gaussians,
+        velocities,
+        objects,
+        shading,
+        motion: MotionConfig { dt, time_window: request.time_window },
+        background: request.background,
+    };
+    InitialScene { scene: with_continuations(scene, &reports, request.distill), reports, source_rows }
+}
+
+/// The scene with what carries on the recordings of its objects.
+fn with_continuations(
+    mut scene: LagrangianScene,
+    reports: &[DistillReport],
+    config: &DistillConfig,
+) -> LagrangianScene {
+    let carried_on = |(object, report): (ObjectModel, &DistillReport)| {
+        let velocities = &scene.velocities[object.members.clone()];
+        let (motion, forecast_error) = (scene.motion, report.forecast_error);
+        carried_on(object, Known { velocities, motion, forecast_error, config })
+    };
+    scene.objects = std::mem::take(&mut scene.objects).into_iter().zip(reports).map(carried_on).collect();
+    scene
 }
 
 fn dynamics(object: Distilled, options: &MotionOptions) -> Dynamics {

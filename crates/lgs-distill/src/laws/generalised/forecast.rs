@@ -1,5 +1,5 @@
-//! Blocked forecasts: a third of the window by the chosen law, fitted to the other two thirds alone, beside those
-//! of free motion in the same coordinates.
+//! Blocked forecasts: a third of the window by the chosen law, fitted to the other two thirds alone, beside
+//! those of free motion in the same coordinates.
 
 use super::known::{distance, points_of};
 use super::placed::Placed;
@@ -12,9 +12,9 @@ use lgs_mechanics::terms::Term;
 use lgs_mechanics::{Candidate, TRUSTED_FRACTION};
 use std::ops::Range;
 
-/// Errors of the forecasts of the last third and of the first third of the window, over the displacement there
-/// from the nearest sample that was seen; root mean squares over particles and samples. `None` for what cannot
-/// be fitted without those samples, or not be followed, and for normal modes.
+/// Errors of the forecasts of the last third and of the first third of the window, over the displacement
+/// there from the nearest sample that was seen; root mean squares over particles and samples. `None` for what
+/// cannot be fitted without those samples, or not be followed, and for normal modes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ForecastErrors {
     /// By the likeliest law.
