@@ -9,7 +9,7 @@ use lgs_data::splats::{SplatFormat, read_splats, write_splats};
 use serde_json::{Value, json};
 
 use super::failure::At;
-use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list};
+use super::output::{self, FrameKind, OldFrames, prepare_folder, refuse_inside_dataset, refuse_inside_input};
 use super::progress::Task;
 use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 
@@ -87,13 +87,11 @@ fn convert_frames(frames: &Frames<'_>, out: &Path, format: SplatFormat) -> Resul
     if frames.len() == 0 {
         bail!("expected splat files (.ply, .compressed.ply, .splat, .spz), found none: {}", out.display());
     }
-    if let Frames::Files(folder, _) = frames
-        && std::path::absolute(folder).at(folder)? == std::path::absolute(out).at(out)?
-    {
-        bail!("the output would mix with the input; choose another folder: {}", out.display());
+    if let Frames::Files(folder, _) = frames {
+        refuse_inside_input(out, folder)?;
     }
     prepare_folder(out)?;
-    remove_listed(out)?;
+    let old = OldFrames::listed(out, FrameKind::Splats)?;
     let task = Task::new("convert", frames.len() as u64);
     let (mut gaussians, mut listed) = (0, Vec::new());
     for frame in 0..frames.len() {
@@ -106,7 +104,7 @@ fn convert_frames(frames: &Frames<'_>, out: &Path, format: SplatFormat) -> Resul
         listed.push(entry(&name, frames.time(frame)));
         task.count(frame + 1, frames.len());
     }
-    write_list(out, &json!({ "frames": listed }))?;
+    old.replace(&json!({ "frames": listed }))?;
     done(frames.len(), gaussians, out)
 }
 

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::compare::{Beside, Other};
 use super::frames::{file_name, sweep_in_order};
-use super::output::{prepare_folder, remove_listed, write_list, write_png};
+use super::output::{FrameKind, OldFrames, prepare_folder, write_png};
 use super::trust::{Mark, listed};
 use super::video::{Film, Target};
 
@@ -78,7 +78,7 @@ impl Job {
 
     /// Writes each frame as it is done, then the list of frames and a contact sheet.
     fn folder(&self, subject: Subject<'_, '_>, out: &Path) -> Result<Vec<Image>> {
-        remove_listed(out)?;
+        let old = OldFrames::listed(out, FrameKind::Images)?;
         let mut images = Vec::with_capacity(self.times.len());
         let draw = self.drawer(subject.background, subject.other.name());
         let work = |index: usize, shot: &Shot| {
@@ -91,7 +91,7 @@ impl Job {
             Ok(())
         };
         sweep_in_order("rendering", self.times.len(), self.shots(subject), work, take)?;
-        write_list(out, &self.list())?;
+        old.replace(&self.list())?;
         write_png(&out.join("sheet.png"), &self.sheet(&images))?;
         Ok(images)
     }

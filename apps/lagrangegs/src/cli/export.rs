@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::failure::At;
 use super::frames::{MotionArgs, sweep};
-use super::output::{self, prepare_folder, refuse_inside_dataset, remove_listed, write_list};
+use super::output::{self, FrameKind, OldFrames, prepare_folder, refuse_inside_dataset};
 use super::run::Run;
 use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 use super::times::Times;
@@ -44,6 +44,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
     args.times.check(&run.scene.motion, &args.run)?;
     refuse_inside_dataset(&args.out)?;
+    run.refuse_inside_frames(&args.out)?;
     let source = source(args, &run)?;
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
     let files = Files::prepare(args)?;
@@ -62,7 +63,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     sweep(cloud_at, files.times, "export", write)?;
     files.list(gaussians, &trust)?;
-    let count = files.times.len();
+    let count = args.times.0.len();
     output::print(&format!("{count} files of {gaussians} Gaussians, {}\n", args.out.display()))
 }
 
@@ -71,7 +72,8 @@ fn source(args: &Args, run: &Run) -> Result<Option<Box<dyn SourceModel>>> {
     match args.model {
         ModelName::Lagrangian => Ok(None),
         ModelName::Source if args.motion.edit() != Edit::default() => {
-            bail!("the source model has no physics to scale; leave out the scales or `--model source`")
+            let run = args.run.display();
+            bail!("the source model has no physics to scale; leave out the scales or `--model source`: {run}")
         }
         ModelName::Source => {
             let source = run.source()?;
@@ -85,22 +87,20 @@ struct Files<'a> {
     out: &'a Path,
     times: &'a [f32],
     format: SplatFormat,
-    is_single: bool,
+    /// Frames of an earlier call; none for a single path.
+    old: Option<OldFrames<'a>>,
 }
 
 impl<'a> Files<'a> {
-    /// Makes sure that the files can be written, and removes those of an earlier call.
+    /// Makes sure that the files can be written.
     fn prepare(args: &'a Args) -> Result<Self> {
         let (out, times) = (args.out.as_path(), args.times.0.as_slice());
         let format = args.format.unwrap_or_else(|| format_of(out));
         let is_single = times.len() == 1 && SplatFormat::of_name(out) == Some(format);
-        if is_single {
-            prepare_folder(out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
-        } else {
-            prepare_folder(out)?;
-            remove_listed(out)?;
-        }
-        Ok(Self { out, times, format, is_single })
+        let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        prepare_folder(if is_single { folder } else { out })?;
+        let old = (!is_single).then(|| OldFrames::listed(out, FrameKind::Splats)).transpose()?;
+        Ok(Self { out, times, format, old })
     }
 
     fn name(&self, index: usize) -> String {
@@ -108,16 +108,14 @@ impl<'a> Files<'a> {
     }
 
     fn path(&self, index: usize) -> PathBuf {
-        if self.is_single { self.out.to_owned() } else { self.out.join(self.name(index)) }
+        if self.old.is_none() { self.out.to_owned() } else { self.out.join(self.name(index)) }
     }
 
     /// Writes the list of the files into their folder.
-    fn list(&self, gaussians: usize, trust: &Trust) -> Result<()> {
-        if self.is_single {
-            return Ok(());
-        }
+    fn list(mut self, gaussians: usize, trust: &Trust) -> Result<()> {
+        let Some(old) = self.old.take() else { return Ok(()) };
         let entry = |(index, &time): (usize, &f32)| listed(&self.name(index), time, trust);
         let files: Vec<_> = self.times.iter().enumerate().map(entry).collect();
-        write_list(self.out, &json!({ "gaussians": gaussians, "frames": files }))
+        old.replace(&json!({ "gaussians": gaussians, "frames": files }))
     }
 }

@@ -39,13 +39,29 @@ pub(crate) fn prepare_folder(folder: &Path) -> Result<()> {
 
 /// Refuses an output inside a dataset: no command writes there.
 pub(crate) fn refuse_inside_dataset(out: &Path) -> Result<()> {
-    let absolute = std::path::absolute(out).at(out)?;
-    for folder in absolute.ancestors().filter(|f| !f.as_os_str().is_empty()) {
+    let resolved = resolved(out)?;
+    for folder in resolved.ancestors().filter(|f| !f.as_os_str().is_empty()) {
         if DatasetFormat::detect(folder).is_some() {
             bail!("the output would be inside a dataset; choose another folder: {}", out.display());
         }
     }
     Ok(())
+}
+
+/// Refuses an output at or inside of what a command or a run reads.
+pub(crate) fn refuse_inside_input(out: &Path, input: &Path) -> Result<()> {
+    if resolved(out)?.starts_with(resolved(input)?) {
+        bail!("the output would mix with the input; choose another folder: {}", out.display());
+    }
+    Ok(())
+}
+
+/// An absolute path without links, as far as it exists.
+fn resolved(path: &Path) -> Result<PathBuf> {
+    let absolute = std::path::absolute(path).at(path)?;
+    let known = absolute.ancestors().find_map(|folder| Some((folder, folder.canonicalize().ok()?)));
+    let Some((folder, known)) = known else { return Ok(absolute) };
+    Ok(known.join(absolute.strip_prefix(folder).unwrap_or(Path::new(""))))
 }
 
 /// Says how many images were left out because they are absent.
@@ -67,26 +83,104 @@ pub(crate) fn write_png(path: &Path, image: &Image) -> Result<()> {
 /// Name of the list of files that a folder of frames holds.
 const MANIFEST: &str = "frames.json";
 
-/// Removes what an earlier call wrote into a folder of frames, so that old and new frames never mix. Other
-/// files stay.
-pub(crate) fn remove_listed(folder: &Path) -> Result<()> {
-    let path = folder.join(MANIFEST);
-    let Ok(text) = std::fs::read(&path) else { return Ok(()) };
-    let list: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
-    let names = list["frames"].as_array().into_iter().flatten().filter_map(|frame| frame["file"].as_str());
-    for name in names.map(PathBuf::from).filter(|name| name.components().count() == 1) {
-        match std::fs::remove_file(folder.join(&name)) {
-            Err(e) if e.kind() != ErrorKind::NotFound => {
-                return Err(FileError::new("remove file", &folder.join(name), e).into());
-            }
-            _ => {}
-        }
-    }
-    Ok(std::fs::remove_file(&path).map_err(|e| FileError::new("remove file", &path, e))?)
+/// What the frames of a folder are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FrameKind {
+    /// PNG files.
+    Images,
+    /// Splat files.
+    Splats,
 }
 
-/// Writes the list of a folder's frames.
-pub(crate) fn write_list(folder: &Path, list: &serde_json::Value) -> Result<()> {
-    let path = folder.join(MANIFEST);
-    write_atomically(&path, |w| writeln!(w, "{list:#}")).at(&path)
+/// The frames that an earlier call wrote into a folder; they go once new ones of their kind are there, so that
+/// old and new frames never mix.
+pub(crate) struct OldFrames<'a> {
+    folder: &'a Path,
+    names: Vec<PathBuf>,
+}
+
+impl<'a> OldFrames<'a> {
+    /// The frames that the folder's list names; an error if they are of another kind than the new ones.
+    pub(crate) fn listed(folder: &'a Path, kind: FrameKind) -> Result<Self> {
+        let names = names_in(&std::fs::read(folder.join(MANIFEST)).unwrap_or_default());
+        let kind_of = |name: &PathBuf| match name.extension().is_some_and(|ending| ending == "png") {
+            true => FrameKind::Images,
+            false => FrameKind::Splats,
+        };
+        if let Some(other) = names.iter().find(|name| kind_of(name) != kind && folder.join(name).exists()) {
+            let (other, folder) = (other.display(), folder.display());
+            bail!(
+                "the folder holds frames of another kind, such as {other}; choose another folder: {folder}"
+            );
+        }
+        Ok(Self { folder, names })
+    }
+
+    /// Writes the list of the new frames, and removes the old ones that are not among them.
+    pub(crate) fn replace(self, list: &serde_json::Value) -> Result<()> {
+        let path = self.folder.join(MANIFEST);
+        let text = format!("{list:#}\n");
+        write_atomically(&path, |w| w.write_all(text.as_bytes())).at(&path)?;
+        let new = names_in(text.as_bytes());
+        for name in self.names.into_iter().filter(|name| !new.contains(name)) {
+            let path = self.folder.join(name);
+            match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => {
+                    return Err(FileError::new("remove file", &path, e).into());
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The files of its own folder that a list names.
+fn names_in(list: &[u8]) -> Vec<PathBuf> {
+    let list: serde_json::Value = serde_json::from_slice(list).unwrap_or_default();
+    let names = list["frames"].as_array().into_iter().flatten().filter_map(|frame| frame["file"].as_str());
+    names.map(PathBuf::from).filter(|name| name.components().count() == 1).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn list(names: &[&str]) -> serde_json::Value {
+        json!({ "frames": names.iter().map(|name| json!({ "file": name })).collect::<Vec<_>>() })
+    }
+
+    #[test]
+    fn old_frames_go_once_new_ones_are_there_and_those_of_another_kind_stay() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let folder = dir.path();
+        let write = |name: &str| std::fs::write(folder.join(name), name).expect("a file");
+        ["a.ply", "b.ply", "own.txt"].into_iter().for_each(write);
+        let none = OldFrames::listed(folder, FrameKind::Splats).expect("no list");
+        none.replace(&list(&["a.ply", "b.ply", "../own.txt"])).expect("written");
+        let refused = OldFrames::listed(folder, FrameKind::Images).err().expect("refused").to_string();
+        assert!(refused.contains("a.ply") && refused.ends_with(&folder.display().to_string()), "{refused}");
+        let old = OldFrames::listed(folder, FrameKind::Splats).expect("listed");
+        write("b.ply");
+        assert!(folder.join("a.ply").exists(), "until the new ones are there");
+        old.replace(&list(&["b.ply"])).expect("replaced");
+        let there = ["a.ply", "b.ply", "own.txt"].map(|name| folder.join(name).exists());
+        assert_eq!(there, [false, true, true]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_to_no_input_and_into_no_dataset() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let (input, link) = (dir.path().join("frames"), dir.path().join("link"));
+        std::fs::create_dir_all(input.join("train")).expect("folders");
+        std::os::unix::fs::symlink(&input, &link).expect("a link");
+        assert!(refuse_inside_input(&link, &input).is_err());
+        assert!(refuse_inside_input(&link.join("new/one.ply"), &input).is_err());
+        assert!(refuse_inside_input(&dir.path().join("frames-2"), &input).is_ok());
+        std::fs::write(input.join("transforms_train.json"), "{}").expect("a file");
+        std::os::unix::fs::symlink(input.join("train"), dir.path().join("images")).expect("a link");
+        assert!(refuse_inside_dataset(&dir.path().join("images/x.png")).is_err());
+    }
 }

@@ -72,6 +72,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let run = Run::open(&args.run)?;
     let Shots { times, cameras } = wish.shots(&run)?;
     refuse_inside_dataset(&args.out)?;
+    run.refuse_inside_frames(&args.out)?;
     let mut other = Other::open(&run, args.compare, &cameras, args.data.as_deref())?;
     let sink = Sink::of(args)?;
     let job = Job {
@@ -125,7 +126,10 @@ fn make(run: &Run, model: ModelName, job: &Job, (other, sink): (&mut Other<'_>, 
         }
         ModelName::Source => {
             if job.edit != Edit::default() {
-                bail!("the source model has no physics to scale; leave out the scales or `--model source`");
+                let run = run.folder.root().display();
+                bail!(
+                    "the source model has no physics to scale; leave out the scales or `--model source`: {run}"
+                );
             }
             let none = || format!("the run has no source model: {}", run.folder.root().display());
             let source = run.source()?.with_context(none)?;

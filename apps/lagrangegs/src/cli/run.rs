@@ -14,7 +14,7 @@ use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
 
 use super::failure::At;
-use super::output::warn_of_absent;
+use super::output::{refuse_inside_input, warn_of_absent};
 use super::progress::Task;
 
 /// File of the time and memory that training took, beside the models.
@@ -31,11 +31,17 @@ impl Run {
     /// Reads a run's configuration and Lagrangian scene.
     pub(crate) fn open(root: &Path) -> Result<Self> {
         let (folder, config) = RunFolder::open(root).at(root).context("this is not a run")?;
-        if !folder.scene_path().exists() && folder.checkpoints_path().exists() {
+        if !folder.scene_path().exists() {
             bail!("training is not finished; continue it with `train … --resume`: {}", root.display());
         }
         let scene = load_scene(&folder.scene_path()).at(&folder.scene_path())?;
         Ok(Self { folder, config, scene })
+    }
+
+    /// Refuses an output among the frames that the run took its source from.
+    pub(crate) fn refuse_inside_frames(&self, out: &Path) -> Result<()> {
+        let frames = Path::new(&self.config.source.import);
+        if frames.as_os_str().is_empty() { Ok(()) } else { refuse_inside_input(out, frames) }
     }
 
     /// The source model; nothing if the run has none.

@@ -15,7 +15,7 @@ use super::ablation::Ablations;
 use super::device::DeviceArgs;
 use super::failure::At;
 use super::outlook::duration;
-use super::output::{self, refuse_inside_dataset};
+use super::output::{self, refuse_inside_dataset, refuse_inside_input};
 use super::run::dataset_format;
 use super::tracks::announce;
 use super::training::{Request, train};
@@ -121,6 +121,7 @@ fn key_value(text: &str) -> Result<String, String> {
 pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
     if let (_, Some(import)) = args.paths() {
+        refuse_inside_input(&args.out, import)?;
         announce(import)?;
     }
     let config = resolve(args)?;

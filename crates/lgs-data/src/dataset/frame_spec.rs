@@ -4,19 +4,32 @@ use super::error::{DatasetError, Problem};
 use super::lens::Lens;
 use glam::Mat4;
 use lgs_core::{Camera, DEFAULT_NEAR, PixelFilter};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use std::path::PathBuf;
+
+/// A number that is given; `null`, which stands for one that is not finite, is no number.
+pub(super) fn given<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
+    Ok(Some(Option::deserialize(value)?.unwrap_or(f64::NAN)))
+}
 
 /// Intrinsics, each of which a frame or a file may leave out. Lengths are in pixels of the native image.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Intrinsics {
     /// Horizontal field of view, radians.
+    #[serde(deserialize_with = "given")]
     pub(super) camera_angle_x: Option<f64>,
+    #[serde(deserialize_with = "given")]
     pub(super) fl_x: Option<f64>,
+    #[serde(deserialize_with = "given")]
     pub(super) fl_y: Option<f64>,
+    #[serde(deserialize_with = "given")]
     pub(super) cx: Option<f64>,
+    #[serde(deserialize_with = "given")]
     pub(super) cy: Option<f64>,
+    #[serde(deserialize_with = "given")]
     pub(super) w: Option<f64>,
+    #[serde(deserialize_with = "given")]
     pub(super) h: Option<f64>,
 }
 

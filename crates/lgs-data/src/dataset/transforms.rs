@@ -3,7 +3,7 @@
 
 use super::error::{DatasetError, Problem};
 use super::frame_spec::SizeRule;
-use super::frame_spec::{FrameSpec, Intrinsics};
+use super::frame_spec::{FrameSpec, Intrinsics, given};
 use super::lens::Lens;
 use super::poses;
 use crate::edit::MotionEdit;
@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct TransformsFrame {
     pub(super) file_path: Option<String>,
     pub(super) mask_path: Option<String>,
+    #[serde(default, deserialize_with = "given")]
     pub(super) time: Option<f64>,
     /// The camera's name, in sets that this program wrote.
     pub(super) camera: Option<String>,

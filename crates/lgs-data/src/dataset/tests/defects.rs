@@ -74,6 +74,13 @@ fn poses_that_are_not_finite_or_not_rigid_are_named() {
     assert!(refusal(&dir, "transforms_train.json").contains("4 x 4"));
     let dir = folder(|json, _| json["frames"][1]["time"] = 1e39.into());
     assert!(refusal(&dir, "transforms_train.json").contains("`time`"));
+    // As NaN is read, which JSON does not have.
+    for field in ["time", "fl_x", "cx"] {
+        let dir = folder(|json, _| json["frames"][1][field] = serde_json::Value::Null);
+        let message = refusal(&dir, "transforms_train.json");
+        let words = ["frame 1", field, "finite", "NaN"];
+        assert!(words.iter().all(|word| message.contains(word)), "{field}: {message}");
+    }
 }
 
 #[test]
