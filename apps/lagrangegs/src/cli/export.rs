@@ -17,7 +17,7 @@ use super::output::{self, FrameKind, OldFrames, prepare_folder, refuse_inside_da
 use super::run::Run;
 use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 use super::times::Times;
-use super::trust::ModelName;
+use super::trust::{ModelName, SOURCE_HAS_NO_PHYSICS};
 use super::trust::{listed, trust_in, warn_of};
 
 #[derive(Debug, clap::Args)]
@@ -73,7 +73,7 @@ fn source(args: &Args, run: &Run) -> Result<Option<Box<dyn SourceModel>>> {
         ModelName::Lagrangian => Ok(None),
         ModelName::Source if args.motion.edit() != Edit::default() => {
             let run = args.run.display();
-            bail!("the source model has no physics to scale; leave out the scales or `--model source`: {run}")
+            bail!("{SOURCE_HAS_NO_PHYSICS}: {run}")
         }
         ModelName::Source => {
             let source = run.source()?;

@@ -92,8 +92,8 @@ pub(crate) enum FrameKind {
     Splats,
 }
 
-/// The frames that an earlier call wrote into a folder; they go once new ones of their kind are there, so that
-/// old and new frames never mix.
+/// The frames that an earlier call wrote into a folder; they go once new ones of their kind are there, so
+/// that old and new frames never mix.
 pub(crate) struct OldFrames<'a> {
     folder: &'a Path,
     names: Vec<PathBuf>,

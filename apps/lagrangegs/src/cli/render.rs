@@ -16,6 +16,7 @@ use super::playback::record;
 use super::run::Run;
 use super::shots::{Shots, Wish};
 use super::times::Times;
+use super::trust::SOURCE_HAS_NO_PHYSICS;
 use super::trust::{Mark, ModelName, trust_in, warn_of};
 use super::video::{Target, VideoArgs};
 
@@ -127,9 +128,7 @@ fn make(run: &Run, model: ModelName, job: &Job, (other, sink): (&mut Other<'_>, 
         ModelName::Source => {
             if job.edit != Edit::default() {
                 let run = run.folder.root().display();
-                bail!(
-                    "the source model has no physics to scale; leave out the scales or `--model source`: {run}"
-                );
+                bail!("{SOURCE_HAS_NO_PHYSICS}: {run}");
             }
             let none = || format!("the run has no source model: {}", run.folder.root().display());
             let source = run.source()?.with_context(none)?;

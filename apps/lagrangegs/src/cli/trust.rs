@@ -11,6 +11,10 @@ use super::laws::laws_of;
 use super::progress::say;
 use super::run::Run;
 
+/// Why a source model is not shown under edits.
+pub(crate) const SOURCE_HAS_NO_PHYSICS: &str =
+    "the source model has no physics to scale; leave out the scales or `--model source`";
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ModelName {
     /// The Lagrangian scene
