@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use lgs_core::{Camera, Image};
 use lgs_data::dataset::{Dataset, DatasetFormat};
 use lgs_data::synth::SynthOptions;
@@ -15,7 +15,6 @@ use lgs_eval::table::table;
 use lgs_model::Motion;
 use lgs_report::sheet::{Row, contact_sheet, evenly};
 use lgs_report::{longest_view, spread_in_time};
-use lgs_train::TrainConfig;
 use lgs_train::config::Preset;
 
 use super::device::DeviceArgs;
@@ -26,6 +25,7 @@ use super::progress::say;
 use super::run::Run;
 use super::shots::orbit;
 use super::times::Times;
+use super::train::configured;
 use super::trust::ModelName;
 use super::trust::{Mark, trust_in};
 use super::{synth, training};
@@ -62,8 +62,7 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
-    let config =
-        TrainConfig::resolve(Preset::Quick, None, &args.set).context("the configuration is wrong")?;
+    let config = configured(Preset::Quick, None, &args.set)?;
     args.device.open()?;
     prepare_folder(&args.out)?;
     let (data, root) = (args.out.join("data"), args.out.join("run"));

@@ -65,6 +65,18 @@ impl Located for image::ImageError {
     }
 }
 
+/// A wrong flag that only its use shows; the program ends as where the parser of flags refuses one.
+#[derive(Debug)]
+pub(crate) struct BadUsage(pub(crate) String);
+
+impl std::fmt::Display for BadUsage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for BadUsage {}
+
 /// Says which file or folder an error is about.
 pub(crate) trait At<T> {
     /// The error with a path at its end: its own, or else `path`.

@@ -126,7 +126,7 @@ pub fn main() -> ExitCode {
         Err(error) if output::is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             progress::say(&format!("error: {}", failure::chain(&error)));
-            ExitCode::FAILURE
+            if error.is::<failure::BadUsage>() { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }
 }

@@ -9,11 +9,11 @@ use lgs_data::dataset::DatasetFormat;
 use lgs_data::tracks::is_track_file;
 use lgs_model::source::{SourceKind, imported_kind};
 use lgs_train::config::Preset;
-use lgs_train::{RunFolder, TrainConfig};
+use lgs_train::{RunFolder, TrainConfig, TrainError};
 
 use super::ablation::Ablations;
 use super::device::DeviceArgs;
-use super::failure::At;
+use super::failure::{At, BadUsage, chain};
 use super::outlook::duration;
 use super::output::{self, refuse_inside_dataset, refuse_inside_input};
 use super::run::dataset_format;
@@ -167,6 +167,17 @@ impl Args {
     }
 }
 
+/// A preset with a file and settings laid over it. Wrong settings are bad usage; a wrong file is not.
+pub(super) fn configured(preset: Preset, file: Option<&Path>, settings: &[String]) -> Result<TrainConfig> {
+    TrainConfig::resolve(preset, file, settings).or_else(|error| {
+        if let Some(file) = file {
+            let alone = TrainConfig::resolve(preset, Some(file), &[]).map_err(TrainError::from);
+            alone.at(file).context("the configuration is wrong")?;
+        }
+        Err(BadUsage(format!("the configuration is wrong: {}", chain(&error.into()))).into())
+    })
+}
+
 /// The configuration asked for; with `--resume` the run's own, which flags may repeat but not change.
 fn resolve(args: &Args) -> Result<TrainConfig> {
     let preset = match args.preset {
@@ -184,8 +195,7 @@ fn resolve(args: &Args) -> Result<TrainConfig> {
     sets.extend(args.ablations.settings());
     sets.extend_from_slice(&args.set);
     sets.extend(args.seed.map(|seed| format!("seed={seed}")));
-    let asked =
-        || TrainConfig::resolve(preset, args.config.as_deref(), &sets).context("the configuration is wrong");
+    let asked = || configured(preset, args.config.as_deref(), &sets);
     if !args.resume {
         return asked();
     }

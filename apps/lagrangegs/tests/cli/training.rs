@@ -110,13 +110,14 @@ fn settings_that_do_not_exist_are_named() {
     {
         let done =
             call(&format!("train {{data}} --out {{run}} --set {setting}"), &[("data", &data), ("run", &run)]);
-        assert_eq!(done.code, 1, "{}", done.stderr);
-        assert!(done.stderr.contains(word), "{}", done.stderr);
+        done.is_bad_usage(&[word]);
     }
     let config = dir.path().join("c.toml");
     std::fs::write(&config, "seed = = 1").expect("write");
     let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("config", &config)];
     call("train {data} --out {run} --config {config}", &paths).fails(&config, &["TOML"]);
+    std::fs::write(&config, "[source]\niterations = \"many\"").expect("write");
+    call("train {data} --out {run} --config {config}", &paths).fails(&config, &["source.iterations"]);
     assert!(!run.exists());
 }
 
