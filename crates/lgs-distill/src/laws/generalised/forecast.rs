@@ -26,7 +26,11 @@ pub(crate) struct ForecastErrors {
 impl ForecastErrors {
     pub(super) fn of(rated: &Rated, bodies: &[&SharedMotion]) -> Self {
         let law = &rated.best().judged.fitted.law;
-        let error = |terms, values: &[f64]| Blocked::new(rated, bodies, terms)?.error(values);
+        let Some(blocked) = Blocked::new(rated, bodies) else { return Self::default() };
+        let error = |terms: Vec<Term>, values: &[f64]| {
+            let candidate = Candidate::new(rated.system().coordinates.clone(), terms).ok()?;
+            blocked.error(&candidate, values)
+        };
         let (of_coordinates, _) = law.parameters.split_at(law.coordinates.start().len());
         Self { law: error(law.terms.clone(), &law.parameters), free: error(Vec::new(), of_coordinates) }
     }
@@ -40,7 +44,6 @@ impl ForecastErrors {
 /// What forecasts are made of.
 struct Blocked<'a> {
     rated: &'a Rated,
-    candidate: Candidate,
     track: Track,
     /// The bodies in the order of the coordinates.
     bodies: Vec<&'a SharedMotion>,
@@ -48,37 +51,41 @@ struct Blocked<'a> {
 }
 
 impl<'a> Blocked<'a> {
-    fn new(rated: &'a Rated, bodies: &[&'a SharedMotion], terms: Vec<Term>) -> Option<Self> {
+    fn new(rated: &'a Rated, bodies: &[&'a SharedMotion]) -> Option<Self> {
         let system = rated.system();
         // Normal modes that were fitted with their law have no amplitudes of their own at the samples.
         if system.x.len() != bodies[0].times.len() {
             return None;
         }
-        let candidate = Candidate::new(system.coordinates.clone(), terms).ok()?;
         let first = bodies[0].times[0];
         let times: Vec<f64> = bodies[0].times.iter().map(|time| time - first).collect();
         let track = Track::new(&system.coordinates, &times, &system.x);
         let bodies: Vec<&SharedMotion> = system.order.iter().map(|&body| bodies[body]).collect();
-        Some(Self { rated, candidate, track, points: points_of(&bodies), bodies })
+        Some(Self { rated, track, points: points_of(&bodies), bodies })
     }
 
     /// The error of both forecasts; `values` are those that the fits start from.
-    fn error(&self, values: &[f64]) -> Option<f64> {
+    fn error(&self, candidate: &Candidate, values: &[f64]) -> Option<f64> {
         let count = self.track.times.len();
         let third = count / 3;
-        let last = self.squares(values, 0..count - third, count - third..count)?;
-        let first = self.squares(values, third..count, 0..third)?;
+        let last = self.squares((candidate, values), 0..count - third, count - third..count)?;
+        let first = self.squares((candidate, values), third..count, 0..third)?;
         let [error, displacement] = [0, 1].map(|i| last[i] + first[i]);
         Some((error / displacement).sqrt()).filter(|error| error.is_finite())
     }
 
     /// Sums over hidden samples of the squared errors of a law fitted to others, and of the squared
     /// displacements from the nearest of these.
-    fn squares(&self, values: &[f64], seen: Range<usize>, hidden: Range<usize>) -> Option<[f64; 2]> {
+    fn squares(
+        &self,
+        (candidate, values): (&Candidate, &[f64]),
+        seen: Range<usize>,
+        hidden: Range<usize>,
+    ) -> Option<[f64; 2]> {
         let part = self.track.part(seen.clone());
-        let scales = self.track.scales(&self.candidate.coordinates);
+        let scales = self.track.scales(&candidate.coordinates);
         let start = &part.smooth[0].0;
-        let fitted = shoot(&self.candidate, &part, (&scales, start), values, &Settings::default())?;
+        let fitted = shoot(candidate, &part, (&scales, start), values, &Settings::default())?;
         let begin = self.track.times[seen.start];
         let times: Vec<f64> = self.track.times[hidden.clone()].iter().map(|time| time - begin).collect();
         let forecast = Placed::new(self.rated.system(), &fitted).poses(&times)?;
