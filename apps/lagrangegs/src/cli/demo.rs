@@ -61,6 +61,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    synth::check_call(&args.scene, &args.images())?;
     refuse_inside_dataset(&args.out)?;
     let config = configured(Preset::Quick, None, &args.set)?;
     args.device.open()?;
@@ -101,13 +102,16 @@ fn make_dataset(args: &Args, data: &Path) -> Result<()> {
         say(&format!("using the dataset that is there: {}", data.display()));
         return Ok(());
     }
-    let default = SynthOptions::default();
-    let options = SynthOptions {
-        size: args.size.unwrap_or(default.size),
-        views: args.views.unwrap_or(default.views),
-        ..default
-    };
-    synth::make(&args.scene, &options, data)
+    synth::make(&args.scene, &args.images(), data)
+}
+
+impl Args {
+    /// Options of the synthetic images.
+    fn images(&self) -> SynthOptions {
+        let default = SynthOptions::default();
+        let (size, views) = (self.size.unwrap_or(default.size), self.views.unwrap_or(default.views));
+        SynthOptions { size, views, ..default }
+    }
 }
 
 /// The future, the past, and the same start under other potentials.

@@ -21,7 +21,7 @@ pub(super) struct Args {
     /// Folder of the run
     run: PathBuf,
     /// Splits to score, separated by commas [default: all that the dataset has]
-    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    #[arg(long, value_delimiter = ',', value_name = "NAMES", value_parser = split_name)]
     split: Option<Vec<String>>,
     /// Dataset, if it is no longer where training found it
     #[arg(long, value_name = "DATA")]
@@ -37,6 +37,11 @@ pub(super) struct Args {
     json: bool,
     #[command(flatten)]
     device: DeviceArgs,
+}
+
+fn split_name(text: &str) -> Result<String, String> {
+    let name = text.trim();
+    if name.is_empty() { Err("a split needs a name".to_owned()) } else { Ok(name.to_owned()) }
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {

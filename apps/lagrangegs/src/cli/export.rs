@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use lgs_core::GaussianCloud;
 use lgs_data::splats::{SplatFormat, write_splats};
-use lgs_dynamics::Edit;
 use lgs_eval::laws::Trust;
 use lgs_model::Motion;
 use lgs_model::source::SourceModel;
@@ -17,8 +16,7 @@ use super::output::{self, FrameKind, OldFrames, prepare_folder, refuse_inside_da
 use super::run::Run;
 use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 use super::times::Times;
-use super::trust::{ModelName, SOURCE_HAS_NO_PHYSICS};
-use super::trust::{listed, trust_in, warn_of};
+use super::trust::{ModelName, listed, trust_in, warn_of};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -41,6 +39,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<()> {
+    args.model.check_edit(args.motion.edit())?;
     let run = Run::open(&args.run)?;
     args.times.check(&run.scene.motion, &args.run)?;
     refuse_inside_dataset(&args.out)?;
@@ -71,10 +70,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
 fn source(args: &Args, run: &Run) -> Result<Option<Box<dyn SourceModel>>> {
     match args.model {
         ModelName::Lagrangian => Ok(None),
-        ModelName::Source if args.motion.edit() != Edit::default() => {
-            let run = args.run.display();
-            bail!("{SOURCE_HAS_NO_PHYSICS}: {run}")
-        }
         ModelName::Source => {
             let source = run.source()?;
             source.map(Some).with_context(|| format!("the run has no source model: {}", args.run.display()))

@@ -30,7 +30,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "A:B", value_parser = span)]
     times: Option<[f32; 2]>,
     /// Take one of N moments
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = positive)]
     every: Option<usize>,
     /// Cameras held out as `test`, by name or number
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
@@ -39,7 +39,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     val_cameras: Vec<String>,
     /// Hold one of N images out as `test`
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = positive)]
     test_every: Option<usize>,
     /// Hold all images after this time out as `test`
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
@@ -63,6 +63,10 @@ pub(super) struct Args {
 
 fn at_least_one() -> impl clap::builder::TypedValueParser<Value = u32> {
     clap::value_parser!(u32).range(1..)
+}
+
+fn positive(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "expected a number of 1 or more".to_owned())
 }
 
 fn span(text: &str) -> Result<[f32; 2], String> {

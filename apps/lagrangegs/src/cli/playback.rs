@@ -3,9 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use lgs_core::GaussianCloud;
-use lgs_dynamics::Edit;
 use lgs_eval::laws::Trust;
 use lgs_model::source::SourceModel;
 use lgs_model::{Motion, SceneState};
@@ -77,9 +76,6 @@ impl<'a> Model<'a> {
         match model {
             ModelName::Lagrangian => {
                 Ok(Self::Scene(Box::new(Motion::new(&run.scene, job.edit, job.reversal))))
-            }
-            ModelName::Source if job.edit != Edit::default() => {
-                bail!("the source model has no physics to scale; leave out the scales or `--model source`")
             }
             ModelName::Source => {
                 let none = || format!("the run has no source model: {}", run.folder.root().display());

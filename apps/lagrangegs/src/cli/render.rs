@@ -3,20 +3,19 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use lgs_dynamics::Edit;
+use anyhow::{Context, Result};
 use lgs_model::Motion;
 
 use super::camera::{self, CameraChoice};
 use super::compare::{Compare, Other};
 use super::drawing::{Job, Label, Subject};
+use super::failure::BadUsage;
 use super::frames::MotionArgs;
 use super::output::{self, refuse_inside_dataset};
 use super::playback::record;
 use super::run::Run;
 use super::shots::{Shots, Wish};
 use super::times::Times;
-use super::trust::SOURCE_HAS_NO_PHYSICS;
 use super::trust::{Mark, ModelName, trust_in, warn_of};
 use super::video::{Target, VideoArgs};
 
@@ -70,6 +69,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         data: args.data.as_deref(),
     };
     wish.ensure_times();
+    args.model.check_edit(args.motion.edit())?;
+    args.check_out()?;
     let run = Run::open(&args.run)?;
     let Shots { times, cameras } = wish.shots(&run)?;
     refuse_inside_dataset(&args.out)?;
@@ -102,13 +103,29 @@ enum Sink {
 impl Sink {
     /// The sink that a path means.
     fn of(args: &Args) -> Result<Self> {
-        if args.out.extension().is_none_or(|ending| ending != "rrd") {
-            return args.video.target(&args.out).map(Self::Frames);
+        if args.is_recording() {
+            return Ok(Self::Recording(args.out.clone()));
         }
-        if args.compare.is_some() || args.label || args.video.is_set() {
-            bail!("--compare, --label, --fps and --encoder are not for recordings: {}", args.out.display());
+        args.video.target(&args.out).map(Self::Frames)
+    }
+}
+
+impl Args {
+    /// Whether the frames become a recording for rerun's viewer.
+    fn is_recording(&self) -> bool {
+        self.out.extension().is_some_and(|ending| ending == "rrd")
+    }
+
+    /// Refuses a name of the output that does not go with the other flags.
+    fn check_out(&self) -> Result<()> {
+        if !self.is_recording() {
+            return self.video.check_name(&self.out);
         }
-        Ok(Self::Recording(args.out.clone()))
+        if self.compare.is_some() || self.label || self.video.is_set() {
+            let text = "--compare, --label, --fps and --encoder are not for recordings";
+            return Err(BadUsage(format!("{text}: {}", self.out.display())).into());
+        }
+        Ok(())
     }
 }
 
@@ -126,10 +143,6 @@ fn make(run: &Run, model: ModelName, job: &Job, (other, sink): (&mut Other<'_>, 
             job.make(Subject { cloud_at: &mut cloud_at, background, other }, target)
         }
         ModelName::Source => {
-            if job.edit != Edit::default() {
-                let run = run.folder.root().display();
-                bail!("{SOURCE_HAS_NO_PHYSICS}: {run}");
-            }
             let none = || format!("the run has no source model: {}", run.folder.root().display());
             let source = run.source()?.with_context(none)?;
             let mut cloud_at = |time| source.cloud_at(time);

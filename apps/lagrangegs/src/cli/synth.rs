@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use lgs_data::files::folder_of;
-use lgs_data::synth::{Lamp, SynthOptions, TrackOptions, generate, scenes, tracks};
+use lgs_data::synth::{Lamp, SynthError, SynthOptions, TrackOptions, check, generate, scenes, tracks};
 use lgs_eval::table::aligned;
 
-use super::failure::At;
+use super::failure::{At, BadUsage};
 use super::output;
 use super::progress::Task;
 
@@ -65,8 +65,22 @@ pub(super) fn run(args: &Args) -> Result<()> {
         images_per_time: args.images_per_time,
         lamp: if args.sun { Lamp::Sun } else { Lamp::Riding },
     };
+    check_call(scene, &options)?;
     make(scene, &options, out)?;
     output::print(&format!("{}\n", out.display()))
+}
+
+/// Refuses a scene or an option that flags name and that there is not.
+pub(super) fn check_call(scene: &str, options: &SynthOptions) -> Result<()> {
+    check(scene, options).map_err(|error| {
+        let text = match error {
+            SynthError::Option { option, expected, found } => {
+                format!("--{} should be {expected}, found {found}", option.replace('_', "-"))
+            }
+            other => other.to_string(),
+        };
+        BadUsage(text).into()
+    })
 }
 
 /// Writes a scene behind a progress bar.
@@ -77,11 +91,13 @@ pub(super) fn make(scene: &str, options: &SynthOptions, out: &Path) -> Result<()
 }
 
 fn write_tracks(scene: &str, args: &Args, out: &Path) -> Result<()> {
-    output::refuse_inside_dataset(folder_of(out))?;
     let noise = args.noise.unwrap_or(0.0);
     if !(noise.is_finite() && noise >= 0.0) {
-        bail!("`noise` should be finite and not negative, found {noise}: {}", out.display());
+        let text = format!("--noise should be finite and not negative, found {noise}");
+        return Err(BadUsage(text).into());
     }
+    check_call(scene, &SynthOptions::default())?;
+    output::refuse_inside_dataset(folder_of(out))?;
     let options = TrackOptions { noise, seed: args.seed.unwrap_or(0) };
     tracks(scene, &options).at(out)?.save(out)?;
     output::print(&format!("{}\n", out.display()))

@@ -1,5 +1,6 @@
 //! Trust in the frames of a sweep: warnings, flags in the list of frames, and a mark in the corner.
 
+use anyhow::Result;
 use clap::ValueEnum;
 use lgs_core::Image;
 use lgs_dynamics::Edit;
@@ -7,13 +8,10 @@ use lgs_eval::laws::Trust;
 use lgs_report::mark_untrusted;
 use serde_json::{Map, Value, json};
 
+use super::failure::BadUsage;
 use super::laws::laws_of;
 use super::progress::say;
 use super::run::Run;
-
-/// Why a source model is not shown under edits.
-pub(crate) const SOURCE_HAS_NO_PHYSICS: &str =
-    "the source model has no physics to scale; leave out the scales or `--model source`";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ModelName {
@@ -30,6 +28,15 @@ impl ModelName {
             Self::Lagrangian => "Lagrangian scene",
             Self::Source => "source model",
         }
+    }
+
+    /// Refuses an edit of a model that has no physics.
+    pub(super) fn check_edit(self, edit: Edit) -> Result<()> {
+        if self == Self::Source && edit != Edit::default() {
+            let text = "the source model has no physics to scale; leave out the scales or `--model source`";
+            return Err(BadUsage(text.to_owned()).into());
+        }
+        Ok(())
     }
 }
 

@@ -8,7 +8,7 @@ use lgs_core::Image;
 use lgs_data::files::{folder_of, write_atomically};
 use lgs_video::{Encoder, Video, VideoFormat, VideoSpec};
 
-use super::failure::At;
+use super::failure::{At, BadUsage};
 use super::output::prepare_folder;
 use super::thresholds::FRAMES_PER_SECOND;
 
@@ -63,16 +63,24 @@ impl VideoArgs {
         self.fps.is_some() || self.encoder.is_some()
     }
 
-    /// The target that a path means; it can be written to.
-    pub(super) fn target(&self, out: &Path) -> Result<Target> {
+    /// Refuses a name that no call can mean.
+    pub(super) fn check_name(&self, out: &Path) -> Result<()> {
         let ending = out.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         if OTHER_VIDEOS.iter().any(|other| ending.eq_ignore_ascii_case(other)) {
-            bail!("videos are .mp4, .webm or .gif, and images go into a folder: {}", out.display());
+            let text = "videos are .mp4, .webm or .gif, and images go into a folder";
+            return Err(BadUsage(format!("{text}: {}", out.display())).into());
         }
+        if self.is_set() && VideoFormat::of(out).is_none() {
+            let text = "--fps and --encoder are for .mp4, .webm and .gif";
+            return Err(BadUsage(format!("{text}: {}", out.display())).into());
+        }
+        Ok(())
+    }
+
+    /// The target that a path means; it can be written to.
+    pub(super) fn target(&self, out: &Path) -> Result<Target> {
+        self.check_name(out)?;
         let Some(format) = VideoFormat::of(out) else {
-            if self.is_set() {
-                bail!("--fps and --encoder are for .mp4, .webm and .gif: {}", out.display());
-            }
             prepare_folder(out)?;
             return Ok(Target::Folder(out.to_owned()));
         };

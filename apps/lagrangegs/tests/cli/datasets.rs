@@ -62,6 +62,6 @@ fn a_rig_is_drawn() {
     }
     draw(&png).ok();
     assert_eq!(std::fs::read(&png).expect("a picture")[1..4], *b"PNG");
-    draw(&other).fails(&other, &[".svg or .png"]);
+    draw(&other).is_bad_usage(&[".svg or .png", "rig.pdf"]);
     draw(&data.join("rig.svg")).fails(&data.join("rig.svg"), &["inside a dataset"]);
 }

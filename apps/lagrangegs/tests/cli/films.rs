@@ -40,11 +40,16 @@ fn what_cannot_be_written_is_said_before_anything_is_drawn() {
         call(&line, &paths)
             .fails(if words.is_empty() { out.parent().expect("a folder") } else { out }, words);
     };
-    refuse(&dir.path().join("film.mov"), "", &[".mp4, .webm or .gif"]);
     refuse(&unwritable(dir.path()).join("film.gif"), "", &[]);
     refuse(&dir.path().join("film.gif"), "--fps 60", &["1 to 50"]);
     refuse(&dir.path().join("film.mp4"), "--size 8", &["16"]);
-    refuse(&dir.path().join("frames"), "--fps 10", &["--fps"]);
+    for (name, flags, word) in [("film.mov", "", ".mp4, .webm or .gif"), ("frames", "--fps 10", "--fps")] {
+        let out = dir.path().join(name);
+        let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
+        call(&format!("render {{run}} --times 0:1:0.0001 {flags} --out {{out}}"), &paths)
+            .is_bad_usage(&[word]);
+        assert!(!out.exists());
+    }
     std::fs::create_dir(dir.path().join("b.gif")).expect("a folder");
     refuse(&dir.path().join("b.gif"), "", &["folder"]);
 }

@@ -33,7 +33,7 @@ fn a_recording_inside_a_dataset_or_with_flags_of_videos_is_refused() {
     let paths: [(&str, &Path); 2] = [("run", &run), ("file", &file)];
     for flags in ["--label", "--compare unedited", "--fps 10"] {
         call(&format!("render {{run}} --times 0 {flags} --out {{file}}"), &paths)
-            .fails(&file, &["not for recordings"]);
+            .is_bad_usage(&["not for recordings"]);
     }
 }
 

@@ -40,11 +40,17 @@ fn bad_synth_options_are_named() {
     let out = dir.path().join("out");
     for (line, word) in [
         ("synth volcano --out {out}", "volcano"),
-        ("synth fan --out {out} --size 1", "size"),
-        ("synth fan --out {out} --views 0", "views"),
-        ("synth fan --out {out} --train-fps 7", "train_fps"),
+        ("synth fan --out {out} --size 1", "--size"),
+        ("synth fan --out {out} --views 0", "--views"),
+        ("synth fan --out {out} --train-fps 7", "--train-fps"),
+        ("synth fan --out {out} --images-per-time 0", "--images-per-time"),
+        ("synth volcano --tracks --out {out}", "volcano"),
+        ("synth fan --tracks --noise nan --out {out}", "--noise"),
+        ("demo --scene volcano --out {out}", "volcano"),
+        ("demo --views 0 --out {out}", "--views"),
     ] {
-        call(line, &[("out", &out)]).fails(&out, &[word]);
+        call(line, &[("out", &out)]).is_bad_usage(&[word]);
+        assert!(!out.exists(), "{line}");
     }
     let out = unwritable(dir.path());
     assert_eq!(call("synth fan --out {out} --size 8 --views 1", &[("out", &out)]).code, 1);

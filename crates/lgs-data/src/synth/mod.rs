@@ -52,8 +52,18 @@ pub fn generate(
     out: &Path,
     progress: Progress<'_>,
 ) -> Result<(), SynthError> {
-    options::check(options)?;
+    check(scene, options)?;
     write::generate(&find(scene, options.seed)?, options, out, progress)
+}
+
+/// Checks the name of a scene and options, without making anything.
+///
+/// # Errors
+/// If there is no such scene, or an option is out of range.
+pub fn check(scene: &str, options: &SynthOptions) -> Result<(), SynthError> {
+    options::check(options)?;
+    let is_known = scenes().iter().any(|info| info.name == scene);
+    if is_known { Ok(()) } else { Err(SynthError::UnknownScene(scene.to_owned())) }
 }
 
 /// The trajectories of surface points at the given times, without any image: `points_per_object` of every

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use lgs_data::dataset::{CameraOrigin, Dataset, DatasetFormat, Frame, LoadOptions};
 use lgs_data::files::write_atomically;
 use lgs_data::synth::GroundTruth;
 use lgs_report::rig_figure;
 use serde_json::{Value, json};
 
-use super::super::failure::At;
+use super::super::failure::{At, BadUsage};
 use super::super::output::refuse_inside_dataset;
 use super::super::run::{absent_images, load_dataset};
 use super::{Args, Facts, distinct};
@@ -20,6 +20,11 @@ const NAMED: usize = 8;
 
 pub(super) fn facts(args: &Args, path: &Path, format: DatasetFormat) -> Result<Facts> {
     let absent = absent_images(args.skip_missing);
+    let is_svg = |path: &Path| path.extension().is_some_and(|ending| ending == "svg");
+    if let Some(other) = args.rig.as_deref().filter(|path| !is_png(path) && !is_svg(path)) {
+        let text = format!("expected a picture that ends with .svg or .png: {}", other.display());
+        return Err(BadUsage(text).into());
+    }
     let set = load_dataset(path, &LoadOptions { format: Some(format), absent, ..LoadOptions::default() })?;
     if let Some(picture) = &args.rig {
         draw_rig(&set, picture)?;
@@ -100,9 +105,10 @@ fn splits(set: &Dataset) -> Value {
 fn draw_rig(set: &Dataset, path: &Path) -> Result<()> {
     refuse_inside_dataset(path)?;
     let figure = rig_figure(set).at(path)?;
-    match path.extension().and_then(|e| e.to_str()) {
-        Some("svg") => write_atomically(path, |w| w.write_all(figure.svg.as_bytes())).at(path),
-        Some("png") => write_atomically(path, |w| w.write_all(&figure.png)).at(path),
-        _ => bail!("expected a picture that ends with .svg or .png: {}", path.display()),
-    }
+    let bytes = if is_png(path) { figure.png } else { figure.svg.into_bytes() };
+    write_atomically(path, |w| w.write_all(&bytes)).at(path)
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "png")
 }
