@@ -8,6 +8,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use crate::unfinished::{Unfinished, writing};
+
 /// A file operation that failed.
 #[derive(Debug, thiserror::Error)]
 #[error("can't {action}: {reason}: {}", path.display())]
@@ -74,16 +76,31 @@ pub fn write_folder<E: From<FileError>>(
     }
     let parent = folder_of(out);
     fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
-    let folder = temporary_builder(0o777)
-        .tempdir_in(parent)
-        .map_err(|e| FileError::new("create folder in", parent, e))?;
+    let (folder, unfinished) = {
+        let _writing = writing();
+        let folder = temporary_builder(0o777).tempdir_in(parent);
+        let folder = folder.map_err(|e| FileError::new("create folder in", parent, e))?;
+        let unfinished = Unfinished::new(folder.path());
+        (folder, unfinished)
+    };
     fill(folder.path())?;
+    let _writing = writing();
     if out.exists() {
         fs::remove_dir(out).map_err(|e| FileError::new("replace folder", out, e))?;
     }
     fs::rename(folder.path(), out).map_err(|e| FileError::new("create folder", out, e))?;
     let _ = folder.keep(); // renamed: nothing is left to delete
+    drop(unfinished);
     Ok(())
+}
+
+/// Writes a file into a folder that [`write_folder`] is making, without a flush to the disk: the folder only
+/// gets its name when all of it is there.
+pub(crate) fn write_into_new(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let _writing = writing();
+    let parent = folder_of(path);
+    fs::create_dir_all(parent).map_err(|reason| FileError::new("create folder", parent, reason))?;
+    fs::write(path, bytes).map_err(|reason| FileError::new("write file", path, reason))
 }
 
 /// Whether a folder can be made at a path: there is nothing, or an empty folder.
@@ -110,6 +127,7 @@ pub struct GrowingFile {
     path: PathBuf,
     part: PathBuf,
     file: File,
+    _unfinished: Unfinished,
 }
 
 impl GrowingFile {
@@ -126,8 +144,10 @@ impl GrowingFile {
             let reason = io::Error::new(io::ErrorKind::AlreadyExists, "what is there is no file");
             return Err(FileError::new("write file", taken, reason));
         }
+        let _writing = writing();
         let file = File::create(&part).map_err(|reason| FileError::new("write file", path, reason))?;
-        Ok(Self { path: path.to_owned(), part, file })
+        let _unfinished = Unfinished::new(&part);
+        Ok(Self { path: path.to_owned(), part, file, _unfinished })
     }
 
     /// The name that the file gets in the end.
@@ -143,6 +163,7 @@ impl GrowingFile {
     pub fn finish(self) -> Result<(), FileError> {
         let failed = |reason| FileError::new("write file", &self.path, reason);
         self.file.sync_all().map_err(failed)?;
+        let _writing = writing();
         fs::rename(&self.part, &self.path).map_err(failed)?;
         sync_folder(folder_of(&self.path));
         Ok(())
@@ -186,6 +207,7 @@ fn write_and_rename(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "there is a folder of that name"));
     }
     let folder = folder_of(path);
+    let _writing = writing();
     let temporary = temporary_builder(0o666).tempfile_in(folder)?;
     let mut writer = BufWriter::with_capacity(1 << 16, temporary);
     fill(&mut writer)?;

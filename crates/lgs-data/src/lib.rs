@@ -25,9 +25,13 @@ mod names;
 pub mod ply;
 pub mod pth;
 pub mod splats;
+mod staged;
 pub mod synth;
 pub mod testing;
 mod thresholds;
 pub mod tracks;
+mod unfinished;
 
 pub use error::ReadError;
+pub use staged::StagedFolder;
+pub use unfinished::abandon;

@@ -119,6 +119,12 @@ pub(crate) const LEAST_TEXTURE: f32 = 0.02;
 /// from which a neighbour sees the same.
 pub(crate) const NEAR_SHARE: f32 = 0.2;
 
+// Writing
+
+/// How long an interrupted program waits for files under way: a disk that takes longer for one file is stuck,
+/// and who interrupts does not wait for it.
+pub(crate) const ABANDON_PATIENCE: std::time::Duration = std::time::Duration::from_secs(10);
+
 // Synthetic scenes
 
 /// Longest step of a simulated law; with rates of up to 10 per unit of time the local error is below 1e-12.

@@ -243,15 +243,12 @@ fn write_images(folder: &Path, name: &str, masked: &Masked) -> Result<(), Datase
 }
 
 fn write_png(path: &Path, image: &DynamicImage) -> Result<(), DatasetError> {
-    let parent = files::folder_of(path);
-    std::fs::create_dir_all(parent).map_err(|e| FileError::new("create folder", parent, e))?;
     let mut bytes = Vec::new();
     let kind: ExtendedColorType = image.color().into();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
         .write_image(image.as_bytes(), image.width(), image.height(), kind)
         .map_err(|e| FileError::new("encode image", path, std::io::Error::other(e)))?;
-    // No flush to the disk per image: the folder only gets its name when all of it is there.
-    std::fs::write(path, bytes).map_err(|reason| FileError::new("write image", path, reason).into())
+    Ok(files::write_into_new(path, &bytes)?)
 }
 
 fn entry(spec: &FrameSpec, name: &str, camera: &Camera, has_mask: bool) -> Value {

@@ -95,6 +95,8 @@ impl Dataset {
         let edits = edits.collect::<Result<BTreeMap<_, _>, DatasetError>>()?;
         let mut splits = names.into_iter().map(read).collect::<Result<Vec<_>, DatasetError>>()?;
         let absent = leave_out_absent(&mut splits, options.absent)?;
+        let mut remarks = format.remarks(root)?;
+        remarks.extend(times_outside(&splits));
         let mut splits = load_splits(splits, options, progress)?;
         if options.near == 0.0 {
             set_near_planes(&mut splits);
@@ -103,7 +105,7 @@ impl Dataset {
             root: root.to_path_buf(),
             splits,
             absent,
-            remarks: format.remarks(root)?,
+            remarks,
             edits,
             camera_origin: format.camera_origin(root)?,
             background: if options.white_background { [1.0; 3] } else { [0.0; 3] },
@@ -111,6 +113,19 @@ impl Dataset {
             fingerprint: fingerprint::of(root, format)?,
         })
     }
+}
+
+/// The remark that training images have times outside of the captured sequence, if some have.
+fn times_outside(splits: &[(String, Vec<FrameSpec>)]) -> Option<String> {
+    let (_, specs) = splits.iter().find(|(name, _)| name == "train")?;
+    let outside = || specs.iter().filter(|spec| !(0.0..1.0).contains(&spec.time));
+    let (first, count, all) = (outside().next()?, outside().count(), specs.len());
+    let FrameSpec { index, time, described_in, .. } = first;
+    let path = described_in.display();
+    Some(format!(
+        "`time` should be in [0, 1) and is not for {count} of {all} training images, such as frame {index} \
+         with {time}: {path}"
+    ))
 }
 
 /// Gives all cameras the near planes that the training cameras ask for.

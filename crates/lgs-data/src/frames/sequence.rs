@@ -28,6 +28,12 @@ impl FrameSequence {
         {
             return Err(FramesProblem::NotAscending { before: pair[0], after: pair[1] });
         }
+        if let Some(scale) =
+            self.gaussians.log_scales.as_flattened().iter().find(|scale| !scale.exp().is_finite())
+        {
+            let (expected, found) = ("logarithms of finite scales".to_owned(), scale.to_string());
+            return Err(FramesProblem::Tensor { field: "log_scales", expected, found });
+        }
         let zero = |q: &[f32; 4]| q.iter().all(|v| v.abs() < f32::MIN_POSITIVE);
         for (frame, row) in self.rotations.iter().enumerate() {
             if let Some(index) = row.iter().position(zero) {

@@ -118,6 +118,18 @@ pub enum PlyProblem {
         /// The value.
         found: f32,
     },
+    /// A logarithm of a scale that is no logarithm of a finite number.
+    #[error(
+        "ply property `{property}` of vertex {index}: expected the logarithm of a finite scale, found {found}"
+    )]
+    Scale {
+        /// The property.
+        property: String,
+        /// The row.
+        index: usize,
+        /// The value.
+        found: f32,
+    },
     /// The cloud to be written is invalid.
     #[error("the Gaussians can't be written: {0}")]
     Cloud(#[from] CloudError),

@@ -135,11 +135,23 @@ fn parse_cloud(bytes: &[u8]) -> Result<GaussianCloud, PlyProblem> {
     Ok(GaussianCloud {
         means: table.floats(["x", "y", "z"])?,
         rotations: table.floats(["rot_0", "rot_1", "rot_2", "rot_3"])?,
-        log_scales: table.floats(["scale_0", "scale_1", "scale_2"])?,
+        log_scales: finite_scales(table.floats(["scale_0", "scale_1", "scale_2"])?)?,
         raw_opacities: table.float_rows(&["opacity"])?,
         sh: table.float_rows(&sh_names)?,
         sh_degree,
     })
+}
+
+/// Logarithms whose scales are finite.
+pub(crate) fn finite_scales(log_scales: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>, PlyProblem> {
+    let values = log_scales.as_flattened();
+    match values.iter().position(|value| !value.exp().is_finite()) {
+        None => Ok(log_scales),
+        Some(at) => {
+            let (property, found) = (format!("scale_{}", at % 3), values[at]);
+            Err(PlyProblem::Scale { property, index: at / 3, found })
+        }
+    }
 }
 
 fn parse_points(bytes: &[u8]) -> Result<Points, PlyProblem> {

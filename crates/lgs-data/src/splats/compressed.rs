@@ -17,7 +17,7 @@ use super::quantise::{
     color, complete, dc, largest_positive, opacity_byte, raw_opacity, unit_of_bits, unit_to_bits,
 };
 use crate::files::{read_bytes, write_atomically};
-use crate::ply::{PlyError, PlyProblem, Scalar, Table};
+use crate::ply::{PlyError, PlyProblem, Scalar, Table, finite_scales};
 
 /// Gaussians of a chunk.
 const CHUNK: usize = 256;
@@ -234,6 +234,7 @@ fn parse(bytes: &[u8]) -> Result<GaussianCloud, PlyProblem> {
         }
     }
     cloud.validate()?;
+    cloud.log_scales = finite_scales(cloud.log_scales)?;
     Ok(cloud)
 }
 

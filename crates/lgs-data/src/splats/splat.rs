@@ -51,7 +51,8 @@ fn row(cloud: &GaussianCloud, index: usize) -> [u8; ROW] {
 
 fn parse(bytes: &[u8]) -> Result<GaussianCloud, SplatProblem> {
     let (rows, rest) = bytes.as_chunks::<ROW>();
-    if !rest.is_empty() {
+    // Nothing tells an empty cloud from a file that lost its contents.
+    if rows.is_empty() || !rest.is_empty() {
         return Err(SplatProblem::Length(bytes.len()));
     }
     let mut cloud = GaussianCloud::default();

@@ -224,8 +224,7 @@ fn write_png(path: &Path, rgba: &[u8], size: u32) -> Result<(), SynthError> {
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
         .write_image(rgba, size, size, ExtendedColorType::Rgba8)
         .map_err(|e| FileError::new("encode image", path, std::io::Error::other(e)))?;
-    // No flush to the disk per image: the folder only gets its name when all of it is there.
-    fs::write(path, bytes).map_err(|reason| FileError::new("write image", path, reason).into())
+    Ok(files::write_into_new(path, &bytes)?)
 }
 
 fn write_transforms(
