@@ -54,11 +54,20 @@ pub struct EvalOptions<'a> {
     pub half_resolution: bool,
     /// Networks of LPIPS, if there are weights.
     pub perceptual: Option<&'a Perceptual>,
+    /// Splits whose images are compared. Default: all. Figures of the motion are those of the whole dataset,
+    /// but for pixels against true images.
+    pub splits: Option<&'a [String]>,
+}
+
+impl EvalOptions<'_> {
+    fn includes(&self, split: &str) -> bool {
+        self.splits.is_none_or(|splits| splits.iter().any(|name| name == split))
+    }
 }
 
 impl Default for EvalOptions<'_> {
     fn default() -> Self {
-        Self { reversal: Reversal::Exact, half_resolution: false, perceptual: None }
+        Self { reversal: Reversal::Exact, half_resolution: false, perceptual: None, splits: None }
     }
 }
 
@@ -79,7 +88,7 @@ pub fn evaluate(
         half_resolution: options.half_resolution,
         perceptual: options.perceptual,
     };
-    let rows = score_splits(subject, &mut motion, options.reversal, &scoring, progress);
+    let rows = score_splits(subject, &mut motion, options, &scoring, progress);
     Metrics {
         schema: SCHEMA,
         splits: rows.iter().map(|(name, (_, rows))| (name.clone(), split_metrics(rows))).collect(),
@@ -91,6 +100,7 @@ pub fn evaluate(
         protocol: Protocol {
             half_resolution: options.half_resolution,
             lpips_weights: options.perceptual.map(|p| p.origins.clone()).unwrap_or_default(),
+            other_dataset: None,
         },
         footprint: Footprint {
             static_gaussians: scene.static_gaussians.len(),
@@ -110,12 +120,13 @@ type ScoredSplits<'a> = BTreeMap<String, (&'a [Frame], Vec<FrameRow>)>;
 fn score_splits<'a>(
     subject: &Subject<'a>,
     motion: &mut Motion<'_>,
-    reversal: Reversal,
+    options: &EvalOptions<'_>,
     scoring: &Scoring<'_>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> ScoredSplits<'a> {
     let Some(dataset) = subject.dataset else { return BTreeMap::new() };
-    let total = dataset.splits.values().map(Vec::len).sum();
+    let asked = || dataset.splits.iter().filter(|(name, _)| options.includes(name));
+    let total = asked().map(|(_, frames)| frames.len()).sum();
     let done = AtomicUsize::new(0);
     let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
     let score = |(name, frames): (&String, &'a Vec<Frame>)| {
@@ -123,13 +134,13 @@ fn score_splits<'a>(
             None => score_frames(subject.source, (subject.scene, &mut *motion), frames, scoring, &tick),
             // A source model knows nothing of edits.
             Some(&edit) => {
-                let mut edited = Motion::new(subject.scene, scales(edit), reversal);
+                let mut edited = Motion::new(subject.scene, scales(edit), options.reversal);
                 score_frames(None, (subject.scene, &mut edited), frames, scoring, &tick)
             }
         };
         (name.clone(), (frames.as_slice(), rows))
     };
-    dataset.splits.iter().map(score).collect()
+    asked().map(score).collect()
 }
 
 /// Position errors of every split that shows an edit, under that edit, by time.

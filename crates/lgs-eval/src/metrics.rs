@@ -45,11 +45,13 @@ pub struct Metrics {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Protocol {
-    /// Whether images were compared at half their size, by averaging 2 × 2 pixels, as the published figures
-    /// of single objects.
+    /// Whether images were compared at half their size (2 × 2 pixels averaged), as the published figures.
     pub half_resolution: bool,
-    /// The weights that LPIPS used; empty without.
+    /// Weights of LPIPS; empty without.
     pub lpips_weights: Vec<Origin>,
+    /// Fingerprint of the dataset, where it is another one than that of training.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_dataset: Option<String>,
 }
 
 /// Scores of both models on one split.
@@ -81,8 +83,7 @@ pub struct SplitScore {
     pub psnr_fitted: Option<f64>,
     /// Mean over images of SSIM.
     pub ssim: Option<f64>,
-    /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as the network expects; nothing without
-    /// weights.
+    /// Mean over images of LPIPS with VGG-16, inputs in [−1, 1] as it expects; nothing without weights.
     pub lpips_vgg: Option<f64>,
     /// Mean over images of LPIPS with VGG-16, inputs in [0, 1] as in the published tables of FreeGave and
     /// DefGS.
@@ -227,10 +228,10 @@ pub struct CycleError {
 /// Extents relative to the ground truth's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExtentAgainstTruth {
-    /// Foreground pixels over the true images', mean over views, maximum over times beyond the captured
-    /// window.
+    /// Foreground pixels over those of the true images that were compared, mean over views, maximum over
+    /// times beyond the captured window.
     pub pixels_max: Option<f64>,
-    /// Foreground pixels over the true images', mean over views, minimum over the same times.
+    /// That ratio's minimum over the same times.
     pub pixels_min: Option<f64>,
     /// Root-mean-square spread of an object around its centroid, relative to t = 0, over the same of the true
     /// object it matches; maximum over objects and [0, 3 τ_max].

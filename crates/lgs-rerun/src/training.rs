@@ -76,7 +76,8 @@ impl Training {
     pub fn report(&self, progress: &Progress) {
         let mut state = self.state.borrow_mut();
         if state.stage.is_none() {
-            state.recall(&read_events(&self.events), progress);
+            // A curve that cannot be read is no reason to stop training.
+            state.recall(&read_events(&self.events).unwrap_or_default(), progress);
         }
         if state.stage != Some(progress.stage) {
             state.enter(progress.stage);

@@ -72,9 +72,21 @@ pub enum SuiteError {
         origin: String,
     },
     /// The folder of a cell has a run of other settings.
-    #[error("the folder holds a run with other settings than the suite's; remove it or choose another \
-        output folder: {}", .0.display())]
-    OtherSettings(PathBuf),
+    #[error(
+        "the folder holds a run with other settings than the suite's: `{key}` is {own} in the run, {suite} \
+         in the suite; remove it or choose another output folder: {}",
+        path.display()
+    )]
+    OtherSettings {
+        /// The folder.
+        path: PathBuf,
+        /// The first key that differs.
+        key: String,
+        /// Its value in the run.
+        own: String,
+        /// Its value in the suite.
+        suite: String,
+    },
     /// The cell continues from the source of another one that has not been run.
     #[error(
         "cell {cell} continues from the source of cell {leader} ({name}), which is not trained; run that \
@@ -101,7 +113,7 @@ impl SuiteError {
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         match self {
-            Self::Read { path, .. } | Self::OtherSettings(path) => Some(path),
+            Self::Read { path, .. } | Self::OtherSettings { path, .. } => Some(path),
             Self::Syntax { origin, .. }
             | Self::Unknown { origin, .. }
             | Self::Invalid { origin, .. }

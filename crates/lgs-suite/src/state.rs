@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use lgs_eval::Metrics;
-use lgs_train::RunFolder;
+use lgs_train::{Difference, RunFolder, TrainError};
 
 use crate::error::SuiteError;
 use crate::plan::{Cell, Plan};
@@ -45,8 +45,9 @@ impl Plan {
             return Ok(CellState::Missing);
         }
         let (run, config) = RunFolder::open(&root)?;
-        if config.hash() != cell.config.hash() {
-            return Err(SuiteError::OtherSettings(root));
+        let difference = config.first_difference(&cell.config).map_err(TrainError::from)?;
+        if let Some(Difference { key, own, other: suite }) = difference {
+            return Err(SuiteError::OtherSettings { path: root, key, own, suite });
         }
         Ok(match (run.scene_path().exists(), self.metrics(cell)) {
             (true, Some(_)) => CellState::Done,

@@ -83,6 +83,27 @@ pub enum TrainError {
         /// The hash in the file.
         found: String,
     },
+    /// The `config.toml` of a run is not that of a run.
+    #[error("the run's configuration is wrong: {error}: {}", path.display())]
+    RunConfig {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: crate::layers::ConfigError,
+    },
+    /// A line of a training curve is malformed.
+    #[error("line {line}: {reason}: {}", path.display())]
+    Events {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// The defect.
+        reason: String,
+    },
+    /// The folder for a run holds something else.
+    #[error("the folder is not empty and holds no run; choose a new or empty one: {}", .0.display())]
+    Foreign(PathBuf),
     /// The run folder already holds a run.
     #[error("the folder already holds a run; resume it or choose another: {0}")]
     Occupied(PathBuf),
@@ -112,6 +133,9 @@ impl TrainError {
             | Self::NoFrames(path)
             | Self::ShortWindow { path, .. }
             | Self::Mismatch { path, .. }
+            | Self::RunConfig { path, .. }
+            | Self::Events { path, .. }
+            | Self::Foreign(path)
             | Self::Occupied(path) => Some(path),
             Self::Distill(_) | Self::NotTrained(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => {
                 None
@@ -143,6 +167,12 @@ mod tests {
             TrainError::NoFrames(path()),
             TrainError::ShortWindow { path: path(), last: 0.01, least: 0.1 },
             TrainError::Occupied(path()),
+            TrainError::Foreign(path()),
+            TrainError::Events { path: path(), line: 3, reason: "cut".to_owned() },
+            TrainError::RunConfig {
+                path: path(),
+                error: crate::layers::ConfigError::Override("a".to_owned()),
+            },
             denied().into(),
             missing.into(),
             TensorFileError::from(denied()).into(),

@@ -36,11 +36,25 @@ impl Event {
     }
 }
 
-/// The lines of a training curve; one that a crash cut short is left out, and an absent file has none.
-#[must_use]
-pub fn read_events(path: &Path) -> Vec<Event> {
-    let text = std::fs::read(path).unwrap_or_default();
-    String::from_utf8_lossy(&text).lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+/// The lines of a training curve; a last one that a crash cut short is left out, and an absent file has none.
+///
+/// # Errors
+/// If the file cannot be read or another line is malformed.
+pub fn read_events(path: &Path) -> Result<Vec<Event>, TrainError> {
+    let bytes = match std::fs::read(path) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        read => read.map_err(|e| FileError::new("read file", path, e))?,
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    let event = |(index, line): (usize, &str)| {
+        serde_json::from_str(line).map_err(|e| TrainError::Events {
+            path: path.to_owned(),
+            line: index + 1,
+            reason: e.to_string(),
+        })
+    };
+    whole.lines().enumerate().map(event).collect()
 }
 
 /// The file, open for appending.
@@ -104,6 +118,19 @@ mod tests {
 
     fn event(stage: Stage, step: usize) -> Event {
         Event { stage: stage.name().into(), step, loss: 0.5, psnr: None, gaussians: 3 }
+    }
+
+    #[test]
+    fn a_line_that_is_cut_is_left_out_and_a_malformed_one_named() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("events.jsonl");
+        assert_eq!(read_events(&path).expect("no file"), []);
+        let line = serde_json::to_string(&event(Stage::Source, 10)).expect("a line");
+        std::fs::write(&path, format!("{line}\n{}", &line[..9])).expect("written");
+        assert_eq!(read_events(&path).expect("cut short"), [event(Stage::Source, 10)]);
+        std::fs::write(&path, format!("{line}\nnothing\n{line}\n")).expect("written");
+        let error = read_events(&path).expect_err("malformed").to_string();
+        assert!(error.contains("line 2") && error.ends_with("events.jsonl"), "{error}");
     }
 
     #[test]

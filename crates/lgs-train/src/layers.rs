@@ -35,6 +35,12 @@ pub enum ConfigError {
         /// All keys of the same table.
         known: String,
     },
+    /// A file that should have all keys lacks one.
+    #[error("`{key}` is missing")]
+    Absent {
+        /// The dotted key.
+        key: String,
+    },
     /// A value has another type than the default.
     #[error("`{key}`: expected {expected}, found {found}")]
     Type {
@@ -61,7 +67,11 @@ impl ConfigError {
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Read { path, .. } | Self::Syntax { path, .. } => Some(path),
-            Self::Override(_) | Self::Unknown { .. } | Self::Type { .. } | Self::Invalid { .. } => None,
+            Self::Override(_)
+            | Self::Unknown { .. }
+            | Self::Absent { .. }
+            | Self::Type { .. }
+            | Self::Invalid { .. } => None,
         }
     }
 }
@@ -93,6 +103,21 @@ pub(crate) fn set(table: &mut Table, text: &str) -> Result<(), ConfigError> {
     }
     place.insert(last.to_owned(), value);
     Ok(())
+}
+
+/// The first key, in the order of `a`, whose values differ in two tables, with both values.
+pub(crate) fn first_difference(a: &Table, b: &Table, prefix: &str) -> Option<(String, String, String)> {
+    let names = a.keys().chain(b.keys().filter(|name| !a.contains_key(*name)));
+    names.into_iter().find_map(|name| {
+        let key = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+        let text = |value: Option<&Value>| value.map_or_else(|| "nothing".to_owned(), Value::to_string);
+        match (a.get(name), b.get(name)) {
+            (Some(Value::Table(a)), Some(Value::Table(b))) => first_difference(a, b, &key),
+            // Settings have single precision, which a number as it is typed has not.
+            (Some(Value::Float(a)), Some(Value::Float(b))) if *a as f32 == *b as f32 => None,
+            (a, b) => (a != b).then(|| (key, text(a), text(b))),
+        }
+    })
 }
 
 /// Lays `given` over `base`; every key must exist there with a value of the same type.

@@ -48,5 +48,6 @@ pub use estimate::{Estimate, estimate};
 pub use figures::{Figures, StepReport};
 pub use import::imported_source;
 pub use pipeline::{Trained, train};
+pub use resolve::Difference;
 pub use run_folder::{RunDataset, RunFolder};
 pub use window::{check_window, learns_no_motion};

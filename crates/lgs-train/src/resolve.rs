@@ -13,7 +13,18 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::config::{ConfigError, LastStage, Preset, TrainConfig};
-use crate::layers::{merge, parse, set};
+use crate::layers::{first_difference, merge, parse, set};
+
+/// A setting of two values, as TOML.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The dotted key.
+    pub key: String,
+    /// The value in the one configuration.
+    pub own: String,
+    /// The value in the other.
+    pub other: String,
+}
 
 impl TrainConfig {
     /// Merges a preset, an optional file and overrides such as `source.iterations=500`, and checks the
@@ -22,16 +33,36 @@ impl TrainConfig {
     /// # Errors
     /// If the file cannot be read or parsed, or a key or value is wrong; the error names the key.
     pub fn resolve(preset: Preset, file: Option<&Path>, overrides: &[String]) -> Result<Self, ConfigError> {
-        let mut given = Table::new();
-        if let Some(path) = file {
-            let text = std::fs::read_to_string(path)
-                .map_err(|reason| ConfigError::Read { path: path.to_owned(), reason })?;
-            given = parse(&text, path)?;
-        }
-        for text in overrides {
-            set(&mut given, text)?;
-        }
-        Self::from_table(preset, given)
+        Self::from_table(preset, given(file, overrides)?)
+    }
+
+    /// The first setting that results depend on and that a file or an override would change.
+    ///
+    /// # Errors
+    /// If the file cannot be read or parsed, or there is no such key or type.
+    pub fn changed_by(
+        &self,
+        file: Option<&Path>,
+        overrides: &[String],
+    ) -> Result<Option<Difference>, ConfigError> {
+        let mut given = given(file, overrides)?;
+        name_last_stage(&mut given)?;
+        let own = self.table()?;
+        let mut changed = own.clone();
+        merge(&mut changed, &given, "")?;
+        Ok(difference(own, changed))
+    }
+
+    /// The first setting that results depend on and that another configuration has another value of.
+    ///
+    /// # Errors
+    /// Never in practice: every field has a TOML form (tested).
+    pub fn first_difference(&self, other: &Self) -> Result<Option<Difference>, ConfigError> {
+        Ok(difference(self.table()?, other.table()?))
+    }
+
+    fn table(&self) -> Result<Table, ConfigError> {
+        Table::try_from(self).map_err(|e| invalid("configuration", &e))
     }
 
     /// Lays settings over the preset and the kinds of source and dynamics that they name, `preset` and its
@@ -45,11 +76,7 @@ impl TrainConfig {
         let dynamics = given.get("distill").and_then(|distill| distill.get("dynamics"));
         let dynamics = choice(dynamics, "distill.dynamics", "`terms` or `networks`")?;
         let dynamics = dynamics.unwrap_or_else(|| preset.dynamics());
-        if let Some(stage) = given.get_mut("last_stage") {
-            let text = stage.as_str().map_or_else(|| stage.to_string(), str::to_owned);
-            let named = text.parse::<LastStage>().map_err(|reason| invalid("last_stage", &reason))?;
-            *stage = Value::String(named.name().to_owned());
-        }
+        name_last_stage(&mut given)?;
         let mut merged = Table::try_from(Self::of(preset, kind, dynamics)).map_err(|e| whole(&e))?;
         merge(&mut merged, &given, "")?;
         let config: Self =
@@ -79,6 +106,35 @@ impl TrainConfig {
         }
         Ok(())
     }
+}
+
+/// The settings of a file with overrides laid over them, unchecked.
+fn given(file: Option<&Path>, overrides: &[String]) -> Result<Table, ConfigError> {
+    let mut given = Table::new();
+    if let Some(path) = file {
+        let text = std::fs::read_to_string(path)
+            .map_err(|reason| ConfigError::Read { path: path.to_owned(), reason })?;
+        given = parse(&text, path)?;
+    }
+    overrides.iter().try_for_each(|text| set(&mut given, text))?;
+    Ok(given)
+}
+
+/// Gives the last stage, which may be a number, its name.
+fn name_last_stage(given: &mut Table) -> Result<(), ConfigError> {
+    if let Some(stage) = given.get_mut("last_stage") {
+        let text = stage.as_str().map_or_else(|| stage.to_string(), str::to_owned);
+        let named = text.parse::<LastStage>().map_err(|reason| invalid("last_stage", &reason))?;
+        *stage = Value::String(named.name().to_owned());
+    }
+    Ok(())
+}
+
+/// The first difference between two configurations, but for the interval of checkpoints.
+fn difference(mut own: Table, mut other: Table) -> Option<Difference> {
+    [&mut own, &mut other].into_iter().for_each(|table| drop(table.remove("checkpoint_secs")));
+    let (key, own, other) = first_difference(&own, &other, "")?;
+    Some(Difference { key, own, other })
 }
 
 fn invalid(key: &str, reason: &dyn Display) -> ConfigError {

@@ -60,7 +60,33 @@ impl RunFolder {
         let folder = Self { root: root.to_owned() };
         let mut table = folder.read_config()?;
         table.remove(DATASET);
-        Ok((folder, TrainConfig::from_table(Preset::Quick, table)?))
+        // Every run writes all keys; without these it is no file of a run, or it has lost its contents.
+        let absent = ["preset", "seed"].into_iter().find(|key| !table.contains_key(*key));
+        let config = match absent {
+            Some(key) => Err(ConfigError::Absent { key: key.to_owned() }),
+            None => TrainConfig::from_table(Preset::Quick, table),
+        };
+        let wrong = |error| TrainError::RunConfig { path: folder.config_path(), error };
+        let config = config.map_err(wrong)?;
+        Ok((folder, config))
+    }
+
+    /// Refuses a folder that a run cannot be started in: one that holds a run, or something else.
+    ///
+    /// # Errors
+    /// If it is not new and not empty; hidden files do not count.
+    pub fn check_free(root: &Path) -> Result<(), TrainError> {
+        let folder = Self { root: root.to_owned() };
+        if folder.config_path().exists() || folder.checkpoints_path().exists() {
+            return Err(TrainError::Occupied(root.to_owned()));
+        }
+        let is_hidden = |name: &std::ffi::OsStr| name.to_string_lossy().starts_with('.');
+        // A folder that cannot be read shows when it is written.
+        let mut entries = std::fs::read_dir(root).into_iter().flatten().flatten();
+        if entries.any(|entry| !is_hidden(&entry.file_name())) {
+            return Err(TrainError::Foreign(root.to_owned()));
+        }
+        Ok(())
     }
 
     /// The dataset that the run is trained on; nothing for a run without images.
@@ -70,11 +96,10 @@ impl RunFolder {
     pub fn dataset(&self) -> Result<Option<RunDataset>, TrainError> {
         let table = self.read_config()?.remove(DATASET);
         let read = table.map(toml::Value::try_into).transpose();
-        let invalid = |e: toml::de::Error| ConfigError::Invalid {
-            key: DATASET.to_owned(),
-            reason: e.message().to_owned(),
-        };
-        Ok(read.map_err(invalid)?)
+        read.map_err(|e: toml::de::Error| {
+            let error = ConfigError::Invalid { key: DATASET.to_owned(), reason: e.message().to_owned() };
+            TrainError::RunConfig { path: self.config_path(), error }
+        })
     }
 
     fn read_config(&self) -> Result<toml::Table, TrainError> {

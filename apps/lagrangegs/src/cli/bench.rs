@@ -16,6 +16,7 @@ use serde_json::json;
 use super::device::DeviceArgs;
 use super::eval::measure;
 use super::failure::{At, chain};
+use super::interrupt::is_stopping;
 use super::output::{self, refuse_inside_dataset};
 use super::progress::say;
 use super::run::Run;
@@ -82,13 +83,13 @@ fn run_all(plan: &Plan, args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for cell in &plan.cells {
         if let Err(error) = args.device.run(|device| run_cell(plan, cell, device)) {
-            if training::is_stopping() {
+            if is_stopping() {
                 return Err(error);
             }
             say(&format!("cell {} ({}) failed: {}", cell.index, cell.name(), chain(&error)));
             failed.push(cell.name());
         }
-        if training::is_stopping() {
+        if is_stopping() {
             bail!("interrupted; the same command goes on: {}", plan.root().display());
         }
     }
@@ -135,7 +136,7 @@ fn run_cell(plan: &Plan, cell: &Cell, device: &Device) -> Result<()> {
         perceptual: perceptual.as_ref(),
         ..EvalOptions::default()
     };
-    measure(&Run::open(&out)?, Some(&data), None, &options).map(drop)
+    measure(&Run::open(&out)?, Some(&data), &options).map(drop)
 }
 
 /// Makes a synthetic dataset that is not there.

@@ -8,8 +8,10 @@ use lgs_data::frames::{FrameFile, FrameSequence, list_frames, read_frames};
 use lgs_data::splats::{SplatFormat, read_splats, write_splats};
 use serde_json::{Value, json};
 
-use super::failure::At;
-use super::output::{self, FrameKind, OldFrames, prepare_folder, refuse_inside_dataset, refuse_inside_input};
+use super::failure::{At, BadUsage};
+use super::output::{
+    self, FrameFolder, FrameKind, prepare_folder, refuse_inside_dataset, refuse_inside_input,
+};
 use super::progress::Task;
 use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 
@@ -90,8 +92,12 @@ fn convert_frames(frames: &Frames<'_>, out: &Path, format: SplatFormat) -> Resul
     if let Frames::Files(folder, _) = frames {
         refuse_inside_input(out, folder)?;
     }
+    if SplatFormat::of_name(out).is_some() && !out.is_dir() {
+        let text = "a splat file holds a single time; frames go into a folder";
+        return Err(BadUsage(format!("{text}: {}", out.display())).into());
+    }
     prepare_folder(out)?;
-    let old = OldFrames::listed(out, FrameKind::Splats)?;
+    let folder = FrameFolder::begin(out, FrameKind::Splats)?;
     let task = Task::new("convert", frames.len() as u64);
     let (mut gaussians, mut listed) = (0, Vec::new());
     for frame in 0..frames.len() {
@@ -100,11 +106,11 @@ fn convert_frames(frames: &Frames<'_>, out: &Path, format: SplatFormat) -> Resul
             warn_of_loss(cloud.sh_degree, format);
         }
         gaussians = cloud.len();
-        write_splats(&out.join(&name), &cloud, format).at(&out.join(&name))?;
+        write_splats(&folder.path(&name), &cloud, format).at(&out.join(&name))?;
         listed.push(entry(&name, frames.time(frame)));
         task.count(frame + 1, frames.len());
     }
-    old.replace(&json!({ "frames": listed }))?;
+    folder.finish(&json!({ "frames": listed }))?;
     done(frames.len(), gaussians, out)
 }
 

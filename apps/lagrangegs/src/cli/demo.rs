@@ -16,16 +16,18 @@ use lgs_model::Motion;
 use lgs_report::sheet::{Row, contact_sheet, evenly};
 use lgs_report::{longest_view, spread_in_time};
 use lgs_train::config::Preset;
+use lgs_train::{RunFolder, TrainError};
 
 use super::device::DeviceArgs;
 use super::drawing::{Job, Label, time_label};
 use super::eval::measure;
+use super::failure::At;
 use super::output::{self, prepare_folder, refuse_inside_dataset, write_png};
 use super::progress::say;
 use super::run::Run;
 use super::shots::orbit;
 use super::times::Times;
-use super::train::configured;
+use super::train::{configured, refuse_change};
 use super::trust::ModelName;
 use super::trust::{Mark, trust_in};
 use super::{synth, training};
@@ -69,6 +71,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (data, root) = (args.out.join("data"), args.out.join("run"));
     make_dataset(args, &data)?;
     let resume = root.join("config.toml").exists();
+    if resume {
+        let (_, own) = RunFolder::open(&root).at(&root)?;
+        refuse_change(own.first_difference(&config).map_err(TrainError::from).at(&root)?, &root)?;
+    }
     args.device.run(|device| {
         training::train(&training::Request {
             data: Some(&data),
@@ -82,7 +88,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         })
     })?;
     let run = Run::open(&root)?;
-    let metrics = measure(&run, Some(&data), None, &EvalOptions::default())?;
+    let metrics = measure(&run, Some(&data), &EvalOptions::default())?;
     let renders = root.join("renders");
     pictures(&run, &renders)?;
     let dataset = run.images(&data, None)?;
@@ -118,22 +124,19 @@ impl Args {
 fn pictures(run: &Run, folder: &Path) -> Result<()> {
     let camera = orbit(run)?.at(AZIMUTH);
     let window = run.scene.motion.time_window;
-    let job = |times: Vec<f32>, edit: Edit| Job {
-        cameras: vec![camera; times.len()],
-        times,
-        edit,
-        reversal: Reversal::Exact,
-        trust: trust_in(run, ModelName::Lagrangian, edit),
-        mark: Mark::default(),
-        label: Label::default(),
+    let job = |times: Vec<f32>, edit: Edit| -> Result<Job> {
+        let trust = trust_in(run, ModelName::Lagrangian, edit)?;
+        let (cameras, reversal) = (vec![camera; times.len()], Reversal::Exact);
+        Ok(Job { cameras, times, edit, reversal, trust, mark: Mark::default(), label: Label::default() })
     };
-    job(steps(window, 3.0 * window), Edit::default()).write(&run.scene, &folder.join("future"))?;
-    job(steps(-window, 0.0), Edit::default()).write(&run.scene, &folder.join("past"))?;
+    job(steps(window, 3.0 * window), Edit::default())?.write(&run.scene, &folder.join("future"))?;
+    job(steps(-window, 0.0), Edit::default())?.write(&run.scene, &folder.join("past"))?;
     let times = steps(0.0, 2.0 * window);
     let mut rows = Vec::new();
     for beta in POTENTIAL_SCALES {
         let edit = Edit { potential_scale: beta, ..Edit::default() };
-        let images = job(times.clone(), edit).write(&run.scene, &folder.join(format!("potential-{beta}")))?;
+        let images =
+            job(times.clone(), edit)?.write(&run.scene, &folder.join(format!("potential-{beta}")))?;
         let chosen = evenly(images.len(), COLUMNS);
         rows.push(Row {
             title: format!("β = {beta}"),

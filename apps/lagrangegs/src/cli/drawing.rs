@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::compare::{Beside, Other};
 use super::frames::{file_name, sweep_in_order};
-use super::output::{FrameKind, OldFrames, prepare_folder, write_png};
+use super::output::{FrameFolder, FrameKind, prepare_folder, write_png};
 use super::trust::{Mark, listed};
 use super::video::{Film, Target};
 
@@ -69,6 +69,10 @@ impl Job {
     pub(super) fn make(&self, subject: Subject<'_, '_>, target: &Target) -> Result<String> {
         Ok(match target {
             Target::Folder(out) => format!("{} images", self.folder(subject, out)?.len()),
+            Target::Picture(path) => {
+                self.drawn(subject, |_, image| write_png(path, image))?;
+                "an image".to_owned()
+            }
             Target::Film(film) => {
                 let bytes = self.film(subject, film)?;
                 format!("a video of {} frames, {:.0} kB", self.times.len(), bytes as f64 / 1e3)
@@ -76,14 +80,29 @@ impl Job {
         })
     }
 
-    /// Writes each frame as it is done, then the list of frames and a contact sheet.
+    /// Writes frames, the list of them and a contact sheet.
     fn folder(&self, subject: Subject<'_, '_>, out: &Path) -> Result<Vec<Image>> {
-        let old = OldFrames::listed(out, FrameKind::Images)?;
+        let frames = FrameFolder::begin(out, FrameKind::Images)?;
+        let write = |index: usize, image: &Image| {
+            write_png(&frames.path(&file_name(index, self.times[index], "png")), image)
+        };
+        let images = self.drawn(subject, write)?;
+        write_png(&frames.path("sheet.png"), &self.sheet(&images))?;
+        frames.finish(&self.list())?;
+        Ok(images)
+    }
+
+    /// Draws all frames, and hands each with its number on as soon as it is done.
+    fn drawn(
+        &self,
+        subject: Subject<'_, '_>,
+        write: impl Fn(usize, &Image) -> Result<()> + Sync,
+    ) -> Result<Vec<Image>> {
         let mut images = Vec::with_capacity(self.times.len());
         let draw = self.drawer(subject.background, subject.other.name());
         let work = |index: usize, shot: &Shot| {
             let image = draw(index, shot);
-            write_png(&out.join(file_name(index, self.times[index], "png")), &image)?;
+            write(index, &image)?;
             Ok(image)
         };
         let take = |image| {
@@ -91,8 +110,6 @@ impl Job {
             Ok(())
         };
         sweep_in_order("rendering", self.times.len(), self.shots(subject), work, take)?;
-        old.replace(&self.list())?;
-        write_png(&out.join("sheet.png"), &self.sheet(&images))?;
         Ok(images)
     }
 

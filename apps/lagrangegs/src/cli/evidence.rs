@@ -18,16 +18,19 @@ use super::run::Run;
 pub(crate) struct Evidence {
     source: Option<Box<dyn SourceModel>>,
     dataset: Option<Dataset>,
+    /// Fingerprint of the dataset, where the run was trained on another one.
+    pub(crate) other: Option<String>,
     truth: Option<GroundTruth>,
     laws: Vec<Option<ObjectLaw>>,
 }
 
 impl Evidence {
-    /// Reads what there is: the images of some splits (default: all) of the dataset in a folder.
-    pub(crate) fn load(run: &Run, root: Option<&Path>, splits: Option<Vec<String>>) -> Result<Self> {
-        let dataset = root.map(|root| run.images(root, splits)).transpose()?;
+    /// Reads what there is: all images of the dataset in a folder.
+    pub(crate) fn load(run: &Run, root: Option<&Path>) -> Result<Self> {
+        let dataset = root.map(|root| run.images(root, None)).transpose()?;
+        let other = dataset.as_ref().map(|dataset| run.other_dataset(dataset)).transpose()?.flatten();
         let truth = root.map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
-        Ok(Self { source: run.source()?, dataset, truth, laws: laws_of(run) })
+        Ok(Self { source: run.source()?, dataset, other, truth, laws: laws_of(run)? })
     }
 
     /// The run's scene beside it, as evaluation and report take both.

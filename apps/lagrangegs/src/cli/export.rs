@@ -10,9 +10,9 @@ use lgs_model::Motion;
 use lgs_model::source::SourceModel;
 use serde_json::json;
 
-use super::failure::At;
+use super::failure::{At, BadUsage};
 use super::frames::{MotionArgs, sweep};
-use super::output::{self, FrameKind, OldFrames, prepare_folder, refuse_inside_dataset};
+use super::output::{self, FrameFolder, FrameKind, prepare_folder, refuse_inside_dataset};
 use super::run::Run;
 use super::splats::{format_of, frame_name, splat_format, warn_of_loss};
 use super::times::Times;
@@ -40,6 +40,7 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     args.model.check_edit(args.motion.edit())?;
+    args.check_out()?;
     let run = Run::open(&args.run)?;
     args.times.check(&run.scene.motion, &args.run)?;
     refuse_inside_dataset(&args.out)?;
@@ -47,7 +48,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let source = source(args, &run)?;
     let mut motion = Motion::new(&run.scene, args.motion.edit(), args.motion.reversal());
     let files = Files::prepare(args)?;
-    let trust = trust_in(&run, args.model, args.motion.edit());
+    let trust = trust_in(&run, args.model, args.motion.edit())?;
     warn_of(&trust, files.times);
     let degrees = [&run.scene.static_gaussians, &run.scene.dynamic_gaussians].map(|cloud| cloud.sh_degree);
     warn_of_loss(degrees[0].max(degrees[1]), files.format);
@@ -66,6 +67,22 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::print(&format!("{count} files of {gaussians} Gaussians, {}\n", args.out.display()))
 }
 
+impl Args {
+    /// Refuses the name of a splat file for several times or another format.
+    fn check_out(&self) -> Result<()> {
+        let Some(named) = SplatFormat::of_name(&self.out).filter(|_| !self.out.is_dir()) else {
+            return Ok(());
+        };
+        let is_other = self.format.is_some_and(|format| format != named);
+        if is_other || self.times.0.len() > 1 {
+            let text =
+                "a splat file holds a single time in the format of its name; other files go into a folder";
+            return Err(BadUsage(format!("{text}: {}", self.out.display())).into());
+        }
+        Ok(())
+    }
+}
+
 /// The source model, if its Gaussians are asked for.
 fn source(args: &Args, run: &Run) -> Result<Option<Box<dyn SourceModel>>> {
     match args.model {
@@ -82,8 +99,8 @@ struct Files<'a> {
     out: &'a Path,
     times: &'a [f32],
     format: SplatFormat,
-    /// Frames of an earlier call; none for a single path.
-    old: Option<OldFrames<'a>>,
+    /// The folder; none for a single path.
+    frames: Option<FrameFolder>,
 }
 
 impl<'a> Files<'a> {
@@ -94,8 +111,8 @@ impl<'a> Files<'a> {
         let is_single = times.len() == 1 && SplatFormat::of_name(out) == Some(format);
         let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         prepare_folder(if is_single { folder } else { out })?;
-        let old = (!is_single).then(|| OldFrames::listed(out, FrameKind::Splats)).transpose()?;
-        Ok(Self { out, times, format, old })
+        let frames = (!is_single).then(|| FrameFolder::begin(out, FrameKind::Splats)).transpose()?;
+        Ok(Self { out, times, format, frames })
     }
 
     fn name(&self, index: usize) -> String {
@@ -103,14 +120,17 @@ impl<'a> Files<'a> {
     }
 
     fn path(&self, index: usize) -> PathBuf {
-        if self.old.is_none() { self.out.to_owned() } else { self.out.join(self.name(index)) }
+        match &self.frames {
+            Some(frames) => frames.path(&self.name(index)),
+            None => self.out.to_owned(),
+        }
     }
 
     /// Writes the list of the files into their folder.
     fn list(mut self, gaussians: usize, trust: &Trust) -> Result<()> {
-        let Some(old) = self.old.take() else { return Ok(()) };
+        let Some(frames) = self.frames.take() else { return Ok(()) };
         let entry = |(index, &time): (usize, &f32)| listed(&self.name(index), time, trust);
         let files: Vec<_> = self.times.iter().enumerate().map(entry).collect();
-        old.replace(&json!({ "gaussians": gaussians, "frames": files }))
+        frames.finish(&json!({ "gaussians": gaussians, "frames": files }))
     }
 }

@@ -2,6 +2,7 @@
 //! error like everywhere else.
 
 mod dataset;
+mod run;
 mod terms;
 
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ use super::device;
 use super::facts::{Facts, cloud, moving_splats, official, sequence};
 use super::failure::At;
 use super::output;
-use super::run::{Run, dataset_format};
+use super::run::dataset_format;
 use super::tracks;
 
 #[derive(Debug, clap::Args)]
@@ -106,7 +107,7 @@ fn folder(args: &Args, path: &Path) -> Result<Facts> {
         return dataset::facts(args, path, format);
     }
     if path.join("config.toml").exists() {
-        return run_folder(path);
+        return run::facts(path);
     }
     let files = list_frames(path).at(path)?;
     let Some(first) = files.first() else {
@@ -116,38 +117,21 @@ fn folder(args: &Args, path: &Path) -> Result<Facts> {
         )
     };
     let format = SplatFormat::of_file(&path.join(&first.name)).at(path)?;
-    let facts = sequence(&read_frames(path).at(path)?);
+    let facts = match &files[..] {
+        [only] => {
+            let file = path.join(&only.name);
+            let facts = cloud("frames", &read_splats(&file).at(&file)?);
+            let times = only.time.map_or_else(|| "1".to_owned(), |time| format!("1 at {time}"));
+            [&facts[..1], &[("times", json!(times))], &facts[1..]].concat()
+        }
+        _ => sequence(&read_frames(path).at(path)?),
+    };
     Ok([&facts[..1], &[("format", json!(format.name()))], &facts[1..]].concat())
 }
 
 /// Every different text once, sorted.
 fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
     texts.collect::<std::collections::BTreeSet<_>>().into_iter().collect()
-}
-
-fn run_folder(path: &Path) -> Result<Facts> {
-    let run = Run::open(path)?;
-    let mut facts =
-        vec![("kind", json!("run")), ("preset", json!(run.config.preset)), ("seed", json!(run.config.seed))];
-    if let Ok(Some(dataset)) = run.dataset_path(None) {
-        facts.push(("dataset", json!(dataset)));
-    }
-    if let Some(secs) = run.cost().train_secs {
-        facts.push(("training", json!(format!("{secs:.0} s"))));
-    }
-    if let Some(sizes) = run.camera_corrections()? {
-        facts.push(("corrections of poses", json!(sizes.pose_text())));
-        facts.push(("corrections of exposures", json!(sizes.exposure_text())));
-    }
-    facts.push((
-        "source model",
-        json!(
-            run.source()?
-                .map_or_else(|| "none".to_owned(), |s| format!("{}, {} Gaussians", s.kind().name(), s.len()))
-        ),
-    ));
-    facts.extend(scene(&run.scene));
-    Ok(facts)
 }
 
 /// A tensor file of any of the project's formats.

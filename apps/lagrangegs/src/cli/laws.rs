@@ -1,5 +1,6 @@
 //! What a scene knows of its objects' laws.
 
+use anyhow::Result;
 use lgs_distill::{CoordinatesKind, DistillReport};
 use lgs_eval::laws::{ObjectLaw, PositionBand, RivalLaw};
 use lgs_mechanics::bands::{self, Verdict};
@@ -8,14 +9,14 @@ use lgs_model::{GeneralisedDynamics, ObjectModel};
 use super::run::Run;
 
 /// A record for every object of a run; none for a run of the paper's particles.
-pub(super) fn laws_of(run: &Run) -> Vec<Option<ObjectLaw>> {
+pub(super) fn laws_of(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
     if run.config.distill.coordinates == CoordinatesKind::Particles {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let window = f64::from(run.scene.motion.time_window);
-    let reports = run.distillation();
+    let reports = run.distillation()?;
     let law = |(index, object)| Some(law_of(object, reports.get(index), window));
-    run.scene.objects.iter().enumerate().map(law).collect()
+    Ok(run.scene.objects.iter().enumerate().map(law).collect())
 }
 
 fn law_of(object: &ObjectModel, report: Option<&DistillReport>, window: f64) -> ObjectLaw {

@@ -1,8 +1,8 @@
 //! The command line: parse, run, report.
 //!
-//! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed
-//! and 2 for bad usage; an error is one line that ends with the path it is about (`failure.rs`). Each command
-//! has a file of its own.
+//! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed,
+//! 2 for bad usage and 130 when Ctrl-C ended it at once; an error is one line that ends with the path it is
+//! about (`failure.rs`). Each command has a file of its own.
 
 mod ablation;
 mod bench;
@@ -21,6 +21,7 @@ mod failure;
 mod frames;
 mod import;
 mod info;
+mod interrupt;
 mod laws;
 mod live;
 mod outlook;
@@ -101,6 +102,10 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let profile = cli.profile.then(Profile::default);
     progress::start_logs(profile.as_ref());
+    // The viewer ends in its own way.
+    if !matches!(cli.command, Command::View(_)) {
+        interrupt::listen();
+    }
     let begun = Instant::now();
     let done = match &cli.command {
         Command::Demo(args) => demo::run(args),

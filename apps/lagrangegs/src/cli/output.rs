@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use lgs_core::Image;
+use lgs_data::StagedFolder;
 use lgs_data::dataset::DatasetFormat;
 use lgs_data::files::{FileError, write_atomically};
 
@@ -92,46 +93,43 @@ pub(crate) enum FrameKind {
     Splats,
 }
 
-/// The frames that an earlier call wrote into a folder; they go once new ones of their kind are there, so
-/// that old and new frames never mix.
-pub(crate) struct OldFrames<'a> {
-    folder: &'a Path,
-    names: Vec<PathBuf>,
+/// Frames on their way into a folder. They arrive all together, with the list of them, when the last is
+/// there; then those go that the list of an earlier call names, so that old and new frames never mix.
+pub(crate) struct FrameFolder {
+    staged: StagedFolder,
+    old: Vec<PathBuf>,
 }
 
-impl<'a> OldFrames<'a> {
-    /// The frames that the folder's list names; an error if they are of another kind than the new ones.
-    pub(crate) fn listed(folder: &'a Path, kind: FrameKind) -> Result<Self> {
-        let names = names_in(&std::fs::read(folder.join(MANIFEST)).unwrap_or_default());
+impl FrameFolder {
+    /// Begins in a folder that exists; an error if it lists frames of another kind.
+    pub(crate) fn begin(folder: &Path, kind: FrameKind) -> Result<Self> {
+        let old = names_in(&std::fs::read(folder.join(MANIFEST)).unwrap_or_default());
         let kind_of = |name: &PathBuf| match name.extension().is_some_and(|ending| ending == "png") {
             true => FrameKind::Images,
             false => FrameKind::Splats,
         };
-        if let Some(other) = names.iter().find(|name| kind_of(name) != kind && folder.join(name).exists()) {
+        if let Some(other) = old.iter().find(|name| kind_of(name) != kind && folder.join(name).exists()) {
             let (other, folder) = (other.display(), folder.display());
             bail!(
                 "the folder holds frames of another kind, such as {other}; choose another folder: {folder}"
             );
         }
-        Ok(Self { folder, names })
+        Ok(Self { staged: StagedFolder::begin(folder)?, old })
     }
 
-    /// Writes the list of the new frames, and removes the old ones that are not among them.
-    pub(crate) fn replace(self, list: &serde_json::Value) -> Result<()> {
-        let path = self.folder.join(MANIFEST);
+    /// Where the file of a name is written for now.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.staged.path().join(name)
+    }
+
+    /// Ends with the list of the new frames.
+    pub(crate) fn finish(self, list: &serde_json::Value) -> Result<()> {
+        let path = self.path(MANIFEST);
         let text = format!("{list:#}\n");
         write_atomically(&path, |w| w.write_all(text.as_bytes())).at(&path)?;
         let new = names_in(text.as_bytes());
-        for name in self.names.into_iter().filter(|name| !new.contains(name)) {
-            let path = self.folder.join(name);
-            match std::fs::remove_file(&path) {
-                Err(e) if e.kind() != ErrorKind::NotFound => {
-                    return Err(FileError::new("remove file", &path, e).into());
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+        let obsolete: Vec<PathBuf> = self.old.into_iter().filter(|name| !new.contains(name)).collect();
+        Ok(self.staged.finish(MANIFEST, &obsolete)?)
     }
 }
 
@@ -157,14 +155,18 @@ mod tests {
         let folder = dir.path();
         let write = |name: &str| std::fs::write(folder.join(name), name).expect("a file");
         ["a.ply", "b.ply", "own.txt"].into_iter().for_each(write);
-        let none = OldFrames::listed(folder, FrameKind::Splats).expect("no list");
-        none.replace(&list(&["a.ply", "b.ply", "../own.txt"])).expect("written");
-        let refused = OldFrames::listed(folder, FrameKind::Images).err().expect("refused").to_string();
+        let begun = |kind| FrameFolder::begin(folder, kind);
+        begun(FrameKind::Splats)
+            .expect("no list")
+            .finish(&list(&["a.ply", "b.ply", "../own.txt"]))
+            .expect("a list");
+        let refused = begun(FrameKind::Images).err().expect("refused").to_string();
         assert!(refused.contains("a.ply") && refused.ends_with(&folder.display().to_string()), "{refused}");
-        let old = OldFrames::listed(folder, FrameKind::Splats).expect("listed");
-        write("b.ply");
-        assert!(folder.join("a.ply").exists(), "until the new ones are there");
-        old.replace(&list(&["b.ply"])).expect("replaced");
+        let new = begun(FrameKind::Splats).expect("begun");
+        std::fs::write(new.path("b.ply"), "new").expect("a file");
+        let old = std::fs::read_to_string(folder.join("b.ply")).expect("a file");
+        assert!(folder.join("a.ply").exists() && old == "b.ply", "until the new ones are there");
+        new.finish(&list(&["b.ply"])).expect("finished");
         let there = ["a.ply", "b.ply", "own.txt"].map(|name| folder.join(name).exists());
         assert_eq!(there, [false, true, true]);
     }

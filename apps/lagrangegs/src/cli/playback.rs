@@ -40,7 +40,7 @@ pub(super) fn record(run: &Run, model: ModelName, job: &Job, path: &Path) -> Res
     let mut playback = Playback::begin(path, (&title, about.as_bytes()), &run.scene).at(path)?;
     playback.cameras(&distinct(run.cameras()?)).at(path)?;
     if model == ModelName::Lagrangian {
-        playback.objects(notes(run, &job.trust)).at(path)?;
+        playback.objects(notes(run, &job.trust)?).at(path)?;
     }
     let subject = |index: usize| Ok(Arc::new(shown.at(job.times[index])));
     let work = |index: usize, shown: &Arc<Shown>| {
@@ -102,8 +102,8 @@ impl<'a> Model<'a> {
 }
 
 /// What is said of each object of a run.
-fn notes(run: &Run, trust: &Trust) -> Vec<ObjectNote> {
-    let laws = laws_of(run);
+fn notes(run: &Run, trust: &Trust) -> Result<Vec<ObjectNote>> {
+    let laws = laws_of(run)?;
     let trusted = |object: usize| match trust {
         Trust::Objects(objects) => objects[object],
         Trust::Source(window) => *window,
@@ -112,5 +112,5 @@ fn notes(run: &Run, trust: &Trust) -> Vec<ObjectNote> {
         let law = laws.get(object).and_then(Option::as_ref);
         ObjectNote::of(law, trusted(object), object_color(object))
     };
-    (0..run.scene.objects.len()).map(note).collect()
+    Ok((0..run.scene.objects.len()).map(note).collect())
 }

@@ -47,8 +47,8 @@ pub(super) struct Args {
     /// How to mark frames of times at which the motion of some object is not trusted
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     mark_untrusted: Mark,
-    /// Folder to write images into, a video (FILE.mp4, FILE.webm or FILE.gif), or a recording for rerun's
-    /// viewer (FILE.rrd, only in builds with the feature `rerun`)
+    /// Folder to write images into, an image for a single time (FILE.png), a video (FILE.mp4, FILE.webm or
+    /// FILE.gif), or a recording for rerun's viewer (FILE.rrd, only in builds with the feature `rerun`)
     #[arg(long)]
     out: PathBuf,
     #[command(flatten)]
@@ -76,13 +76,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
     run.refuse_inside_frames(&args.out)?;
     let mut other = Other::open(&run, args.compare, &cameras, args.data.as_deref())?;
-    let sink = Sink::of(args)?;
+    let sink = Sink::of(args, times.len())?;
     let job = Job {
         times,
         cameras: cameras.iter().map(|camera| camera::with_width(camera, args.size)).collect(),
         edit: args.motion.edit(),
         reversal: args.motion.reversal(),
-        trust: trust_in(&run, args.model, args.motion.edit()),
+        trust: trust_in(&run, args.model, args.motion.edit())?,
         mark: args.mark_untrusted,
         label: if args.label { Label::Times } else { Label::Names },
     };
@@ -102,11 +102,11 @@ enum Sink {
 
 impl Sink {
     /// The sink that a path means.
-    fn of(args: &Args) -> Result<Self> {
+    fn of(args: &Args, frames: usize) -> Result<Self> {
         if args.is_recording() {
             return Ok(Self::Recording(args.out.clone()));
         }
-        args.video.target(&args.out).map(Self::Frames)
+        args.video.target(&args.out, frames).map(Self::Frames)
     }
 }
 
@@ -119,7 +119,7 @@ impl Args {
     /// Refuses a name of the output that does not go with the other flags.
     fn check_out(&self) -> Result<()> {
         if !self.is_recording() {
-            return self.video.check_name(&self.out);
+            return self.video.check_name(&self.out, self.times.as_ref().map(|times| times.0.len()));
         }
         if self.compare.is_some() || self.label || self.video.is_set() {
             let text = "--compare, --label, --fps and --encoder are not for recordings";

@@ -2,19 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use lgs_core::Camera;
 use lgs_data::cameras::read_cameras_json;
 use lgs_data::dataset::{AbsentImages, Dataset, DatasetFormat, LoadOptions, NearPlanes};
-use lgs_data::files::write_atomically;
+use lgs_data::files::{read_bytes, write_atomically};
 use lgs_distill::DistillReport;
 use lgs_eval::{CameraCorrections, Cost};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
 use lgs_train::{RunFolder, TrainConfig};
+use serde::de::DeserializeOwned;
 
 use super::failure::At;
-use super::output::{refuse_inside_input, warn_of_absent};
+use super::output::{refuse_inside_dataset, refuse_inside_input, warn_of_absent};
 use super::progress::Task;
 
 /// File of the time and memory that training took, beside the models.
@@ -30,7 +31,7 @@ pub(crate) struct Run {
 impl Run {
     /// Reads a run's configuration and Lagrangian scene.
     pub(crate) fn open(root: &Path) -> Result<Self> {
-        let (folder, config) = RunFolder::open(root).at(root).context("this is not a run")?;
+        let (folder, config) = open_folder(root)?;
         if !folder.scene_path().exists() {
             bail!("training is not finished; continue it with `train … --resume`: {}", root.display());
         }
@@ -102,21 +103,55 @@ impl Run {
     }
 
     /// What stage 1 found for each object; nothing if the run does not say.
-    pub(crate) fn distillation(&self) -> Vec<DistillReport> {
-        let text = std::fs::read(self.folder.distillation_path()).unwrap_or_default();
-        serde_json::from_slice(&text).unwrap_or_default()
+    pub(crate) fn distillation(&self) -> Result<Vec<DistillReport>> {
+        Ok(read_json(&self.folder.distillation_path())?.unwrap_or_default())
     }
 
     /// The time and memory that training took.
-    pub(crate) fn cost(&self) -> Cost {
+    pub(crate) fn cost(&self) -> Result<Cost> {
         read_cost(self.folder.root())
+    }
+
+    /// Refuses to write into the run's folder where that lies inside of a dataset or of imported frames.
+    pub(crate) fn check_writable(&self) -> Result<()> {
+        refuse_inside_dataset(self.folder.root())?;
+        self.refuse_inside_frames(self.folder.root())
+    }
+
+    /// Says if a dataset is not the one that the run was trained on; returns its fingerprint then.
+    pub(crate) fn other_dataset(&self, dataset: &Dataset) -> Result<Option<String>> {
+        let recorded = self.folder.dataset().at(&self.folder.config_path())?;
+        let expected = recorded.map(|recorded| recorded.fingerprint);
+        if expected.as_deref().is_none_or(|expected| expected == dataset.fingerprint) {
+            return Ok(None);
+        }
+        tracing::warn!(
+            "the run was trained on another dataset (fingerprint {}) than this one ({}): {}",
+            expected.unwrap_or_default(),
+            dataset.fingerprint,
+            dataset.root.display()
+        );
+        Ok(Some(dataset.fingerprint.clone()))
     }
 }
 
+/// The folder of a run and its configuration.
+pub(crate) fn open_folder(root: &Path) -> Result<(RunFolder, TrainConfig)> {
+    RunFolder::open(root).at(root).context("this is not a run")
+}
+
 /// The cost of earlier sessions of a run; none if nothing is recorded.
-pub(crate) fn read_cost(root: &Path) -> Cost {
-    let text = std::fs::read(root.join(COST)).unwrap_or_default();
-    serde_json::from_slice(&text).unwrap_or_default()
+pub(crate) fn read_cost(root: &Path) -> Result<Cost> {
+    Ok(read_json(&root.join(COST))?.unwrap_or_default())
+}
+
+/// The contents of a file that a run may have.
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let wrong = |e: serde_json::Error| anyhow!("the file is damaged: {e}: {}", path.display());
+    serde_json::from_slice(&read_bytes(path)?).map(Some).map_err(wrong)
 }
 
 /// Writes the time and memory that training took.

@@ -79,9 +79,16 @@ impl Wish<'_> {
         if let Some(camera) = camera::find(name, &known) {
             return Ok(camera);
         }
-        let Some(root) = run.dataset_path(self.data)?.filter(|root| root.is_dir()) else {
+        let Some(root) = run.dataset_path(self.data)? else {
             return camera::unknown(name, &known, run.folder.root());
         };
+        if !root.is_dir() {
+            let root = root.display();
+            bail!(
+                "the run lists no camera `{name}`, and the dataset, which may have it, is absent (name it \
+                 with --data); looked for at: {root}"
+            );
+        }
         // Reading the split of the name's first part alone saves decoding all the others.
         let format = run.config.data.format.or_else(|| DatasetFormat::detect(&root));
         let holds = |split: &&str| format.is_some_and(|format| format.has_split(&root, split));

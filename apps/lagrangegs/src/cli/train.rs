@@ -8,8 +8,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use lgs_data::dataset::DatasetFormat;
 use lgs_data::tracks::is_track_file;
 use lgs_model::source::{SourceKind, imported_kind};
-use lgs_train::config::Preset;
-use lgs_train::{RunFolder, TrainConfig, TrainError};
+use lgs_train::config::{ConfigError, Preset};
+use lgs_train::{Difference, RunFolder, TrainConfig, TrainError};
 
 use super::ablation::Ablations;
 use super::device::DeviceArgs;
@@ -22,8 +22,9 @@ use super::training::{Request, train};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Dataset; with `--source frames` and no `--import`, the frames themselves
-    #[arg(required_unless_present = "import")]
+    /// Dataset; with `--source frames` and no `--import`, the frames themselves [default with --resume: that
+    /// of the run]
+    #[arg(required_unless_present_any = ["import", "resume"])]
     data: Option<PathBuf>,
     /// Format of the dataset [default: detected]
     #[arg(long, value_name = "NAME", value_parser = dataset_format)]
@@ -68,7 +69,7 @@ pub(super) struct Args {
     /// Seed of every random draw
     #[arg(long)]
     seed: Option<u64>,
-    /// Continue from the run's latest checkpoint
+    /// Continue from the run's latest checkpoint, under the run's own configuration
     #[arg(long)]
     resume: bool,
     /// Serve a page that shows the models while they are trained; its address is printed
@@ -120,14 +121,14 @@ fn key_value(text: &str) -> Result<String, String> {
 
 pub(super) fn run(args: &Args) -> Result<()> {
     refuse_inside_dataset(&args.out)?;
-    if let (_, Some(import)) = args.paths() {
+    let Asked { data, import, config } = if args.resume { args.resumed()? } else { args.begun()? };
+    if let Some(import) = &import {
         refuse_inside_input(&args.out, import)?;
         announce(import)?;
     }
-    let config = resolve(args)?;
     args.device.run(|device| {
         train(&Request {
-            data: args.paths().0,
+            data: data.as_deref(),
             out: &args.out,
             config,
             resume: args.resume,
@@ -140,18 +141,56 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::print(&format!("{}\n", args.out.display()))
 }
 
+/// What is to be trained, and on what.
+struct Asked {
+    data: Option<PathBuf>,
+    /// What is imported, where the call names it.
+    import: Option<PathBuf>,
+    config: TrainConfig,
+}
+
 impl Args {
-    /// Dataset, and what to import: the one path of `--source frames PATH` is the frames.
-    fn paths(&self) -> (Option<&Path>, Option<&Path>) {
-        match (self.data.as_deref(), self.import.as_deref()) {
+    /// A new run: the one path of `--source frames PATH` is the frames.
+    fn begun(&self) -> Result<Asked> {
+        let (data, import) = match (self.data.clone(), self.import.clone()) {
             (frames, None) if self.source == Some(SourceKind::Frames) => (None, frames),
             paths => paths,
-        }
+        };
+        let preset = match self.preset {
+            Some(PresetName::Paper) => Preset::Paper,
+            Some(PresetName::Standard) => Preset::Standard,
+            _ => Preset::Quick,
+        };
+        let mut sets = self.source_settings(import.as_deref())?;
+        // A marker is a measured thing, not one Gaussian of many: by itself it can be an object.
+        let is_tracks = import.as_deref().is_some_and(is_track_file);
+        sets.extend(is_tracks.then(|| "partition.smallest_object=1".to_owned()));
+        sets.extend(self.settings());
+        Ok(Asked { data, import, config: configured(preset, self.config.as_deref(), &sets)? })
+    }
+
+    /// The run that is there, which flags may repeat but not change; what they do not say it says itself.
+    fn resumed(&self) -> Result<Asked> {
+        let (run, own) = RunFolder::open(&self.out).at(&self.out).context("there is no run to resume")?;
+        let recorded = run.dataset().at(&run.config_path())?.map(|dataset| dataset.path);
+        let has_frames_alone = recorded.is_none() && !own.source.import.is_empty();
+        let (data, import) = match (self.data.clone(), self.import.clone()) {
+            (frames, None) if has_frames_alone || self.source == Some(SourceKind::Frames) => (None, frames),
+            paths => paths,
+        };
+        let mut sets = self.source_settings(import.as_deref())?;
+        let name = |preset: PresetName| Some(preset.to_possible_value()?.get_name().to_owned());
+        sets.extend(self.preset.and_then(name).map(|name| format!("preset={name}")));
+        sets.extend(self.settings());
+        let file = self.config.as_deref();
+        let changed = blamed(file, own.changed_by(file, &sets), |file| own.changed_by(Some(file), &[]))?;
+        refuse_change(changed, &self.out)?;
+        Ok(Asked { data: data.or(recorded), import, config: own })
     }
 
     /// Settings of the source: its kind, which files to import decide if nothing else does, and these files.
-    fn source_settings(&self) -> Result<Vec<String>> {
-        let Some(import) = self.paths().1 else {
+    fn source_settings(&self, import: Option<&Path>) -> Result<Vec<String>> {
+        let Some(import) = import else {
             return Ok(self.source.iter().map(|source| format!("source.kind={}", source.name())).collect());
         };
         // An official model is a source that could have been trained here, whatever it is called.
@@ -160,52 +199,52 @@ impl Args {
             (_, Some(named)) => named.name(),
         };
         let path = std::path::absolute(import).at(import)?;
-        let mut settings = vec![format!("source.kind={kind}"), format!("source.import={}", path.display())];
-        // A marker is a measured thing, not one Gaussian of many: by itself it can be an object.
-        settings.extend(is_track_file(import).then(|| "partition.smallest_object=1".to_owned()));
-        Ok(settings)
+        Ok(vec![format!("source.kind={kind}"), format!("source.import={}", path.display())])
     }
+
+    /// Settings that other flags stand for.
+    fn settings(&self) -> Vec<String> {
+        let mut sets = Vec::new();
+        sets.extend(self.format.map(|format| format!("data.format={}", format.name())));
+        sets.extend(self.time_budget.map(|secs| format!("time_budget_secs={secs:?}")));
+        sets.extend(self.size.map(|size| format!("data.resolution={size}")));
+        sets.extend(self.skip_missing.then(|| "data.skip_missing=true".to_owned()));
+        let name = |dynamics: DynamicsName| Some(dynamics.to_possible_value()?.get_name().to_owned());
+        sets.extend(self.dynamics.and_then(name).map(|name| format!("distill.dynamics={name}")));
+        sets.extend(self.ablations.settings());
+        sets.extend_from_slice(&self.set);
+        sets.extend(self.seed.map(|seed| format!("seed={seed}")));
+        sets
+    }
+}
+
+/// Refuses to resume a run under another configuration than its own.
+pub(super) fn refuse_change(changed: Option<Difference>, out: &Path) -> Result<()> {
+    let Some(Difference { key, own, other }) = changed else { return Ok(()) };
+    bail!(
+        "the run was begun with another configuration: `{key}` is {own} in the run, asked for is {other}; \
+         leave it out to resume: {}",
+        out.display()
+    )
 }
 
 /// A preset with a file and settings laid over it. Wrong settings are bad usage; a wrong file is not.
 pub(super) fn configured(preset: Preset, file: Option<&Path>, settings: &[String]) -> Result<TrainConfig> {
-    TrainConfig::resolve(preset, file, settings).or_else(|error| {
+    let alone = |file: &Path| TrainConfig::resolve(preset, Some(file), &[]);
+    blamed(file, TrainConfig::resolve(preset, file, settings), alone)
+}
+
+/// The outcome of laying a file and settings over something: wrong settings are bad usage, a file that is
+/// wrong by itself is not.
+fn blamed<T, U>(
+    file: Option<&Path>,
+    outcome: Result<T, ConfigError>,
+    alone: impl Fn(&Path) -> Result<U, ConfigError>,
+) -> Result<T> {
+    outcome.or_else(|error| {
         if let Some(file) = file {
-            let alone = TrainConfig::resolve(preset, Some(file), &[]).map_err(TrainError::from);
-            alone.at(file).context("the configuration is wrong")?;
+            alone(file).map_err(TrainError::from).at(file).context("the configuration is wrong")?;
         }
         Err(BadUsage(format!("the configuration is wrong: {}", chain(&error.into()))).into())
     })
-}
-
-/// The configuration asked for; with `--resume` the run's own, which flags may repeat but not change.
-fn resolve(args: &Args) -> Result<TrainConfig> {
-    let preset = match args.preset {
-        Some(PresetName::Paper) => Preset::Paper,
-        Some(PresetName::Standard) => Preset::Standard,
-        _ => Preset::Quick,
-    };
-    let mut sets = args.source_settings()?;
-    sets.extend(args.format.map(|format| format!("data.format={}", format.name())));
-    sets.extend(args.time_budget.map(|secs| format!("time_budget_secs={secs:?}")));
-    sets.extend(args.size.map(|size| format!("data.resolution={size}")));
-    sets.extend(args.skip_missing.then(|| "data.skip_missing=true".to_owned()));
-    let name = |dynamics: DynamicsName| Some(dynamics.to_possible_value()?.get_name().to_owned());
-    sets.extend(args.dynamics.and_then(name).map(|name| format!("distill.dynamics={name}")));
-    sets.extend(args.ablations.settings());
-    sets.extend_from_slice(&args.set);
-    sets.extend(args.seed.map(|seed| format!("seed={seed}")));
-    let asked = || configured(preset, args.config.as_deref(), &sets);
-    if !args.resume {
-        return asked();
-    }
-    let (_, own) = RunFolder::open(&args.out).at(&args.out).context("there is no run to resume")?;
-    let any = args.preset.is_some() || args.config.is_some() || !sets.is_empty();
-    if any && asked()?.hash() != own.hash() {
-        bail!(
-            "the run was begun with another configuration; leave the settings out to resume it: {}",
-            args.out.display()
-        );
-    }
-    Ok(own)
 }

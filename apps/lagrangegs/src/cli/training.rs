@@ -1,8 +1,6 @@
 //! Training behind progress bars: one call for every command that trains, its cost, and Ctrl-C.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::Result;
@@ -17,13 +15,11 @@ use lgs_train::{
 };
 
 use super::failure::At;
+use super::interrupt::Training;
 use super::outlook::Outlook;
 use super::progress::{Task, say};
 use super::run::{load_dataset, load_options, read_cost, write_cost};
 use super::watchers::{Seats, Watchers};
-
-/// Exit code of a program that a second Ctrl-C ended: 128 + SIGINT, as shells report it.
-const ABORTED: i32 = 130;
 
 /// A training run: its data, its folder and its settings.
 pub(super) struct Request<'a> {
@@ -47,16 +43,12 @@ pub(super) struct Request<'a> {
 pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     // What came before in this process is no part of training.
     reset_peak_rss();
+    if !request.resume {
+        RunFolder::check_free(request.out).at(request.out)?;
+    }
+    let mut cost = read_cost(request.out)?;
     let seats = Seats::take(request.view, request.rerun, (request.out, &request.config))?;
-    let dataset = training_images(request)?;
-    check_window(&dataset, &request.config)?;
-    if learns_no_motion(&dataset, &request.config) {
-        say("a still scene: all training images are of one time, and no motion is learned");
-    }
-    if !request.config.source.import.is_empty() {
-        // Before a folder is made for the run; training reads it again.
-        imported_source(&request.config, &dataset).at(Path::new(&request.config.source.import))?;
-    }
+    let dataset = checked_images(request)?;
     let folder = run_folder(request, &dataset)?;
     let begun = Instant::now();
     let outlook = if request.resume || request.source_from.is_some() {
@@ -64,11 +56,10 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     } else {
         Outlook::announce(&dataset, &request.config, request.device)?
     };
-    let mut cost = read_cost(request.out);
     if let Some(from) = request.source_from {
         folder.adopt_source(&request.config, from).at(from)?;
         if cost == Cost::default() {
-            cost = cost_of_source(from);
+            cost = cost_of_source(from)?;
         }
     }
     cost.peak_rss_bytes = cost.peak_rss_bytes.max(peak_rss_bytes());
@@ -84,6 +75,21 @@ pub(super) fn train(request: &Request<'_>) -> Result<Trained> {
     Ok(trained)
 }
 
+/// The training images, and a look at whether they and what is imported can be trained on, before a folder is
+/// made for the run.
+fn checked_images(request: &Request<'_>) -> Result<Dataset> {
+    let dataset = training_images(request)?;
+    check_window(&dataset, &request.config)?;
+    if learns_no_motion(&dataset, &request.config) {
+        say("a still scene: all training images are of one time, and no motion is learned");
+    }
+    if !request.config.source.import.is_empty() {
+        // Training reads it again.
+        imported_source(&request.config, &dataset).at(Path::new(&request.config.source.import))?;
+    }
+    Ok(dataset)
+}
+
 fn run_folder(request: &Request<'_>, dataset: &Dataset) -> Result<RunFolder> {
     if request.resume {
         return Ok(RunFolder::open(request.out).at(request.out)?.0);
@@ -92,19 +98,23 @@ fn run_folder(request: &Request<'_>, dataset: &Dataset) -> Result<RunFolder> {
 }
 
 /// Cost of the source of a run: a run that takes the source over counts it as its own.
-fn cost_of_source(root: &Path) -> Cost {
+fn cost_of_source(root: &Path) -> Result<Cost> {
     let mut cost = Cost::default();
-    if let Some(source) = read_cost(root).stages.iter().find(|stage| stage.stage == Stage::Source.name()) {
+    if let Some(source) = read_cost(root)?.stages.iter().find(|stage| stage.stage == Stage::Source.name()) {
         cost.add_stage(&source.stage, source.secs, source.peak_rss_bytes);
         cost.train_secs = Some(source.secs);
     }
-    cost
+    Ok(cost)
 }
 
 fn training_images(request: &Request<'_>) -> Result<Dataset> {
     let options = load_options(&request.config, Some(vec!["train".to_owned()]));
     match request.data {
-        Some(data) => load_dataset(&std::path::absolute(data).at(data)?, &options),
+        Some(data) => {
+            let dataset = load_dataset(&std::path::absolute(data).at(data)?, &options)?;
+            dataset.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
+            Ok(dataset)
+        }
         None => Ok(Dataset::none(if options.white_background { [1.0; 3] } else { [0.0; 3] })),
     }
 }
@@ -133,7 +143,8 @@ fn with_bars(
     watchers: &Watchers<'_>,
     (cost, mut outlook): (&mut Cost, Outlook),
 ) -> Result<Trained, TrainError> {
-    let stop = stop_flag();
+    let interruptible = Training::begin();
+    let stop = interruptible.stop();
     let mut current: Option<Running> = None;
     let mut progress = |p: Progress| {
         if current.as_ref().is_none_or(|running| running.stage != p.stage) {
@@ -145,11 +156,11 @@ fn with_bars(
         if let Some(running) = &current {
             running.task.set(p.step as u64, p.steps as u64, || message(&p, left.as_deref()));
         }
-        watchers.report(&p, &stop);
+        watchers.report(&p, stop);
     };
     let trained = {
         let mut watching = watchers.onlookers();
-        let mut control = Control::new(&stop, &mut progress);
+        let mut control = Control::new(stop, &mut progress);
         watching.iter_mut().for_each(|onlooker| control.onlookers.push(&mut **onlooker));
         lgs_train::train(folder, dataset, &request.config, request.device, &mut control)
     };
@@ -161,29 +172,4 @@ fn message(p: &Progress, left: Option<&str>) -> String {
     let quality = p.psnr.map_or_else(|| format!("loss {:.3e}", p.loss), |psnr| format!("PSNR {psnr:.2} dB"));
     let left = left.map_or_else(String::new, |left| format!(", {left}"));
     format!("{quality}, {} Gaussians{left}", p.gaussians)
-}
-
-/// Whether Ctrl-C was pressed while something trained.
-pub(super) fn is_stopping() -> bool {
-    stop_flag().load(Ordering::Relaxed)
-}
-
-/// A flag that Ctrl-C raises. The handler is set once per process; later calls share its flag.
-fn stop_flag() -> Arc<AtomicBool> {
-    static FLAG: std::sync::OnceLock<Arc<AtomicBool>> = std::sync::OnceLock::new();
-    let flag = FLAG.get_or_init(|| {
-        let flag = Arc::new(AtomicBool::new(false));
-        let raised = Arc::clone(&flag);
-        let handler = move || {
-            if raised.swap(true, Ordering::SeqCst) {
-                std::process::exit(ABORTED);
-            }
-            say("stopping at the next step; Ctrl-C again aborts without a checkpoint");
-        };
-        if let Err(error) = ctrlc::set_handler(handler) {
-            tracing::warn!("Ctrl-C will not leave a checkpoint: {error}");
-        }
-        flag
-    });
-    Arc::clone(flag)
 }

@@ -60,12 +60,12 @@ impl Mark {
 }
 
 /// Trust in one of a run's models under an edit.
-pub(super) fn trust_in(run: &Run, model: ModelName, edit: Edit) -> Trust {
+pub(super) fn trust_in(run: &Run, model: ModelName, edit: Edit) -> Result<Trust> {
     let window = f64::from(run.scene.motion.time_window);
-    match model {
-        ModelName::Lagrangian => Trust::of_objects(&laws_of(run), run.scene.objects.len(), (window, edit)),
+    Ok(match model {
+        ModelName::Lagrangian => Trust::of_objects(&laws_of(run)?, run.scene.objects.len(), (window, edit)),
         ModelName::Source => Trust::Source([0.0, window]),
-    }
+    })
 }
 
 /// Says which objects are not trusted at which of the times.

@@ -15,6 +15,9 @@ use super::thresholds::FRAMES_PER_SECOND;
 /// Endings of videos that are not written; any other name is a folder's.
 const OTHER_VIDEOS: [&str; 7] = ["avi", "mov", "mkv", "m4v", "ogv", "webp", "apng"];
 
+/// Endings of images, which are no names of folders.
+const IMAGES: [&str; 5] = ["png", "jpg", "jpeg", "bmp", "tiff"];
+
 /// Flags of a video.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct VideoArgs {
@@ -39,6 +42,8 @@ enum EncoderName {
 pub(super) enum Target {
     /// One image per frame, a list of them and a contact sheet.
     Folder(PathBuf),
+    /// The image of the one frame.
+    Picture(PathBuf),
     /// One file.
     Film(Film),
 }
@@ -63,11 +68,16 @@ impl VideoArgs {
         self.fps.is_some() || self.encoder.is_some()
     }
 
-    /// Refuses a name that no call can mean.
-    pub(super) fn check_name(&self, out: &Path) -> Result<()> {
+    /// Refuses a name that a call for so many frames, if that is known, cannot mean.
+    pub(super) fn check_name(&self, out: &Path, frames: Option<usize>) -> Result<()> {
         let ending = out.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         if OTHER_VIDEOS.iter().any(|other| ending.eq_ignore_ascii_case(other)) {
             let text = "videos are .mp4, .webm or .gif, and images go into a folder";
+            return Err(BadUsage(format!("{text}: {}", out.display())).into());
+        }
+        let is_one = is_png(out) && frames.is_none_or(|frames| frames == 1);
+        if IMAGES.iter().any(|image| ending.eq_ignore_ascii_case(image)) && !is_one && !out.is_dir() {
+            let text = "several images go into a folder, and one alone into a .png";
             return Err(BadUsage(format!("{text}: {}", out.display())).into());
         }
         if self.is_set() && VideoFormat::of(out).is_none() {
@@ -78,8 +88,12 @@ impl VideoArgs {
     }
 
     /// The target that a path means; it can be written to.
-    pub(super) fn target(&self, out: &Path) -> Result<Target> {
-        self.check_name(out)?;
+    pub(super) fn target(&self, out: &Path, frames: usize) -> Result<Target> {
+        self.check_name(out, Some(frames))?;
+        if is_png(out) && !out.is_dir() {
+            prepare_folder(folder_of(out))?;
+            return Ok(Target::Picture(out.to_owned()));
+        }
         let Some(format) = VideoFormat::of(out) else {
             prepare_folder(out)?;
             return Ok(Target::Folder(out.to_owned()));
@@ -94,6 +108,10 @@ impl VideoArgs {
         };
         Ok(Target::Film(Film { path: out.to_owned(), format, encoder, rate: self.rate() }))
     }
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
 impl Film {
@@ -124,13 +142,15 @@ mod tests {
     fn the_name_decides_between_folder_and_video() {
         let dir = tempfile::tempdir().expect("a folder");
         let plain = VideoArgs { fps: None, encoder: None };
-        let target = |name: &str| plain.target(&dir.path().join(name));
+        let target = |name: &str| plain.target(&dir.path().join(name), 2);
         assert!(matches!(target("frames.v2"), Ok(Target::Folder(_))));
         assert!(matches!(target("new/a.mp4"), Ok(Target::Film(film)) if film.rate == FRAMES_PER_SECOND));
-        assert!(target("a.mov").is_err());
+        assert!(target("a.mov").is_err() && target("a.png").is_err());
+        let one = |name: &str| plain.target(&dir.path().join(name), 1);
+        assert!(matches!(one("a.png"), Ok(Target::Picture(_))) && one("a.jpg").is_err());
         std::fs::create_dir(dir.path().join("b.gif")).expect("a folder");
         assert!(target("b.gif").is_err());
         let fast = VideoArgs { fps: Some(50), encoder: None };
-        assert!(fast.target(&dir.path().join("frames")).is_err());
+        assert!(fast.target(&dir.path().join("frames"), 2).is_err());
     }
 }

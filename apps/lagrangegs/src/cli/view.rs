@@ -17,7 +17,7 @@ use super::failure::At;
 use super::laws::laws_of;
 use super::output;
 use super::progress::say;
-use super::run::{Run, name_of};
+use super::run::{Run, name_of, open_folder};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -73,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 /// The parts of a run that there are.
 fn subject(args: &Args) -> Result<Subject> {
-    let (folder, config) = RunFolder::open(&args.run).at(&args.run).context("this is not a run")?;
+    let (folder, config) = open_folder(&args.run)?;
     let source_path = folder.source_path(config.source.kind);
     let source = if source_path.exists() { Some(load_source(&source_path).at(&source_path)?) } else { None };
     let mut missing = Vec::new();
@@ -99,7 +99,7 @@ fn subject(args: &Args) -> Result<Subject> {
         title: name_of(&args.run),
         run: args.run.display().to_string(),
         start: (orbit.at(-60.0), orbit.center()),
-        laws: if has_scene { laws_of(&run) } else { Vec::new() },
+        laws: if has_scene { laws_of(&run)? } else { Vec::new() },
         truth: frames.into_iter().map(|frame| truth(frame, &cameras, run.scene.background)).collect(),
         has_scene,
         scene: run.scene,

@@ -54,7 +54,7 @@ fn an_interrupted_suite_goes_on_and_its_cells_share_a_source() {
     a_finished_suite_only_makes_tables(&paths, &full, &printed);
     // Other settings do not mix with the runs that are there.
     std::fs::write(&suite, TINY.replace("iterations=80", "iterations=90")).expect("write");
-    call("bench {s} --out {out} --cell 0", &paths).fails(&full, &["other settings"]);
+    call("bench {s} --out {out} --cell 0", &paths).fails(&full, &["other settings", "in the suite"]);
 }
 
 /// Done cells are not run again: the same tables are printed and made, and no run is touched.

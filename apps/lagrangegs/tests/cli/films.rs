@@ -55,6 +55,30 @@ fn what_cannot_be_written_is_said_before_anything_is_drawn() {
 }
 
 #[test]
+fn the_name_of_one_file_stands_for_one_time() {
+    let dir = folder();
+    let run = falling_run(dir.path(), dir.path());
+    let path = |name: &str| dir.path().join(name);
+    let [picture, splats, frames] = ["new/a.png", "a.ply", "frames"].map(path);
+    let paths: [(&str, &Path); 4] = [("run", &run), ("png", &picture), ("ply", &splats), ("frames", &frames)];
+    for line in [
+        "render {run} --times 0,1 --out {png}",
+        "render {run} --times 0 --out {png}.jpg",
+        "export {run} --times 0,1 --out {ply}",
+        "export {run} --times 0 --format splat --out {ply}",
+    ] {
+        call(line, &paths).is_bad_usage(&["go into a folder"]);
+    }
+    call("render {run} --times 0 --size 20 --out {png}", &paths).ok();
+    assert_eq!(image::open(&picture).expect("a PNG").width(), 20);
+    call("export {run} --times 0.5 --out {frames}", &paths).ok();
+    let info = call("info {frames}", &paths).ok();
+    assert!(info.contains("1 at 0.5") && info.contains("67"), "{info}");
+    call("convert {frames} {ply}", &paths).is_bad_usage(&["frames go into a folder"]);
+    assert!(!splats.exists());
+}
+
+#[test]
 fn a_path_from_a_file_brings_its_own_times_and_cameras() {
     let dir = folder();
     let run = falling_run(dir.path(), dir.path());

@@ -131,6 +131,9 @@ fn a_view_of_the_dataset_is_found_by_its_name() {
     let done =
         call("render {run} --times 0 --camera nowhere/r_9 --out {out}", &[("run", &run), ("out", &out)]);
     done.fails(&run, &["nowhere/r_9", "orbit"]);
+    std::fs::rename(&data, dir.path().join("moved")).expect("moved");
+    call(&format!("render {{run}} --times 0 --camera {name} --out {{out}}"), &[("run", &run), ("out", &out)])
+        .fails(&data, &[&name, "absent", "--data"]);
 }
 
 #[test]

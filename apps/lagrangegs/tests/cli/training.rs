@@ -49,7 +49,7 @@ fn a_run_is_trained_measured_rendered_and_exported() {
     call("train {data} --out {run} --resume", &[("data", &data), ("run", &run)]).ok();
     assert_eq!(scene, std::fs::read(run.join("lagrangian.safetensors")).expect("scene"));
     call("train {data} --out {run} --resume --seed 4", &[("data", &data), ("run", &run)])
-        .fails(&run, &["another configuration"]);
+        .fails(&run, &["another configuration", "`seed` is 3", "4"]);
     cut_checkpoint_is_an_error(&data, &run, &checkpoint);
 }
 
@@ -88,7 +88,8 @@ fn a_velocity_field_is_a_source_like_any_other() {
     let (run, out) = (dir.path().join("run"), dir.path().join("out"));
     train(&data, &run, "--source freegave").ok();
     let paths: [(&str, &Path); 3] = [("data", &data), ("run", &run), ("out", &out)];
-    call("train {data} --out {run} --source defgs --resume", &paths).fails(&run, &["another configuration"]);
+    call("train {data} --out {run} --source defgs --resume", &paths)
+        .fails(&run, &["another configuration", "`source.kind`"]);
     let metrics = call("eval {run} --json", &paths).json();
     assert!(metrics["splits"]["long"]["source"]["psnr"].is_f64(), "{metrics}");
     call("render {run} --times 0:1:0.5 --camera 0 --model source --out {out}", &paths).ok();

@@ -70,7 +70,7 @@ fn a_recording_has_the_training_curve_and_pictures_on_the_timeline_step() {
     // A resumed run brings its curve with it.
     record(&run, &dataset, (&whole, None));
     let contents = Contents::read(&whole);
-    let events = read_events(&run.events_path());
+    let events = read_events(&run.events_path()).expect("events");
     let loss = curve(&contents, "/curve/loss");
     let expected: Vec<f64> = events.iter().map(|event| f64::from(event.loss)).collect();
     assert_eq!(loss.iter().map(|(_, loss)| *loss).collect::<Vec<_>>(), expected);

@@ -32,6 +32,25 @@ fn presets_round_trip_through_toml() {
 }
 
 #[test]
+fn the_first_setting_that_would_change_is_named_with_both_values() {
+    let own = quick(&["source.iterations=500", "data.train_before=0.1", "last_stage=2"]).expect("own");
+    let changed = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
+        own.changed_by(None, &overrides)
+    };
+    let same = ["source.iterations=500", "data.train_before=0.1", "last_stage=2", "checkpoint_secs=5"];
+    assert_eq!(changed(&same).expect("settings"), None);
+    let found = changed(&["seed=0", "source.iterations=400"]).expect("settings").expect("a difference");
+    assert_eq!((&*found.key, &*found.own, &*found.other), ("source.iterations", "500", "400"));
+    let found = changed(&["distill.dynamics=networks"]).expect("settings").expect("a difference");
+    assert_eq!(found.key, "distill.dynamics");
+    assert!(matches!(changed(&["source.iteration=4"]), Err(ConfigError::Unknown { .. })));
+    let other = quick(&["seed=3"]).expect("other");
+    let found = TrainConfig::preset(Preset::Quick).first_difference(&other).expect("tables");
+    assert_eq!(found.map(|found| found.key).as_deref(), Some("seed"));
+}
+
+#[test]
 fn dynamics_decide_the_defaults_of_stages_and_any_key_can_be_set_on_top() {
     let networks = quick(&["distill.dynamics=networks"]).expect("networks");
     assert_eq!(networks, TrainConfig::of(Preset::Quick, SourceKind::Defgs, DynamicsKind::Networks));
