@@ -108,7 +108,7 @@ impl<'a> Files<'a> {
     fn prepare(args: &'a Args) -> Result<Self> {
         let (out, times) = (args.out.as_path(), args.times.0.as_slice());
         let format = args.format.unwrap_or_else(|| format_of(out));
-        let is_single = times.len() == 1 && SplatFormat::of_name(out) == Some(format);
+        let is_single = times.len() == 1 && SplatFormat::of_name(out) == Some(format) && !out.is_dir();
         let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         prepare_folder(if is_single { folder } else { out })?;
         let frames = (!is_single).then(|| FrameFolder::begin(out, FrameKind::Splats)).transpose()?;

@@ -223,7 +223,7 @@ pub(super) fn refuse_change(changed: Option<Difference>, out: &Path) -> Result<(
     let Some(Difference { key, own, other }) = changed else { return Ok(()) };
     bail!(
         "the run was begun with another configuration: `{key}` is {own} in the run, asked for is {other}; \
-         leave it out to resume: {}",
+         a run keeps its settings, which need not be repeated: {}",
         out.display()
     )
 }

@@ -67,7 +67,7 @@ fn times_outside_of_the_sequence_are_remarked() {
     std::fs::write(&path, json.to_string()).expect("written");
     let words = ["`time` should be in [0, 1)", "2 of", "frame 2 with 1.5", "transforms_train.json"];
     let info = call("info {data}", &[("data", &data)]).ok();
-    // Damage that ends the call before anything is trained.
+    // Whatever becomes of the training, the remark comes before it.
     let run = dir.path().join("run");
     let line = "train {data} --out {run} --set source.iterations=1 --last-stage 1 --set seed=1";
     let done = call(line, &[("data", &data), ("run", &run)]);

@@ -22,7 +22,7 @@ fn litter(folder: &Path) -> Vec<String> {
 }
 
 /// Starts the program, sends it Ctrl-C once something is half-written below a folder, and returns its exit
-/// code and what it said: 0 on a machine so fast that the work was over before the signal.
+/// code and what it said.
 fn interrupted(line: &str, folder: &Path) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lagrangegs"));
     let command = command.args(line.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::piped());

@@ -76,6 +76,11 @@ fn every_format_round_trips_within_its_quantisation_and_then_exactly() {
             let cloud = cloud(n, degree);
             write_splats(&path, &cloud, format).unwrap();
             assert_eq!(SplatFormat::of_file(&path).unwrap(), format);
+            if n == 0 && format == SplatFormat::Splat {
+                let error = read_splats(&path).unwrap_err().to_string();
+                assert!(error.contains("found 0 bytes"), "a file without a header cannot say that: {error}");
+                continue;
+            }
             let read = read_splats(&path).unwrap();
             let kept = if format == SplatFormat::Splat { 0 } else { degree };
             assert_eq!((read.len(), read.sh_degree), (n, kept));
@@ -97,7 +102,7 @@ fn values_at_the_ends_of_the_ranges_stay_finite() {
     let folder = tempfile::tempdir().unwrap();
     let mut extreme = cloud(4, 1);
     extreme.raw_opacities = vec![-1e9, 1e9, -30.0, 30.0];
-    extreme.log_scales = vec![[-300.0; 3], [300.0; 3], [0.0; 3], [-10.0; 3]];
+    extreme.log_scales = vec![[-300.0; 3], [88.0; 3], [0.0; 3], [-10.0; 3]];
     extreme.rotations = vec![[0.0; 4], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.5, -0.5, 0.5, -0.5]];
     extreme.sh[..4].copy_from_slice(&[1e9, -1e9, 40.0, 40.0]);
     for format in SplatFormat::ALL {
@@ -108,6 +113,13 @@ fn values_at_the_ends_of_the_ranges_stay_finite() {
         assert!(read.opacity(0) < 0.002 && read.opacity(1) > 0.998);
         let turns = [2, 3].map(|i| quat_normalize(read.rotations[i]));
         assert!(turns[0][2].abs() > 0.999 && (turns[1][0] * turns[1][1] + 0.25).abs() < 0.01, "{turns:?}");
+    }
+    extreme.log_scales[2] = [0.0, 300.0, 0.0];
+    for format in [SplatFormat::Ply, SplatFormat::CompressedPly] {
+        let path = file(&folder, format);
+        write_splats(&path, &extreme, format).unwrap();
+        let error = read_splats(&path).unwrap_err().to_string();
+        assert!(error.contains("`scale_1` of vertex 2"), "{error}");
     }
     let far = GaussianCloud::isotropic(vec![[0.0; 3], [1e7, 0.0, 0.0]], 0.1, [0.5; 3], 0.5);
     let error = write_splats(&file(&folder, SplatFormat::Spz), &far, SplatFormat::Spz).unwrap_err();
