@@ -65,7 +65,7 @@ fn times_outside_of_the_sequence_are_remarked() {
     json["frames"][2]["time"] = 1.5.into();
     json["frames"][4]["time"] = (-0.1).into();
     std::fs::write(&path, json.to_string()).expect("written");
-    let words = ["`time` should be in [0, 1)", "2 of", "frame 2 with 1.5", "transforms_train.json"];
+    let words = ["`time` should be in [0, 1]", "2 of", "frame 2 with 1.5", "transforms_train.json"];
     let info = call("info {data}", &[("data", &data)]).ok();
     // Whatever becomes of the training, the remark comes before it.
     let run = dir.path().join("run");

@@ -115,15 +115,16 @@ impl Dataset {
     }
 }
 
-/// The remark that training images have times outside of the captured sequence, if some have.
+/// The remark that training images have times outside of the sequence, if some have. It spans [0, 1), but D-NeRF's own
+/// sets put the last image at 1.
 fn times_outside(splits: &[(String, Vec<FrameSpec>)]) -> Option<String> {
     let (_, specs) = splits.iter().find(|(name, _)| name == "train")?;
-    let outside = || specs.iter().filter(|spec| !(0.0..1.0).contains(&spec.time));
+    let outside = || specs.iter().filter(|spec| !(0.0..=1.0).contains(&spec.time));
     let (first, count, all) = (outside().next()?, outside().count(), specs.len());
     let FrameSpec { index, time, described_in, .. } = first;
     let path = described_in.display();
     Some(format!(
-        "`time` should be in [0, 1) and is not for {count} of {all} training images, such as frame {index} \
+        "`time` should be in [0, 1] and is not for {count} of {all} training images, such as frame {index} \
          with {time}: {path}"
     ))
 }
