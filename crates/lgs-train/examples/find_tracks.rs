@@ -16,8 +16,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lgs_train::tracks::find_tracks(dataset.split("train"), dataset.background, dataset.scene_box())
     {
         println!(
-            "radius {:.3}, {} sightings, median miss {:.4}",
-            track.radius, track.sightings, track.median_miss
+            "radius {:.3}, {} sightings, median miss {:.4}, spin {:?}",
+            track.radius, track.sightings, track.median_miss, track.spin
         );
         for i in 0..=10 {
             let time = 0.075 * i as f32;

@@ -253,3 +253,42 @@ pub(crate) const FIRST_RADIUS: f32 = 0.2;
 /// Radii around a path within which it explains a silhouette: the radius is that of a disc of the same area,
 /// and things are not round.
 pub(crate) const EXPLAINED_RADII: f32 = 1.3;
+
+// Spin of a tracked ball
+
+/// Radius of the ball in reduced images, pixels: a pixel is a degree and a half of its surface.
+pub(crate) const TEXTURE_RADIUS: f32 = 40.0;
+/// Fewest pixels of the ball in an image that counts: an eighth of its disc at half that radius.
+pub(crate) const FEWEST_TEXTURED: usize = 150;
+/// Half of the window whose mean contrasts are taken against, in radii: wider than a texture's patches,
+/// narrower than its shading.
+pub(crate) const CONTRAST_RADII: f32 = 0.45;
+/// Noise of an image, added to the spread within a window: five of 255 levels.
+pub(crate) const CONTRAST_NOISE: f32 = 0.02;
+/// Least cosine between a surface and the view of it: rays that graze are off by many pixels.
+pub(crate) const LEAST_FACING: f32 = 0.35;
+/// Points of the surface that are compared, about nine degrees apart.
+pub(crate) const SURFACE_POINTS: usize = 400;
+/// Pairs of images per image that the first search compares.
+pub(crate) const PAIRS_PER_VIEW: usize = 4;
+/// Most pairs compared: more cost time and say the same.
+pub(crate) const MOST_PAIRS: usize = 600;
+/// Largest turn between the first pairs, radians: half of what one image shows is still in the other.
+pub(crate) const SPIN_RANGE: f32 = 1.0;
+/// Step of the search, as the turn between the first pairs, radians: half of a texture's patch of seven
+/// degrees.
+pub(crate) const SPIN_STEP: f32 = 0.06;
+/// Smallest step of the refinement.
+pub(crate) const SPIN_FINEST: f32 = 0.004;
+/// Gain of agreement by a round of the refinement from which its steps stay as they are.
+pub(crate) const LEAST_GAIN: f32 = 1e-3;
+/// Spins of the grid that are refined.
+pub(crate) const SPIN_CANDIDATES: usize = 6;
+/// Growth of the time between pairs from turn to turn: the error that one leaves is small in the next.
+pub(crate) const SPIN_WIDENING: f32 = 1.6;
+/// Least agreement of all pairs: half of the texture's variance is common.
+pub(crate) const LEAST_AGREEMENT: f32 = 0.5;
+/// Other spins that tell what agreement is chance.
+pub(crate) const OTHER_SPINS: usize = 100;
+/// Standard deviations of these above their mean that are no chance.
+pub(crate) const CHANCE_DEVIATIONS: f32 = 6.0;

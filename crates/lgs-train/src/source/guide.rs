@@ -3,10 +3,11 @@
 //! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
 //! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical
 //! p, deformed q and the path c: only their mean is bound to the path, so how they turn and what shape they
-//! have is left to the images.
+//! have is left to the images. Where the texture told a spin, with rotations R, each of them is:
+//! `E = weight · mean |q − c(t) − R(t) (p − c(0))|²`.
 
 use burn::tensor::Tensor;
-use lgs_core::linear::sub;
+use lgs_core::linear::{Mat3, sub, transpose};
 use lgs_data::dataset::Dataset;
 
 use super::config_groups::GuideConfig;
@@ -59,16 +60,28 @@ impl Guide {
         let distances = self.tracks.iter().map(|track| self.distance(track, canonical)).collect();
         let (nearest, owner) = Tensor::cat(distances, 1).min_dim_with_indices(1);
         let is_owned = nearest.lower_elem(GUIDED_RADII);
-        let moved = deformed.clone() - canonical.clone();
         let mut gradient = deformed.zeros_like();
         for (index, track) in self.tracks.iter().enumerate() {
             let belongs = owner.clone().equal_elem(index as i32).bool_and(is_owned.clone()).float();
             let part = belongs.clone().sum_dim(0).clamp_min(1.0).recip();
-            let mean = (moved.clone() * belongs.clone()).sum_dim(0) * part.clone();
-            let path = rows(&[sub(track.position(time), track.position(self.start))], &mean.device());
-            gradient = gradient + belongs * ((mean - path) * part).mul_scalar(2.0 * weight);
+            let off = match track.rotation(time - self.start) {
+                Some(rotation) => deformed.clone() - self.carried(track, &rotation, canonical, time),
+                None => {
+                    let moved = (deformed.clone() - canonical.clone()) * belongs.clone();
+                    let path = sub(track.position(time), track.position(self.start));
+                    moved.sum_dim(0) * part.clone() - rows(&[path], &deformed.device())
+                }
+            };
+            gradient = gradient + belongs * (off * part).mul_scalar(2.0 * weight);
         }
         gradient
+    }
+
+    /// Canonical positions `[n, 3]` carried along a track, and turned about it, to a time.
+    fn carried(&self, track: &Track, rotation: &Mat3, canonical: &Tensor<2>, time: f32) -> Tensor<2> {
+        let device = canonical.device();
+        let from_center = canonical.clone() - rows(&[track.position(self.start)], &device);
+        from_center.matmul(rows(&transpose(rotation), &device)) + rows(&[track.position(time)], &device)
     }
 
     /// Distances `[n, 1]` of canonical positions from the start of a track, in its radii.

@@ -56,6 +56,16 @@ impl Curve {
         })
     }
 
+    /// How many numbers a path has.
+    pub(super) fn coefficients(&self) -> usize {
+        3 * TERMS
+    }
+
+    /// Changes one number of the path, world units.
+    pub(super) fn shift(&mut self, number: usize, by: f64) {
+        self.coefficients[number / 3][number % 3] += by;
+    }
+
     /// The path drawn to the blobs around it, and these blobs. `radius` is that of the thing, as far as it is
     /// known.
     pub(super) fn refined(

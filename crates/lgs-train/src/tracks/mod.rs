@@ -10,9 +10,11 @@
 mod carving;
 mod curve;
 mod silhouettes;
+mod spin;
+mod texture;
 
 use lgs_core::Camera;
-use lgs_core::linear::{dot, norm, scale, sub};
+use lgs_core::linear::{Mat3, dot, matrix_from_quat, norm, scale, sub};
 use lgs_data::dataset::{Frame, SceneBox};
 
 use crate::thresholds::{
@@ -32,6 +34,8 @@ pub struct Track {
     pub sightings: usize,
     /// Median distance of the path from where these images see it, world units.
     pub median_miss: f32,
+    /// Angular velocity in world axes, radians per unit of time, if the thing's texture tells it.
+    pub spin: Option<[f32; 3]>,
 }
 
 impl Track {
@@ -39,6 +43,15 @@ impl Track {
     #[must_use]
     pub fn position(&self, time: f32) -> [f32; 3] {
         self.curve.at(time)
+    }
+
+    /// How far the thing has turned after a time, if its texture told.
+    #[must_use]
+    pub fn rotation(&self, elapsed: f32) -> Option<Mat3> {
+        let [x, y, z] = scale(self.spin?, 0.5 * elapsed);
+        let half = norm([x, y, z]);
+        let axis = scale([x, y, z], half.sin() / half.max(f32::MIN_POSITIVE));
+        Some(matrix_from_quat([half.cos(), axis[0], axis[1], axis[2]]))
     }
 
     /// A track through given positions, for tests.
@@ -49,6 +62,7 @@ impl Track {
             radius,
             sightings: moments.len(),
             median_miss: 0.0,
+            spin: None,
         })
     }
 
@@ -87,7 +101,15 @@ pub fn find_tracks(frames: &[Frame], background: [f32; 3], bounds: SceneBox) -> 
         silhouettes.iter_mut().for_each(|silhouette| remove_explained(&track, silhouette));
         tracks.push(track);
     }
-    tracks
+    tracks.into_iter().map(|track| with_spin(track, frames, background)).collect()
+}
+
+/// The track with the spin that its texture tells, and path and radius as these fit it.
+fn with_spin(track: Track, frames: &[Frame], background: [f32; 3]) -> Track {
+    match spin::turning(frames, background, &track.curve, track.radius) {
+        Some(ball) => Track { curve: ball.curve, radius: ball.radius, spin: Some(ball.spin.into()), ..track },
+        None => track,
+    }
 }
 
 /// The path as a track, if enough blobs confirm it.
@@ -104,7 +126,7 @@ fn confirmed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) -
     let is_accepted = sightings.len() >= FEWEST_BLOBS
         && gap <= LONGEST_GAP * (last - first)
         && median_miss <= LARGEST_MISS * radius;
-    is_accepted.then_some(Track { curve, radius, sightings: sightings.len(), median_miss })
+    is_accepted.then_some(Track { curve, radius, sightings: sightings.len(), median_miss, spin: None })
 }
 
 /// Removes the part of a silhouette that a track explains.

@@ -1,4 +1,5 @@
 use super::*;
+use glam::{Quat, Vec3};
 use lgs_core::Exposure;
 use lgs_core::linear::add;
 
@@ -79,4 +80,44 @@ fn a_track_explains_what_is_seen_of_its_ball() {
         |point| tracks.iter().any(|track| track.explains(&frame.camera, frame.time, toward(point)));
     assert!(explained(balls(frame.time)[0]));
     assert!(!explained(add(balls(frame.time)[0], [0.0, 0.0, 1.0])));
+}
+
+/// A ball with a texture of patches that moves on an arc and turns, seen as in [`scene`].
+fn textured(spin: [f32; 3], patches: f32) -> Vec<Frame> {
+    const LARGE: f32 = 0.8;
+    let mut frames = scene(Cameras::Still);
+    for frame in &mut frames {
+        let (camera, time) = (&frame.camera, frame.time);
+        let center = [0.8 * (3.0 * time).cos(), 0.8 * (3.0 * time).sin(), 0.0];
+        let from_body = Quat::from_scaled_axis(Vec3::from(spin) * time);
+        let pixel = |p: usize| {
+            let ray = camera.ray_direction_in_world([(p % 100) as f32 + 0.5, (p / 100) as f32 + 0.5]);
+            let from_eye = sub(center, camera.center_in_world());
+            let depth = dot(from_eye, ray);
+            let inside = LARGE * LARGE - norm(sub(from_eye, scale(ray, depth))).powi(2);
+            if inside < 0.0 {
+                return [255; 4];
+            }
+            let normal = sub(scale(ray, depth - inside.sqrt()), from_eye);
+            let wave = from_body.inverse() * Vec3::from(normal) * patches;
+            let bright = (wave.x + 1.0).sin() + (wave.y * 1.3).sin() + (wave.z * 0.8 + 0.5).sin();
+            let grey = (90.0 + 25.0 * bright) as u8;
+            [grey, grey, grey, 255]
+        };
+        let rgba: Vec<u8> = (0..camera.pixels()).flat_map(pixel).collect();
+        frame.pixels = rgba.into();
+    }
+    frames
+}
+
+#[test]
+fn the_texture_of_a_ball_tells_how_it_turns() {
+    for spin in [[3.0, -8.0, 5.0], [0.0, 0.0, 0.0]] {
+        let tracks = find_tracks(&textured(spin, 9.0), [1.0; 3], BOUNDS);
+        assert_eq!(tracks.len(), 1, "{tracks:?}");
+        let found = tracks[0].spin.expect("a texture that agrees");
+        assert!(norm(sub(found, spin)) < 0.1, "{found:?}");
+    }
+    let plain = find_tracks(&textured([3.0, -8.0, 5.0], 0.0), [1.0; 3], BOUNDS);
+    assert_eq!(plain[0].spin, None, "{plain:?}");
 }

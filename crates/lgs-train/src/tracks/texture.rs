@@ -1,0 +1,178 @@
+//! What images show of a tracked thing's surface, taken to be that of a ball: contrasts against their
+//! surroundings, free of shading, and how well two of them agree where they show the same points.
+
+use glam::{Quat, Vec3};
+use lgs_core::linear::{dot, norm, scale, sub};
+use lgs_core::{Camera, Image};
+use lgs_data::dataset::Frame;
+use rayon::prelude::*;
+
+use super::curve::Curve;
+use crate::thresholds::{
+    CONTRAST_NOISE, CONTRAST_RADII, FEWEST_TEXTURED, LEAST_FACING, SURFACE_POINTS, TEXTURE_RADIUS,
+};
+
+/// A ball that moves along a path and turns at a constant rate.
+#[derive(Clone, Debug)]
+pub(super) struct TurningBall {
+    pub(super) curve: Curve,
+    /// World units.
+    pub(super) radius: f32,
+    /// Angular velocity in world axes, radians per unit of time.
+    pub(super) spin: Vec3,
+}
+
+/// An image of the ball.
+pub(super) struct TexturedView {
+    pub(super) time: f32,
+    camera: Camera,
+    /// Contrast of every pixel, `[h, w]`, at most about 1; none beside the ball.
+    contrast: Vec<Option<Vec3>>,
+}
+
+/// The images of a ball that show enough of it, reduced so that its radius is about [`TEXTURE_RADIUS`].
+pub(super) fn textured_views(
+    frames: &[Frame],
+    background: [f32; 3],
+    ball: &TurningBall,
+) -> Vec<TexturedView> {
+    let (start, end) = ball.curve.span;
+    let is_spanned = |frame: &&Frame| (start..=end).contains(&frame.time);
+    let frames: Vec<&Frame> = frames.iter().filter(is_spanned).collect();
+    frames.par_iter().filter_map(|frame| TexturedView::new(frame, background, ball)).collect()
+}
+
+impl TexturedView {
+    fn new(frame: &Frame, background: [f32; 3], ball: &TurningBall) -> Option<Self> {
+        let center = ball.curve.at(frame.time);
+        let depth = frame.camera.pixel_from_world(center).1;
+        if depth <= ball.radius {
+            return None;
+        }
+        let pixels = frame.camera.fx * ball.radius / depth;
+        let camera = frame.camera.reduced(((pixels / TEXTURE_RADIUS) as u32).max(1));
+        let inside = disc(&camera, center, ball.radius);
+        if inside.iter().filter(|&&is_inside| is_inside).count() < FEWEST_TEXTURED {
+            return None;
+        }
+        let factor = frame.camera.width / camera.width;
+        let image = frame.composited(background).reduced(factor);
+        let reach = (CONTRAST_RADII * camera.fx * ball.radius / depth).max(2.0) as usize;
+        Some(Self { time: frame.time, contrast: contrasts(&image, &inside, reach), camera })
+    }
+
+    /// The contrast at a point of the surface, if the image shows it: bilinear between pixels.
+    fn at(&self, center: Vec3, offset: Vec3) -> Option<Vec3> {
+        let point = center + offset;
+        let to_eye = Vec3::from(self.camera.center_in_world()) - point;
+        if offset.dot(to_eye) < LEAST_FACING * offset.length() * to_eye.length() {
+            return None;
+        }
+        let ([x, y], _) = self.camera.pixel_from_world(point.into());
+        let (x, y) = (x - 0.5, y - 0.5);
+        let (width, height) = (self.camera.width as usize, self.camera.height as usize);
+        if x < 0.0 || y < 0.0 || x as usize + 1 >= width || y as usize + 1 >= height {
+            return None;
+        }
+        let (right, down) = (x.fract(), y.fract());
+        let at = y as usize * width + x as usize;
+        let upper = self.contrast[at]? * (1.0 - right) + self.contrast[at + 1]? * right;
+        let lower = self.contrast[at + width]? * (1.0 - right) + self.contrast[at + width + 1]? * right;
+        Some(upper * (1.0 - down) + lower * down)
+    }
+}
+
+/// The surface points of a ball that each view shows, for one path and radius.
+pub(super) struct Surface<'a> {
+    views: &'a [TexturedView],
+    radius: f32,
+    centers: Vec<Vec3>,
+    shown: Vec<Vec<(Vec3, Vec3)>>,
+}
+
+impl<'a> Surface<'a> {
+    pub(super) fn new(views: &'a [TexturedView], ball: &TurningBall) -> Self {
+        let directions: Vec<Vec3> = (0..SURFACE_POINTS).map(|i| spread(i, SURFACE_POINTS)).collect();
+        let centers: Vec<Vec3> = views.iter().map(|view| ball.curve.at(view.time).into()).collect();
+        let of_view = |(view, &center): (&TexturedView, &Vec3)| {
+            let contrast = |&d: &Vec3| view.at(center, d * ball.radius).map(|contrast| (d, contrast));
+            directions.iter().filter_map(contrast).collect()
+        };
+        let shown = views.iter().zip(&centers).map(of_view).collect();
+        Self { views, radius: ball.radius, centers, shown }
+    }
+
+    /// Normalised correlation of what pairs of views show of the same points of the surface when it turns at
+    /// a rate, radians per unit of time: 1 if they agree, 0 if they have nothing in common or no points.
+    pub(super) fn agreement(&self, spin: Vec3, pairs: &[(usize, usize)]) -> f32 {
+        let (mut product, mut first, mut second) = (0.0_f32, 0.0_f32, 0.0_f32);
+        for &(i, j) in pairs {
+            let turn = Quat::from_scaled_axis(spin * (self.views[j].time - self.views[i].time));
+            for &(direction, a) in &self.shown[i] {
+                let offset = turn * direction * self.radius;
+                if let Some(b) = self.views[j].at(self.centers[j], offset) {
+                    product += a.dot(b);
+                    first += a.length_squared();
+                    second += b.length_squared();
+                }
+            }
+        }
+        let norm = (first * second).sqrt();
+        if norm > 0.0 { product / norm } else { 0.0 }
+    }
+}
+
+/// The i-th of n unit vectors spread evenly (a Fibonacci lattice).
+pub(super) fn spread(i: usize, n: usize) -> Vec3 {
+    let z = 1.0 - (2 * i + 1) as f32 / n as f32;
+    let golden = std::f32::consts::PI * (3.0 - 5.0_f32.sqrt());
+    let (across, angle) = ((1.0 - z * z).sqrt(), golden * i as f32);
+    Vec3::new(across * angle.cos(), across * angle.sin(), z)
+}
+
+/// Whether the ray of each pixel meets a ball, `[h, w]`.
+fn disc(camera: &Camera, center: [f32; 3], radius: f32) -> Vec<bool> {
+    let from_eye = sub(center, camera.center_in_world());
+    let width = camera.width as usize;
+    let meets = |i: usize| {
+        let ray = camera.ray_direction_in_world([(i % width) as f32 + 0.5, (i / width) as f32 + 0.5]);
+        let depth = dot(from_eye, ray);
+        depth > 0.0 && norm(sub(from_eye, scale(ray, depth))) < radius
+    };
+    (0..camera.pixels()).map(meets).collect()
+}
+
+/// Differences from the mean of the pixels inside within a square window, over the spread of these.
+fn contrasts(image: &Image, inside: &[bool], reach: usize) -> Vec<Option<Vec3>> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let sums = sums(image, inside);
+    let contrast = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let (left, right) = (x.saturating_sub(reach), (x + reach + 1).min(width));
+        let (top, bottom) = (y.saturating_sub(reach), (y + reach + 1).min(height));
+        let corner = |x: usize, y: usize| sums[y * (width + 1) + x];
+        let part = |k: usize| {
+            corner(right, bottom)[k] - corner(left, bottom)[k] - corner(right, top)[k] + corner(left, top)[k]
+        };
+        let mean = [part(0), part(1), part(2)].map(|sum| sum / part(4));
+        let squares = part(3) / part(4) - mean.iter().map(|m| m * m).sum::<f64>();
+        let spread = squares.max(0.0).sqrt() + f64::from(CONTRAST_NOISE);
+        Vec3::from_array(std::array::from_fn(|c| ((f64::from(image.pixels[i][c]) - mean[c]) / spread) as f32))
+    };
+    (0..inside.len()).map(|i| inside[i].then(|| contrast(i))).collect()
+}
+
+/// Sums over all pixels inside above and to the left, `[h + 1, w + 1]`: of the channels, of their squares and
+/// of ones.
+fn sums(image: &Image, inside: &[bool]) -> Vec<[f64; 5]> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let mut sums = vec![[0.0; 5]; (width + 1) * (height + 1)];
+    for i in 0..inside.len() {
+        let [r, g, b] = image.pixels[i].map(f64::from);
+        let own = if inside[i] { [r, g, b, r * r + g * g + b * b, 1.0] } else { [0.0; 5] };
+        let at = (i / width + 1) * (width + 1) + i % width + 1;
+        let (left, above, both) = (sums[at - 1], sums[at - width - 1], sums[at - width - 2]);
+        sums[at] = std::array::from_fn(|k| own[k] + left[k] + above[k] - both[k]);
+    }
+    sums
+}
