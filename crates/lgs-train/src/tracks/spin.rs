@@ -30,6 +30,9 @@ pub(super) fn turning(
         return None;
     }
     let pairs = Pairs::new(&views);
+    if pairs.longest <= 0.0 {
+        return None;
+    }
     let mut lag = pairs.first_lag();
     let (mut best, agreement) = candidates(&views, &ball, &pairs, lag)
         .into_par_iter()

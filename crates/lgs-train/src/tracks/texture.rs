@@ -50,12 +50,12 @@ impl TexturedView {
             return None;
         }
         let pixels = frame.camera.fx * ball.radius / depth;
-        let camera = frame.camera.reduced(((pixels / TEXTURE_RADIUS) as u32).max(1));
+        let factor = ((pixels / TEXTURE_RADIUS) as u32).clamp(1, frame.camera.width.min(frame.camera.height));
+        let camera = frame.camera.reduced(factor);
         let inside = disc(&camera, center, ball.radius);
         if inside.iter().filter(|&&is_inside| is_inside).count() < FEWEST_TEXTURED {
             return None;
         }
-        let factor = frame.camera.width / camera.width;
         let image = frame.composited(background).reduced(factor);
         let reach = (CONTRAST_RADII * camera.fx * ball.radius / depth).max(2.0) as usize;
         Some(Self { time: frame.time, contrast: contrasts(&image, &inside, reach), camera })
