@@ -101,9 +101,14 @@ pub enum TrainError {
         /// The defect.
         reason: String,
     },
-    /// The folder for a run holds something else.
-    #[error("the folder is not empty and holds no run; choose a new or empty one: {}", .0.display())]
-    Foreign(PathBuf),
+    /// The folder for a run holds something that a run would mix with.
+    #[error("the folder is no run and a run would mix with what it holds ({found}): {}", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// What it holds.
+        found: &'static str,
+    },
     /// The run folder already holds a run.
     #[error("the folder already holds a run; resume it or choose another: {0}")]
     Occupied(PathBuf),
@@ -135,7 +140,7 @@ impl TrainError {
             | Self::Mismatch { path, .. }
             | Self::RunConfig { path, .. }
             | Self::Events { path, .. }
-            | Self::Foreign(path)
+            | Self::Foreign { path, .. }
             | Self::Occupied(path) => Some(path),
             Self::Distill(_) | Self::NotTrained(_) | Self::NonFinite { .. } | Self::Interrupted { .. } => {
                 None
@@ -167,7 +172,7 @@ mod tests {
             TrainError::NoFrames(path()),
             TrainError::ShortWindow { path: path(), last: 0.01, least: 0.1 },
             TrainError::Occupied(path()),
-            TrainError::Foreign(path()),
+            TrainError::Foreign { path: path(), found: "source" },
             TrainError::Events { path: path(), line: 3, reason: "cut".to_owned() },
             TrainError::RunConfig {
                 path: path(),

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use lgs_data::dataset::Dataset;
+use lgs_data::dataset::{Dataset, DatasetFormat};
 use lgs_data::files::{FileError, write_atomically, write_with_parents};
 use lgs_data::{cameras, ply};
 use lgs_model::source::{SourceKind, SourceModel};
@@ -19,6 +19,10 @@ use crate::layers::parse;
 
 /// Name of the table of `config.toml` that says what a run is trained on.
 const DATASET: &str = "dataset";
+
+/// Further names in a run's folder than those of configuration and checkpoints, by which a run is known.
+const OWN_NAMES: &str = "source source-rows.safetensors lagrangian.safetensors distillation.json \
+    events.jsonl schedule.json cost.json metrics.json report.html figures renders";
 
 /// The dataset of a run, as `config.toml` records it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,10 +46,8 @@ impl RunFolder {
     /// # Errors
     /// If there is a run already or the folder cannot be written.
     pub fn create(root: &Path, config: &TrainConfig, dataset: &Dataset) -> Result<Self, TrainError> {
+        Self::check_free(root)?;
         let folder = Self { root: root.to_owned() };
-        if folder.config_path().exists() || folder.checkpoints_path().exists() {
-            return Err(TrainError::Occupied(root.to_owned()));
-        }
         let text = config.to_toml()? + &dataset_table(dataset)?;
         write_with_parents(&folder.config_path(), |w| w.write_all(text.as_bytes()))?;
         write_atomically(&folder.events_path(), |_| Ok(()))?;
@@ -71,22 +73,22 @@ impl RunFolder {
         Ok((folder, config))
     }
 
-    /// Refuses a folder that a run cannot be started in: one that holds a run, or something else.
+    /// Refuses a folder that a run cannot be started in: one that holds a run, a dataset, or files and
+    /// folders whose names a run would give to its own.
     ///
     /// # Errors
-    /// If it is not new and not empty; hidden files do not count.
+    /// If it is such a folder.
     pub fn check_free(root: &Path) -> Result<(), TrainError> {
         let folder = Self { root: root.to_owned() };
         if folder.config_path().exists() || folder.checkpoints_path().exists() {
             return Err(TrainError::Occupied(root.to_owned()));
         }
-        let is_hidden = |name: &std::ffi::OsStr| name.to_string_lossy().starts_with('.');
-        // A folder that cannot be read shows when it is written.
-        let mut entries = std::fs::read_dir(root).into_iter().flatten().flatten();
-        if entries.any(|entry| !is_hidden(&entry.file_name())) {
-            return Err(TrainError::Foreign(root.to_owned()));
+        let taken = OWN_NAMES.split_whitespace().find(|name| root.join(name).exists());
+        let dataset = DatasetFormat::detect(root).map(|_| "a dataset");
+        match taken.or(dataset) {
+            Some(found) => Err(TrainError::Foreign { path: root.to_owned(), found }),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The dataset that the run is trained on; nothing for a run without images.

@@ -11,6 +11,8 @@ fn a_run_of_frames_resumes_without_its_flags() {
     let (frames, run) = (dir.path().join("frames"), dir.path().join("imported"));
     let paths: [(&str, &Path); 3] = [("original", &original), ("frames", &frames), ("run", &run)];
     call("export {original} --times 0:0.72:0.03 --out {frames}", &paths).ok();
+    std::fs::create_dir(&run).expect("a folder");
+    std::fs::write(run.join("train.log"), "what the shell has put here").expect("a log");
     call("train --source frames {frames} --out {run} --seed 2", &paths).ok();
     let scene = run.join("lagrangian.safetensors");
     let bytes = std::fs::read(&scene).expect("a scene");
@@ -37,13 +39,13 @@ fn a_run_of_frames_resumes_without_its_flags() {
 }
 
 #[test]
-fn a_folder_that_holds_something_else_is_no_place_for_a_run() {
+fn a_folder_that_a_run_would_mix_with_is_no_place_for_it() {
     let dir = folder();
     let data = tiny_dataset(dir.path());
     let out = dir.path().join("thesis");
-    std::fs::create_dir(&out).expect("a folder");
+    std::fs::create_dir_all(out.join("figures")).expect("folders");
     std::fs::write(out.join("chapter.tex"), "mine").expect("a file");
     let paths: [(&str, &Path); 2] = [("data", &data), ("out", &out)];
-    call("train {data} --out {out}", &paths).fails(&out, &["not empty and holds no run"]);
-    assert_eq!(files(&out), ["chapter.tex"]);
+    call("train {data} --out {out}", &paths).fails(&out, &["no run", "figures"]);
+    assert_eq!(files(&out), ["chapter.tex", "figures"]);
 }
