@@ -6,7 +6,6 @@ use anyhow::{Result, bail};
 use lgs_data::files::write_atomically;
 use lgs_eval::table::table;
 use lgs_eval::{EvalOptions, Metrics, Subject, evaluate};
-use lgs_report::read_metrics;
 
 use super::device::DeviceArgs;
 use super::evidence::Evidence;
@@ -14,11 +13,8 @@ use super::failure::At;
 use super::output;
 use super::progress::{Task, say};
 use super::report::Background;
-use super::run::Run;
+use super::run::{METRICS, Run};
 use super::weights::perceptual;
-
-/// File of a run's metrics.
-const METRICS: &str = "metrics.json";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -69,8 +65,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
 pub(super) fn measure(run: &Run, data: Option<&Path>, options: &EvalOptions<'_>) -> Result<Metrics> {
     run.check_writable()?;
     let kept = options.splits.map(|splits| further_splits(run, splits)).transpose()?.unwrap_or_default();
+    let data = run.dataset_path(data)?;
+    if let (Some(_), None) = (options.splits, &data) {
+        bail!(
+            "the run has no dataset and so no splits; name one with --data: {}",
+            run.folder.root().display()
+        );
+    }
     let (cost, background) = (run.cost()?, Background::read(run)?);
-    let evidence = Evidence::load(run, run.dataset_path(data)?.as_deref())?;
+    let evidence = Evidence::load(run, data.as_deref())?;
     let subject = evidence.subject(run);
     check_splits(&subject, options)?;
     let mut metrics = scored(&subject, options);
@@ -89,9 +92,8 @@ pub(super) fn measure(run: &Run, data: Option<&Path>, options: &EvalOptions<'_>)
 
 /// The splits that the run's metrics have beside some.
 fn further_splits(run: &Run, splits: &[String]) -> Result<Vec<String>> {
-    let root = run.folder.root();
-    let known = read_metrics(root).at(root)?.map_or_else(Default::default, |metrics| metrics.splits);
-    Ok(known.into_keys().filter(|name| !splits.contains(name)).collect())
+    let known = run.scored_splits()?.unwrap_or_default();
+    Ok(known.into_iter().filter(|name| !splits.contains(name)).collect())
 }
 
 /// Refuses splits that the dataset does not have.

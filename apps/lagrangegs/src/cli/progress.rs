@@ -3,9 +3,10 @@
 //! Where stderr is no terminal the bars are silent and a long task logs a line every ten seconds instead.
 //! `RUST_LOG` chooses what is logged.
 
+use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
@@ -36,6 +37,14 @@ pub(crate) fn say(line: &str) {
     bars().suspend(|| {
         let _ = writeln!(std::io::stderr(), "{line}");
     });
+}
+
+/// A warning that is not repeated.
+pub(crate) fn warn_once(warning: &str) {
+    static GIVEN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    if GIVEN.lock().unwrap_or_else(PoisonError::into_inner).insert(warning.to_owned()) {
+        tracing::warn!("{warning}");
+    }
 }
 
 /// Writes log lines with the bars out of the way.

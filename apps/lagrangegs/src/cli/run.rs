@@ -11,15 +11,19 @@ use lgs_distill::DistillReport;
 use lgs_eval::{CameraCorrections, Cost};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{LagrangianScene, load_scene};
+use lgs_report::read_metrics;
 use lgs_train::{RunFolder, TrainConfig};
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::failure::At;
 use super::output::{refuse_inside_dataset, refuse_inside_input, warn_of_absent};
-use super::progress::Task;
+use super::progress::{Task, warn_once};
 
 /// File of the time and memory that training took, beside the models.
 const COST: &str = "cost.json";
+/// File of a run's metrics.
+pub(crate) const METRICS: &str = "metrics.json";
 
 /// A run, ready to be rendered or measured.
 pub(crate) struct Run {
@@ -102,9 +106,28 @@ impl Run {
         Camera { near, filter: source.antialias.filter(), ..camera }
     }
 
-    /// What stage 1 found for each object; nothing if the run does not say.
+    /// What stage 1 found for each object; nothing if the run does not say, or as another version does.
     pub(crate) fn distillation(&self) -> Result<Vec<DistillReport>> {
-        Ok(read_json(&self.folder.distillation_path())?.unwrap_or_default())
+        let path = self.folder.distillation_path();
+        let Some(found) = read_json::<Value>(&path)? else { return Ok(Vec::new()) };
+        Ok(serde_json::from_value(found).unwrap_or_else(|error| {
+            warn_of_version(&path, &error);
+            Vec::new()
+        }))
+    }
+
+    /// The splits whose scores the run has, in metrics of any version; nothing if it has not been evaluated.
+    pub(crate) fn scored_splits(&self) -> Result<Option<Vec<String>>> {
+        let root = self.folder.root();
+        let error = match read_metrics(root) {
+            Ok(metrics) => return Ok(metrics.map(|metrics| metrics.splits.into_keys().collect())),
+            Err(error) => error,
+        };
+        let path = root.join(METRICS);
+        let found: Value = read_json(&path)?.unwrap_or_default();
+        let Some(splits) = found["splits"].as_object() else { return Err(error).at(root) };
+        warn_of_version(&path, &error);
+        Ok(Some(splits.keys().cloned().collect()))
     }
 
     /// The time and memory that training took.
@@ -152,6 +175,11 @@ fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     }
     let wrong = |e: serde_json::Error| anyhow!("the file is damaged: {e}: {}", path.display());
     serde_json::from_slice(&read_bytes(path)?).map(Some).map_err(wrong)
+}
+
+/// Says that a file is read in part, as another version of the program wrote it.
+fn warn_of_version(path: &Path, error: &dyn std::fmt::Display) {
+    warn_once(&format!("another version wrote this, and not all is read: {error}: {}", path.display()));
 }
 
 /// Writes the time and memory that training took.

@@ -43,6 +43,32 @@ fn every_file_of_a_run_is_checked() {
 }
 
 #[test]
+fn what_another_version_wrote_stops_no_picture() {
+    let (dir, _, run) = falling();
+    let out = dir.path().join("out");
+    let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
+    let (distilled, metrics) = (run.join("distillation.json"), run.join("metrics.json"));
+    let warnings = |stderr: &str, path: &Path| {
+        let is_it =
+            |line: &&str| line.contains("another version") && line.ends_with(&path.display().to_string());
+        stderr.lines().filter(is_it).count()
+    };
+    std::fs::write(&distilled, "[{\"later\": 1}]").expect("written");
+    for line in ["render {run} --times 0 --size 16 --out {out}", "info {run}"] {
+        let done = call(line, &paths);
+        assert_eq!((done.code, warnings(&done.stderr, &distilled)), (0, 1), "{line}: {}", done.stderr);
+    }
+    let old = "{\"schema\": 1, \"splits\": {\"test\": {}, \"val\": {}}}";
+    std::fs::write(&metrics, old).expect("written");
+    let done = call("info {run}", &paths);
+    assert_eq!(warnings(&done.stderr, &metrics), 1, "{}", done.stderr);
+    assert!(done.ok().contains("test, val"));
+    let done = call("eval {run} --split val", &paths);
+    assert!(done.stderr.contains("stays as it is, since it has test"), "{}", done.stderr);
+    assert_eq!(std::fs::read_to_string(&metrics).expect("a file"), old);
+}
+
+#[test]
 fn splats_that_lost_their_contents_or_have_no_size_are_named() {
     let dir = folder();
     let path = |name: &str| dir.path().join(name);

@@ -49,6 +49,20 @@ fn another_dataset_than_that_of_training_is_noted_and_a_moved_one_is_not() {
 }
 
 #[test]
+fn splits_of_a_run_without_a_dataset_have_to_be_found_elsewhere() {
+    let (_dir, data, run) = falling();
+    let config = run.join("config.toml");
+    let text = std::fs::read_to_string(&config).expect("config");
+    let alone = text.split("[dataset]").next().expect("settings");
+    std::fs::write(&config, alone).expect("written");
+    let paths: [(&str, &Path); 2] = [("run", &run), ("data", &data)];
+    call("eval {run} --split val", &paths).fails(&run, &["no dataset", "--data"]);
+    assert!(!run.join("metrics.json").exists());
+    let scores = call("eval {run} --split val --data {data} --json", &paths).json();
+    assert!(scores["splits"]["val"]["lagrangian"]["psnr"].is_f64(), "{scores}");
+}
+
+#[test]
 fn a_run_inside_a_dataset_is_not_written_into() {
     let dir = folder();
     let data = tiny_dataset(dir.path());

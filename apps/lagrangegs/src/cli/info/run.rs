@@ -5,7 +5,6 @@ use std::path::Path;
 use anyhow::Result;
 use lgs_data::files::FileError;
 use lgs_data::ply::read_ply;
-use lgs_report::read_metrics;
 use lgs_train::events::read_events;
 use serde_json::json;
 
@@ -32,15 +31,14 @@ pub(super) fn facts(path: &Path) -> Result<Facts> {
     facts.push(("source model", json!(source.unwrap_or_else(|| "none".to_owned()))));
     facts.push(("training cameras", json!(run.cameras()?.len())));
     facts.extend(scene(&run.scene));
-    facts.push(("evaluated", json!(evaluated(path)?)));
+    facts.push(("evaluated", json!(evaluated(&run)?)));
     check_others(&run)?;
     Ok(facts)
 }
 
 /// The splits whose scores the run has, in words.
-fn evaluated(root: &Path) -> Result<String> {
-    let Some(metrics) = read_metrics(root).at(root)? else { return Ok("no".to_owned()) };
-    let splits: Vec<String> = metrics.splits.into_keys().collect();
+fn evaluated(run: &Run) -> Result<String> {
+    let Some(splits) = run.scored_splits()? else { return Ok("no".to_owned()) };
     Ok(if splits.is_empty() { "the motion alone".to_owned() } else { splits.join(", ") })
 }
 
