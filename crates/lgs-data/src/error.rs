@@ -1,6 +1,6 @@
 //! The shape of every error about the contents of a file.
 
-use crate::files::FileError;
+use crate::files::{FileError, destination_of};
 use crate::ply::PlyError;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ pub enum ReadError<P> {
 
 impl<P> ReadError<P> {
     pub(crate) fn new(path: &Path, problem: P) -> Self {
-        Self::Content { path: path.to_path_buf(), problem }
+        Self::Content { path: destination_of(path), problem }
     }
 
     /// The same error with another problem for its problem.

@@ -8,7 +8,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::unfinished::{Unfinished, writing};
+pub use crate::unfinished::destination_of;
+use crate::unfinished::{Fate, PREFIX, Unfinished, bare, writing};
 
 /// A file operation that failed.
 #[derive(Debug, thiserror::Error)]
@@ -29,10 +30,10 @@ impl FileError {
         &self.path
     }
 
-    /// An error of `action` on `path`.
+    /// An error of `action` on `path`; a file that is on its way has the path that it is to get.
     #[must_use]
     pub fn new(action: &'static str, path: &Path, reason: io::Error) -> Self {
-        Self { action, path: path.to_path_buf(), reason }
+        Self { action, path: destination_of(path), reason: bare(reason) }
     }
 }
 
@@ -80,7 +81,7 @@ pub fn write_folder<E: From<FileError>>(
         let _writing = writing();
         let folder = temporary_builder(0o777).tempdir_in(parent);
         let folder = folder.map_err(|e| FileError::new("create folder in", parent, e))?;
-        let unfinished = Unfinished::new(folder.path());
+        let unfinished = Unfinished::new(folder.path(), out, Fate::Removed);
         (folder, unfinished)
     };
     fill(folder.path())?;
@@ -146,7 +147,7 @@ impl GrowingFile {
         }
         let _writing = writing();
         let file = File::create(&part).map_err(|reason| FileError::new("write file", path, reason))?;
-        let _unfinished = Unfinished::new(&part);
+        let _unfinished = Unfinished::new(&part, path, Fate::Removed);
         Ok(Self { path: path.to_owned(), part, file, _unfinished })
     }
 
@@ -222,7 +223,7 @@ fn write_and_rename(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
 /// readable as any other file.
 pub(crate) fn temporary_builder(mode: u32) -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".partial-");
+    builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
     #[cfg(not(unix))]

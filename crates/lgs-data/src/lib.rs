@@ -34,4 +34,4 @@ mod unfinished;
 
 pub use error::ReadError;
 pub use staged::StagedFolder;
-pub use unfinished::abandon;
+pub use unfinished::{Abandoned, Kept, abandon};

@@ -97,20 +97,22 @@ fn convert_frames(frames: &Frames<'_>, out: &Path, format: SplatFormat) -> Resul
         return Err(BadUsage(format!("{text}: {}", out.display())).into());
     }
     prepare_folder(out)?;
-    let folder = FrameFolder::begin(out, FrameKind::Splats)?;
     let task = Task::new("convert", frames.len() as u64);
-    let (mut gaussians, mut listed) = (0, Vec::new());
-    for frame in 0..frames.len() {
-        let (name, cloud) = (frame_name(frame, format), frames.cloud(frame)?);
-        if frame == 0 {
-            warn_of_loss(cloud.sh_degree, format);
+    let gaussians = FrameFolder::fill(out, FrameKind::Splats, |folder| {
+        let (mut gaussians, mut listed) = (0, Vec::new());
+        for frame in 0..frames.len() {
+            let (name, cloud) = (frame_name(frame, format), frames.cloud(frame)?);
+            if frame == 0 {
+                warn_of_loss(cloud.sh_degree, format);
+            }
+            gaussians = cloud.len();
+            let path = folder.path(&name);
+            write_splats(&path, &cloud, format).at(&path)?;
+            listed.push(entry(&name, frames.time(frame)));
+            task.count(frame + 1, frames.len());
         }
-        gaussians = cloud.len();
-        write_splats(&folder.path(&name), &cloud, format).at(&out.join(&name))?;
-        listed.push(entry(&name, frames.time(frame)));
-        task.count(frame + 1, frames.len());
-    }
-    folder.finish(&json!({ "frames": listed }))?;
+        Ok((gaussians, json!({ "frames": listed })))
+    })?;
     done(frames.len(), gaussians, out)
 }
 

@@ -82,14 +82,14 @@ impl Job {
 
     /// Writes frames, the list of them and a contact sheet.
     fn folder(&self, subject: Subject<'_, '_>, out: &Path) -> Result<Vec<Image>> {
-        let frames = FrameFolder::begin(out, FrameKind::Images)?;
-        let write = |index: usize, image: &Image| {
-            write_png(&frames.path(&file_name(index, self.times[index], "png")), image)
-        };
-        let images = self.drawn(subject, write)?;
-        write_png(&frames.path("sheet.png"), &self.sheet(&images))?;
-        frames.finish(&self.list())?;
-        Ok(images)
+        FrameFolder::fill(out, FrameKind::Images, |frames| {
+            let write = |index: usize, image: &Image| {
+                write_png(&frames.path(&file_name(index, self.times[index], "png")), image)
+            };
+            let images = self.drawn(subject, write)?;
+            write_png(&frames.path("sheet.png"), &self.sheet(&images))?;
+            Ok((images, self.list()))
+        })
     }
 
     /// Draws all frames, and hands each with its number on as soon as it is done.

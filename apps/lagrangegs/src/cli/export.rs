@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use lgs_core::GaussianCloud;
+use lgs_data::files::folder_of;
 use lgs_data::splats::{SplatFormat, write_splats};
 use lgs_eval::laws::Trust;
 use lgs_model::Motion;
@@ -57,12 +58,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         Some(source) => source.cloud_at(time),
         None => run.scene.cloud_at(&motion.state_at(time), time),
     };
-    let write = |index: usize, cloud: &GaussianCloud| {
-        let path = files.path(index);
-        write_splats(&path, cloud, files.format).at(&path)
-    };
-    sweep(cloud_at, files.times, "export", write)?;
-    files.list(gaussians, &trust)?;
+    files.write(cloud_at, (gaussians, &trust))?;
     let count = args.times.0.len();
     output::print(&format!("{count} files of {gaussians} Gaussians, {}\n", args.out.display()))
 }
@@ -99,8 +95,7 @@ struct Files<'a> {
     out: &'a Path,
     times: &'a [f32],
     format: SplatFormat,
-    /// The folder; none for a single path.
-    frames: Option<FrameFolder>,
+    is_single: bool,
 }
 
 impl<'a> Files<'a> {
@@ -109,28 +104,27 @@ impl<'a> Files<'a> {
         let (out, times) = (args.out.as_path(), args.times.0.as_slice());
         let format = args.format.unwrap_or_else(|| format_of(out));
         let is_single = times.len() == 1 && SplatFormat::of_name(out) == Some(format) && !out.is_dir();
-        let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        prepare_folder(if is_single { folder } else { out })?;
-        let frames = (!is_single).then(|| FrameFolder::begin(out, FrameKind::Splats)).transpose()?;
-        Ok(Self { out, times, format, frames })
+        prepare_folder(if is_single { folder_of(out) } else { out })?;
+        Ok(Self { out, times, format, is_single })
     }
 
-    fn name(&self, index: usize) -> String {
-        frame_name(index, self.format)
-    }
-
-    fn path(&self, index: usize) -> PathBuf {
-        match &self.frames {
-            Some(frames) => frames.path(&self.name(index)),
-            None => self.out.to_owned(),
+    /// Writes the Gaussians at all times, and into a folder the list of the files.
+    fn write(
+        &self,
+        cloud_at: impl FnMut(f32) -> GaussianCloud,
+        (gaussians, trust): (usize, &Trust),
+    ) -> Result<()> {
+        let write = |path: &Path, cloud: &GaussianCloud| write_splats(path, cloud, self.format).at(path);
+        if self.is_single {
+            return sweep(cloud_at, self.times, "export", |_, cloud| write(self.out, cloud)).map(drop);
         }
-    }
-
-    /// Writes the list of the files into their folder.
-    fn list(mut self, gaussians: usize, trust: &Trust) -> Result<()> {
-        let Some(frames) = self.frames.take() else { return Ok(()) };
-        let entry = |(index, &time): (usize, &f32)| listed(&self.name(index), time, trust);
-        let files: Vec<_> = self.times.iter().enumerate().map(entry).collect();
-        frames.finish(&json!({ "gaussians": gaussians, "frames": files }))
+        let name = |index: usize| frame_name(index, self.format);
+        FrameFolder::fill(self.out, FrameKind::Splats, |frames| {
+            let work = |index: usize, cloud: &GaussianCloud| write(&frames.path(&name(index)), cloud);
+            sweep(cloud_at, self.times, "export", work)?;
+            let entry = |(index, &time): (usize, &f32)| listed(&name(index), time, trust);
+            let files: Vec<_> = self.times.iter().enumerate().map(entry).collect();
+            Ok(((), json!({ "gaussians": gaussians, "frames": files })))
+        })
     }
 }

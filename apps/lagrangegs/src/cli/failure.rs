@@ -88,6 +88,7 @@ impl<T, E: Located> At<T> for Result<T, E> {
         self.map_err(|error| {
             let is_located = error.location().is_some();
             let error = anyhow::Error::new(error);
+            let path = files::destination_of(path);
             if is_located { error } else { anyhow::anyhow!("{}: {}", chain(&error), path.display()) }
         })
     }

@@ -1,8 +1,8 @@
 //! The command line: parse, run, report.
 //!
 //! Results go to stdout, progress and logs to stderr. The exit code is 0 when done, 1 when something failed,
-//! 2 for bad usage and 130 when Ctrl-C ended it at once; an error is one line that ends with the path it is
-//! about (`failure.rs`). Each command has a file of its own.
+//! 2 for bad usage and 128 + N when signal N ended it at once (130: Ctrl-C); an error is one line that ends
+//! with the path it is about (`failure.rs`). Each command has a file of its own.
 
 mod ablation;
 mod bench;

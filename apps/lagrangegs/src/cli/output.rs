@@ -7,9 +7,10 @@ use anyhow::{Result, bail};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use lgs_core::Image;
-use lgs_data::StagedFolder;
 use lgs_data::dataset::DatasetFormat;
 use lgs_data::files::{FileError, write_atomically};
+use lgs_data::{Kept, StagedFolder};
+use serde_json::Value;
 
 use super::failure::At;
 
@@ -93,16 +94,36 @@ pub(crate) enum FrameKind {
     Splats,
 }
 
-/// Frames on their way into a folder. They arrive all together, with the list of them, when the last is
-/// there; then those go that the list of an earlier call names, so that old and new frames never mix.
+/// Frames on their way into a folder. They arrive together, with the list of them, when the last is there;
+/// then those go that the list of an earlier call names, so that old and new frames never mix.
 pub(crate) struct FrameFolder {
     staged: StagedFolder,
     old: Vec<PathBuf>,
 }
 
 impl FrameFolder {
-    /// Begins in a folder that exists; an error if it lists frames of another kind.
-    pub(crate) fn begin(folder: &Path, kind: FrameKind) -> Result<Self> {
+    /// Fills a folder that exists by `work`, which writes frames and returns the list of them with whatever
+    /// it makes. After an error those that are there are kept, and the error says where.
+    ///
+    /// # Errors
+    /// If the folder lists frames of another kind, `work` fails or the frames cannot be put there.
+    pub(crate) fn fill<T>(
+        folder: &Path,
+        kind: FrameKind,
+        work: impl FnOnce(&Self) -> Result<(T, Value)>,
+    ) -> Result<T> {
+        let mut frames = Self::begin(folder, kind)?;
+        let done = work(&frames).and_then(|(made, list)| {
+            frames.finish(&list)?;
+            Ok(made)
+        });
+        done.map_err(|error| match frames.staged.keep() {
+            Some(kept) => error.context(kept_text(&kept)),
+            None => error,
+        })
+    }
+
+    fn begin(folder: &Path, kind: FrameKind) -> Result<Self> {
         let old = names_in(&std::fs::read(folder.join(MANIFEST)).unwrap_or_default());
         let kind_of = |name: &PathBuf| match name.extension().is_some_and(|ending| ending == "png") {
             true => FrameKind::Images,
@@ -122,20 +143,30 @@ impl FrameFolder {
         self.staged.path().join(name)
     }
 
-    /// Ends with the list of the new frames.
-    pub(crate) fn finish(self, list: &serde_json::Value) -> Result<()> {
+    fn finish(&mut self, list: &Value) -> Result<()> {
         let path = self.path(MANIFEST);
         let text = format!("{list:#}\n");
         write_atomically(&path, |w| w.write_all(text.as_bytes())).at(&path)?;
         let new = names_in(text.as_bytes());
-        let obsolete: Vec<PathBuf> = self.old.into_iter().filter(|name| !new.contains(name)).collect();
+        let is_obsolete = |name: &&PathBuf| !new.contains(name);
+        let obsolete: Vec<PathBuf> = self.old.iter().filter(is_obsolete).cloned().collect();
         Ok(self.staged.finish(MANIFEST, &obsolete)?)
     }
 }
 
+/// Where finished files of an unfinished set are, in words that end with the folder.
+pub(crate) fn kept_text(kept: &Kept) -> String {
+    let files = if kept.files == 1 {
+        "1 finished file is".to_owned()
+    } else {
+        format!("{} finished files are", kept.files)
+    };
+    format!("{files} kept in {}", kept.folder.display())
+}
+
 /// The files of its own folder that a list names.
 fn names_in(list: &[u8]) -> Vec<PathBuf> {
-    let list: serde_json::Value = serde_json::from_slice(list).unwrap_or_default();
+    let list: Value = serde_json::from_slice(list).unwrap_or_default();
     let names = list["frames"].as_array().into_iter().flatten().filter_map(|frame| frame["file"].as_str());
     names.map(PathBuf::from).filter(|name| name.components().count() == 1).collect()
 }
@@ -145,7 +176,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn list(names: &[&str]) -> serde_json::Value {
+    fn list(names: &[&str]) -> Value {
         json!({ "frames": names.iter().map(|name| json!({ "file": name })).collect::<Vec<_>>() })
     }
 
@@ -155,20 +186,39 @@ mod tests {
         let folder = dir.path();
         let write = |name: &str| std::fs::write(folder.join(name), name).expect("a file");
         ["a.ply", "b.ply", "own.txt"].into_iter().for_each(write);
-        let begun = |kind| FrameFolder::begin(folder, kind);
-        begun(FrameKind::Splats)
-            .expect("no list")
-            .finish(&list(&["a.ply", "b.ply", "../own.txt"]))
-            .expect("a list");
-        let refused = begun(FrameKind::Images).err().expect("refused").to_string();
+        let listed = |names: &[&str]| {
+            FrameFolder::fill(folder, FrameKind::Splats, |_| Ok(((), list(names)))).expect("a list");
+        };
+        listed(&["a.ply", "b.ply", "../own.txt"]);
+        let refused = FrameFolder::fill(folder, FrameKind::Images, |_| Ok(((), list(&[]))));
+        let refused = refused.expect_err("refused").to_string();
         assert!(refused.contains("a.ply") && refused.ends_with(&folder.display().to_string()), "{refused}");
-        let new = begun(FrameKind::Splats).expect("begun");
-        std::fs::write(new.path("b.ply"), "new").expect("a file");
-        let old = std::fs::read_to_string(folder.join("b.ply")).expect("a file");
-        assert!(folder.join("a.ply").exists() && old == "b.ply", "until the new ones are there");
-        new.finish(&list(&["b.ply"])).expect("finished");
+        let filled = FrameFolder::fill(folder, FrameKind::Splats, |new| {
+            std::fs::write(new.path("b.ply"), "new").expect("a file");
+            let old = std::fs::read_to_string(folder.join("b.ply")).expect("a file");
+            assert!(folder.join("a.ply").exists() && old == "b.ply", "until the new ones are there");
+            Ok(((), list(&["b.ply"])))
+        });
+        filled.expect("finished");
         let there = ["a.ply", "b.ply", "own.txt"].map(|name| folder.join(name).exists());
         assert_eq!(there, [false, true, true]);
+    }
+
+    #[test]
+    fn frames_before_an_error_are_kept_and_it_says_where() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let folder = dir.path();
+        let image = |width| Image::filled(width, 1, [0.5; 3]);
+        let filled: Result<()> = FrameFolder::fill(folder, FrameKind::Images, |new| {
+            write_png(&new.path("a.png"), &image(1))?;
+            write_png(&new.path("b.png"), &image(0))?;
+            Ok(((), list(&[])))
+        });
+        let error = super::super::failure::chain(&filled.expect_err("an image without pixels"));
+        let (kept, failed) = (folder.join("unfinished"), folder.join("b.png"));
+        assert!(error.starts_with(&format!("1 finished file is kept in {}", kept.display())), "{error}");
+        assert!(error.ends_with(&failed.display().to_string()), "{error}");
+        assert!(kept.join("a.png").exists() && !folder.join("frames.json").exists());
     }
 
     #[cfg(unix)]

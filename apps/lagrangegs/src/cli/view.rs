@@ -14,6 +14,7 @@ use lgs_view::{Exhibit, Options, Server, Subject, TruthImage};
 
 use super::camera::Orbit;
 use super::failure::At;
+use super::interrupt::on_interrupt;
 use super::laws::laws_of;
 use super::output;
 use super::progress::say;
@@ -61,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let subject = subject(args)?;
     subject.missing.iter().for_each(|part| say(&format!("warning: {part}")));
     let stopper = server.stopper();
-    ctrlc::set_handler(move || stopper.stop()).context("cannot take Ctrl-C")?;
+    on_interrupt(move |_| stopper.stop()).context("cannot take Ctrl-C")?;
     let url = server.url();
     output::print(&format!("{url}\n"))?;
     say("Ctrl-C ends the viewer");

@@ -19,6 +19,7 @@ use super::transforms::write_split;
 use crate::edit::MotionEdit;
 use crate::files::{self, FileError};
 use crate::ply::write_points;
+use crate::unfinished::writing;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{DynamicImage, ExtendedColorType, ImageEncoder};
 use lgs_core::Camera;
@@ -131,6 +132,7 @@ fn copy_truth(source: &Path, folder: &Path) -> Result<(), DatasetError> {
     for entry in std::fs::read_dir(source).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         if name == "scene.json" || (name.starts_with("ground_truth") && name.ends_with(".safetensors")) {
+            let _writing = writing();
             let copied = std::fs::copy(entry.path(), folder.join(&name));
             copied.map_err(|reason| FileError::new("copy file", &entry.path(), reason))?;
         }

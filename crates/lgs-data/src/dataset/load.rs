@@ -115,8 +115,8 @@ impl Dataset {
     }
 }
 
-/// The remark that training images have times outside of the sequence, if some have. It spans [0, 1), but D-NeRF's own
-/// sets put the last image at 1.
+/// The remark that training images have times outside of the sequence, if some have. It spans [0, 1), but
+/// D-NeRF's own sets put the last image at 1.
 fn times_outside(splits: &[(String, Vec<FrameSpec>)]) -> Option<String> {
     let (_, specs) = splits.iter().find(|(name, _)| name == "train")?;
     let outside = || specs.iter().filter(|spec| !(0.0..=1.0).contains(&spec.time));

@@ -14,7 +14,7 @@ pub use error::{PlyError, PlyProblem};
 pub(crate) use header::Scalar;
 pub(crate) use table::Table;
 
-use crate::files;
+use crate::files::{self, destination_of};
 use lgs_core::{GaussianCloud, sh_coefficients};
 use std::path::Path;
 
@@ -41,7 +41,7 @@ pub fn read_ply(path: &Path) -> Result<GaussianCloud, PlyError> {
 /// # Errors
 /// If the cloud is invalid or the file can't be written.
 pub fn write_ply(path: &Path, cloud: &GaussianCloud) -> Result<(), PlyError> {
-    cloud.validate().map_err(|e| PlyError::Content { path: path.to_path_buf(), problem: e.into() })?;
+    cloud.validate().map_err(|e| PlyError::Content { path: destination_of(path), problem: e.into() })?;
     let names = gaussian_properties(cloud.sh_degree);
     files::write_atomically(path, |w| {
         write!(w, "ply\nformat binary_little_endian 1.0\nelement vertex {}\n", cloud.len())?;

@@ -16,7 +16,7 @@ use lgs_core::{GaussianCloud, sh_coefficients};
 use super::quantise::{
     color, complete, dc, largest_positive, opacity_byte, raw_opacity, unit_of_bits, unit_to_bits,
 };
-use crate::files::{read_bytes, write_atomically};
+use crate::files::{destination_of, read_bytes, write_atomically};
 use crate::ply::{PlyError, PlyProblem, Scalar, Table, finite_scales};
 
 /// Gaussians of a chunk.
@@ -61,7 +61,7 @@ pub fn read_compressed_ply(path: &Path) -> Result<GaussianCloud, PlyError> {
 /// # Errors
 /// If the cloud is invalid or the file can't be written.
 pub fn write_compressed_ply(path: &Path, cloud: &GaussianCloud) -> Result<(), PlyError> {
-    cloud.validate().map_err(|e| PlyError::Content { path: path.to_path_buf(), problem: e.into() })?;
+    cloud.validate().map_err(|e| PlyError::Content { path: destination_of(path), problem: e.into() })?;
     let chunks: Vec<Chunk> =
         (0..cloud.len()).step_by(CHUNK).map(|start| Chunk::around(cloud, start)).collect();
     write_atomically(path, |w| {

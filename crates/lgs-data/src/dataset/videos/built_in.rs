@@ -1,14 +1,14 @@
 //! Decoding by `lgs-video`.
 
 use crate::dataset::error::{DatasetError, Problem};
-use crate::files::FileError;
+use crate::files::{FileError, write_into_new};
 use crate::thresholds::FRAMES_AT_A_TIME;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use lgs_video::read::{Frames, Picture, frames};
 use rayon::prelude::*;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::Path;
 
 /// Writes the frames of a video into a folder.
@@ -39,16 +39,14 @@ fn some_of(frames: &mut Frames<File>) -> Result<Vec<Picture>, lgs_video::read::D
 /// Writes pictures of which the first has a number.
 fn write_all(pictures: &[Picture], folder: &Path, first: usize) -> Result<(), FileError> {
     pictures.par_iter().enumerate().try_for_each(|(further, picture)| {
-        let path = folder.join(format!("{:06}.png", first + further));
-        write(picture, &path).map_err(|reason| FileError::new("write file", &path, reason))
+        write(picture, &folder.join(format!("{:06}.png", first + further)))
     })
 }
 
-fn write(picture: &Picture, path: &Path) -> io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
-    let [width, height] = picture.size();
-    PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive)
+fn write(picture: &Picture, path: &Path) -> Result<(), FileError> {
+    let (mut bytes, [width, height]) = (Vec::new(), picture.size());
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
         .write_image(&picture.to_rgb8(), width, height, ExtendedColorType::Rgb8)
-        .map_err(io::Error::other)?;
-    file.flush()
+        .map_err(|error| FileError::new("encode image", path, io::Error::other(error)))?;
+    write_into_new(path, &bytes)
 }
