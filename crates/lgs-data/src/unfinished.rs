@@ -95,10 +95,12 @@ pub fn destination_of(path: &Path) -> PathBuf {
     path.to_owned()
 }
 
-/// The operating system's reason alone, where it comes with the path of a temporary file.
+/// The reason without the path of a temporary file that the crate `tempfile` adds to it.
 pub(crate) fn bare(reason: io::Error) -> io::Error {
-    let inner = reason.get_ref().and_then(|told| told.source()?.downcast_ref::<io::Error>());
-    inner.and_then(io::Error::raw_os_error).map_or(reason, io::Error::from_raw_os_error)
+    match reason.to_string().split_once(" at path \"") {
+        Some((told, path)) if path.contains(PREFIX) => io::Error::new(reason.kind(), told),
+        _ => reason,
+    }
 }
 
 /// Finished files of a set that was not.
