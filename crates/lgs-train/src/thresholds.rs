@@ -265,6 +265,10 @@ pub(crate) const FEWEST_TEXTURED: usize = 150;
 pub(crate) const CONTRAST_RADII: f32 = 0.45;
 /// Noise of an image, added to the spread within a window: five of 255 levels.
 pub(crate) const CONTRAST_NOISE: f32 = 0.02;
+/// Least mean square of the contrasts of an image: the spread of its pixels is that of the noise.
+pub(crate) const LEAST_CONTRAST: f32 = 0.25;
+/// Most images that are compared.
+pub(crate) const MOST_VIEWS: usize = 300;
 /// Least cosine between a surface and the view of it: rays that graze are off by many pixels.
 pub(crate) const LEAST_FACING: f32 = 0.35;
 /// Points of the surface that are compared, about nine degrees apart.
@@ -288,7 +292,9 @@ pub(crate) const SPIN_CANDIDATES: usize = 6;
 pub(crate) const SPIN_WIDENING: f32 = 1.6;
 /// Least agreement of all pairs: half of the texture's variance is common.
 pub(crate) const LEAST_AGREEMENT: f32 = 0.5;
-/// Other spins that tell what agreement is chance.
+/// Largest correction of path and radius, in radii: silhouettes give both to a few hundredths.
+pub(crate) const LARGEST_CORRECTION: f32 = 0.2;
+/// Other spins, [`SPIN_RANGE`] away by the mean time between images, that tell what agreement is chance.
 pub(crate) const OTHER_SPINS: usize = 100;
 /// Standard deviations of these above their mean that are no chance.
 pub(crate) const CHANCE_DEVIATIONS: f32 = 6.0;

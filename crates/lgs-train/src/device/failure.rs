@@ -2,8 +2,9 @@
 
 /// Words before the number of bytes that a device was asked for and did not have.
 const ASKED: [&str; 2] = ["allocate buffer of size: ", "out of device memory allocating "];
-/// The tensor library's words for a device that is gone.
-const LOST: [&str; 3] = ["poisoned", "device was lost", "could not be mapped"];
+/// The tensor library's words for a device that is gone; the last are those for work that it was gone in the
+/// middle of.
+const LOST: [&str; 4] = ["poisoned", "device was lost", "could not be mapped", "was torn down before"];
 /// Its words for what was too large for a buffer, without its size.
 const TOO_LARGE: &str = "Memory location was never initialized";
 /// The settings by which a training needs less memory.
@@ -81,6 +82,8 @@ mod tests {
         );
         assert_eq!(said, "the device was lost (Unknown: reset)");
         let said = failure("panicked at a.rs:1:2:\nthe staging buffer could not be mapped: an error", None);
+        assert_eq!(said, "the device was lost (its driver gives no reason)");
+        let said = failure("The work writing this buffer was torn down before it could say what", None);
         assert_eq!(said, "the device was lost (its driver gives no reason)");
         assert_eq!(failure("panicked at a.rs:1:2:\nsome kernel\n0: x", None), "some kernel");
         assert_eq!(

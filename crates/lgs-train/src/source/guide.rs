@@ -117,4 +117,26 @@ mod tests {
         assert!((behind[0][0] + behind[1][0] - slope).abs() < 1e-2, "{behind:?} {slope}");
         assert_eq!(behind[2], [0.0; 3]);
     }
+    #[test]
+    fn the_gaussians_of_a_ball_that_turns_are_drawn_to_where_it_carries_them() {
+        let moments: Vec<f32> = (0..20).map(|i| 0.05 * i as f32).collect();
+        let path: Vec<[f32; 3]> = moments.iter().map(|t| [2.0 * t, 0.0, 0.0]).collect();
+        let mut track = Track::through(&moments, &path, 0.5).expect("a path");
+        // A quarter turn about z by the time 0.5.
+        track.spin = Some([0.0, 0.0, std::f32::consts::PI]);
+        let guide = Guide { tracks: vec![track], start: 0.0 };
+        let device = DeviceName::Cpu.device();
+        let canonical = rows(&[[0.2, 0.0, 0.1], [0.0, -0.2, 0.0]], &device);
+        let gradient = |deformed: [[f32; 3]; 2]| -> Vec<[f32; 3]> {
+            host_rows(&guide.gradient(&canonical, &rows(&deformed, &device), 0.5, 2.0))
+        };
+        let carried = [[1.0, 0.2, 0.1], [1.2, 0.0, 0.0]];
+        let still = gradient(carried);
+        assert!(still.as_flattened().iter().all(|g| g.abs() < 1e-4), "{still:?}");
+        let [mut off, right] = carried;
+        off[1] += 0.1;
+        let pulled = gradient([off, right]);
+        // E = 2 (0.1² + 0) / 2, so dE/dy = 0.2.
+        assert!((pulled[0][1] - 0.2).abs() < 1e-3 && pulled[1][0].abs() < 1e-4, "{pulled:?}");
+    }
 }

@@ -6,18 +6,19 @@
 //! farther apart join in; path and radius, which silhouettes give to a few per cent, are refined with them.
 
 use glam::Vec3;
+use lgs_core::linear::{norm, sub};
 use lgs_data::dataset::Frame;
 use rayon::prelude::*;
 
-use super::curve::Curve;
+use super::curve::{Curve, median_of};
 use super::texture::{Surface, TexturedView, TurningBall, spread, textured_views};
 use crate::thresholds::{
-    CHANCE_DEVIATIONS, FEWEST_BLOBS, LEAST_AGREEMENT, LEAST_GAIN, MOST_PAIRS, OTHER_SPINS, PAIRS_PER_VIEW,
-    SPIN_CANDIDATES, SPIN_FINEST, SPIN_RANGE, SPIN_STEP, SPIN_WIDENING,
+    CHANCE_DEVIATIONS, FEWEST_BLOBS, LARGEST_CORRECTION, LEAST_AGREEMENT, LEAST_GAIN, MOMENTS, MOST_PAIRS,
+    OTHER_SPINS, PAIRS_PER_VIEW, SPIN_CANDIDATES, SPIN_FINEST, SPIN_RANGE, SPIN_STEP, SPIN_WIDENING,
 };
 
-/// The path, radius and spin of a ball whose texture tells them; none where the texture is too faint, too fine
-/// or does not turn at a constant rate.
+/// The path, radius and spin of a ball whose texture tells them; none where the texture is too faint or too
+/// fine, or does not turn at a constant rate.
 pub(super) fn turning(
     frames: &[Frame],
     background: [f32; 3],
@@ -34,20 +35,30 @@ pub(super) fn turning(
         return None;
     }
     let mut lag = pairs.first_lag();
-    let (mut best, agreement) = candidates(&views, &ball, &pairs, lag)
+    let (mut best, mut agreement) = candidates(&views, &ball, &pairs, lag)
         .into_par_iter()
         .map(|spin| refined(&views, TurningBall { spin, ..ball.clone() }, &pairs.within(lag), lag))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     while agreement > LEAST_AGREEMENT && lag < pairs.longest {
         lag = (SPIN_WIDENING * lag).min(pairs.longest);
-        best = refined(&views, best, &pairs.within(lag), lag).0;
+        (best, agreement) = refined(&views, best, &pairs.within(lag), lag);
     }
-    let surface = Surface::new(&views, &best);
     let all = pairs.within(pairs.longest);
-    let (agreement, chance) = (surface.agreement(best.spin, &all), chance(&surface, &all, best.spin));
+    let chance = chance(&Surface::new(&views, &best), &all, best.spin, SPIN_RANGE / pairs.mean_lag());
     let spin = best.spin.to_array();
     tracing::debug!(views = views.len(), agreement, chance, radius = best.radius, ?spin, "texture");
-    (agreement > LEAST_AGREEMENT.max(chance)).then_some(best)
+    (agreement > LEAST_AGREEMENT.max(chance) && is_near(&best, &ball)).then_some(best)
+}
+
+/// Whether path and radius are those that silhouettes gave, as exactly as they do.
+fn is_near(ball: &TurningBall, seen: &TurningBall) -> bool {
+    let (start, end) = seen.curve.span;
+    let shift = |i: usize| {
+        let time = start + (end - start) * i as f32 / (MOMENTS - 1) as f32;
+        norm(sub(ball.curve.at(time), seen.curve.at(time)))
+    };
+    let shift = median_of((0..MOMENTS).map(shift)).unwrap_or(0.0);
+    shift.max((ball.radius - seen.radius).abs()) < LARGEST_CORRECTION * seen.radius
 }
 
 /// Pairs of views by the time between them.
@@ -72,6 +83,10 @@ impl Pairs {
     fn first_lag(&self) -> f32 {
         let mut later = self.by_lag.iter().filter(|pair| pair.0 > 0.0);
         later.nth(PAIRS_PER_VIEW * self.views).map_or(self.longest, |pair| pair.0)
+    }
+
+    fn mean_lag(&self) -> f32 {
+        self.by_lag.iter().map(|pair| pair.0).sum::<f32>() / self.by_lag.len() as f32
     }
 
     /// The pairs within a lag, thinned evenly to [`MOST_PAIRS`].
@@ -153,12 +168,12 @@ fn moved(ball: &TurningBall, number: usize, step: f32, lag: f32) -> TurningBall 
     moved
 }
 
-/// The agreement that other spins of the same range reach: their mean and [`CHANCE_DEVIATIONS`] standard
+/// The agreement that spins at a distance from one reach: their mean and [`CHANCE_DEVIATIONS`] standard
 /// deviations.
-fn chance(surface: &Surface<'_>, pairs: &[(usize, usize)], spin: Vec3) -> f32 {
+fn chance(surface: &Surface<'_>, pairs: &[(usize, usize)], spin: Vec3, distance: f32) -> f32 {
     let others: Vec<f32> = (0..OTHER_SPINS)
         .into_par_iter()
-        .map(|i| surface.agreement(spin + spread(i, OTHER_SPINS) * (spin.length() + 1.0), pairs))
+        .map(|i| surface.agreement(spin + spread(i, OTHER_SPINS) * distance, pairs))
         .collect();
     let mean = others.iter().sum::<f32>() / OTHER_SPINS as f32;
     let variance = others.iter().map(|a| (a - mean).powi(2)).sum::<f32>() / OTHER_SPINS as f32;

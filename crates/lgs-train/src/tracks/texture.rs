@@ -2,14 +2,15 @@
 //! surroundings, free of shading, and how well two of them agree where they show the same points.
 
 use glam::{Quat, Vec3};
+use lgs_core::Camera;
 use lgs_core::linear::{dot, norm, scale, sub};
-use lgs_core::{Camera, Image};
 use lgs_data::dataset::Frame;
 use rayon::prelude::*;
 
 use super::curve::Curve;
 use crate::thresholds::{
-    CONTRAST_NOISE, CONTRAST_RADII, FEWEST_TEXTURED, LEAST_FACING, SURFACE_POINTS, TEXTURE_RADIUS,
+    CONTRAST_NOISE, CONTRAST_RADII, FEWEST_TEXTURED, LEAST_CONTRAST, LEAST_FACING, MOST_VIEWS,
+    SURFACE_POINTS, TEXTURE_RADIUS,
 };
 
 /// A ball that moves along a path and turns at a constant rate.
@@ -30,35 +31,76 @@ pub(super) struct TexturedView {
     contrast: Vec<Option<Vec3>>,
 }
 
-/// The images of a ball that show enough of it, reduced so that its radius is about [`TEXTURE_RADIUS`].
+/// At most [`MOST_VIEWS`] images of a ball, spread evenly over those that show enough of it and its texture.
 pub(super) fn textured_views(
     frames: &[Frame],
     background: [f32; 3],
     ball: &TurningBall,
 ) -> Vec<TexturedView> {
     let (start, end) = ball.curve.span;
-    let is_spanned = |frame: &&Frame| (start..=end).contains(&frame.time);
-    let frames: Vec<&Frame> = frames.iter().filter(is_spanned).collect();
+    let shows = |frame: &&Frame| (start..=end).contains(&frame.time) && Window::of(frame, ball).is_some();
+    let frames: Vec<&Frame> = frames.iter().filter(shows).collect();
+    let step = frames.len().div_ceil(MOST_VIEWS).max(1);
+    let frames: Vec<&Frame> = frames.into_iter().step_by(step).collect();
     frames.par_iter().filter_map(|frame| TexturedView::new(frame, background, ball)).collect()
+}
+
+/// The part of a reduced image that shows a ball.
+struct Window {
+    /// Factor of the reduction: the ball's radius becomes about [`TEXTURE_RADIUS`].
+    factor: u32,
+    /// The camera of the part.
+    camera: Camera,
+    left: usize,
+    top: usize,
+    /// Whether the ray of a pixel meets the ball, `[h, w]`.
+    inside: Vec<bool>,
+}
+
+impl Window {
+    /// Nothing if too little of the ball is in view, or the camera in the ball.
+    fn of(frame: &Frame, ball: &TurningBall) -> Option<Self> {
+        let center = ball.curve.at(frame.time);
+        let ([x, y], depth) = frame.camera.pixel_from_world(center);
+        let distance = norm(sub(center, frame.camera.center_in_world()));
+        if depth <= ball.radius {
+            return None;
+        }
+        let (width, height) = (frame.camera.width, frame.camera.height);
+        let pixels = (frame.camera.fx * frame.camera.fy).sqrt() * ball.radius / depth;
+        let factor = ((pixels / TEXTURE_RADIUS) as u32).clamp(1, width.min(height));
+        let camera = frame.camera.reduced(factor);
+        // The image of a ball beside the axis is an ellipse, longer by up to this.
+        let reach = 2.0 * pixels * distance / depth / factor as f32;
+        let part = |middle: f32, size: u32| {
+            let (low, high) = (middle / factor as f32 - reach, middle / factor as f32 + reach);
+            (low.clamp(0.0, size as f32) as u32, high.ceil().clamp(0.0, size as f32) as u32)
+        };
+        let ((left, right), (top, bottom)) = (part(x, camera.width), part(y, camera.height));
+        let (cx, cy) = (camera.cx - left as f32, camera.cy - top as f32);
+        let camera = Camera { width: right - left, height: bottom - top, cx, cy, ..camera };
+        let inside = disc(&camera, center, ball.radius);
+        let is_enough = inside.iter().filter(|&&is_inside| is_inside).count() >= FEWEST_TEXTURED;
+        is_enough.then_some(Self { factor, camera, left: left as usize, top: top as usize, inside })
+    }
 }
 
 impl TexturedView {
     fn new(frame: &Frame, background: [f32; 3], ball: &TurningBall) -> Option<Self> {
-        let center = ball.curve.at(frame.time);
-        let depth = frame.camera.pixel_from_world(center).1;
-        if depth <= ball.radius {
-            return None;
-        }
-        let pixels = frame.camera.fx * ball.radius / depth;
-        let factor = ((pixels / TEXTURE_RADIUS) as u32).clamp(1, frame.camera.width.min(frame.camera.height));
-        let camera = frame.camera.reduced(factor);
-        let inside = disc(&camera, center, ball.radius);
-        if inside.iter().filter(|&&is_inside| is_inside).count() < FEWEST_TEXTURED {
-            return None;
-        }
+        let Window { factor, camera, left, top, inside } = Window::of(frame, ball)?;
         let image = frame.composited(background).reduced(factor);
-        let reach = (CONTRAST_RADII * camera.fx * ball.radius / depth).max(2.0) as usize;
-        Some(Self { time: frame.time, contrast: contrasts(&image, &inside, reach), camera })
+        let width = camera.width as usize;
+        let row = |y: usize| &image.pixels[(top + y) * image.width as usize + left..][..width];
+        let pixels: Vec<[f32; 3]> = (0..camera.height as usize).flat_map(row).copied().collect();
+        let depth = camera.pixel_from_world(ball.curve.at(frame.time)).1;
+        let reach = CONTRAST_RADII * (camera.fx * camera.fy).sqrt() * ball.radius / depth;
+        let contrast = contrasts(&pixels, &inside, width, reach.max(2.0) as usize);
+        let (mut energy, mut count) = (0.0, 0);
+        for contrast in contrast.iter().flatten() {
+            (energy, count) = (energy + contrast.length_squared(), count + 1);
+        }
+        let is_textured = energy > LEAST_CONTRAST * count as f32;
+        is_textured.then_some(Self { time: frame.time, camera, contrast })
     }
 
     /// The contrast at a point of the surface, if the image shows it: bilinear between pixels.
@@ -143,9 +185,9 @@ fn disc(camera: &Camera, center: [f32; 3], radius: f32) -> Vec<bool> {
 }
 
 /// Differences from the mean of the pixels inside within a square window, over the spread of these.
-fn contrasts(image: &Image, inside: &[bool], reach: usize) -> Vec<Option<Vec3>> {
-    let (width, height) = (image.width as usize, image.height as usize);
-    let sums = sums(image, inside);
+fn contrasts(pixels: &[[f32; 3]], inside: &[bool], width: usize, reach: usize) -> Vec<Option<Vec3>> {
+    let height = inside.len() / width;
+    let sums = sums(pixels, inside, width);
     let contrast = |i: usize| {
         let (x, y) = (i % width, i / width);
         let (left, right) = (x.saturating_sub(reach), (x + reach + 1).min(width));
@@ -157,18 +199,17 @@ fn contrasts(image: &Image, inside: &[bool], reach: usize) -> Vec<Option<Vec3>> 
         let mean = [part(0), part(1), part(2)].map(|sum| sum / part(4));
         let squares = part(3) / part(4) - mean.iter().map(|m| m * m).sum::<f64>();
         let spread = squares.max(0.0).sqrt() + f64::from(CONTRAST_NOISE);
-        Vec3::from_array(std::array::from_fn(|c| ((f64::from(image.pixels[i][c]) - mean[c]) / spread) as f32))
+        Vec3::from_array(std::array::from_fn(|c| ((f64::from(pixels[i][c]) - mean[c]) / spread) as f32))
     };
     (0..inside.len()).map(|i| inside[i].then(|| contrast(i))).collect()
 }
 
 /// Sums over all pixels inside above and to the left, `[h + 1, w + 1]`: of the channels, of their squares and
 /// of ones.
-fn sums(image: &Image, inside: &[bool]) -> Vec<[f64; 5]> {
-    let (width, height) = (image.width as usize, image.height as usize);
-    let mut sums = vec![[0.0; 5]; (width + 1) * (height + 1)];
-    for i in 0..inside.len() {
-        let [r, g, b] = image.pixels[i].map(f64::from);
+fn sums(pixels: &[[f32; 3]], inside: &[bool], width: usize) -> Vec<[f64; 5]> {
+    let mut sums = vec![[0.0; 5]; (width + 1) * (inside.len() / width + 1)];
+    for (i, pixel) in pixels.iter().enumerate() {
+        let [r, g, b] = pixel.map(f64::from);
         let own = if inside[i] { [r, g, b, r * r + g * g + b * b, 1.0] } else { [0.0; 5] };
         let at = (i / width + 1) * (width + 1) + i % width + 1;
         let (left, above, both) = (sums[at - 1], sums[at - width - 1], sums[at - width - 2]);
