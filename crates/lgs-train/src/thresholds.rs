@@ -271,8 +271,8 @@ pub(crate) const LEAST_CONTRAST: f32 = 0.25;
 pub(crate) const MOST_VIEWS: usize = 300;
 /// Least cosine between a surface and the view of it: rays that graze are off by many pixels.
 pub(crate) const LEAST_FACING: f32 = 0.35;
-/// Points of the surface that are compared, about nine degrees apart.
-pub(crate) const SURFACE_POINTS: usize = 400;
+/// Points of the surface that are compared, about eleven degrees apart.
+pub(crate) const SURFACE_POINTS: usize = 250;
 /// Pairs of images per image that the first search compares.
 pub(crate) const PAIRS_PER_VIEW: usize = 4;
 /// Most pairs compared: more cost time and say the same.
