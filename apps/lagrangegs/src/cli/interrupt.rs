@@ -1,5 +1,6 @@
 //! Ctrl-C, and on Unix a hang-up and a request to end: training stops at its next step, all else at once, and
-//! nothing half-written is left. A signal that the program was started to ignore, as by `nohup`, stays so.
+//! nothing half-written is left. A signal that the program was started to ignore, as by `nohup`, stays so,
+//! but for Ctrl-C in training.
 
 use std::io;
 use std::sync::Arc;
@@ -20,16 +21,18 @@ static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Takes Ctrl-C over for the rest of the process.
 pub(super) fn listen() {
-    let listening = on_interrupt(|code| {
-        if IS_TRAINING.load(Ordering::SeqCst) && !STOP.swap(true, Ordering::SeqCst) {
-            return say("stopping at the next step; Ctrl-C again aborts without a checkpoint");
-        }
-        say(&told(&lgs_data::abandon()));
-        std::process::exit(code);
-    });
-    if let Err(error) = listening {
+    if let Err(error) = on_interrupt(stop_or_end) {
         tracing::warn!("Ctrl-C will not leave a checkpoint, nor tidy up: {error}");
     }
+}
+
+/// Lets training stop where it may go on from; ends the program otherwise, or if it is asked again.
+fn stop_or_end(code: i32) {
+    if IS_TRAINING.load(Ordering::SeqCst) && !STOP.swap(true, Ordering::SeqCst) {
+        return say("stopping at the next step; Ctrl-C again aborts without a checkpoint");
+    }
+    say(&told(&lgs_data::abandon()));
+    std::process::exit(code);
 }
 
 /// Calls `handler` with the exit code that a shell would report, each time that the program is asked to end.
@@ -67,8 +70,15 @@ pub(super) fn is_stopping() -> bool {
 pub(super) struct Training(());
 
 impl Training {
+    /// Takes Ctrl-C even if the program was started to ignore it, as scripts start what runs behind them: a
+    /// training that stops loses nothing.
     pub(super) fn begin() -> Self {
         IS_TRAINING.store(true, Ordering::SeqCst);
+        match ctrlc::set_handler(|| stop_or_end(ENDED_BY + CTRL_C)) {
+            // It was taken at the start.
+            Ok(()) | Err(ctrlc::Error::MultipleHandlers) => {}
+            Err(error) => tracing::warn!("Ctrl-C will not leave a checkpoint: {error}"),
+        }
         Self(())
     }
 

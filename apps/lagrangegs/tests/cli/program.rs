@@ -91,8 +91,8 @@ impl Done {
     }
 }
 
-/// Starts the program and asks it to end once the run of a folder has taken its first steps; returns its exit
-/// code: 0 on a machine so fast that the work was over before the signal.
+/// Starts the program and sends it Ctrl-C once the run of a folder has taken its first steps; returns its
+/// exit code: 0 on a machine so fast that the work was over before the signal.
 #[cfg(unix)]
 pub(crate) fn interrupted(words: &[&str], run: &Path) -> Option<i32> {
     use std::process::Stdio;
@@ -105,7 +105,7 @@ pub(crate) fn interrupted(words: &[&str], run: &Path) -> Option<i32> {
     while begun.elapsed() < Duration::from_secs(60) && !is_training() {
         std::thread::sleep(Duration::from_millis(5));
     }
-    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill");
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
     child.wait().expect("the program ends").code()
 }
 
