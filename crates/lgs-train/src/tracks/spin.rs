@@ -37,11 +37,11 @@ pub(super) fn turning(
     let mut lag = pairs.first_lag();
     let (mut best, mut agreement) = candidates(&views, &ball, &pairs, lag)
         .into_par_iter()
-        .map(|spin| refined(&views, TurningBall { spin, ..ball.clone() }, &pairs.within(lag), lag))
+        .map(|spin| refined(&views, &TurningBall { spin, ..ball.clone() }, &pairs.within(lag), lag))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     while agreement > LEAST_AGREEMENT && lag < pairs.longest {
         lag = (SPIN_WIDENING * lag).min(pairs.longest);
-        (best, agreement) = refined(&views, best, &pairs.within(lag), lag);
+        (best, agreement) = refined(&views, &best, &pairs.within(lag), lag);
     }
     let all = pairs.within(pairs.longest);
     let chance = chance(&Surface::new(&views, &best), &all, best.spin, SPIN_RANGE / pairs.mean_lag());
@@ -127,11 +127,11 @@ fn candidates(views: &[TexturedView], ball: &TurningBall, pairs: &Pairs, lag: f3
 /// agreement.
 fn refined(
     views: &[TexturedView],
-    start: TurningBall,
+    start: &TurningBall,
     pairs: &[(usize, usize)],
     lag: f32,
 ) -> (TurningBall, f32) {
-    let mut surface = Surface::new(views, &start);
+    let mut surface = Surface::new(views, start);
     let mut best = (start.clone(), surface.agreement(start.spin, pairs));
     let mut step = SPIN_STEP;
     while step > SPIN_FINEST {
