@@ -3,7 +3,8 @@
 //! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
 //! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical
 //! p, deformed q and the path c: only their mean is bound to the path, so how they turn and what shape they
-//! have is left to the images. Where the texture told a spin, with rotations R, each of them is:
+//! have is left to the images. With `guide.rotations`, and where the texture told a spin, with rotations R,
+//! each of them is:
 //! `E = weight · mean |q − c(t) − R(t) (p − c(0))|²`.
 
 use burn::tensor::Tensor;
@@ -30,12 +31,15 @@ impl Guide {
         times.dedup();
         let start = times.first().copied().unwrap_or(0.0);
         let sparse = (frames.len() as f32) < config.below_images_per_time * times.len() as f32;
-        let tracks = if config.weight > 0.0 && sparse {
+        let mut tracks = if config.weight > 0.0 && sparse {
             tracing::info_span!("paths of silhouettes")
                 .in_scope(|| find_tracks(frames, dataset.background, dataset.scene_box()))
         } else {
             Vec::new()
         };
+        if !config.rotations {
+            tracks.iter_mut().for_each(|track| track.spin = None);
+        }
         Self { tracks, start }
     }
 

@@ -35,10 +35,10 @@ impl SourceConfig {
     /// Control nodes for any set.
     #[must_use]
     pub fn nodes_standard() -> Self {
-        let Self { kind, nodes, rigidity, deformation, .. } = Self::nodes_quick();
+        let Self { kind, nodes, rigidity, guide, deformation, .. } = Self::nodes_quick();
         let nodes = nodes.map(|nodes| NodesConfig { rigidity_decay: 0.1, ..nodes });
         let deformation = DeformationConfig { width: 128, position_frequencies: 6, ..deformation };
-        Self { kind, nodes, rigidity, deformation, ..Self::standard() }
+        Self { kind, nodes, rigidity, guide, deformation, ..Self::standard() }
     }
 
     /// FreeGave for any set.
