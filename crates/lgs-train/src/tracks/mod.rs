@@ -32,7 +32,8 @@ pub struct Track {
     pub radius: f32,
     /// Number of images that show it whole and apart from others.
     pub sightings: usize,
-    /// Median distance of the path from where these images see it, world units.
+    /// Median distance, world units, from where these images see it, of the path that they give: the texture
+    /// may have corrected it since.
     pub median_miss: f32,
     /// Angular velocity in world axes, radians per unit of time, if the thing's texture tells it.
     pub spin: Option<[f32; 3]>,

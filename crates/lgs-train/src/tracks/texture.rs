@@ -27,7 +27,7 @@ pub(super) struct TurningBall {
 pub(super) struct TexturedView {
     pub(super) time: f32,
     camera: Camera,
-    /// Contrast of every pixel, `[h, w]`, at most about 1; none beside the ball.
+    /// Contrast of every pixel, `[h, w]`, in units of the spread around it; none beside the ball.
     contrast: Vec<Option<Vec3>>,
 }
 
@@ -38,11 +38,13 @@ pub(super) fn textured_views(
     ball: &TurningBall,
 ) -> Vec<TexturedView> {
     let (start, end) = ball.curve.span;
-    let shows = |frame: &&Frame| (start..=end).contains(&frame.time) && Window::of(frame, ball).is_some();
-    let frames: Vec<&Frame> = frames.iter().filter(shows).collect();
-    let step = frames.len().div_ceil(MOST_VIEWS).max(1);
-    let frames: Vec<&Frame> = frames.into_iter().step_by(step).collect();
-    frames.par_iter().filter_map(|frame| TexturedView::new(frame, background, ball)).collect()
+    let spanned: Vec<&Frame> = frames.iter().filter(|frame| (start..=end).contains(&frame.time)).collect();
+    let shown: Vec<(&Frame, Window)> =
+        spanned.into_par_iter().filter_map(|frame| Some((frame, Window::of(frame, ball)?))).collect();
+    let step = shown.len().div_ceil(MOST_VIEWS).max(1);
+    let shown: Vec<(&Frame, Window)> = shown.into_iter().step_by(step).collect();
+    let view = |(frame, window)| TexturedView::new(frame, window, background);
+    shown.into_par_iter().filter_map(view).collect()
 }
 
 /// The part of a reduced image that shows a ball.
@@ -53,6 +55,8 @@ struct Window {
     camera: Camera,
     left: usize,
     top: usize,
+    /// Radius of the ball in it, pixels.
+    radius: f32,
     /// Whether the ray of a pixel meets the ball, `[h, w]`.
     inside: Vec<bool>,
 }
@@ -70,8 +74,9 @@ impl Window {
         let pixels = (frame.camera.fx * frame.camera.fy).sqrt() * ball.radius / depth;
         let factor = ((pixels / TEXTURE_RADIUS) as u32).clamp(1, width.min(height));
         let camera = frame.camera.reduced(factor);
+        let radius = pixels / factor as f32;
         // The image of a ball beside the axis is an ellipse, longer by up to this.
-        let reach = 2.0 * pixels * distance / depth / factor as f32;
+        let reach = 2.0 * radius * distance / depth;
         let part = |middle: f32, size: u32| {
             let (low, high) = (middle / factor as f32 - reach, middle / factor as f32 + reach);
             (low.clamp(0.0, size as f32) as u32, high.ceil().clamp(0.0, size as f32) as u32)
@@ -81,20 +86,20 @@ impl Window {
         let camera = Camera { width: right - left, height: bottom - top, cx, cy, ..camera };
         let inside = disc(&camera, center, ball.radius);
         let is_enough = inside.iter().filter(|&&is_inside| is_inside).count() >= FEWEST_TEXTURED;
-        is_enough.then_some(Self { factor, camera, left: left as usize, top: top as usize, inside })
+        is_enough.then_some(Self { factor, camera, left: left as usize, top: top as usize, radius, inside })
     }
 }
 
 impl TexturedView {
-    fn new(frame: &Frame, background: [f32; 3], ball: &TurningBall) -> Option<Self> {
-        let Window { factor, camera, left, top, inside } = Window::of(frame, ball)?;
+    /// Nothing if the ball has no texture to speak of there.
+    fn new(frame: &Frame, window: Window, background: [f32; 3]) -> Option<Self> {
+        let Window { factor, camera, left, top, radius, inside } = window;
         let image = frame.composited(background).reduced(factor);
         let width = camera.width as usize;
         let row = |y: usize| &image.pixels[(top + y) * image.width as usize + left..][..width];
         let pixels: Vec<[f32; 3]> = (0..camera.height as usize).flat_map(row).copied().collect();
-        let depth = camera.pixel_from_world(ball.curve.at(frame.time)).1;
-        let reach = CONTRAST_RADII * (camera.fx * camera.fy).sqrt() * ball.radius / depth;
-        let contrast = contrasts(&pixels, &inside, width, reach.max(2.0) as usize);
+        let reach = (CONTRAST_RADII * radius).max(2.0) as usize;
+        let contrast = contrasts(&pixels, &inside, width, reach);
         let (mut energy, mut count) = (0.0, 0);
         for contrast in contrast.iter().flatten() {
             (energy, count) = (energy + contrast.length_squared(), count + 1);
