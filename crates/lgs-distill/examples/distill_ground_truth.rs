@@ -23,7 +23,7 @@ use measure::{Row, measured};
 use std::ops::RangeInclusive;
 
 /// Scenes with one law for each object or two, and the three that no law explains.
-const SCENES: [&str; 23] = [
+const SCENES: [&str; 31] = [
     "falling-ball",
     "fan",
     "sled",
@@ -44,6 +44,14 @@ const SCENES: [&str; 23] = [
     "spring-pair",
     "vibration",
     "bounce",
+    "sliding-block",
+    "stopping-wheel",
+    "swing",
+    "elastic-pendulum",
+    "damped-springs",
+    "magnetic-trap",
+    "conical-pendulum",
+    "slope",
     "walker",
     "led",
     "grabbed",

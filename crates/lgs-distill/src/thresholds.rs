@@ -55,6 +55,9 @@ pub(crate) const NEIGHBORHOODS: usize = 20;
 pub(crate) const NEIGHBORHOOD_SHARE: usize = 12;
 /// Rounds of fits and assignments; what changes after three are single particles at the joint.
 pub(crate) const SETTLING_ROUNDS: usize = 4;
+/// Rounds in which particles join a deforming body, whose motion changes with each: it grows from a piece of a
+/// tenth by a quarter a round.
+pub(crate) const JOINING_ROUNDS: usize = 24;
 /// Two motions part a group if each leaves of its part at most this fraction of what one motion leaves of
 /// all: two have twice the unknowns, and a body cut at random gains a few per cent.
 pub(crate) const PARTED_RESIDUAL: f64 = 0.5;
@@ -131,6 +134,9 @@ pub(crate) const TIMES_IN_WINDOW: usize = 16;
 /// Points of a body that stand for its particles in a band: the shares of points inside of a radius are then
 /// known to some per cent.
 pub(crate) const BAND_POINTS: usize = 48;
+/// Draws by which the error of a blocked forecast is expected: known to a tenth, which decides at three
+/// deviations.
+pub(crate) const FORECAST_DRAWS: usize = 48;
 /// Weight below which a rival is not told of.
 pub(crate) const LEAST_WEIGHT: f64 = 0.01;
 /// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
@@ -166,6 +172,9 @@ pub(crate) const NEAR_PATH: f64 = 3.0;
 /// Roughness of a plane of points at rest, and distance at which a body keeps clear of it, in extents of the
 /// body: Gaussians lie within their surface by a part of their own size.
 pub(crate) const NEAR: f64 = 0.03;
+/// Mean distance between the lowest point of a body and a plane that carries it, in extents of the body: a
+/// source's points of a floor fill a layer below its surface, a third of a ball's diameter thick.
+pub(crate) const ON_PLANE: f64 = 0.3;
 /// Distance of points at rest, in extents of the body, beyond which a plane has ended.
 pub(crate) const WITHIN_REACH: f64 = 1.5;
 /// Times over three windows at which a body is compared with planes that it may go through: between two of

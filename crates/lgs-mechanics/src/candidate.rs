@@ -3,7 +3,7 @@
 use crate::coordinates::{Coordinates, State};
 use crate::error::MechanicsError;
 use crate::integrate;
-use crate::law::{Law, check_term, parameter_count, parameter_table, ranges, space_of};
+use crate::law::{Law, check_term, parameter_count, parameter_table, ranges, space_of, unknown_count};
 use crate::terms::{Entry, Scales, Term};
 use nalgebra::DMatrix;
 
@@ -46,6 +46,12 @@ impl Candidate {
     #[must_use]
     pub fn parameter_count(&self) -> usize {
         parameter_count(&self.coordinates, &self.terms)
+    }
+
+    /// Number of unknowns beside the start: parameters that are fitted, and what terms take for granted.
+    #[must_use]
+    pub fn unknown_count(&self) -> usize {
+        unknown_count(&self.coordinates, &self.terms)
     }
 
     /// Number of columns that all terms offer to regression, see [`Self::design`].

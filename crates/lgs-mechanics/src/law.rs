@@ -43,6 +43,18 @@ impl Law {
         Ok(law)
     }
 
+    /// Number of unknowns beside the start: parameters that are fitted, and what terms take for granted.
+    #[must_use]
+    pub fn unknown_count(&self) -> usize {
+        unknown_count(&self.coordinates, &self.terms)
+    }
+
+    /// Unknowns that its terms take for granted, which are among those.
+    #[must_use]
+    pub fn assumed_unknowns(&self) -> usize {
+        assumed_unknowns(&self.coordinates, &self.terms)
+    }
+
     /// Checks sizes, ports and that all numbers are finite.
     pub fn check(&self) -> Result<(), MechanicsError> {
         for term in &self.terms {
@@ -183,6 +195,18 @@ pub(crate) fn ranges(coordinates: &Coordinates, terms: &[Term]) -> Vec<Range<usi
 /// Number of parameters of coordinates and terms.
 pub(crate) fn parameter_count(coordinates: &Coordinates, terms: &[Term]) -> usize {
     ranges(coordinates, terms).last().map_or(coordinates.parameters().len(), |range| range.end)
+}
+
+/// Number of what is unknown of coordinates and terms: parameters that are fitted, and what terms take for
+/// granted.
+pub(crate) fn unknown_count(coordinates: &Coordinates, terms: &[Term]) -> usize {
+    let table = parameter_table(coordinates, terms);
+    let fitted = table.iter().filter(|(parameter, _)| parameter.entry != terms::Entry::Constant).count();
+    fitted + assumed_unknowns(coordinates, terms)
+}
+
+fn assumed_unknowns(coordinates: &Coordinates, terms: &[Term]) -> usize {
+    terms.iter().map(|term| term.kind.assumed_unknowns(space_of(coordinates, term))).sum()
 }
 
 /// Description of the parameters of coordinates and terms.

@@ -78,4 +78,4 @@ pub use edit::Edit;
 pub use error::MechanicsError;
 pub use law::Law;
 pub use system::{Sensitivity, System};
-pub use thresholds::{FORECAST_ERROR, TRUSTED_FRACTION};
+pub use thresholds::{FAILS, FORECAST_ERROR, TRUSTED_FRACTION};

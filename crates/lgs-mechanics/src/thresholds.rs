@@ -73,14 +73,21 @@ pub(crate) const MOST_HALVINGS: usize = 12;
 
 /// First values of a candidate from which shooting starts.
 pub(crate) const SHOTS: usize = 3;
+/// Squares that a regression leaves, over the least that one of any law leaves, up to which the law may be the
+/// right one: accelerations of a smooth path have errors that a law of more terms follows.
+pub(crate) const PROMISING_LEFT: f64 = 4.0;
+/// Most of such laws that are fitted, the simplest: the right one and those that hold it as a special case.
+pub(crate) const PROMISING: usize = 8;
 /// Surcharge of a gyroscopic term, in halves of an unknown: a circling point can be held by a spring (four
 /// unknowns) or by a gyroscopic force (three), and the spring comes first.
 pub(crate) const GYROSCOPIC: usize = 3;
-/// Surcharge of every other term without an energy, in halves of an unknown: of two laws with as many
-/// unknowns, the conservative one is the simpler.
-pub(crate) const WITHOUT_ENERGY: usize = 1;
+/// Surcharge of a term that dissipates, in halves of an unknown: of two laws with as many unknowns, the
+/// conservative one is the simpler …
+pub(crate) const DISSIPATES: usize = 1;
+/// … and of one that may add energy: what slows down evenly is more often braked than driven backward.
+pub(crate) const DRIVES: usize = 2;
 /// Error over what was promised beyond which a forecast fails: three standard deviations.
-pub(crate) const FAILS: f64 = 3.0;
+pub const FAILS: f64 = 3.0;
 /// Times of a window at which bands are compared with the tolerance.
 pub(crate) const COMPARED_TIMES: usize = 20;
 /// Draws of all candidates together: the 90 % radius is then known to about 3 %.

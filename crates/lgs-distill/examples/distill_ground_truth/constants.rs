@@ -77,6 +77,8 @@ fn recovered(found: &DistilledLaw, name: &str) -> Option<Measured> {
         "torque" => one(law, &["constant-drive"], 0),
         "drag" => one(law, &["linear-drag"], 0),
         "quadratic_drag" => one(law, &["quadratic-drag"], 0),
+        "friction" => one(law, &["dry-friction"], 0),
+        "slope" => length(law, &["uniform-field"], 0..1),
         "gyration" => length(law, &["gyroscopic"], 0..3),
         "omega" if found.start.v.len() == 1 => Some((found.start.v[0].abs(), 0.0)),
         "k_across" => one(law, &["quartic-axis"], 0),

@@ -8,7 +8,7 @@
 use super::rigid_groups::{explains, median_residual, motion_of, path_residual, sampled};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::procrustes::fit_shared_motion;
-use crate::thresholds::{PARTED_RESIDUAL, RESIDUAL_TOLERANCE, SAMPLE_SIZE, SETTLING_ROUNDS};
+use crate::thresholds::{JOINING_ROUNDS, PARTED_RESIDUAL, RESIDUAL_TOLERANCE, SAMPLE_SIZE};
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::inverse;
@@ -44,7 +44,7 @@ pub(super) fn take_in(
     mut loose: Vec<usize>,
     tolerance: f64,
 ) -> Vec<Vec<usize>> {
-    for _ in 0..SETTLING_ROUNDS {
+    for _ in 0..JOINING_ROUNDS {
         let motions: Vec<_> = groups.iter().map(|members| deformation(trajectories, members)).collect();
         let motions: Vec<_> =
             motions.iter().map(|poses| poses.as_deref().and_then(AffineMotion::new)).collect();

@@ -33,13 +33,21 @@ impl Known {
     /// strikes in the window is not trusted beyond it: nobody knows what strikes next.
     pub fn take_band(&mut self, law: &Law, (times, radius): (&[f64], &[f64]), window: f64, path: f64) {
         self.trusted = trusted(times, radius, [0.0, window], TRUSTED_FRACTION * path);
-        if !law.impulses().is_empty() {
-            self.trusted = self.trusted.map(|time| time.clamp(0.0, window));
-        }
         let explains = self.trusted[1] >= EXPLAINED_WINDOWS * window;
         self.verdict = if explains { Verdict::Explained } else { Verdict::Described };
+        if !law.impulses().is_empty() {
+            self.limit_to_window(window);
+        }
         let radius = radius.iter().map(|radius| radius.is_finite().then_some(*radius)).collect();
         self.band = PositionBand { times: times.to_vec(), radius };
+    }
+
+    /// Trusts no forecast beyond the window: those of its parts from each other have failed.
+    pub fn limit_to_window(&mut self, window: f64) {
+        self.trusted = self.trusted.map(|time| time.clamp(0.0, window));
+        if self.verdict == Verdict::Explained {
+            self.verdict = Verdict::Described;
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::candidate::Candidate;
 use crate::coordinates::{Ball, Coordinates, Inertia, InertiaForm, Port};
 use crate::terms::{Role, Term};
-use crate::thresholds::{GYROSCOPIC, WITHOUT_ENERGY};
+use crate::thresholds::{DISSIPATES, DRIVES, GYROSCOPIC};
 
 /// Laws of a point, or of the centre of a body.
 const OF_A_POINT: &[&[&str]] = &[
@@ -22,8 +22,31 @@ const OF_A_POINT: &[&[&str]] = &[
     &["central-power"],
     &["quartic-radial"],
     &["quartic-axis"],
+    &["dry-friction"],
     &["gyroscopic"],
     &["uniform-field", "gyroscopic"],
+];
+
+/// Energies of a point that further forces come with …
+const ENERGIES_OF_A_POINT: &[&[&str]] = &[
+    &[],
+    &["uniform-field"],
+    &["spring"],
+    &["spring-positive"],
+    &["uniform-field", "spring-length"],
+    &["central-inverse-square"],
+    &["quartic-radial"],
+    &["quartic-axis"],
+];
+
+/// … and these forces.
+const FORCES_ON_A_POINT: &[&[&str]] = &[
+    &[],
+    &["linear-drag"],
+    &["quadratic-drag"],
+    &["dry-friction"],
+    &["gyroscopic"],
+    &["gyroscopic", "linear-drag"],
 ];
 
 /// Laws of an angle and of an offset along a rail.
@@ -47,6 +70,22 @@ const OF_AN_AXIS: &[&[&str]] = &[
     &["fourier", "constant-drive"],
     &["fourier-two"],
     &["quartic-radial"],
+];
+
+/// Energies of an angle and of an offset along a rail that further forces come with …
+const ENERGIES_OF_AN_AXIS: &[&[&str]] =
+    &[&[], &["uniform-field"], &["spring"], &["fourier"], &["fourier-two"], &["quartic-radial"]];
+
+/// … and these forces.
+const FORCES_ON_AN_AXIS: &[&[&str]] = &[
+    &["linear-drag"],
+    &["quadratic-drag"],
+    &["dry-friction"],
+    &["linear-drag", "dry-friction"],
+    &["constant-drive"],
+    &["constant-drive", "linear-drag"],
+    &["constant-drive", "quadratic-drag"],
+    &["constant-drive", "dry-friction"],
 ];
 
 /// Laws of each joint of a tree.
@@ -124,6 +163,21 @@ pub fn candidates(coordinates: &Coordinates) -> Vec<Candidate> {
     sets.into_iter().filter_map(|terms| Candidate::new(coordinates.clone(), terms).ok()).collect()
 }
 
+/// Laws of a point or along an axis that combine more terms than [`candidates`] and are none of these: sought
+/// where none of these explains a motion.
+#[must_use]
+pub fn further_candidates(coordinates: &Coordinates) -> Vec<Candidate> {
+    let (energies, forces) = match coordinates {
+        Coordinates::Point => (ENERGIES_OF_A_POINT, FORCES_ON_A_POINT),
+        Coordinates::Hinge(_) | Coordinates::Rolling(_) => (ENERGIES_OF_AN_AXIS, FORCES_ON_AN_AXIS),
+        _ => return Vec::new(),
+    };
+    let first = candidates(coordinates);
+    let all = product(&sets(Port::Whole, energies), &sets(Port::Whole, forces));
+    let candidate = |terms| Candidate::new(coordinates.clone(), terms).ok();
+    all.into_iter().filter_map(candidate).filter(|candidate| !first.contains(candidate)).collect()
+}
+
 /// Sets of terms at a port.
 fn sets(port: Port, list: &[&[&str]]) -> Vec<Vec<Term>> {
     let named = |names: &&[&str]| names.iter().map(|name| Term::named(name, port).ok()).collect();
@@ -166,7 +220,8 @@ pub fn simplicity(candidate: &Candidate) -> usize {
     let surcharge = |term: &Term| match term.kind.role() {
         Role::Conserves => 0,
         Role::Gyroscopic => GYROSCOPIC,
-        Role::Dissipates | Role::Drives => WITHOUT_ENERGY,
+        Role::Dissipates => DISSIPATES,
+        Role::Drives => DRIVES,
     };
-    2 * candidate.parameter_count() + candidate.terms.iter().map(surcharge).sum::<usize>()
+    2 * candidate.unknown_count() + candidate.terms.iter().map(surcharge).sum::<usize>()
 }

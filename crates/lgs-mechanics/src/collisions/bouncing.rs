@@ -128,7 +128,7 @@ impl Bouncing {
         Some(Bounced {
             chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
             free: 0..self.samples.free,
-            unknowns: (law.parameters.len() + 2) as f64 + self.freedom.counted(of_plane),
+            unknowns: (law.unknown_count() + 2) as f64 + self.freedom.counted(of_plane),
             about: self.freedom.about,
             window: [first, first + until],
             samples: self.samples,

@@ -197,7 +197,7 @@ fn chosen(
     let mut best: Option<(f64, Candidate, Shared)> = None;
     for candidate in list {
         let Some(shared) = fitted(candidate, (&tracks, longest), &scales, samples) else { continue };
-        let penalty = samples.max(1.0).ln() * candidate.parameter_count() as f64;
+        let penalty = samples.max(1.0).ln() * candidate.unknown_count() as f64;
         let score = shared.loss + penalty + PARSIMONY * simplicity(candidate) as f64;
         if best.as_ref().is_none_or(|(least, ..)| score < *least) {
             best = Some((score, candidate.clone(), shared));

@@ -22,4 +22,5 @@ pub use segments::approach;
 pub use shared::{Shared, shoot_each};
 pub(crate) use shooting::interval;
 pub use starts::first_values;
+pub(crate) use starts::regressions;
 pub use track::Track;

@@ -105,6 +105,12 @@ fn improved(candidate: &Candidate, track: &Track, scales: &Scales, from: Regress
 /// First values of the parameters, the best first, at most `most`.
 #[must_use]
 pub fn first_values(candidate: &Candidate, track: &Track, scales: &Scales, most: usize) -> Vec<Vec<f64>> {
+    let found = regressions(candidate, track, scales);
+    found.into_iter().take(most).map(|regression| regression.parameters).collect()
+}
+
+/// The regressions behind them, the best first.
+pub(crate) fn regressions(candidate: &Candidate, track: &Track, scales: &Scales) -> Vec<Regression> {
     let starts = all_starts(candidate, track, scales);
     let mut found: Vec<Regression> = starts.iter().filter_map(|s| regress(candidate, track, s)).collect();
     found.sort_by(|a, b| a.left.total_cmp(&b.left));
@@ -115,5 +121,5 @@ pub fn first_values(candidate: &Candidate, track: &Track, scales: &Scales, most:
         found.sort_by(|a, b| a.left.total_cmp(&b.left));
         found.dedup_by(|a, b| a.left - b.left <= APART * b.left);
     }
-    found.into_iter().take(most).map(|regression| regression.parameters).collect()
+    found
 }

@@ -44,20 +44,23 @@ impl<F: KickField> KickDrift<F> {
         if !self.field.depends_on_velocity() {
             return finite(&state.v);
         }
-        let mut last = f64::INFINITY;
+        let (mut last, mut from) = (f64::INFINITY, state.v.clone());
         for _ in 0..KICK_STEPS {
             self.field.linearise(&state.x, &state.v, &mut self.at);
-            let mut change: Vec<f64> =
-                (0..kicked.len()).map(|i| kicked[i] + s * self.at.a[i] - state.v[i]).collect();
-            self.solve_velocity(s, &mut change)?;
+            let left = |i: usize| kicked[i] + s * self.at.a[i] - state.v[i];
+            let mut change: Vec<f64> = (0..kicked.len()).map(left).collect();
             let size = norm(&change);
-            // Overshooting around a kink of dry friction is halved until it settles.
-            let part = if size < last { 1.0 } else { 0.5 };
-            state.v.iter_mut().zip(&change).for_each(|(v, d)| *v += part * d);
-            if size <= SOLVED_STEP * norm(&state.v) + f64::MIN_POSITIVE {
+            if size > last {
+                // Beyond a kink of dry friction, half of the way is tried.
+                state.v.iter_mut().zip(&from).for_each(|(v, from)| *v = 0.5 * (*v + from));
+                continue;
+            }
+            (last, from) = (size, state.v.clone());
+            self.solve_velocity(s, &mut change)?;
+            add_scaled(&mut state.v, &change, 1.0);
+            if norm(&change) <= SOLVED_STEP * norm(&state.v) + f64::MIN_POSITIVE {
                 return finite(&state.v);
             }
-            last = size;
         }
         if last <= 1e6 * SOLVED_STEP * norm(&state.v) { finite(&state.v) } else { Err(NoSolution) }
     }

@@ -81,6 +81,13 @@ impl TermKind for Drag {
         [factor].into_iter().chain(creeping).map(|p| p.within(0.0, f64::INFINITY)).collect()
     }
 
+    /// A point that rubs lies on a surface, whose normal has two. A body that comes to rest on one and a body
+    /// that is thrown up are then told apart by no more than the direction of what slows them down.
+    fn assumed_unknowns(&self, space: Space) -> usize {
+        let is_on_surface = matches!(self.growth, Growth::Inverse) && space == Space::PLACE;
+        if is_on_surface { 2 } else { 0 }
+    }
+
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
         let c = self.coefficient(p, at.w).value;
         force.iter_mut().zip(at.w).for_each(|(f, w)| *f = -c * w);
@@ -108,7 +115,7 @@ impl TermKind for Drag {
 
 #[cfg(test)]
 mod tests {
-    use super::{At, QUADRATIC, TermKind};
+    use super::{At, DRY, QUADRATIC, TermKind};
     use crate::coordinates::{Coordinates, Port, State};
     use crate::edit::Edit;
     use crate::law::Law;
@@ -125,6 +132,23 @@ mod tests {
         let slower: f64 = 1.0 + 0.8 * 5.0 * 2.0;
         assert!((end.v[0] - 3.0 / slower).abs() < 1e-6 && (end.v[2] - 4.0 / slower).abs() < 1e-6);
         assert!((end.x[2] - 0.8 * slower.ln() / 0.8).abs() < 1e-5);
+    }
+
+    #[test]
+    fn dry_friction_brings_to_rest_whatever_the_step() {
+        for step in [0.003, 0.01, 0.05] {
+            let drag = Term { kind: &DRY, port: Port::Whole };
+            let law = Law::new(Coordinates::Point, vec![drag], vec![1.3, 1e-3], step).unwrap();
+            let start = State { x: vec![0.0; 3], v: vec![0.6, 0.0, 0.8] };
+            let system = System::new(&law, Edit::NONE);
+            let [sliding, resting, later] = &system.states(&start, &[0.5, 1.0, 3.0]).unwrap()[..] else {
+                panic!("three states")
+            };
+            let way = |state: &State| state.x[0].hypot(state.x[2]);
+            assert!((way(sliding) - (0.5 - 0.5 * 1.3 * 0.25)).abs() < 1e-3, "step {step}: {}", way(sliding));
+            assert!((way(later) - 0.5 / 1.3).abs() < 2.0 * step * step + 1e-3, "step {step}: {}", way(later));
+            assert!(way(resting) - way(later) < 1e-3 && later.v[2].abs() < 1e-3);
+        }
     }
 
     #[test]

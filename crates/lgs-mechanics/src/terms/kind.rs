@@ -133,6 +133,11 @@ pub trait TermKind: Debug + Send + Sync {
     /// The parameters in a space, in order.
     fn parameters(&self, space: Space) -> Vec<Parameter>;
 
+    /// Unknowns that a force of this kind takes for granted beside its parameters, which count against a law.
+    fn assumed_unknowns(&self, _space: Space) -> usize {
+        0
+    }
+
     /// The energy whose negative gradient is the force; zero for a kind that does not conserve.
     fn energy(&self, _p: &[f64], _y: &[f64]) -> f64 {
         0.0

@@ -3,13 +3,14 @@
 use super::super::pose::Pose;
 use super::law::Law;
 use crate::edit::MotionEdit;
+use crate::thresholds::CREEPING_SPEED;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-/// Rotation by an angle θ about an axis through a fixed pivot: θ'' = −k sin θ − s θ + τ − d θ'.
+/// Rotation by an angle θ about an axis through a fixed pivot: θ'' = −k sin θ − s θ + τ − d θ' − μ sign θ'.
 ///
 /// Conservative: gravity `k` (θ = 0 hangs down) and the torsion spring `s`. Not conservative: the constant
-/// torque `τ` and the drag `d`. The body's origin is the pivot.
+/// torque `τ`, the drag `d` and the dry friction `μ`. The body's origin is the pivot.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Hinge {
     pub(in super::super) law: &'static str,
@@ -25,6 +26,7 @@ pub(in super::super) struct Hinge {
     pub(in super::super) stiffness: f64,
     pub(in super::super) torque: f64,
     pub(in super::super) drag: f64,
+    pub(in super::super) friction: f64,
 }
 
 impl Hinge {
@@ -43,6 +45,7 @@ impl Hinge {
             stiffness: 0.0,
             torque: 0.0,
             drag: 0.0,
+            friction: 0.0,
         }
     }
 }
@@ -55,7 +58,8 @@ impl Law for Hinge {
     fn rate(&self, state: &[f64]) -> Vec<f64> {
         let (angle, rate) = (state[0], state[1]);
         let conservative = -self.gravity * angle.sin() - self.stiffness * angle;
-        vec![rate, conservative + self.torque - self.drag * rate]
+        let friction = self.friction * rate / rate.hypot(CREEPING_SPEED);
+        vec![rate, conservative + self.torque - self.drag * rate - friction]
     }
 
     fn poses(&self, state: &[f64]) -> Vec<Pose> {
@@ -75,6 +79,7 @@ impl Law for Hinge {
             stiffness: edit.potential_scale * self.stiffness,
             torque: edit.force_scale * self.torque,
             drag: edit.force_scale * self.drag,
+            friction: edit.force_scale * self.friction,
             ..self.clone()
         })
     }
@@ -85,6 +90,7 @@ impl Law for Hinge {
             ("k_spring", self.stiffness),
             ("torque", self.torque),
             ("drag", self.drag),
+            ("friction", self.friction),
         ];
         let constants: serde_json::Map<String, Value> =
             all.iter().filter(|(_, v)| *v != 0.0).map(|&(name, v)| (name.to_owned(), json!(v))).collect();
@@ -92,7 +98,7 @@ impl Law for Hinge {
             "law": self.law, "kind": self.kind, "coordinates": "joint", "constants": constants,
             "pivot": self.pivot.to_array(), "axis": self.axis.to_array(),
             "angle": self.angle, "rate": self.rate,
-            "conservative": ["k_gravity", "k_spring"], "nonconservative": ["torque", "drag"],
+            "conservative": ["k_gravity", "k_spring"], "nonconservative": ["torque", "drag", "friction"],
         })
     }
 }

@@ -3,6 +3,7 @@
 use super::super::pose::Pose;
 use super::law::{Law, joined, vector};
 use crate::edit::MotionEdit;
+use crate::thresholds::CREEPING_SPEED;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
@@ -15,8 +16,16 @@ pub(in super::super) enum Field {
     Power { center: DVec3, k: f64, n: f64 },
     /// Energy `c (x² − w²)² / 4` along a unit vector and `k r² / 2` across it, about a centre: conservative.
     DoubleWell { center: DVec3, along: DVec3, c: f64, w: f64, k: f64 },
+    /// Along each axis of a frame a stiffness of its own, towards a centre: conservative.
+    Spring { center: DVec3, frame: DMat3, k: DVec3 },
+    /// A spring with a rest length, fixed at one end: conservative.
+    RestLength { end: DVec3, k: f64, length: f64 },
     /// `−k |v| v`: not conservative.
     QuadraticDrag(f64),
+    /// `−k v`: not conservative.
+    LinearDrag(f64),
+    /// Of a constant size against the velocity: not conservative.
+    DryFriction(f64),
     /// `ω × v`, as a charge in a uniform magnetic field has it. It does no work, and depends on the velocity:
     /// it belongs to the force and not to the potential.
     Magnetic(DVec3),
@@ -35,7 +44,14 @@ impl Field {
                 let x = arm.dot(along);
                 -c * x * (x * x - w * w) * along - k * (arm - x * along)
             }
+            Self::Spring { center, frame, k } => -(frame * (k * (frame.transpose() * (q - center)))),
+            Self::RestLength { end, k, length } => {
+                let arm = q - end;
+                -k * (arm.length() - length) * arm.normalize()
+            }
             Self::QuadraticDrag(k) => -k * v.length() * v,
+            Self::LinearDrag(k) => -k * v,
+            Self::DryFriction(k) => -k * v / v.length().hypot(CREEPING_SPEED),
             Self::Magnetic(omega) => omega.cross(v),
         }
     }
@@ -50,7 +66,12 @@ impl Field {
                 let x = arm.dot(along);
                 0.25 * c * (x * x - w * w).powi(2) + 0.5 * k * (arm - x * along).length_squared()
             }
-            Self::QuadraticDrag(_) | Self::Magnetic(_) => 0.0,
+            Self::Spring { center, frame, k } => {
+                let arm = frame.transpose() * (q - center);
+                0.5 * arm.dot(k * arm)
+            }
+            Self::RestLength { end, k, length } => 0.5 * k * (q.distance(end) - length).powi(2),
+            Self::QuadraticDrag(_) | Self::LinearDrag(_) | Self::DryFriction(_) | Self::Magnetic(_) => 0.0,
         }
     }
 
@@ -62,7 +83,11 @@ impl Field {
             Self::DoubleWell { center, along, c, w, k } => {
                 Self::DoubleWell { center, along, c: beta * c, w, k: beta * k }
             }
+            Self::Spring { center, frame, k } => Self::Spring { center, frame, k: beta * k },
+            Self::RestLength { end, k, length } => Self::RestLength { end, k: beta * k, length },
             Self::QuadraticDrag(k) => Self::QuadraticDrag(gamma * k),
+            Self::LinearDrag(k) => Self::LinearDrag(gamma * k),
+            Self::DryFriction(k) => Self::DryFriction(gamma * k),
             Self::Magnetic(omega) => Self::Magnetic(gamma * omega),
         }
     }
@@ -76,7 +101,15 @@ impl Field {
                 "quartic": c, "half_distance": w, "k_across": k, "center": center.to_array(),
                 "along": along.to_array()
             }),
+            Self::Spring { center, frame, k } => json!({
+                "stiffness": k.to_array(), "center": center.to_array(), "frame": frame.to_cols_array()
+            }),
+            Self::RestLength { end, k, length } => {
+                json!({"k": k, "length": length, "end": end.to_array()})
+            }
             Self::QuadraticDrag(k) => json!({"quadratic_drag": k}),
+            Self::LinearDrag(k) => json!({"drag": k}),
+            Self::DryFriction(k) => json!({"friction": k}),
             Self::Magnetic(omega) => {
                 json!({"gyration": omega.length(), "axis": omega.normalize().to_array()})
             }
@@ -84,7 +117,8 @@ impl Field {
     }
 
     fn is_conservative(&self) -> bool {
-        !matches!(self, Self::QuadraticDrag(_) | Self::Magnetic(_))
+        let is_drag = matches!(self, Self::QuadraticDrag(_) | Self::LinearDrag(_) | Self::DryFriction(_));
+        !is_drag && !matches!(self, Self::Magnetic(_))
     }
 }
 

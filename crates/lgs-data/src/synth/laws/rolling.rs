@@ -6,16 +6,20 @@ use crate::edit::MotionEdit;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-/// Rolling straight on a level floor: s'' = −c s', and the ball turns by s over its radius.
+/// Rolling straight on a plane: s'' = −a − c s', and the ball turns by s over its radius.
 ///
-/// Not conservative: the rolling resistance `c`, proportional to the speed. There is no force that is.
+/// Conservative: the slope's `a`, against the direction. Not conservative: the rolling resistance `c`,
+/// proportional to the speed.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Rolling {
     pub(in super::super) start: DVec3,
-    /// Horizontal unit vector.
+    /// Unit vector.
     pub(in super::super) direction: DVec3,
+    /// Unit vector across the direction, out of the plane.
+    pub(in super::super) normal: DVec3,
     pub(in super::super) radius: f64,
     pub(in super::super) speed: f64,
+    pub(in super::super) slope: f64,
     pub(in super::super) resistance: f64,
 }
 
@@ -25,34 +29,41 @@ impl Law for Rolling {
     }
 
     fn rate(&self, state: &[f64]) -> Vec<f64> {
-        vec![state[1], -self.resistance * state[1]]
+        vec![state[1], -self.slope - self.resistance * state[1]]
     }
 
     fn poses(&self, state: &[f64]) -> Vec<Pose> {
-        let axis = DVec3::Z.cross(self.direction);
+        let axis = self.normal.cross(self.direction);
         let rotation = DMat3::from_axis_angle(axis, state[0] / self.radius);
         vec![Pose::rigid(rotation, self.start + state[0] * self.direction)]
     }
 
     #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
-        0.5 * state[1] * state[1]
+        0.5 * state[1] * state[1] + self.slope * state[0]
     }
 
     fn edited(&self, edit: MotionEdit) -> Box<dyn Law> {
         Box::new(Self {
             speed: edit.velocity_scale * self.speed,
+            slope: edit.potential_scale * self.slope,
             resistance: edit.force_scale * self.resistance,
             ..self.clone()
         })
     }
 
     fn describe(&self, _: usize) -> Value {
-        json!({
+        let mut description = json!({
             "law": "rolling resistance", "kind": "dissipative", "coordinates": "joint",
             "constants": {"drag": self.resistance, "radius": self.radius},
             "start": self.start.to_array(), "direction": self.direction.to_array(), "speed": self.speed,
             "conservative": [], "nonconservative": ["drag"],
-        })
+        });
+        if self.slope != 0.0 {
+            description["law"] = json!("rolling on a slope");
+            description["constants"]["slope"] = json!(self.slope);
+            description["conservative"] = json!(["slope"]);
+        }
+        description
     }
 }

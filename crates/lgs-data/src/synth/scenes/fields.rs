@@ -60,7 +60,7 @@ fn knobbed(draws: &mut Draws) -> Vec<Part> {
     vec![solid, knob]
 }
 
-fn body_in_fields(draws: &mut Draws, law: Point) -> (Stage, Rig) {
+pub(super) fn body_in_fields(draws: &mut Draws, law: Point) -> (Stage, Rig) {
     let parts = knobbed(draws);
     let [motion] = simulated(law);
     framed(alone("body", motion, DVec3::ZERO, parts))

@@ -51,8 +51,10 @@ fn rolling_ball(draws: &mut Draws) -> (Stage, Rig) {
     let law = Rolling {
         start: DVec3::ZERO,
         direction: draws.horizontal(),
+        normal: DVec3::Z,
         radius,
         speed: draws.within(0.9..1.2),
+        slope: 0.0,
         resistance: draws.within(0.5..0.9),
     };
     let ball = Part::new(

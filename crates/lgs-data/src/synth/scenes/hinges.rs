@@ -41,7 +41,7 @@ pub(super) const ENTRIES: [Entry; 4] = [
 ];
 
 /// A pendulum's body below its hinge along y: a rod and a bob.
-fn hanging(draws: &mut Draws, length: f64, side: f64) -> Vec<Part> {
+pub(super) fn hanging(draws: &mut Draws, length: f64, side: f64) -> Vec<Part> {
     let bob = dvec3(draws.within(0.26..0.34), draws.within(0.20..0.30), draws.within(0.26..0.34));
     let offset = dvec3(0.0, side, 0.0);
     vec![
@@ -99,7 +99,7 @@ fn double_pendulum(draws: &mut Draws) -> (Stage, Rig) {
 }
 
 /// World axes from body axes that take the body's z axis to `axis`.
-fn upright(axis: DVec3) -> DMat3 {
+pub(super) fn upright(axis: DVec3) -> DMat3 {
     DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Z, axis))
 }
 
@@ -114,6 +114,13 @@ fn spun_up_fan(draws: &mut Draws) -> (Stage, Rig) {
         drag: draws.within(0.2..0.6),
         ..Hinge::about(axis, upright(axis))
     };
+    let parts = rotor(draws);
+    let [motion] = simulated(law);
+    framed(alone("rotor", motion, DVec3::ZERO, parts))
+}
+
+/// Three to five blades about a hub, which turn about z.
+pub(super) fn rotor(draws: &mut Draws) -> Vec<Part> {
     let blades = draws.within(3.0..6.0) as usize;
     let (length, width, pitch) =
         (draws.within(0.34..0.44), draws.within(0.15..0.21), draws.within(0.25..0.6));
@@ -131,8 +138,7 @@ fn spun_up_fan(draws: &mut Draws) -> (Stage, Rig) {
         })
         .collect();
     parts.push(Part::new(Shape::Cylinder(0.24, 0.15), DVec3::ZERO, Texture::new(draws.palette(), 0.4)));
-    let [motion] = simulated(law);
-    framed(alone("rotor", motion, DVec3::ZERO, parts))
+    parts
 }
 
 fn torsion_spring(draws: &mut Draws) -> (Stage, Rig) {

@@ -6,6 +6,7 @@
 //! test checks.
 
 mod entry;
+mod everyday;
 mod fields;
 mod free_bodies;
 mod hinges;
@@ -31,12 +32,13 @@ pub(super) struct Scene {
 }
 
 fn entries() -> impl Iterator<Item = &'static Entry> {
-    let groups: [&[Entry]; 6] = [
+    let groups: [&[Entry]; 7] = [
         &objects::ENTRIES,
         &room::ENTRIES,
         &hinges::ENTRIES,
         &free_bodies::ENTRIES,
         &fields::ENTRIES,
+        &everyday::ENTRIES,
         &unexplained::ENTRIES,
     ];
     groups.into_iter().flatten()

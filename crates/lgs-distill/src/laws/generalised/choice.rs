@@ -18,15 +18,19 @@ use rayon::prelude::*;
 pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
     let of_system = |system: Configured| {
         let choice = match &system.coordinates {
-            Coordinates::Point => choose_center(observed, &system.x, 0),
+            Coordinates::Point => {
+                let track = center_track(observed, &system, 0);
+                let choice = observed.choose_in(&Coordinates::Point, &track);
+                observed.choose_further(choice, (&Coordinates::Point, &track), system.chi_square)
+            }
             Coordinates::Ball(ball) => choose_about_pivot(observed, &system.x, ball),
-            joint => choose_along_joint(joint, observed, &system.x),
+            _ => choose_along_joint(&system, observed),
         };
         Some((system, choice?))
     };
     let samples = observed.track.independent_samples();
     let explains = |(system, choice): &(Configured, Choice)| {
-        choice.law().fitted.loss + system.chi_square <= samples + 2.0 * (2.0 * samples).sqrt()
+        choice.law().fitted.loss + system.chi_square <= observed.explained()
     };
     let mut found: Vec<(Configured, Choice)> = Vec::new();
     let joints = systems(observed).into_iter().filter(|system| system.chi_square <= MOST_KINEMATIC * samples);
@@ -47,7 +51,12 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
         found.extend(free);
     }
     let size = (samples, 6 * observed.times.len());
-    let rated = Rated::new(found, &|system, law| Evidence::of(system, law, size))?;
+    let evidence = |system: &Configured, law: &Judged| {
+        // The surface that friction needs is there to be seen.
+        let known = if observed.slides { law.fitted.law.assumed_unknowns() } else { 0 };
+        Evidence::of(system, law, size).with_known(known, size.1)
+    };
+    let rated = Rated::new(found, &evidence)?;
     Some(rated.with_geometry(&[observed]))
 }
 
@@ -58,9 +67,10 @@ fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Conf
     let centers = systems.first().map_or(&[][..], Vec::as_slice);
     let of_center = |(index, system): (usize, &Configured)| match of_point {
         Some(choice) if index == 0 => Some(choice.clone()),
-        _ => choose_center(observed, &system.x, 4),
+        _ => Some(observed.choose_in(&Coordinates::Point, &center_track(observed, system, 4))?),
     };
-    let of_centers: Vec<Option<Choice>> = centers.par_iter().enumerate().map(of_center).collect();
+    let mut of_centers: Vec<Option<Choice>> = centers.par_iter().enumerate().map(of_center).collect();
+    further_of_best(observed, centers, &mut of_centers);
     let of_inertia = |systems: Vec<Configured>| {
         let Coordinates::Rigid(inertia) = systems[0].coordinates else { return Vec::new() };
         let of_spin = choose_spin(observed, &systems[0].x, inertia);
@@ -73,16 +83,23 @@ fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Conf
     systems.into_par_iter().flat_map_iter(of_inertia).collect()
 }
 
+/// Seeks further laws of the centre whose motion the simple ones describe best.
+fn further_of_best(observed: &ObservedPoses, centers: &[Configured], of_centers: &mut [Option<Choice>]) {
+    let loss = |choice: &Option<Choice>| {
+        let losses = choice.iter().flat_map(|choice| &choice.judged).map(|judged| judged.fitted.loss);
+        losses.fold(f64::INFINITY, f64::min)
+    };
+    let best = (0..of_centers.len()).min_by(|&a, &b| loss(&of_centers[a]).total_cmp(&loss(&of_centers[b])));
+    let Some((own, system)) = best.map(|best| (&mut of_centers[best], &centers[best])) else { return };
+    let track = center_track(observed, system, 4);
+    *own = observed.choose_further(own.take(), (&Coordinates::Point, &track), 0.0);
+}
+
 /// The motion of the centre, as that of a point, which begins at a place in each configuration.
-fn choose_center(observed: &ObservedPoses, x: &[Vec<f64>], at: usize) -> Option<Choice> {
-    let x: Vec<Vec<f64>> = x.iter().map(|x| x[at..].to_vec()).collect();
+fn center_track(observed: &ObservedPoses, system: &Configured, at: usize) -> Track {
+    let x: Vec<Vec<f64>> = system.x.iter().map(|x| x[at..].to_vec()).collect();
     let noise = observed.track.noise[3..].to_vec();
-    let track = Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) };
-    observed.choose(
-        &observed.laws.candidates(&Coordinates::Point),
-        &track,
-        &track.scales(&Coordinates::Point),
-    )
+    Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) }
 }
 
 /// The rotation of a free body: that about a pivot at its centre, on which no weight acts.
@@ -107,9 +124,11 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
 
 /// Laws along a joint. A body that is balanced on its hinge has no weight to turn it, if a law without weight
 /// explains how it turns and is as simple as the likeliest.
-fn choose_along_joint(joint: &Coordinates, observed: &ObservedPoses, x: &[Vec<f64>]) -> Option<Choice> {
-    let track = observed.along(joint, Track::new(joint, &observed.times, x));
-    let mut choice = observed.choose(&observed.laws.candidates(joint), &track, &track.scales(joint))?;
+fn choose_along_joint(system: &Configured, observed: &ObservedPoses) -> Option<Choice> {
+    let joint = &system.coordinates;
+    let track = observed.along(joint, Track::new(joint, &observed.times, &system.x));
+    let choice = observed.choose_in(joint, &track);
+    let mut choice = observed.choose_further(choice, (joint, &track), system.chi_square)?;
     let is_balanced = matches!(joint, Coordinates::Hinge(hinge) if observed.is_balanced_on(hinge));
     let is_weightless =
         |judged: &Judged| judged.fitted.law.terms.iter().all(|term| !term.kind.name().starts_with("fourier"));

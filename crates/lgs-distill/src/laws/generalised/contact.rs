@@ -65,7 +65,7 @@ fn about(
     let centers: Vec<DVec3> = x.iter().map(|x| center(x)).collect();
     let spins = if turns { spins(observed) } else { Vec::new() };
     let body = Body {
-        centers: observed.laws.candidates(&Coordinates::Point),
+        centers: observed.laws.candidates(&Coordinates::Point).into_iter().filter(is_of_flight).collect(),
         spins,
         grounds: grounds(surroundings, &centers, surface.extent()),
         surface,
@@ -74,6 +74,11 @@ fn about(
     };
     let bounced = explain(&body, &Observed { times: &observed.times, x: &x, least: observed.least() })?;
     Some(Impacted { bounced, middle })
+}
+
+/// Nothing rubs on a body in flight.
+fn is_of_flight(candidate: &Candidate) -> bool {
+    candidate.terms.iter().all(|term| term.kind.name() != "dry-friction")
 }
 
 /// Configurations of poses in the coordinates of a body with its centre of mass at a point of the shape.
@@ -119,7 +124,7 @@ fn spins(observed: &ObservedPoses) -> Vec<Candidate> {
 
 /// The surface of the particles, outliers left out, in the axes of the coordinates; `base` is the pose of the
 /// shape in the configuration `x`.
-fn surface(motion: &SharedMotion, base: &Pose, x: &[f64]) -> Surface {
+pub(super) fn surface(motion: &SharedMotion, base: &Pose, x: &[f64]) -> Surface {
     let (back, center) = match x {
         [rotation @ .., _, _, _] if rotation.len() == 4 => {
             (DMat3::from_quat(quaternion(rotation).normalize().inverse()), DVec3::from_slice(&x[4..]))
@@ -132,7 +137,7 @@ fn surface(motion: &SharedMotion, base: &Pose, x: &[f64]) -> Surface {
 }
 
 /// Planes of the points at rest near a path.
-fn grounds(surroundings: Surroundings<'_>, path: &[DVec3], extent: f64) -> Vec<Ground> {
+pub(super) fn grounds(surroundings: Surroundings<'_>, path: &[DVec3], extent: f64) -> Vec<Ground> {
     let reach = NEAR_PATH * extent;
     let is_near =
         |point: &&[f64; 3]| path.iter().any(|center| center.distance(DVec3::from(**point)) <= reach);

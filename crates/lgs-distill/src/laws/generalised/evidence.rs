@@ -26,6 +26,12 @@ impl Evidence {
         }
     }
 
+    /// The same where some of the unknowns that were counted, of so many values, are known.
+    pub(super) fn with_known(self, known: usize, values: usize) -> Self {
+        let known = known as f64;
+        Self { against: self.against - penalty(known, values) - 2.0 * PARSIMONY * known, ..self }
+    }
+
     /// The evidence for a law of one body and another one of another body.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {
@@ -57,5 +63,5 @@ pub(super) fn penalty(unknowns: f64, values: usize) -> f64 {
 /// Unknowns of a law in its coordinates: constants of the geometry, start and parameters.
 pub(super) fn unknowns(system: &Configured, law: &Judged) -> f64 {
     let freedoms = system.coordinates.freedoms();
-    (system.constants + 2 * freedoms + law.fitted.law.parameters.len()) as f64
+    (system.constants + 2 * freedoms + law.fitted.law.unknown_count()) as f64
 }

@@ -3,13 +3,15 @@
 
 use super::known::{distance, points_of};
 use super::placed::Placed;
+use super::posterior::Posterior;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::FORECAST_DRAWS;
 use glam::DVec3;
 use lgs_mechanics::fit::{Settings, Track, shoot};
 use lgs_mechanics::terms::Term;
-use lgs_mechanics::{Candidate, TRUSTED_FRACTION};
+use lgs_mechanics::{Candidate, FAILS, TRUSTED_FRACTION};
 use std::ops::Range;
 
 /// Errors of the forecasts of the last third and of the first third of the window, over the displacement
@@ -21,18 +23,55 @@ pub(crate) struct ForecastErrors {
     pub(crate) law: Option<f64>,
     /// By free motion.
     pub(super) free: Option<f64>,
+    /// Whether the law's are not to be trusted, and wrong by more than three deviations of what its own fits
+    /// to the parts that were seen promise.
+    pub(super) fails: bool,
+}
+
+/// Sums over hidden samples of mean squared distances over the particles.
+#[derive(Clone, Copy, Default)]
+struct Squares {
+    /// From the observed poses to the forecast ones.
+    error: f64,
+    /// From the observed poses to the nearest that was seen.
+    displacement: f64,
+    /// From the forecast poses to those of draws from the posterior of the fit.
+    expected: f64,
+}
+
+impl Squares {
+    fn and(self, other: Self) -> Self {
+        Self {
+            error: self.error + other.error,
+            displacement: self.displacement + other.displacement,
+            expected: self.expected + other.expected,
+        }
+    }
+
+    /// Error over displacement.
+    fn relative(&self) -> Option<f64> {
+        Some((self.error / self.displacement).sqrt()).filter(|error| error.is_finite())
+    }
+
+    fn fails(&self) -> bool {
+        self.error > FAILS * FAILS * self.expected
+    }
 }
 
 impl ForecastErrors {
     pub(super) fn of(rated: &Rated, bodies: &[&SharedMotion]) -> Self {
         let law = &rated.best().judged.fitted.law;
         let Some(blocked) = Blocked::new(rated, bodies) else { return Self::default() };
-        let error = |terms: Vec<Term>, values: &[f64]| {
+        let squares = |terms: Vec<Term>, values: &[f64]| {
             let candidate = Candidate::new(rated.system().coordinates.clone(), terms).ok()?;
-            blocked.error(&candidate, values)
+            blocked.of_both_ends(&candidate, values)
         };
         let (of_coordinates, _) = law.parameters.split_at(law.coordinates.start().len());
-        Self { law: error(law.terms.clone(), &law.parameters), free: error(Vec::new(), of_coordinates) }
+        let own = squares(law.terms.clone(), &law.parameters);
+        let free = squares(Vec::new(), of_coordinates);
+        let [law, free] = [own, free].map(|squares| squares?.relative());
+        let fails = law.is_some_and(|law| law > TRUSTED_FRACTION) && own.is_some_and(|own| own.fails());
+        Self { law, free, fails }
     }
 
     /// Whether free motion forecasts better than a law whose forecasts are not to be trusted.
@@ -64,37 +103,46 @@ impl<'a> Blocked<'a> {
         Some(Self { rated, track, points: points_of(&bodies), bodies })
     }
 
-    /// The error of both forecasts; `values` are those that the fits start from.
-    fn error(&self, candidate: &Candidate, values: &[f64]) -> Option<f64> {
+    /// Both forecasts; `values` are those that the fits start from.
+    fn of_both_ends(&self, candidate: &Candidate, values: &[f64]) -> Option<Squares> {
         let count = self.track.times.len();
         let third = count / 3;
         let last = self.squares((candidate, values), 0..count - third, count - third..count)?;
         let first = self.squares((candidate, values), third..count, 0..third)?;
-        let [error, displacement] = [0, 1].map(|i| last[i] + first[i]);
-        Some((error / displacement).sqrt()).filter(|error| error.is_finite())
+        Some(last.and(first))
     }
 
-    /// Sums over hidden samples of the squared errors of a law fitted to others, and of the squared
-    /// displacements from the nearest of these.
+    /// The forecast of hidden samples by a law fitted to others.
     fn squares(
         &self,
         (candidate, values): (&Candidate, &[f64]),
         seen: Range<usize>,
         hidden: Range<usize>,
-    ) -> Option<[f64; 2]> {
+    ) -> Option<Squares> {
         let part = self.track.part(seen.clone());
         let scales = self.track.scales(&candidate.coordinates);
         let start = &part.smooth[0].0;
         let fitted = shoot(candidate, &part, (&scales, start), values, &Settings::default())?;
         let begin = self.track.times[seen.start];
         let times: Vec<f64> = self.track.times[hidden.clone()].iter().map(|time| time - begin).collect();
-        let forecast = Placed::new(self.rated.system(), &fitted).poses(&times)?;
+        let placed = Placed::new(self.rated.system(), &fitted);
+        let forecast = placed.poses(&times)?;
         let nearest = self.observed(if hidden.start > seen.start { seen.end - 1 } else { seen.start });
-        let pairs = hidden.zip(&forecast).map(|(sample, poses)| (self.observed(sample), poses));
-        Some(pairs.fold([0.0; 2], |[error, displacement], (observed, poses)| {
-            let from = |other: &[Pose]| distance(&self.points, &observed, other).powi(2);
-            [error + from(poses), displacement + from(&nearest)]
-        }))
+        let observed: Vec<Vec<Pose>> = hidden.map(|sample| self.observed(sample)).collect();
+        let sum = |others: &[Vec<Pose>]| -> f64 {
+            forecast.iter().zip(others).map(|(a, b)| distance(&self.points, a, b).powi(2)).sum()
+        };
+        let posterior = Posterior::of(placed, &fitted);
+        let drawn: Vec<f64> = posterior
+            .drawn(self.rated.inflation, FORECAST_DRAWS, &times, (0, 0))
+            .iter()
+            .map(|motion| motion.as_ref().map_or(f64::INFINITY, |poses| sum(poses)))
+            .collect();
+        Some(Squares {
+            error: sum(&observed),
+            displacement: observed.iter().map(|a| distance(&self.points, a, &nearest).powi(2)).sum(),
+            expected: drawn.iter().sum::<f64>() / FORECAST_DRAWS as f64,
+        })
     }
 
     fn observed(&self, sample: usize) -> Vec<Pose> {

@@ -10,6 +10,7 @@ use super::known::GeneralisedLaw;
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
 use super::rated::Rated;
+use super::sliding::slides;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
@@ -111,6 +112,7 @@ fn of_body(
     seed: u64,
 ) -> Option<GeneralisedLaw> {
     let mut observed = ObservedPoses::new(motion, laws, errors.resolution);
+    observed.slides = slides(&observed, motion, surroundings);
     let (chosen, impacted) = smooth_and_impacted(&mut observed, motion, surroundings, errors.is_allowance);
     tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
     if let Some(impacted) = impacted.as_ref().filter(|found| is_sure(found)) {
@@ -236,6 +238,9 @@ fn smooth(
     let forecasts = ForecastErrors::of(rated, bodies);
     tracing::debug!(?forecasts, trusted = ?found.known.trusted, "errors of blocked forecasts");
     found.known.forecast_error = forecasts.law;
+    if forecasts.fails {
+        found.known.limit_to_window(bodies[0].duration());
+    }
     let is_trusted = found.known.trusted[1] > bodies[0].duration();
     found.is_refuted = !is_trusted && forecasts.free_is_better();
     if let [motion] = bodies

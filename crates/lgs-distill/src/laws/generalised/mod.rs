@@ -21,6 +21,7 @@ mod placed;
 mod posterior;
 mod rated;
 mod rigid_law;
+mod sliding;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

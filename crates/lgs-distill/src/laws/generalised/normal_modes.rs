@@ -86,7 +86,7 @@ pub(super) fn freed(
     let posterior = Posterior::joint(&place(&first), &first, compared)?;
     let fitted = posterior.fitted(&first);
     let candidate = Candidate::new(fitted.law.coordinates.clone(), fitted.law.terms.clone()).ok()?;
-    let penalty = track.independent_samples().max(1.0).ln() * candidate.parameter_count() as f64;
+    let penalty = track.independent_samples().max(1.0).ln() * candidate.unknown_count() as f64;
     let (evidence, simplicity) = (fitted.loss + penalty, simplicity(&candidate));
     Some((Judged { index: judged.index, fitted, evidence, simplicity }, posterior))
 }

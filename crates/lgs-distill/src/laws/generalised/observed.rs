@@ -7,7 +7,7 @@ use crate::thresholds::LEAST_ARM;
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, candidates, choose_beside};
+use lgs_mechanics::choose::{Choice, candidates, choose_beside, choose_further, further_candidates};
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
@@ -25,9 +25,18 @@ pub(crate) enum Laws {
 impl Laws {
     /// The admitted laws in some coordinates.
     pub(super) fn candidates(self, coordinates: &Coordinates) -> Vec<Candidate> {
+        self.admitted(candidates(coordinates))
+    }
+
+    /// The admitted ones of the laws that are sought where none of [`Self::candidates`] explains a motion.
+    pub(super) fn further(self, coordinates: &Coordinates) -> Vec<Candidate> {
+        self.admitted(further_candidates(coordinates))
+    }
+
+    fn admitted(self, list: Vec<Candidate>) -> Vec<Candidate> {
         let conserves =
             |candidate: &Candidate| candidate.terms.iter().all(|term| term.kind.role() == Role::Conserves);
-        candidates(coordinates).into_iter().filter(|c| self == Self::All || conserves(c)).collect()
+        list.into_iter().filter(|c| self == Self::All || conserves(c)).collect()
     }
 }
 
@@ -43,6 +52,8 @@ pub(super) struct ObservedPoses {
     pub(super) laws: Laws,
     /// Whether a simple law explains the poses already: others are its rivals at most.
     pub(super) is_explained: bool,
+    /// Whether the body slides on a plane at rest.
+    pub(super) slides: bool,
     rigid: Coordinates,
     /// Root mean square distance of the particles from the centre.
     radius: f64,
@@ -70,6 +81,7 @@ impl ObservedPoses {
             track,
             laws,
             is_explained: false,
+            slides: false,
             rigid,
             radius,
             resolution,
@@ -80,6 +92,32 @@ impl ObservedPoses {
     /// The likeliest of some laws of a track of the body.
     pub(super) fn choose(&self, list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choice> {
         choose_beside(list, track, scales, if self.is_explained { 0 } else { usize::MAX })
+    }
+
+    /// χ² up to which a motion is explained, to within its scatter.
+    pub(super) fn explained(&self) -> f64 {
+        let samples = self.track.independent_samples();
+        samples + 2.0 * (2.0 * samples).sqrt()
+    }
+
+    /// The likeliest laws of a track in coordinates.
+    pub(super) fn choose_in(&self, coordinates: &Coordinates, track: &Track) -> Option<Choice> {
+        self.choose(&self.laws.candidates(coordinates), track, &track.scales(coordinates))
+    }
+
+    /// The same with further laws, where none of those explains the track, and the coordinates leave no more
+    /// of the poses than what is explained.
+    pub(super) fn choose_further(
+        &self,
+        choice: Option<Choice>,
+        (coordinates, track): (&Coordinates, &Track),
+        left: f64,
+    ) -> Option<Choice> {
+        if self.is_explained || left > self.explained() {
+            return choice;
+        }
+        let lists = (&self.laws.candidates(coordinates)[..], &self.laws.further(coordinates)[..]);
+        choose_further(choice, lists, track, &track.scales(coordinates))
     }
 
     /// χ² of other poses at the same times, whitened.

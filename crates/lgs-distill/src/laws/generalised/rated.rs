@@ -6,9 +6,9 @@ use super::observed::ObservedPoses;
 use super::placed::Placed;
 use super::posterior::{Compared, Posterior};
 use crate::motion::pose::Pose;
-use crate::thresholds::NO_RIVAL;
+use crate::thresholds::{MOST_KINEMATIC, NO_RIVAL};
 use lgs_mechanics::bands::shares;
-use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, weights};
+use lgs_mechanics::choose::{Choice, Judged, weights};
 use lgs_mechanics::fit::Fitted;
 
 /// A law with what speaks for it.
@@ -89,10 +89,10 @@ impl Rated {
 
     /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates,
     /// and rates them anew: joints that were found by themselves may be where no law agrees with them. The
-    /// inertia is fitted as well, whose axes and moments particles show only roughly. What no law describes
-    /// has no band.
+    /// inertia is fitted as well, whose axes and moments particles show only roughly. What is far from any law
+    /// is left as it is.
     pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
-        if self.chi_square() > DESCRIBED {
+        if self.chi_square() > MOST_KINEMATIC {
             return self;
         }
         let counts = shares(&self.weights());
