@@ -129,8 +129,8 @@ pub(crate) const ABANDON_PATIENCE: std::time::Duration = std::time::Duration::fr
 
 /// Longest step of a simulated law; with rates of up to 10 per unit of time the local error is below 1e-12.
 pub(crate) const SIMULATION_STEP: f64 = 5e-4;
-/// Speed below which dry friction fades, world units or radians per unit of time: a thousandth of the speeds of
-/// scenes, and large enough for the step of the simulation to be stable with a deceleration of ten.
+/// Speed below which dry friction fades, world units or radians per unit of time: a thousandth of the speeds
+/// of scenes, and large enough for the step of the simulation to be stable with a deceleration of ten.
 pub(crate) const CREEPING_SPEED: f64 = 2e-3;
 /// Step of the pendulum in closed form; the fourth-order error at time 2.25 is below 1e-9 rad.
 pub(crate) const PENDULUM_STEP: f64 = 1e-3;

@@ -23,7 +23,7 @@ use measure::{Row, measured};
 use std::ops::RangeInclusive;
 
 /// Scenes with one law for each object or two, and the three that no law explains.
-const SCENES: [&str; 31] = [
+const SCENES: [&str; 37] = [
     "falling-ball",
     "fan",
     "sled",
@@ -52,6 +52,12 @@ const SCENES: [&str; 31] = [
     "magnetic-trap",
     "conical-pendulum",
     "slope",
+    "thrown-box",
+    "spinning-ball",
+    "puck",
+    "attracting-pair",
+    "falling-jelly",
+    "screw",
     "walker",
     "led",
     "grabbed",

@@ -55,8 +55,8 @@ pub(crate) const NEIGHBORHOODS: usize = 20;
 pub(crate) const NEIGHBORHOOD_SHARE: usize = 12;
 /// Rounds of fits and assignments; what changes after three are single particles at the joint.
 pub(crate) const SETTLING_ROUNDS: usize = 4;
-/// Rounds in which particles join a deforming body, whose motion changes with each: it grows from a piece of a
-/// tenth by a quarter a round.
+/// Rounds in which particles join a deforming body, whose motion changes with each: it grows from a piece of
+/// a tenth by a quarter a round.
 pub(crate) const JOINING_ROUNDS: usize = 24;
 /// Two motions part a group if each leaves of its part at most this fraction of what one motion leaves of
 /// all: two have twice the unknowns, and a body cut at random gains a few per cent.
@@ -153,6 +153,9 @@ pub(crate) const OBLIQUE_SPREAD: f64 = 0.3;
 /// Linearisations of the fit of a law with its geometry, which begins at the least squares of both by
 /// themselves.
 pub(crate) const GEOMETRY_STEPS: usize = 12;
+/// Most laws of one motion that are fitted with their geometry, the likeliest: four centres of mass with six
+/// laws of a flight.
+pub(crate) const MOST_GEOMETRIES: usize = 24;
 /// Deviation of a constant of the inertia, over that of its prior, below which poses tell of it: they have
 /// then taken away a fifth of its variance.
 pub(crate) const TOLD: f64 = 0.9;

@@ -73,8 +73,8 @@ pub(crate) const MOST_HALVINGS: usize = 12;
 
 /// First values of a candidate from which shooting starts.
 pub(crate) const SHOTS: usize = 3;
-/// Squares that a regression leaves, over the least that one of any law leaves, up to which the law may be the
-/// right one: accelerations of a smooth path have errors that a law of more terms follows.
+/// Squares that a regression leaves, over the least that one of any law leaves, up to which the law may be
+/// the right one: accelerations of a smooth path have errors that a law of more terms follows.
 pub(crate) const PROMISING_LEFT: f64 = 4.0;
 /// Most of such laws that are fitted, the simplest: the right one and those that hold it as a special case.
 pub(crate) const PROMISING: usize = 8;
@@ -134,6 +134,9 @@ pub(crate) const SMALLEST_EIGENVALUE: f64 = 1e-6;
 
 /// Newton steps of the implicit kick; linear forces need one, smooth ones four.
 pub(crate) const KICK_STEPS: usize = 50;
+/// Part of what the equation of the kick left before, above which a step of Newton's method is halved: where it
+/// converges it leaves far less, and about a kink it may go back and forth.
+pub(crate) const LEAST_DECREASE: f64 = 0.75;
 /// Relative change at which the velocity counts as solved: a few units of rounding.
 pub(crate) const SOLVED_STEP: f64 = 4.0 * f64::EPSILON;
 /// Newton steps of the midpoint rule; smooth accelerations need four.

@@ -170,7 +170,12 @@ pub fn minimise(problem: &dyn Problem, start: &[f64], settings: &Settings) -> Op
             break;
         }
     }
-    let information = unscaled(normal_equations(&linear, unknowns, settings.threshold).0, unknowns);
+    let mut information = unscaled(normal_equations(&linear, unknowns, settings.threshold).0, unknowns);
+    // What cannot change is not uncertain, and makes nothing else so.
+    for (index, _) in unknowns.iter().enumerate().filter(|(_, unknown)| unknown.lower == unknown.upper) {
+        information.row_mut(index).fill(0.0);
+        information.column_mut(index).fill(0.0);
+    }
     (loss.is_finite()).then_some(Minimum { values, loss, information })
 }
 

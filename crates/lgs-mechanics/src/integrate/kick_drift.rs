@@ -12,7 +12,7 @@ use super::kick_field::{KickField, Linearised};
 use super::solve::{self, add_scaled, finite, norm};
 use super::stepper::{NoSolution, Solved, Stepper, Tangent};
 use crate::coordinates::State;
-use crate::thresholds::{KICK_STEPS, SOLVED_STEP};
+use crate::thresholds::{KICK_STEPS, LEAST_DECREASE, SOLVED_STEP};
 
 /// The scheme for constant kinetic energy, and for rotations with a drift of their own.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ impl<F: KickField> KickDrift<F> {
             let left = |i: usize| kicked[i] + s * self.at.a[i] - state.v[i];
             let mut change: Vec<f64> = (0..kicked.len()).map(left).collect();
             let size = norm(&change);
-            if size > last {
+            if size > LEAST_DECREASE * last {
                 // Beyond a kink of dry friction, half of the way is tried.
                 state.v.iter_mut().zip(&from).for_each(|(v, from)| *v = 0.5 * (*v + from));
                 continue;

@@ -27,6 +27,8 @@ pub(in super::super) struct Hinge {
     pub(in super::super) torque: f64,
     pub(in super::super) drag: f64,
     pub(in super::super) friction: f64,
+    /// Way along the axis per radian, as of a screw.
+    pub(in super::super) pitch: f64,
 }
 
 impl Hinge {
@@ -46,6 +48,7 @@ impl Hinge {
             torque: 0.0,
             drag: 0.0,
             friction: 0.0,
+            pitch: 0.0,
         }
     }
 }
@@ -63,7 +66,8 @@ impl Law for Hinge {
     }
 
     fn poses(&self, state: &[f64]) -> Vec<Pose> {
-        vec![Pose::rigid(DMat3::from_axis_angle(self.axis, state[0]) * self.base, self.pivot)]
+        let place = self.pivot + self.pitch * state[0] * self.axis;
+        vec![Pose::rigid(DMat3::from_axis_angle(self.axis, state[0]) * self.base, place)]
     }
 
     #[cfg(test)]
@@ -96,6 +100,7 @@ impl Law for Hinge {
             all.iter().filter(|(_, v)| *v != 0.0).map(|&(name, v)| (name.to_owned(), json!(v))).collect();
         json!({
             "law": self.law, "kind": self.kind, "coordinates": "joint", "constants": constants,
+            "pitch": self.pitch,
             "pivot": self.pivot.to_array(), "axis": self.axis.to_array(),
             "angle": self.angle, "rate": self.rate,
             "conservative": ["k_gravity", "k_spring"], "nonconservative": ["torque", "drag", "friction"],

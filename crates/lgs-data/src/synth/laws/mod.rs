@@ -9,16 +9,16 @@ mod double_pendulum;
 mod hinge;
 mod law;
 mod modal;
+mod pair;
 mod point;
 mod rigid;
 mod rolling;
-mod spring_pair;
 
 pub(super) use double_pendulum::DoublePendulum;
 pub(super) use hinge::Hinge;
 pub(super) use law::Law;
 pub(super) use modal::Modal;
+pub(super) use pair::{Pair, Pull};
 pub(super) use point::{Field, Point};
 pub(super) use rigid::RigidBody;
 pub(super) use rolling::Rolling;
-pub(super) use spring_pair::SpringPair;

@@ -3,15 +3,17 @@
 use super::super::pose::Pose;
 use super::law::{Law, joined, vector};
 use crate::edit::MotionEdit;
+use crate::thresholds::CREEPING_SPEED;
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, quaternion};
 use serde_json::{Value, json};
 
-/// Rotation with principal moments of inertia along the body's axes, about a point that moves evenly.
+/// Rotation with principal moments of inertia along the body's axes, about a fixed point or one that flies.
 ///
 /// Conservative: `weight`, the torque of gravity on a centre of mass on the body's z axis (mass × g ×
-/// distance from the fixed point, in the units of the inertia). There is no force that is not. The state is
-/// the rotation (w x y z), the angular velocity in body axes and the place of the body's origin.
+/// distance from the fixed point, in the units of the inertia), and the `gravity` that moves the origin. Not
+/// conservative: a linear drag and a dry friction, each of the velocity and of the spin. The state is the
+/// rotation (w x y z), the angular velocity in body axes, and place and velocity of the body's origin.
 #[derive(Clone, Debug)]
 pub(in super::super) struct RigidBody {
     pub(in super::super) law: &'static str,
@@ -24,9 +26,36 @@ pub(in super::super) struct RigidBody {
     /// Principal moments about the origin.
     pub(in super::super) inertia: DVec3,
     pub(in super::super) weight: f64,
+    pub(in super::super) gravity: f64,
+    /// Rates at which velocity and spin fall.
+    pub(in super::super) drag: [f64; 2],
+    /// Decelerations of velocity and spin of a constant size.
+    pub(in super::super) friction: [f64; 2],
 }
 
 impl RigidBody {
+    /// A body with moments of inertia that moves and turns freely.
+    pub(in super::super) fn free(inertia: DVec3) -> Self {
+        Self {
+            law: "free rigid body",
+            coordinates: "rigid",
+            origin: DVec3::ZERO,
+            drift: DVec3::ZERO,
+            rotation: DQuat::IDENTITY,
+            spin: DVec3::ZERO,
+            inertia,
+            weight: 0.0,
+            gravity: 0.0,
+            drag: [0.0; 2],
+            friction: [0.0; 2],
+        }
+    }
+
+    /// What slows down the velocity (0) or the spin (1), per unit of inertia.
+    fn slowing(&self, which: usize, rate: DVec3) -> DVec3 {
+        -(self.drag[which] + self.friction[which] / rate.length().hypot(CREEPING_SPEED)) * rate
+    }
+
     /// The rotation in a state, of unit length.
     fn rotation(state: &[f64]) -> DQuat {
         quaternion(state).normalize()
@@ -35,7 +64,7 @@ impl RigidBody {
 
 impl Law for RigidBody {
     fn start(&self) -> Vec<f64> {
-        [components(self.rotation).to_vec(), joined(&[self.spin, self.origin])].concat()
+        [components(self.rotation).to_vec(), joined(&[self.spin, self.origin, self.drift])].concat()
     }
 
     fn rate(&self, state: &[f64]) -> Vec<f64> {
@@ -43,9 +72,11 @@ impl Law for RigidBody {
         let spin = vector(state, 4);
         let down = Self::rotation(state).conjugate() * DVec3::NEG_Z;
         let torque = self.weight * DVec3::Z.cross(down);
-        let acceleration = (torque - spin.cross(self.inertia * spin)) / self.inertia;
+        let turning = (torque - spin.cross(self.inertia * spin)) / self.inertia + self.slowing(1, spin);
         let turned = 0.5 * (turn * spin + v.cross(spin));
-        [vec![-0.5 * v.dot(spin)], joined(&[turned, acceleration, self.drift])].concat()
+        let velocity = vector(state, 10);
+        let moving = self.gravity * DVec3::NEG_Z + self.slowing(0, velocity);
+        [vec![-0.5 * v.dot(spin)], joined(&[turned, turning, velocity, moving])].concat()
     }
 
     fn poses(&self, state: &[f64]) -> Vec<Pose> {
@@ -54,8 +85,10 @@ impl Law for RigidBody {
 
     #[cfg(test)]
     fn energy(&self, state: &[f64]) -> f64 {
-        let spin = vector(state, 4);
-        0.5 * spin.dot(self.inertia * spin) + self.weight * (Self::rotation(state) * DVec3::Z).z
+        let (spin, velocity) = (vector(state, 4), vector(state, 10));
+        let of_rotation =
+            0.5 * spin.dot(self.inertia * spin) + self.weight * (Self::rotation(state) * DVec3::Z).z;
+        of_rotation + 0.5 * velocity.length_squared() + self.gravity * vector(state, 7).z
     }
 
     fn edited(&self, edit: MotionEdit) -> Box<dyn Law> {
@@ -63,14 +96,27 @@ impl Law for RigidBody {
             drift: edit.velocity_scale * self.drift,
             spin: edit.velocity_scale * self.spin,
             weight: edit.potential_scale * self.weight,
+            gravity: edit.potential_scale * self.gravity,
+            drag: self.drag.map(|drag| edit.force_scale * drag),
+            friction: self.friction.map(|friction| edit.force_scale * friction),
             ..self.clone()
         })
     }
 
     fn describe(&self, _: usize) -> Value {
         let i = self.inertia;
-        json!({
-            "law": self.law, "kind": "conservative", "coordinates": self.coordinates,
+        let forces = [
+            ("g", self.gravity),
+            ("drag", self.drag[0]),
+            ("spin_drag", self.drag[1]),
+            ("friction", self.friction[0]),
+            ("spin_friction", self.friction[1]),
+        ];
+        let own: Vec<(&str, f64)> = forces.into_iter().filter(|(_, value)| *value != 0.0).collect();
+        let slows = own.iter().any(|(name, _)| *name != "g");
+        let mut description = json!({
+            "law": self.law, "kind": if slows { "dissipative" } else { "conservative" },
+            "coordinates": self.coordinates,
             "constants": {
                 "inertia_ratio_xz": i.x / i.z, "inertia_ratio_yz": i.y / i.z,
                 "weight_over_inertia": self.weight / i.x,
@@ -79,6 +125,12 @@ impl Law for RigidBody {
             "spin_body": self.spin.to_array(),
             "rotation": components(self.rotation),
             "conservative": ["weight_over_inertia"], "nonconservative": [],
-        })
+        });
+        for (name, value) in own {
+            description["constants"][name] = json!(value);
+            let list = if name == "g" { "conservative" } else { "nonconservative" };
+            description[list].as_array_mut().into_iter().for_each(|list| list.push(json!(name)));
+        }
+        description
     }
 }

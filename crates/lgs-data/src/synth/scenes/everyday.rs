@@ -66,7 +66,7 @@ pub(super) const ENTRIES: [Entry; 8] = [
 ];
 
 /// A floor whose upper side is at a height.
-fn floor(height: f64, half: f64) -> Part {
+pub(super) fn floor(height: f64, half: f64) -> Part {
     let thickness = 0.05;
     Part::new(
         Shape::Cuboid(dvec3(half, half, thickness)),
@@ -183,12 +183,10 @@ fn conical_pendulum(draws: &mut Draws) -> (Stage, Rig) {
     let law = RigidBody {
         law: "pendulum on a ball joint",
         coordinates: "joint",
-        origin: DVec3::ZERO,
-        drift: DVec3::ZERO,
         rotation,
         spin: rotation.conjugate() * (around * DVec3::Z),
-        inertia: dvec3(across, across, 0.4 * radius * radius),
         weight: across * weight,
+        ..RigidBody::free(dvec3(across, across, 0.4 * radius * radius))
     };
     let rod = Part::new(
         Shape::Cuboid(dvec3(0.07, 0.09, 0.5 * length)),

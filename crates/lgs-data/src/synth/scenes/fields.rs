@@ -2,7 +2,7 @@
 
 use super::super::body::{Body, Part, Stage};
 use super::super::draws::Draws;
-use super::super::laws::{Field, Point, SpringPair};
+use super::super::laws::{Field, Pair, Point, Pull};
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
@@ -146,12 +146,11 @@ fn spring_pair(draws: &mut Draws) -> (Stage, Rig) {
     // The centre of mass is thrown up, so that it falls back over the whole of the truth.
     let share = mass_ratio / (1.0 + mass_ratio);
     let thrown = draws.within(0.1..0.3) * draws.horizontal() + draws.within(0.6..0.8) * gravity * DVec3::Z;
-    let law = SpringPair {
+    let law = Pair {
         starts: [-share * stretched * arm, (1.0 - share) * stretched * arm],
         velocities: [thrown - share * turn * across, thrown + (1.0 - share) * turn * across],
         mass_ratio,
-        k: draws.within(14.0..28.0),
-        length,
+        pull: Pull::Spring { k: draws.within(14.0..28.0), length },
         gravity,
     };
     let motions: [_; 2] = simulated(law);

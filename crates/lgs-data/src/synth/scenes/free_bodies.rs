@@ -76,12 +76,10 @@ fn top(draws: &mut Draws) -> (Stage, Rig) {
     let law = RigidBody {
         law: "heavy top",
         coordinates: "joint",
-        origin: DVec3::ZERO,
-        drift: DVec3::ZERO,
         rotation: DQuat::from_axis_angle(draws.horizontal(), tilt),
         spin: dvec3(draws.within(-0.6..0.6), draws.within(-0.6..0.6), draws.either_sign(6.0..9.0)),
-        inertia,
         weight: across * draws.within(2.0..4.5),
+        ..RigidBody::free(inertia)
     };
     let parts = vec![
         Part::new(
@@ -109,14 +107,10 @@ fn tumbling(draws: &mut Draws) -> (Stage, Rig) {
     let squares = half * half;
     let orientation = draws.orientation();
     let law = RigidBody {
-        law: "free rigid body",
-        coordinates: "rigid",
-        origin: DVec3::ZERO,
         drift: draws.within(0.03..0.12) * draws.horizontal(),
         rotation: DQuat::from_mat3(&orientation),
         spin: dvec3(draws.either_sign(0.2..0.6), draws.either_sign(3.0..4.2), draws.either_sign(0.2..0.6)),
-        inertia: dvec3(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) / 3.0,
-        weight: 0.0,
+        ..RigidBody::free(dvec3(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y) / 3.0)
     };
     let solid = Part::new(Shape::Cuboid(half), DVec3::ZERO, Texture::new(draws.palette(), 0.55));
     let [motion] = simulated(law);
@@ -124,6 +118,13 @@ fn tumbling(draws: &mut Draws) -> (Stage, Rig) {
 }
 
 fn vibration(draws: &mut Draws) -> (Stage, Rig) {
+    let (law, body) = jelly(draws);
+    let [motion] = simulated(law);
+    framed(alone("jelly", motion, DVec3::ZERO, vec![body]))
+}
+
+/// A body that vibrates in place.
+pub(super) fn jelly(draws: &mut Draws) -> (Modal, Part) {
     let frame = draws.orientation();
     let (along, across) = (frame.x_axis, frame.y_axis);
     let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
@@ -137,11 +138,11 @@ fn vibration(draws: &mut Draws) -> (Stage, Rig) {
         rates: [draws.within(-1.0..1.0), draws.within(-1.0..1.0)],
         stiffness: [squared(draws.within(4.0..5.5)), squared(draws.within(6.5..9.0))],
         damping: [draws.within(0.05..0.3), draws.within(0.05..0.3)],
+        velocity: DVec3::ZERO,
+        gravity: 0.0,
     };
     let radii = dvec3(draws.within(0.55..0.75), draws.within(0.5..0.65), draws.within(0.5..0.7));
-    let body = Part::new(Shape::Ellipsoid(radii), DVec3::ZERO, Texture::new(draws.palette(), 0.6));
-    let [motion] = simulated(law);
-    framed(alone("jelly", motion, DVec3::ZERO, vec![body]))
+    (law, Part::new(Shape::Ellipsoid(radii), DVec3::ZERO, Texture::new(draws.palette(), 0.6)))
 }
 
 fn bounce(draws: &mut Draws) -> (Stage, Rig) {

@@ -12,6 +12,7 @@ mod free_bodies;
 mod hinges;
 mod objects;
 mod room;
+mod thrown;
 mod unexplained;
 
 pub use entry::SceneInfo;
@@ -32,13 +33,14 @@ pub(super) struct Scene {
 }
 
 fn entries() -> impl Iterator<Item = &'static Entry> {
-    let groups: [&[Entry]; 7] = [
+    let groups: [&[Entry]; 8] = [
         &objects::ENTRIES,
         &room::ENTRIES,
         &hinges::ENTRIES,
         &free_bodies::ENTRIES,
         &fields::ENTRIES,
         &everyday::ENTRIES,
+        &thrown::ENTRIES,
         &unexplained::ENTRIES,
     ];
     groups.into_iter().flatten()

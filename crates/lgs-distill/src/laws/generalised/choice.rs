@@ -2,16 +2,18 @@
 //! the poses, whitened, and the Bayesian penalty of all unknowns, those of the joints included (method §5.4).
 
 use super::evidence::Evidence;
-use super::kinematics::{Configured, free_systems, systems};
+use super::kinematics::{Configured, free_systems, rigid, systems};
 use super::observed::ObservedPoses;
 use super::rated::Rated;
 use super::rigid_law::combined;
+use crate::motion::pose::Pose;
 use crate::thresholds::MOST_KINEMATIC;
-use lgs_mechanics::Candidate;
+use glam::DVec3;
 use lgs_mechanics::choose::{Choice, Judged};
-use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port};
-use lgs_mechanics::fit::Track;
+use lgs_mechanics::coordinates::{Ball, Coordinates, Inertia, Port, State};
+use lgs_mechanics::fit::{Fitted, Track};
 use lgs_mechanics::terms::Scales;
+use lgs_mechanics::{Candidate, Edit, System};
 use rayon::prelude::*;
 
 /// Rates the laws of one body in all systems of coordinates; `None` if no law can be fitted.
@@ -52,8 +54,9 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
     }
     let size = (samples, 6 * observed.times.len());
     let evidence = |system: &Configured, law: &Judged| {
-        // The surface that friction needs is there to be seen.
-        let known = if observed.slides { law.fitted.law.assumed_unknowns() } else { 0 };
+        // The surface that friction needs is there to be seen, which speaks for it as one unknown less would.
+        let rubs = law.fitted.law.terms.iter().any(|term| term.kind.name() == "dry-friction");
+        let known = if observed.slides && rubs { law.fitted.law.assumed_unknowns().max(1) } else { 0 };
         Evidence::of(system, law, size).with_known(known, size.1)
     };
     let rated = Rated::new(found, &evidence)?;
@@ -63,13 +66,23 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one
 /// for each inertia. Those of the first centre are the ones of a point, where these are known.
 fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Configured, Choice)> {
-    let systems = free_systems(observed);
+    let mut systems = free_systems(observed);
     let centers = systems.first().map_or(&[][..], Vec::as_slice);
     let of_center = |(index, system): (usize, &Configured)| match of_point {
         Some(choice) if index == 0 => Some(choice.clone()),
         _ => Some(observed.choose_in(&Coordinates::Point, &center_track(observed, system, 4))?),
     };
     let mut of_centers: Vec<Option<Choice>> = centers.par_iter().enumerate().map(of_center).collect();
+    let own = of_centers.first().and_then(Option::as_ref).and_then(|choice| center_about(observed, choice));
+    if let Some(center) = own {
+        systems.iter_mut().for_each(|of_inertia| {
+            let Coordinates::Rigid(inertia) = of_inertia[0].coordinates else { return };
+            of_inertia.push(rigid(observed, &inertia, Some(center)));
+        });
+        of_centers
+            .extend(systems.first().and_then(|all| all.last()).map(|last| of_center((usize::MAX, last))));
+    }
+    let centers = systems.first().map_or(&[][..], Vec::as_slice);
     further_of_best(observed, centers, &mut of_centers);
     let of_inertia = |systems: Vec<Configured>| {
         let Coordinates::Rigid(inertia) = systems[0].coordinates else { return Vec::new() };
@@ -81,6 +94,18 @@ fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Conf
         systems.into_iter().zip(&of_centers).filter_map(together).collect()
     };
     systems.into_par_iter().flat_map_iter(of_inertia).collect()
+}
+
+/// The point of a turning body about which the centre of its particles circles while it follows the likeliest
+/// law of its motion: `c_k + R_k r` on the path of the law. `None` if it is none but the centre itself.
+fn center_about(observed: &ObservedPoses, of_particles: &Choice) -> Option<DVec3> {
+    let Fitted { law, start, .. } = &of_particles.law().fitted;
+    let path = System::new(law, Edit::NONE).states(start, &observed.times).ok()?;
+    let pairs = observed.poses.iter().zip(&path);
+    let in_body =
+        |(pose, state): (&Pose, &State)| pose.linear.transpose() * (DVec3::from_slice(&state.x) - pose.shift);
+    let center = pairs.map(in_body).sum::<DVec3>() / observed.poses.len() as f64;
+    (center.length() > observed.noise_of_place()).then_some(center)
 }
 
 /// Seeks further laws of the centre whose motion the simple ones describe best.

@@ -138,7 +138,7 @@ fn point(observed: &ObservedPoses) -> Configured {
 }
 
 /// A free body whose centre of mass is at the centre of its particles, or at a point of the shape.
-fn rigid(observed: &ObservedPoses, &inertia: &Inertia, center: Option<DVec3>) -> Configured {
+pub(super) fn rigid(observed: &ObservedPoses, &inertia: &Inertia, center: Option<DVec3>) -> Configured {
     let mut x = observed.configurations(&inertia);
     if let Some(center) = center {
         for (x, pose) in x.iter_mut().zip(&observed.poses) {

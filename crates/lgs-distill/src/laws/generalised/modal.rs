@@ -128,7 +128,8 @@ impl Decomposition {
             };
             poses.iter().enumerate().flat_map(of_sample).collect()
         };
-        let compared = Compared { times: &track.times, whitened: &whitened, noise: [FIRST_MIXING, 0.0] };
+        let noise = [FIRST_MIXING, 0.0];
+        let compared = Compared { times: &track.times, whitened: &whitened, noise, radius: 1.0 };
         let bases = system.poses_in(&judged.fitted.start.x);
         let (judged, posterior) =
             freed(judged, track, &compared, &|fitted| Placed::at(fitted, bases.clone()))?;

@@ -141,6 +141,11 @@ impl ObservedPoses {
         [mean(&self.track.noise[..3]), mean(&self.track.noise[3..])]
     }
 
+    /// Root mean square distance of the particles from their centre.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
     /// Standard deviation of the place of the body, world units.
     pub(super) fn noise_of_place(&self) -> f64 {
         self.track.noise[3..].iter().map(|noise| noise.deviation).fold(0.0, f64::hypot)

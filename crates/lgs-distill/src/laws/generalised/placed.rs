@@ -18,12 +18,15 @@ pub(super) struct Placed {
     reference: Vec<f64>,
     /// Pose of the shape of each body there, in the order of the coordinates.
     pub(super) bases: Vec<Pose>,
+    /// Whether the centre of mass of a free body is a point of its shape to be found.
+    finds_center: bool,
 }
 
 impl Placed {
     /// A fitted law in its system of coordinates.
     pub(super) fn new(system: &Configured, fitted: &Fitted) -> Self {
-        Self::at(fitted, system.poses_in(&fitted.start.x))
+        let finds_center = system.constants > 0 && matches!(system.coordinates, Coordinates::Rigid(_));
+        Self { finds_center, ..Self::at(fitted, system.poses_in(&fitted.start.x)) }
     }
 
     /// A fitted law whose bodies have these poses at the start.
@@ -33,6 +36,7 @@ impl Placed {
             start: fitted.start.clone(),
             reference: fitted.start.x.clone(),
             bases,
+            finds_center: false,
         }
     }
 
@@ -64,7 +68,7 @@ impl Placed {
 
     /// Whether each of the constants of the geometry is an angle or a share, and not a length: those of the
     /// coordinates, then those of each body in them. A body's turn along the coordinates is one of the start.
-    /// Points have none that move with their law, and the centre of a free body is among its unknowns.
+    /// Points have none that move with their law, nor have free bodies about the centre of their particles.
     pub(super) fn geometry(&self) -> Vec<bool> {
         let own = self.law.coordinates.geometry_turns();
         let of_body: &[bool] = match &self.law.coordinates {
@@ -72,10 +76,17 @@ impl Placed {
                 &[true, true, false, false, false]
             }
             Coordinates::Ball(_) => &[false; 3],
+            Coordinates::Rigid(_) if self.finds_center => &[],
             Coordinates::Modal(_) if self.has_normal_modes() => &[],
             _ => return Vec::new(),
         };
         [own, of_body.repeat(self.bases.len())].concat()
+    }
+
+    /// Places of the centre of mass among the constants of the geometry, which tell nothing of it along the axis
+    /// of a body that turns about one.
+    pub(super) fn center(&self) -> std::ops::Range<usize> {
+        if self.finds_center { 0..3 } else { 0..0 }
     }
 
     /// The configuration in which the bodies have their known poses.
@@ -107,7 +118,7 @@ impl Placed {
 
     fn change_geometry(&mut self, by: &[f64]) {
         let (of_joint, of_bodies) = by.split_at(self.law.coordinates.geometry());
-        let Self { law, start, reference, bases } = self;
+        let Self { law, start, reference, bases, .. } = self;
         if let Coordinates::Modal(_) = law.coordinates {
             // What stays is the body at rest.
             let zero = vec![0.0; reference.len()];
@@ -118,6 +129,12 @@ impl Placed {
             return;
         }
         law.coordinates.change_geometry(start, of_joint);
+        if let Coordinates::Rigid(_) = law.coordinates {
+            // The body stays where it is while another point of it is followed.
+            let offset = quaternion(reference).normalize() * DVec3::from_slice(of_joint);
+            reference[4..].iter_mut().zip(offset.to_array()).for_each(|(x, by)| *x += by);
+            return;
+        }
         let count = of_bodies.len() / bases.len().max(1);
         for (base, by) in bases.iter_mut().zip(of_bodies.chunks_exact(count.max(1))) {
             match &mut law.coordinates {

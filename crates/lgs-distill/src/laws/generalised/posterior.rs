@@ -21,6 +21,8 @@ pub(super) struct Compared<'a> {
     pub(super) whitened: &'a dyn Fn(&[Vec<Pose>]) -> Vec<f64>,
     /// Standard deviation of an angle and of a place at one sample.
     pub(super) noise: [f64; 2],
+    /// Root mean square distance of the particles of the body from their centre.
+    pub(super) radius: f64,
 }
 
 /// A law with the joint posterior of its unknowns and those of its geometry.
@@ -154,6 +156,7 @@ impl<'a> Joint<'a> {
         if placed.has_normal_modes() {
             priors.extend(oblique(placed.motion(), n));
         }
+        priors.extend(placed.center().map(|i| (vec![placed.motion() + i], 0.0, compared.radius)));
         Self { placed, compared, unknowns, priors }
     }
 

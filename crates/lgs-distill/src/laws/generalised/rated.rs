@@ -6,7 +6,7 @@ use super::observed::ObservedPoses;
 use super::placed::Placed;
 use super::posterior::{Compared, Posterior};
 use crate::motion::pose::Pose;
-use crate::thresholds::{MOST_KINEMATIC, NO_RIVAL};
+use crate::thresholds::{MOST_GEOMETRIES, MOST_KINEMATIC, NO_RIVAL};
 use lgs_mechanics::bands::shares;
 use lgs_mechanics::choose::{Choice, Judged, weights};
 use lgs_mechanics::fit::Fitted;
@@ -22,6 +22,11 @@ pub(super) struct RatedLaw {
 }
 
 impl RatedLaw {
+    /// Its score by the evidence that there is now.
+    fn now(&self, inflation: f64) -> f64 {
+        self.evidence.score(inflation)
+    }
+
     /// The law fitted together with its geometry, and with its inertia where the poses tell of that.
     fn with_geometry(&self, compared: &Compared<'_>) -> Option<(Posterior, Fitted)> {
         let joint = |fitted: Fitted| {
@@ -89,38 +94,56 @@ impl Rated {
 
     /// Fits the laws that are likely enough to be in a band together with the geometry of their coordinates,
     /// and rates them anew: joints that were found by themselves may be where no law agrees with them. The
-    /// inertia is fitted as well, whose axes and moments particles show only roughly. What is far from any law
-    /// is left as it is.
+    /// inertia is fitted as well, whose axes and moments particles show only roughly. What is far from any
+    /// law is left as it is.
     pub(super) fn with_geometry(mut self, bodies: &[&ObservedPoses]) -> Self {
         if self.chi_square() > MOST_KINEMATIC {
             return self;
         }
-        let counts = shares(&self.weights());
-        for (index, law) in self.laws.iter_mut().enumerate().filter(|(i, _)| *i == 0 || counts[*i] > 0) {
-            let order = &self.systems[law.system].order;
-            let whitened = |poses: &[Vec<Pose>]| -> Vec<f64> {
-                let of_body = |(place, &body): (usize, &usize)| {
-                    let own: Vec<Pose> = poses.iter().map(|of_time| of_time[place]).collect();
-                    bodies[body].whitened(&own).collect::<Vec<f64>>()
-                };
-                order.iter().enumerate().flat_map(of_body).collect()
+        // What one law gains, another one behind it may gain as well.
+        let (mut is_fitted, mut gain) = (vec![false; self.laws.len()], 0.0_f64);
+        for _ in 0..MOST_GEOMETRIES {
+            let hoped = |(law, is_fitted): (&RatedLaw, &bool)| {
+                if *is_fitted {
+                    law.now(self.inflation)
+                } else {
+                    law.now(self.inflation) - gain / self.inflation
+                }
             };
-            let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
-            let compared = Compared { times, whitened: &whitened, noise };
-            let Some((posterior, fitted)) = law.with_geometry(&compared) else { continue };
-            tracing::debug!(
-                index,
-                coordinates = ?posterior.placed.law.coordinates,
-                before = law.evidence.chi_square,
-                after = posterior.loss,
-                "a law with its geometry"
-            );
-            law.judged.fitted = fitted;
-            law.evidence.chi_square = law.evidence.chi_square.min(posterior.loss);
-            law.set(posterior);
+            let hoped: Vec<f64> = self.laws.iter().zip(&is_fitted).map(hoped).collect();
+            let counts = shares(&weights(&hoped));
+            let is_due = |&index: &usize| !is_fitted[index] && (index == 0 || counts[index] > 0);
+            let due = (0..hoped.len()).filter(is_due).min_by(|&a, &b| hoped[a].total_cmp(&hoped[b]));
+            let Some(index) = due else { break };
+            is_fitted[index] = true;
+            gain = gain.max(self.fit_geometry(index, bodies));
         }
         self.score();
         self
+    }
+
+    /// Fits a law together with the geometry of its coordinates; returns what χ² gains by it.
+    fn fit_geometry(&mut self, index: usize, bodies: &[&ObservedPoses]) -> f64 {
+        let law = &mut self.laws[index];
+        let order = &self.systems[law.system].order;
+        let whitened = |poses: &[Vec<Pose>]| -> Vec<f64> {
+            let of_body = |(place, &body): (usize, &usize)| {
+                let own: Vec<Pose> = poses.iter().map(|of_time| of_time[place]).collect();
+                bodies[body].whitened(&own).collect::<Vec<f64>>()
+            };
+            order.iter().enumerate().flat_map(of_body).collect()
+        };
+        let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
+        let radius = bodies[order[0]].radius();
+        let compared = Compared { times, whitened: &whitened, noise, radius };
+        let Some((posterior, fitted)) = law.with_geometry(&compared) else { return 0.0 };
+        let gain = (law.evidence.chi_square - posterior.loss).max(0.0);
+        let coordinates = &posterior.placed.law.coordinates;
+        tracing::debug!(index, ?coordinates, gain, left = posterior.loss, "a law with its geometry");
+        law.judged.fitted = fitted;
+        law.evidence.chi_square -= gain;
+        law.set(posterior);
+        gain
     }
 
     /// The likeliest law.

@@ -1,5 +1,5 @@
-//! Whether a body slides on a plane at rest. Dry friction needs a surface, and of a body that slows down along
-//! a straight line nothing else tells whether it will stay where it stops or come back.
+//! Whether a body slides on a plane at rest. Dry friction needs a surface, and of a body that slows down
+//! along a straight line nothing else tells whether it will stay where it stops or come back.
 
 use super::contact::{Surroundings, grounds, surface};
 use super::observed::ObservedPoses;
