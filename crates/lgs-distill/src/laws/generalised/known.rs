@@ -121,24 +121,18 @@ impl GeneralisedLaw {
     /// Takes the radius of a band at the times at which a forecast is judged.
     pub(super) fn trust(&mut self, radius: &[f64], bodies: &[&SharedMotion]) {
         let (times, window) = (self.judged_times(bodies), bodies[0].duration());
-        let path = self.path(bodies, &times);
+        let path = path(bodies);
         self.known.take_band(&self.law, (&times, radius), window, path);
     }
+}
 
-    /// Length of the path in a window, the mean over the times that the law can be followed to.
-    fn path(&self, bodies: &[&SharedMotion], times: &[f64]) -> f64 {
-        let system = System::new(&self.law, Edit::NONE);
-        let states = |times: &[f64]| system.states(&self.start, times).unwrap_or_default();
-        let zero = times.partition_point(|time| *time < 0.0);
-        let halves = [states(&times[..zero]), states(&times[zero..])];
-        let points = points_of(bodies);
-        let mut sum = 0.0;
-        for pair in halves.iter().flat_map(|half| half.windows(2)) {
-            sum += distance(&points, &self.poses_in(&pair[0].x), &self.poses_in(&pair[1].x));
-        }
-        let followed: usize = halves.iter().map(|half| half.len().saturating_sub(1)).sum();
-        sum * TIMES_IN_WINDOW as f64 / followed.max(1) as f64
-    }
+/// Length of the path that the bodies took in the captured window. A law that runs away takes a longer one, and
+/// deserves no more trust for it.
+fn path(bodies: &[&SharedMotion]) -> f64 {
+    let points = points_of(bodies);
+    let poses = |sample: usize| bodies.iter().map(|motion| motion.poses[sample]).collect::<Vec<Pose>>();
+    let samples = bodies[0].times.len();
+    (1..samples).map(|sample| distance(&points, &poses(sample - 1), &poses(sample))).sum()
 }
 
 /// Points that stand for the particles of each body.
