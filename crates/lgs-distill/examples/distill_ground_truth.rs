@@ -23,7 +23,7 @@ use measure::{Row, measured};
 use std::ops::RangeInclusive;
 
 /// Scenes with one law for each object or two, and the three that no law explains.
-const SCENES: [&str; 37] = [
+const SCENES: [&str; 38] = [
     "falling-ball",
     "fan",
     "sled",
@@ -61,6 +61,7 @@ const SCENES: [&str; 37] = [
     "walker",
     "led",
     "grabbed",
+    "released",
 ];
 
 type AnyError = Box<dyn std::error::Error>;

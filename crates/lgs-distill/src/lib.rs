@@ -51,7 +51,7 @@ pub use laws::linear::terms::{Stiffness, Terms};
 pub use motion::object_motion::PathKind;
 pub use object::{BodyPoses, distill, law_of_poses};
 pub use progress::{DistillProgress, DistillStage};
-pub use report::{DistillReport, GeneralisedReport};
+pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;
 pub use segmentation::{find_objects, partition};

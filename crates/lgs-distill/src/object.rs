@@ -3,7 +3,9 @@
 use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
-use crate::laws::generalised::{Errors, Evidence, GeneralisedLaw, Laws, Surroundings, find_law, law_within};
+use crate::laws::generalised::{
+    Errors, Evidence, GeneralisedLaw, Laws, PartOfWindow, PartSearch, Surroundings, find_law, law_within,
+};
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
 use crate::motion::pose::{Pose, PoseKind};
@@ -11,12 +13,13 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::networks::per_particle::distill_networks;
 use crate::particles::distill_particles;
 use crate::progress::{DistillProgress, DistillStage};
-use crate::report::{DistillReport, GeneralisedReport};
+use crate::report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
 use lgs_dynamics::ForceKind;
-use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::TRUSTED_FRACTION;
+use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::Bodies;
 
 /// Finds the dynamics behind an object's trajectories: a law in generalised coordinates if one describes its
@@ -39,8 +42,8 @@ pub fn distill(
 pub(crate) enum Prepared {
     /// The paper's networks.
     Networks(Box<Distilled>),
-    /// Its denoised motion, and the law of it as that of a single body.
-    Body(Box<ObjectMotion>, Option<Box<GeneralisedLaw>>),
+    /// Its denoised motion, the law of it as that of a single body, and laws of parts of the window.
+    Body(Box<ObjectMotion>, Option<Box<GeneralisedLaw>>, PartLaws),
 }
 
 impl Prepared {
@@ -61,15 +64,21 @@ impl Prepared {
         }
         let motion = denoise(trajectories, config);
         progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
-        Ok(Self::Body(Box::new(motion), None))
+        Ok(Self::Body(Box::new(motion), None, PartLaws::default()))
     }
 
     /// Seeks the law of a single body among points at rest, on which it may fall.
     pub(crate) fn find_law(&mut self, surroundings: Surroundings<'_>, config: &DistillConfig, seed: u64) {
-        if let Self::Body(motion, law) = self
+        if let Self::Body(motion, law, parts) = self
             && let Some(motion) = &motion.shared
         {
-            *law = law_of(&[&motion.shared], surroundings, config, seed).map(Box::new);
+            let motion = &motion.shared;
+            *law = law_of(&[motion], surroundings, config, seed).map(Box::new);
+            let will_do =
+                |law: &GeneralisedLaw| law.is_within_noise() || law.known.trusted[1] > motion.duration();
+            if !law.as_ref().is_some_and(|law| will_do(law)) && motion.kind == PoseKind::Rigid {
+                *parts = parts_of(motion, config, seed);
+            }
         }
     }
 
@@ -80,10 +89,11 @@ impl Prepared {
         seed: u64,
         progress: &mut dyn FnMut(DistillProgress),
     ) -> Result<Distilled, DistillError> {
-        let (motion, law) = match self {
+        let (motion, law, parts) = match self {
             Self::Networks(found) => return Ok(*found),
-            Self::Body(motion, law) => (motion, law),
+            Self::Body(motion, law, parts) => (motion, law, parts),
         };
+        let law = law.filter(|law| !parts.forecast_better(&law.known));
         if let (Some(law), Some(shared)) = (law.filter(|law| !law.is_refuted), &motion.shared) {
             // Images put a rigid body right that its tracks have a little wrong, but not a shape.
             let is_open = shared.shared.kind == PoseKind::Rigid || law.known.verdict != Verdict::Outside;
@@ -92,8 +102,37 @@ impl Prepared {
                 return Ok(Distilled::Generalised(Box::new(law)));
             }
         }
-        Ok(Distilled::Particles(Box::new(distill_particles(*motion, config, seed, progress)?)))
+        let mut particles = distill_particles(*motion, config, seed, progress)?;
+        particles.report.parts = parts;
+        Ok(Distilled::Particles(Box::new(particles)))
     }
+}
+
+impl PartLaws {
+    /// Whether one of them forecasts better than a law of all the window, of which so much is known, and whose
+    /// own forecasts are not to be trusted.
+    fn forecast_better(&self, all: &Known) -> bool {
+        let error = |known: &Known| known.forecast_error.unwrap_or(f64::INFINITY);
+        let least = [&self.first, &self.last].into_iter().flatten().map(|part| error(&part.known));
+        error(all) > TRUSTED_FRACTION && least.fold(f64::INFINITY, f64::min) < error(all)
+    }
+}
+
+/// Laws of parts of the window that explain these.
+fn parts_of(motion: &SharedMotion, config: &DistillConfig, seed: u64) -> PartLaws {
+    let Some(laws) = laws(config) else { return PartLaws::default() };
+    let search = PartSearch { laws, resolution: KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed };
+    let told = |part: PartOfWindow| {
+        let PartOfWindow { samples, law: GeneralisedLaw { law, start, known, .. } } = part;
+        tracing::debug!(?samples, ?law, "a law of a part of the window");
+        PartLaw {
+            times: [samples.start, samples.end - 1].map(|sample| motion.times[sample]),
+            law,
+            start,
+            known,
+        }
+    };
+    PartLaws { first: search.first(motion).map(told), last: search.last(motion).map(told) }
 }
 
 /// The law in generalised coordinates of one body, or of two that act on each other, where the configuration
@@ -132,7 +171,7 @@ pub(crate) struct Couple {
 /// whose own laws explain them are left alone.
 pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
     let [a, b] = objects.map(|object| match object {
-        Prepared::Body(motion, Some(law)) => Some((motion, law)),
+        Prepared::Body(motion, Some(law), _) => Some((motion, law)),
         _ => None,
     });
     let (a, b) = (a?, b?);

@@ -32,6 +32,9 @@ pub struct DistillReport {
     /// The law in generalised coordinates, if the object follows one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generalised: Option<GeneralisedReport>,
+    /// Laws of parts of the window that explain these, where none explains all of it.
+    #[serde(default, skip_serializing_if = "PartLaws::is_empty")]
+    pub parts: PartLaws,
     /// Whether the object is under the rigid constraint (see [`crate::DistilledParticles::supports`]).
     pub rigid_constraint: bool,
     /// Position error at held-out samples of a fit without them, if it was measured.
@@ -51,6 +54,38 @@ pub struct GeneralisedReport {
     /// Coordinates, terms and the values of all parameters with their standard deviations, world units.
     pub law: lgs_mechanics::Law,
     /// How well it is known.
+    pub known: Known,
+}
+
+/// Laws that explain the beginning or the end of a window.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartLaws {
+    /// Of its beginning, by which the past is forecast.
+    pub first: Option<PartLaw>,
+    /// Of its end, by which the future is.
+    pub last: Option<PartLaw>,
+}
+
+impl PartLaws {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.first.is_none() && self.last.is_none()
+    }
+}
+
+/// A law in generalised coordinates of a part of the window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartLaw {
+    /// First and last time of the part, normalised.
+    pub times: [f64; 2],
+    /// Coordinates, terms and the values of all parameters.
+    pub law: lgs_mechanics::Law,
+    /// Configuration and velocity at the first of them.
+    pub start: lgs_mechanics::coordinates::State,
+    /// How well it is known; times count from the first of them.
     pub known: Known,
 }
 

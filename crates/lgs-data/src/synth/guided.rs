@@ -48,6 +48,8 @@ pub(super) enum Guided {
     Led { start: DVec3, path: [Wander; 3], axis: DVec3, angle: Wander },
     /// Free fall until the body is grabbed, then a random smooth path.
     Grabbed { start: DVec3, velocity: DVec3, gravity: f64, grabbed: f64, path: [Wander; 3] },
+    /// A random smooth path until the body is let go, then free fall.
+    Released { start: DVec3, path: [Wander; 3], released: f64, gravity: f64 },
     /// A part of a walker: it walks on, bobs and swings about `joint` (walker axes) at a changing cadence.
     Gait { walk: Walk, joint: DVec3, swing: f64, lag: f64 },
     /// One of several balls that collide with each other: an event of one, but no law of any by itself.
@@ -102,6 +104,12 @@ impl Guided {
                 let slowed = GRAB_DURATION * (1.0 - (-since / GRAB_DURATION).exp()) * given_up;
                 Pose::rigid(DMat3::IDENTITY, free(*grabbed) + slowed + along(path, since))
             }
+            Self::Released { start, path, released, gravity } => {
+                let since = (t - released).max(0.0);
+                let velocity = DVec3::from_array(path.each_ref().map(|p| p.slope(*released)));
+                let flown = velocity * since - 0.5 * gravity * since * since * DVec3::Z;
+                Pose::rigid(DMat3::IDENTITY, *start + along(path, t.min(*released)) + flown)
+            }
             Self::Colliding { collisions, ball } => collisions.pose(*ball, t),
             Self::Gait { walk, joint, swing, lag } => {
                 let phase = walk.phase(t) + lag;
@@ -116,6 +124,9 @@ impl Guided {
         let (law, constants) = match self {
             Self::Led { axis, path, .. } => {
                 ("led along a path", json!({"axis": axis.to_array(), "waves": path.map(|p| p.waves)}))
+            }
+            Self::Released { gravity, released, .. } => {
+                ("led, then free fall", json!({"g": gravity, "released": released}))
             }
             Self::Grabbed { gravity, grabbed, .. } => {
                 ("grabbed in flight", json!({"g": gravity, "grabbed_at": grabbed}))

@@ -33,6 +33,15 @@ impl SharedMotion {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
+    /// The same at some of the samples.
+    pub(crate) fn part(&self, samples: std::ops::Range<usize>) -> Self {
+        Self {
+            times: self.times[samples.clone()].to_vec(),
+            poses: self.poses[samples].to_vec(),
+            ..self.clone()
+        }
+    }
+
     /// Weighted covariance of the shape.
     pub(crate) fn covariance(&self) -> DMat3 {
         self.shape.iter().zip(&self.weights).map(|(&b, &w)| w * outer(b, b)).sum()

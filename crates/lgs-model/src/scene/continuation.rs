@@ -3,8 +3,10 @@
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, exp, fit_rotation, narrow, outer, rotation_vector, wide};
 use lgs_core::linear::quat_mul;
-use lgs_dynamics::State;
+use lgs_dynamics::{Edit, State};
 use serde::{Deserialize, Serialize};
+
+use super::dynamics::GeneralisedDynamics;
 
 /// What carries on a recorded motion, before and after its times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,6 +20,31 @@ pub enum Continuation {
     Free,
     /// The object stays where it is.
     Rest,
+}
+
+/// The law of a part of a recording, which carries its motion on beyond that end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartDynamics {
+    /// First time of the part.
+    pub from: f64,
+    /// The law, whose start is at that time.
+    pub dynamics: GeneralisedDynamics,
+}
+
+impl PartDynamics {
+    /// States at some times under an edit, of particles that are in a state at the first time of the part.
+    pub(super) fn states(&self, there: &State, edit: Edit, times: &[f64]) -> Vec<State> {
+        let until = times.iter().map(|time| (time - self.from).abs()).fold(0.0, f64::max);
+        let law = self.dynamics.law_under(edit, until);
+        let since: Vec<f64> = times.iter().map(|time| time - self.from).collect();
+        let placed = |state: &_| {
+            let mut placed = self.dynamics.placed(&there.q, state);
+            let turned = placed.rotation.iter_mut().zip(&there.rotation);
+            turned.for_each(|(rotation, &before)| *rotation = quat_mul(*rotation, before));
+            placed
+        };
+        self.dynamics.states_by(&law, edit, &since).iter().map(placed).collect()
+    }
 }
 
 /// The motion of a free body from a state on.

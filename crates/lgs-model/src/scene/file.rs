@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
-use super::recording::Recording;
+use super::recording_file::{insert_recording, read_recording};
 use super::{LagrangianScene, MotionConfig, ObjectModel};
 use crate::shading::Shading;
 use crate::tensor_file::{TensorFile, TensorFileError};
@@ -111,7 +111,7 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
         file.insert_indices(format!("object.{index}.rows"), &[2], &rows);
         insert_dynamics(&mut file, &format!("object.{index}"), &object.dynamics, object.members.len());
         if let Some(recording) = &object.recording {
-            recording.insert_into(&mut file, &format!("object.{index}.recording"));
+            insert_recording(&mut file, &format!("object.{index}.recording"), recording);
         }
     }
     file
@@ -211,6 +211,6 @@ fn read_object(
         }
     };
     let dynamics = read_dynamics(file, &prefix, members.len())?;
-    let recording = Recording::read_from(file, &format!("{prefix}.recording"), members.len())?;
+    let recording = read_recording(file, &format!("{prefix}.recording"), members.len())?;
     Ok(ObjectModel { members, dynamics, recording })
 }

@@ -11,6 +11,7 @@ mod file;
 mod generalised;
 mod motion;
 mod recording;
+mod recording_file;
 mod stretch;
 
 use std::ops::Range;
@@ -20,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::shading::Shading;
 
-pub use continuation::Continuation;
+pub use continuation::{Continuation, PartDynamics};
 pub use dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics};
 pub use file::{
     SceneError, insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors,

@@ -232,15 +232,20 @@ impl ObjectModel {
     /// The states after each step of a stretch from `start`, of particles that are at `points` at t = 0:
     /// recorded ones as long as there are any, and from then on those of what carries the recording on,
     /// which as a rule are its dynamics. An edited motion is that of the dynamics alone, by another law than
-    /// its own if one is given.
+    /// its own if one is given, or that of the law which the end of the recording follows.
     fn advance(
         &self,
         points: &[[f32; 3]],
         (start, stretch, edit): (&SceneState, Stretch, Edit),
         law: Option<&Law>,
     ) -> Vec<SceneState> {
-        let recording = self.recording.as_ref().filter(|_| edit == Edit::default());
         let times = stretch.times();
+        if edit != Edit::default()
+            && let Some(edited) = self.recording.as_ref().and_then(|r| r.edited(points, edit, &times))
+        {
+            return edited;
+        }
+        let recording = self.recording.as_ref().filter(|_| edit == Edit::default());
         let mut path = recording.map_or_else(Vec::new, |recording| recording.played(points, &times));
         let times = &times[path.len()..];
         if let Some(carried_on) = recording.and_then(|recording| recording.carried_on(points, times)) {

@@ -2,11 +2,9 @@
 //! the captured window.
 
 use lgs_core::linear::{add, mat_vec, matrix_from_quat, quat_mul, quat_normalize, scale, sub};
-use lgs_dynamics::State;
+use lgs_dynamics::{Edit, State};
 
-use super::continuation::{Continuation, FreeMotion};
-use super::dynamics_file::json;
-use crate::tensor_file::{TensorFile, TensorFileError};
+use super::continuation::{Continuation, FreeMotion, PartDynamics};
 use crate::thresholds::{END_OF_RECORDING, HANDOVER};
 
 /// States of an object's particles at ascending times, from t = 0 to the end of the captured window.
@@ -19,6 +17,8 @@ pub struct Recording {
     rotations: Vec<Vec<[f32; 4]>>,
     /// What carries the motion on before and after.
     continuation: Continuation,
+    /// Laws of its beginning and its end, which do so where there are any.
+    parts: [Option<PartDynamics>; 2],
 }
 
 impl Recording {
@@ -37,7 +37,22 @@ impl Recording {
             && positions.iter().all(|row| row.len() == n)
             && rotations.iter().all(|row| row.len() == n);
         let continuation = Continuation::default();
-        (times.len() > 1 && ascends && is_whole).then_some(Self { times, positions, rotations, continuation })
+        let parts = [None, None];
+        let recording = Self { times, positions, rotations, continuation, parts };
+        (recording.times.len() > 1 && ascends && is_whole).then_some(recording)
+    }
+
+    /// The same with laws of its beginning and its end.
+    #[must_use]
+    pub fn with_parts(mut self, parts: [Option<PartDynamics>; 2]) -> Self {
+        self.parts = parts;
+        self
+    }
+
+    /// Laws of its beginning and its end.
+    #[must_use]
+    pub fn parts(&self) -> &[Option<PartDynamics>; 2] {
+        &self.parts
     }
 
     /// The same with another continuation.
@@ -63,6 +78,12 @@ impl Recording {
     #[must_use]
     pub fn positions(&self) -> &[Vec<[f32; 3]>] {
         &self.positions
+    }
+
+    /// Rotations since t = 0 at each of its times.
+    #[must_use]
+    pub fn rotations(&self) -> &[Vec<[f32; 4]>] {
+        &self.rotations
     }
 
     /// The first of its samples; nothing if these are fewer than two.
@@ -126,8 +147,12 @@ impl Recording {
     }
 
     /// The states at times before or after the recording, of particles that are at `points` at t = 0; nothing
-    /// where the dynamics carry it on.
+    /// where the dynamics carry it on. All times lie on one side of it.
     pub(super) fn carried_on(&self, points: &[[f32; 3]], times: &[f64]) -> Option<Vec<State>> {
+        let is_later = times.first().is_some_and(|&time| time > 0.0);
+        if let Some(part) = &self.parts[usize::from(is_later)] {
+            return self.by_part(part, points, times);
+        }
         if self.continuation == Continuation::Dynamics {
             return None;
         }
@@ -149,6 +174,30 @@ impl Recording {
             start.first().map(|start| motion.after(time - from, start))
         };
         times.iter().map(state).collect()
+    }
+
+    /// The states by the law of a part, brought to where the recording ends if they come after it.
+    fn by_part(&self, part: &PartDynamics, points: &[[f32; 3]], times: &[f64]) -> Option<Vec<State>> {
+        let there = self.played(points, &[part.from]).pop()?;
+        let mut states = part.states(&there, Edit::default(), times);
+        if times.first().is_some_and(|&time| time > 0.0) {
+            let end = [self.end()];
+            let recorded = self.played(points, &end).pop()?;
+            let moved = part.states(&there, Edit::default(), &end).pop()?;
+            self.hand_over([&recorded, &moved], &mut states, times);
+        }
+        Some(states)
+    }
+
+    /// The states at later times of an edited motion whose end follows a law: as recorded until that begins,
+    /// and by the edited law from then on; nothing if there is none.
+    pub(super) fn edited(&self, points: &[[f32; 3]], edit: Edit, times: &[f64]) -> Option<Vec<State>> {
+        let part = self.parts[1].as_ref().filter(|_| times.iter().all(|&time| time >= 0.0))?;
+        let (before, after) = times.split_at(times.partition_point(|&time| time <= part.from));
+        let there = self.played(points, &[part.from]).pop()?;
+        let mut states = self.played(points, before);
+        states.extend(part.states(&there, edit, after));
+        Some(states)
     }
 
     /// Last time of the recording.
@@ -176,54 +225,6 @@ impl Recording {
             }
         }
     }
-
-    /// Adds the recording to a file under a prefix.
-    pub(super) fn insert_into(&self, file: &mut TensorFile, prefix: &str) {
-        let (samples, n) = (self.times.len(), self.positions[0].len());
-        file.insert(format!("{prefix}.times"), &[samples, 1], &self.times);
-        file.insert(format!("{prefix}.positions"), &[samples * n, 3], self.positions.concat().as_flattened());
-        file.insert(format!("{prefix}.rotations"), &[samples * n, 4], self.rotations.concat().as_flattened());
-        file.set_metadata(&format!("{prefix}.continuation"), json(&self.continuation));
-    }
-
-    /// Reads what [`Self::insert_into`] wrote for `n` particles; nothing if there is none.
-    pub(super) fn read_from(
-        file: &TensorFile,
-        prefix: &str,
-        n: usize,
-    ) -> Result<Option<Self>, TensorFileError> {
-        let name = format!("{prefix}.times");
-        if !file.names().any(|known| known == name) {
-            return Ok(None);
-        }
-        let times: Vec<f32> = file.rows::<1>(&name)?.into_iter().map(|[time]| time).collect();
-        let positions = samples(file, &format!("{prefix}.positions"), (times.len(), n))?;
-        let rotations = samples(file, &format!("{prefix}.rotations"), (times.len(), n))?;
-        let found = times.len();
-        // Scenes of earlier versions name none.
-        let name_of_continuation = format!("{prefix}.continuation");
-        let continuation = match file.metadata(&name_of_continuation) {
-            Ok(_) => file.metadata_json(&name_of_continuation)?,
-            Err(_) => Continuation::default(),
-        };
-        let recording = Self::new(times, positions, rotations);
-        recording
-            .map(|recording| Some(recording.continued_by(continuation)))
-            .ok_or_else(|| file.field(&name, "two or more times that ascend from 0", found.to_string()))
-    }
-}
-
-/// The rows of each sample.
-fn samples<const D: usize>(
-    file: &TensorFile,
-    name: &str,
-    (samples, n): (usize, usize),
-) -> Result<Vec<Vec<[f32; D]>>, TensorFileError> {
-    let rows = file.rows::<D>(name)?;
-    if n == 0 || rows.len() != samples * n {
-        return Err(file.field(name, &format!("{samples} × {n} rows"), rows.len().to_string()));
-    }
-    Ok(rows.chunks_exact(n).map(<[[f32; D]]>::to_vec).collect())
 }
 
 fn picked<T: Copy>(row: &[T], order: &[u32]) -> Vec<T> {

@@ -51,7 +51,8 @@ pub(super) fn with_laws_of_images(
     for (&index, law) in offered.iter().zip(laws) {
         tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
         let has_law = has_law(&scene.objects[index]);
-        let Some(law) = law.filter(|law| has_law || law.known.verdict != Verdict::Outside) else { continue };
+        let admitted = admitted_verdicts(&scene.objects[index]);
+        let Some(law) = law.filter(|law| has_law || admitted.contains(&law.known.verdict)) else { continue };
         let mut other = changed.clone();
         take(law, &mut other, index);
         let after = squared_error_of(&other, frames);
@@ -68,6 +69,13 @@ fn decibels_between(error: f64, worse: f64) -> f64 {
     10.0 * (worse / error.max(f64::MIN_POSITIVE)).log10()
 }
 
+/// Verdicts of laws that an object without one may take: where laws of parts of the window explain these, one
+/// of all of it has to explain it.
+fn admitted_verdicts(object: &ObjectModel) -> &'static [Verdict] {
+    let has_parts = object.recording.as_ref().is_some_and(|r| r.parts().iter().any(Option::is_some));
+    if has_parts { &[Verdict::Explained] } else { &[Verdict::Explained, Verdict::Described] }
+}
+
 /// Whether an object moves by a law in generalised coordinates.
 fn has_law(object: &ObjectModel) -> bool {
     object.recording.is_none() && object.dynamics.generalised().is_some()
@@ -77,6 +85,11 @@ fn has_law(object: &ObjectModel) -> bool {
 /// resolve; none if it moves otherwise.
 fn parts_of(object: &ObjectModel, poses: &ImagePoses<'_>, unresolved: f64) -> Vec<Part> {
     let rows = &object.members;
+    let parts =
+        object.recording.as_ref().is_some_and(|recording| recording.parts().iter().any(Option::is_some));
+    if parts {
+        return Vec::new();
+    }
     if !has_law(object) && (rows.len() < FEWEST_OF_BODY || poses.deformation(rows) > unresolved) {
         return Vec::new();
     }

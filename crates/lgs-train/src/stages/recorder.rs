@@ -1,9 +1,10 @@
 //! Recordings of the source's motion, for objects that no law describes.
 
 use lgs_core::linear::{quat_mul, quat_normalize};
-use lgs_distill::{CoordinatesKind, DistillConfig, Distilled, Trajectories};
-use lgs_model::Recording;
+use lgs_distill::{CoordinatesKind, DistillConfig, Distilled, PartLaw, PartLaws, Trajectories};
+use lgs_mechanics::coordinates::Bodies;
 use lgs_model::source::SourceModel;
+use lgs_model::{GeneralisedDynamics, PartDynamics, Recording};
 
 /// The motion of the source at some times.
 #[derive(Clone, Copy)]
@@ -25,12 +26,23 @@ impl Recorder<'_> {
     /// paper's dynamics are never replaced.
     pub(super) fn recording(&self, rows: &[usize], object: &Distilled) -> Option<Recording> {
         let is_paper = self.config.coordinates == CoordinatesKind::Particles;
-        if is_paper || object.report().describes_window(self.config) {
+        let report = object.report();
+        if is_paper || (report.describes_window(self.config) && report.parts.is_empty()) {
             return None;
         }
         tracing::debug!(gaussians = rows.len(), "no law describes an object: it plays its source's tracks");
-        self.tracks.recording(rows, &self.trajectories.positions)
+        let recording = self.tracks.recording(rows, &self.trajectories.positions);
+        recording.map(|recording| recording.with_parts(parts(&report.parts)))
     }
+}
+
+/// Laws of the beginning and the end of a recording as dynamics of all its particles.
+fn parts(laws: &PartLaws) -> [Option<PartDynamics>; 2] {
+    [&laws.first, &laws.last].map(|part| {
+        let PartLaw { times, law, start, known } = part.as_ref()?.clone();
+        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
+        Some(PartDynamics { from: times[0], dynamics })
+    })
 }
 
 impl SourceTracks<'_> {

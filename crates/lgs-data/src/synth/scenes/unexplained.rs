@@ -12,7 +12,7 @@ use super::entry::{Entry, alone, framed};
 use glam::{DMat3, DVec3, dvec3};
 use std::sync::Arc;
 
-pub(super) const ENTRIES: [Entry; 4] = [
+pub(super) const ENTRIES: [Entry; 5] = [
     Entry::new(
         "walker",
         "a figure that walks at a changing cadence: limbs driven by time",
@@ -32,6 +32,13 @@ pub(super) const ENTRIES: [Entry; 4] = [
         "a body in free fall that is grabbed half-way through the window and led away; its past is free fall",
         "g 1 to 1.6, grabbed at 0.3 to 0.45, path as of `led`",
         grabbed,
+    )
+    .unexplained(),
+    Entry::new(
+        "released",
+        "a body that a hand leads and lets go in the window: from then on it falls freely",
+        "g 1.2 to 1.8, let go at 0.2 to 0.35, path as of `led`",
+        released,
     )
     .unexplained(),
     Entry::new(
@@ -79,6 +86,17 @@ fn grabbed(draws: &mut Draws) -> (Stage, Rig) {
     }));
     let parts = boxy(draws);
     framed(alone("grabbed", motion, DVec3::ZERO, parts))
+}
+
+fn released(draws: &mut Draws) -> (Stage, Rig) {
+    let motion = Motion::Guided(Box::new(Guided::Released {
+        start: DVec3::ZERO,
+        path: wanders(draws, 0.3),
+        released: draws.within(0.2..0.35),
+        gravity: draws.within(1.2..1.8),
+    }));
+    let parts = boxy(draws);
+    framed(alone("released", motion, DVec3::ZERO, parts))
 }
 
 fn walker(draws: &mut Draws) -> (Stage, Rig) {

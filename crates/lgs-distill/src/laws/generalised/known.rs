@@ -31,6 +31,8 @@ pub(crate) struct GeneralisedLaw {
     /// What speaks for it, by the noise that the scatter of the poses tells of; nothing for laws through
     /// impacts.
     pub(crate) evidence: Option<Evidence>,
+    /// Whether it was found within errors that were allowed because no law explains the motion.
+    pub(crate) is_within_allowance: bool,
     /// Whether it follows the window and no more: its forecast is not trusted beyond that, and free motion
     /// forecasts parts of the window better.
     pub(crate) is_refuted: bool,
@@ -47,10 +49,16 @@ impl GeneralisedLaw {
     ) -> Option<Self> {
         let known = Known { chi_square, ..Known::default() };
         let order = (0..bodies.len()).collect();
-        let (window_error, evidence, is_refuted) = (0.0, None, false);
-        let mut found = Self { law, start, order, bases, window_error, known, evidence, is_refuted };
+        let (window_error, evidence, is_within_allowance, is_refuted) = (0.0, None, false, false);
+        let mut found =
+            Self { law, start, order, bases, window_error, known, evidence, is_within_allowance, is_refuted };
         found.window_error = found.error_over(bodies)?;
         Some(found)
+    }
+
+    /// Whether it describes the motion to within the noise of the poses, and is not refuted.
+    pub(crate) fn is_within_noise(&self) -> bool {
+        self.known.chi_square <= DESCRIBED && !self.is_within_allowance && !self.is_refuted
     }
 
     /// Times at which a forecast is judged.

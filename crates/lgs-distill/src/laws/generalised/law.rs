@@ -49,7 +49,7 @@ pub(crate) fn find_law(
     let described = law_within(bodies, around, allowance, seed).filter(is_within);
     let Some(mut law) = described else { return Some(found) };
     law.known.verdict = Verdict::Described;
-    Some(GeneralisedLaw { evidence: found.evidence, ..law })
+    Some(GeneralisedLaw { evidence: found.evidence, is_within_allowance: true, ..law })
 }
 
 fn has_impacts(motion: &SharedMotion) -> bool {
@@ -220,7 +220,7 @@ fn is_likelier(impacted: &Impacted, chosen: Option<&Rated>, observed: &ObservedP
 
 /// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at
 /// rest.
-fn smooth(
+pub(super) fn smooth(
     rated: &Rated,
     (bodies, surroundings): (&[&SharedMotion], Surroundings<'_>),
     seed: u64,

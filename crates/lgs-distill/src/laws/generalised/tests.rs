@@ -2,7 +2,7 @@
 
 use super::geometry::{center_of_mass, pivot};
 use super::turning::Turning;
-use super::{Laws, find_law};
+use super::{Laws, PartSearch, find_law};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::testing::block;
@@ -133,4 +133,23 @@ fn a_pendulum_on_a_pendulum_has_two_hinges_whichever_comes_first() {
     let turns =
         |body: usize| turn(forecast.x[body], found.start.x[body]) - turn(later.x[body], start.x[body]);
     assert!([0, 1].iter().all(|&body| turns(body).abs() < 0.02), "{forecast:?} for {later:?}");
+}
+
+#[test]
+fn what_is_let_go_in_the_window_has_a_law_of_its_end_and_what_is_grabbed_one_of_its_beginning() {
+    let noise = |t: f64| 1e-4 * DVec3::new((4001.0 * t).sin(), (5003.0 * t).sin(), (6007.0 * t).sin());
+    let at = |shift: DVec3| Pose { linear: glam::DMat3::IDENTITY, shift };
+    let swing = |t: f64| DVec3::new((9.0 * t).sin(), (7.0 * t).cos() - 1.0, (11.0 * t).sin()) * 0.2;
+    let fall = |t: f64| -1.5 * t * t * DVec3::Z;
+    let released = motion(|t| at(swing(t.min(0.3)) + fall((t - 0.3).max(0.0)) + noise(t)));
+    let search = PartSearch { laws: Laws::All, resolution: 1e-4, seed: 1 };
+    let last = search.last(&released).expect("a law of the end");
+    assert!(last.samples.end == SAMPLES && times()[last.samples.start] > 0.29, "{:?}", last.samples);
+    let terms = |law: &Law| law.terms.iter().map(|term| term.kind.name()).collect::<Vec<_>>();
+    assert_eq!(terms(&last.law.law), ["uniform-field"]);
+    assert!((last.law.law.parameters[2] + 3.0).abs() < 0.1, "{:?}", last.law.law);
+    let grabbed = motion(|t| at(fall(t.min(0.45)) + swing((t - 0.45).max(0.0)) + noise(t)));
+    let first = search.first(&grabbed).expect("a law of the beginning");
+    assert!(first.samples.start == 0 && times()[first.samples.end - 1] < 0.46, "{:?}", first.samples);
+    assert_eq!(terms(&first.law.law), ["uniform-field"]);
 }

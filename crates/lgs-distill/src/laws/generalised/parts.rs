@@ -1,0 +1,70 @@
+//! Laws of a part of the window: something is let go, or taken hold of, while it is watched, and no law
+//! explains all that it does (method §5.4).
+
+use super::choice::choose_law;
+use super::known::GeneralisedLaw;
+use super::law::smooth;
+use super::observed::{Laws, ObservedPoses};
+use crate::motion::shared_motion::SharedMotion;
+use crate::thresholds::{BACKWARD, FEWEST_OF_PART, PART_SHARES};
+use lgs_mechanics::FORECAST_ERROR;
+use lgs_mechanics::bands::Verdict;
+use std::ops::Range;
+
+/// A law that explains some of the samples.
+pub(crate) struct PartOfWindow {
+    /// The samples.
+    pub(crate) samples: Range<usize>,
+    /// The law, with times since the first of them.
+    pub(crate) law: GeneralisedLaw,
+}
+
+/// How laws of parts are sought.
+#[derive(Clone, Copy)]
+pub(crate) struct PartSearch {
+    /// Which laws are admitted.
+    pub(crate) laws: Laws,
+    /// Length that the source of the tracks does not resolve, world units.
+    pub(crate) resolution: f64,
+    pub(crate) seed: u64,
+}
+
+impl PartSearch {
+    /// The law of the longest part at the end of the window that a law explains.
+    pub(crate) fn last(&self, motion: &SharedMotion) -> Option<PartOfWindow> {
+        let samples = motion.times.len();
+        let explains = |law: &GeneralisedLaw, _: f64| law.known.verdict == Verdict::Explained;
+        self.longest(motion, |count| samples - count..samples, explains)
+    }
+
+    /// The same at its beginning, of a law whose forecast is trusted as far backward.
+    pub(crate) fn first(&self, motion: &SharedMotion) -> Option<PartOfWindow> {
+        let explains = |law: &GeneralisedLaw, duration: f64| {
+            law.known.verdict != Verdict::Outside && law.known.trusted[0] <= -BACKWARD * duration
+        };
+        self.longest(motion, |count| 0..count, explains)
+    }
+
+    fn longest(
+        &self,
+        motion: &SharedMotion,
+        part: impl Fn(usize) -> Range<usize>,
+        explains: impl Fn(&GeneralisedLaw, f64) -> bool,
+    ) -> Option<PartOfWindow> {
+        let counts = PART_SHARES.iter().map(|share| (motion.times.len() as f64 * share).round() as usize);
+        let of_count = |count: usize| {
+            let samples = part(count);
+            let part = motion.part(samples.clone());
+            let law = self.law(&part).filter(|law| explains(law, part.duration()))?;
+            Some(PartOfWindow { samples, law })
+        };
+        counts.filter(|count| *count >= FEWEST_OF_PART).find_map(of_count)
+    }
+
+    /// The likeliest smooth law of a motion.
+    fn law(&self, motion: &SharedMotion) -> Option<GeneralisedLaw> {
+        let resolution = self.resolution.max(FORECAST_ERROR * motion.rms_displacement());
+        let rated = choose_law(&ObservedPoses::new(motion, self.laws, resolution))?;
+        smooth(&rated, (&[motion], &[]), self.seed)
+    }
+}
