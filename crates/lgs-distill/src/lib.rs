@@ -49,7 +49,7 @@ pub use laws::linear::law::Law;
 pub use laws::linear::part::LinearPart;
 pub use laws::linear::terms::{Stiffness, Terms};
 pub use motion::object_motion::PathKind;
-pub use object::{BodyPoses, distill, law_of_poses};
+pub use object::{BodyPoses, distill, law_of_poses, part_laws_of_poses};
 pub use progress::{DistillProgress, DistillStage};
 pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 pub use scene::{SceneDistillation, distill_objects};

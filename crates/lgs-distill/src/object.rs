@@ -77,7 +77,8 @@ impl Prepared {
             let will_do =
                 |law: &GeneralisedLaw| law.is_within_noise() || law.known.trusted[1] > motion.duration();
             if !law.as_ref().is_some_and(|law| will_do(law)) && motion.kind == PoseKind::Rigid {
-                *parts = parts_of(motion, config, seed);
+                let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
+                *parts = parts_of(motion, [resolution, 0.0], config, seed);
             }
         }
     }
@@ -109,19 +110,36 @@ impl Prepared {
 }
 
 impl PartLaws {
-    /// Whether one of them forecasts better than a law of all the window, of which so much is known, and whose
-    /// own forecasts are not to be trusted.
-    fn forecast_better(&self, all: &Known) -> bool {
+    /// Whether one of them forecasts better than a law of all the window, of which so much is known, and
+    /// whose own forecasts are not to be trusted.
+    #[must_use]
+    pub fn forecast_better(&self, all: &Known) -> bool {
         let error = |known: &Known| known.forecast_error.unwrap_or(f64::INFINITY);
         let least = [&self.first, &self.last].into_iter().flatten().map(|part| error(&part.known));
         error(all) > TRUSTED_FRACTION && least.fold(f64::INFINITY, f64::min) < error(all)
     }
 }
 
-/// Laws of parts of the window that explain these.
-fn parts_of(motion: &SharedMotion, config: &DistillConfig, seed: u64) -> PartLaws {
+/// Laws that explain parts of the window, of the poses of a rigid body that no law of all of it explains.
+#[must_use]
+pub fn part_laws_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> PartLaws {
+    if observed.deforms {
+        return PartLaws::default();
+    }
+    let slow_error = observed.slow_error;
+    parts_of(&observed.into_motion(), [0.0, slow_error], config, seed)
+}
+
+/// Laws of parts of the window that explain these, where the source does not resolve a length, and errs
+/// slowly by another one.
+fn parts_of(
+    motion: &SharedMotion,
+    [resolution, slow_error]: [f64; 2],
+    config: &DistillConfig,
+    seed: u64,
+) -> PartLaws {
     let Some(laws) = laws(config) else { return PartLaws::default() };
-    let search = PartSearch { laws, resolution: KNOWN_FRACTION * f64::from(config.forecast_tolerance), seed };
+    let search = PartSearch { laws, resolution, slow_error, seed };
     let told = |part: PartOfWindow| {
         let PartOfWindow { samples, law: GeneralisedLaw { law, start, known, .. } } = part;
         tracing::debug!(?samples, ?law, "a law of a part of the window");

@@ -140,8 +140,8 @@ pub(crate) const FORECAST_DRAWS: usize = 48;
 /// Shares of the window at either end whose law is sought where none explains all of it, the longest first:
 /// what is let go late shows too little to forecast more than its own length.
 pub(crate) const PART_SHARES: [f64; 3] = [0.75, 0.5, 1.0 / 3.0];
-/// Length before such a part, in its own, over which a law of the beginning has to be trusted: that which a law
-/// has to be trusted beyond a window's end to explain it.
+/// Length before such a part, in its own, over which a law of the beginning has to be trusted: that which a
+/// law has to be trusted beyond a window's end to explain it.
 pub(crate) const BACKWARD: f64 = 0.5;
 /// Fewest samples of such a part: each third, which the other two forecast, has five.
 pub(crate) const FEWEST_OF_PART: usize = 15;

@@ -4,8 +4,7 @@
 
 use lgs_core::geometry::wide;
 use lgs_data::synth::{self, GroundTruth};
-use lgs_distill::distill_objects;
-use lgs_distill::{DistillConfig, Distilled, DistilledLaw, PartLaw, PartLaws, Partition, Trajectories};
+use lgs_distill::{DistillConfig, Distilled, DistilledLaw, Partition, Trajectories, distill_objects};
 use lgs_dynamics::ForceKind;
 use lgs_mechanics::bands::Verdict;
 use rand::RngExt;

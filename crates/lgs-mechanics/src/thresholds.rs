@@ -134,8 +134,8 @@ pub(crate) const SMALLEST_EIGENVALUE: f64 = 1e-6;
 
 /// Newton steps of the implicit kick; linear forces need one, smooth ones four.
 pub(crate) const KICK_STEPS: usize = 50;
-/// Part of what the equation of the kick left before, above which a step of Newton's method is halved: where it
-/// converges it leaves far less, and about a kink it may go back and forth.
+/// Part of what the equation of the kick left before, above which a step of Newton's method is halved: where
+/// it converges it leaves far less, and about a kink it may go back and forth.
 pub(crate) const LEAST_DECREASE: f64 = 0.75;
 /// Relative change at which the velocity counts as solved: a few units of rounding.
 pub(crate) const SOLVED_STEP: f64 = 4.0 * f64::EPSILON;

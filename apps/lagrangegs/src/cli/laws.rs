@@ -4,7 +4,7 @@ use anyhow::Result;
 use lgs_distill::{CoordinatesKind, DistillReport};
 use lgs_eval::laws::{ObjectLaw, PositionBand, RivalLaw};
 use lgs_mechanics::bands::{self, Verdict};
-use lgs_model::{GeneralisedDynamics, ObjectModel};
+use lgs_model::{GeneralisedDynamics, ObjectModel, PartDynamics, Recording};
 
 use super::run::Run;
 
@@ -20,6 +20,9 @@ pub(super) fn laws_of(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
 }
 
 fn law_of(object: &ObjectModel, report: Option<&DistillReport>, window: f64) -> ObjectLaw {
+    if let Some(law) = object.recording.as_ref().and_then(|recording| law_of_part(recording, window)) {
+        return law;
+    }
     if let Some(dynamics) = object.dynamics.generalised() {
         return known_law(dynamics, window);
     }
@@ -27,6 +30,22 @@ fn law_of(object: &ObjectModel, report: Option<&DistillReport>, window: f64) -> 
     let forecast_error = report.and_then(|report| Some(report.forecast_error? / report.displacement));
     let forecast_error = forecast_error.filter(|error| error.is_finite());
     ObjectLaw { coordinates: "particles".to_owned(), verdict, forecast_error, ..ObjectLaw::default() }
+}
+
+/// The law of the end of the window, or that of its beginning; none explains all of it.
+fn law_of_part(recording: &Recording, window: f64) -> Option<ObjectLaw> {
+    let [first, last] = recording.parts();
+    let PartDynamics { times, dynamics: GeneralisedDynamics { law, known, .. } } =
+        last.as_ref().or(first.as_ref())?;
+    let since = first.as_ref().map_or(0.0, |part| part.dynamics.known.trusted[0].min(0.0));
+    let end = |part: &PartDynamics| (part.times[0] + part.dynamics.known.trusted[1]).max(window);
+    let until = last.as_ref().map_or(window, end);
+    Some(ObjectLaw {
+        part: Some(*times),
+        forecast_error: known.forecast_error,
+        trusted: Some([since, until]).filter(|[since, until]| *since < 0.0 || *until > window),
+        ..ObjectLaw::describing(law, Verdict::Outside)
+    })
 }
 
 fn known_law(GeneralisedDynamics { law, known, .. }: &GeneralisedDynamics, window: f64) -> ObjectLaw {

@@ -45,9 +45,13 @@ fn object_cells(index: usize, law: &ObjectLaw) -> [String; 6] {
         }
         _ => verdict_name(law.verdict).to_owned(),
     };
+    let coordinates = match law.part {
+        Some([from, to]) => format!("{}, t = {from:.2} .. {to:.2}", law.coordinates),
+        None => law.coordinates.clone(),
+    };
     [
         index.to_string(),
-        law.coordinates.clone(),
+        coordinates,
         percent(law.forecast_error, 2),
         trusted,
         percent(law.coverage, 0),

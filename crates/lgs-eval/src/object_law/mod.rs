@@ -33,6 +33,10 @@ pub struct ObjectLaw {
     /// Impulses by what is outside of the law, in the captured window.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub impulses: Vec<Impact>,
+    /// First and last time of the part of the captured window that the law explains, where none explains all
+    /// of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<[f64; 2]>,
     /// Claim that the scene makes about the motion.
     pub verdict: Verdict,
     /// Error of blocked forecasts inside the captured window, over the displacement in the hidden part.
@@ -60,6 +64,7 @@ impl Default for ObjectLaw {
             terms: Vec::new(),
             contact: None,
             impulses: Vec::new(),
+            part: None,
             verdict: Verdict::Outside,
             forecast_error: None,
             trusted: None,

@@ -18,6 +18,10 @@ pub struct LawOutline {
     pub coordinates: String,
     /// Energies and forces; none for free motion and for the paper's system.
     pub terms: Vec<TermOutline>,
+    /// First and last time of the part of the captured window that these explain, where none explains all of
+    /// it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<[f64; 2]>,
     /// Whether networks have a part in U or Q.
     pub networks: bool,
     /// Error of blocked forecasts inside of the captured window, over the displacement in the hidden part.
@@ -58,6 +62,7 @@ impl LawOutline {
         Self {
             coordinates: class(&law.coordinates).to_owned(),
             terms: law.terms.iter().map(TermOutline::of).collect(),
+            part: law.part,
             networks,
             forecast_error: law.forecast_error,
             trusted_until: law.trusted.map(|[_, until]| until),

@@ -25,18 +25,18 @@ pub enum Continuation {
 /// The law of a part of a recording, which carries its motion on beyond that end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartDynamics {
-    /// First time of the part.
-    pub from: f64,
-    /// The law, whose start is at that time.
+    /// First and last time of the part.
+    pub times: [f64; 2],
+    /// The law, whose start is at the first of them.
     pub dynamics: GeneralisedDynamics,
 }
 
 impl PartDynamics {
     /// States at some times under an edit, of particles that are in a state at the first time of the part.
     pub(super) fn states(&self, there: &State, edit: Edit, times: &[f64]) -> Vec<State> {
-        let until = times.iter().map(|time| (time - self.from).abs()).fold(0.0, f64::max);
+        let until = times.iter().map(|time| (time - self.times[0]).abs()).fold(0.0, f64::max);
         let law = self.dynamics.law_under(edit, until);
-        let since: Vec<f64> = times.iter().map(|time| time - self.from).collect();
+        let since: Vec<f64> = times.iter().map(|time| time - self.times[0]).collect();
         let placed = |state: &_| {
             let mut placed = self.dynamics.placed(&there.q, state);
             let turned = placed.rotation.iter_mut().zip(&there.rotation);

@@ -178,7 +178,7 @@ impl Recording {
 
     /// The states by the law of a part, brought to where the recording ends if they come after it.
     fn by_part(&self, part: &PartDynamics, points: &[[f32; 3]], times: &[f64]) -> Option<Vec<State>> {
-        let there = self.played(points, &[part.from]).pop()?;
+        let there = self.played(points, &[part.times[0]]).pop()?;
         let mut states = part.states(&there, Edit::default(), times);
         if times.first().is_some_and(|&time| time > 0.0) {
             let end = [self.end()];
@@ -193,8 +193,8 @@ impl Recording {
     /// and by the edited law from then on; nothing if there is none.
     pub(super) fn edited(&self, points: &[[f32; 3]], edit: Edit, times: &[f64]) -> Option<Vec<State>> {
         let part = self.parts[1].as_ref().filter(|_| times.iter().all(|&time| time >= 0.0))?;
-        let (before, after) = times.split_at(times.partition_point(|&time| time <= part.from));
-        let there = self.played(points, &[part.from]).pop()?;
+        let (before, after) = times.split_at(times.partition_point(|&time| time <= part.times[0]));
+        let there = self.played(points, &[part.times[0]]).pop()?;
         let mut states = self.played(points, before);
         states.extend(part.states(&there, edit, after));
         Some(states)

@@ -19,7 +19,7 @@ pub(super) fn insert_recording(file: &mut TensorFile, prefix: &str, recording: &
     file.set_metadata(&format!("{prefix}.continuation"), json(&recording.continuation()));
     for (part, name) in recording.parts().iter().zip(PARTS) {
         let Some(part) = part else { continue };
-        file.set_metadata(&format!("{prefix}.{name}.from"), json(&part.from));
+        file.set_metadata(&format!("{prefix}.{name}.times"), json(&part.times));
         let dynamics = Dynamics::Generalised(part.dynamics.clone());
         insert_dynamics(file, &format!("{prefix}.{name}"), &dynamics, n);
     }
@@ -59,16 +59,17 @@ fn read_part(
     prefix: &str,
     (n, end): (usize, f64),
 ) -> Result<Option<PartDynamics>, TensorFileError> {
-    let name = format!("{prefix}.from");
+    let name = format!("{prefix}.times");
     if file.metadata(&name).is_err() {
         return Ok(None);
     }
-    let from: f64 = file.metadata_json(&name)?;
-    if !(0.0..=end).contains(&from) {
-        return Err(file.field(&name, &format!("a time of the recording, 0 to {end}"), from.to_string()));
+    let times: [f64; 2] = file.metadata_json(&name)?;
+    if !(0.0 <= times[0] && times[0] < times[1] && times[1] <= end) {
+        let expected = format!("two times of the recording, 0 to {end}, ascending");
+        return Err(file.field(&name, &expected, format!("{times:?}")));
     }
     match read_dynamics(file, prefix, n)? {
-        Dynamics::Generalised(dynamics) => Ok(Some(PartDynamics { from, dynamics })),
+        Dynamics::Generalised(dynamics) => Ok(Some(PartDynamics { times, dynamics })),
         Dynamics::Particles(_) => {
             Err(file.field(&format!("{prefix}.law"), "a law in generalised coordinates", "none".to_owned()))
         }
@@ -110,7 +111,7 @@ mod tests {
         let start = State { x: vec![0.0; 3], v: vec![0.0; 3] };
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
         let recording = Recording::new(times, positions, rotations).expect("a recording");
-        let last = Some(PartDynamics { from: 0.5, dynamics });
+        let last = Some(PartDynamics { times: [0.5, 1.0], dynamics });
         recording.continued_by(Continuation::Rest).with_parts([None, last])
     }
 
@@ -134,8 +135,8 @@ mod tests {
         insert_recording(&mut file, "object.0.recording", &let_go());
         let read = read_recording(&file, "object.0.recording", 1).expect("a file");
         assert_eq!(read, Some(let_go()));
-        file.set_metadata("object.0.recording.last.from", "1.5".to_owned());
+        file.set_metadata("object.0.recording.last.times", "[0.5, 1.5]".to_owned());
         let error = read_recording(&file, "object.0.recording", 1).expect_err("outside").to_string();
-        assert!(error.contains("recording.last.from") && error.contains("1.5"), "{error}");
+        assert!(error.contains("recording.last.times") && error.contains("1.5"), "{error}");
     }
 }

@@ -2,19 +2,20 @@
 //! them, are free of the errors that a source model makes at the ends of a window, and of its smoothness; a
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
-use glam::DQuat;
+use glam::{DMat3, DQuat, DVec3};
 use lgs_core::GaussianCloud;
-use lgs_core::geometry::{components, nearest_rotation};
+use lgs_core::geometry::{components, narrow, nearest_rotation};
 use lgs_core::linear::quat_mul;
 use lgs_data::dataset::Frame;
-use lgs_distill::{DistillConfig, DistilledLaw, law_of_poses};
+use lgs_distill::{BodyPoses, DistillConfig, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::bands::Verdict;
-use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, mapped_shape};
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, Recording, mapped_shape};
 use rayon::prelude::*;
 
 use super::body::rows_of_parts;
 use super::image_poses::{ImagePoses, Part};
 use super::newton::squared_error_of;
+use super::recorder::parts;
 use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
@@ -45,23 +46,84 @@ pub(super) fn with_laws_of_images(
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
     let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
     let bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
-    let law_of = |(index, bodies)| law_of_poses(bodies, config, seed.wrapping_add(index as u64));
-    let laws: Vec<Option<DistilledLaw>> = bodies.into_par_iter().map(law_of).collect();
+    let offer =
+        |(index, bodies)| Offer::new((&scene, index), bodies, config, seed.wrapping_add(index as u64));
+    let offers: Vec<Offer> = bodies.into_par_iter().map(offer).collect();
     let mut changed = scene.clone();
-    for (&index, law) in offered.iter().zip(laws) {
-        tracing::debug!(index, law = ?law.as_ref().map(|law| &law.law), "the law that images show");
-        let has_law = has_law(&scene.objects[index]);
-        let admitted = admitted_verdicts(&scene.objects[index]);
-        let Some(law) = law.filter(|law| has_law || admitted.contains(&law.known.verdict)) else { continue };
-        let mut other = changed.clone();
-        take(law, &mut other, index);
+    for offer in offers {
+        let Some(other) = offer.taken(&changed) else { continue };
         let after = squared_error_of(&other, frames);
-        tracing::debug!(error, after, "images by the motion that the scene had, and by their own law");
+        tracing::debug!(error, after, "images by the motion that the scene had, and by what they offer");
         if decibels_between(error, after) <= MOST_BELOW_SOURCE {
             (changed, error) = (other, after);
         }
     }
     (changed, decibels_between(error, before))
+}
+
+/// What the poses of an object's bodies offer it.
+struct Offer {
+    object: usize,
+    /// A law of all the window.
+    law: Option<DistilledLaw>,
+    /// Laws of parts of it, where none explains all of it, with the poses themselves.
+    parts: Option<(PartLaws, BodyPoses)>,
+}
+
+impl Offer {
+    fn new(
+        (scene, object): (&LagrangianScene, usize),
+        bodies: Vec<BodyPoses>,
+        config: &DistillConfig,
+        seed: u64,
+    ) -> Self {
+        let own = &scene.objects[object];
+        let single = if bodies.len() == 1 { bodies.first().cloned() } else { None };
+        let found = law_of_poses(bodies, config, seed);
+        tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
+        let is_admitted =
+            |law: &DistilledLaw| has_law(own) || admitted_verdicts(own).contains(&law.known.verdict);
+        let law = found.filter(is_admitted);
+        let known = law.as_ref().map(|law| &law.known).or(own_law(own).map(|own| &own.known));
+        let is_explained = known.is_some_and(|known| known.verdict == Verdict::Explained);
+        let parts = single.filter(|_| !is_explained).and_then(|body| {
+            let parts = part_laws_of_poses(body.clone(), config, seed);
+            let is_better = known.is_none_or(|known| parts.forecast_better(known));
+            (!parts.is_empty() && is_better).then_some((parts, body))
+        });
+        Self { object, law: law.filter(|_| parts.is_none()), parts }
+    }
+
+    /// The scene with what is offered; nothing if nothing is.
+    fn taken(self, scene: &LagrangianScene) -> Option<LagrangianScene> {
+        let mut other = scene.clone();
+        if let Some(law) = self.law {
+            take(law, &mut other, self.object);
+            return Some(other);
+        }
+        let (laws, body) = self.parts?;
+        let recording = recorded(&body)?.with_parts(parts(&laws));
+        let members = other.objects[self.object].members.clone();
+        other.dynamic_gaussians.means[members].copy_from_slice(recording.start());
+        let bases = [body.poses[0]];
+        turn_shapes(&mut other, self.object, &bases);
+        other.objects[self.object].recording = Some(recording);
+        Some(other)
+    }
+}
+
+/// The motion of a body by its poses; nothing if these are fewer than two.
+fn recorded(body: &BodyPoses) -> Option<Recording> {
+    let times = body.times.iter().map(|time| *time as f32).collect();
+    let place = |(linear, shift): &(DMat3, DVec3)| -> Vec<[f32; 3]> {
+        body.shape.iter().map(|&point| narrow(*linear * point + *shift)).collect()
+    };
+    let first = body.poses.first()?.0;
+    let turn = |(linear, _): &(DMat3, DVec3)| {
+        let since = nearest_rotation(&(*linear * first.transpose()));
+        vec![components(DQuat::from_mat3(&since)).map(|c| c as f32); body.shape.len()]
+    };
+    Recording::new(times, body.poses.iter().map(place).collect(), body.poses.iter().map(turn).collect())
 }
 
 /// Decibels by which a squared error is worse than another.
@@ -76,9 +138,13 @@ fn admitted_verdicts(object: &ObjectModel) -> &'static [Verdict] {
     if has_parts { &[Verdict::Explained] } else { &[Verdict::Explained, Verdict::Described] }
 }
 
-/// Whether an object moves by a law in generalised coordinates.
+/// The law in generalised coordinates by which an object moves.
+fn own_law(object: &ObjectModel) -> Option<&GeneralisedDynamics> {
+    object.dynamics.generalised().filter(|_| object.recording.is_none())
+}
+
 fn has_law(object: &ObjectModel) -> bool {
-    object.recording.is_none() && object.dynamics.generalised().is_some()
+    own_law(object).is_some()
 }
 
 /// The bodies as which an object moves: those of its law, or one that is rigid up to what images do not
@@ -103,19 +169,24 @@ fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usize) {
     let members = scene.objects[object].members.clone();
     scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&q0);
     scene.velocities[members.clone()].copy_from_slice(&v0);
+    turn_shapes(scene, object, &bases);
+    let object = &mut scene.objects[object];
+    object.dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known });
+    object.recording = None;
+}
+
+/// Turns the Gaussians of each body of an object, or stretches them, as the body is at the start.
+fn turn_shapes(scene: &mut LagrangianScene, object: usize, bases: &[(DMat3, DVec3)]) {
     for (rows, (linear, _)) in rows_of_parts(&scene.objects[object]).into_iter().zip(bases) {
-        let turn = components(DQuat::from_mat3(&nearest_rotation(&linear))).map(|c| c as f32);
+        let turn = components(DQuat::from_mat3(&nearest_rotation(linear))).map(|c| c as f32);
         let deforms = scene.objects[object].deforms();
         let GaussianCloud { rotations, log_scales, .. } = &mut scene.dynamic_gaussians;
         for (rotation, log_scales) in rotations[rows.clone()].iter_mut().zip(&mut log_scales[rows]) {
             if deforms {
-                (*rotation, *log_scales) = mapped_shape(&linear, *rotation, *log_scales);
+                (*rotation, *log_scales) = mapped_shape(linear, *rotation, *log_scales);
             } else {
                 *rotation = quat_mul(turn, *rotation);
             }
         }
     }
-    let object = &mut scene.objects[object];
-    object.dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known });
-    object.recording = None;
 }

@@ -37,11 +37,11 @@ impl Recorder<'_> {
 }
 
 /// Laws of the beginning and the end of a recording as dynamics of all its particles.
-fn parts(laws: &PartLaws) -> [Option<PartDynamics>; 2] {
+pub(super) fn parts(laws: &PartLaws) -> [Option<PartDynamics>; 2] {
     [&laws.first, &laws.last].map(|part| {
         let PartLaw { times, law, start, known } = part.as_ref()?.clone();
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
-        Some(PartDynamics { from: times[0], dynamics })
+        Some(PartDynamics { times, dynamics })
     })
 }
 

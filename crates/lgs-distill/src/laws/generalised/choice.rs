@@ -19,16 +19,8 @@ use rayon::prelude::*;
 /// Rates the laws of one body in all systems of coordinates; `None` if no law can be fitted.
 pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
     let of_system = |system: Configured| {
-        let choice = match &system.coordinates {
-            Coordinates::Point => {
-                let track = center_track(observed, &system, 0);
-                let choice = observed.choose_in(&Coordinates::Point, &track);
-                observed.choose_further(choice, (&Coordinates::Point, &track), system.chi_square)
-            }
-            Coordinates::Ball(ball) => choose_about_pivot(observed, &system.x, ball),
-            _ => choose_along_joint(&system, observed),
-        };
-        Some((system, choice?))
+        let choice = choose_of_system(&system, observed)?;
+        Some((system, choice))
     };
     let samples = observed.track.independent_samples();
     let explains = |(system, choice): &(Configured, Choice)| {
@@ -61,6 +53,19 @@ pub(super) fn choose_law(observed: &ObservedPoses) -> Option<Rated> {
     };
     let rated = Rated::new(found, &evidence)?;
     Some(rated.with_geometry(&[observed]))
+}
+
+/// The laws in a system of coordinates of a point or of a joint.
+fn choose_of_system(system: &Configured, observed: &ObservedPoses) -> Option<Choice> {
+    match &system.coordinates {
+        Coordinates::Point => {
+            let track = center_track(observed, system, 0);
+            let choice = observed.choose_in(&Coordinates::Point, &track);
+            observed.choose_further(choice, (&Coordinates::Point, &track), system.chi_square)
+        }
+        Coordinates::Ball(ball) => choose_about_pivot(observed, &system.x, ball),
+        _ => choose_along_joint(system, observed),
+    }
 }
 
 /// The laws of a free body: those of each of its centres with those of its rotation, of which there is one

@@ -134,8 +134,8 @@ impl GeneralisedLaw {
     }
 }
 
-/// Length of the path that the bodies took in the captured window. A law that runs away takes a longer one, and
-/// deserves no more trust for it.
+/// Length of the path that the bodies took in the captured window. A law that runs away takes a longer one,
+/// and deserves no more trust for it.
 fn path(bodies: &[&SharedMotion]) -> f64 {
     let points = points_of(bodies);
     let poses = |sample: usize| bodies.iter().map(|motion| motion.poses[sample]).collect::<Vec<Pose>>();

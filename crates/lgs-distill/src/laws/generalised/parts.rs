@@ -26,15 +26,18 @@ pub(crate) struct PartSearch {
     pub(crate) laws: Laws,
     /// Length that the source of the tracks does not resolve, world units.
     pub(crate) resolution: f64,
+    /// Size of errors that neighbouring poses have in common, world units.
+    pub(crate) slow_error: f64,
     pub(crate) seed: u64,
 }
 
 impl PartSearch {
-    /// The law of the longest part at the end of the window that a law explains.
+    /// The law of a part at the end of the window that forecasts thirds of its part best, among those that
+    /// explain theirs.
     pub(crate) fn last(&self, motion: &SharedMotion) -> Option<PartOfWindow> {
         let samples = motion.times.len();
         let explains = |law: &GeneralisedLaw, _: f64| law.known.verdict == Verdict::Explained;
-        self.longest(motion, |count| samples - count..samples, explains)
+        self.best(motion, |count| samples - count..samples, explains)
     }
 
     /// The same at its beginning, of a law whose forecast is trusted as far backward.
@@ -42,10 +45,10 @@ impl PartSearch {
         let explains = |law: &GeneralisedLaw, duration: f64| {
             law.known.verdict != Verdict::Outside && law.known.trusted[0] <= -BACKWARD * duration
         };
-        self.longest(motion, |count| 0..count, explains)
+        self.best(motion, |count| 0..count, explains)
     }
 
-    fn longest(
+    fn best(
         &self,
         motion: &SharedMotion,
         part: impl Fn(usize) -> Range<usize>,
@@ -58,13 +61,19 @@ impl PartSearch {
             let law = self.law(&part).filter(|law| explains(law, part.duration()))?;
             Some(PartOfWindow { samples, law })
         };
-        counts.filter(|count| *count >= FEWEST_OF_PART).find_map(of_count)
+        let found = counts.filter(|count| *count >= FEWEST_OF_PART).filter_map(of_count);
+        let error = |part: &PartOfWindow| part.law.known.forecast_error.unwrap_or(f64::INFINITY);
+        found.min_by(|a, b| error(a).total_cmp(&error(b)))
     }
 
     /// The likeliest smooth law of a motion.
     fn law(&self, motion: &SharedMotion) -> Option<GeneralisedLaw> {
         let resolution = self.resolution.max(FORECAST_ERROR * motion.rms_displacement());
-        let rated = choose_law(&ObservedPoses::new(motion, self.laws, resolution))?;
+        let mut observed = ObservedPoses::new(motion, self.laws, resolution);
+        let mut rated = choose_law(&observed)?;
+        if observed.allow_for(self.slow_error, rated.chi_square()) {
+            rated = choose_law(&observed)?;
+        }
         smooth(&rated, (&[motion], &[]), self.seed)
     }
 }

@@ -83,8 +83,8 @@ impl Placed {
         [own, of_body.repeat(self.bases.len())].concat()
     }
 
-    /// Places of the centre of mass among the constants of the geometry, which tell nothing of it along the axis
-    /// of a body that turns about one.
+    /// Places of the centre of mass among the constants of the geometry. Rotations about one axis tell
+    /// nothing of it along that.
     pub(super) fn center(&self) -> std::ops::Range<usize> {
         if self.finds_center { 0..3 } else { 0..0 }
     }
