@@ -43,7 +43,7 @@ pub(crate) enum Prepared {
     /// The paper's networks.
     Networks(Box<Distilled>),
     /// Its denoised motion, the law of it as that of a single body, and laws of parts of the window.
-    Body(Box<ObjectMotion>, Option<Box<GeneralisedLaw>>, PartLaws),
+    Body(Box<ObjectMotion>, Option<Box<GeneralisedLaw>>, Box<PartLaws>),
 }
 
 impl Prepared {
@@ -64,7 +64,7 @@ impl Prepared {
         }
         let motion = denoise(trajectories, config);
         progress(DistillProgress { stage: DistillStage::Law, step: 0, steps: 1, loss: None });
-        Ok(Self::Body(Box::new(motion), None, PartLaws::default()))
+        Ok(Self::Body(Box::new(motion), None, Box::default()))
     }
 
     /// Seeks the law of a single body among points at rest, on which it may fall.
@@ -78,7 +78,7 @@ impl Prepared {
                 |law: &GeneralisedLaw| law.is_within_noise() || law.known.trusted[1] > motion.duration();
             if !law.as_ref().is_some_and(|law| will_do(law)) && motion.kind == PoseKind::Rigid {
                 let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-                *parts = parts_of(motion, [resolution, 0.0], config, seed);
+                **parts = parts_of(motion, [resolution, 0.0], config, seed);
             }
         }
     }
@@ -104,7 +104,7 @@ impl Prepared {
             }
         }
         let mut particles = distill_particles(*motion, config, seed, progress)?;
-        particles.report.parts = parts;
+        particles.report.parts = *parts;
         Ok(Distilled::Particles(Box::new(particles)))
     }
 }
