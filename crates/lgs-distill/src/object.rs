@@ -76,7 +76,10 @@ impl Prepared {
             *law = law_of(&[motion], surroundings, config, seed).map(Box::new);
             let will_do =
                 |law: &GeneralisedLaw| law.is_within_noise() || law.known.trusted[1] > motion.duration();
-            if !law.as_ref().is_some_and(|law| will_do(law)) && motion.kind == PoseKind::Rigid {
+            // Images show poses better than their source's tracks do: there, parts are sought in these.
+            let is_from_images = config.unresolved() > 0.0;
+            let is_rigid = motion.kind == PoseKind::Rigid;
+            if !law.as_ref().is_some_and(|law| will_do(law)) && is_rigid && !is_from_images {
                 let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
                 **parts = parts_of(motion, [resolution, 0.0], config, seed);
             }

@@ -8,7 +8,7 @@ use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
 use super::TrainingData;
 use super::bands_of_views::with_bands_of_views;
 use super::config::FitDynamicsConfig;
-use super::image_laws::with_laws_of_images;
+use super::image_laws::{LawChoice, with_laws_of_images};
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
@@ -48,11 +48,18 @@ impl FitDynamics<'_> {
     pub fn with_laws_of_images(self) -> (LagrangianScene, f64) {
         let frames = self.config.observed(self.frames, 0);
         let (scene, gain) = match &self.laws {
-            Some(laws) => with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed)),
+            Some(laws) => with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, false)),
             None => (self.scene.clone(), 0.0),
         };
         let resolved = self.laws.as_ref().map_or(0.0, |laws| f64::from(laws.forecast_tolerance));
         (with_bands_of_views(scene, &self.scene, &frames, (resolved, self.seed)), gain)
+    }
+}
+
+impl FitDynamics<'_> {
+    /// Laws of parts are sought once, before the first step.
+    fn choice<'b>(&self, config: &'b DistillConfig, seeks_parts: bool) -> LawChoice<'b> {
+        LawChoice { config, seed: self.seed, seeks_parts }
     }
 }
 
@@ -76,7 +83,7 @@ impl Trainer for FitDynamics<'_> {
     fn step(&mut self) -> StepReport {
         let frames = self.config.observed(self.frames, self.step);
         if let Some(laws) = self.laws.as_ref().filter(|_| self.step == 0) {
-            (self.scene, _) = with_laws_of_images(self.scene.clone(), &frames, (laws, self.seed));
+            (self.scene, _) = with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, true));
             self.newton = Newton::new(&self.scene, self.seed);
         }
         let report = self.newton.step(&self.scene, &frames);

@@ -18,6 +18,22 @@ use super::newton::squared_error_of;
 use super::recorder::parts;
 use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
 
+/// How laws are chosen.
+#[derive(Clone, Copy)]
+pub(super) struct LawChoice<'a> {
+    pub(super) config: &'a DistillConfig,
+    pub(super) seed: u64,
+    /// Whether laws of parts of the window are sought as well, where none explains all of it.
+    pub(super) seeks_parts: bool,
+}
+
+impl LawChoice<'_> {
+    /// The same for an object of a scene.
+    fn of_object(self, index: usize) -> Self {
+        Self { seed: self.seed.wrapping_add(index as u64), ..self }
+    }
+}
+
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
 /// the images worse than the scene's own motion by more than a law may be below its source.
 ///
@@ -26,8 +42,9 @@ use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
 pub(super) fn with_laws_of_images(
     scene: LagrangianScene,
     frames: &[&Frame],
-    (config, seed): (&DistillConfig, u64),
+    choice: LawChoice<'_>,
 ) -> (LagrangianScene, f64) {
+    let config = choice.config;
     let mut times: Vec<f32> = frames.iter().map(|frame| frame.time).filter(|&time| time >= 0.0).collect();
     times.sort_by(f32::total_cmp);
     times.dedup();
@@ -46,8 +63,7 @@ pub(super) fn with_laws_of_images(
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
     let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
     let bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
-    let offer =
-        |(index, bodies)| Offer::new((&scene, index), bodies, config, seed.wrapping_add(index as u64));
+    let offer = |(index, bodies)| Offer::new((&scene, index), bodies, choice.of_object(index));
     let offers: Vec<Offer> = bodies.into_par_iter().map(offer).collect();
     let mut changed = scene.clone();
     for offer in offers {
@@ -74,11 +90,10 @@ impl Offer {
     fn new(
         (scene, object): (&LagrangianScene, usize),
         bodies: Vec<BodyPoses>,
-        config: &DistillConfig,
-        seed: u64,
+        LawChoice { config, seed, seeks_parts }: LawChoice<'_>,
     ) -> Self {
         let own = &scene.objects[object];
-        let single = if bodies.len() == 1 { bodies.first().cloned() } else { None };
+        let single = if bodies.len() == 1 && seeks_parts { bodies.first().cloned() } else { None };
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
         let is_admitted =
