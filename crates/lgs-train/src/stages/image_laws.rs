@@ -8,6 +8,7 @@ use lgs_core::geometry::{components, narrow, nearest_rotation};
 use lgs_core::linear::quat_mul;
 use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistillConfig, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
+use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, Recording, mapped_shape};
 use rayon::prelude::*;
@@ -100,10 +101,13 @@ impl Offer {
             |law: &DistilledLaw| has_law(own) || admitted_verdicts(own).contains(&law.known.verdict);
         let law = found.filter(is_admitted);
         let known = law.as_ref().map(|law| &law.known).or(own_law(own).map(|own| &own.known));
+        let all = law.as_ref().map(|law| &law.law).or(own_law(own).map(|own| &own.law));
         let is_explained = known.is_some_and(|known| known.verdict == Verdict::Explained);
         let parts = single.filter(|_| !is_explained).and_then(|body| {
             let parts = part_laws_of_poses(body.clone(), config, seed);
-            let is_better = known.is_none_or(|known| parts.forecast_better(known));
+            let end = body.times.last().copied().unwrap_or_default();
+            let is_better = known.is_none_or(|known| known.trusted[1] <= end && parts.forecast_better(known))
+                && !all.is_some_and(|all| is_same(all, &parts));
             (!parts.is_empty() && is_better).then_some((parts, body))
         });
         Self { object, law: law.filter(|_| parts.is_none()), parts }
@@ -125,6 +129,12 @@ impl Offer {
         other.objects[self.object].recording = Some(recording);
         Some(other)
     }
+}
+
+/// Whether a part follows the law of all the window, of the same kind: what differs are its constants alone.
+fn is_same(all: &Law, parts: &PartLaws) -> bool {
+    let kinds = |law: &Law| -> Vec<&str> { law.terms.iter().map(|term| term.kind.name()).collect() };
+    [&parts.first, &parts.last].into_iter().flatten().any(|part| kinds(&part.law) == kinds(all))
 }
 
 /// The motion of a body by its poses; nothing if these are fewer than two.
