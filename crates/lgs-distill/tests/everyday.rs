@@ -1,5 +1,5 @@
 //! Motions as one meets them every day: laws of several terms, friction that stops a body, bodies whose
-//! particles are not centred on their mass; and that no law is trusted whose forecasts fail.
+//! particles are not centred on their mass; and that no law is trusted that runs away.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use lgs_core::geometry::wide;
@@ -95,7 +95,7 @@ fn laws_of_several_terms_are_found_where_no_simple_one_explains() {
 }
 
 #[test]
-fn a_law_whose_forecasts_fail_is_not_trusted_beyond_the_window() {
+fn a_law_that_runs_away_is_not_trusted_beyond_the_window() {
     let seen = Seen::of("magnetic-trap", 1);
     let law = seen.law(&DistillConfig { force: ForceKind::None, ..DistillConfig::default() });
     assert_ne!(law.known.verdict, Verdict::Explained, "{:?}", law.known);

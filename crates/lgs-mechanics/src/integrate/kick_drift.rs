@@ -44,18 +44,20 @@ impl<F: KickField> KickDrift<F> {
         if !self.field.depends_on_velocity() {
             return finite(&state.v);
         }
-        let (mut last, mut from) = (f64::INFINITY, state.v.clone());
+        let (mut last, mut from, mut change) = (f64::INFINITY, state.v.clone(), state.v.clone());
         for _ in 0..KICK_STEPS {
             self.field.linearise(&state.x, &state.v, &mut self.at);
-            let left = |i: usize| kicked[i] + s * self.at.a[i] - state.v[i];
-            let mut change: Vec<f64> = (0..kicked.len()).map(left).collect();
+            for (i, change) in change.iter_mut().enumerate() {
+                *change = kicked[i] + s * self.at.a[i] - state.v[i];
+            }
             let size = norm(&change);
             if size > LEAST_DECREASE * last {
                 // Beyond a kink of dry friction, half of the way is tried.
                 state.v.iter_mut().zip(&from).for_each(|(v, from)| *v = 0.5 * (*v + from));
                 continue;
             }
-            (last, from) = (size, state.v.clone());
+            last = size;
+            from.copy_from_slice(&state.v);
             self.solve_velocity(s, &mut change)?;
             add_scaled(&mut state.v, &change, 1.0);
             if norm(&change) <= SOLVED_STEP * norm(&state.v) + f64::MIN_POSITIVE {

@@ -55,6 +55,12 @@ impl Recording {
         &self.parts
     }
 
+    /// Whether a law of its beginning or its end carries it on.
+    #[must_use]
+    pub fn has_parts(&self) -> bool {
+        self.parts.iter().any(Option::is_some)
+    }
+
     /// The same with another continuation.
     #[must_use]
     pub fn continued_by(mut self, continuation: Continuation) -> Self {

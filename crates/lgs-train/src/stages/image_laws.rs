@@ -8,7 +8,6 @@ use lgs_core::geometry::{components, narrow, nearest_rotation};
 use lgs_core::linear::quat_mul;
 use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistillConfig, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
-use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, Recording, mapped_shape};
 use rayon::prelude::*;
@@ -97,17 +96,15 @@ impl Offer {
         let single = if bodies.len() == 1 && seeks_parts { bodies.first().cloned() } else { None };
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
-        let is_admitted =
-            |law: &DistilledLaw| has_law(own) || admitted_verdicts(own).contains(&law.known.verdict);
-        let law = found.filter(is_admitted);
+        let law = found.filter(|law| has_law(own) || law.known.verdict != Verdict::Outside);
         let known = law.as_ref().map(|law| &law.known).or(own_law(own).map(|own| &own.known));
-        let all = law.as_ref().map(|law| &law.law).or(own_law(own).map(|own| &own.law));
-        let is_explained = known.is_some_and(|known| known.verdict == Verdict::Explained);
-        let parts = single.filter(|_| !is_explained).and_then(|body| {
-            let parts = part_laws_of_poses(body.clone(), config, seed);
+        let is_trusted = |body: &BodyPoses| {
             let end = body.times.last().copied().unwrap_or_default();
-            let is_better = known.is_none_or(|known| known.trusted[1] <= end && parts.forecast_better(known))
-                && !all.is_some_and(|all| is_same(all, &parts));
+            known.is_some_and(|known| known.trusted[1] > end)
+        };
+        let parts = single.filter(|body| !is_trusted(body)).and_then(|body| {
+            let parts = part_laws_of_poses(body.clone(), config, seed);
+            let is_better = known.is_none_or(|known| parts.forecast_better(known));
             (!parts.is_empty() && is_better).then_some((parts, body))
         });
         Self { object, law: law.filter(|_| parts.is_none()), parts }
@@ -124,17 +121,10 @@ impl Offer {
         let recording = recorded(&body)?.with_parts(parts(&laws));
         let members = other.objects[self.object].members.clone();
         other.dynamic_gaussians.means[members].copy_from_slice(recording.start());
-        let bases = [body.poses[0]];
-        turn_shapes(&mut other, self.object, &bases);
+        turn_shapes(&mut other, self.object, &body.poses[..1]);
         other.objects[self.object].recording = Some(recording);
         Some(other)
     }
-}
-
-/// Whether a part follows the law of all the window, of the same kind: what differs are its constants alone.
-fn is_same(all: &Law, parts: &PartLaws) -> bool {
-    let kinds = |law: &Law| -> Vec<&str> { law.terms.iter().map(|term| term.kind.name()).collect() };
-    [&parts.first, &parts.last].into_iter().flatten().any(|part| kinds(&part.law) == kinds(all))
 }
 
 /// The motion of a body by its poses; nothing if these are fewer than two.
@@ -156,13 +146,6 @@ fn decibels_between(error: f64, worse: f64) -> f64 {
     10.0 * (worse / error.max(f64::MIN_POSITIVE)).log10()
 }
 
-/// Verdicts of laws that an object without one may take: where laws of parts of the window explain these, one
-/// of all of it has to explain it.
-fn admitted_verdicts(object: &ObjectModel) -> &'static [Verdict] {
-    let has_parts = object.recording.as_ref().is_some_and(|r| r.parts().iter().any(Option::is_some));
-    if has_parts { &[Verdict::Explained] } else { &[Verdict::Explained, Verdict::Described] }
-}
-
 /// The law in generalised coordinates by which an object moves.
 fn own_law(object: &ObjectModel) -> Option<&GeneralisedDynamics> {
     object.dynamics.generalised().filter(|_| object.recording.is_none())
@@ -173,12 +156,10 @@ fn has_law(object: &ObjectModel) -> bool {
 }
 
 /// The bodies as which an object moves: those of its law, or one that is rigid up to what images do not
-/// resolve; none if it moves otherwise.
+/// resolve; none if it moves otherwise, or by laws of parts of the window already.
 fn parts_of(object: &ObjectModel, poses: &ImagePoses<'_>, unresolved: f64) -> Vec<Part> {
     let rows = &object.members;
-    let parts =
-        object.recording.as_ref().is_some_and(|recording| recording.parts().iter().any(Option::is_some));
-    if parts {
+    if object.recording.as_ref().is_some_and(Recording::has_parts) {
         return Vec::new();
     }
     if !has_law(object) && (rows.len() < FEWEST_OF_BODY || poses.deformation(rows) > unresolved) {

@@ -4,9 +4,11 @@ use super::super::body::{Body, Part, Stage};
 use super::super::draws::Draws;
 use super::super::laws::Law;
 use super::super::motion::Motion;
+use super::super::shape::Shape;
 use super::super::simulation::Simulation;
+use super::super::texture::Texture;
 use super::super::view::Rig;
-use glam::DVec3;
+use glam::{DVec3, dvec3};
 use std::sync::Arc;
 
 /// A scene's name, what moves in it, and what its seed draws.
@@ -41,6 +43,22 @@ impl Entry {
     pub(super) const fn unexplained(self) -> Self {
         Self { info: SceneInfo { explained: false, ..self.info }, build: self.build }
     }
+}
+
+/// A textured ball about the body's origin.
+pub(super) fn ball(draws: &mut Draws, radius: f64) -> Part {
+    let texture = Texture::new(draws.palette(), draws.within(0.4..0.55));
+    Part::new(Shape::Ellipsoid(DVec3::splat(radius)), DVec3::ZERO, texture)
+}
+
+/// A square floor with its upper side at a height; `half` is half of its side.
+pub(super) fn floor(height: f64, half: f64) -> Part {
+    let thickness = 0.05;
+    Part::new(
+        Shape::Cuboid(dvec3(half, half, thickness)),
+        dvec3(0.0, 0.0, height - thickness),
+        Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
+    )
 }
 
 /// A camera ring of radius `distance` that frames a square of half-side `half` at the target.

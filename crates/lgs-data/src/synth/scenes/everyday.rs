@@ -7,7 +7,7 @@ use super::super::laws::{Field, Hinge, Point, RigidBody, Rolling};
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::entry::{Entry, alone, framed, simulated};
+use super::entry::{Entry, alone, ball, floor, framed, simulated};
 use super::fields::body_in_fields;
 use super::hinges::{hanging, rotor, upright};
 use glam::{DMat3, DQuat, DVec3, dvec3};
@@ -64,16 +64,6 @@ pub(super) const ENTRIES: [Entry; 8] = [
         slope,
     ),
 ];
-
-/// A floor whose upper side is at a height.
-pub(super) fn floor(height: f64, half: f64) -> Part {
-    let thickness = 0.05;
-    Part::new(
-        Shape::Cuboid(dvec3(half, half, thickness)),
-        dvec3(0.0, 0.0, height - thickness),
-        Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
-    )
-}
 
 fn sliding_block(draws: &mut Draws) -> (Stage, Rig) {
     let (friction, stop) = (draws.within(0.9..1.3), draws.within(1.0..1.5));
@@ -218,11 +208,7 @@ fn slope(draws: &mut Draws) -> (Stage, Rig) {
         slope,
         resistance: draws.within(0.05..0.2),
     };
-    let ball = Part::new(
-        Shape::Ellipsoid(DVec3::splat(radius)),
-        DVec3::ZERO,
-        Texture::new(draws.palette(), draws.within(0.4..0.55)),
-    );
+    let ball = ball(draws, radius);
     let [motion] = simulated(law);
     framed(alone("ball", motion, DVec3::ZERO, vec![ball]))
 }

@@ -8,7 +8,7 @@ use super::super::motion::Motion;
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::entry::{Entry, alone, framed, simulated};
+use super::entry::{Entry, alone, ball, floor, framed, simulated};
 use glam::{DMat3, DQuat, DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 5] = [
@@ -157,16 +157,6 @@ fn bounce(draws: &mut Draws) -> (Stage, Rig) {
         restitution: draws.within(0.6..0.85),
         rest_height: 0.0,
     });
-    let ball = Part::new(
-        Shape::Ellipsoid(DVec3::splat(radius)),
-        DVec3::ZERO,
-        Texture::new(draws.palette(), draws.within(0.4..0.55)),
-    );
-    let thickness = 0.05;
-    let floor = Part::new(
-        Shape::Cuboid(dvec3(1.5, 1.5, thickness)),
-        dvec3(0.0, 0.0, -radius - thickness),
-        Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
-    );
-    framed(Stage { bodies: vec![Body::of("ball", motion, ball)], fixed: vec![floor] })
+    let ball = ball(draws, radius);
+    framed(Stage { bodies: vec![Body::of("ball", motion, ball)], fixed: vec![floor(-radius, 1.5)] })
 }

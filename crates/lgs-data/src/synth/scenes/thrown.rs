@@ -6,8 +6,7 @@ use super::super::laws::{Hinge, Modal, Pair, Pull, RigidBody};
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::entry::{Entry, alone, framed, simulated};
-use super::everyday::floor;
+use super::entry::{Entry, alone, ball, floor, framed, simulated};
 use super::free_bodies::jelly;
 use super::hinges::{rotor, upright};
 use glam::{DQuat, DVec3, dvec3};
@@ -85,11 +84,7 @@ fn spinning_ball(draws: &mut Draws) -> (Stage, Rig) {
         drag: [draws.within(0.1..0.4), draws.within(0.5..1.2)],
         ..RigidBody::free(DVec3::splat(0.4 * radius * radius))
     };
-    let ball = Part::new(
-        Shape::Ellipsoid(DVec3::splat(radius)),
-        DVec3::ZERO,
-        Texture::new(draws.palette(), draws.within(0.4..0.55)),
-    );
+    let ball = ball(draws, radius);
     let [motion] = simulated(law);
     framed(alone("ball", motion, DVec3::ZERO, vec![ball]))
 }

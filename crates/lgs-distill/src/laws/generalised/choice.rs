@@ -73,9 +73,11 @@ fn choose_of_system(system: &Configured, observed: &ObservedPoses) -> Option<Cho
 fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Configured, Choice)> {
     let mut systems = free_systems(observed);
     let centers = systems.first().map_or(&[][..], Vec::as_slice);
+    let chosen =
+        |system: &Configured| observed.choose_in(&Coordinates::Point, &center_track(observed, system, 4));
     let of_center = |(index, system): (usize, &Configured)| match of_point {
         Some(choice) if index == 0 => Some(choice.clone()),
-        _ => Some(observed.choose_in(&Coordinates::Point, &center_track(observed, system, 4))?),
+        _ => chosen(system),
     };
     let mut of_centers: Vec<Option<Choice>> = centers.par_iter().enumerate().map(of_center).collect();
     let own = of_centers.first().and_then(Option::as_ref).and_then(|choice| center_about(observed, choice));
@@ -84,8 +86,7 @@ fn choose_free(observed: &ObservedPoses, of_point: Option<&Choice>) -> Vec<(Conf
             let Coordinates::Rigid(inertia) = of_inertia[0].coordinates else { return };
             of_inertia.push(rigid(observed, &inertia, Some(center)));
         });
-        of_centers
-            .extend(systems.first().and_then(|all| all.last()).map(|last| of_center((usize::MAX, last))));
+        of_centers.extend(systems.first().and_then(|all| all.last()).map(chosen));
     }
     let centers = systems.first().map_or(&[][..], Vec::as_slice);
     further_of_best(observed, centers, &mut of_centers);

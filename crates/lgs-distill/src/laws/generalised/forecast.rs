@@ -2,7 +2,6 @@
 //! those of free motion in the same coordinates.
 
 use super::known::{distance, points_of};
-use super::placed::Placed;
 use super::posterior::Posterior;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
@@ -11,7 +10,7 @@ use crate::thresholds::{FORECAST_DRAWS, UNDESCRIBED_FORECAST};
 use glam::DVec3;
 use lgs_mechanics::fit::{Settings, Track, shoot};
 use lgs_mechanics::terms::Term;
-use lgs_mechanics::{Candidate, FAILS, TRUSTED_FRACTION};
+use lgs_mechanics::{Candidate, Edit, FAILS, System, TRUSTED_FRACTION};
 use std::ops::Range;
 
 /// Errors of the forecasts of the last third and of the first third of the window, over the displacement
@@ -63,7 +62,7 @@ impl ForecastErrors {
         let law = &rated.best().judged.fitted.law;
         let Some(blocked) = Blocked::new(rated, bodies) else { return Self::default() };
         let squares = |terms: Vec<Term>, values: &[f64]| {
-            let candidate = Candidate::new(rated.system().coordinates.clone(), terms).ok()?;
+            let candidate = Candidate::new(law.coordinates.clone(), terms).ok()?;
             blocked.of_both_ends(&candidate, values)
         };
         let (of_coordinates, _) = law.parameters.split_at(law.coordinates.start().len());
@@ -98,8 +97,13 @@ impl<'a> Blocked<'a> {
         }
         let first = bodies[0].times[0];
         let times: Vec<f64> = bodies[0].times.iter().map(|time| time - first).collect();
-        let track = Track::new(&system.coordinates, &times, &system.x);
         let bodies: Vec<&SharedMotion> = system.order.iter().map(|&body| bodies[body]).collect();
+        let mut x = system.x.clone();
+        if let Some(center) = rated.best().posterior.placed.center_of_mass() {
+            let places = bodies[0].poses.iter().map(|pose| pose.apply(center).to_array());
+            x.iter_mut().zip(places).for_each(|(x, place)| x[4..].copy_from_slice(&place));
+        }
+        let track = Track::new(&rated.best().judged.fitted.law.coordinates, &times, &x);
         Some(Self { rated, track, points: points_of(&bodies), bodies })
     }
 
@@ -121,11 +125,14 @@ impl<'a> Blocked<'a> {
     ) -> Option<Squares> {
         let part = self.track.part(seen.clone());
         let scales = self.track.scales(&candidate.coordinates);
-        let start = &part.smooth[0].0;
-        let fitted = shoot(candidate, &part, (&scales, start), values, &Settings::default())?;
         let begin = self.track.times[seen.start];
+        let own = &self.rated.best().judged.fitted;
+        // The fit to all samples is a better start than a path of some, and nothing more than a start.
+        let states = System::new(&own.law, Edit::NONE).states(&own.start, &[begin]);
+        let start = states.map_or_else(|_| part.smooth[0].0.clone(), |mut states| states.remove(0));
+        let fitted = shoot(candidate, &part, (&scales, &start), values, &Settings::default())?;
         let times: Vec<f64> = self.track.times[hidden.clone()].iter().map(|time| time - begin).collect();
-        let placed = Placed::new(self.rated.system(), &fitted);
+        let placed = self.rated.best().posterior.placed.with_fit(&fitted);
         let forecast = placed.poses(&times)?;
         let nearest = self.observed(if hidden.start > seen.start { seen.end - 1 } else { seen.start });
         let observed: Vec<Vec<Pose>> = hidden.map(|sample| self.observed(sample)).collect();
@@ -147,5 +154,19 @@ impl<'a> Blocked<'a> {
 
     fn observed(&self, sample: usize) -> Vec<Pose> {
         self.bodies.iter().map(|motion| motion.poses[sample]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Squares;
+
+    #[test]
+    fn a_forecast_fails_beyond_three_of_the_deviations_that_were_expected() {
+        let squares = |error: f64| Squares { error: error * error, displacement: 4.0, expected: 0.01 };
+        assert!(!squares(0.29).fails() && squares(0.31).fails());
+        let both = squares(0.3).and(squares(0.4));
+        assert!((both.relative().expect("a ratio") - 0.5 / 8.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(Squares::default().relative(), None, "nothing moved");
     }
 }

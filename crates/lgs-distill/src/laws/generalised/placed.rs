@@ -83,6 +83,18 @@ impl Placed {
         [own, of_body.repeat(self.bases.len())].concat()
     }
 
+    /// The same bodies by another fit of the law, or of one in the same coordinates.
+    pub(super) fn with_fit(&self, fitted: &Fitted) -> Self {
+        Self { law: fitted.law.clone(), start: fitted.start.clone(), ..self.clone() }
+    }
+
+    /// The centre of mass in shape axes, where it was to be found.
+    pub(super) fn center_of_mass(&self) -> Option<DVec3> {
+        let base = &self.bases[0];
+        let center = || DVec3::from_slice(&self.reference[4..]);
+        self.finds_center.then(|| base.linear.transpose() * (center() - base.shift))
+    }
+
     /// Places of the centre of mass among the constants of the geometry. Rotations about one axis tell
     /// nothing of it along that.
     pub(super) fn center(&self) -> std::ops::Range<usize> {
