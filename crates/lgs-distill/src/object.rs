@@ -14,10 +14,11 @@ use crate::networks::per_particle::distill_networks;
 use crate::particles::distill_particles;
 use crate::progress::{DistillProgress, DistillStage};
 use crate::report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
-use crate::thresholds::{KNOWN_FRACTION, UNDESCRIBED_FORECAST};
+use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
 use glam::{DMat3, DVec3};
 use lgs_dynamics::ForceKind;
+use lgs_mechanics::TRUSTED_FRACTION;
 use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::Bodies;
 
@@ -118,7 +119,7 @@ impl PartLaws {
     pub fn forecast_better(&self, all: &Known) -> bool {
         let error = |known: &Known| known.forecast_error.unwrap_or(f64::INFINITY);
         let least = [&self.first, &self.last].into_iter().flatten().map(|part| error(&part.known));
-        error(all) > UNDESCRIBED_FORECAST && least.fold(f64::INFINITY, f64::min) < error(all)
+        error(all) > TRUSTED_FRACTION && least.fold(f64::INFINITY, f64::min) < error(all)
     }
 }
 

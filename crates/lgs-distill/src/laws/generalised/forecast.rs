@@ -6,7 +6,7 @@ use super::posterior::Posterior;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{FORECAST_DRAWS, UNDESCRIBED_FORECAST};
+use crate::thresholds::FORECAST_DRAWS;
 use glam::DVec3;
 use lgs_mechanics::fit::{Settings, Track, shoot};
 use lgs_mechanics::terms::Term;
@@ -69,7 +69,7 @@ impl ForecastErrors {
         let own = squares(law.terms.clone(), &law.parameters);
         let free = squares(Vec::new(), of_coordinates);
         let [law, free] = [own, free].map(|squares| squares?.relative());
-        let fails = law.is_some_and(|law| law > UNDESCRIBED_FORECAST) && own.is_some_and(|own| own.fails());
+        let fails = law.is_some_and(|law| law > TRUSTED_FRACTION) && own.is_some_and(|own| own.fails());
         Self { law, free, fails }
     }
 
