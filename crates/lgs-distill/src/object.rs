@@ -4,11 +4,11 @@ use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
 use crate::laws::generalised::{
-    Errors, Evidence, GeneralisedLaw, Laws, PartOfWindow, PartSearch, Surroundings, find_law, law_within,
+    Evidence, GeneralisedLaw, Laws, PartOfWindow, PartSearch, Surroundings, find_law,
 };
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
-use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::pose::PoseKind;
 use crate::motion::shared_motion::SharedMotion;
 use crate::networks::per_particle::distill_networks;
 use crate::particles::distill_particles;
@@ -16,7 +16,7 @@ use crate::progress::{DistillProgress, DistillStage};
 use crate::report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use lgs_dynamics::ForceKind;
 use lgs_mechanics::TRUSTED_FRACTION;
 use lgs_mechanics::bands::{Known, Verdict};
@@ -123,19 +123,9 @@ impl PartLaws {
     }
 }
 
-/// Laws that explain parts of the window, of the poses of a rigid body that no law of all of it explains.
-#[must_use]
-pub fn part_laws_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> PartLaws {
-    if observed.deforms {
-        return PartLaws::default();
-    }
-    let slow_error = observed.slow_error;
-    parts_of(&observed.into_motion(), [0.0, slow_error], config, seed)
-}
-
 /// Laws of parts of the window that explain these, where the source does not resolve a length, and errs
 /// slowly by another one.
-fn parts_of(
+pub(crate) fn parts_of(
     motion: &SharedMotion,
     [resolution, slow_error]: [f64; 2],
     config: &DistillConfig,
@@ -171,7 +161,7 @@ fn law_of(
 }
 
 /// The laws that the configuration admits.
-fn laws(config: &DistillConfig) -> Option<Laws> {
+pub(crate) fn laws(config: &DistillConfig) -> Option<Laws> {
     if config.coordinates == CoordinatesKind::Particles {
         return None;
     }
@@ -188,6 +178,16 @@ pub(crate) struct Couple {
     pub(crate) gain: f64,
 }
 
+/// How much likelier a law of two bodies together is than a law for each of them, in units of χ²; `None` if it
+/// is not.
+pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Option<f64> {
+    let (together, apart) = (both.evidence?, a.evidence?.and(b.evidence?));
+    let inflation = Evidence::inflation([together, apart].into_iter());
+    let gain = apart.score(inflation) - together.score(inflation);
+    tracing::debug!(gain, inflation, ?together, ?apart, "two objects as one system?");
+    (gain > 0.0).then_some(gain)
+}
+
 /// The law of two objects that act on each other, if it is likelier than a law for each of them. Objects
 /// whose own laws explain them are left alone.
 pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
@@ -201,70 +201,16 @@ pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64)
     }
     let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
     let found = law_of(&shared, &[], config, seed).filter(|law| !law.is_refuted)?;
-    let (together, apart) = (found.evidence?, a.1.evidence?.and(b.1.evidence?));
-    let inflation = Evidence::inflation([together, apart].into_iter());
-    let gain = apart.score(inflation) - together.score(inflation);
-    tracing::debug!(gain, inflation, ?together, ?apart, "two objects as one system?");
-    if gain <= 0.0 {
-        return None;
-    }
+    let gain = gain(&found, [a.1, b.1])?;
     let order = [found.order[0], found.order[1]];
     let reports = [&a.0, &b.0].map(|motion| DistillReport::of_motion(motion));
     let law = found.distilled(&order.map(|i| shared[i]), &DistillReport::joined(&reports), config);
     law.report.describes_window(config).then_some(Couple { law, order, gain })
 }
 
-/// Poses of a body, each seen by itself.
-#[derive(Clone, Debug)]
-pub struct BodyPoses {
-    /// Ascending times, normalised; the first is the start.
-    pub times: Vec<f64>,
-    /// Linear part and shift that take each point of the shape to where it is, one for each time.
-    pub poses: Vec<(DMat3, DVec3)>,
-    /// Whether linear parts deform the body, which is rigid otherwise.
-    pub deforms: bool,
-    /// Points of the body.
-    pub shape: Vec<DVec3>,
-    /// Size of errors that the poses have in common with their neighbours in time, world units, as far as it
-    /// is known; 0 if there are none.
-    pub slow_error: f64,
-    /// Places of points at rest, on which the body may fall.
-    pub surroundings: Vec<[f64; 3]>,
-}
-
-/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times,
-/// in the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
-/// wants none, or the law takes the bodies the other way round.
-#[must_use]
-pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
-    let slow = observed.iter().map(|body| body.slow_error).fold(0.0, f64::max);
-    let surroundings = observed.first()?.surroundings.clone();
-    let motions: Vec<SharedMotion> = observed.into_iter().map(BodyPoses::into_motion).collect();
-    let bodies: Vec<&SharedMotion> = motions.iter().collect();
-    let found = law_within(&bodies, (laws(config)?, &surroundings), Errors::changing_slowly(slow), seed)?;
-    tracing::debug!(law = ?found.law, known = ?found.known, found.is_refuted, "a law of poses");
-    if found.is_refuted {
-        return None;
-    }
-    let reports: Vec<DistillReport> = motions.iter().map(DistillReport::of_poses).collect();
-    let is_in_order = found.order.iter().copied().eq(0..bodies.len());
-    let law = found.distilled(&bodies, &DistillReport::joined(&reports), config);
-    (is_in_order && law.report.describes_window(config)).then_some(law)
-}
-
-impl BodyPoses {
-    fn into_motion(self) -> SharedMotion {
-        let Self { times, poses, deforms, shape, .. } = self;
-        let weights = vec![(shape.len() as f64).recip(); shape.len()];
-        let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
-        let kind = if deforms { PoseKind::Affine } else { PoseKind::Rigid };
-        SharedMotion { kind, times, poses, shape, weights, residual: 0.0 }
-    }
-}
-
 impl GeneralisedLaw {
     /// The same for its bodies, in the order of its coordinates.
-    fn distilled(
+    pub(crate) fn distilled(
         self,
         bodies: &[&SharedMotion],
         before: &DistillReport,

@@ -14,7 +14,11 @@ pub(super) fn laws_of(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
         return Ok(Vec::new());
     }
     let window = f64::from(run.scene.motion.time_window);
-    let reports = run.distillation()?;
+    let mut reports = run.distillation()?;
+    // Images may have put two objects of stage 1 together, after which indices are others.
+    if reports.len() != run.scene.objects.len() {
+        reports.clear();
+    }
     let law = |(index, object)| Some(law_of(object, reports.get(index), window));
     Ok(run.scene.objects.iter().enumerate().map(law).collect())
 }

@@ -8,7 +8,8 @@ use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
 use super::TrainingData;
 use super::bands_of_views::with_bands_of_views;
 use super::config::FitDynamicsConfig;
-use super::image_laws::{LawChoice, with_laws_of_images};
+use super::image_laws::with_laws_of_images;
+use super::law_choice::LawChoice;
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
@@ -57,9 +58,9 @@ impl FitDynamics<'_> {
 }
 
 impl FitDynamics<'_> {
-    /// Laws of parts are sought once, before the first step.
-    fn choice<'b>(&self, config: &'b DistillConfig, seeks_parts: bool) -> LawChoice<'b> {
-        LawChoice { config, seed: self.seed, seeks_parts }
+    /// Laws of parts and of couples are sought once, before the first step.
+    fn choice<'b>(&self, config: &'b DistillConfig, seeks_more: bool) -> LawChoice<'b> {
+        LawChoice { config, seed: self.seed, seeks_more }
     }
 }
 

@@ -3,36 +3,20 @@
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::GaussianCloud;
 use lgs_core::geometry::{components, narrow, nearest_rotation};
-use lgs_core::linear::quat_mul;
 use lgs_data::dataset::Frame;
-use lgs_distill::{BodyPoses, DistillConfig, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
+use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::bands::Verdict;
-use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, Recording, mapped_shape};
+use lgs_model::{LagrangianScene, ObjectModel, Recording};
 use rayon::prelude::*;
 
 use super::body::rows_of_parts;
+use super::image_couples::couples;
 use super::image_poses::{ImagePoses, Part};
+use super::law_choice::{LawChoice, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
 use super::recorder::parts;
 use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
-
-/// How laws are chosen.
-#[derive(Clone, Copy)]
-pub(super) struct LawChoice<'a> {
-    pub(super) config: &'a DistillConfig,
-    pub(super) seed: u64,
-    /// Whether laws of parts of the window are sought as well, where none explains all of it.
-    pub(super) seeks_parts: bool,
-}
-
-impl LawChoice<'_> {
-    /// The same for an object of a scene.
-    fn of_object(self, index: usize) -> Self {
-        Self { seed: self.seed.wrapping_add(index as u64), ..self }
-    }
-}
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
 /// the images worse than the scene's own motion by more than a law may be below its source.
@@ -59,22 +43,41 @@ pub(super) fn with_laws_of_images(
         return (scene, 0.0);
     }
     let (found, before) = poses.displacements(&parts.concat(), frames);
-    let (mut found, mut error) = (found.iter(), before);
+    let mut found = found.iter();
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
     let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
     let bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
-    let offer = |(index, bodies)| Offer::new((&scene, index), bodies, choice.of_object(index));
-    let offers: Vec<Offer> = bodies.into_par_iter().map(offer).collect();
-    let mut changed = scene.clone();
-    for offer in offers {
-        let Some(other) = offer.taken(&changed) else { continue };
-        let after = squared_error_of(&other, frames);
+    let offer = |(index, bodies): &(usize, Vec<BodyPoses>)| {
+        Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
+    };
+    let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
+    let mut best = Drawn { scene: scene.clone(), frames, error: before };
+    offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
+    if choice.seeks_more {
+        let found = couples(&best.scene, &bodies, choice);
+        found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
+    }
+    (best.scene, decibels_between(best.error, before))
+}
+
+/// A scene and how well it draws some frames.
+struct Drawn<'a> {
+    scene: LagrangianScene,
+    frames: &'a [&'a Frame],
+    /// Squared error of the images.
+    error: f64,
+}
+
+impl Drawn<'_> {
+    /// Takes another scene in its place, if there is one that draws the frames about as well.
+    fn take_if_near(&mut self, other: Option<LagrangianScene>) {
+        let Some(other) = other else { return };
+        let (error, after) = (self.error, squared_error_of(&other, self.frames));
         tracing::debug!(error, after, "images by the motion that the scene had, and by what they offer");
         if decibels_between(error, after) <= MOST_BELOW_SOURCE {
-            (changed, error) = (other, after);
+            (self.scene, self.error) = (other, after);
         }
     }
-    (changed, decibels_between(error, before))
 }
 
 /// What the poses of an object's bodies offer it.
@@ -90,10 +93,10 @@ impl Offer {
     fn new(
         (scene, object): (&LagrangianScene, usize),
         bodies: Vec<BodyPoses>,
-        LawChoice { config, seed, seeks_parts }: LawChoice<'_>,
+        LawChoice { config, seed, seeks_more }: LawChoice<'_>,
     ) -> Self {
         let own = &scene.objects[object];
-        let single = if bodies.len() == 1 && seeks_parts { bodies.first().cloned() } else { None };
+        let single = if bodies.len() == 1 && seeks_more { bodies.first().cloned() } else { None };
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
         let law = found.filter(|law| has_law(own) || law.known.verdict != Verdict::Outside);
@@ -146,11 +149,6 @@ fn decibels_between(error: f64, worse: f64) -> f64 {
     10.0 * (worse / error.max(f64::MIN_POSITIVE)).log10()
 }
 
-/// The law in generalised coordinates by which an object moves.
-fn own_law(object: &ObjectModel) -> Option<&GeneralisedDynamics> {
-    object.dynamics.generalised().filter(|_| object.recording.is_none())
-}
-
 fn has_law(object: &ObjectModel) -> bool {
     own_law(object).is_some()
 }
@@ -167,32 +165,4 @@ fn parts_of(object: &ObjectModel, poses: &ImagePoses<'_>, unresolved: f64) -> Ve
     }
     let deforms = object.deforms();
     rows_of_parts(object).into_iter().map(|rows| Part { rows, deforms }).collect()
-}
-
-/// Gives an object of a scene another law.
-fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usize) {
-    let DistilledLaw { law, start, bodies, bases, known, q0, v0, .. } = found;
-    let members = scene.objects[object].members.clone();
-    scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&q0);
-    scene.velocities[members.clone()].copy_from_slice(&v0);
-    turn_shapes(scene, object, &bases);
-    let object = &mut scene.objects[object];
-    object.dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known });
-    object.recording = None;
-}
-
-/// Turns the Gaussians of each body of an object, or stretches them, as the body is at the start.
-fn turn_shapes(scene: &mut LagrangianScene, object: usize, bases: &[(DMat3, DVec3)]) {
-    for (rows, (linear, _)) in rows_of_parts(&scene.objects[object]).into_iter().zip(bases) {
-        let turn = components(DQuat::from_mat3(&nearest_rotation(linear))).map(|c| c as f32);
-        let deforms = scene.objects[object].deforms();
-        let GaussianCloud { rotations, log_scales, .. } = &mut scene.dynamic_gaussians;
-        for (rotation, log_scales) in rotations[rows.clone()].iter_mut().zip(&mut log_scales[rows]) {
-            if deforms {
-                (*rotation, *log_scales) = mapped_shape(linear, *rotation, *log_scales);
-            } else {
-                *rotation = quat_mul(turn, *rotation);
-            }
-        }
-    }
 }

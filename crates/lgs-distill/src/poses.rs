@@ -1,0 +1,133 @@
+//! Laws of bodies whose poses are seen one by one, as images show them: of one body, of a part of its window,
+//! or of two that act on each other.
+
+use crate::config::DistillConfig;
+use crate::distilled::DistilledLaw;
+use crate::laws::generalised::{Errors, GeneralisedLaw, law_within};
+use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::shared_motion::SharedMotion;
+use crate::object::{gain, laws, parts_of};
+use crate::report::{DistillReport, PartLaws};
+use glam::{DMat3, DVec3};
+
+/// Poses of a body, each seen by itself.
+#[derive(Clone, Debug)]
+pub struct BodyPoses {
+    /// Ascending times, normalised; the first is the start.
+    pub times: Vec<f64>,
+    /// Linear part and shift that take each point of the shape to where it is, one for each time.
+    pub poses: Vec<(DMat3, DVec3)>,
+    /// Whether linear parts deform the body, which is rigid otherwise.
+    pub deforms: bool,
+    /// Points of the body.
+    pub shape: Vec<DVec3>,
+    /// Size of errors that the poses have in common with their neighbours in time, world units, as far as it
+    /// is known; 0 if there are none.
+    pub slow_error: f64,
+    /// Places of points at rest, on which the body may fall.
+    pub surroundings: Vec<[f64; 3]>,
+}
+
+/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times,
+/// in the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
+/// wants none, or the law takes the bodies the other way round.
+#[must_use]
+pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
+    let observed: Vec<Observed> = observed.into_iter().map(Observed::from).collect();
+    let bodies: Vec<&Observed> = observed.iter().collect();
+    distilled(found(&bodies, config, seed)?, &bodies, config)
+}
+
+/// Finds the law of two rigid bodies that act on each other, if it is likelier than a law for each of them,
+/// by their poses at the same times. `None` as for [`law_of_poses`], too.
+#[must_use]
+pub fn couple_of_poses(observed: [BodyPoses; 2], config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
+    let [first, second] = observed.map(Observed::from);
+    let both = found(&[&first, &second], config, seed)?;
+    let own = [found(&[&first], config, seed)?, found(&[&second], config, seed)?];
+    gain(&both, own.each_ref())?;
+    distilled(both, &[&first, &second], config)
+}
+
+/// The motion of a body, and what is around it.
+struct Observed {
+    motion: SharedMotion,
+    slow_error: f64,
+    surroundings: Vec<[f64; 3]>,
+}
+
+impl From<BodyPoses> for Observed {
+    fn from(body: BodyPoses) -> Self {
+        let (slow_error, surroundings) = (body.slow_error, body.surroundings.clone());
+        Self { motion: body.into_motion(), slow_error, surroundings }
+    }
+}
+
+/// The likeliest law of bodies.
+fn found(bodies: &[&Observed], config: &DistillConfig, seed: u64) -> Option<GeneralisedLaw> {
+    let slow = bodies.iter().map(|body| body.slow_error).fold(0.0, f64::max);
+    let surroundings = &bodies.first()?.surroundings;
+    let motions: Vec<&SharedMotion> = bodies.iter().map(|body| &body.motion).collect();
+    let found = law_within(&motions, (laws(config)?, surroundings), Errors::changing_slowly(slow), seed)?;
+    tracing::debug!(law = ?found.law, known = ?found.known, found.is_refuted, "a law of poses");
+    Some(found)
+}
+
+/// A law for its bodies, if it stays with them and takes them in this order.
+fn distilled(found: GeneralisedLaw, bodies: &[&Observed], config: &DistillConfig) -> Option<DistilledLaw> {
+    if found.is_refuted || !found.order.iter().copied().eq(0..bodies.len()) {
+        return None;
+    }
+    let motions: Vec<&SharedMotion> = bodies.iter().map(|body| &body.motion).collect();
+    let reports: Vec<DistillReport> = motions.iter().map(|motion| DistillReport::of_poses(motion)).collect();
+    let law = found.distilled(&motions, &DistillReport::joined(&reports), config);
+    law.report.describes_window(config).then_some(law)
+}
+
+/// Laws that explain parts of the window, of the poses of a rigid body that no law of all of it explains.
+#[must_use]
+pub fn part_laws_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> PartLaws {
+    if observed.deforms {
+        return PartLaws::default();
+    }
+    let slow_error = observed.slow_error;
+    parts_of(&observed.into_motion(), [0.0, slow_error], config, seed)
+}
+
+impl BodyPoses {
+    fn into_motion(self) -> SharedMotion {
+        let Self { times, poses, deforms, shape, .. } = self;
+        let weights = vec![(shape.len() as f64).recip(); shape.len()];
+        let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
+        let kind = if deforms { PoseKind::Affine } else { PoseKind::Rigid };
+        SharedMotion { kind, times, poses, shape, weights, residual: 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_mechanics::coordinates::Coordinates;
+
+    /// A body that does not turn, on a path with a little noise.
+    fn on(path: impl Fn(f64) -> DVec3) -> BodyPoses {
+        let times: Vec<f64> = (0..40).map(|k| f64::from(k) / 52.0).collect();
+        let noise = |t: f64| 2e-4 * DVec3::new((4001.0 * t).sin(), (5003.0 * t).sin(), (6007.0 * t).sin());
+        let poses = times.iter().map(|&t| (DMat3::IDENTITY, path(t) + noise(t + path(t).x))).collect();
+        let corner = |i: i32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5;
+        let shape = (0..8).map(|i| 0.4 * corner(i)).collect();
+        BodyPoses { times, poses, deforms: false, shape, slow_error: 0.0, surroundings: Vec::new() }
+    }
+
+    #[test]
+    fn bodies_whose_distance_swings_are_a_couple_and_those_that_fly_past_each_other_are_none() {
+        let drift = |t: f64| DVec3::new(0.2, 0.3, 0.1) * t;
+        let apart = |t: f64| 0.9 * (4.0 * t).cos() * DVec3::X + 0.6 * (4.0 * t).sin() * DVec3::Y;
+        let bound = [on(|t| drift(t) - 0.4 * apart(t)), on(|t| drift(t) + 0.6 * apart(t))];
+        let config = DistillConfig::default();
+        let law = couple_of_poses(bound, &config, 1).expect("a couple").law;
+        assert!(law.coordinates == Coordinates::Pair && law.terms.len() == 1, "{law:?}");
+        let free = [on(|t| drift(t) - 0.5 * DVec3::X), on(|t| 0.5 * DVec3::X - drift(t))];
+        assert!(couple_of_poses(free, &config, 1).is_none());
+    }
+}

@@ -1,0 +1,112 @@
+//! Two objects that act on each other, as images show them (method §6): where the source's tracks of round
+//! bodies slip, stage 1 sees them turn, and takes no law of two points for them.
+
+use lgs_distill::{BodyPoses, DistilledLaw, couple_of_poses};
+use lgs_mechanics::bands::Verdict;
+use lgs_model::LagrangianScene;
+use rayon::prelude::*;
+
+use super::law_choice::{LawChoice, own_law, take};
+
+/// The law of two objects, of which the second follows the first in the scene.
+pub(super) struct Couple {
+    first: usize,
+    law: DistilledLaw,
+}
+
+/// The laws of objects that follow each other in the scene, have one body each, and are not both explained by
+/// laws of their own: the last ones first, each object once. An object of the scene is a range of its rows, so
+/// that others are not put together.
+pub(super) fn couples(
+    scene: &LagrangianScene,
+    bodies: &[(usize, Vec<BodyPoses>)],
+    choice: LawChoice<'_>,
+) -> Vec<Couple> {
+    let is_explained = |index: usize| {
+        own_law(&scene.objects[index]).is_some_and(|law| law.known.verdict == Verdict::Explained)
+    };
+    let of_pair = |pair: &[(usize, Vec<BodyPoses>)]| {
+        let [(first, a), (second, b)] = pair else { return None };
+        let ([a], [b]) = (a.as_slice(), b.as_slice()) else { return None };
+        let is_open = first + 1 == *second && ![*first, *second].into_iter().all(is_explained);
+        if !is_open || a.deforms || b.deforms {
+            return None;
+        }
+        let choice = choice.of_object(*first);
+        let law = couple_of_poses([a.clone(), b.clone()], choice.config, choice.seed)?;
+        tracing::debug!(first, law = ?law.law, "the law of two objects that images show");
+        (law.known.verdict != Verdict::Outside).then_some(Couple { first: *first, law })
+    };
+    let pairs: Vec<&[(usize, Vec<BodyPoses>)]> = bodies.windows(2).collect();
+    let mut found: Vec<Couple> = pairs.into_par_iter().filter_map(of_pair).collect();
+    found.reverse();
+    found.dedup_by(|next, last| next.first + 1 == last.first);
+    found
+}
+
+impl Couple {
+    /// The scene with the two as one object by its law.
+    pub(super) fn taken(self, scene: &LagrangianScene) -> LagrangianScene {
+        let mut other = scene.clone();
+        let second = other.objects.remove(self.first + 1);
+        other.objects[self.first].members.end = second.members.end;
+        take(self.law, &mut other, self.first);
+        other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DVec3};
+    use lgs_core::GaussianCloud;
+    use lgs_dynamics::{Edit, Reversal};
+    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+    use lgs_mechanics::{Law, bands};
+    use lgs_model::{Dynamics, GeneralisedDynamics, Motion, MotionConfig, ObjectModel};
+
+    /// An object that moves freely along x.
+    fn sliding(members: std::ops::Range<usize>, velocity: f64) -> ObjectModel {
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.05).expect("a law");
+        let start = State { x: vec![0.0; 3], v: vec![velocity, 0.0, 0.0] };
+        let known = bands::Known::default();
+        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
+        ObjectModel { members, dynamics: Dynamics::Generalised(dynamics), recording: None }
+    }
+
+    #[test]
+    fn two_objects_become_one_of_two_bodies_and_others_keep_their_rows() {
+        let places: Vec<[f32; 3]> = (0..5).map(|i| [i as f32, 0.0, 0.0]).collect();
+        let cloud = GaussianCloud::isotropic(places.clone(), 0.15, [0.1, 0.5, 0.2], 0.9);
+        let scene = LagrangianScene {
+            static_gaussians: cloud.select(&[]),
+            dynamic_gaussians: cloud,
+            velocities: vec![[0.0; 3]; 5],
+            objects: vec![sliding(0..1, 1.0), sliding(1..3, 1.0), sliding(3..5, -1.0)],
+            shading: None,
+            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
+            background: [1.0; 3],
+        };
+        // Two bodies side by side, with a mass ratio, an offset, and nothing that acts on them.
+        let law = Law::new(Coordinates::Pair, Vec::new(), vec![1.0, 0.0, 0.0, 0.0], 0.05).expect("a law");
+        let start = State { x: vec![1.0, 0.0, 0.0, 3.5, 0.0, 0.0], v: vec![0.5, 0.0, 0.0, 0.0, 2.0, 0.0] };
+        let law = DistilledLaw {
+            law,
+            start,
+            bodies: Bodies::of_sizes(&[2, 2]),
+            bases: vec![(DMat3::IDENTITY, DVec3::X), (DMat3::IDENTITY, 3.5 * DVec3::X)],
+            known: bands::Known::default(),
+            q0: places[1..].to_vec(),
+            v0: vec![[0.0; 3]; 4],
+            report: lgs_distill::DistillReport::default(),
+        };
+        let other = Couple { first: 1, law }.taken(&scene);
+        let rows: Vec<_> = other.objects.iter().map(|object| object.members.clone()).collect();
+        assert_eq!(rows, [0..1, 1..5]);
+        let later = Motion::new(&other, Edit::default(), Reversal::default()).state_at(1.0).q;
+        let expected = [[1.0, 0.0, 0.0], [1.5, 0.0, 0.0], [2.5, 0.0, 0.0], [3.0, 2.0, 0.0], [4.0, 2.0, 0.0]];
+        for (found, expected) in later.iter().flatten().zip(expected.iter().flatten()) {
+            assert!((found - expected).abs() < 1e-4, "{later:?}");
+        }
+    }
+}
