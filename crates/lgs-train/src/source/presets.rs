@@ -119,9 +119,7 @@ impl SourceConfig {
             static_regulariser_after: iterations * 2 / 3,
         }
     }
-}
 
-impl SourceConfig {
     /// Control nodes in minutes on two CPU cores; their own priors take the place of that of Gaussians'
     /// neighbours.
     #[must_use]
@@ -192,13 +190,13 @@ impl LearningRates {
             position_steps: 0,
             sh: 5e-3,
             sh_rest: 2.5e-4,
-            opacity: 0.05,
-            scale: 5e-3,
             rotation: 2e-3,
+            while_growing: 0.3,
             deformation_start: 3e-3,
             deformation_ramp: 100,
             deformation_end: 1e-4,
             deformation_steps: 0,
+            ..Self::paper()
         }
     }
 
@@ -215,6 +213,7 @@ impl LearningRates {
             opacity: 0.05,
             scale: 5e-3,
             rotation: 1e-3,
+            while_growing: 1.0,
             deformation_start: 8e-4,
             deformation_ramp: 0,
             deformation_end: 1.6e-6,

@@ -37,13 +37,14 @@ impl SourceConfig {
     /// Learning rates of the Gaussians' attributes at an iteration.
     pub(crate) fn cloud_rates(&self, iteration: usize) -> CloudRates {
         let rates = &self.learning_rates;
+        let share = if self.is_growing(iteration) { rates.while_growing } else { 1.0 };
         CloudRates {
-            means: self.position_rate(iteration),
-            rotations: rates.rotation,
-            log_scales: rates.scale,
-            raw_opacities: rates.opacity,
-            sh_constant: rates.sh,
-            sh_rest: rates.sh_rest,
+            means: share * self.position_rate(iteration),
+            rotations: share * rates.rotation,
+            log_scales: share * rates.scale,
+            raw_opacities: share * rates.opacity,
+            sh_constant: share * rates.sh,
+            sh_rest: share * rates.sh_rest,
             features: self.deformation_rate(iteration),
             shading: self.shading_rate(iteration),
         }

@@ -57,6 +57,7 @@ impl SourceConfig {
         not_negative("learning_rates.opacity", rates.opacity)?;
         not_negative("learning_rates.scale", rates.scale)?;
         not_negative("learning_rates.rotation", rates.rotation)?;
+        not_negative("learning_rates.while_growing", rates.while_growing)?;
         let shading = &self.shading;
         positive("shading.rate_start", shading.rate_start)?;
         positive("shading.rate_end", shading.rate_end)?;
