@@ -178,8 +178,8 @@ pub(crate) struct Couple {
     pub(crate) gain: f64,
 }
 
-/// How much likelier a law of two bodies together is than a law for each of them, in units of χ²; `None` if it
-/// is not.
+/// How much likelier a law of two bodies together is than a law for each of them, in units of χ²; `None` if
+/// it is not.
 pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Option<f64> {
     let (together, apart) = (both.evidence?, a.evidence?.and(b.evidence?));
     let inflation = Evidence::inflation([together, apart].into_iter());

@@ -80,9 +80,9 @@ pub struct LearningRates {
     pub scale: f64,
     /// Rate of quaternions (paper: 1e-3).
     pub rotation: f64,
-    /// Share of these rates, those of the Gaussians, while the time window grows (paper: 1). Opacities and colours
-    /// learn faster than the network: what begins to move, or crosses its own width between two moments, would blur
-    /// or fade before it is followed.
+    /// Share of these rates, those of the Gaussians, while the time window grows (paper: 1). Opacities and
+    /// colours learn faster than the network: what begins to move, or crosses its own width between two
+    /// moments, would blur or fade before it is followed.
     pub while_growing: f64,
     /// Rate of the deformation network at the start (paper: 8e-4).
     pub deformation_start: f64,
