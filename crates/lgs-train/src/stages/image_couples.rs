@@ -15,8 +15,8 @@ pub(super) struct Couple {
 }
 
 /// The laws of objects that follow each other in the scene, have one body each, and are not both explained
-/// by laws of their own: the last ones first, each object once. An object of the scene is a range of its rows,
-/// so that others are not put together.
+/// by laws of their own: the last ones first, each object once. An object of the scene is a range of its
+/// rows, so that others are not put together.
 pub(super) fn couples(
     scene: &LagrangianScene,
     bodies: &[(usize, Vec<BodyPoses>)],
