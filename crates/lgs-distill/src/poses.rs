@@ -43,7 +43,7 @@ pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64)
 #[must_use]
 pub fn couple_of_poses(observed: [BodyPoses; 2], config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let [first, second] = observed.map(Observed::from);
-    let both = found(&[&first, &second], config, seed)?;
+    let both = found(&[&first, &second], config, seed).filter(|both| will_do(both, 2))?;
     let own = [found(&[&first], config, seed)?, found(&[&second], config, seed)?];
     gain(&both, own.each_ref())?;
     distilled(both, &[&first, &second], config)
@@ -73,9 +73,14 @@ fn found(bodies: &[&Observed], config: &DistillConfig, seed: u64) -> Option<Gene
     Some(found)
 }
 
-/// A law for its bodies, if it stays with them and takes them in this order.
+/// Whether a law stays with its bodies and takes them in this order.
+fn will_do(found: &GeneralisedLaw, bodies: usize) -> bool {
+    !found.is_refuted && found.order.iter().copied().eq(0..bodies)
+}
+
+/// A law for its bodies, if it will do.
 fn distilled(found: GeneralisedLaw, bodies: &[&Observed], config: &DistillConfig) -> Option<DistilledLaw> {
-    if found.is_refuted || !found.order.iter().copied().eq(0..bodies.len()) {
+    if !will_do(&found, bodies.len()) {
         return None;
     }
     let motions: Vec<&SharedMotion> = bodies.iter().map(|body| &body.motion).collect();

@@ -8,15 +8,16 @@ use rayon::prelude::*;
 
 use super::law_choice::{LawChoice, own_law, take};
 
-/// The law of two objects, of which the second follows the first in the scene.
+/// The law of two objects, the rows of which are next to each other in the scene.
 pub(super) struct Couple {
+    /// Index of the first one; that of the second is the next.
     first: usize,
     law: DistilledLaw,
 }
 
-/// The laws of objects that follow each other in the scene, have one body each, and are not both explained
-/// by laws of their own: the last ones first, each object once. An object of the scene is a range of its
-/// rows, so that others are not put together.
+/// The laws of pairs of objects whose rows are next to each other, which have one body each and are not both
+/// explained by laws of their own: those of the last rows first, each object once. An object is a range of
+/// rows of the scene, so that others cannot be put together.
 pub(super) fn couples(
     scene: &LagrangianScene,
     bodies: &[(usize, Vec<BodyPoses>)],
