@@ -57,6 +57,7 @@ impl LearningRates {
             position_unit: 0.0,
             position_start: 4e-4,
             position_end: 4e-6,
+            while_growing: 1.0,
             deformation_start: 3e-3,
             deformation_end: 3e-5,
             ..Self::quick()
