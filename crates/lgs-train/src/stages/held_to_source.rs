@@ -207,7 +207,7 @@ fn square(a: &[f32; 3], b: &[f32; 3]) -> f64 {
 }
 
 /// Writes Gaussians over those of a cloud, from a row on.
-fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
+pub(super) fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
     let rows = first..first + new.len();
     cloud.means[rows.clone()].copy_from_slice(&new.means);
     cloud.rotations[rows.clone()].copy_from_slice(&new.rotations);

@@ -2,21 +2,21 @@
 //! them, are free of the errors that a source model makes at the ends of a window, and of its smoothness; a
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
-use glam::{DMat3, DQuat, DVec3};
-use lgs_core::geometry::{components, narrow, nearest_rotation};
 use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::bands::Verdict;
-use lgs_model::{LagrangianScene, ObjectModel, Recording};
+use lgs_model::LagrangianScene;
 use rayon::prelude::*;
 
-use super::body::rows_of_parts;
 use super::image_couples::couples;
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
 use super::recorder::parts;
-use crate::thresholds::{FEWEST_OF_BODY, MOST_BELOW_SOURCE};
+use super::rigid_recordings::{
+    has_law, parts_of, recorded, with_own_recordings, with_poses_of_images, with_rigid_recordings,
+};
+use crate::thresholds::MOST_BELOW_SOURCE;
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
 /// the images worse than the scene's own motion by more than a law may be below its source.
@@ -35,14 +35,15 @@ pub(super) fn with_laws_of_images(
     if times.first() != Some(&0.0) || !config.chooses_laws() {
         return (scene, 0.0);
     }
-    let poses = ImagePoses::new(&scene, &times);
-    let parts = scene.objects.iter().map(|object| parts_of(object, &poses, config.unresolved()));
+    let rigid = with_rigid_recordings(&scene, &times);
+    let poses = ImagePoses::new(&rigid, &times);
+    let parts = rigid.objects.iter().map(parts_of);
     let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) =
         parts.enumerate().filter(|(_, parts)| !parts.is_empty()).unzip();
     if offered.is_empty() {
         return (scene, 0.0);
     }
-    let (found, before) = poses.displacements(&parts.concat(), frames);
+    let (found, _) = poses.displacements(&parts.concat(), frames);
     let mut found = found.iter();
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
     let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
@@ -51,13 +52,18 @@ pub(super) fn with_laws_of_images(
         Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
-    let mut best = Drawn { scene: scene.clone(), frames, error: before };
+    let before = squared_error_of(&scene, frames);
+    let posed = with_poses_of_images((&scene, before), &bodies, frames);
+    let mut best = Drawn { scene: posed, frames, error: before };
+    best.error = squared_error_of(&best.scene, frames);
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
     if choice.seeks_more {
         let found = couples(&best.scene, &bodies, choice);
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
-    (best.scene, decibels_between(best.error, before))
+    let found = with_own_recordings(best.scene, &scene);
+    let after = squared_error_of(&found, frames);
+    (found, decibels_between(after, before))
 }
 
 /// A scene and how well it draws some frames.
@@ -121,7 +127,7 @@ impl Offer {
             return Some(other);
         }
         let (laws, body) = self.parts?;
-        let recording = recorded(&body)?.with_parts(parts(&laws));
+        let recording = recorded(&body, &body.poses.first()?.0)?.with_parts(parts(&laws));
         let members = other.objects[self.object].members.clone();
         other.dynamic_gaussians.means[members].copy_from_slice(recording.start());
         turn_shapes(&mut other, self.object, &body.poses[..1]);
@@ -130,39 +136,7 @@ impl Offer {
     }
 }
 
-/// The motion of a body by its poses; nothing if these are fewer than two.
-fn recorded(body: &BodyPoses) -> Option<Recording> {
-    let times = body.times.iter().map(|time| *time as f32).collect();
-    let place = |(linear, shift): &(DMat3, DVec3)| -> Vec<[f32; 3]> {
-        body.shape.iter().map(|&point| narrow(*linear * point + *shift)).collect()
-    };
-    let first = body.poses.first()?.0;
-    let turn = |(linear, _): &(DMat3, DVec3)| {
-        let since = nearest_rotation(&(*linear * first.transpose()));
-        vec![components(DQuat::from_mat3(&since)).map(|c| c as f32); body.shape.len()]
-    };
-    Recording::new(times, body.poses.iter().map(place).collect(), body.poses.iter().map(turn).collect())
-}
-
 /// Decibels by which a squared error is worse than another.
 fn decibels_between(error: f64, worse: f64) -> f64 {
     10.0 * (worse / error.max(f64::MIN_POSITIVE)).log10()
-}
-
-fn has_law(object: &ObjectModel) -> bool {
-    own_law(object).is_some()
-}
-
-/// The bodies as which an object moves: those of its law, or one that is rigid up to what images do not
-/// resolve; none if it moves otherwise, or by laws of parts of the window already.
-fn parts_of(object: &ObjectModel, poses: &ImagePoses<'_>, unresolved: f64) -> Vec<Part> {
-    let rows = &object.members;
-    if object.recording.as_ref().is_some_and(Recording::has_parts) {
-        return Vec::new();
-    }
-    if !has_law(object) && (rows.len() < FEWEST_OF_BODY || poses.deformation(rows) > unresolved) {
-        return Vec::new();
-    }
-    let deforms = object.deforms();
-    rows_of_parts(object).into_iter().map(|rows| Part { rows, deforms }).collect()
 }

@@ -60,18 +60,6 @@ impl<'a> ImagePoses<'a> {
         Self { scene, times, states: times.iter().map(|&time| motion.state_at(time)).collect() }
     }
 
-    /// Root mean square over times and Gaussians of what a rigid motion leaves of that of some Gaussians,
-    /// given by their rows among the dynamic ones; world units.
-    pub(super) fn deformation(&self, rows: &Range<usize>) -> f64 {
-        let left = |state: &SceneState| {
-            let (linear, from, to) = self.fit(rows, state, false);
-            let pairs = self.at_rest(rows).iter().zip(&state.q[rows.clone()]);
-            pairs.map(|(&a, &b)| (linear * (wide(a) - from)).distance_squared(wide(b) - to)).sum::<f64>()
-        };
-        let squared: f64 = self.states.iter().map(left).sum();
-        (squared / (rows.len() * self.states.len()).max(1) as f64).sqrt()
-    }
-
     /// Displacements of some bodies, by body and time, and the squared error of the images without them.
     pub(super) fn displacements(&self, bodies: &[Part], frames: &[&Frame]) -> (Vec<Vec<Found>>, f64) {
         let at = |(state, &time)| self.scene.cloud_at(state, time);
@@ -110,6 +98,11 @@ impl<'a> ImagePoses<'a> {
             }
         }
         (found, error)
+    }
+
+    /// The same by the scene's own motion.
+    pub(super) fn of_body_in_scene(&self, body: &Part) -> BodyPoses {
+        self.of_body(body, &vec![Found::STILL; self.times.len()])
     }
 
     /// The points of a body about their centre, and its poses as the images show them. Views that disagree

@@ -25,6 +25,7 @@ mod object_tensors;
 mod observation;
 mod observed_motion;
 mod recorder;
+mod rigid_recordings;
 mod spread;
 mod subset;
 mod thresholds;

@@ -72,3 +72,9 @@ pub(super) const OBSERVED_FRAMES: usize = 24;
 /// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
 /// rise of any object.
 pub(super) const OBSERVED_FRACTION: f64 = 0.1;
+
+// Rigid bodies in place of tracks
+
+/// Squared error of the images by poses of a rigid body over that by tracks above which the body is none: three
+/// decibels, of which tuning the Gaussians to the body gives most back.
+pub(super) const MOST_ERROR_OF_RIGID: f64 = 2.0;

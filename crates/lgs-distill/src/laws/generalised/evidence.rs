@@ -32,6 +32,11 @@ impl Evidence {
         Self { against: self.against - penalty(known, values) - 2.0 * PARSIMONY * known, ..self }
     }
 
+    /// The evidence for a law that leaves so much less of χ².
+    pub(super) fn bettered_by(self, chi_square: f64) -> Self {
+        Self { chi_square: (self.chi_square - chi_square).max(0.0), ..self }
+    }
+
     /// The evidence for a law of one body and another one of another body.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {

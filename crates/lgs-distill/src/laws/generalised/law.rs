@@ -122,9 +122,11 @@ fn of_body(
     // simpler than a smooth law.
     let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
     let is_admitted = |found: &Impacted| is_on_observed_plane(&found.bounced) || !is_described;
-    let likelier = |found: &Impacted| is_admitted(found) && is_likelier(found, chosen.as_ref(), &observed);
-    if let Some(impacted) = impacted.filter(likelier) {
-        return through_impacts(&impacted, &observed, motion, seed);
+    let admitted = impacted.as_ref().filter(|found| is_admitted(found));
+    if let Some((impacted, lead)) = admitted.and_then(|found| lead(found, chosen.as_ref(), &observed)) {
+        let law = through_impacts(impacted, &observed, motion, seed)?;
+        let evidence = chosen.map(|smooth| smooth.best().evidence.bettered_by(lead));
+        return Some(GeneralisedLaw { evidence, ..law });
     }
     let mut chosen = chosen?;
     if observed.allow_for(errors.slow, chosen.chi_square()) {
@@ -196,26 +198,29 @@ fn is_on_observed_plane(bounced: &Bounced) -> bool {
     bounced.law.contact.as_ref().is_some_and(|contact| contact.origin == Origin::Observed)
 }
 
-/// Whether a law through impacts is likelier than a smooth one. On a plane that nothing at rest shows, it has
-/// to say where the body is after the impact: what stops a body in the air may be a hand.
-fn is_likelier(impacted: &Impacted, chosen: Option<&Rated>, observed: &ObservedPoses) -> bool {
+/// A law through impacts that is likelier than a smooth one, and by how much in units of χ². On a plane that
+/// nothing at rest shows, it has to say where the body is after the impact: what stops a body in the air may be
+/// a hand.
+fn lead<'a>(
+    impacted: &'a Impacted,
+    chosen: Option<&Rated>,
+    observed: &ObservedPoses,
+) -> Option<(&'a Impacted, f64)> {
     let bounced = &impacted.bounced;
     if !is_on_observed_plane(bounced) && bounced.error > MOST_AFTER_IMPACT * bounced.path() {
-        return false;
+        return None;
     }
-    let Some(rated) = chosen else { return true };
+    let Some(rated) = chosen else { return Some((impacted, 0.0)) };
     let (system, judged) = (rated.system(), &rated.best().judged);
-    let Some(poses) = rated.best().posterior.placed.poses(&observed.times) else { return true };
+    let Some(poses) = rated.best().posterior.placed.poses(&observed.times) else {
+        return Some((impacted, 0.0));
+    };
     let poses: Vec<Pose> = poses.into_iter().flatten().collect();
     // The start of the law with a contact is not counted, so as many are left out of the other's.
     let beyond_start = unknowns(system, judged) - 2.0 * bounced.start.v.len() as f64;
-    let smooth = impacted.evidence_of(observed, &poses, beyond_start);
-    tracing::debug!(
-        smooth,
-        bounced = bounced.evidence(),
-        "evidence of a smooth law and of one with a contact"
-    );
-    bounced.evidence() < smooth
+    let [smooth, bounced] = [impacted.evidence_of(observed, &poses, beyond_start), bounced.evidence()];
+    tracing::debug!(smooth, bounced, "evidence of a smooth law and of one with a contact");
+    (bounced < smooth).then_some((impacted, smooth - bounced))
 }
 
 /// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at
