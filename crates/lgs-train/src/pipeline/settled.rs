@@ -18,13 +18,13 @@ pub(super) struct Settled {
     pub(super) needs_retuning: bool,
 }
 
-/// Warns of objects whose laws draw the window too badly.
+/// Warns of objects that draw the window too badly.
 pub(super) fn warn_of(worse: &[WorseThanSource]) {
     for WorseThanSource { object, decibels, plays_tracks } in worse {
         let instead = if *plays_tracks { "; it plays the source's tracks there" } else { "" };
         tracing::warn!(
-            "object {object}: its law draws the captured window {decibels:.1} dB worse than the source \
-             does{instead}; its motion is not to be trusted"
+            "object {object}: its motion draws the captured window {decibels:.1} dB worse than the source \
+             does{instead}; it is not to be trusted"
         );
     }
 }

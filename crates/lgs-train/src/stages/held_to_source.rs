@@ -14,7 +14,7 @@ use lgs_distill::DistillConfig;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::bands::{PositionBand, Verdict};
 use lgs_model::source::SourceModel;
-use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel, TensorFile, TensorFileError};
+use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel, Recording, TensorFile, TensorFileError};
 use lgs_render::{Splats, rasterize};
 use rayon::prelude::*;
 
@@ -41,11 +41,11 @@ pub struct SourceOfScene<'a> {
 pub struct HeldToSource {
     /// The scene.
     pub scene: LagrangianScene,
-    /// Objects whose laws draw the window too badly.
+    /// Objects that draw the window too badly.
     pub worse: Vec<WorseThanSource>,
 }
 
-/// An object whose law draws the window worse than the source does.
+/// An object that draws the window worse than the source does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorseThanSource {
     /// Index of the object.
@@ -80,16 +80,17 @@ pub(crate) fn load_rows(
     Err(file.field("rows", &expected, format!("{} rows", rows.len())))
 }
 
-/// Gives up laws that draw what training images show of their objects worse than the source does, by more
-/// than half a decibel, and plays the source's tracks instead where these draw it better.
+/// Gives up laws, and poses of bodies without a law, that draw what training images show of their objects worse
+/// than the source does, by more than half a decibel, and plays the source's tracks instead where these draw it
+/// better.
 #[must_use]
 pub fn held_to_source(mut scene: LagrangianScene, of: &SourceOfScene<'_>, frames: &[Frame]) -> HeldToSource {
     let frames = spread_over_time(frames, HELD_FRAMES, [1, 2]);
     let below = decibels_below(&scene, of, &frames);
     tracing::debug!(?below, "decibels below the source, by object");
     let is_worse = |(object, &below): (usize, &f64)| {
-        let is_law = scene.objects[object].recording.is_none();
-        (is_law && below > MOST_BELOW_SOURCE).then_some(object)
+        let plays_parts = scene.objects[object].recording.as_ref().is_some_and(Recording::has_parts);
+        (!plays_parts && below > MOST_BELOW_SOURCE).then_some(object)
     };
     let worse: Vec<usize> = below.iter().enumerate().filter_map(is_worse).collect();
     if worse.is_empty() {
@@ -207,7 +208,7 @@ fn square(a: &[f32; 3], b: &[f32; 3]) -> f64 {
 }
 
 /// Writes Gaussians over those of a cloud, from a row on.
-pub(super) fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
+fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
     let rows = first..first + new.len();
     cloud.means[rows.clone()].copy_from_slice(&new.means);
     cloud.rotations[rows.clone()].copy_from_slice(&new.rotations);

@@ -12,10 +12,8 @@ use super::image_couples::couples;
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
+use super::recorded_bodies::{bodies_of, has_law, recorded, with_poses_of_images, with_recorded_bodies};
 use super::recorder::parts;
-use super::rigid_recordings::{
-    has_law, parts_of, recorded, with_own_recordings, with_poses_of_images, with_rigid_recordings,
-};
 use crate::thresholds::MOST_BELOW_SOURCE;
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
@@ -35,14 +33,13 @@ pub(super) fn with_laws_of_images(
     if times.first() != Some(&0.0) || !config.chooses_laws() {
         return (scene, 0.0);
     }
-    let rigid = with_rigid_recordings(&scene, &times);
-    let poses = ImagePoses::new(&rigid, &times);
-    let parts = rigid.objects.iter().map(parts_of);
-    let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) =
-        parts.enumerate().filter(|(_, parts)| !parts.is_empty()).unzip();
+    let offered = bodies_of(&scene, &times);
     if offered.is_empty() {
         return (scene, 0.0);
     }
+    let recorded = with_recorded_bodies(&scene, &offered, &times);
+    let poses = ImagePoses::new(&recorded, &times);
+    let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) = offered.into_iter().unzip();
     let (found, _) = poses.displacements(&parts.concat(), frames);
     let mut found = found.iter();
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
@@ -53,17 +50,14 @@ pub(super) fn with_laws_of_images(
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
     let before = squared_error_of(&scene, frames);
-    let posed = with_poses_of_images((&scene, before), &bodies, frames);
-    let mut best = Drawn { scene: posed, frames, error: before };
-    best.error = squared_error_of(&best.scene, frames);
+    let posed = with_poses_of_images(&scene, &bodies, frames);
+    let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
     if choice.seeks_more {
         let found = couples(&best.scene, &bodies, choice);
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
-    let found = with_own_recordings(best.scene, &scene);
-    let after = squared_error_of(&found, frames);
-    (found, decibels_between(after, before))
+    (best.scene, decibels_between(best.error, before))
 }
 
 /// A scene and how well it draws some frames.

@@ -100,12 +100,24 @@ impl<'a> ImagePoses<'a> {
         (found, error)
     }
 
-    /// The same by the scene's own motion.
+    /// Root mean square over times and Gaussians of what a body's poses leave of the scene's own motion of it,
+    /// world units.
+    pub(super) fn left_of_motion(&self, body: &Part) -> f64 {
+        let left = |state: &SceneState| {
+            let (linear, from, to) = self.fit(&body.rows, state, body.deforms);
+            let pairs = self.at_rest(&body.rows).iter().zip(&state.q[body.rows.clone()]);
+            pairs.map(|(&a, &b)| (linear * (wide(a) - from)).distance_squared(wide(b) - to)).sum::<f64>()
+        };
+        let squared: f64 = self.states.iter().map(left).sum();
+        (squared / (body.rows.len() * self.states.len()).max(1) as f64).sqrt()
+    }
+
+    /// The points of a body about their centre, and its poses by the scene's own motion.
     pub(super) fn of_body_in_scene(&self, body: &Part) -> BodyPoses {
         self.of_body(body, &vec![Found::STILL; self.times.len()])
     }
 
-    /// The points of a body about their centre, and its poses as the images show them. Views that disagree
+    /// The same with its poses as the images show them. Views that disagree
     /// tell of errors of the Gaussians, which are much the same at neighbouring times.
     pub(super) fn of_body(&self, body: &Part, found: &[Found]) -> BodyPoses {
         let points = self.at_rest(&body.rows);

@@ -73,8 +73,10 @@ pub(super) const OBSERVED_FRAMES: usize = 24;
 /// rise of any object.
 pub(super) const OBSERVED_FRACTION: f64 = 0.1;
 
-// Rigid bodies in place of tracks
+// Bodies in place of tracks
 
-/// Squared error of the images by poses of a rigid body over that by tracks above which the body is none: three
-/// decibels, of which tuning the Gaussians to the body gives most back.
-pub(super) const MOST_ERROR_OF_RIGID: f64 = 2.0;
+/// Part of what the images show of an object's motion that poses of a body may leave unexplained, where its
+/// tracks explain it: what tuning the Gaussians to the body gives back.
+pub(super) const MOST_UNEXPLAINED_BY_BODY: f64 = 0.05;
+/// What a body that deforms leaves of its tracks, over what a rigid one leaves, below which it deforms.
+pub(super) const MOST_LEFT_IF_DEFORMING: f64 = 0.5;
