@@ -19,6 +19,8 @@ pub struct Recording {
     continuation: Continuation,
     /// Laws of its beginning and its end, which do so where there are any.
     parts: [Option<PartDynamics>; 2],
+    /// Whether it is that of a body that deforms as a whole, whose Gaussians are stretched with it.
+    deforms: bool,
 }
 
 impl Recording {
@@ -38,8 +40,21 @@ impl Recording {
             && rotations.iter().all(|row| row.len() == n);
         let continuation = Continuation::default();
         let parts = [None, None];
-        let recording = Self { times, positions, rotations, continuation, parts };
+        let recording = Self { times, positions, rotations, continuation, parts, deforms: false };
         (recording.times.len() > 1 && ascends && is_whole).then_some(recording)
+    }
+
+    /// The same of a body that deforms as a whole, or of none.
+    #[must_use]
+    pub fn of_deforming(mut self, deforms: bool) -> Self {
+        self.deforms = deforms;
+        self
+    }
+
+    /// Whether it is the recording of a body that deforms as a whole, whose Gaussians are stretched with it.
+    #[must_use]
+    pub fn deforms(&self) -> bool {
+        self.deforms
     }
 
     /// The same with laws of its beginning and its end.
@@ -101,7 +116,7 @@ impl Recording {
             self.positions[first.clone()].to_vec(),
             self.rotations[first].to_vec(),
         );
-        begun.map(|begun| begun.continued_by(self.continuation))
+        begun.map(|begun| begun.continued_by(self.continuation).of_deforming(self.deforms))
     }
 
     /// Positions at t = 0.

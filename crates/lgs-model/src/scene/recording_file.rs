@@ -1,6 +1,6 @@
 //! A recording in a scene's file, under the object's prefix.
 
-use super::continuation::{Continuation, PartDynamics};
+use super::continuation::PartDynamics;
 use super::dynamics::Dynamics;
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::recording::Recording;
@@ -17,6 +17,7 @@ pub(super) fn insert_recording(file: &mut TensorFile, prefix: &str, recording: &
     file.insert(format!("{prefix}.positions"), &[samples * n, 3], positions.as_flattened());
     file.insert(format!("{prefix}.rotations"), &[samples * n, 4], rotations.as_flattened());
     file.set_metadata(&format!("{prefix}.continuation"), json(&recording.continuation()));
+    file.set_metadata(&format!("{prefix}.deforms"), json(&recording.deforms()));
     for (part, name) in recording.parts().iter().zip(PARTS) {
         let Some(part) = part else { continue };
         file.set_metadata(&format!("{prefix}.{name}.times"), json(&part.times));
@@ -39,18 +40,22 @@ pub(super) fn read_recording(
     let positions = samples(file, &format!("{prefix}.positions"), (times.len(), n))?;
     let rotations = samples(file, &format!("{prefix}.rotations"), (times.len(), n))?;
     let (found, end) = (times.len(), times.last().copied().map_or(0.0, f64::from));
-    // Scenes of earlier versions name none.
-    let name_of_continuation = format!("{prefix}.continuation");
-    let continuation = match file.metadata(&name_of_continuation) {
-        Ok(_) => file.metadata_json(&name_of_continuation)?,
-        Err(_) => Continuation::default(),
-    };
+    let continuation = said(file, &format!("{prefix}.continuation"))?;
+    let deforms = said(file, &format!("{prefix}.deforms"))?;
     let [first, last] = PARTS.map(|name| read_part(file, &format!("{prefix}.{name}"), (n, end)));
     let parts = [first?, last?];
     let recording = Recording::new(times, positions, rotations);
     recording
-        .map(|recording| Some(recording.continued_by(continuation).with_parts(parts)))
+        .map(|recording| Some(recording.continued_by(continuation).with_parts(parts).of_deforming(deforms)))
         .ok_or_else(|| file.field(&name, "two or more times that ascend from 0", found.to_string()))
+}
+
+/// What a file says under a name; the default where it says nothing, as files of earlier versions do.
+fn said<T: Default + serde::de::DeserializeOwned>(
+    file: &TensorFile,
+    name: &str,
+) -> Result<T, TensorFileError> {
+    if file.metadata(name).is_ok() { file.metadata_json(name) } else { Ok(T::default()) }
 }
 
 /// The law of a part of a recording that ends at a time; nothing if there is none.
@@ -99,6 +104,7 @@ mod tests {
     use lgs_mechanics::terms::Term;
 
     use crate::scene::GeneralisedDynamics;
+    use crate::scene::continuation::Continuation;
 
     /// A particle that is held until t = 0.5 and falls from then on, recorded until t = 1.
     fn let_go() -> Recording {
@@ -112,7 +118,7 @@ mod tests {
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
         let recording = Recording::new(times, positions, rotations).expect("a recording");
         let last = Some(PartDynamics { times: [0.5, 1.0], dynamics });
-        recording.continued_by(Continuation::Rest).with_parts([None, last])
+        recording.continued_by(Continuation::Rest).with_parts([None, last]).of_deforming(true)
     }
 
     #[test]

@@ -55,11 +55,15 @@ fn orthogonalise(axes: &mut DMat3, (i, j): (usize, usize)) -> bool {
 }
 
 impl ObjectModel {
-    /// Whether its law changes its shape.
+    /// Whether its law, or its recording as one body, changes its shape.
     #[must_use]
     pub fn deforms(&self) -> bool {
-        let law = self.dynamics.generalised().filter(|_| self.recording.is_none());
-        law.is_some_and(|dynamics| matches!(dynamics.law.coordinates, Coordinates::Modal(_)))
+        if let Some(recording) = &self.recording {
+            return recording.deforms();
+        }
+        self.dynamics
+            .generalised()
+            .is_some_and(|dynamics| matches!(dynamics.law.coordinates, Coordinates::Modal(_)))
     }
 }
 

@@ -103,7 +103,7 @@ fn play(scene: &mut LagrangianScene, index: usize, body: &BodyPoses) {
     let object = &mut scene.objects[index];
     let continuation = object.recording.as_ref().map(Recording::continuation).unwrap_or_default();
     scene.dynamic_gaussians.means[object.members.clone()].copy_from_slice(recording.start());
-    object.recording = Some(recording.continued_by(continuation));
+    object.recording = Some(recording.continued_by(continuation).of_deforming(body.deforms));
 }
 
 /// The motion of a body by its poses, of Gaussians that are turned as `base`; nothing if poses are fewer than
@@ -118,4 +118,67 @@ pub(super) fn recorded(body: &BodyPoses, base: &DMat3) -> Option<Recording> {
         vec![components(DQuat::from_mat3(&since)).map(|c| c as f32); body.shape.len()]
     };
     Recording::new(times, body.poses.iter().map(place).collect(), body.poses.iter().map(turn).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_core::GaussianCloud;
+    use lgs_core::geometry::rotation_by;
+    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+    use lgs_mechanics::{Law, bands};
+    use lgs_model::{Dynamics, GeneralisedDynamics, MotionConfig};
+
+    const TIMES: [f32; 3] = [0.0, 0.5, 1.0];
+
+    /// A scene of one object without a law, whose particles at the corners of a cube are recorded by `place`.
+    fn recorded_by(place: impl Fn(DVec3, usize, f64) -> DVec3) -> LagrangianScene {
+        let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5;
+        let row = |&t: &f32| (0..8).map(|i| narrow(place(corner(i), i as usize, f64::from(t)))).collect();
+        let positions: Vec<Vec<[f32; 3]>> = TIMES.iter().map(row).collect();
+        let cloud = GaussianCloud::isotropic(positions[0].clone(), 0.1, [0.5; 3], 0.9);
+        let turns = vec![vec![[1.0, 0.0, 0.0, 0.0]; 8]; TIMES.len()];
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.05).expect("a law");
+        let start = State { x: vec![0.0; 3], v: vec![0.0; 3] };
+        let known = bands::Known::default();
+        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
+        LagrangianScene {
+            static_gaussians: cloud.select(&[]),
+            velocities: vec![[0.0; 3]; 8],
+            objects: vec![ObjectModel {
+                members: 0..8,
+                dynamics: Dynamics::Generalised(dynamics),
+                recording: Recording::new(TIMES.to_vec(), positions, turns),
+            }],
+            dynamic_gaussians: cloud,
+            shading: None,
+            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
+            background: [1.0; 3],
+        }
+    }
+
+    /// Distance of two particles at the end.
+    fn apart(scene: &LagrangianScene) -> f64 {
+        let end =
+            scene.objects[0].recording.as_ref().expect("a recording").positions().last().expect("an end");
+        DVec3::from(end[0].map(f64::from)).distance(DVec3::from(end[7].map(f64::from)))
+    }
+
+    #[test]
+    fn tracks_that_slip_are_those_of_a_rigid_body_and_ones_that_stretch_of_one_that_deforms() {
+        let slip = |i: usize, t: f64| {
+            0.2 * t * DVec3::new((7 * i) as f64, (3 * i) as f64, (5 * i) as f64).map(f64::sin)
+        };
+        let slips = recorded_by(|p, i, t| rotation_by(DVec3::Z * t) * p + slip(i, t));
+        let bodies = bodies_of(&slips, &TIMES);
+        assert!(!bodies[0].1[0].deforms);
+        let rigid = with_recorded_bodies(&slips, &bodies, &TIMES);
+        assert!((apart(&slips) - 3f64.sqrt()).abs() > 0.02);
+        assert!((apart(&rigid) - 3f64.sqrt()).abs() < 1e-5);
+        let stretches = recorded_by(|p, _, t| p * DVec3::new(1.0 + t, 1.0, 1.0 - 0.5 * t));
+        let bodies = bodies_of(&stretches, &TIMES);
+        assert!(bodies[0].1[0].deforms);
+        let whole = with_recorded_bodies(&stretches, &bodies, &TIMES);
+        assert!(whole.objects[0].deforms() && (apart(&whole) - apart(&stretches)).abs() < 1e-5);
+    }
 }
