@@ -80,9 +80,9 @@ pub(crate) fn load_rows(
     Err(file.field("rows", &expected, format!("{} rows", rows.len())))
 }
 
-/// Gives up laws, and poses of bodies without a law, that draw what training images show of their objects worse
-/// than the source does, by more than half a decibel, and plays the source's tracks instead where these draw it
-/// better.
+/// Gives up laws, and poses of bodies without a law, that draw what training images show of their objects
+/// worse than the source does, by more than half a decibel, and plays the source's tracks instead where
+/// these draw it better.
 #[must_use]
 pub fn held_to_source(mut scene: LagrangianScene, of: &SourceOfScene<'_>, frames: &[Frame]) -> HeldToSource {
     let frames = spread_over_time(frames, HELD_FRAMES, [1, 2]);

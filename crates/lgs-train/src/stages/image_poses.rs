@@ -100,8 +100,8 @@ impl<'a> ImagePoses<'a> {
         (found, error)
     }
 
-    /// Root mean square over times and Gaussians of what a body's poses leave of the scene's own motion of it,
-    /// world units.
+    /// Root mean square over times and Gaussians of what a body's poses leave of the scene's own motion of
+    /// it, world units.
     pub(super) fn left_of_motion(&self, body: &Part) -> f64 {
         let left = |state: &SceneState| {
             let (linear, from, to) = self.fit(&body.rows, state, body.deforms);

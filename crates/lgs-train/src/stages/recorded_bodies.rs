@@ -1,6 +1,6 @@
-//! Objects that no law moves, as bodies (method §6): the tracks of a source slip over round and plain surfaces,
-//! so that a body may look like none, and images tell whether it is. It is rigid, or deforms as a whole where
-//! that explains the tracks better.
+//! Objects that no law moves, as bodies (method §6): the tracks of a source slip over round and plain
+//! surfaces, so that a body may look like none, and images tell whether it is. It is rigid, or deforms as a
+//! whole where that explains the tracks better.
 
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, narrow, nearest_rotation};
@@ -20,8 +20,8 @@ pub(super) fn has_law(object: &ObjectModel) -> bool {
     own_law(object).is_some()
 }
 
-/// The bodies as which each object moves, by its index: those of its law, or itself as one; objects are left out
-/// that are too small to tell how they turn, or move by laws of parts of the window already.
+/// The bodies as which each object moves, by its index: those of its law, or itself as one; objects are
+/// left out that are too small to tell how they turn, or move by laws of parts of the window already.
 pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, Vec<Part>)> {
     let poses = ImagePoses::new(scene, times);
     let of_object = |(index, object): (usize, &ObjectModel)| {
@@ -37,7 +37,8 @@ pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, V
     scene.objects.iter().enumerate().filter_map(of_object).collect()
 }
 
-/// Whether a body that deforms explains a motion better than a rigid one by far: noise of tracks is left by both.
+/// Whether a body that deforms explains a motion better than a rigid one by far: noise of tracks is left by
+/// both.
 fn deforms_as_a_whole(poses: &ImagePoses<'_>, part: &Part) -> bool {
     let left = |deforms| poses.left_of_motion(&Part { deforms, ..part.clone() });
     left(true) <= MOST_LEFT_IF_DEFORMING * left(false)
@@ -57,9 +58,9 @@ pub(super) fn with_recorded_bodies(
     recorded
 }
 
-/// The scene with the poses that images show in place of the motion of each object that no law moves, where they
-/// explain nearly all that its motion does. Until the Gaussians are tuned to a body, it draws the images worse
-/// than tracks do that have been fitted with them.
+/// The scene with the poses that images show in place of the motion of each object that no law moves, where
+/// they explain nearly all that its motion does. Until the Gaussians are tuned to a body, it draws the
+/// images worse than tracks do that have been fitted with them.
 pub(super) fn with_poses_of_images(
     scene: &LagrangianScene,
     bodies: &[(usize, Vec<BodyPoses>)],

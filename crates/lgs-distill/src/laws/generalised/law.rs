@@ -198,9 +198,9 @@ fn is_on_observed_plane(bounced: &Bounced) -> bool {
     bounced.law.contact.as_ref().is_some_and(|contact| contact.origin == Origin::Observed)
 }
 
-/// A law through impacts that is likelier than a smooth one, and by how much in units of χ². On a plane that
-/// nothing at rest shows, it has to say where the body is after the impact: what stops a body in the air may be
-/// a hand.
+/// A law through impacts that is likelier than a smooth one, and by how much in units of χ². On a plane
+/// that nothing at rest shows, it has to say where the body is after the impact: what stops a body in the
+/// air may be a hand.
 fn lead<'a>(
     impacted: &'a Impacted,
     chosen: Option<&Rated>,
