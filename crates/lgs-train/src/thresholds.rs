@@ -62,7 +62,7 @@ pub(crate) const EVEN: f32 = 0.01;
 /// Gaussians that tell how a body turns: as many as a support that keeps one rigid has.
 pub(crate) const FEWEST_OF_BODY: usize = 4;
 
-/// Decibels by which the last choice of laws may better the images without the Gaussians being tuned to it:
+/// Decibels by which the last choice of laws may change the images without the Gaussians being tuned to it:
 /// where they and the motion agree it is a hundredth, where they hold each other back a quarter and more.
 pub(crate) const UNSETTLED: f64 = 0.1;
 

@@ -40,7 +40,7 @@ impl Pipeline<'_> {
         let (scene, gain) = self.with_laws_of_tuned_gaussians(scene);
         let held = self.held_to_source(scene, source)?;
         let plays_tracks = held.worse.iter().any(|object| object.plays_tracks);
-        Ok(Settled { held, needs_retuning: plays_tracks || gain > UNSETTLED })
+        Ok(Settled { held, needs_retuning: plays_tracks || gain.abs() > UNSETTLED })
     }
 
     /// The scene with the laws given up that draw the window worse than the source. The paper's dynamics are
