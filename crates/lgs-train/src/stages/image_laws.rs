@@ -44,13 +44,13 @@ pub(super) fn with_laws_of_images(
     let mut found = found.iter();
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
     let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
-    let bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
+    let mut bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
+    let before = squared_error_of(&scene, frames);
+    let posed = with_poses_of_images(&scene, &mut bodies, frames);
     let offer = |(index, bodies): &(usize, Vec<BodyPoses>)| {
         Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
-    let before = squared_error_of(&scene, frames);
-    let posed = with_poses_of_images(&scene, &bodies, frames);
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
     if choice.seeks_more {

@@ -59,30 +59,33 @@ pub(super) fn with_recorded_bodies(
 }
 
 /// The scene with the poses that images show in place of the motion of each object that no law moves, where
-/// they explain nearly all that its motion does. Until the Gaussians are tuned to a body, it draws the
-/// images worse than tracks do that have been fitted with them.
+/// they explain nearly all that its motion does; other objects without a law are no bodies, and are left out
+/// of `bodies`. Until the Gaussians are tuned to a body, it draws the images worse than tracks do that have
+/// been fitted with them.
 pub(super) fn with_poses_of_images(
     scene: &LagrangianScene,
-    bodies: &[(usize, Vec<BodyPoses>)],
+    bodies: &mut Vec<(usize, Vec<BodyPoses>)>,
     frames: &[&Frame],
 ) -> LagrangianScene {
     let error = squared_error_of(scene, frames);
     let mut posed = scene.clone();
-    for (index, bodies) in bodies {
-        let [body] = bodies.as_slice() else { continue };
-        // One view of a time does not show where along its line of sight a body is.
-        if has_law(&scene.objects[*index]) || frames.len() < 2 * body.times.len() {
-            continue;
+    bodies.retain(|(index, bodies)| {
+        let [body] = bodies.as_slice() else { return true };
+        if has_law(&scene.objects[*index]) {
+            return true;
         }
         let mut alone = scene.clone();
         play(&mut alone, *index, body);
         let after = squared_error_of(&alone, frames);
         let at_rest = squared_error_of(&with_object_at_rest(scene, *index), frames);
         tracing::debug!(index, error, after, at_rest, "images by tracks, by poses of a body, and at rest");
-        if after - error <= MOST_UNEXPLAINED_BY_BODY * (at_rest - error) {
+        let is_body = after - error <= MOST_UNEXPLAINED_BY_BODY * (at_rest - error);
+        // One view of a time does not show where along its line of sight a body is.
+        if is_body && frames.len() >= 2 * body.times.len() {
             play(&mut posed, *index, body);
         }
-    }
+        is_body
+    });
     posed
 }
 
