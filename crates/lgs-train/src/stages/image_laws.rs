@@ -40,13 +40,13 @@ pub(super) fn with_laws_of_images(
     let recorded = with_recorded_bodies(&scene, &offered, &times);
     let poses = ImagePoses::new(&recorded, &times);
     let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) = offered.into_iter().unzip();
-    let (found, _) = poses.displacements(&parts.concat(), frames);
+    let found = poses.displacements(&parts.concat(), frames);
     let mut found = found.iter();
     let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
     let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
     let mut bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
     let before = squared_error_of(&scene, frames);
-    let posed = with_poses_of_images(&scene, &mut bodies, frames);
+    let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
     let offer = |(index, bodies): &(usize, Vec<BodyPoses>)| {
         Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
     };

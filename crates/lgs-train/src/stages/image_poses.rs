@@ -60,13 +60,13 @@ impl<'a> ImagePoses<'a> {
         Self { scene, times, states: times.iter().map(|&time| motion.state_at(time)).collect() }
     }
 
-    /// Displacements of some bodies, by body and time, and the squared error of the images without them.
-    pub(super) fn displacements(&self, bodies: &[Part], frames: &[&Frame]) -> (Vec<Vec<Found>>, f64) {
+    /// Displacements of some bodies, by body and time.
+    pub(super) fn displacements(&self, bodies: &[Part], frames: &[&Frame]) -> Vec<Vec<Found>> {
         let at = |(state, &time)| self.scene.cloud_at(state, time);
         let clouds: Vec<GaussianCloud> = self.states.iter().zip(self.times).map(at).collect();
         let times = 0..self.times.len();
         let mut found = vec![vec![Found::STILL; times.len()]; bodies.len()];
-        let (mut error, mut latest) = (0.0, f64::INFINITY);
+        let mut latest = f64::INFINITY;
         for round in 0..MOST_ROUNDS {
             let poses: Vec<Vec<Pose>> =
                 times.clone().map(|at| self.poses(bodies, &clouds[at], (&found, at))).collect();
@@ -81,9 +81,6 @@ impl<'a> ImagePoses<'a> {
             let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
             let squared: f64 = observed.iter().map(|o| o.squared_error).sum();
             let mse = squared / values;
-            if round == 0 {
-                error = squared;
-            }
             tracing::debug!(psnr = psnr_of_mse(mse), "poses from images");
             if round >= FEWEST_ROUNDS && squared > (1.0 - PROGRESS) * latest {
                 break;
@@ -97,7 +94,7 @@ impl<'a> ImagePoses<'a> {
                 }
             }
         }
-        (found, error)
+        found
     }
 
     /// Root mean square over times and Gaussians of what a body's poses leave of the scene's own motion of
