@@ -89,60 +89,29 @@ impl Epilogue for Relu<'_> {
     }
 }
 
-/// `h = φ(z)` of `z = sums + offset`, `[rows, units]`.
+/// `h = φ(z)` of `z = sums + offset`, and where they are asked for `slope = φ'(z)` and `curvature = φ''(z)`,
+/// `[rows, units]` each.
 pub(crate) struct Silu<'a> {
     pub(crate) offset: Offset<'a>,
     pub(crate) units: usize,
     pub(crate) h: &'a mut [f32],
+    pub(crate) slope: Option<&'a mut [f32]>,
+    pub(crate) curvature: Option<&'a mut [f32]>,
 }
 
 impl Epilogue for Silu<'_> {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
         let z = self.offset.plus(simd, row, column, sums);
-        *vector::<S>(self.h, row * self.units + column) = simd.mul_f32s(z, sigmoid(simd, z));
-    }
-}
-
-/// `h = φ(z)` and `slope = φ'(z)` of `z = sums + offset`, `[rows, units]` each.
-pub(crate) struct SiluSlope<'a> {
-    pub(crate) offset: Offset<'a>,
-    pub(crate) units: usize,
-    pub(crate) h: &'a mut [f32],
-    pub(crate) slope: &'a mut [f32],
-}
-
-impl Epilogue for SiluSlope<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let z = self.offset.plus(simd, row, column, sums);
         let at = row * self.units + column;
         let s = sigmoid(simd, z);
         *vector::<S>(self.h, at) = simd.mul_f32s(z, s);
-        *vector::<S>(self.slope, at) = slope(simd, z, s);
-    }
-}
-
-/// `h = φ(z)`, `slope = φ'(z)` and `curvature = φ''(z)` of `z = sums + offset`, `[rows, units]` each.
-pub(crate) struct SiluCurvature<'a> {
-    pub(crate) offset: Offset<'a>,
-    pub(crate) units: usize,
-    pub(crate) h: &'a mut [f32],
-    pub(crate) slope: &'a mut [f32],
-    pub(crate) curvature: &'a mut [f32],
-}
-
-impl Epilogue for SiluCurvature<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let z = self.offset.plus(simd, row, column, sums);
-        let at = row * self.units + column;
-        let s = sigmoid(simd, z);
-        let two = simd.splat_f32s(2.0);
-        let bend = simd.mul_add_f32s(z, simd.negate_mul_add_f32s(two, s, simd.splat_f32s(1.0)), two);
-        *vector::<S>(self.h, at) = simd.mul_f32s(z, s);
-        *vector::<S>(self.slope, at) = slope(simd, z, s);
-        *vector::<S>(self.curvature, at) = simd.mul_f32s(simd.negate_mul_add_f32s(s, s, s), bend);
+        if let Some(values) = &mut self.slope {
+            *vector::<S>(values, at) = slope(simd, z, s);
+        }
+        if let Some(values) = &mut self.curvature {
+            *vector::<S>(values, at) = curvature(simd, z, s);
+        }
     }
 }
 
@@ -150,6 +119,13 @@ impl Epilogue for SiluCurvature<'_> {
 fn slope<S: Simd>(simd: S, z: S::f32s, s: S::f32s) -> S::f32s {
     let one = simd.splat_f32s(1.0);
     simd.mul_f32s(s, simd.mul_add_f32s(z, simd.sub_f32s(one, s), one))
+}
+
+#[inline(always)]
+fn curvature<S: Simd>(simd: S, z: S::f32s, s: S::f32s) -> S::f32s {
+    let two = simd.splat_f32s(2.0);
+    let bend = simd.mul_add_f32s(z, simd.negate_mul_add_f32s(two, s, simd.splat_f32s(1.0)), two);
+    simd.mul_f32s(simd.negate_mul_add_f32s(s, s, s), bend)
 }
 
 #[cfg(test)]
@@ -161,12 +137,12 @@ mod tests {
     /// φ, φ' and φ'' of 16 values.
     fn activated(z: [f32; 16]) -> [[f32; 16]; 3] {
         let [mut h, mut slope, mut curvature] = [[0.0; 16]; 3];
-        let epilogue = SiluCurvature {
+        let epilogue = Silu {
             offset: Offset::row(&z),
             units: 16,
             h: &mut h,
-            slope: &mut slope,
-            curvature: &mut curvature,
+            slope: Some(&mut slope),
+            curvature: Some(&mut curvature),
         };
         Product { left: Columns(&[0.0], 1), rows: 1, right: Right::plain(&[0.0; 16], 16), epilogue }.run();
         [h, slope, curvature]

@@ -4,9 +4,11 @@
 use crate::product::{Epilogue, vector, vector_at};
 use pulp::{Simd, WithSimd};
 
-/// `out = slope ⊙ sums`.
+/// `out = slope ⊙ sums`; and `curvature ⊙ sums` in place of `curvature`, where it is given: what is left of
+/// it is the part that comes through `φ''` on the way back.
 pub(crate) struct Scale<'a> {
     pub(crate) slope: &'a [f32],
+    pub(crate) curvature: Option<&'a mut [f32]>,
     pub(crate) out: &'a mut [f32],
     pub(crate) units: usize,
 }
@@ -15,6 +17,10 @@ impl Epilogue for Scale<'_> {
     #[inline(always)]
     fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
         let at = row * self.units + column;
+        if let Some(curvature) = &mut self.curvature {
+            let curvature = vector::<S>(curvature, at);
+            *curvature = simd.mul_f32s(*curvature, sums);
+        }
         *vector::<S>(self.out, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
     }
 }
@@ -49,45 +55,6 @@ impl Epilogue for AddScaled<'_> {
         let at = row * self.units + column;
         let v_z = vector::<S>(self.v_z, at);
         *v_z = simd.mul_add_f32s(vector_at::<S>(self.slope, at), sums, *v_z);
-    }
-}
-
-/// Turns sums `g` into `e = slope ⊙ g`, and `curvature` into `curvature ⊙ g` for the backward pass.
-pub(crate) struct Chain<'a> {
-    pub(crate) slope: &'a [f32],
-    pub(crate) curvature: Option<&'a mut [f32]>,
-    pub(crate) e: &'a mut [f32],
-    pub(crate) units: usize,
-}
-
-impl Epilogue for Chain<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let at = row * self.units + column;
-        if let Some(curvature) = &mut self.curvature {
-            let curvature = vector::<S>(curvature, at);
-            *curvature = simd.mul_f32s(*curvature, sums);
-        }
-        *vector::<S>(self.e, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
-    }
-}
-
-/// With sums `v_e`: the part of `v_z` that comes through `φ''`, in place of `φ'' ⊙ g`, and `v_g = slope ⊙
-/// v_e`.
-pub(crate) struct SlopeVjp<'a> {
-    pub(crate) slope: &'a [f32],
-    pub(crate) curvature: &'a mut [f32],
-    pub(crate) v_g: &'a mut [f32],
-    pub(crate) units: usize,
-}
-
-impl Epilogue for SlopeVjp<'_> {
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, row: usize, column: usize, sums: S::f32s) {
-        let at = row * self.units + column;
-        let curvature = vector::<S>(self.curvature, at);
-        *curvature = simd.mul_f32s(*curvature, sums);
-        *vector::<S>(self.v_g, at) = simd.mul_f32s(vector_at::<S>(self.slope, at), sums);
     }
 }
 

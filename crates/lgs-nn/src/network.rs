@@ -1,7 +1,7 @@
 //! Values of networks, and their backward pass. Every elementwise operation is the end of a matrix product,
 //! so an activation is written once and read once per use.
 
-use crate::activation::{Linear, Offset, Relu, Silu, SiluSlope};
+use crate::activation::{Linear, Offset, Relu, Silu};
 use crate::buffer::Buffer;
 use crate::epilogue::{Mask, Scale};
 use crate::gradients::MlpGradients;
@@ -36,11 +36,11 @@ impl Mlp {
             let LayerTape { h, slope, .. } = &mut rest[0];
             let call = LayerCall { mlp: self, index, inputs, rows, below: below.last() };
             let partial = &mut scratch.hidden[0];
-            match (self.shape.activation, keep) {
-                (Activation::Relu, _) => call.run(partial, |offset| Relu { offset, units, h }),
-                (Activation::Silu, Keep::Result) => call.run(partial, |offset| Silu { offset, units, h }),
-                (Activation::Silu, Keep::Tape) => {
-                    call.run(partial, |offset| SiluSlope { offset, units, h, slope })
+            match self.shape.activation {
+                Activation::Relu => call.run(partial, |offset| Relu { offset, units, h }),
+                Activation::Silu => {
+                    let slope = (keep == Keep::Tape).then_some(&mut **slope);
+                    call.run(partial, |offset| Silu { offset, units, h, slope, curvature: None });
                 }
             }
         }
@@ -115,8 +115,8 @@ impl Mlp {
                 Product { left: v, rows, right, epilogue: Mask { h: &below.h, out: v_z, units } }.run();
             }
             Activation::Silu => {
-                Product { left: v, rows, right, epilogue: Scale { slope: &below.slope, out: v_z, units } }
-                    .run();
+                let epilogue = Scale { slope: &below.slope, curvature: None, out: v_z, units };
+                Product { left: v, rows, right, epilogue }.run();
             }
         }
     }

@@ -5,9 +5,9 @@
 //! backward pass first walks that chain from `g_0` to `g_L`, which leaves the cotangent `φ'' ⊙ g ⊙ v_e` on
 //! every `z_l`, and then the chain of `h` the other way.
 
-use crate::activation::{SiluCurvature, SiluSlope};
+use crate::activation::Silu;
 use crate::buffer::Buffer;
-use crate::epilogue::{AddScaled, Chain, EveryRow, SlopeVjp};
+use crate::epilogue::{AddScaled, EveryRow, Scale};
 use crate::gradients::MlpGradients;
 use crate::layer::Part;
 use crate::layout::Activation;
@@ -32,12 +32,8 @@ impl Mlp {
             let LayerTape { h, slope, curvature, .. } = &mut rest[0];
             let call = LayerCall { mlp: self, index, inputs: &[x], rows, below: below.last() };
             let partial = &mut scratch.hidden[0];
-            match keep {
-                Keep::Result => call.run(partial, |offset| SiluSlope { offset, units, h, slope }),
-                Keep::Tape => {
-                    call.run(partial, |offset| SiluCurvature { offset, units, h, slope, curvature })
-                }
-            }
+            let curvature = (keep == Keep::Tape).then_some(&mut **curvature);
+            call.run(partial, |offset| Silu { offset, units, h, slope: Some(slope), curvature });
         }
         let epilogue = tape.layers[top - 1].chain(units, keep);
         Arch::new().dispatch(EveryRow { row: self.head().1.backward.row(), rows, epilogue });
@@ -94,7 +90,8 @@ impl Mlp {
         let (rows, units, top) = (tape.rows, self.units, tape.layers.len());
         let used = rows * units;
         for (index, LayerTape { slope, curvature, e, .. }) in tape.layers.iter_mut().enumerate() {
-            let epilogue = SlopeVjp { slope, curvature, v_g: v_next, units };
+            // Sums are `v_e`: `φ'' ⊙ g` becomes the part of `v_z` that comes through it.
+            let epilogue = Scale { slope, curvature: Some(curvature), out: v_next, units };
             let (own, layer) = (&mut gradients.layers[index], &self.layers[index]);
             match &layer.below {
                 None => {
@@ -130,12 +127,8 @@ impl Mlp {
 
 impl LayerTape {
     /// The end of a product that gives `g` at this layer.
-    fn chain(&mut self, units: usize, keep: Keep) -> Chain<'_> {
-        Chain {
-            slope: &self.slope,
-            curvature: (keep == Keep::Tape).then_some(&mut *self.curvature),
-            e: &mut self.e,
-            units,
-        }
+    fn chain(&mut self, units: usize, keep: Keep) -> Scale<'_> {
+        let curvature = (keep == Keep::Tape).then_some(&mut *self.curvature);
+        Scale { slope: &self.slope, curvature, out: &mut self.e, units }
     }
 }
