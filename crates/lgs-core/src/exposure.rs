@@ -30,16 +30,10 @@ impl Exposure {
     /// # Panics
     /// If there are not as many transmittances as pixels (a bug).
     pub fn expose(&self, pixels: &mut [[f32; 3]], transmittance: &[f32], background: [f32; 3]) {
-        assert_eq!(pixels.len(), transmittance.len(), "pixels and transmittances");
-        if *self == Self::IDENTITY {
-            return;
-        }
-        for (pixel, through) in pixels.iter_mut().zip(transmittance) {
-            for (c, value) in pixel.iter_mut().enumerate() {
-                let behind = through * background[c];
-                *value = self.gain[c] * (*value - behind) + self.offset[c] * (1.0 - through) + behind;
-            }
-        }
+        self.replace(pixels, transmittance, |c, value, through| {
+            let behind = through * background[c];
+            self.gain[c] * (value - behind) + self.offset[c] * (1.0 - through) + behind
+        });
     }
 
     /// Exposes the change of a drawn image: the derivative of [`Self::expose`], given the changes of pixels
@@ -48,14 +42,27 @@ impl Exposure {
     /// # Panics
     /// If there are not as many transmittances as pixels (a bug).
     pub fn expose_change(&self, pixels: &mut [[f32; 3]], transmittance: &[f32], background: [f32; 3]) {
+        self.replace(pixels, transmittance, |c, value, through| {
+            let behind = background[c] * (1.0 - self.gain[c]) - self.offset[c];
+            self.gain[c] * value + behind * through
+        });
+    }
+
+    /// Replaces every value, given its channel, itself and its pixel's transmittance; the identity leaves all
+    /// as they are.
+    fn replace(
+        &self,
+        pixels: &mut [[f32; 3]],
+        transmittance: &[f32],
+        exposed: impl Fn(usize, f32, f32) -> f32,
+    ) {
         assert_eq!(pixels.len(), transmittance.len(), "pixels and transmittances");
         if *self == Self::IDENTITY {
             return;
         }
-        for (pixel, through) in pixels.iter_mut().zip(transmittance) {
+        for (pixel, &through) in pixels.iter_mut().zip(transmittance) {
             for (c, value) in pixel.iter_mut().enumerate() {
-                let behind = background[c] * (1.0 - self.gain[c]) - self.offset[c];
-                *value = self.gain[c] * *value + behind * through;
+                *value = exposed(c, *value, through);
             }
         }
     }
