@@ -22,6 +22,12 @@ after(async () => {
   made?.remove();
 });
 
+/** A test whose page reports no error. */
+const faultless = (name, body) => test(name, async (context) => {
+  await body(context);
+  assert.deepEqual(faults, []);
+});
+
 /** Opens the page and waits for its first picture; `script` runs before the page's own. */
 async function open(size = { width: 1000, height: 640 }, hash = '', script = () => {}) {
   const context = await browser.newContext({ viewport: size, acceptDownloads: true });
@@ -95,7 +101,7 @@ const shot = async (name) => {
   await page.screenshot({ path: join(process.env.SCREENSHOTS, name) });
 };
 
-test('a run shows a picture, and time runs past both ends of the recording', async () => {
+faultless('a run shows a picture, and time runs past both ends of the recording', async () => {
   await open();
   const start = await pixels();
   assert.ok(new Set(start).size > 20, 'a picture of many colours');
@@ -108,10 +114,9 @@ test('a run shows a picture, and time runs past both ends of the recording', asy
   await page.evaluate(() => { document.querySelector('#paths').click(); });
   await goto(0.4);
   await shot('viewer.png');
-  assert.deepEqual(faults, []);
 });
 
-test('without its potential a falling ball does not fall', async () => {
+faultless('without its potential a falling ball does not fall', async () => {
   await open();
   const start = await pixels();
   await goto(0.6);
@@ -122,10 +127,9 @@ test('without its potential a falling ball does not fall', async () => {
   await page.click('#reset');
   await settled();
   assert.ok(difference(start, await pixels()) > 0.3, 'it falls again');
-  assert.deepEqual(faults, []);
 });
 
-test('original and edited motion stand side by side, and under a divider', async () => {
+faultless('original and edited motion stand side by side, and under a divider', async () => {
   await open();
   await goto(0.6);
   await setAll('potential', 0);
@@ -144,10 +148,9 @@ test('original and edited motion stand side by side, and under a divider', async
   await page.selectOption('#compare', 'truth');
   await settled();
   assert.ok(new Set(await pixels(1)).size > 20, 'an image of the dataset');
-  assert.deepEqual(faults, []);
 });
 
-test('keys play, step, draw and fly; a drag orbits; a click picks an object', async () => {
+faultless('keys play, step, draw and fly; a drag orbits; a click picks an object', async () => {
   await open();
   const start = await pixels();
   await page.focus('#stage');
@@ -195,20 +198,18 @@ test('keys play, step, draw and fly; a drag orbits; a click picks an object', as
   await drag(middle, [middle[0] + 120, middle[1] + 30]);
   await settled();
   assert.ok(difference(before, await pixels()) > 0.1, 'the camera orbited');
-  assert.deepEqual(faults, []);
 });
 
-test('a link shows the same view again', async () => {
+faultless('a link shows the same view again', async () => {
   await open();
   await goto(1.25);
   await setAll('potential', 2);
   const [seen, hash] = [await pixels(), await page.evaluate(() => location.hash)];
   await open(undefined, hash);
   assertSame(seen, await pixels(), 'the view of the link');
-  assert.deepEqual(faults, []);
 });
 
-test('pictures that decode out of order leave the newest on the page', async () => {
+faultless('pictures that decode out of order leave the newest on the page', async () => {
   await open(undefined, '', () => {
     const decode = window.createImageBitmap;
     let begun = -1e9;
@@ -227,20 +228,18 @@ test('pictures that decode out of order leave the newest on the page', async () 
   const [seen, hash] = [await pixels(), await page.evaluate(() => location.hash)];
   await open(undefined, hash);
   assertSame(seen, await pixels(), 'the last picture');
-  assert.deepEqual(faults, []);
 });
 
-test('a picture can be saved, and exact ones are PNG', async () => {
+faultless('a picture can be saved, and exact ones are PNG', async () => {
   await open();
   const [download] = await Promise.all([page.waitForEvent('download'), page.click('#shot')]);
   assert.match(download.suggestedFilename(), /^t_0\.000\.png$/);
   await page.check('#exact');
   await settled();
   assert.equal(await page.evaluate(() => window.lagrangegs.panes[0].header.mime), 'image/png');
-  assert.deepEqual(faults, []);
 });
 
-test('views that are kept become a path that render follows', async () => {
+faultless('views that are kept become a path that render follows', async () => {
   await open();
   await goto(0.2);
   await page.focus('#stage');
@@ -261,7 +260,6 @@ test('views that are kept become a path that render follows', async () => {
   assert.equal(readFileSync(film).subarray(0, 6).toString(), 'GIF89a');
   await page.goto(`file://${film}`);
   assert.equal(await page.evaluate(() => document.images[0].naturalWidth), 96);
-  assert.deepEqual(faults, []);
 });
 
 test('videos play in the browser, with their size and their duration', async (context) => {
@@ -287,7 +285,7 @@ test('videos play in the browser, with their size and their duration', async (co
   }
 });
 
-test('the potential of an object lies over the picture, and follows its scale', async () => {
+faultless('the potential of an object lies over the picture, and follows its scale', async () => {
   await open();
   const overlay = () => page.evaluate(() => {
     const canvas = window.lagrangegs.panes[0].overlay;
@@ -305,16 +303,14 @@ test('the potential of an object lies over the picture, and follows its scale', 
     const { range } = window.lagrangegs.page.slice;
     return Math.abs(range[1] - range[0] - 2 * spread) < 0.01 * spread;
   }, top - low);
-  assert.deepEqual(faults, []);
 });
 
-test('small screens have room for everything', async () => {
+faultless('small screens have room for everything', async () => {
   await open({ width: 400, height: 700 });
   const wide = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(wide <= 400, `the page is ${wide} wide`);
   for (const id of ['#stage', '#time', '#play', '#panel']) assert.ok(await page.locator(id).isVisible(), id);
   await shot('small.png');
-  assert.deepEqual(faults, []);
 });
 
 test('pictures keep pace with a drag', async (context) => {

@@ -1,11 +1,14 @@
 //! Who looks at training changes nothing in its result.
 
+#[path = "common/tiny.rs"]
+mod tiny;
+
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use lgs_data::dataset::{Dataset, LoadOptions};
-use lgs_data::synth::{self, SynthOptions};
+use lgs_data::dataset::Dataset;
 use lgs_train::{Control, DeviceName, Glance, Onlooker, Preset, RunFolder, TrainConfig, train};
+use tiny::falling_ball;
 
 /// Looks at the models after every step.
 #[derive(Default)]
@@ -59,10 +62,7 @@ fn trained(folder: &Path, dataset: &Dataset, onlooker: Option<&mut Curious>) -> 
 #[test]
 fn a_run_that_is_looked_at_has_the_bytes_of_one_that_is_not() {
     let folder = tempfile::tempdir().expect("folder");
-    let data = folder.path().join("data");
-    let options = SynthOptions { size: 24, views: 3, train_fps: 6, ..SynthOptions::default() };
-    synth::generate("falling-ball", &options, &data, &|_, _| {}).expect("a dataset");
-    let dataset = Dataset::load(&data, &LoadOptions::default(), &|_, _| {}).expect("loaded");
+    let dataset = falling_ball(folder.path(), 24, 3);
     let mut curious = Curious::default();
     let seen = trained(&folder.path().join("seen"), &dataset, Some(&mut curious));
     let unseen = trained(&folder.path().join("unseen"), &dataset, None);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::program::{call, falling, folder, json_file, tiny_dataset};
+use crate::program::{call, edit_json, falling, folder, tiny_dataset};
 use lagrangegs::lgs_core::GaussianCloud;
 use lagrangegs::lgs_data::ply::write_ply;
 
@@ -86,11 +86,10 @@ fn splats_that_lost_their_contents_or_have_no_size_are_named() {
 fn times_outside_of_the_sequence_are_remarked() {
     let dir = folder();
     let data = tiny_dataset(dir.path());
-    let path = data.join("transforms_train.json");
-    let mut json = json_file(&path);
-    json["frames"][2]["time"] = 1.5.into();
-    json["frames"][4]["time"] = (-0.1).into();
-    std::fs::write(&path, json.to_string()).expect("written");
+    edit_json(&data.join("transforms_train.json"), |json| {
+        json["frames"][2]["time"] = 1.5.into();
+        json["frames"][4]["time"] = (-0.1).into();
+    });
     let words = ["`time` should be in [0, 1]", "2 of", "frame 2 with 1.5", "transforms_train.json"];
     let info = call("info {data}", &[("data", &data)]).ok();
     // Whatever becomes of the training, the remark comes before it.

@@ -114,6 +114,13 @@ pub(crate) fn json_file(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
 }
 
+/// Changes the contents of a JSON file.
+pub(crate) fn edit_json(path: &Path, edit: impl FnOnce(&mut serde_json::Value)) {
+    let mut json = json_file(path);
+    edit(&mut json);
+    std::fs::write(path, json.to_string()).expect("written");
+}
+
 /// A temporary folder.
 pub(crate) fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")

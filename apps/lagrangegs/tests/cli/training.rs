@@ -4,7 +4,7 @@ use std::path::Path;
 
 #[cfg(unix)]
 use crate::program::interrupted;
-use crate::program::{Done, call, files, folder, json_file, tiny_dataset, unwritable};
+use crate::program::{Done, call, edit_json, files, folder, tiny_dataset, unwritable};
 
 /// Settings under which training takes seconds and learns next to nothing.
 const TINY: &str = "--set source.iterations=40 --set source.warmup_iterations=20 \
@@ -157,12 +157,11 @@ fn a_still_scene_is_trained_measured_rendered_and_exported() {
     let dir = folder();
     let data = tiny_dataset(dir.path());
     for split in ["train", "val", "test"] {
-        let path = data.join(format!("transforms_{split}.json"));
-        let mut json = json_file(&path);
-        for frame in json["frames"].as_array_mut().expect("frames") {
-            frame.as_object_mut().expect("a frame").remove("time");
-        }
-        std::fs::write(&path, json.to_string()).expect("write");
+        edit_json(&data.join(format!("transforms_{split}.json")), |json| {
+            for frame in json["frames"].as_array_mut().expect("frames") {
+                frame.as_object_mut().expect("a frame").remove("time");
+            }
+        });
     }
     let kept = ["train", "val", "test"].map(|split| format!("transforms_{split}.json"));
     for other in files(&data) {
@@ -198,12 +197,11 @@ fn a_still_scene_is_trained_measured_rendered_and_exported() {
 fn images_of_too_short_a_time_are_refused_before_training() {
     let dir = folder();
     let data = tiny_dataset(dir.path());
-    let path = data.join("transforms_train.json");
-    let mut json = json_file(&path);
-    for frame in json["frames"].as_array_mut().expect("frames") {
-        frame["time"] = (0.01 * frame["time"].as_f64().expect("a time")).into();
-    }
-    std::fs::write(&path, json.to_string()).expect("write");
+    edit_json(&data.join("transforms_train.json"), |json| {
+        for frame in json["frames"].as_array_mut().expect("frames") {
+            frame["time"] = (0.01 * frame["time"].as_f64().expect("a time")).into();
+        }
+    });
     let run = dir.path().join("run");
     train(&data, &run, "").fails(&data, &["end at time", "0.07"]);
     assert!(!run.exists(), "before anything is written");

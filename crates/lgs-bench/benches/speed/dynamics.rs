@@ -1,6 +1,6 @@
 //! Rollouts without alignment: 8192 particles, 75 steps, U and Q of four layers of 128.
 
-use crate::particles::{cotangents, operations, points, system};
+use crate::particles::{cotangents, operations, start, system};
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_bench::machine::Machine;
 use lgs_bench::memory::peak_bytes;
@@ -26,7 +26,7 @@ const REFERENCE_STEPS: usize = 5;
 pub(crate) fn run(machine: &Machine) {
     section(&format!("dynamics ({PARTICLES} particles × {STEPS} steps, U and Q 4×128)"));
     let system = system();
-    let start = State::at_start(points(PARTICLES, 1.0, 1), points(PARTICLES, 1.0, 2));
+    let start = start(PARTICLES);
     let spec = RolloutSpec::new(DT, STEPS);
     let work = operations(&system.config) * (PARTICLES * STEPS) as f64;
     let cotangents = cotangents(PARTICLES, STEPS + 1);
@@ -50,7 +50,7 @@ pub(crate) fn run(machine: &Machine) {
 /// Networks of fewer units and both kinds of force, forward + backward: what blocks lose when products are
 /// small.
 fn smaller_networks(machine: &Machine) {
-    let start = State::at_start(points(FEW, 1.0, 1), points(FEW, 1.0, 2));
+    let start = start(FEW);
     let (spec, cotangents) = (RolloutSpec::new(DT, STEPS), cotangents(FEW, STEPS + 1));
     for hidden in [32, 64] {
         for force in [ForceKind::Mlp, ForceKind::Structured] {

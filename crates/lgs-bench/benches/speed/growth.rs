@@ -1,7 +1,7 @@
 //! Time per Gaussian from 5 000 to 500 000 of them.
 
 use crate::alignment::{case, case_of};
-use crate::particles::{cotangents, points, system};
+use crate::particles::{cotangents, points, start, system};
 use lgs_bench::machine::Machine;
 use lgs_bench::table::{Row, section};
 use lgs_bench::{medians_in_turns, times_in_turn};
@@ -31,7 +31,7 @@ pub(crate) fn run(_: &Machine) {
     Row::figure("both, particles in no order", times(secs)).print();
     let system = system();
     let spec = RolloutSpec::new(0.01, STEPS);
-    let starts = COUNTS.map(|n| State::at_start(points(n, 1.0, 1), points(n, 1.0, 2)));
+    let starts = COUNTS.map(start);
     print(
         &format!("rollout of {STEPS} steps, forward"),
         per_gaussian(starts.each_ref().map(|start| || drop(rollout(&system, start, &spec)))),

@@ -1,6 +1,6 @@
 //! Systems and particles that the sections share.
 
-use lgs_dynamics::{StateCotangents, System, SystemConfig};
+use lgs_dynamics::{State, StateCotangents, System, SystemConfig};
 use rand::RngExt;
 
 /// Points `[n, 3]` in a cube of half an edge `half`, in no order.
@@ -18,6 +18,11 @@ pub(crate) fn system() -> System {
         *value = ((i * 37 % 101) as f32 / 101.0 - 0.5) * 0.1;
     }
     system
+}
+
+/// Moving particles in a box of half side one.
+pub(crate) fn start(n: usize) -> State {
+    State::at_start(points(n, 1.0, 1), points(n, 1.0, 2))
 }
 
 /// Cotangents of all positions of a rollout.

@@ -1,11 +1,11 @@
 //! Gain by a second core.
 
 use crate::alignment::case;
-use crate::particles::{cotangents, points, system};
+use crate::particles::{cotangents, points, start, system};
 use lgs_bench::machine::{Machine, pool};
 use lgs_bench::table::{Row, section};
 use lgs_bench::{OnThreads, Panels, REPEATS, medians_in_turns, times_in_turn};
-use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, State, align, rollout, rollout_vjp};
+use lgs_dynamics::{Alignment, AlignmentVjp, RolloutSpec, align, rollout, rollout_vjp};
 use rayon::ThreadPool;
 use std::sync::Mutex;
 
@@ -22,7 +22,7 @@ pub(crate) fn run(_: &Machine) {
     section(&format!("second core (rollouts of {PARTICLES} particles × {STEPS} steps)"));
     let system = system();
     let spec = RolloutSpec::new(0.01, STEPS);
-    let start = State::at_start(points(PARTICLES, 1.0, 1), points(PARTICLES, 1.0, 2));
+    let start = start(PARTICLES);
     let cotangents = cotangents(PARTICLES, STEPS + 1);
     compare("rollout, forward", 1.8, || rollout(&system, &start, &spec));
     compare("rollout, forward + backward", 1.8, || {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::dataset::testing::synthetic;
 use crate::dataset::{Dataset, LoadOptions};
 
 fn load(root: &Path) -> Dataset {
@@ -28,17 +29,8 @@ pub(in crate::dataset) fn assert_round_trip(root: &Path) {
 }
 
 /// Three cameras at eight moments with a truth.
-fn synthetic() -> (tempfile::TempDir, PathBuf) {
-    let dir = tempfile::tempdir().unwrap();
-    let out = dir.path().join("set");
-    let options = crate::synth::SynthOptions {
-        size: 8,
-        views: 3,
-        train_fps: 4,
-        ..crate::synth::SynthOptions::default()
-    };
-    crate::synth::generate("falling-ball", &options, &out, &|_, _| {}).unwrap();
-    (dir, out)
+fn falling_ball() -> (tempfile::TempDir, PathBuf) {
+    synthetic("falling-ball", 8, 3)
 }
 
 fn imported(root: &Path, rules: ImportRules) -> (tempfile::TempDir, Dataset) {
@@ -58,7 +50,7 @@ fn times(set: &Dataset, split: &str) -> Vec<f32> {
 
 #[test]
 fn a_set_with_edits_and_a_truth_comes_back_whole() {
-    let (_dir, root) = synthetic();
+    let (_dir, root) = falling_ball();
     assert_round_trip(&root);
     let (dir, set) = imported(&root, ImportRules::default());
     assert!(dir.path().join("out/scene.json").exists() && !set.edits.is_empty());
@@ -68,7 +60,7 @@ fn a_set_with_edits_and_a_truth_comes_back_whole() {
 
 #[test]
 fn times_are_cut_and_thinned() {
-    let (_dir, root) = synthetic();
+    let (_dir, root) = falling_ball();
     let rules = ImportRules { times: Some([0.25, 0.75]), every: Some(5), ..ImportRules::default() };
     let (dir, set) = imported(&root, rules);
     // Moments of train and val: every 1/60 from 15/60 to 44/60, as val or train show them; every fifth.
@@ -80,7 +72,7 @@ fn times_are_cut_and_thinned() {
 
 #[test]
 fn rules_say_what_is_test() {
-    let (_dir, root) = synthetic();
+    let (_dir, root) = falling_ball();
     let late = ImportRules { test_after: Some(0.5), ..ImportRules::default() };
     let (_dir2, set) = imported(&root, late);
     assert!(times(&set, "train").iter().all(|&t| t <= 0.5) && times(&set, "test")[0] > 0.5);
@@ -103,7 +95,7 @@ fn rules_say_what_is_test() {
 
 #[test]
 fn nothing_is_written_into_the_source_or_over_something() {
-    let (_dir, root) = synthetic();
+    let (_dir, root) = falling_ball();
     let count = || std::fs::read_dir(&root).unwrap().count();
     let before = count();
     let inside = import(&root, &root.join("deep/out"), &ImportOptions::default(), &|_, _| {});

@@ -1,6 +1,6 @@
 mod defects;
 
-use super::testing::{load, refusal};
+use super::testing::{load, refusal, synthetic};
 use super::*;
 use image::{Rgba, RgbaImage};
 use serde_json::{Value, json};
@@ -199,15 +199,7 @@ fn shipped_points_win_and_bad_ones_are_an_error() {
 
 #[test]
 fn random_points_fill_the_box_that_the_cameras_look_at() {
-    let dir = tempfile::tempdir().unwrap();
-    let out = dir.path().join("set");
-    let options = crate::synth::SynthOptions {
-        size: 32,
-        views: 9,
-        train_fps: 4,
-        ..crate::synth::SynthOptions::default()
-    };
-    crate::synth::generate("pendulum", &options, &out, &|_, _| {}).unwrap();
+    let (_dir, out) = synthetic("pendulum", 32, 9);
     let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
     let cube = dataset.scene_box();
     assert!(glam::Vec3::from(cube.center).abs_diff_eq(glam::Vec3::ZERO, 1e-3), "{cube:?}");
