@@ -61,7 +61,7 @@ impl SourceModel for DefGs {
     }
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
-        self.poses(time).iter().map(|&[x, y, z, ..]| [x, y, z]).collect()
+        positions(&self.poses(time))
     }
 
     fn to_tensors(&self) -> TensorFile {
@@ -70,6 +70,11 @@ impl SourceModel for DefGs {
         self.deformation.insert_into(&mut file, "deformation");
         file
     }
+}
+
+/// Centres of Gaussians in the poses `[x', q', Δs]`.
+pub(super) fn positions(poses: &[[f32; DELTAS]]) -> Vec<[f32; 3]> {
+    poses.iter().map(|&[x, y, z, ..]| [x, y, z]).collect()
 }
 
 /// Canonical Gaussians in the poses `[x', q', Δs]`.
@@ -83,7 +88,7 @@ pub fn compose(canonical: &GaussianCloud, poses: &[[f32; DELTAS]], mode: ScaleMo
         })
     });
     GaussianCloud {
-        means: poses.iter().map(|&[x, y, z, ..]| [x, y, z]).collect(),
+        means: positions(poses),
         rotations: poses.iter().map(|&[_, _, _, w, x, y, z, ..]| quat_normalize([w, x, y, z])).collect(),
         log_scales: scaled.collect(),
         raw_opacities: canonical.raw_opacities.clone(),

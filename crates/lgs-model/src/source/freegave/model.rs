@@ -11,7 +11,7 @@ use super::inflated::drawn_shape;
 use super::input::Advection;
 use super::network::FreeGaveNetworks;
 use crate::source::config::{DELTAS, RotationForm};
-use crate::source::defgs::compose;
+use crate::source::defgs::{compose, positions};
 use crate::source::error::SourceError;
 use crate::source::kind::SourceKind;
 use crate::source::model::SourceModel;
@@ -107,7 +107,7 @@ impl SourceModel for FreeGave {
     }
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
-        self.poses(time).iter().map(|&[x, y, z, ..]| [x, y, z]).collect()
+        positions(&self.poses(time))
     }
 
     fn to_tensors(&self) -> TensorFile {

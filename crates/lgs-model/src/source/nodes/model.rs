@@ -9,7 +9,7 @@ use super::neighbors::Neighbors;
 use super::node::{FEATURES, NODE, Node};
 use crate::scene::{insert_cloud, read_cloud};
 use crate::source::config::{DELTAS, MAX_NEIGHBORS, ScaleMode};
-use crate::source::defgs::compose;
+use crate::source::defgs::{compose, positions};
 use crate::source::error::SourceError;
 use crate::source::kind::SourceKind;
 use crate::source::model::SourceModel;
@@ -104,7 +104,7 @@ impl SourceModel for ControlNodes {
     }
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
-        self.poses(time).iter().map(|&[x, y, z, ..]| [x, y, z]).collect()
+        positions(&self.poses(time))
     }
 
     fn to_tensors(&self) -> TensorFile {
