@@ -22,6 +22,7 @@ const UNSETTLED: usize = 256;
 const STEP: usize = 1024;
 
 /// The room for the lists of one image.
+#[derive(Clone)]
 pub(super) struct Room {
     /// Entries that fit.
     pub(super) entries: usize,
@@ -34,8 +35,8 @@ struct Known {
     device: CubeDevice,
     tiles: usize,
     gaussians: usize,
-    entries: usize,
-    greatest: CubeTensor,
+    /// The room that there is.
+    room: Room,
     /// Images counted on the spot, and images since the greatest need was read.
     counted: usize,
     unread: usize,
@@ -43,15 +44,14 @@ struct Known {
 
 impl Known {
     fn new(like: &CubeTensor, tiles: usize) -> Self {
-        let greatest = zeros(like, [1], DType::U32);
-        let device = like.device.clone();
-        Self { device, tiles, gaussians: 1, entries: 0, greatest, counted: 0, unread: 0 }
+        let room = Room { entries: 0, greatest: zeros(like, [1], DType::U32) };
+        Self { device: like.device.clone(), tiles, gaussians: 1, room, counted: 0, unread: 0 }
     }
 
     /// More Gaussians need room in proportion.
     fn follow(&mut self, gaussians: usize) {
         if gaussians > self.gaussians {
-            self.entries = (self.entries * gaussians).div_ceil(self.gaussians);
+            self.room.entries = (self.room.entries * gaussians).div_ceil(self.gaussians);
             self.gaussians = gaussians;
         }
     }
@@ -59,17 +59,17 @@ impl Known {
     /// Makes room for half as much again as an image needs.
     fn grow(&mut self, need: usize) {
         let wanted = (need + need / 2).next_multiple_of(STEP);
-        self.entries = self.entries.max(wanted);
+        self.room.entries = self.room.entries.max(wanted);
     }
 
     /// Reads the greatest need.
     fn settle(&mut self) {
-        let need = last_value(self.greatest.clone()) as usize;
-        if need > self.entries {
+        let need = last_value(self.room.greatest.clone()) as usize;
+        if need > self.room.entries {
             tracing::warn!(
                 "an image needed {need} entries of tile lists where there was room for {}: it taught \
                  nothing; there is more room now",
-                self.entries
+                self.room.entries
             );
         }
         self.grow(need);
@@ -100,8 +100,8 @@ pub(super) fn room(places: &CubeTensor, sizes: &Sizes) -> Room {
     }
     known.unread += 1;
     // No image needs more than every Gaussian in every tile.
-    let entries = known.entries.min(sizes.gaussians * sizes.tiles()).max(1);
-    Room { entries, greatest: known.greatest.clone() }
+    let entries = known.room.entries.min(sizes.gaussians * sizes.tiles()).max(1);
+    Room { entries, ..known.room.clone() }
 }
 
 /// Reads the greatest need of the images drawn on a device since the last call, and makes room for it.
