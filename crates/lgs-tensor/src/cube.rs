@@ -2,11 +2,13 @@
 
 pub mod product;
 pub mod quaternions;
+pub mod vectors;
 
 use burn::backend::ops::IntTensorOps;
 use burn::backend::{DispatchDevice, TensorMetadata, WgpuDeviceKind};
 use burn::tensor::{DType, Device, DeviceType, Shape, Tensor, TensorData};
 use burn_cubecl::cubecl::client::Client;
+use burn_cubecl::cubecl::prelude::BufferArg;
 use burn_cubecl::cubecl::{self, CubeCount, CubeDim};
 use burn_cubecl::ops::numeric::{empty_device_contiguous_dtype, zeros_client};
 pub use burn_cubecl::{CubeBackend, CubeDevice, tensor::CubeTensor};
@@ -61,6 +63,12 @@ pub fn largest_buffer(device: &Device) -> Option<u64> {
 #[must_use]
 pub fn contiguous(tensor: CubeTensor) -> CubeTensor {
     burn_cubecl::kernel::into_contiguous(tensor)
+}
+
+/// Tensors as arguments of a kernel.
+#[must_use]
+pub fn arguments<const N: usize>(tensors: [&CubeTensor; N]) -> [BufferArg; N] {
+    tensors.map(|tensor| tensor.clone().into_buffer_arg())
 }
 
 /// Cubes and their size for so many units, each of which has to check that it is one of them.

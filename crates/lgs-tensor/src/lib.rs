@@ -19,11 +19,41 @@ use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend};
 use std::fmt::Debug;
 use std::marker::PhantomData;
+use tracing::Span;
 
-/// The constants of a call beside its differentiable tensors: sizes, times, a camera.
-pub trait Call: Clone + Debug + Send + 'static {}
+/// A pass through an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Forwards, where no gradient will be asked for.
+    Forward,
+    /// Forwards, with what the way back needs.
+    ForwardKept,
+    /// Back.
+    Backward,
+}
 
-impl<T: Clone + Debug + Send + 'static> Call for T {}
+/// The constants of a call beside its differentiable tensors: sizes, times, a camera. [`calls`] makes types
+/// such.
+pub trait Call: Clone + Debug + Send + 'static {
+    /// The span of a pass, by which a profile tells where the time went.
+    fn span(pass: Pass) -> Span;
+}
+
+/// Makes types the constants of calls, and names the spans of their passes: by what stands behind the colon,
+/// and by that with `, backward`.
+#[macro_export]
+macro_rules! calls {
+    ($($call:ty: $name:literal;)+) => {
+        $(impl $crate::Call for $call {
+            fn span(pass: $crate::Pass) -> ::tracing::Span {
+                match pass {
+                    $crate::Pass::Backward => ::tracing::trace_span!(concat!($name, ", backward")),
+                    _ => ::tracing::trace_span!($name),
+                }
+            }
+        })+
+    };
+}
 
 /// A backend that can run an operation of `N` differentiable tensors and one output forwards and backwards.
 pub trait Kernel<C: Call, const N: usize>: Backend {
@@ -42,6 +72,24 @@ pub trait Kernel<C: Call, const N: usize>: Backend {
     fn vjp(call: &C, kept: Self::Kept, v_output: FloatTensor<Self>) -> [FloatTensor<Self>; N];
 }
 
+/// [`Kernel::forward`] in its span.
+pub fn forward<B, C, const N: usize>(call: &C, inputs: [FloatTensor<B>; N]) -> FloatTensor<B>
+where
+    B: Kernel<C, N>,
+    C: Call,
+{
+    C::span(Pass::Forward).in_scope(|| B::forward(call, inputs))
+}
+
+/// [`Kernel::forward_kept`] in its span.
+pub fn forward_kept<B, C, const N: usize>(call: &C, inputs: [FloatTensor<B>; N]) -> (FloatTensor<B>, B::Kept)
+where
+    B: Kernel<C, N>,
+    C: Call,
+{
+    C::span(Pass::ForwardKept).in_scope(|| B::forward_kept(call, inputs))
+}
+
 /// The graph node of an operation.
 #[derive(Debug)]
 struct Node<C>(PhantomData<C>);
@@ -52,7 +100,8 @@ impl<C: Call, B: Kernel<C, N>, const N: usize> Backward<B, N> for Node<C> {
     fn backward(self, ops: Ops<Self::State, N>, grads: &mut Gradients, _checkpointer: &mut Checkpointer) {
         let v_output = grads.consume::<B>(&ops.node);
         let (call, kept) = ops.state;
-        for (parent, v) in ops.parents.into_iter().zip(B::vjp(&call, kept, v_output)) {
+        let v_inputs = C::span(Pass::Backward).in_scope(|| B::vjp(&call, kept, v_output));
+        for (parent, v) in ops.parents.into_iter().zip(v_inputs) {
             if let Some(parent) = parent {
                 grads.register::<B>(parent.id, v);
             }
@@ -74,10 +123,10 @@ where
     let inputs = inputs.map(|input| input.into_primitive());
     match Node::<C>(PhantomData).prepare::<S>(nodes).compute_bound().stateful() {
         OpsKind::Tracked(node) => {
-            let (output, kept) = B::forward_kept(&call, inputs);
+            let (output, kept) = forward_kept::<B, C, N>(&call, inputs);
             node.finish((call, kept), output)
         }
-        OpsKind::UnTracked(node) => node.finish(B::forward(&call, inputs)),
+        OpsKind::UnTracked(node) => node.finish(forward::<B, C, N>(&call, inputs)),
     }
 }
 
@@ -92,7 +141,7 @@ where
     C: Call,
 {
     let nodes = inputs.each_ref().map(|input| input.node());
-    let (output, kept) = B::forward_kept(&call, inputs.map(|input| input.into_primitive()));
+    let (output, kept) = forward_kept::<B, C, N>(&call, inputs.map(|input| input.into_primitive()));
     let output = match Node::<C>(PhantomData).prepare::<S>(nodes).compute_bound().stateful() {
         OpsKind::Tracked(node) => node.finish((call, kept.clone()), output),
         OpsKind::UnTracked(node) => node.finish(output),
@@ -182,7 +231,7 @@ macro_rules! operations_of {
                 $($input: ::burn::backend::tensor::FloatTensor<Self>,)+
                 $call: $constants,
             ) -> ::burn::backend::tensor::FloatTensor<Self> {
-                <Self as $crate::Kernel<_, _>>::forward(&$call, [$($input),+])
+                $crate::forward::<Self, _, _>(&$call, [$($input),+])
             })+
         }
     };

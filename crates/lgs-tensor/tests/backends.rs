@@ -18,6 +18,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 #[derive(Clone, Debug)]
 struct Square;
 
+lgs_tensor::calls! { Square: "square"; }
+
 impl Kernel<Square, 1> for Flex {
     type Kept = Vec<f32>;
 

@@ -6,7 +6,7 @@ use burn::tensor::{DType, Device, Tensor, TensorData};
 use cubecl::prelude::*;
 use lgs_render::{ALPHA_MAX, ALPHA_MIN, TRANSMITTANCE_STOP};
 use lgs_tensor::cube::product::{primitive, product, tensor};
-use lgs_tensor::cube::{CubeTensor, cubes, empty, units};
+use lgs_tensor::cube::{CubeTensor, arguments, cubes, empty, units};
 
 use crate::Sizes;
 use crate::rows::{last_of, wait_for};
@@ -62,7 +62,7 @@ pub(crate) fn memory(device: &Device, sizes: &Sizes) -> f64 {
     let a = empty(&b, [sizes.array], DType::F32);
     let (count, dim) = units(&a.client, sizes.array);
     rate((3 * sizes.array * size_of::<f32>()) as f64, || {
-        let [b, c, a_out] = [&b, &c, &a].map(|t| t.clone().into_buffer_arg());
+        let [b, c, a_out] = arguments([&b, &c, &a]);
         add::launch(&a.client, count.clone(), dim, b, c, a_out, 3.0);
         a.clone()
     })
@@ -128,7 +128,7 @@ pub(crate) fn pairs(device: &Device, sizes: &Sizes) -> f64 {
     let out = empty(&gaussians, [tiles * PIXELS], DType::F32);
     let work = tiles as f64 * f64::from(sizes.passes) * (PIXELS * GAUSSIANS) as f64;
     rate(work, || {
-        let [gaussians, to] = [&gaussians, &out].map(|t| t.clone().into_buffer_arg());
+        let [gaussians, to] = arguments([&gaussians, &out]);
         blend::launch(
             &out.client,
             cubes(&out.client, tiles),

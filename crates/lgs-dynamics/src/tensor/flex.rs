@@ -69,7 +69,6 @@ impl Kernel<AccelerationCall, 3> for Flex {
         call: &AccelerationCall,
         inputs: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("accelerations").entered();
         let [params, q, v] = &inputs;
         let out = system(&call.config, params).accelerations(&points(q), &points(v), &call.edit);
         (tensor_of_rows(out), inputs)
@@ -80,7 +79,6 @@ impl Kernel<AccelerationCall, 3> for Flex {
         [params, q, v]: Self::Kept,
         v_out: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("accelerations, backward").entered();
         let system = system(&call.config, &params);
         let g = acceleration_vjp(&system, &points(&q), &points(&v), &call.edit, &points(&v_out));
         cotangents(g.params, g.q, g.v)
@@ -95,7 +93,6 @@ impl Kernel<RolloutCall, 3> for Flex {
         call: &RolloutCall,
         [params, q0, v0]: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("rollout").entered();
         let start = State::at_start(points(&q0), points(&v0));
         let states = rollout(&system(&call.config, &params), &start, &call.spec());
         (pack(&states), (params, Arc::new(states)))
@@ -106,7 +103,6 @@ impl Kernel<RolloutCall, 3> for Flex {
         (params, states): Self::Kept,
         v_packed: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("rollout, backward").entered();
         let v_states = unpack_cotangents(floats(&v_packed.to_contiguous()), states[0].len());
         let g = rollout_vjp(&system(&call.config, &params), &call.spec(), &states, &v_states);
         cotangents(g.params, g.q0, g.v0)
@@ -120,7 +116,6 @@ impl Kernel<AlignCall, 2> for Flex {
         AlignCall { supports }: &AlignCall,
         [position, candidate]: [FloatTensor<Self>; 2],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("alignment").entered();
         let alignment = align(&points(&position), &points(&candidate), supports);
         let mut values = Vec::with_capacity(12 * supports.particles());
         for (aligned, rotation) in alignment.aligned.iter().zip(alignment.rotations()) {
@@ -134,7 +129,6 @@ impl Kernel<AlignCall, 2> for Flex {
         alignment: Self::Kept,
         v_packed: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 2] {
-        let _span = tracing::trace_span!("alignment, backward").entered();
         let v_packed = v_packed.to_contiguous();
         let rows = rows::<12>(&v_packed);
         let v_aligned: Vec<[f32; 3]> = rows.iter().map(|r| [r[0], r[1], r[2]]).collect();

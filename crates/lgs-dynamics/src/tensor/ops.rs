@@ -22,6 +22,12 @@ pub struct AlignCall {
     pub supports: Arc<Supports>,
 }
 
+lgs_tensor::calls! {
+    AccelerationCall: "accelerations";
+    RolloutCall: "rollout";
+    AlignCall: "alignment";
+}
+
 lgs_tensor::operations! {
     /// Backends that can run systems: kernels of accelerations and rollouts (parameters `[p]`, positions and
     /// velocities `[n, 3]`) and of the alignment (positions and candidates `[n, 3]`).

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use burn::backend::Flex;
 use burn::backend::tensor::FloatTensor;
-use lgs_tensor::Kernel;
 use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
+use lgs_tensor::{Call, Kernel};
 
 use super::config::DeformationConfig;
 use super::input::InputFrame;
@@ -37,11 +37,13 @@ impl<N: PoseNetwork> NetworkCall<N> {
     }
 }
 
-impl<N: PoseNetwork> Kernel<NetworkCall<N>, 3> for Flex {
+impl<N: PoseNetwork> Kernel<NetworkCall<N>, 3> for Flex
+where
+    NetworkCall<N>: Call,
+{
     type Kept = ([FloatTensor<Self>; 3], Arc<N::Kept>);
 
     fn forward(call: &NetworkCall<N>, inputs: [FloatTensor<Self>; 3]) -> FloatTensor<Self> {
-        let _span = tracing::trace_span!("deformation network").entered();
         let inputs = inputs.map(|t| t.to_contiguous());
         tensor_of_rows(N::poses(call.input(&inputs)))
     }
@@ -50,7 +52,6 @@ impl<N: PoseNetwork> Kernel<NetworkCall<N>, 3> for Flex {
         call: &NetworkCall<N>,
         inputs: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("deformation network").entered();
         let inputs = inputs.map(|t| t.to_contiguous());
         let (poses, kept) = N::poses_kept(call.input(&inputs));
         (tensor_of_rows(poses), (inputs, Arc::new(kept)))
@@ -61,12 +62,13 @@ impl<N: PoseNetwork> Kernel<NetworkCall<N>, 3> for Flex {
         (inputs, kept): Self::Kept,
         v_poses: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("deformation network, backward").entered();
         let v = N::vjp(call.input(&inputs), &kept, rows(&v_poses.to_contiguous()));
         let len = v.params.len();
         [tensor(v.params, [len]), tensor_of_rows(v.means), tensor_of_rows(v.rotations)]
     }
 }
+
+lgs_tensor::calls! { NetworkCall<DeformationConfig>: "deformation network"; }
 
 lgs_tensor::operations! {
     /// Backends that can run the deformation network: kernels from parameters `[P]`, centres `[n, 3]` and

@@ -6,7 +6,8 @@ use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Flex, TensorMetadata, backend_extension};
 use lgs_tensor::flex::{rows, tensor};
-use lgs_tensor::{Kernel, fused};
+use lgs_tensor::{Call, Kernel, Pass, forward, fused};
+use tracing::{Span, trace_span};
 
 /// The constant that the loss compares an image with.
 #[derive(Clone, Debug)]
@@ -15,6 +16,16 @@ pub struct PhotometricCall<B: Backend> {
     pub target: FloatTensor<B>,
     /// Weight λ of the structural part.
     pub lambda: f32,
+}
+
+impl<B: Backend> Call for PhotometricCall<B> {
+    fn span(pass: Pass) -> Span {
+        match pass {
+            Pass::Forward => trace_span!("photometric loss"),
+            Pass::ForwardKept => trace_span!("photometric loss and gradient"),
+            Pass::Backward => Span::none(),
+        }
+    }
 }
 
 /// Backends that can compare images: kernels from an image `[H, W, 3]` to its loss `[1]`.
@@ -38,7 +49,6 @@ impl Kernel<PhotometricCall<Self>, 1> for Flex {
     type Kept = FloatTensor<Self>;
 
     fn forward(call: &PhotometricCall<Self>, [image]: [FloatTensor<Self>; 1]) -> FloatTensor<Self> {
-        let _span = tracing::trace_span!("photometric loss").entered();
         let (image, target) = (image.to_contiguous(), call.target.to_contiguous());
         let shape = image.shape();
         let loss = photometric(rows(&image), rows(&target), [shape[1], shape[0]], call.lambda);
@@ -49,19 +59,14 @@ impl Kernel<PhotometricCall<Self>, 1> for Flex {
         call: &PhotometricCall<Self>,
         [image]: [FloatTensor<Self>; 1],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("photometric loss and gradient").entered();
         let (image, target) = (image.to_contiguous(), call.target.to_contiguous());
         let shape = image.shape();
         let (loss, v) = photometric_vjp(rows(&image), rows(&target), [shape[1], shape[0]], call.lambda);
         (tensor(vec![loss], [1]), tensor(v.into_flattened(), [shape[0], shape[1], 3]))
     }
 
-    fn vjp(
-        _: &PhotometricCall<Self>,
-        gradient: Self::Kept,
-        v_loss: FloatTensor<Self>,
-    ) -> [FloatTensor<Self>; 1] {
-        [scaled::<Self>(gradient, v_loss)]
+    fn vjp(_: &PhotometricCall<Self>, gradient: Self::Kept, v: FloatTensor<Self>) -> [FloatTensor<Self>; 1] {
+        [scaled::<Self>(gradient, v)]
     }
 }
 
@@ -79,7 +84,7 @@ macro_rules! without_gradients {
                 target: FloatTensor<Self>,
                 lambda: f32,
             ) -> FloatTensor<Self> {
-                Self::forward(&PhotometricCall { target, lambda }, [image])
+                forward::<Self, _, _>(&PhotometricCall { target, lambda }, [image])
             }
         }
     };

@@ -8,7 +8,7 @@ use burn::backend::tensor::{FloatTensor, IntTensor};
 use burn::backend::{Autodiff, Backend, ExtensionType, Flex, TensorMetadata, backend_extension};
 use lgs_core::Camera;
 use lgs_tensor::flex::{floats, integers, rows, tensor, tensor_of_rows};
-use lgs_tensor::{Kernel, fused_kept};
+use lgs_tensor::{Kernel, forward_kept, fused_kept};
 use std::sync::Arc;
 
 /// The tensors of [`super::SplatTensors`] as backend primitives.
@@ -48,6 +48,8 @@ pub struct ViewSpec {
     /// Spherical-harmonic degree evaluated.
     pub active_degree: usize,
 }
+
+lgs_tensor::calls! { ViewSpec: "rasterize"; }
 
 /// A rendered image, and which Gaussians it shows.
 #[derive(Clone, Debug, ExtensionType)]
@@ -105,7 +107,6 @@ impl Kernel<ViewSpec, 7> for Flex {
     type Kept = RasterKept;
 
     fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 7]) -> (FloatTensor<Self>, RasterKept) {
-        let _span = tracing::trace_span!("rasterize").entered();
         let inputs = inputs.map(|input| input.to_contiguous());
         let camera = camera(view, &inputs[6]);
         let forward = rasterize(&splats(&inputs, view.active_degree), &camera, view.background);
@@ -116,7 +117,6 @@ impl Kernel<ViewSpec, 7> for Flex {
     }
 
     fn vjp(view: &ViewSpec, kept: RasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 7] {
-        let _span = tracing::trace_span!("rasterize, backward").entered();
         let v_packed = v_packed.to_contiguous();
         let (v_image, v_transmittance): (Vec<[f32; 3]>, Vec<f32>) =
             rows(&v_packed).iter().map(|&[r, g, b, t]| ([r, g, b], t)).unzip();
@@ -145,7 +145,7 @@ impl RasterKernels for Flex {
 
 impl RasterOps for Flex {
     fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
-        let (packed, kept) = Self::forward_kept(&view, splats.into_array());
+        let (packed, kept) = forward_kept::<Self, _, _>(&view, splats.into_array());
         Drawn { packed, radii: Self::radii(&kept) }
     }
 }

@@ -6,11 +6,12 @@
 
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{conjugate, matrix, normalised, product};
+use lgs_tensor::cube::vectors::{cross, numbers, write, zeros};
 
 use super::field::{MOTION, STATE};
 use super::fits::{FIT, quaternion};
 use super::rotation::{curvature, solve};
-use super::vectors::{add_arrived, axial, cross, numbers, pulled_back, rotated, rotated_back, write, zeros};
+use super::vectors::{add_arrived, axial, pulled_back, rotated, rotated_back};
 
 /// Numbers of an aligned position with its rotation matrix.
 pub(super) const ALIGNED: usize = 12;

@@ -2,10 +2,11 @@
 //! (`crate::twist`, method §4.6).
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::vectors::{cross, dot, numbers, plus, write, zeros};
 
 use super::field::{MOTION, STATE};
 use super::rotation::{factor, solve};
-use super::vectors::{add_arrived, cross, dot, numbers, plus, write, zeros};
+use super::vectors::add_arrived;
 use crate::thresholds::LEAST_SCALE;
 
 /// Numbers of a support's twist on the way back: means at the start (0) and the middle (3) of the step, mean
@@ -114,12 +115,13 @@ fn part(values: &Array<f32>, #[comptime] at: usize) -> Array<f32> {
     out
 }
 
-/// Replaces velocities after a step by those that supports have as bodies; degenerate ones leave them.
+/// Replaces velocities in the state that begins at `after` by those that supports have as bodies; degenerate
+/// ones leave them.
 #[cube(launch)]
-pub(super) fn carry(motion: &[f32], members: &[u32], states: &mut [f32], count: u32, state: u32, k: u32) {
+pub(super) fn carry(motion: &[f32], members: &[u32], states: &mut [f32], after: u32, k: u32) {
     let i = ABSOLUTE_POS;
-    if i < count as usize {
-        let after = (state as usize + 1usize) * count as usize * STATE;
+    if i < motion.len() / MOTION {
+        let after = after as usize;
         let twist = twist(motion, &*states, members, i, after, k);
         if twist[18usize] > 0.0f32 {
             let own = offsets(motion, &*states, i, after);
@@ -130,7 +132,7 @@ pub(super) fn carry(motion: &[f32], members: &[u32], states: &mut [f32], count: 
     }
 }
 
-/// What supports send to their members `[n, TWIST]`, given cotangents of the states after a step.
+/// What supports send to their members `[n, TWIST]`, given cotangents of the state that begins at `after`.
 #[cube(launch)]
 pub(super) fn twist_vjp(
     motion: &[f32],
@@ -138,13 +140,12 @@ pub(super) fn twist_vjp(
     states: &[f32],
     adjoint: &[f32],
     twists: &mut [f32],
-    count: u32,
-    state: u32,
+    after: u32,
     k: u32,
 ) {
     let i = ABSOLUTE_POS;
-    if i < count as usize {
-        let after = (state as usize + 1usize) * count as usize * STATE;
+    if i < motion.len() / MOTION {
+        let after = after as usize;
         let twist = twist(motion, states, members, i, after, k);
         let v = numbers(adjoint, i * STATE + 3usize, 3usize);
         let own = offsets(motion, states, i, after);

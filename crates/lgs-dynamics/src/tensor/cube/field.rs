@@ -2,9 +2,9 @@
 //! comes out, and the step it makes (Eq. 4, 5 and 9; method §4.1, §4.2).
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::vectors::{cross, numbers, write};
 
 use super::tables::*;
-use super::vectors::{cross, numbers, write};
 use crate::system::DAMPING_SHIFT;
 
 /// Numbers of a particle's state: position, velocity, rotation.

@@ -1,11 +1,11 @@
 //! Kernels of the way back through a step and its acceleration, a unit per particle.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::vectors::{cross, dot, numbers, write, zeros};
 
 use super::field::{Kinds, NETWORK, Range, STATE, STRUCTURED, Scales, curved, on_tape, softplus, state_at};
 use super::products::sigmoid;
 use super::tables::*;
-use super::vectors::{cross, dot, numbers, write, zeros};
 use crate::system::DAMPING_SHIFT;
 
 /// Cotangents of the networks' outputs, given those of velocities after the kick: the second half of each row

@@ -4,10 +4,10 @@
 //! largest entry of one, so that single precision holds its determinants whatever the size of a support.
 
 use cubecl::prelude::*;
+use lgs_tensor::cube::vectors::{numbers, write, zeros};
 
 use super::field::MOTION;
 use super::rotation::{fitted, identity};
-use super::vectors::{numbers, write, zeros};
 use crate::thresholds::LEAST_SCALE;
 
 /// Numbers of a fit: A over its scale (0), owner minus mean (9), mean of the candidates minus the owner's

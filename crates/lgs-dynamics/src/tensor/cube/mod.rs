@@ -27,7 +27,7 @@ use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::tensor::DType;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units, zeros};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units, zeros};
 
 use super::RolloutCall;
 use super::ops::{AccelerationCall, AlignCall};
@@ -47,7 +47,6 @@ impl Kernel<AccelerationCall, 3> for CubeBackend {
         call: &AccelerationCall,
         inputs: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("accelerations").entered();
         let kept = inputs.map(contiguous);
         let [params, q, v] = &kept;
         let n = q.shape()[0];
@@ -68,7 +67,6 @@ impl Kernel<AccelerationCall, 3> for CubeBackend {
         [params, q, v]: Self::Kept,
         v_out: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("accelerations, backward").entered();
         let n = q.shape()[0];
         let system = DeviceSystem::new(&call.config, &call.edit, &params, n);
         let (partials, out) = (system.partials(), [0; 2].map(|_| empty(&q, [n, 3], DType::F32)));
@@ -82,7 +80,7 @@ impl Kernel<AccelerationCall, 3> for CubeBackend {
                 system.pull_back([&states, &carried, &adjoint], None, &partials, (rows, 1.0));
             }
             let (cubes, dim) = units(&q.client, n);
-            let [from, v_q, v_v] = [&adjoint, &out[0], &out[1]].map(|t| t.clone().into_buffer_arg());
+            let [from, v_q, v_v] = arguments([&adjoint, &out[0], &out[1]]);
             end_adjoint::launch(&q.client, cubes, dim, from, v_q, v_v, 1.0);
         }
         let [v_q, v_v] = out;
@@ -95,7 +93,7 @@ fn states_of([q, v]: [&CubeTensor; 2]) -> CubeTensor {
     let n = q.shape()[0];
     let states = empty(q, [n, STATE], DType::F32);
     let (cubes, dim) = units(&q.client, n);
-    let [from_q, from_v, to] = [q, v, &states].map(|t| t.clone().into_buffer_arg());
+    let [from_q, from_v, to] = arguments([q, v, &states]);
     begin::launch(&q.client, cubes, dim, from_q, from_v, to, 1.0);
     states
 }
@@ -105,7 +103,6 @@ impl Kernel<RolloutCall, 3> for CubeBackend {
     type Kept = [CubeTensor; 2];
 
     fn forward_kept(call: &RolloutCall, inputs: [FloatTensor<Self>; 3]) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("rollout").entered();
         let [params, q, v] = inputs.map(contiguous);
         let states = rolled(call, [&params, &q, &v]);
         (states.clone(), [params, states])
@@ -116,7 +113,6 @@ impl Kernel<RolloutCall, 3> for CubeBackend {
         [params, states]: Self::Kept,
         v_states: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("rollout, backward").entered();
         pulled_back(call, [&params, &states], v_states)
     }
 }
@@ -129,7 +125,6 @@ impl Kernel<AlignCall, 2> for CubeBackend {
         AlignCall { supports }: &AlignCall,
         inputs: [FloatTensor<Self>; 2],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("alignment").entered();
         let [position, candidate] = inputs.map(contiguous);
         let (n, client) = (position.shape()[0], &position.client);
         assert_eq!(supports.particles(), n, "supports of the particles");
@@ -138,12 +133,11 @@ impl Kernel<AlignCall, 2> for CubeBackend {
         if n > 0 {
             let supports = uploaded(supports, &position);
             let (cubes, dim) = units(client, n);
-            let arguments = [&position, &candidate, &motion];
-            let [q, c, to] = arguments.map(|t| t.clone().into_buffer_arg());
+            let [q, c, to] = arguments([&position, &candidate, &motion]);
             pair_up::launch(client, cubes.clone(), dim, q, c, to);
-            let [of, members, to] = [&motion, &supports.members, &fits].map(|t| t.clone().into_buffer_arg());
+            let [of, members, to] = arguments([&motion, &supports.members, &fits]);
             fit::launch(client, cubes.clone(), dim, of, members, to, supports.k);
-            let [of, from, to] = [&motion, &fits, &packed].map(|t| t.clone().into_buffer_arg());
+            let [of, from, to] = arguments([&motion, &fits, &packed]);
             pack::launch(client, cubes, dim, of, from, to);
         }
         (packed, [motion, fits])
@@ -154,7 +148,6 @@ impl Kernel<AlignCall, 2> for CubeBackend {
         [motion, fits]: Self::Kept,
         v_packed: FloatTensor<Self>,
     ) -> [FloatTensor<Self>; 2] {
-        let _span = tracing::trace_span!("alignment, backward").entered();
         let n = motion.shape()[0];
         let carried = empty(&motion, [n, 6], DType::F32);
         if n > 0 {
@@ -163,7 +156,7 @@ impl Kernel<AlignCall, 2> for CubeBackend {
             let arrived = empty(&motion, [supports.count, ARRIVED], DType::F32);
             let (cubes, dim) = units(&motion.client, n);
             let v_packed = contiguous(v_packed);
-            let [from, v, to] = [&fits, &v_packed, &pulls].map(|t| t.clone().into_buffer_arg());
+            let [from, v, to] = arguments([&fits, &v_packed, &pulls]);
             pull::launch(&motion.client, cubes, dim, from, v, to, supports.k);
             arrive(&supports, [&motion, &pulls, &arrived], &carried, None);
         }

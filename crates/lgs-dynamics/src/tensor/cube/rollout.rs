@@ -3,7 +3,7 @@
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
-use lgs_tensor::cube::{CubeTensor, contiguous, empty, units};
+use lgs_tensor::cube::{CubeTensor, arguments, contiguous, empty, units};
 
 use super::align::{
     ARRIVED, FROM_POSITIONS, KEEP, PULL, RIGID, advance, collect, gather, policy_vjp, pull_state,
@@ -46,8 +46,7 @@ impl Aligned {
     fn fit(&self) {
         let n = self.fits.shape()[0];
         let ((cubes, dim), client) = (units(&self.fits.client, n), &self.fits.client);
-        let [motion, members, fits] =
-            [&self.motion, &self.supports.members, &self.fits].map(|t| t.clone().into_buffer_arg());
+        let [motion, members, fits] = arguments([&self.motion, &self.supports.members, &self.fits]);
         fit::launch(client, cubes, dim, motion, members, fits, self.supports.k);
     }
 
@@ -55,15 +54,19 @@ impl Aligned {
     fn advance(&self, states: &CubeTensor, state: usize, h: f32) {
         let n = self.fits.shape()[0];
         let ((cubes, dim), client) = (units(&states.client, n), &states.client);
-        let [motion, fits, to] = [&self.motion, &self.fits, states].map(|t| t.clone().into_buffer_arg());
-        let (count, state) = (n as u32, state as u32);
-        advance::launch(client, cubes.clone(), dim, motion, fits, to, count, state, 1.0 / h, self.policy);
+        let [motion, fits, to] = arguments([&self.motion, &self.fits, states]);
+        let (count, before) = (n as u32, state as u32);
+        advance::launch(client, cubes.clone(), dim, motion, fits, to, count, before, 1.0 / h, self.policy);
         if self.policy == RIGID {
-            let arguments = [&self.motion, &self.supports.members, states];
-            let [motion, members, to] = arguments.map(|t| t.clone().into_buffer_arg());
-            carry::launch(client, cubes, dim, motion, members, to, count, state, self.supports.k);
+            let [motion, members, to] = arguments([&self.motion, &self.supports.members, states]);
+            carry::launch(client, cubes, dim, motion, members, to, begin_of(state + 1, n), self.supports.k);
         }
     }
+}
+
+/// Where a state of `n` particles begins.
+fn begin_of(state: usize, n: usize) -> u32 {
+    (state * n * STATE) as u32
 }
 
 /// Lengths of the steps.
@@ -81,7 +84,7 @@ pub(super) fn rolled(call: &RolloutCall, [params, q, v]: [&CubeTensor; 3]) -> Cu
         return states;
     }
     let ((cubes, dim), client) = (units(&q.client, n), &q.client);
-    let [from_q, from_v, to] = [q, v, &states].map(|t| t.clone().into_buffer_arg());
+    let [from_q, from_v, to] = arguments([q, v, &states]);
     begin::launch(client, cubes, dim, from_q, from_v, to, call.edit.velocity_scale);
     let system = DeviceSystem::new(&call.config, &call.edit, params, n);
     let aligned = Aligned::new(call, q, n);
@@ -146,7 +149,7 @@ pub(super) fn pulled_back(
             walk.step_back(&system, &own, &partials, (state, h));
         }
         let ((cubes, dim), client) = (units(&states.client, n), &states.client);
-        let [adjoint, v_q, v_v] = [&walk.adjoint, &out[0], &out[1]].map(|t| t.clone().into_buffer_arg());
+        let [adjoint, v_q, v_v] = arguments([&walk.adjoint, &out[0], &out[1]]);
         end_adjoint::launch(client, cubes, dim, adjoint, v_q, v_v, call.edit.velocity_scale);
     }
     let [v_q, v_v] = out;
@@ -158,7 +161,7 @@ impl<'a> Walk<'a> {
         let n = states.shape()[1];
         let adjoint = empty(states, [n, STATE], DType::F32);
         let ((cubes, dim), client) = (units(&states.client, n * STATE), &states.client);
-        let [from, to] = [own, &adjoint].map(|t| t.clone().into_buffer_arg());
+        let [from, to] = arguments([own, &adjoint]);
         begin_adjoint::launch(client, cubes, dim, from, to, last as u32);
         let aligned = Aligned::new(call, states, n).map(|aligned| {
             let arrivals = Arrivals::new(&aligned);
@@ -186,7 +189,7 @@ impl<'a> Walk<'a> {
             self.align_vjp(aligned, arrivals, (state, h));
         } else {
             let (cubes, dim) = units(&self.carried.client, system.count);
-            let [adjoint, carried] = [&self.adjoint, &self.carried].map(|t| t.clone().into_buffer_arg());
+            let [adjoint, carried] = arguments([&self.adjoint, &self.carried]);
             drift_vjp::launch(&self.carried.client, cubes, dim, adjoint, carried, h);
         }
         let is_on_tape = self.aligned.is_some() && system.ranges(state).count() == 1;
@@ -204,20 +207,18 @@ impl<'a> Walk<'a> {
         let (client, n) = (&self.carried.client, self.carried.shape()[0]);
         let (cubes, dim) = units(client, n);
         let Some([twists, arrived]) = &arrivals.twists else {
-            let [adjoint, carried] = [&self.adjoint, &self.carried].map(|t| t.clone().into_buffer_arg());
+            let [adjoint, carried] = arguments([&self.adjoint, &self.carried]);
             policy_vjp::launch(client, cubes, dim, adjoint, carried, 1.0 / h, aligned.policy);
             return;
         };
         let Aligned { supports, motion, .. } = aligned;
-        let arguments = [motion, &supports.members, self.states, &self.adjoint, twists];
-        let [of, members, states, adjoint, to] = arguments.map(|t| t.clone().into_buffer_arg());
-        let (count, before) = (n as u32, state as u32);
-        let k = supports.k;
-        twist_vjp::launch(client, cubes.clone(), dim, of, members, states, adjoint, to, count, before, k);
-        let arguments = [motion, self.states, twists, &supports.owners, &supports.stretches, arrived];
-        let [of, states, from, owners, stretches, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let [of, members, states, adjoint, to] =
+            arguments([motion, &supports.members, self.states, &self.adjoint, twists]);
+        let (after, k) = (begin_of(state + 1, n), supports.k);
+        twist_vjp::launch(client, cubes.clone(), dim, of, members, states, adjoint, to, after, k);
+        let [of, states, from, owners, stretches, to] =
+            arguments([motion, self.states, twists, &supports.owners, &supports.stretches, arrived]);
         let (of_stretches, stretch_dim) = units(client, supports.count);
-        let after = ((state + 1) * n * STATE) as u32;
         gather_twists::launch(
             client,
             of_stretches,
@@ -230,8 +231,8 @@ impl<'a> Walk<'a> {
             to,
             after,
         );
-        let arguments = [twists, arrived, &supports.begins, &self.adjoint, &self.carried];
-        let [from, arrived, begins, adjoint, carried] = arguments.map(|t| t.clone().into_buffer_arg());
+        let [from, arrived, begins, adjoint, carried] =
+            arguments([twists, arrived, &supports.begins, &self.adjoint, &self.carried]);
         collect_twists::launch(client, cubes, dim, from, arrived, begins, adjoint, carried);
     }
 
@@ -239,8 +240,8 @@ impl<'a> Walk<'a> {
     fn align_vjp(&self, aligned: &Aligned, arrivals: &Arrivals, (state, h): (usize, f32)) {
         let (client, n) = (&self.carried.client, self.carried.shape()[0]);
         let (cubes, dim) = units(client, n);
-        let arguments = [&aligned.fits, self.states, &self.adjoint, &arrivals.pulls];
-        let [fits, states, adjoint, pulls] = arguments.map(|t| t.clone().into_buffer_arg());
+        let [fits, states, adjoint, pulls] =
+            arguments([&aligned.fits, self.states, &self.adjoint, &arrivals.pulls]);
         let (count, before, k) = (n as u32, state as u32, aligned.supports.k);
         pull_state::launch(client, cubes, dim, fits, states, adjoint, pulls, count, before, k);
         arrive(
@@ -262,11 +263,10 @@ pub(super) fn arrive(
 ) {
     let client = &carried.client;
     let (cubes, dim) = units(client, supports.count);
-    let arguments = [motion, pulls, &supports.owners, &supports.stretches, arrived];
-    let [of, from, owners, stretches, to] = arguments.map(|t| t.clone().into_buffer_arg());
+    let [of, from, owners, stretches, to] =
+        arguments([motion, pulls, &supports.owners, &supports.stretches, arrived]);
     gather::launch(client, cubes, dim, of, from, owners, stretches, to);
     let (cubes, dim) = units(client, carried.shape()[0]);
-    let arguments = [pulls, arrived, &supports.begins, carried];
-    let [from, arrived, begins, to] = arguments.map(|t| t.clone().into_buffer_arg());
+    let [from, arrived, begins, to] = arguments([pulls, arrived, &supports.begins, carried]);
     collect::launch(client, cubes, dim, from, arrived, begins, to, step.unwrap_or(0.0), step.is_some());
 }

@@ -3,8 +3,9 @@
 
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{matrix, normalised, product};
+use lgs_tensor::cube::vectors::zeros;
 
-use super::vectors::{axial, pulled_back, zeros};
+use super::vectors::{axial, pulled_back};
 use crate::thresholds::{
     ALIGNMENT_ITERATIONS_F32, CONVERGED_F32, EIGENVALUE_GAP, LEAST_OFF_DIAGONAL, LEAST_PROJECTION,
     LEAST_SCALE, NEARLY_CONVERGED, SWEEPS,

@@ -2,7 +2,7 @@
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
-use lgs_tensor::cube::{CubeTensor, empty, numbers, units, zeros};
+use lgs_tensor::cube::{CubeTensor, arguments, empty, numbers, units, zeros};
 
 use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, normalise};
 use super::field_vjp::{finish, seed};
@@ -52,7 +52,7 @@ impl DeviceSystem {
         let weights = empty(params, [2 * program.params], DType::F32);
         let layers = numbers(program.layers.clone(), &params.device);
         let (cubes, dim) = units(&params.client, program.params);
-        let [from, layers, to] = [params, &layers, &weights].map(|t| t.clone().into_buffer_arg());
+        let [from, layers, to] = arguments([params, &layers, &weights]);
         transpose::launch(&params.client, cubes, dim, from, layers, to);
         let force = match config.force {
             ForceKind::None => 0,
@@ -100,7 +100,7 @@ impl DeviceSystem {
     /// Runs the networks on particles of a state, which leaves everything on the tape.
     pub(super) fn evaluate(&self, states: &CubeTensor, rows: Rows) {
         let (cubes, dim) = units(&states.client, rows.rows);
-        let [from, table, tape] = [states, &self.table, &self.tape].map(|t| t.clone().into_buffer_arg());
+        let [from, table, tape] = arguments([states, &self.table, &self.tape]);
         normalise::launch(&states.client, cubes, dim, from, table, tape, self.range(rows), self.scales());
         self.run(&self.program.forward, rows);
     }
@@ -113,8 +113,7 @@ impl DeviceSystem {
                 self.program.table[PLACES + product as usize * PRODUCT + COLUMNS].div_ceil(TILE) as usize
             };
             let (cubes, dim) = units(client, tiles * (columns(first) + second.map_or(0, columns)));
-            let [weights, table, tape] =
-                [&self.weights, &self.table, &self.tape].map(|t| t.clone().into_buffer_arg());
+            let [weights, table, tape] = arguments([&self.weights, &self.table, &self.tape]);
             let (second, rows) = (second.unwrap_or(NONE), rows.rows as u32);
             products::launch(client, cubes, dim, weights, table, tape, first, second, rows);
         }
@@ -129,8 +128,8 @@ impl DeviceSystem {
         (purpose, h): (Use, f32),
     ) {
         let (cubes, dim) = units(&states.client, rows.rows);
-        let arguments = [&self.weights, &self.table, &self.tape, states, out];
-        let [weights, table, tape, from, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let [weights, table, tape, from, to] =
+            arguments([&self.weights, &self.table, &self.tape, states, out]);
         let (range, scales, client) = (self.range(rows), self.scales(), &states.client);
         accelerate::launch(
             client, cubes, dim, weights, table, tape, from, to, range, scales, h, self.kinds, purpose,
@@ -149,14 +148,13 @@ impl DeviceSystem {
     ) {
         let (client, kinds) = (&states.client, self.kinds);
         let (cubes, dim) = units(client, rows.rows);
-        let [table, tape, of, v] =
-            [&self.table, &self.tape, states, carried].map(|t| t.clone().into_buffer_arg());
+        let [table, tape, of, v] = arguments([&self.table, &self.tape, states, carried]);
         let (range, scales) = (self.range(rows), self.scales());
         seed::launch(client, cubes.clone(), dim, table, tape, of, v, range, scales, h, kinds);
         self.run(&self.program.backward, rows);
         self.add_sums(partials, rows);
-        let arguments = [&self.weights, &self.table, &self.tape, carried, own.unwrap_or(carried), adjoint];
-        let [weights, table, tape, v, of_state, to] = arguments.map(|t| t.clone().into_buffer_arg());
+        let [weights, table, tape, v, of_state, to] =
+            arguments([&self.weights, &self.table, &self.tape, carried, own.unwrap_or(carried), adjoint]);
         let (range, scales, is_step) = (self.range(rows), self.scales(), own.is_some());
         finish::launch(
             client, cubes, dim, weights, table, tape, v, of_state, to, range, scales, h, kinds, is_step,
@@ -183,8 +181,7 @@ impl DeviceSystem {
         let all: u32 = layers.map(units_of).sum();
         let client = &self.tape.client;
         let (cubes, dim) = units(client, all as usize * rows.rows.div_ceil(partials.group));
-        let [table, tape, sums] =
-            [&self.table, &self.tape, &partials.sums].map(|t| t.clone().into_buffer_arg());
+        let [table, tape, sums] = arguments([&self.table, &self.tape, &partials.sums]);
         let layers = OuterLayersLaunch::new(first, count, all);
         let (group, width) = (partials.group as u32, self.width() as u32);
         outer_sums::launch(client, cubes, dim, table, tape, sums, layers, rows.rows as u32, group, width);
@@ -194,7 +191,7 @@ impl DeviceSystem {
     pub(super) fn gradient(&self, partials: &Partials) -> CubeTensor {
         let out = empty(&self.weights, [self.program.params], DType::F32);
         let (cubes, dim) = units(&out.client, self.program.params);
-        let [sums, to] = [&partials.sums, &out].map(|t| t.clone().into_buffer_arg());
+        let [sums, to] = arguments([&partials.sums, &out]);
         let (width, groups) = (self.width() as u32, partials.groups as u32);
         let quadratic = self.program.table[QUADRATIC];
         let has_quadratic = self.kinds.quadratic;

@@ -1,38 +1,7 @@
-//! Vectors, matrices (row by row) and quaternions (w first) in kernels: small arrays in registers. What
-//! kernels of other crates need as well is in [`lgs_tensor::cube::quaternions`].
+//! Matrices (row by row) in kernels, and sums of what arrives: small arrays in registers. What kernels of
+//! other crates need as well is in [`lgs_tensor::cube::vectors`] and [`lgs_tensor::cube::quaternions`].
 
 use cubecl::prelude::*;
-
-/// So many numbers at a place.
-#[cube]
-pub(super) fn numbers(values: &[f32], at: usize, #[comptime] count: usize) -> Array<f32> {
-    let mut out = Array::<f32>::new(count);
-    #[unroll]
-    for k in 0..count {
-        out[k] = values[at + k];
-    }
-    out
-}
-
-/// Writes so many numbers to a place.
-#[cube]
-pub(super) fn write(values: &mut [f32], at: usize, from: &Array<f32>, #[comptime] count: usize) {
-    #[unroll]
-    for k in 0..count {
-        values[at + k] = from[k];
-    }
-}
-
-/// So many zeros.
-#[cube]
-pub(super) fn zeros(#[comptime] count: usize) -> Array<f32> {
-    let mut out = Array::<f32>::new(count);
-    #[unroll]
-    for k in 0..count {
-        out[k] = 0.0f32;
-    }
-    out
-}
 
 /// Adds what stretches of owners sent to member number `i`, so many numbers each, in their order.
 #[cube]
@@ -49,33 +18,6 @@ pub(super) fn add_arrived(
             sums[k] = sums[k] + arrived[stretch as usize * count + k];
         }
     }
-}
-
-/// `a + h b` of vectors.
-#[cube]
-pub(super) fn plus(a: &Array<f32>, b: &Array<f32>, h: f32) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    #[unroll]
-    for k in 0..3usize {
-        out[k] = a[k] + h * b[k];
-    }
-    out
-}
-
-/// `a · b` of vectors.
-#[cube]
-pub(super) fn dot(a: &Array<f32>, b: &Array<f32>) -> f32 {
-    a[0usize] * b[0usize] + a[1usize] * b[1usize] + a[2usize] * b[2usize]
-}
-
-/// `a × b`.
-#[cube]
-pub(super) fn cross(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    out[0usize] = a[1usize] * b[2usize] - a[2usize] * b[1usize];
-    out[1usize] = a[2usize] * b[0usize] - a[0usize] * b[2usize];
-    out[2usize] = a[0usize] * b[1usize] - a[1usize] * b[0usize];
-    out
 }
 
 /// `R v`.

@@ -17,7 +17,7 @@ use lgs_nn::Activation;
 use lgs_nn::encoding::encode as encode_values;
 use lgs_tensor::Kernel;
 use lgs_tensor::cube::product::{primitive, tensor};
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units};
 
 use super::config::{DELTAS, DeformationConfig, MotionHead};
 use super::tensor::NetworkCall;
@@ -41,7 +41,7 @@ pub struct DeformKept {
 impl DeformKept {
     /// The arguments that the kernels of rows begin with.
     fn rows(&self) -> [BufferArg; 3] {
-        [&self.raw, &self.means, &self.rotations].map(|tensor| tensor.clone().into_buffer_arg())
+        arguments([&self.raw, &self.means, &self.rotations])
     }
 }
 
@@ -171,14 +171,12 @@ impl Kernel<Call, 3> for CubeBackend {
         spec: &Call,
         [params, means, rotations]: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, DeformKept) {
-        let _span = tracing::trace_span!("deformation network").entered();
         let gaussians = [means, rotations].map(contiguous);
         let encoded = encoded(spec, &gaussians[0]);
         forward(spec, &tensor(params), gaussians, encoded, None)
     }
 
     fn vjp(spec: &Call, kept: DeformKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("deformation network, backward").entered();
         let mut parts = Parts::new();
         let (v_gaussians, _) = backward(spec, &kept, v_poses, &mut parts);
         cotangents(&kept.params, parts, &v_gaussians)

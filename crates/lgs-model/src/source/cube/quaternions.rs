@@ -2,6 +2,7 @@
 
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{half_angle, squared_angle};
+use lgs_tensor::cube::vectors::write;
 
 /// The quaternion at a place, divided by its length, and the length in the fifth place.
 #[cube]
@@ -33,10 +34,7 @@ pub(in crate::source) fn unit_vjp(q: &Array<f32>, v: &Array<f32>) -> Array<f32> 
 /// Writes [`unit_vjp`] to a place.
 #[cube]
 pub(in crate::source) fn write_unit_vjp(q: &Array<f32>, v: &Array<f32>, out: &mut [f32], at: usize) {
-    let v_quaternion = unit_vjp(q, v);
-    for k in 0..4usize {
-        out[at + k] = v_quaternion[k];
-    }
+    write(out, at, &unit_vjp(q, v), 4usize);
 }
 
 /// `u` turned by a unit quaternion.

@@ -3,6 +3,7 @@
 
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{conjugate, exponential, product};
+use lgs_tensor::cube::vectors::{numbers, write};
 
 use super::quaternions::{exponential_vjp, rotate, rotate_vjp, unit, write_unit_vjp};
 
@@ -99,9 +100,7 @@ pub(super) fn poses(
         if comptime!(head == TURN || head == RIGID) {
             let turn = turn_of(raw, row + 3usize, head);
             let turned = product(&turn, &q);
-            for k in 0..4usize {
-                out[row + 3usize + k] = turned[k];
-            }
+            write(out, row + 3usize, &turned, 4usize);
             if comptime!(head == RIGID) {
                 let from_center = rotate(&turn, &offset(means, i, &map));
                 for k in 0..3usize {
@@ -132,16 +131,13 @@ pub(super) fn poses_vjp(
     let row = i * ROW;
     if row < raw.len() {
         let q = unit(rotations, 4usize * i);
-        let mut v_unit = Array::<f32>::new(4usize);
         for k in 0..3usize {
             v_raw[row + k] = v_poses[row + k];
             v_raw[row + 7usize + k] = v_poses[row + 7usize + k];
             v_gaussians[i * GAUSSIAN + k] = v_poses[row + k];
         }
-        for k in 0..4usize {
-            v_unit[k] = v_poses[row + 3usize + k];
-            v_raw[row + 3usize + k] = v_unit[k];
-        }
+        let mut v_unit = numbers(v_poses, row + 3usize, 4usize);
+        write(v_raw, row + 3usize, &v_unit, 4usize);
         if comptime!(head == TURN || head == RIGID) {
             let turn = turn_of(raw, row + 3usize, head);
             let v_turn = product(&v_unit, &conjugate(&q));
@@ -170,10 +166,7 @@ fn rigid_vjp(
 ) {
     let (i, scale) = place;
     let row = i * ROW;
-    let mut v = Array::<f32>::new(3usize);
-    for k in 0..3usize {
-        v[k] = v_raw[row + k];
-    }
+    let v = numbers(&*v_raw, row, 3usize);
     let mut v_q = rotate_vjp(turn, u, &v);
     for k in 0..4usize {
         v_q[k] = v_q[k] + v_turn[k];

@@ -4,6 +4,8 @@
 use super::config::FreeGaveConfig;
 use crate::source::tensor::NetworkCall;
 
+lgs_tensor::calls! { NetworkCall<FreeGaveConfig>: "networks of FreeGave"; }
+
 lgs_tensor::operations! {
     /// Backends that can run FreeGave's networks: kernels from parameters `[P]`, centres `[n, 3]` and
     /// quaternions `[n, 4]` to pose rows `[n, DELTAS]`.

@@ -29,13 +29,11 @@ impl Kernel<Neighbors, 5> for Flex {
         neighbors: &Neighbors,
         inputs: [FloatTensor<Self>; 5],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("blend of nodes").entered();
         let inputs = inputs.map(|t| t.to_contiguous());
         (tensor_of_rows(blend_rows(input(&inputs, neighbors))), inputs)
     }
 
     fn vjp(neighbors: &Neighbors, inputs: Self::Kept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 5] {
-        let _span = tracing::trace_span!("blend of nodes, backward").entered();
         let v = blend_vjp(input(&inputs, neighbors), rows(&v_poses.to_contiguous()));
         [
             tensor_of_rows(v.nodes),
@@ -46,6 +44,8 @@ impl Kernel<Neighbors, 5> for Flex {
         ]
     }
 }
+
+lgs_tensor::calls! { Neighbors: "blend of nodes"; }
 
 lgs_tensor::operations! {
     /// Backends that can blend nodes: kernels from nodes `[m, NODE]`, their poses `[m, DELTAS]`, centres `[n,

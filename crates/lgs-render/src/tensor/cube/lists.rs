@@ -7,7 +7,7 @@
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeTensor, empty, units};
+use lgs_tensor::cube::{CubeTensor, arguments, empty, units};
 
 use super::extent::{Span, box_rows, tile_columns};
 use super::frame::{Frame, PROJECTED, Sizes, TILE, columns};
@@ -154,56 +154,31 @@ fn note_ranges(pairs: &[u32], groups: &[u32], ranges: &mut [u32]) {
 
 /// Builds the lists of projected Gaussians that touch so many tiles each.
 pub(super) fn lists(projected: &CubeTensor, counts: &CubeTensor, sizes: &Sizes) -> Lists {
-    let order = order(projected, counts);
-    let places = places(&ordered(&order, counts));
+    let [order, ordered] = by_depth_ordered(projected, counts);
+    let places = places(&ordered);
     let room = room(&places, sizes);
     let spans = spans(&order, &places, &room);
     let Entries { pairs, gaussians } = emitted(projected, &spans, room.entries, sizes);
     let members = empty(counts, [room.entries, 2], DType::U32);
     let (cubes, dim) = units(&counts.client, room.entries);
-    resolve::launch(
-        &counts.client,
-        cubes,
-        dim,
-        pairs.clone().into_buffer_arg(),
-        gaussians.into_buffer_arg(),
-        members.clone().into_buffer_arg(),
-    );
+    let [from, of, to] = arguments([&pairs, &gaussians, &members]);
+    resolve::launch(&counts.client, cubes, dim, from, of, to);
     let ranges = ranges(&pairs, sizes.tiles());
     let groups = room.entries / GROUP + sizes.tiles();
     Lists { members, ranges, spans, places, entries: room.entries, groups }
 }
 
-/// Depth and index of the Gaussians, sorted.
-fn order(projected: &CubeTensor, counts: &CubeTensor) -> CubeTensor {
+/// Depth and index of the Gaussians, sorted, and the counts in that order.
+fn by_depth_ordered(projected: &CubeTensor, counts: &CubeTensor) -> [CubeTensor; 2] {
     let n = counts.shape().num_elements();
     let (client, (cubes, dim)) = (&counts.client, units(&counts.client, n));
     let pairs = empty(counts, [n, 2], DType::U32);
-    by_depth::launch(
-        client,
-        cubes,
-        dim,
-        projected.clone().into_buffer_arg(),
-        counts.clone().into_buffer_arg(),
-        pairs.clone().into_buffer_arg(),
-    );
-    sorted(pairs, 31)
-}
-
-/// The counts in the order of depth.
-fn ordered(order: &CubeTensor, counts: &CubeTensor) -> CubeTensor {
-    let n = counts.shape().num_elements();
-    let (client, (cubes, dim)) = (&counts.client, units(&counts.client, n));
-    let ordered = empty(counts, [n], DType::U32);
-    in_order::launch(
-        client,
-        cubes,
-        dim,
-        order.clone().into_buffer_arg(),
-        counts.clone().into_buffer_arg(),
-        ordered.clone().into_buffer_arg(),
-    );
-    ordered
+    let [from, visible, to] = arguments([projected, counts, &pairs]);
+    by_depth::launch(client, cubes.clone(), dim, from, visible, to);
+    let (order, ordered) = (sorted(pairs, 31), empty(counts, [n], DType::U32));
+    let [by, from, to] = arguments([&order, counts, &ordered]);
+    in_order::launch(client, cubes, dim, by, from, to);
+    [order, ordered]
 }
 
 /// The spans of the Gaussians' entries, numbered in the order of depth.
@@ -211,16 +186,8 @@ fn spans(order: &CubeTensor, places: &CubeTensor, room: &Room) -> CubeTensor {
     let n = order.shape()[0];
     let (client, (cubes, dim)) = (&order.client, units(&order.client, n));
     let spans = empty(order, [n, 2], DType::U32);
-    note_spans::launch(
-        client,
-        cubes,
-        dim,
-        order.clone().into_buffer_arg(),
-        places.clone().into_buffer_arg(),
-        spans.clone().into_buffer_arg(),
-        room.greatest.clone().into_buffer_arg(),
-        room.entries as u32,
-    );
+    let [by, from, to, greatest] = arguments([order, places, &spans, &room.greatest]);
+    note_spans::launch(client, cubes, dim, by, from, to, greatest, room.entries as u32);
     spans
 }
 
@@ -234,25 +201,11 @@ fn emitted(projected: &CubeTensor, spans: &CubeTensor, entries: usize, sizes: &S
     let (client, pairs) = (&spans.client, empty(spans, [entries, 2], DType::U32));
     let gaussians = empty(spans, [entries], DType::U32);
     let (cubes, dim) = units(client, entries);
-    clear::launch(
-        client,
-        cubes,
-        dim,
-        pairs.clone().into_buffer_arg(),
-        gaussians.clone().into_buffer_arg(),
-        sizes.tiles() as u32,
-    );
+    let [to, of] = arguments([&pairs, &gaussians]);
+    clear::launch(client, cubes, dim, to, of, sizes.tiles() as u32);
     let (cubes, dim) = units(client, sizes.gaussians);
-    emit::launch(
-        client,
-        cubes,
-        dim,
-        projected.clone().into_buffer_arg(),
-        spans.clone().into_buffer_arg(),
-        pairs.clone().into_buffer_arg(),
-        gaussians.clone().into_buffer_arg(),
-        sizes.frame(),
-    );
+    let [from, places, to, of] = arguments([projected, spans, &pairs, &gaussians]);
+    emit::launch(client, cubes, dim, from, places, to, of, sizes.frame());
     // Tiles, and the number after the last for entries of none.
     let bits = usize::BITS - sizes.tiles().leading_zeros();
     Entries { pairs: sorted(pairs, bits), gaussians }
@@ -261,21 +214,10 @@ fn emitted(projected: &CubeTensor, spans: &CubeTensor, entries: usize, sizes: &S
 fn ranges(pairs: &CubeTensor, tiles: usize) -> CubeTensor {
     let groups = empty(pairs, [tiles], DType::U32);
     let (cubes, dim) = units(&pairs.client, tiles + 1);
-    count_groups::launch(
-        &pairs.client,
-        cubes.clone(),
-        dim,
-        pairs.clone().into_buffer_arg(),
-        groups.clone().into_buffer_arg(),
-    );
+    let [from, to] = arguments([pairs, &groups]);
+    count_groups::launch(&pairs.client, cubes.clone(), dim, from, to);
     let out = empty(pairs, [tiles + 1, 2], DType::U32);
-    note_ranges::launch(
-        &pairs.client,
-        cubes,
-        dim,
-        pairs.clone().into_buffer_arg(),
-        places(&groups).into_buffer_arg(),
-        out.clone().into_buffer_arg(),
-    );
+    let [from, begins, to] = arguments([pairs, &places(&groups), &out]);
+    note_ranges::launch(&pairs.client, cubes, dim, from, begins, to);
     out
 }

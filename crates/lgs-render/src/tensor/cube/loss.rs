@@ -7,7 +7,7 @@ use burn::backend::tensor::FloatTensor;
 use burn::tensor::{DType, TensorData};
 use cubecl::prelude::*;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, cubes, empty};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty};
 
 use crate::window::weights;
 
@@ -42,7 +42,7 @@ impl Comparison {
 
     /// The arguments that both kernels begin with.
     fn inputs(&self) -> [BufferArg; 3] {
-        [&self.image, &self.target, &self.weights].map(|tensor| tensor.clone().into_buffer_arg())
+        arguments([&self.image, &self.target, &self.weights])
     }
 
     fn size(&self) -> SizeLaunch {
@@ -89,7 +89,6 @@ impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
     type Kept = FloatTensor<Self>;
 
     fn forward(call: &PhotometricCall<Self>, [image]: [FloatTensor<Self>; 1]) -> FloatTensor<Self> {
-        let _span = tracing::trace_span!("photometric loss").entered();
         let [values, _] = Comparison::new(call, image).compared();
         loss(values, call.lambda)
     }
@@ -98,17 +97,12 @@ impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
         call: &PhotometricCall<Self>,
         [image]: [FloatTensor<Self>; 1],
     ) -> (FloatTensor<Self>, Self::Kept) {
-        let _span = tracing::trace_span!("photometric loss and gradient").entered();
         let comparison = Comparison::new(call, image);
         let [values, slopes] = comparison.compared();
         (loss(values, call.lambda), comparison.gradient(slopes))
     }
 
-    fn vjp(
-        _: &PhotometricCall<Self>,
-        gradient: Self::Kept,
-        v_loss: FloatTensor<Self>,
-    ) -> [FloatTensor<Self>; 1] {
-        [scaled::<Self>(gradient, v_loss)]
+    fn vjp(_: &PhotometricCall<Self>, gradient: Self::Kept, v: FloatTensor<Self>) -> [FloatTensor<Self>; 1] {
+        [scaled::<Self>(gradient, v)]
     }
 }

@@ -5,7 +5,7 @@ use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{exponential, matrix};
-use lgs_tensor::cube::{CubeTensor, empty, units, zeros};
+use lgs_tensor::cube::{CubeTensor, arguments, empty, units, zeros};
 
 use super::chain::Chain;
 
@@ -121,7 +121,7 @@ pub(super) fn summed(rows: &CubeTensor, column: usize) -> CubeTensor {
         count = count.div_ceil(CHUNK);
         let to = empty(&from, [count * MOTION], DType::F32);
         let (cubes, dim) = units(&from.client, count * MOTION);
-        let [rows, sums] = [&from, &to].map(|tensor| tensor.clone().into_buffer_arg());
+        let [rows, sums] = arguments([&from, &to]);
         sum_chunks::launch(&from.client, cubes, dim, rows, sums, stride as u32, column as u32);
         if count == 1 {
             return to;

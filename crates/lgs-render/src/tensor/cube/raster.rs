@@ -9,8 +9,8 @@ use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::{FloatTensor, IntTensor};
 use burn::tensor::{DType, TensorData};
 use cubecl::prelude::*;
-use lgs_tensor::Kernel;
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, cubes, empty, units, zeros};
+use lgs_tensor::{Kernel, forward_kept};
 
 use super::blend::blend;
 use super::blend_vjp::{COTANGENTS, blend_vjp, collect};
@@ -193,7 +193,6 @@ impl Kernel<ViewSpec, 7> for CubeBackend {
     type Kept = CubeRasterKept;
 
     fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 7]) -> (FloatTensor<Self>, CubeRasterKept) {
-        let _span = tracing::trace_span!("rasterize").entered();
         let sizes = sizes(view, &inputs);
         let radii = zeros(&inputs[0], [sizes.gaussians], DType::I32);
         let (packed, sh) = (pack(view, &inputs), contiguous(inputs[4].clone()));
@@ -208,7 +207,6 @@ impl Kernel<ViewSpec, 7> for CubeBackend {
     }
 
     fn vjp(view: &ViewSpec, kept: CubeRasterKept, v_packed: FloatTensor<Self>) -> [FloatTensor<Self>; 7] {
-        let _span = tracing::trace_span!("rasterize, backward").entered();
         pulled_back(&kept, view.active_degree, v_packed)
     }
 }
@@ -221,7 +219,7 @@ impl RasterKernels for CubeBackend {
 
 impl RasterOps for CubeBackend {
     fn rasterize(splats: SplatPrimitives<Self>, view: ViewSpec) -> Drawn<Self> {
-        let (packed, kept) = Self::forward_kept(&view, splats.into_array());
+        let (packed, kept) = forward_kept::<Self, _, _>(&view, splats.into_array());
         Drawn { packed, radii: Self::radii(&kept) }
     }
 }

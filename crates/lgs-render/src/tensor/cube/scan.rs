@@ -4,7 +4,7 @@
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeTensor, empty, units, zeros};
+use lgs_tensor::cube::{CubeTensor, arguments, empty, units, zeros};
 
 /// Values that a unit sums.
 const RUN: usize = 32;
@@ -49,22 +49,11 @@ pub(super) fn places(counts: &CubeTensor) -> CubeTensor {
         zeros(counts, [1], DType::U32)
     } else {
         let sums = empty(counts, [runs], DType::U32);
-        sum_runs::launch(
-            &counts.client,
-            cubes.clone(),
-            dim,
-            counts.clone().into_buffer_arg(),
-            sums.clone().into_buffer_arg(),
-        );
+        let [from, to] = arguments([counts, &sums]);
+        sum_runs::launch(&counts.client, cubes.clone(), dim, from, to);
         places(&sums)
     };
-    place_runs::launch(
-        &counts.client,
-        cubes,
-        dim,
-        counts.clone().into_buffer_arg(),
-        before.into_buffer_arg(),
-        out.clone().into_buffer_arg(),
-    );
+    let [from, begins, to] = arguments([counts, &before, &out]);
+    place_runs::launch(&counts.client, cubes, dim, from, begins, to);
     out
 }

@@ -7,7 +7,7 @@
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeTensor, empty, units};
+use lgs_tensor::cube::{CubeTensor, arguments, empty, units};
 
 use super::scan::places;
 
@@ -68,24 +68,11 @@ pub(super) fn sorted(mut pairs: CubeTensor, bits: u32) -> CubeTensor {
     let (cubes, dim) = units(&pairs.client, runs);
     for shift in (0..bits).step_by(BITS as usize) {
         let counts = empty(&pairs, [DIGITS * runs], DType::U32);
-        count_digits::launch(
-            &pairs.client,
-            cubes.clone(),
-            dim,
-            pairs.clone().into_buffer_arg(),
-            counts.clone().into_buffer_arg(),
-            shift,
-        );
+        let [from, to] = arguments([&pairs, &counts]);
+        count_digits::launch(&pairs.client, cubes.clone(), dim, from, to, shift);
         let dealt = empty(&pairs, [n, 2], DType::U32);
-        deal_digits::launch(
-            &pairs.client,
-            cubes.clone(),
-            dim,
-            pairs.clone().into_buffer_arg(),
-            places(&counts).into_buffer_arg(),
-            dealt.clone().into_buffer_arg(),
-            shift,
-        );
+        let [from, begins, to] = arguments([&pairs, &places(&counts), &dealt]);
+        deal_digits::launch(&pairs.client, cubes.clone(), dim, from, begins, to, shift);
         pairs = dealt;
     }
     pairs

@@ -5,6 +5,7 @@
 
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{conjugate, normalised, product};
+use lgs_tensor::cube::vectors::{cross, numbers, plus, write};
 
 use super::super::twist::TWIST;
 use crate::source::config::DELTAS;
@@ -13,42 +14,11 @@ use crate::source::config::DELTAS;
 pub(super) const REFERENCE: u32 = 1;
 pub(super) const FIXED: u32 = 2;
 
-/// `a × b`.
-#[cube]
-fn cross(a: &Array<f32>, b: &Array<f32>) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    for k in 0..3usize {
-        let (i, j) = ((k + 1usize) % 3usize, (k + 2usize) % 3usize);
-        out[k] = a[i] * b[j] - a[j] * b[i];
-    }
-    out
-}
-
-/// Three numbers at a place.
-#[cube]
-fn three(values: &[f32], at: usize) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    for k in 0..3usize {
-        out[k] = values[at + k];
-    }
-    out
-}
-
-/// `a + h b`.
-#[cube]
-fn plus(a: &Array<f32>, b: &Array<f32>, h: f32) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    for k in 0..3usize {
-        out[k] = a[k] + h * b[k];
-    }
-    out
-}
-
 /// A point moved for a time by the velocity that a twist has at another one.
 #[cube]
 fn moved(twists: &[f32], at: usize, p: &Array<f32>, there: &Array<f32>, h: f32) -> Array<f32> {
-    let turning = cross(&three(twists, at + 3usize), there);
-    let straight = plus(p, &three(twists, at), h);
+    let turning = cross(&numbers(twists, at + 3usize, 3usize), there);
+    let straight = plus(p, &numbers(twists, at, 3usize), h);
     plus(&straight, &turning, -h)
 }
 
@@ -84,17 +54,11 @@ pub(super) fn carry_rows(
     let row = i * DELTAS;
     if row < rows.len() {
         let first = 2usize * TWIST * steps.len() * i;
-        let p = after(twists, first, steps, &three(rows, row), steps.len());
+        let p = after(twists, first, steps, &numbers(rows, row, 3usize), steps.len());
         let turn = turn_along(twists, first, steps, form);
-        let mut q = Array::<f32>::new(4usize);
-        for k in 0..4usize {
-            q[k] = rows[row + 3usize + k];
-            turns[4usize * i + k] = turn[k];
-        }
-        let turned = product(&turn, &q);
-        for k in 0..4usize {
-            out[row + 3usize + k] = turned[k];
-        }
+        write(turns, 4usize * i, &turn, 4usize);
+        let turned = product(&turn, &numbers(rows, row + 3usize, 4usize));
+        write(out, row + 3usize, &turned, 4usize);
         for k in 0..3usize {
             out[row + k] = p[k];
             out[row + 7usize + k] = rows[row + 7usize + k];
@@ -182,8 +146,8 @@ pub(super) fn carry_rows_vjp(
     let row = i * DELTAS;
     if row < rows.len() {
         let first = 2usize * TWIST * steps.len() * i;
-        let start = three(rows, row);
-        let mut v_p = three(v, row);
+        let start = numbers(rows, row, 3usize);
+        let mut v_p = numbers(v, row, 3usize);
         for back in 0..steps.len() {
             let s = steps.len() - 1usize - back;
             let (at, h) = (first + 2usize * TWIST * s, steps[s]);
@@ -196,16 +160,9 @@ pub(super) fn carry_rows_vjp(
         for k in 0..DELTAS {
             v_rows[row + k] = v[row + k];
         }
-        let mut turn = Array::<f32>::new(4usize);
-        let mut v_q = Array::<f32>::new(4usize);
-        for k in 0..4usize {
-            turn[k] = turns[4usize * i + k];
-            v_q[k] = v[row + 3usize + k];
-        }
-        let before = product(&conjugate(&turn), &v_q);
-        for k in 0..4usize {
-            v_rows[row + 3usize + k] = before[k];
-        }
+        let turn = numbers(turns, 4usize * i, 4usize);
+        let before = product(&conjugate(&turn), &numbers(v, row + 3usize, 4usize));
+        write(v_rows, row + 3usize, &before, 4usize);
     }
 }
 
@@ -225,6 +182,6 @@ fn twist_vjp(
         v_twists[at + k] = h * v[k];
         v_twists[at + 3usize + k] = h * turned[k];
     }
-    let back = cross(&three(twists, at + 3usize), v);
+    let back = cross(&numbers(twists, at + 3usize, 3usize), v);
     plus(&plus(&back, &back, -1.0f32), &back, h)
 }

@@ -17,7 +17,7 @@ use lgs_nn::Activation;
 use lgs_nn::encoding::encode;
 use lgs_tensor::Kernel;
 use lgs_tensor::cube::product::{primitive, product, tensor};
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units};
 
 use super::config::FreeGaveConfig;
 use super::input::Learns;
@@ -97,8 +97,7 @@ fn flow(
     let n = rows.shape()[0];
     let [out, turns] = [DELTAS, 4].map(|width| empty(&rows, [n, width], DType::F32));
     let ((count, dim), client) = (units(&rows.client, n), rows.client.clone());
-    let arguments = [&twists, &steps, &rows, &out, &turns].map(|tensor| tensor.clone().into_buffer_arg());
-    let [by, along, from, to, turning] = arguments;
+    let [by, along, from, to, turning] = arguments([&twists, &steps, &rows, &out, &turns]);
     carry_rows::launch(&client, count, dim, by, along, from, to, turning, form(call));
     (out, FlowKept { steps, bases, velocity_tape, weights, segment_tape, twists, rows, turns })
 }
@@ -117,8 +116,8 @@ fn flow_vjp(
     let v_twists = empty(twists, twists.shape(), DType::F32);
     let v_rows = empty(rows, [n, DELTAS], DType::F32);
     let ((count, dim), client, v) = (units(&rows.client, n), &rows.client, contiguous(v_poses));
-    let arguments = [twists, steps, rows, turns, &v, &v_twists, &v_rows];
-    let [by, along, from, turning, v, to, to_rows] = arguments.map(|t| t.clone().into_buffer_arg());
+    let [by, along, from, turning, v, to, to_rows] =
+        arguments([twists, steps, rows, turns, &v, &v_twists, &v_rows]);
     carry_rows_vjp::launch(client, count, dim, by, along, from, turning, v, to, to_rows);
     let (layout, v_twists) = (call.config.layout(), tensor::<2>(v_twists));
     let v_bases = product(flow.weights.clone().transpose(), v_twists.clone());
@@ -137,7 +136,6 @@ impl Kernel<Call, 3> for CubeBackend {
         call: &Call,
         [params, means, rotations]: [FloatTensor<Self>; 3],
     ) -> (FloatTensor<Self>, FreeGaveKept) {
-        let _span = tracing::trace_span!("networks of FreeGave").entered();
         let (params, gaussians) = (tensor::<1>(params), [means, rotations].map(contiguous));
         let own = deformation(call);
         let encoded = encoded(&own, &gaussians[0]);
@@ -150,7 +148,6 @@ impl Kernel<Call, 3> for CubeBackend {
     }
 
     fn vjp(call: &Call, kept: FreeGaveKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
-        let _span = tracing::trace_span!("networks of FreeGave, backward").entered();
         let FreeGaveKept { params, code_tape, deformation: deformed, flow } = kept;
         let mut parts = Parts::new();
         let (v_from_flow, mut v_rows) = match &flow {

@@ -5,9 +5,9 @@ use burn::backend::tensor::FloatTensor;
 use burn::backend::{Backend, Dispatch, TensorMetadata, backend_extension};
 use burn::tensor::{DType, Tensor};
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeBackend, contiguous, empty, units};
+use lgs_tensor::cube::{CubeBackend, arguments, contiguous, empty, units};
 
-use super::followed::followed;
+use super::followed::{Followed, followed};
 use crate::source::nodes::neighbors::Neighbors;
 
 /// The operation.
@@ -72,17 +72,9 @@ impl DiscordOps for CubeBackend {
         let (before, gradients) = (contiguous(before), contiguous(gradients));
         let after = empty(&before, [m], DType::F32);
         let (count, dim) = units(&after.client, m);
-        add::launch(
-            &after.client,
-            count,
-            dim,
-            before.into_buffer_arg(),
-            gradients.into_buffer_arg(),
-            followed.begins.into_buffer_arg(),
-            followed.members.into_buffer_arg(),
-            after.clone().into_buffer_arg(),
-            followed.row,
-        );
+        let Followed { begins, members, row, .. } = &followed;
+        let [from, by, begins, members, to] = arguments([&before, &gradients, begins, members, &after]);
+        add::launch(&after.client, count, dim, from, by, begins, members, to, *row);
         after
     }
 }

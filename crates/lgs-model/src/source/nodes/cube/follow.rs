@@ -1,7 +1,8 @@
 //! Kernels of the blend, a unit per node or per Gaussian (`super::super::blend`).
 
 use cubecl::prelude::*;
-use lgs_tensor::cube::quaternions::product;
+use lgs_tensor::cube::quaternions::{matrix, product};
+use lgs_tensor::cube::vectors::write;
 
 use super::mixture::{CARRIER, FOLLOWER, TURN, average, carrier, mixture};
 use crate::source::config::DELTAS;
@@ -24,29 +25,9 @@ pub(super) fn carry(nodes: &[f32], poses: &[f32], carriers: &mut [f32]) {
         carriers[c + 6usize] = 1.0f32 / (1.0f32 + (-nodes[n + 4usize]).exp());
         carriers[c + 7usize] = (-2.0f32 * nodes[n + 3usize]).exp();
         let turn = unit(poses, p + 3usize);
-        for j in 0..5usize {
-            carriers[c + TURN + j] = turn[j];
-        }
-        write_matrix(&turn, carriers, c + 16usize);
+        write(carriers, c + TURN, &turn, 5usize);
+        write(carriers, c + 16usize, &matrix(&turn), 9usize);
     }
-}
-
-/// Writes the matrix of a unit quaternion.
-#[cube]
-fn write_matrix(q: &Array<f32>, out: &mut [f32], at: usize) {
-    let w = q[0usize];
-    let x = q[1usize];
-    let y = q[2usize];
-    let z = q[3usize];
-    out[at] = 1.0f32 - 2.0f32 * (y * y + z * z);
-    out[at + 1usize] = 2.0f32 * (x * y - w * z);
-    out[at + 2usize] = 2.0f32 * (x * z + w * y);
-    out[at + 3usize] = 2.0f32 * (x * y + w * z);
-    out[at + 4usize] = 1.0f32 - 2.0f32 * (x * x + z * z);
-    out[at + 5usize] = 2.0f32 * (y * z - w * x);
-    out[at + 6usize] = 2.0f32 * (x * z - w * y);
-    out[at + 7usize] = 2.0f32 * (y * z + w * x);
-    out[at + 8usize] = 1.0f32 - 2.0f32 * (x * x + y * y);
 }
 
 /// A coordinate of where a node carries a Gaussian.
@@ -78,9 +59,7 @@ pub(super) fn follow_nodes(
             out[at + axis] = followers[f + axis];
             out[at + 7usize + axis] = 0.0f32;
         }
-        for j in 0..4usize {
-            out[at + 3usize + j] = q[j];
-        }
+        write(out, at + 3usize, &q, 4usize);
         if comptime!(row > 0) {
             let mixture = mixture(carriers, followers, neighbors, i, row);
             for axis in 0..3usize {
@@ -92,9 +71,7 @@ pub(super) fn follow_nodes(
                 out[at + axis] = place;
             }
             let turned = product(&average(carriers, neighbors, &mixture, i, row), &q);
-            for j in 0..4usize {
-                out[at + 3usize + j] = turned[j];
-            }
+            write(out, at + 3usize, &turned, 4usize);
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{conjugate, product};
+use lgs_tensor::cube::vectors::numbers;
 
 use super::follow::carried;
 use super::mixture::{CARRIER, DISTANCES, FALLS, FOLLOWER, SIGNS, TOTAL, TURN, average, carrier, mixture};
@@ -62,10 +63,6 @@ pub(super) fn follow_nodes_vjp(
 /// with that of the pose where it follows no node.
 #[cube]
 fn begin(v_poses: &[f32], p: usize, v_followers: &mut [f32], f: usize, #[comptime] row: usize) -> Array<f32> {
-    let mut v_q = Array::<f32>::new(4usize);
-    for j in 0..4usize {
-        v_q[j] = v_poses[p + 3usize + j];
-    }
     for axis in 0..3usize {
         v_followers[f + 7usize + axis] = 0.0f32;
         if comptime!(row > 0) {
@@ -74,7 +71,7 @@ fn begin(v_poses: &[f32], p: usize, v_followers: &mut [f32], f: usize, #[comptim
             v_followers[f + axis] = v_poses[p + axis];
         }
     }
-    v_q
+    numbers(v_poses, p + 3usize, 4usize)
 }
 
 /// Cotangents of a node's frame and of a Gaussian's centre, given that of a coordinate of the place.
@@ -150,7 +147,7 @@ pub(super) fn carry_vjp(carriers: &[f32], sums: &[f32], v_nodes: &mut [f32], v_p
     let i = ABSOLUTE_POS;
     if i < carriers.len() / CARRIER {
         let s = i * SUMS;
-        let turn = turn_of(carriers, i * CARRIER + TURN);
+        let turn = numbers(carriers, i * CARRIER + TURN, 5usize);
         let mut v_turn = matrix_vjp(&turn, sums, s);
         for j in 0..4usize {
             v_turn[j] = v_turn[j] + sums[s + 12usize + j];
@@ -165,16 +162,6 @@ pub(super) fn carry_vjp(carriers: &[f32], sums: &[f32], v_nodes: &mut [f32], v_p
         v_nodes[i * NODE + 4usize] = sums[s + 17usize];
         write_unit_vjp(&turn, &v_turn, v_poses, i * DELTAS + 3usize);
     }
-}
-
-/// The unit quaternion at a place, and its length before.
-#[cube]
-fn turn_of(values: &[f32], at: usize) -> Array<f32> {
-    let mut turn = Array::<f32>::new(5usize);
-    for j in 0..5usize {
-        turn[j] = values[at + j];
-    }
-    turn
 }
 
 /// The cotangent of a unit quaternion, given that of its matrix at a place.

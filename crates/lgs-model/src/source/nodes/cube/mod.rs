@@ -16,7 +16,7 @@ use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::tensor::DType;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, empty, units, zeros};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units, zeros};
 
 use super::neighbors::Neighbors;
 use super::node::NODE;
@@ -47,14 +47,8 @@ fn carriers(nodes: CubeTensor, poses: CubeTensor) -> CubeTensor {
     let (nodes, poses) = (contiguous(nodes), contiguous(poses));
     let out = empty(&nodes, [m, CARRIER], DType::F32);
     let (count, dim) = units(&out.client, m);
-    carry::launch(
-        &out.client,
-        count,
-        dim,
-        nodes.into_buffer_arg(),
-        poses.into_buffer_arg(),
-        out.clone().into_buffer_arg(),
-    );
+    let [of, by, to] = arguments([&nodes, &poses, &out]);
+    carry::launch(&out.client, count, dim, of, by, to);
     out
 }
 
@@ -62,16 +56,9 @@ fn poses(kept: &BlendKept) -> CubeTensor {
     let n = kept.followers.shape()[0];
     let out = empty(&kept.followers, [n, DELTAS], DType::F32);
     let (count, dim) = units(&out.client, n);
-    follow_nodes::launch(
-        &out.client,
-        count,
-        dim,
-        kept.carriers.clone().into_buffer_arg(),
-        kept.followers.clone().into_buffer_arg(),
-        kept.followed.neighbors.clone().into_buffer_arg(),
-        out.clone().into_buffer_arg(),
-        kept.followed.row,
-    );
+    let BlendKept { carriers, followers, followed, .. } = kept;
+    let [by, of, neighbors, to] = arguments([carriers, followers, &followed.neighbors, &out]);
+    follow_nodes::launch(&out.client, count, dim, by, of, neighbors, to, followed.row);
     out
 }
 
@@ -82,64 +69,34 @@ fn v_followers(kept: &BlendKept, v_poses: CubeTensor) -> [CubeTensor; 2] {
     let out = [empty(followers, [n, FOLLOWER], DType::F32), empty(followers, [slots, SUMS], DType::F32)];
     let v_weights = empty(followers, [slots], DType::F32);
     let (count, dim) = units(client, n);
-    follow_nodes_vjp::launch(
-        client,
-        count.clone(),
-        dim,
-        carriers.clone().into_buffer_arg(),
-        followers.clone().into_buffer_arg(),
-        followed.neighbors.clone().into_buffer_arg(),
-        contiguous(v_poses).into_buffer_arg(),
-        out[0].clone().into_buffer_arg(),
-        out[1].clone().into_buffer_arg(),
-        v_weights.clone().into_buffer_arg(),
-        followed.row,
-    );
-    if followed.row > 0 {
-        weights_vjp::launch(
-            client,
-            count,
-            dim,
-            carriers.clone().into_buffer_arg(),
-            followers.clone().into_buffer_arg(),
-            followed.neighbors.clone().into_buffer_arg(),
-            v_weights.into_buffer_arg(),
-            out[0].clone().into_buffer_arg(),
-            out[1].clone().into_buffer_arg(),
-            followed.row,
-        );
+    let inputs = [carriers, followers, &followed.neighbors];
+    let [by, of, neighbors] = arguments(inputs);
+    let [v, to, to_slots, to_weights] = arguments([&contiguous(v_poses), &out[0], &out[1], &v_weights]);
+    let row = followed.row;
+    follow_nodes_vjp::launch(client, count.clone(), dim, by, of, neighbors, v, to, to_slots, to_weights, row);
+    if row > 0 {
+        let ([by, of, neighbors], [v, to, to_slots]) =
+            (arguments(inputs), arguments([&v_weights, &out[0], &out[1]]));
+        weights_vjp::launch(client, count, dim, by, of, neighbors, v, to, to_slots, row);
     }
     out
 }
 
 /// Cotangents of nodes and of their poses.
-fn v_nodes(kept: &BlendKept, v_carriers: CubeTensor) -> [CubeTensor; 2] {
+fn v_nodes(kept: &BlendKept, v_carriers: &CubeTensor) -> [CubeTensor; 2] {
     let (m, client) = (kept.nodes, &kept.carriers.client);
     if kept.followed.row == 0 {
         return [NODE, DELTAS].map(|width| zeros(&kept.carriers, [m, width], DType::F32));
     }
     let sums = empty(&kept.carriers, [m, SUMS], DType::F32);
     let (count, dim) = units(client, m * SUMS);
-    sum_followers::launch(
-        client,
-        count,
-        dim,
-        v_carriers.into_buffer_arg(),
-        kept.followed.begins.clone().into_buffer_arg(),
-        kept.followed.members.clone().into_buffer_arg(),
-        sums.clone().into_buffer_arg(),
-    );
+    let Followed { begins, members, .. } = &kept.followed;
+    let [from, begins, members, to] = arguments([v_carriers, begins, members, &sums]);
+    sum_followers::launch(client, count, dim, from, begins, members, to);
     let out = [NODE, DELTAS].map(|width| empty(&kept.carriers, [m, width], DType::F32));
     let (count, dim) = units(client, m);
-    carry_vjp::launch(
-        client,
-        count,
-        dim,
-        kept.carriers.clone().into_buffer_arg(),
-        sums.into_buffer_arg(),
-        out[0].clone().into_buffer_arg(),
-        out[1].clone().into_buffer_arg(),
-    );
+    let [of, from, to_nodes, to_poses] = arguments([&kept.carriers, &sums, &out[0], &out[1]]);
+    carry_vjp::launch(client, count, dim, of, from, to_nodes, to_poses);
     out
 }
 
@@ -150,7 +107,6 @@ impl Kernel<Neighbors, 5> for CubeBackend {
         neighbors: &Neighbors,
         [nodes, node_poses, means, rotations, features]: [FloatTensor<Self>; 5],
     ) -> (FloatTensor<Self>, BlendKept) {
-        let _span = tracing::trace_span!("blend of nodes").entered();
         let m = nodes.shape()[0];
         let followed = followed(neighbors, m, &means);
         let followers = contiguous(Self::float_cat(vec![means, rotations, features], 1));
@@ -159,9 +115,8 @@ impl Kernel<Neighbors, 5> for CubeBackend {
     }
 
     fn vjp(_: &Neighbors, kept: BlendKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 5] {
-        let _span = tracing::trace_span!("blend of nodes, backward").entered();
         let [v_followers, v_carriers] = v_followers(&kept, v_poses);
-        let [v_nodes, v_node_poses] = v_nodes(&kept, v_carriers);
+        let [v_nodes, v_node_poses] = v_nodes(&kept, &v_carriers);
         let n = v_followers.shape()[0];
         let part = |from: usize, to: usize| {
             Self::float_slice(v_followers.clone(), &[(0..n).into(), (from..to).into()])
