@@ -1,5 +1,6 @@
 //! Devices reached through CubeCL (feature `gpu`): one backend for the GPUs of every vendor.
 
+pub mod latest;
 pub mod product;
 pub mod quaternions;
 pub mod vectors;

@@ -1,7 +1,8 @@
 //! Supports on a device.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
+use lgs_tensor::cube::latest::Latest;
 use lgs_tensor::cube::{CubeDevice, CubeTensor, numbers};
 
 use crate::supports::Supports;
@@ -26,31 +27,11 @@ pub(super) struct Uploaded {
     pub(super) begins: CubeTensor,
 }
 
-/// What is on a device, and the supports that it is of.
-struct Latest {
-    supports: Weak<Supports>,
-    device: CubeDevice,
-    uploaded: Uploaded,
-}
-
 /// Supports on the device of a tensor. Those of the last call stay there: one step of training rolls an
 /// object several times.
 pub(super) fn uploaded(supports: &Arc<Supports>, like: &CubeTensor) -> Uploaded {
-    static LATEST: Mutex<Option<Latest>> = Mutex::new(None);
-    let mut latest = LATEST.lock().unwrap_or_else(PoisonError::into_inner);
-    let found = latest
-        .as_ref()
-        .filter(|latest| latest.supports.as_ptr() == Arc::as_ptr(supports) && latest.device == like.device);
-    if let Some(found) = found {
-        return found.uploaded.clone();
-    }
-    let uploaded = upload_supports(supports, &like.device);
-    *latest = Some(Latest {
-        supports: Arc::downgrade(supports),
-        device: like.device.clone(),
-        uploaded: uploaded.clone(),
-    });
-    uploaded
+    static LATEST: Latest<Supports, Uploaded> = Latest::none();
+    LATEST.of(supports, (&like.device, supports.particles()), || upload_supports(supports, &like.device))
 }
 
 fn upload_supports(supports: &Supports, device: &CubeDevice) -> Uploaded {

@@ -1,7 +1,6 @@
 //! Who follows whom, on the device: the nodes of every Gaussian, and the followers of every node.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
-
+use lgs_tensor::cube::latest::Latest;
 use lgs_tensor::cube::{CubeDevice, CubeTensor, numbers};
 
 use crate::source::nodes::neighbors::Neighbors;
@@ -19,31 +18,11 @@ pub(super) struct Followed {
     pub(super) row: usize,
 }
 
-/// What is on a device, and the search that it is of.
-struct Uploaded {
-    indices: Weak<Vec<u32>>,
-    nodes: usize,
-    device: CubeDevice,
-    followed: Followed,
-}
-
 /// Uploads the neighbours among a number of nodes to the device of a tensor. Those of the last call stay
 /// there: a search serves many steps of training.
 pub(super) fn followed(neighbors: &Neighbors, nodes: usize, like: &CubeTensor) -> Followed {
-    static LAST: Mutex<Option<Uploaded>> = Mutex::new(None);
-    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
-    let found = last.as_ref().filter(|last| {
-        last.indices.as_ptr() == Arc::as_ptr(&neighbors.indices)
-            && last.nodes == nodes
-            && last.device == like.device
-    });
-    if let Some(found) = found {
-        return found.followed.clone();
-    }
-    let followed = upload(neighbors, nodes, &like.device);
-    let (indices, device) = (Arc::downgrade(&neighbors.indices), like.device.clone());
-    *last = Some(Uploaded { indices, nodes, device, followed: followed.clone() });
-    followed
+    static LATEST: Latest<Vec<u32>, Followed> = Latest::none();
+    LATEST.of(&neighbors.indices, (&like.device, nodes), || upload(neighbors, nodes, &like.device))
 }
 
 fn upload(neighbors: &Neighbors, nodes: usize, device: &CubeDevice) -> Followed {
