@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use crate::program::{call, falling_run, files, folder, tiny_dataset, unwritable};
+use crate::program::{call, falling_alone, falling_run, files, folder, tiny_dataset, unwritable};
 
 #[test]
 fn times_outside_the_scene_are_refused_before_anything_is_written() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = dir.path().join("out");
     for command in ["render", "export"] {
         for times in ["2.3", "-0.76", "0:3:0.5", "0,9"] {
@@ -23,8 +22,7 @@ fn times_outside_the_scene_are_refused_before_anything_is_written() {
 
 #[test]
 fn outputs_that_cannot_be_written_are_named() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = unwritable(dir.path());
     for command in ["render {run} --times 0 --out {out}", "export {run} --times 0 --out {out}"] {
         call(command, &[("run", &run), ("out", &out)]).fails(&out, &["create folder"]);
@@ -52,8 +50,7 @@ fn a_dataset_is_never_written_into() {
 
 #[test]
 fn a_scene_cut_anywhere_is_damaged() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let scene = run.join("lagrangian.safetensors");
     let whole = std::fs::read(&scene).expect("bytes");
     let out = dir.path().join("out");

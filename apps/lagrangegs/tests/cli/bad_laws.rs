@@ -9,7 +9,7 @@ use lagrangegs::lgs_model::{
     Dynamics, GeneralisedDynamics, LagrangianScene, TensorFile, load_scene, scene_to_tensors,
 };
 
-use crate::program::{call, falling, falling_run, folder, json_file};
+use crate::program::{call, falling, falling_alone, json_file};
 
 const GRAVITY: &str = r#"{ "coordinates": { "kind": "point" }, "step": 0.01, "terms": [
     { "kind": "uniform-field", "on": "whole",
@@ -37,8 +37,7 @@ fn write(run: &Path, scene: &LagrangianScene, change: impl FnOnce(&mut TensorFil
 
 #[test]
 fn laws_that_cannot_be_are_named() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (_dir, run) = falling_alone();
     let scene = under_gravity(&run);
     let refused = |key: &str, entry: &str, words: &[&str]| {
         let path = write(&run, &scene, |file| file.set_metadata(key, entry.to_owned()));
@@ -60,8 +59,7 @@ fn laws_that_cannot_be_are_named() {
 
 #[test]
 fn objects_that_share_gaussians_are_named() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (_dir, run) = falling_alone();
     let mut scene = under_gravity(&run);
     scene.objects.push(scene.objects[0].clone());
     scene.objects[0].members = 0..40;
@@ -73,8 +71,7 @@ fn objects_that_share_gaussians_are_named() {
 
 #[test]
 fn tracks_of_fewer_than_five_times_are_refused() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let (tracks, out) = (dir.path().join("tracks"), dir.path().join("out"));
     let paths: [(&str, &Path); 3] = [("run", &run), ("tracks", &tracks), ("out", &out)];
     call("export {run} --times 0:0.6:0.2 --out {tracks}", &paths).ok();
@@ -106,8 +103,7 @@ fn edits_outside_of_their_range_are_refused() {
 
 #[test]
 fn times_beyond_trust_are_marked_everywhere() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let scene = under_gravity(&run);
     write(&run, &scene, |_| ());
     let corner = |out: &Path, name: &str| {

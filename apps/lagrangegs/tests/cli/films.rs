@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crate::program::{call, falling, falling_run, files, folder, json_file, unwritable};
+use crate::program::{call, falling, falling_alone, files, json_file, unwritable};
 
 /// Width, height and delays (hundredths of a second) of a GIF.
 fn gif(path: &Path) -> (u16, u16, Vec<u16>) {
@@ -19,8 +19,7 @@ fn gif(path: &Path) -> (u16, u16, Vec<u16>) {
 
 #[test]
 fn a_video_has_one_frame_per_time() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = dir.path().join("a/film.gif");
     let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];
     let said = call("render {run} --times 0:1:0.25 --size 40 --fps 10 --out {out}", &paths).ok();
@@ -31,8 +30,7 @@ fn a_video_has_one_frame_per_time() {
 
 #[test]
 fn what_cannot_be_written_is_said_before_anything_is_drawn() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let refuse = |out: &Path, flags: &str, words: &[&str]| {
         let paths: [(&str, &Path); 2] = [("run", &run), ("out", out)];
         // Ten thousand frames would take minutes.
@@ -56,8 +54,7 @@ fn what_cannot_be_written_is_said_before_anything_is_drawn() {
 
 #[test]
 fn the_name_of_one_file_stands_for_one_time() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let path = |name: &str| dir.path().join(name);
     let [picture, splats, frames] = ["new/a.png", "a.ply", "frames"].map(path);
     let paths: [(&str, &Path); 4] = [("run", &run), ("png", &picture), ("ply", &splats), ("frames", &frames)];
@@ -80,8 +77,7 @@ fn the_name_of_one_file_stands_for_one_time() {
 
 #[test]
 fn a_path_from_a_file_brings_its_own_times_and_cameras() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let path = dir.path().join("path.json");
     let key = |seconds: f64, time: f64, depth: f64| {
         json!({"seconds": seconds, "time": time, "fx": 40, "fy": 40, "cx": 24, "cy": 16, "camera_from_world":
@@ -129,8 +125,7 @@ fn frames_stand_beside_others_under_labels() {
 #[cfg(feature = "av1")]
 #[test]
 fn an_mp4_and_a_webm_are_written() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     for (name, mark) in [("film.mp4", &b"ftyp"[..]), ("film.webm", b"webm")] {
         let out = dir.path().join(name);
         let paths: [(&str, &Path); 2] = [("run", &run), ("out", &out)];

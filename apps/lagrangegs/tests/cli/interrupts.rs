@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::program::{call, falling_run, files, folder, tiny_dataset};
+use crate::program::{call, falling_alone, files, folder, tiny_dataset};
 
 /// Names of temporary files and folders below a folder.
 fn litter(folder: &Path) -> Vec<String> {
@@ -84,8 +84,7 @@ fn nothing_unfinished_is_left() {
 
 #[test]
 fn frames_that_were_finished_are_kept_apart_from_older_ones() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let [out, splats] = ["out", "splats"].map(|name| dir.path().join(name));
     call("render {run} --times 0,1 --size 16 --out {out}", &[("run", &run), ("out", &out)]).ok();
     let before: Vec<_> =
@@ -120,8 +119,7 @@ fn frames_that_were_finished_are_kept_apart_from_older_ones() {
 
 #[test]
 fn frames_that_cannot_arrive_are_kept_and_the_error_says_where() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = dir.path().join("out");
     let taken = out.join("sheet.png");
     std::fs::create_dir_all(&taken).expect("a folder");
@@ -133,8 +131,7 @@ fn frames_that_cannot_arrive_are_kept_and_the_error_says_where() {
 
 #[test]
 fn a_hang_up_that_is_ignored_ends_nothing() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = dir.path().join("out");
     let mut command = Command::new("nohup");
     let line = format!("render {} --times 0:2:0.02 --size 64 --out {}", run.display(), out.display());

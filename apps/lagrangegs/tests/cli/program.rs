@@ -162,6 +162,13 @@ pub(crate) fn falling() -> (tempfile::TempDir, PathBuf, PathBuf) {
     (dir, data, run)
 }
 
+/// A folder that holds a run alone, with its path.
+pub(crate) fn falling_alone() -> (tempfile::TempDir, PathBuf) {
+    let dir = folder();
+    let run = falling_run(dir.path(), dir.path());
+    (dir, run)
+}
+
 fn falling_scene() -> LagrangianScene {
     let system = quadratic([0.0, 0.0, 2.0], [0.0; 6]);
     let means: Vec<[f32; 3]> = (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| 0.1 * c as f32)).collect();

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use crate::program::{call, falling_run, files, folder, tiny_dataset};
+use crate::program::{call, falling_alone, files, folder, tiny_dataset};
 
 #[test]
 fn a_run_of_frames_resumes_without_its_flags() {
-    let dir = folder();
-    let original = falling_run(dir.path(), dir.path());
+    let (dir, original) = falling_alone();
     let (frames, run) = (dir.path().join("frames"), dir.path().join("imported"));
     let paths: [(&str, &Path); 3] = [("original", &original), ("frames", &frames), ("run", &run)];
     call("export {original} --times 0:0.72:0.03 --out {frames}", &paths).ok();

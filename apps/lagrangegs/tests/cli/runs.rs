@@ -1,6 +1,6 @@
 //! `eval`, `render` and `export` on a run made by hand.
 
-use crate::program::{call, falling, falling_run, files, folder, json_file};
+use crate::program::{call, falling, falling_alone, files, json_file};
 
 #[test]
 fn metrics_follow_the_schema_and_are_kept_in_the_run() {
@@ -96,8 +96,7 @@ fn the_table_shows_the_splits_asked_for() {
 
 #[test]
 fn frames_come_one_per_time_with_a_sheet() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = dir.path().join("a/b/out");
     let paths: [(&str, &std::path::Path); 2] = [("run", &run), ("out", &out)];
     call("render {run} --times -0.75:2.25:0.75 --camera orbit --out {out} --size 40", &paths).ok();
@@ -139,8 +138,7 @@ fn a_view_of_the_dataset_is_found_by_its_name() {
 #[test]
 fn exports_have_the_same_order_and_count_at_every_time() {
     use lagrangegs::lgs_data::ply::read_ply;
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let out = dir.path().join("out");
     call("export {run} --times 0,1 --format ply --out {out}", &[("run", &run), ("out", &out)]).ok();
     assert_eq!(files(&out), ["frame0001.ply", "frame0002.ply", "frames.json"]);
@@ -157,8 +155,7 @@ fn exports_have_the_same_order_and_count_at_every_time() {
 
 #[test]
 fn rendering_twice_gives_the_same_bytes_for_any_number_of_threads() {
-    let dir = folder();
-    let run = falling_run(dir.path(), dir.path());
+    let (dir, run) = falling_alone();
     let render = |threads: &str| {
         let out = dir.path().join(threads);
         let status = std::process::Command::new(env!("CARGO_BIN_EXE_lagrangegs"))
