@@ -23,7 +23,7 @@ use measure::{Row, measured};
 use std::ops::RangeInclusive;
 
 /// Scenes with one law for each object or two, and the three that no law explains.
-const SCENES: [&str; 38] = [
+const SCENES: [&str; 57] = [
     "falling-ball",
     "fan",
     "sled",
@@ -58,6 +58,25 @@ const SCENES: [&str; 38] = [
     "attracting-pair",
     "falling-jelly",
     "screw",
+    "wind",
+    "whirlpool",
+    "stiffening-spring",
+    "rubbing-spring",
+    "magnetic-spiral",
+    "bowl",
+    "two-centres",
+    "scattering",
+    "self-sustained",
+    "driven-pendulum",
+    "falling-pole",
+    "rubbing-balance",
+    "flywheel",
+    "magnet-pendulum",
+    "rolling-spring",
+    "yo-yo",
+    "rocket",
+    "braked-top",
+    "repelling-pair",
     "walker",
     "led",
     "grabbed",

@@ -171,6 +171,9 @@ pub(crate) const TOLD: f64 = 0.9;
 pub(crate) const SCALE_DEVIATIONS: f64 = 10.0;
 /// Score behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
 pub(crate) const NO_RIVAL: f64 = 30.0;
+/// Rounds in which configurations of a joint and the shape in it are fitted to poses in turn: the first has them
+/// to within their noise.
+pub(crate) const NEAREST_ROUNDS: usize = 2;
 /// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.
 pub(crate) const AXIS_ROUNDS: usize = 4;
 

@@ -76,6 +76,9 @@ pub(crate) const SHOTS: usize = 3;
 /// Squares that a regression leaves, over the least that one of any law leaves, up to which the law may be
 /// the right one: accelerations of a smooth path have errors that a law of more terms follows.
 pub(crate) const PROMISING_LEFT: f64 = 4.0;
+/// The same for a law that leaves less than any simpler one: a smooth path of a fast motion has errors that a
+/// dozen constants more follow to a tenth.
+pub(crate) const NEARLY_PROMISING_LEFT: f64 = 30.0;
 /// Most of such laws that are fitted, the simplest: the right one and those that hold it as a special case.
 pub(crate) const PROMISING: usize = 8;
 /// Surcharge of a gyroscopic term, in halves of an unknown: a circling point can be held by a spring (four

@@ -4,15 +4,17 @@
 //! the track and samples counted as far as they are independent.
 
 mod candidates;
+mod further;
 #[cfg(test)]
 mod tests;
 
 pub use candidates::{candidates, further_candidates, simplicity};
+pub use further::choose_further;
 
 use crate::candidate::Candidate;
-use crate::fit::{Fitted, Settings, Track, approach, first_values, regressions, shoot};
+use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
-use crate::thresholds::{FAR, GOOD, PROMISING, PROMISING_LEFT, SHOTS};
+use crate::thresholds::{FAR, GOOD, SHOTS};
 
 /// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
 /// a law with one unknown more is, before anything is seen, `e` times less likely.
@@ -189,37 +191,6 @@ pub fn choose_beside(list: &[Candidate], track: &Track, scales: &Scales, known: 
         judged.push(found);
     }
     among(judged, samples)
-}
-
-/// The choice among some candidates, and among further ones if none of the first explains the track.
-#[must_use]
-pub fn choose_further(
-    choice: Option<Choice>,
-    (list, further): (&[Candidate], &[Candidate]),
-    track: &Track,
-    scales: &Scales,
-) -> Option<Choice> {
-    let explained = |choice: &Choice| choice.judged.iter().any(|judged| choice.explains(judged));
-    if further.is_empty() || choice.as_ref().is_some_and(explained) {
-        return choice;
-    }
-    let kept = promising(further, track, scales);
-    let picked: Vec<Candidate> = kept.iter().map(|&index| further[index].clone()).collect();
-    let behind = |judged: Judged| Judged { index: list.len() + kept[judged.index], ..judged };
-    let others = choose(&picked, track, scales).map_or_else(Vec::new, |choice| choice.judged);
-    let first = choice.map_or_else(Vec::new, |choice| choice.judged);
-    among(first.into_iter().chain(others.into_iter().map(behind)).collect(), track.independent_samples())
-}
-
-/// The simplest of the candidates whose equations of motion the track obeys about as well as those of any.
-fn promising(list: &[Candidate], track: &Track, scales: &Scales) -> Vec<usize> {
-    let left = |candidate: &Candidate| regressions(candidate, track, scales).first().map(|first| first.left);
-    let left: Vec<f64> = list.iter().map(|candidate| left(candidate).unwrap_or(f64::INFINITY)).collect();
-    let least = left.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut kept: Vec<usize> = (0..list.len()).filter(|&i| left[i] <= PROMISING_LEFT * least).collect();
-    kept.sort_by_key(|&index| simplicity(&list[index]));
-    kept.truncate(PROMISING);
-    kept
 }
 
 /// Fits one candidate and weighs it.

@@ -24,6 +24,14 @@ pub(in super::super) enum Field {
     QuadraticDrag(f64),
     /// `−k v`: not conservative.
     LinearDrag(f64),
+    /// Quadratic drag in air that moves: `−k |v − w| (v − w)`, not conservative.
+    Wind { k: f64, wind: DVec3 },
+    /// Linear drag in a liquid that turns about the origin: `−k (v − ω × q)`, not conservative.
+    Whirl { k: f64, rate: DVec3 },
+    /// `k (1 − |q|² / a²) v`: a push within the amplitude and a drag beyond it, not conservative.
+    SelfSustained { k: f64, amplitude: f64 },
+    /// Gravity and what keeps a body on the sphere about the origin on which it starts: conservative.
+    Bowl { gravity: f64 },
     /// Of a constant size against the velocity: not conservative.
     DryFriction(f64),
     /// `ω × v`, as a charge in a uniform magnetic field has it. It does no work, and depends on the velocity:
@@ -51,6 +59,13 @@ impl Field {
             }
             Self::QuadraticDrag(k) => -k * v.length() * v,
             Self::LinearDrag(k) => -k * v,
+            Self::Wind { k, wind } => -k * v.distance(wind) * (v - wind),
+            Self::Whirl { k, rate } => -k * (v - rate.cross(q)),
+            Self::SelfSustained { k, amplitude } => k * (1.0 - (q / amplitude).length_squared()) * v,
+            Self::Bowl { gravity } => {
+                let (down, out) = (-gravity * DVec3::Z, q.normalize());
+                down - (down.dot(out) + v.length_squared() / q.length()) * out
+            }
             Self::DryFriction(k) => -k * v / v.length().hypot(CREEPING_SPEED),
             Self::Magnetic(omega) => omega.cross(v),
         }
@@ -59,7 +74,7 @@ impl Field {
     #[cfg(test)]
     fn energy(&self, q: DVec3) -> f64 {
         match *self {
-            Self::Gravity(g) => g * q.z,
+            Self::Gravity(g) | Self::Bowl { gravity: g } => g * q.z,
             Self::Power { center, k, n } => k * (q - center).length().powf(n + 1.0) / (n + 1.0),
             Self::DoubleWell { center, along, c, w, k } => {
                 let arm = q - center;
@@ -71,7 +86,13 @@ impl Field {
                 0.5 * arm.dot(k * arm)
             }
             Self::RestLength { end, k, length } => 0.5 * k * (q.distance(end) - length).powi(2),
-            Self::QuadraticDrag(_) | Self::LinearDrag(_) | Self::DryFriction(_) | Self::Magnetic(_) => 0.0,
+            Self::QuadraticDrag(_)
+            | Self::LinearDrag(_)
+            | Self::DryFriction(_)
+            | Self::Magnetic(_)
+            | Self::Wind { .. }
+            | Self::Whirl { .. }
+            | Self::SelfSustained { .. } => 0.0,
         }
     }
 
@@ -87,6 +108,10 @@ impl Field {
             Self::RestLength { end, k, length } => Self::RestLength { end, k: beta * k, length },
             Self::QuadraticDrag(k) => Self::QuadraticDrag(gamma * k),
             Self::LinearDrag(k) => Self::LinearDrag(gamma * k),
+            Self::Wind { k, wind } => Self::Wind { k: gamma * k, wind },
+            Self::Whirl { k, rate } => Self::Whirl { k: gamma * k, rate },
+            Self::SelfSustained { k, amplitude } => Self::SelfSustained { k: gamma * k, amplitude },
+            Self::Bowl { gravity } => Self::Bowl { gravity: beta * gravity },
             Self::DryFriction(k) => Self::DryFriction(gamma * k),
             Self::Magnetic(omega) => Self::Magnetic(gamma * omega),
         }
@@ -109,6 +134,10 @@ impl Field {
             }
             Self::QuadraticDrag(k) => json!({"quadratic_drag": k}),
             Self::LinearDrag(k) => json!({"drag": k}),
+            Self::Wind { k, wind } => json!({"quadratic_drag": k, "wind": wind.to_array()}),
+            Self::Whirl { k, rate } => json!({"drag": k, "rate": rate.to_array()}),
+            Self::SelfSustained { k, amplitude } => json!({"push": k, "amplitude": amplitude}),
+            Self::Bowl { gravity } => json!({"g": gravity}),
             Self::DryFriction(k) => json!({"friction": k}),
             Self::Magnetic(omega) => {
                 json!({"gyration": omega.length(), "axis": omega.normalize().to_array()})
@@ -117,8 +146,15 @@ impl Field {
     }
 
     fn is_conservative(&self) -> bool {
-        let is_drag = matches!(self, Self::QuadraticDrag(_) | Self::LinearDrag(_) | Self::DryFriction(_));
-        !is_drag && !matches!(self, Self::Magnetic(_))
+        matches!(
+            self,
+            Self::Gravity(_)
+                | Self::Power { .. }
+                | Self::DoubleWell { .. }
+                | Self::Spring { .. }
+                | Self::RestLength { .. }
+                | Self::Bowl { .. }
+        )
     }
 }
 

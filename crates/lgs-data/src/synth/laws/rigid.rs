@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 ///
 /// Conservative: `weight`, the torque of gravity on a centre of mass on the body's z axis (mass × g ×
 /// distance from the fixed point, in the units of the inertia), and the `gravity` that moves the origin. Not
-/// conservative: a linear drag and a dry friction, each of the velocity and of the spin. The state is the
+/// conservative: a linear drag and a dry friction, each of the velocity and of the spin, and a `thrust` along
+/// the body's z axis. The state is the
 /// rotation (w x y z), the angular velocity in body axes, and place and velocity of the body's origin.
 #[derive(Clone, Debug)]
 pub(in super::super) struct RigidBody {
@@ -31,6 +32,8 @@ pub(in super::super) struct RigidBody {
     pub(in super::super) drag: [f64; 2],
     /// Decelerations of velocity and spin of a constant size.
     pub(in super::super) friction: [f64; 2],
+    /// Acceleration along the body's z axis.
+    pub(in super::super) thrust: f64,
 }
 
 impl RigidBody {
@@ -48,6 +51,7 @@ impl RigidBody {
             gravity: 0.0,
             drag: [0.0; 2],
             friction: [0.0; 2],
+            thrust: 0.0,
         }
     }
 
@@ -75,7 +79,8 @@ impl Law for RigidBody {
         let turning = (torque - spin.cross(self.inertia * spin)) / self.inertia + self.slowing(1, spin);
         let turned = 0.5 * (turn * spin + v.cross(spin));
         let velocity = vector(state, 10);
-        let moving = self.gravity * DVec3::NEG_Z + self.slowing(0, velocity);
+        let thrust = self.thrust * (Self::rotation(state) * DVec3::Z);
+        let moving = self.gravity * DVec3::NEG_Z + self.slowing(0, velocity) + thrust;
         [vec![-0.5 * v.dot(spin)], joined(&[turned, turning, velocity, moving])].concat()
     }
 
@@ -99,6 +104,7 @@ impl Law for RigidBody {
             gravity: edit.potential_scale * self.gravity,
             drag: self.drag.map(|drag| edit.force_scale * drag),
             friction: self.friction.map(|friction| edit.force_scale * friction),
+            thrust: edit.force_scale * self.thrust,
             ..self.clone()
         })
     }
@@ -111,11 +117,19 @@ impl Law for RigidBody {
             ("spin_drag", self.drag[1]),
             ("friction", self.friction[0]),
             ("spin_friction", self.friction[1]),
+            ("thrust", self.thrust),
         ];
         let own: Vec<(&str, f64)> = forces.into_iter().filter(|(_, value)| *value != 0.0).collect();
-        let slows = own.iter().any(|(name, _)| *name != "g");
+        let slows = own.iter().any(|(name, _)| name.ends_with("drag") || name.ends_with("friction"));
+        let kind = if self.thrust != 0.0 {
+            "forced"
+        } else if slows {
+            "dissipative"
+        } else {
+            "conservative"
+        };
         let mut description = json!({
-            "law": self.law, "kind": if slows { "dissipative" } else { "conservative" },
+            "law": self.law, "kind": kind,
             "coordinates": self.coordinates,
             "constants": {
                 "inertia_ratio_xz": i.x / i.z, "inertia_ratio_yz": i.y / i.z,

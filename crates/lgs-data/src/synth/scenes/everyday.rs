@@ -200,13 +200,13 @@ fn slope(draws: &mut Draws) -> (Stage, Rig) {
     let normal = tilt.cos() * DVec3::Z - tilt.sin() * ahead;
     let speed = slope * turns_back;
     let law = Rolling {
-        start: DVec3::ZERO,
         direction,
         normal,
         radius,
         speed,
         slope,
         resistance: draws.within(0.05..0.2),
+        ..Rolling::at(DVec3::ZERO)
     };
     let ball = ball(draws, radius);
     let [motion] = simulated(law);

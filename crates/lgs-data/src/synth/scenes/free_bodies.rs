@@ -49,13 +49,11 @@ pub(super) const ENTRIES: [Entry; 5] = [
 fn rolling_ball(draws: &mut Draws) -> (Stage, Rig) {
     let radius = draws.within(0.36..0.46);
     let law = Rolling {
-        start: DVec3::ZERO,
         direction: draws.horizontal(),
-        normal: DVec3::Z,
         radius,
         speed: draws.within(0.9..1.2),
-        slope: 0.0,
         resistance: draws.within(0.5..0.9),
+        ..Rolling::at(DVec3::ZERO)
     };
     let ball = Part::new(
         Shape::Ellipsoid(DVec3::splat(radius)),

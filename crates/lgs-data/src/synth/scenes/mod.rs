@@ -8,8 +8,10 @@
 mod entry;
 mod everyday;
 mod fields;
+mod flows;
 mod free_bodies;
 mod hinges;
+mod machines;
 mod objects;
 mod room;
 mod thrown;
@@ -33,7 +35,7 @@ pub(super) struct Scene {
 }
 
 fn entries() -> impl Iterator<Item = &'static Entry> {
-    let groups: [&[Entry]; 8] = [
+    let groups: [&[Entry]; 10] = [
         &objects::ENTRIES,
         &room::ENTRIES,
         &hinges::ENTRIES,
@@ -41,6 +43,8 @@ fn entries() -> impl Iterator<Item = &'static Entry> {
         &fields::ENTRIES,
         &everyday::ENTRIES,
         &thrown::ENTRIES,
+        &flows::ENTRIES,
+        &machines::ENTRIES,
         &unexplained::ENTRIES,
     ];
     groups.into_iter().flatten()

@@ -153,7 +153,7 @@ fn screw(draws: &mut Draws) -> (Stage, Rig) {
         kind: "dissipative",
         rate: draws.either_sign(3.0..5.0),
         drag: draws.within(0.4..1.0),
-        pitch: draws.within(0.1..0.2),
+        advance: draws.within(0.1..0.2) * axis,
         ..Hinge::about(axis, upright(axis))
     };
     let parts = rotor(draws);

@@ -2,10 +2,11 @@
 
 use super::geometry::{body_points, center_of_mass, pivot};
 use super::inertia::round_about;
+use super::nearest::nearest;
 use super::observed::{ObservedPoses, mean_pose};
 use super::turning::Turning;
 use crate::motion::pose::Pose;
-use crate::thresholds::CENTER_COEFFICIENTS;
+use crate::thresholds::{CENTER_COEFFICIENTS, NEAREST_ROUNDS};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 use lgs_mechanics::coordinates::{
@@ -39,18 +40,43 @@ impl Configured {
         x: Vec<Vec<f64>>,
         constants: usize,
     ) -> Self {
-        let placements = placements(&coordinates, &x);
-        let mut bases = Vec::with_capacity(bodies.len());
-        let mut chi_square = 0.0;
-        for (body, observed) in order.iter().map(|&i| bodies[i]).enumerate() {
-            let own = || placements.iter().map(|of_time| &of_time[body]);
-            let back = own().zip(&observed.poses).map(|(place, pose)| place.before(pose));
-            let base = mean_pose(&back.collect::<Vec<_>>());
-            let predicted: Vec<Pose> = own().map(|place| place.after(&base)).collect();
-            chi_square += observed.chi_square(&predicted);
-            bases.push(base);
+        let mut all =
+            Self { coordinates, x, order: order.to_vec(), bases: Vec::new(), constants, chi_square: 0.0 };
+        all.place(bodies);
+        if !matches!(all.coordinates, Coordinates::Point | Coordinates::Pair | Coordinates::Rigid(_)) {
+            let [angle, place] = bodies[0].noise();
+            let step = if matches!(all.coordinates, Coordinates::Rolling(_)) { place } else { angle };
+            for _ in 0..NEAREST_ROUNDS {
+                all.x = nearest(&all.coordinates, &all.x, step, |x| all.left_by(bodies, x));
+                all.place(bodies);
+            }
         }
-        Self { coordinates, x, order: order.to_vec(), bases, constants, chi_square }
+        all
+    }
+
+    /// Sets the pose of the shape of each body, and what the coordinates leave.
+    fn place(&mut self, bodies: &[&ObservedPoses]) {
+        let placements = placements(&self.coordinates, &self.x[0], &self.x);
+        let base = |(body, &i): (usize, &usize)| {
+            let own = placements.iter().map(|of_time| &of_time[body]);
+            let back = own.zip(&bodies[i].poses).map(|(place, pose)| place.before(pose));
+            mean_pose(&back.collect::<Vec<_>>())
+        };
+        self.bases = self.order.iter().enumerate().map(base).collect();
+        self.chi_square = self.left_by(bodies, &self.x).iter().flatten().map(|d| d * d).sum();
+    }
+
+    /// Whitened differences of the observed poses from those of other configurations, sample by sample.
+    fn left_by(&self, bodies: &[&ObservedPoses], x: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let placements = placements(&self.coordinates, &self.x[0], x);
+        let mut left = vec![Vec::with_capacity(6 * bodies.len()); x.len()];
+        for (body, &i) in self.order.iter().enumerate() {
+            let predicted: Vec<Pose> =
+                placements.iter().map(|of_time| of_time[body].after(&self.bases[body])).collect();
+            let whitened: Vec<f64> = bodies[i].whitened(&predicted).collect();
+            left.iter_mut().zip(whitened.chunks_exact(6)).for_each(|(left, own)| left.extend(own));
+        }
+        left
     }
 
     /// Constants by which the coordinates count as simple: those of a joint. A centre of mass is never quite
@@ -63,8 +89,8 @@ impl Configured {
 
     /// The pose of the shape of each body in a configuration.
     pub(super) fn poses_in(&self, x: &[f64]) -> Vec<Pose> {
-        let placed = placements(&self.coordinates, &[self.x[0].clone(), x.to_vec()]);
-        placed[1].iter().zip(&self.bases).map(|(place, base)| place.after(base)).collect()
+        let placed = placements(&self.coordinates, &self.x[0], &[x.to_vec()]);
+        placed[0].iter().zip(&self.bases).map(|(place, base)| place.after(base)).collect()
     }
 }
 
@@ -86,9 +112,9 @@ impl Placed {
     }
 }
 
-/// Placements of each body, by configuration.
-fn placements(coordinates: &Coordinates, x: &[Vec<f64>]) -> Vec<Vec<Placed>> {
-    let embedding = Embedding::new(coordinates, &x[0]);
+/// Placements of each body, by configuration, which are none in the reference.
+fn placements(coordinates: &Coordinates, reference: &[f64], x: &[Vec<f64>]) -> Vec<Vec<Placed>> {
+    let embedding = Embedding::new(coordinates, reference);
     let of_body =
         |place: Placement| Placed { rotation: place.linear, shift: place.to - place.linear * place.from };
     x.iter().map(|x| embedding.placements(x).into_iter().map(of_body).collect()).collect()

@@ -15,6 +15,7 @@ mod known;
 mod law;
 mod mixture;
 mod modal;
+mod nearest;
 mod normal_modes;
 mod observed;
 mod parts;

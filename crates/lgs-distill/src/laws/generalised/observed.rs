@@ -7,7 +7,9 @@ use crate::thresholds::LEAST_ARM;
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
-use lgs_mechanics::choose::{Choice, candidates, choose_beside, choose_further, further_candidates};
+use lgs_mechanics::choose::{
+    Choice, DESCRIBED, candidates, choose_beside, choose_further, further_candidates,
+};
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
 use lgs_mechanics::noise::Noise;
@@ -105,15 +107,15 @@ impl ObservedPoses {
         self.choose(&self.laws.candidates(coordinates), track, &track.scales(coordinates))
     }
 
-    /// The same with further laws, where none of those explains the track, and the coordinates leave no more
-    /// of the poses than what is explained.
+    /// The same with further laws, where one of these may be likelier, and the coordinates leave no more of the
+    /// poses than what is described: their geometry is fitted with the laws later.
     pub(super) fn choose_further(
         &self,
         choice: Option<Choice>,
         (coordinates, track): (&Coordinates, &Track),
         left: f64,
     ) -> Option<Choice> {
-        if self.is_explained || left > self.explained() {
+        if self.is_explained || left > DESCRIBED * self.track.independent_samples() {
             return choice;
         }
         let lists = (&self.laws.candidates(coordinates)[..], &self.laws.further(coordinates)[..]);
