@@ -149,6 +149,9 @@ pub(crate) const FEWEST_OF_PART: usize = 15;
 pub(crate) const LEAST_WEIGHT: f64 = 0.01;
 /// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
 pub(crate) const MOST_MODES: usize = 4;
+/// Most laws of the centre of a body that deforms in flight, the likeliest, that each law of its deformation is
+/// put together with.
+pub(crate) const MOST_CENTERS: usize = 3;
 /// Directions of the shape thinner than this part of it have no strain of their own.
 pub(crate) const FLAT_SHAPE: f64 = 1e-3;
 /// Error of a law over the window, in units of what a source may err smoothly, beyond which no law describes

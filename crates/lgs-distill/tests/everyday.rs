@@ -95,6 +95,28 @@ fn laws_of_several_terms_are_found_where_no_simple_one_explains() {
 }
 
 #[test]
+fn what_unwinds_rolls_and_what_spirals_is_damped() {
+    for (scene, seed, expected, coordinates) in [
+        ("yo-yo", 1, vec!["uniform-field"], "rolling"),
+        ("magnetic-spiral", 1, vec!["gyroscopic", "linear-drag"], "point"),
+    ] {
+        let seen = Seen::of(scene, seed);
+        let law = seen.law(&DistillConfig::default());
+        assert_eq!((terms(&law), law.law.coordinates.name()), (expected, coordinates), "{scene}");
+        assert!(seen.error(&law) < 0.05, "{scene}: {}", seen.error(&law));
+    }
+}
+
+#[test]
+fn a_body_that_vibrates_in_flight_falls_as_it_vibrates() {
+    let seen = Seen::of("falling-jelly", 1);
+    let law = seen.law(&DistillConfig::default());
+    let expected = vec!["uniform-field", "spring-diagonal", "damping-diagonal"];
+    assert_eq!((terms(&law), law.known.verdict), (expected, Verdict::Explained));
+    assert!(seen.error(&law) < 0.05, "{}", seen.error(&law));
+}
+
+#[test]
 fn a_law_that_runs_away_is_not_trusted_beyond_the_window() {
     let seen = Seen::of("magnetic-trap", 1);
     let law = seen.law(&DistillConfig { force: ForceKind::None, ..DistillConfig::default() });

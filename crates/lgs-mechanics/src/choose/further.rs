@@ -16,7 +16,8 @@ pub fn choose_further(
     track: &Track,
     scales: &Scales,
 ) -> Option<Choice> {
-    if further.is_empty() {
+    let is_further = |judged: &Judged| judged.index >= list.len();
+    if further.is_empty() || choice.as_ref().is_some_and(|choice| choice.judged.iter().any(is_further)) {
         return choice;
     }
     let explains = |choice: &&Choice| choice.judged.iter().any(|judged| choice.explains(judged));

@@ -7,7 +7,7 @@ use lgs_core::geometry::{exp, quaternion};
 
 impl Coordinates {
     /// Number of constants of the geometry that [`Self::change_geometry`] changes: the centre of mass of a
-    /// free body and the pivot of a ball joint have three, an axis has two for its direction and two for its
+    /// free body and the pivot of a ball joint have three, as has that of a body that deforms in flight, an axis has two for its direction and two for its
     /// place, a second one on the first body two more; a rolling body has two for its direction, four for its
     /// axis and one for its radius, and each mode has one for every other one.
     #[must_use]
@@ -17,7 +17,7 @@ impl Coordinates {
             Self::Hinge(_) => 4,
             Self::Tree(_) => 6,
             Self::Rolling(_) => 7,
-            Self::Modal(modal) => modal.affine.len() * modal.affine.len().saturating_sub(1),
+            Self::Modal(modal) => modal.shares() + if modal.flies() { 3 } else { 0 },
             Self::Point | Self::Slider(_) | Self::Pair => 0,
         }
     }
@@ -28,7 +28,7 @@ impl Coordinates {
         let turns = match self {
             Self::Hinge(_) | Self::Tree(_) => 2,
             Self::Rolling(_) => 4,
-            Self::Modal(_) => self.geometry(),
+            Self::Modal(modal) => modal.shares(),
             _ => 0,
         };
         (0..self.geometry()).map(|i| i < turns).collect()
@@ -62,7 +62,13 @@ impl Coordinates {
                 add(&mut tree.link, joint);
             }
             Self::Rolling(rolling) => rolling.change(by),
-            Self::Modal(modal) => modal.mix(by),
+            Self::Modal(modal) => {
+                let (shares, center) = by.split_at(modal.shares());
+                modal.mix(shares);
+                if modal.flies() {
+                    modal.move_center(DVec3::from_slice(center));
+                }
+            }
             Self::Point | Self::Slider(_) | Self::Pair => {}
         }
     }
@@ -77,11 +83,17 @@ impl Rolling {
 }
 
 impl Modal {
-    /// Adds to each mode a share of every other one, mode by mode.
+    /// Shares of each mode in every other one, the translations of a body in flight not among them.
+    fn shares(&self) -> usize {
+        let modes = self.deformation().len();
+        modes * modes.saturating_sub(1)
+    }
+
+    /// Adds to each of them a share of every other one, mode by mode.
     fn mix(&mut self, by: &[f64]) {
-        let old = self.affine.clone();
+        let old = self.deformation().to_vec();
         let mut shares = by.iter();
-        for (to, mode) in self.affine.iter_mut().enumerate() {
+        for (to, mode) in self.affine.iter_mut().take(old.len()).enumerate() {
             for (_, other) in old.iter().enumerate().filter(|(from, _)| *from != to) {
                 mode.add(other, shares.next().copied().unwrap_or(0.0));
             }
@@ -157,5 +169,19 @@ mod tests {
         // The points of the new axis stay on the line along which it moves.
         let moved = Embedding::new(&coordinates, &[0.0]).placements(&[0.3])[0].apply(center);
         assert!((moved - center).distance(DVec3::new(0.3, 0.0, 0.0)) < 1e-12, "{moved}");
+    }
+
+    #[test]
+    fn another_centre_of_a_body_in_flight_stays_while_the_body_deforms() {
+        let stretch = AffineMode { linear: [[0.5, 0.0, 0.0], [0.0; 3], [0.0; 3]], shift: [0.0; 3] };
+        let mut coordinates = Coordinates::Modal(Modal::in_flight(&[stretch]));
+        assert_eq!(coordinates.geometry_turns(), [false; 3]);
+        let mut start = State { x: vec![0.0; 4], v: vec![0.0; 4] };
+        let center = DVec3::new(0.2, 0.1, -0.3);
+        coordinates.change_geometry(&mut start, &center.to_array());
+        let placed = Embedding::new(&coordinates, &start.x).placements(&[0.7, 1.0, 2.0, 3.0])[0];
+        let moved = DVec3::new(1.0, 2.0, 3.0);
+        assert!((placed.apply(center) - center - moved).length() < 1e-12);
+        assert!((placed.apply(DVec3::X) - DVec3::X - moved - 0.35 * 0.8 * DVec3::X).length() < 1e-12);
     }
 }

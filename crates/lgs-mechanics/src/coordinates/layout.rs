@@ -112,6 +112,10 @@ impl Coordinates {
             (Self::Hinge(_), Port::Whole) => space(1, Quantity::Angle),
             (Self::Slider(_) | Self::Rolling(_), Port::Whole) => space(1, Quantity::Separation),
             (Self::Modal(modal), Port::Whole) => space(modal.amplitudes(), Quantity::Amplitude),
+            (Self::Modal(modal), Port::Center) => modal.flies().then_some(Space::PLACE),
+            (Self::Modal(modal), Port::Shape) if modal.flies() => {
+                space(modal.deformation().len(), Quantity::Amplitude)
+            }
             (Self::Tree(_), Port::First | Port::Second | Port::Between) => space(1, Quantity::Angle),
             (Self::Pair, Port::First | Port::Second | Port::Both) => Some(Space::PLACE),
             (Self::Pair, Port::Between) => space(3, Quantity::Separation),
@@ -125,8 +129,8 @@ impl Coordinates {
     /// All ports that the coordinates offer.
     #[must_use]
     pub fn ports(&self) -> Vec<Port> {
-        use Port::{Arm, Between, BodyAxes, Both, Center, First, Second, Spin, Turn, Whole};
-        let all = [Whole, First, Second, Both, Between, Center, BodyAxes, Spin, Turn, Arm];
+        use Port::{Arm, Between, BodyAxes, Both, Center, First, Second, Shape, Spin, Turn, Whole};
+        let all = [Whole, First, Second, Both, Between, Center, Shape, BodyAxes, Spin, Turn, Arm];
         all.into_iter().filter(|&port| self.space(port).is_some()).collect()
     }
 
@@ -136,6 +140,7 @@ impl Coordinates {
         let [mass, offset] = [0, 1].map(|at| matches!(self, Self::Pair).then_some(at));
         match port {
             Port::Second => vec![Site::at(half)],
+            Port::Center => vec![Site::at(self.freedoms() - 3)],
             Port::Both => vec![Site::at(0), Site::at(half)],
             Port::Between => vec![Site { plus: 0, minus: Some(half), mass, offset }],
             _ => vec![Site::at(0)],

@@ -18,8 +18,10 @@ pub enum Port {
     /// The separation `x₁ − x₂ − o` of two points, with an equal and opposite force on the second, where the
     /// offset `o` says where the force acts on them; or the difference of two angles.
     Between,
-    /// Centre of a rigid body.
+    /// Centre of a rigid body, or of one that deforms in flight.
     Center,
+    /// Amplitudes of the deformation of a body in flight.
+    Shape,
     /// Velocity of a rigid body's centre in body axes: a force that turns with the body.
     BodyAxes,
     /// Angular velocity in body axes, with a torque in body axes.
@@ -41,6 +43,7 @@ impl Port {
             Self::Both => "both",
             Self::Between => "between",
             Self::Center => "center",
+            Self::Shape => "shape",
             Self::BodyAxes => "body-axes",
             Self::Spin => "spin",
             Self::Turn => "turn",

@@ -1,4 +1,5 @@
-//! Free rigid bodies: the laws of rotation and of the centre are chosen apart, since no term couples them.
+//! Free bodies: the laws of rotation, or of deformation, and of the centre are chosen apart, since no term
+//! couples them.
 
 use crate::candidate::Candidate;
 use crate::choose::{Choice, Effort, Judged, among, judge, simplicity};
@@ -88,12 +89,14 @@ fn joined_track(turning: &Track, moving: &Track, x: &[Vec<f64>]) -> Track {
 }
 
 /// Where the unknowns of both halves stand among those of the whole: starts, velocities, own parameters of
-/// the inertia, then those of the terms in their order.
+/// the inertia, then those of the terms in their order. The centre comes last.
 fn places(candidate: &Candidate) -> [Vec<usize>; 2] {
     let inertia = candidate.coordinates.parameters().len();
-    let freedoms = 2 * HALF;
-    let mut turn: Vec<usize> = (0..HALF).chain(freedoms..freedoms + HALF).collect();
-    let mut translation: Vec<usize> = turn.iter().map(|place| place + HALF).collect();
+    let freedoms = candidate.coordinates.freedoms();
+    let first = freedoms - HALF;
+    let both = |own: std::ops::Range<usize>| own.clone().chain(own.start + freedoms..own.end + freedoms);
+    let (mut turn, mut translation): (Vec<usize>, Vec<usize>) =
+        (both(0..first).collect(), both(first..freedoms).collect());
     turn.extend((0..inertia).map(|k| 2 * freedoms + k));
     for (term, range) in candidate.terms.iter().zip(ranges(&candidate.coordinates, &candidate.terms)) {
         let half = if term.port == Port::Center { &mut translation } else { &mut turn };
@@ -102,8 +105,8 @@ fn places(candidate: &Candidate) -> [Vec<usize>; 2] {
     [turn, translation]
 }
 
-/// The fit of a law of the whole body from those of its rotation, as a ball joint without an arm, and of its
-/// centre, as a point; `None` if its parameters are out of range.
+/// The fit of a law of the whole body from those of its rotation, as a ball joint without an arm, or of its
+/// deformation, and of its centre, as a point; `None` if its parameters are out of range.
 pub fn joined_law(index: usize, candidate: &Candidate, [turn, translation]: [&Judged; 2]) -> Option<Judged> {
     let places = places(candidate);
     let size = places.iter().map(Vec::len).sum();
@@ -111,14 +114,14 @@ pub fn joined_law(index: usize, candidate: &Candidate, [turn, translation]: [&Ju
     let mut values = vec![0.0; size];
     let mut bounds = vec![[0.0; 2]; size];
     let mut priors = Vec::new();
-    let first = 4 * HALF;
+    let first = 2 * candidate.coordinates.freedoms();
     for (places, half) in places.iter().zip([&turn.fitted, &translation.fitted]) {
         priors.extend(half.priors.iter().map(|&(i, centre, deviation)| (places[i], centre, deviation)));
         for (i, &row) in places.iter().enumerate() {
             places.iter().enumerate().for_each(|(j, &column)| {
                 covariance[(row, column)] = half.covariance[(i, j)];
             });
-            if let Some(parameter) = i.checked_sub(2 * HALF) {
+            if let Some(parameter) = i.checked_sub(2 * half.start.v.len()) {
                 values[row] = half.law.parameters[parameter];
                 bounds[row] = half.bounds[parameter];
             }

@@ -57,7 +57,8 @@ pub fn tilted() -> [f64; 4] {
 
 /// One law and start in each kind of coordinates, with conservative and other terms.
 pub fn examples() -> Vec<(Law, State)> {
-    vec![point(), pair(), vibrating(), hinged(), chained(), flying(), spinning(), wobbling(), round()]
+    let vector = vec![point(), pair(), vibrating(), falling(), hinged(), chained()];
+    vector.into_iter().chain([flying(), spinning(), wobbling(), round()]).collect()
 }
 
 fn point() -> (Law, State) {
@@ -89,6 +90,21 @@ fn vibrating() -> (Law, State) {
         ("gyroscopic", Port::Whole, &[0.7]),
     ];
     (law(modes(), &[], &terms), state(&[0.3, -0.2], &[0.5, 1.0]))
+}
+
+/// A body that vibrates in two modes while it falls.
+fn falling() -> (Law, State) {
+    let stretch =
+        AffineMode { linear: [[0.5, 0.1, 0.0], [0.1, -0.2, 0.0], [0.0; 3]], shift: [0.0, 0.1, 0.0] };
+    let shear = AffineMode { linear: [[0.0, 0.4, 0.0], [0.4, 0.0, 0.1], [0.0; 3]], shift: [0.0; 3] };
+    let terms: [(&str, Port, &[f64]); 4] = [
+        ("uniform-field", Port::Center, &[0.1, -0.4, -2.0]),
+        ("linear-drag", Port::Center, &[0.3]),
+        ("spring-positive", Port::Shape, &[5.0, 1.0, 6.0, 0.1, -0.2]),
+        ("damping-positive", Port::Shape, &[0.5, 0.1, 0.6]),
+    ];
+    let start = state(&[0.3, -0.2, 0.1, 0.2, 0.3], &[0.5, 1.0, 1.0, 0.4, 0.7]);
+    (law(Coordinates::Modal(Modal::in_flight(&[stretch, shear])), &[], &terms), start)
 }
 
 fn hinged() -> (Law, State) {

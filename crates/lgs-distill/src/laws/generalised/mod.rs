@@ -5,6 +5,7 @@ mod choice;
 mod contact;
 mod couples;
 mod evidence;
+mod flying;
 mod forecast;
 mod geometry;
 #[cfg(test)]

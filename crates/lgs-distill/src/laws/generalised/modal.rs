@@ -2,6 +2,7 @@
 //! amplitudes (method §4.7).
 
 use super::evidence::Evidence;
+use super::flying::in_flight;
 use super::kinematics::Configured;
 use super::normal_modes::freed;
 use super::observed::Laws;
@@ -22,16 +23,16 @@ use nalgebra::DMatrix;
 const ENTRIES: usize = 12;
 
 /// Share of one mode in another by which a fit begins to mix them.
-const FIRST_MIXING: f64 = 0.01;
+pub(super) const FIRST_MIXING: f64 = 0.01;
 
 /// The affine motion about its mean in orthonormal modes, the strongest first.
-struct Decomposition {
+pub(super) struct Decomposition {
     rest: Pose,
     modes: Vec<Pose>,
     /// Root of the second moments of the particles.
     root: DMat3,
     /// `[T][12]` amplitudes.
-    amplitudes: Vec<Vec<f64>>,
+    pub(super) amplitudes: Vec<Vec<f64>>,
 }
 
 /// Rates the laws of the amplitudes for each number of modes; `None` if none can be fitted.
@@ -64,6 +65,10 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
         laws_of.push((system, choice));
         known.push(None);
     }
+    for (system, judged, posterior) in in_flight(motion, laws, resolution) {
+        laws_of.push((system, Choice { judged: vec![judged], chosen: 0, samples: size.0 }));
+        known.push(posterior);
+    }
     let mut rated = Rated::new(laws_of, &|system, law| Evidence::of(system, law, size))?;
     for law in &mut rated.laws {
         if let Some(posterior) = known[law.system].take() {
@@ -74,7 +79,7 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
 }
 
 impl Decomposition {
-    fn of(motion: &SharedMotion) -> Option<Self> {
+    pub(super) fn of(motion: &SharedMotion) -> Option<Self> {
         let n = motion.poses.len();
         let rest = mean(&motion.poses);
         let root = root_of(&motion.covariance())?;
@@ -99,7 +104,7 @@ impl Decomposition {
     }
 
     /// The first modes as functions of the position at rest.
-    fn coordinates(&self, modes: usize) -> Coordinates {
+    pub(super) fn coordinates(&self, modes: usize) -> Coordinates {
         let back = self.rest.linear.inverse();
         let affine = |mode: &Pose| {
             let linear = mode.linear * back;
@@ -112,7 +117,7 @@ impl Decomposition {
     }
 
     /// A law of orthogonal modes with its normal modes instead, which need not be orthogonal.
-    fn freed(
+    pub(super) fn freed(
         &self,
         judged: &Judged,
         system: &Configured,
@@ -145,7 +150,7 @@ impl Decomposition {
     }
 
     /// The first amplitudes of a pose.
-    fn amplitudes_of(&self, pose: &Pose, modes: usize) -> Vec<f64> {
+    pub(super) fn amplitudes_of(&self, pose: &Pose, modes: usize) -> Vec<f64> {
         let change = Pose {
             linear: (pose.linear - self.rest.linear) * self.root,
             shift: pose.shift - self.rest.shift,
@@ -156,7 +161,7 @@ impl Decomposition {
     }
 
     /// The first modes with their amplitudes; `whole` has the noise of all.
-    fn configured(&self, modes: usize, whole: &Track) -> Configured {
+    pub(super) fn configured(&self, modes: usize, whole: &Track) -> Configured {
         let x: Vec<Vec<f64>> = self.amplitudes.iter().map(|row| row[..modes].to_vec()).collect();
         let weights = whole.weights();
         let rows = self.amplitudes.iter().zip(&weights);
@@ -179,7 +184,7 @@ impl Decomposition {
 }
 
 /// The mean of affine poses.
-fn mean(poses: &[Pose]) -> Pose {
+pub(super) fn mean(poses: &[Pose]) -> Pose {
     let scale = (poses.len() as f64).recip();
     Pose {
         linear: poses.iter().map(|pose| pose.linear).sum::<DMat3>() * scale,

@@ -5,7 +5,7 @@ use super::kinematics::Configured;
 use crate::motion::pose::Pose;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{quaternion, rotation_by};
-use lgs_mechanics::coordinates::{Coordinates, Embedding, Placement, State};
+use lgs_mechanics::coordinates::{Coordinates, Embedding, Placement, Port, State};
 use lgs_mechanics::fit::Fitted;
 use lgs_mechanics::{Edit, Law, System};
 
@@ -98,7 +98,14 @@ impl Placed {
     /// Places of the centre of mass among the constants of the geometry. Rotations about one axis tell
     /// nothing of it along that.
     pub(super) fn center(&self) -> std::ops::Range<usize> {
-        if self.finds_center { 0..3 } else { 0..0 }
+        match &self.law.coordinates {
+            Coordinates::Rigid(_) if self.finds_center => 0..3,
+            Coordinates::Modal(modal) if modal.flies() && self.has_normal_modes() => {
+                let all = self.law.coordinates.geometry();
+                all - 3..all
+            }
+            _ => 0..0,
+        }
     }
 
     /// The configuration in which the bodies have their known poses.
@@ -108,8 +115,14 @@ impl Placed {
 
     /// Whether each mode moves by itself, so that modes need not be orthogonal in the particles.
     pub(super) fn has_normal_modes(&self) -> bool {
-        let names = || self.law.terms.iter().map(|term| term.kind.name());
-        names().count() > 0 && names().all(|name| name.ends_with("-diagonal"))
+        let own = || self.law.terms.iter().filter(|term| term.port != Port::Center);
+        own().count() > 0 && own().all(|term| term.kind.name().ends_with("-diagonal"))
+    }
+
+    /// The number of these modes.
+    pub(super) fn modes(&self) -> usize {
+        let Coordinates::Modal(modal) = &self.law.coordinates else { return 0 };
+        modal.deformation().len()
     }
 
     /// The same with other values: changes of the configuration at the start, of the velocities, of the

@@ -154,7 +154,7 @@ impl<'a> Joint<'a> {
             fitted.priors.iter().map(|&(i, centre, deviation)| (vec![i], centre - value(i), deviation));
         let mut priors: Vec<(Vec<usize>, f64, f64)> = told.collect();
         if placed.has_normal_modes() {
-            priors.extend(oblique(placed.motion(), n));
+            priors.extend(oblique(placed.motion(), placed.modes()));
         }
         priors.extend(placed.center().map(|i| (vec![placed.motion() + i], 0.0, compared.radius)));
         Self { placed, compared, unknowns, priors }
