@@ -1,9 +1,9 @@
 //! Laws of a body that deforms in flight, put together from those of its centre and of its deformation, which
 //! do not act on each other.
 
+use super::decomposition::{Decomposition, FIRST_MIXING, mean};
 use super::geometry::center_of_mass;
 use super::kinematics::Configured;
-use super::modal::{Decomposition, FIRST_MIXING, mean};
 use super::observed::Laws;
 use super::placed::Placed;
 use super::posterior::{Compared, Posterior};

@@ -4,6 +4,7 @@
 mod choice;
 mod contact;
 mod couples;
+mod decomposition;
 mod evidence;
 mod flying;
 mod forecast;
