@@ -149,8 +149,8 @@ pub(crate) const FEWEST_OF_PART: usize = 15;
 pub(crate) const LEAST_WEIGHT: f64 = 0.01;
 /// Most modes: a law of more amplitudes has more unknowns than a window of a few dozen samples determines.
 pub(crate) const MOST_MODES: usize = 4;
-/// Most laws of the centre of a body that deforms in flight, the likeliest, that each law of its deformation is
-/// put together with.
+/// Most laws of the centre of a body that deforms in flight, the likeliest, that each law of its deformation
+/// is put together with.
 pub(crate) const MOST_CENTERS: usize = 3;
 /// Directions of the shape thinner than this part of it have no strain of their own.
 pub(crate) const FLAT_SHAPE: f64 = 1e-3;
@@ -174,8 +174,8 @@ pub(crate) const TOLD: f64 = 0.9;
 pub(crate) const SCALE_DEVIATIONS: f64 = 10.0;
 /// Score behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.
 pub(crate) const NO_RIVAL: f64 = 30.0;
-/// Rounds in which configurations of a joint and the shape in it are fitted to poses in turn: the first has them
-/// to within their noise.
+/// Rounds in which configurations of a joint and the shape in it are fitted to poses in turn: the first has
+/// them to within their noise.
 pub(crate) const NEAREST_ROUNDS: usize = 2;
 /// Rounds of the fit of an axis; the residual is a few degrees at most, and the fit is quadratic.
 pub(crate) const AXIS_ROUNDS: usize = 4;

@@ -7,8 +7,9 @@ use crate::fit::{Track, regressions};
 use crate::terms::Scales;
 use crate::thresholds::{NEARLY_PROMISING_LEFT, PROMISING, PROMISING_LEFT};
 
-/// The choice among some candidates, and among further ones if none of the first explains the track, or if one
-/// more term betters the likeliest: what is left may be within the scatter of χ² and tell of a term all the same.
+/// The choice among some candidates, and among further ones if none of the first explains the track, or if
+/// one more term betters the likeliest: what is left may be within the scatter of χ² and tell of a term all
+/// the same.
 #[must_use]
 pub fn choose_further(
     choice: Option<Choice>,

@@ -7,8 +7,8 @@ use crate::thresholds::CREEPING_SPEED;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-/// Rotation by an angle θ about an axis through a fixed pivot: θ'' = −k sin θ − h sin 2θ − s θ + w + τ − d θ' −
-/// d₂ |θ'| θ' − μ sign θ'.
+/// Rotation by an angle θ about an axis through a fixed pivot: θ'' = −k sin θ − h sin 2θ − s θ + w + τ − d θ'
+/// − d₂ |θ'| θ' − μ sign θ'.
 ///
 /// Conservative: gravity `k` (θ = 0 hangs down), a second harmonic `h`, the torsion spring `s` and the torque
 /// `w` of a weight on a string. Not conservative: the constant torque `τ`, the drags `d` and `d₂` and the dry

@@ -15,7 +15,8 @@ pub(super) const ENTRIES: [Entry; 10] = [
     Entry::new(
         "driven-pendulum",
         "a pendulum on the shaft of a motor, damped",
-        "k = m g l / I 12 to 20, torque 4 to 8, drag 0.4 to 1, angle at the start 0.3 to 0.7 rad against the torque",
+        "k = m g l / I 12 to 20, torque 4 to 8, drag 0.4 to 1, angle at the start 0.3 to 0.7 rad against the \
+         torque",
         driven_pendulum,
     ),
     Entry::new(

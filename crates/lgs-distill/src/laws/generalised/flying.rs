@@ -175,8 +175,8 @@ impl<'a> InFlight<'a> {
     }
 }
 
-/// Points of the shape that may be the centre of mass: the centre of the particles, and those that move evenly
-/// or evenly faster while the body deforms about them.
+/// Points of the shape that may be the centre of mass: the centre of the particles, and those that move
+/// evenly or evenly faster while the body deforms about them.
 fn points(motion: &SharedMotion, times: &[f64]) -> Vec<DVec3> {
     let shown = |coefficients| center_of_mass(&motion.poses, times, coefficients);
     std::iter::once(DVec3::ZERO).chain(CENTER_COEFFICIENTS.into_iter().filter_map(shown)).collect()

@@ -5,8 +5,8 @@ use lgs_mechanics::coordinates::Coordinates;
 use nalgebra::DMatrix;
 
 /// One step of Gauss–Newton for the configuration at every sample, by whitened least squares of the poses:
-/// `left` gives for other configurations what they leave of the poses, sample by sample, and `step` is a change
-/// of a configuration as small as the noise.
+/// `left` gives for other configurations what they leave of the poses, sample by sample, and `step` is a
+/// change of a configuration as small as the noise.
 pub(super) fn nearest(
     coordinates: &Coordinates,
     x: &[Vec<f64>],

@@ -107,8 +107,8 @@ impl ObservedPoses {
         self.choose(&self.laws.candidates(coordinates), track, &track.scales(coordinates))
     }
 
-    /// The same with further laws, where one of these may be likelier, and the coordinates leave no more of the
-    /// poses than what is described: their geometry is fitted with the laws later.
+    /// The same with further laws, where one of these may be likelier, and the coordinates leave no more of
+    /// the poses than what is described: their geometry is fitted with the laws later.
     pub(super) fn choose_further(
         &self,
         choice: Option<Choice>,
