@@ -61,7 +61,8 @@ fn with_one_more(
 }
 
 /// The candidates whose equations of motion the track obeys about as well as those of any, and those that it
-/// obeys better than those of all simpler ones and not much worse than those of any; the simplest of all these.
+/// obeys better than those of all simpler ones and not much worse than those of any; the simplest of all
+/// these.
 fn promising(list: &[Candidate], track: &Track, scales: &Scales) -> Vec<usize> {
     let left = |candidate: &Candidate| regressions(candidate, track, scales).first().map(|first| first.left);
     let left: Vec<f64> = list.iter().map(|candidate| left(candidate).unwrap_or(f64::INFINITY)).collect();

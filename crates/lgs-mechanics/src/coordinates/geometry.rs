@@ -7,9 +7,10 @@ use lgs_core::geometry::{exp, quaternion};
 
 impl Coordinates {
     /// Number of constants of the geometry that [`Self::change_geometry`] changes: the centre of mass of a
-    /// free body and the pivot of a ball joint have three, as has that of a body that deforms in flight, an axis has two for its direction and two for its
-    /// place, a second one on the first body two more; a rolling body has two for its direction, four for its
-    /// axis and one for its radius, and each mode has one for every other one.
+    /// free body, one that deforms in flight included, and the pivot of a ball joint have three, an axis has
+    /// two for its direction and two for its place, a second one on the first body two more; a rolling body
+    /// has two for its direction, four for its axis and one for its radius, and each mode has one for every
+    /// other one.
     #[must_use]
     pub fn geometry(&self) -> usize {
         match self {

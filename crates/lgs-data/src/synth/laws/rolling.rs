@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 /// Rolling straight on a plane: s'' = −a − k s − c s', and the ball turns by s over its radius.
 ///
-/// Conservative: the slope's `a`, against the direction, and a spring `k` towards the start. Not conservative:
-/// the rolling resistance `c`, proportional to the speed.
+/// Conservative: the slope's `a`, against the direction, and a spring `k` towards the start. Not
+/// conservative: the rolling resistance `c`, proportional to the speed.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Rolling {
     pub(in super::super) start: DVec3,
