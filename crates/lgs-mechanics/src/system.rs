@@ -40,6 +40,17 @@ impl<'a> System<'a> {
         self.visit(&mut self.plain(start)?, times)
     }
 
+    /// The same, and how many free motions near the plane of a contact were followed for it.
+    pub(crate) fn states_and_contacts(
+        &self,
+        start: &State,
+        times: &[f64],
+    ) -> Result<(Vec<State>, usize), MechanicsError> {
+        let mut moving = self.plain(start)?;
+        let states = self.visit(&mut moving, times)?;
+        Ok((states, moving.collider.map_or(0, |collider| collider.followed())))
+    }
+
     /// Impacts up to a time, in order; none for laws without a contact.
     pub fn impacts(&self, start: &State, until: f64) -> Result<Vec<Impact>, MechanicsError> {
         let mut moving = self.plain(start)?;

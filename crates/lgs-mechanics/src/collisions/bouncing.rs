@@ -79,7 +79,9 @@ impl Bouncing {
     fn states(&self, values: &[f64]) -> Option<Vec<Vec<f64>>> {
         let (law, start) = self.motion(values);
         self.effort.spend(self.times.last()? / law.step)?;
-        let states = System::new(&law, Edit::NONE).states(&start, &self.times).ok()?;
+        let system = System::new(&law, Edit::NONE);
+        let (states, followed) = system.states_and_contacts(&start, &self.times).ok()?;
+        self.effort.spend(followed as f64);
         Some(states.into_iter().map(|state| state.x).collect())
     }
 

@@ -7,6 +7,7 @@ use crate::law::Law;
 use crate::thresholds::{CONTACT_PARTS, HALVINGS, LIFT, MOST_IMPACTS, TOUCHING};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{exp, quaternion};
+use std::cell::Cell;
 
 /// Collisions along a motion, and those met so far.
 #[derive(Debug)]
@@ -20,6 +21,8 @@ pub(crate) struct Collider<'a> {
     extent: f64,
     /// Impacts met, in order.
     pub(crate) met: Vec<Impact>,
+    /// Free motions followed near the plane so far, by which impacts are found and slow contacts closed.
+    followed: Cell<usize>,
 }
 
 /// A state and its time.
@@ -35,7 +38,7 @@ impl<'a> Collider<'a> {
         let inverse = law.coordinates.inertia().map(|inertia| inertia.inverse_tensor(&law.parameters));
         let contact = law.contact.as_ref()?;
         let (known, extent) = (&law.events, contact.extent());
-        Some(Self { contact, known, inverse, extent, met: Vec::new() })
+        Some(Self { contact, known, inverse, extent, met: Vec::new(), followed: Cell::new(0) })
     }
 
     /// Advances by a step that may be negative.
@@ -88,7 +91,7 @@ impl<'a> Collider<'a> {
     fn part(&mut self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         let mut left = h;
         for _ in 0..MOST_IMPACTS {
-            let free = moved(stepper, at, left)?;
+            let free = self.moved(stepper, at, left)?;
             if self.gap(&free.state) >= 0.0 {
                 *at = free;
                 return Ok(());
@@ -113,7 +116,7 @@ impl<'a> Collider<'a> {
         let (mut low, mut high) = (0.0, h);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let found = moved(stepper, at, middle)?;
+            let found = self.moved(stepper, at, middle)?;
             if self.gap(&found.state) > 0.0 {
                 (low, best) = (middle, found);
             } else {
@@ -155,7 +158,7 @@ impl<'a> Collider<'a> {
     /// A part of a step in which slow contacts stay closed: impulses against what the free motion would do,
     /// then positions with the velocities that are left.
     fn rest(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
-        let free = moved(stepper, at, h)?;
+        let free = self.moved(stepper, at, h)?;
         let normal = DVec3::from(self.contact.plane.normal);
         let before = self.body(&at.state);
         let mut body = before.with_velocities(&self.body(&free.state));
@@ -183,12 +186,18 @@ impl<'a> Collider<'a> {
         at.time = free.time;
         Ok(())
     }
-}
 
-/// Free motion.
-fn moved(stepper: &mut dyn Stepper, at: &Moment, h: f64) -> Solved<Moment> {
-    let mut moved = at.clone();
-    integrate::advance(stepper, &mut moved.state, h)?;
-    moved.time += h;
-    Ok(moved)
+    /// Free motion near the plane.
+    fn moved(&self, stepper: &mut dyn Stepper, at: &Moment, h: f64) -> Solved<Moment> {
+        self.followed.set(self.followed.get() + 1);
+        let mut moved = at.clone();
+        integrate::advance(stepper, &mut moved.state, h)?;
+        moved.time += h;
+        Ok(moved)
+    }
+
+    /// Free motions that were followed near the plane.
+    pub(crate) fn followed(&self) -> usize {
+        self.followed.get()
+    }
 }
