@@ -191,9 +191,9 @@ pub(crate) const NEAR_PLANE: f64 = 0.01;
 /// Steps from one sample to the next, at most, of motions through impacts: what is faster, samples do not
 /// show.
 pub(crate) const MOST_STEPS_OF_SAMPLE: f64 = 8.0;
-/// Steps of motions through impacts in search of a body's contact, and parts of steps that are followed near the
-/// plane: some twenty fits, each of more than a thousand motions, through tracks of a hundred samples, with
-/// twice as many parts at their impacts. What lies on a plane takes eighty parts for a step.
+/// Steps of motions through impacts in search of a body's contact, and parts of steps that are followed near
+/// the plane: some twenty fits, each of up to a thousand motions, through tracks of a hundred samples. What
+/// lies on a plane takes up to eighty parts for a step.
 pub(crate) const MOST_CONTACT_STEPS: f64 = 6e6;
 /// Mean distance from the samples after the free flight, over the extent of the body, that the best of some
 /// restitutions and frictions may leave: beyond its own width the body is elsewhere.
