@@ -17,6 +17,7 @@ pub fn bundled_suites() -> &'static [BundledSuite] {
         BundledSuite { name: "synthetic-indoor", text: include_str!("../suites/synthetic-indoor.toml") },
         BundledSuite { name: "laws", text: include_str!("../suites/laws.toml") },
         BundledSuite { name: "everyday", text: include_str!("../suites/everyday.toml") },
+        BundledSuite { name: "machines", text: include_str!("../suites/machines.toml") },
         BundledSuite { name: "nvfi-objects", text: include_str!("../suites/nvfi-objects.toml") },
         BundledSuite { name: "nvfi-indoor", text: include_str!("../suites/nvfi-indoor.toml") },
         BundledSuite { name: "nerf-synthetic-400", text: include_str!("../suites/nerf-synthetic-400.toml") },

@@ -9,6 +9,7 @@ use crate::motion::pose::Pose;
 use crate::thresholds::{CENTER_COEFFICIENTS, NEAREST_ROUNDS};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
+use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::coordinates::{
     Ball, Coordinates, Embedding, Hinge, Inertia, InertiaForm, Placement, Rolling,
 };
@@ -129,6 +130,27 @@ pub(super) fn systems(observed: &ObservedPoses) -> Vec<Configured> {
     }
     all.extend(pivot(&observed.poses).into_iter().flat_map(|pivot| balls(observed, pivot)));
     all
+}
+
+/// Takes what a joint of one freedom leaves of poses for noise, if it describes them and errors that change
+/// slowly can be the reason: such errors look like a little of any other freedom.
+pub(super) fn allow_for_joint(observed: &mut ObservedPoses, slow_error: f64) {
+    if slow_error > 0.0
+        && let Some(chi_square) = left_by_joint(observed)
+        && chi_square <= DESCRIBED
+    {
+        observed.allow_for(slow_error, chi_square);
+    }
+}
+
+/// χ² of the poses for each degree of freedom that a joint of one freedom leaves, the best of these.
+fn left_by_joint(observed: &ObservedPoses) -> Option<f64> {
+    let turning = Turning::about_one_axis(&observed.poses)?;
+    let joints = [hinge(observed, &turning), rolling(observed, &turning)];
+    // One of six values of a sample is the joint's own.
+    let values = observed.track.independent_samples() * 5.0 / 6.0;
+    let left = |system: Configured| system.chi_square / (values - system.constants as f64).max(1.0);
+    joints.into_iter().flatten().map(left).min_by(f64::total_cmp)
 }
 
 /// The systems of a free body: for each inertia, one about the centre of the particles, and one about each

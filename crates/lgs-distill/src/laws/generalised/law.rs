@@ -6,6 +6,7 @@ use super::contact::{self, Impacted, Surroundings};
 use super::couples::choose_couple;
 use super::evidence::unknowns;
 use super::forecast::ForecastErrors;
+use super::kinematics::allow_for_joint;
 use super::known::GeneralisedLaw;
 use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
@@ -17,8 +18,7 @@ use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDU
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::{DESCRIBED, EXPLAINED};
 use lgs_mechanics::collisions::Bounced;
-use lgs_mechanics::contact::Origin;
-use lgs_mechanics::contact::impacts;
+use lgs_mechanics::contact::{Origin, impacts};
 use lgs_mechanics::{FORECAST_ERROR, Law};
 
 /// What laws are sought among, and the points at rest around the body.
@@ -112,6 +112,7 @@ fn of_body(
     seed: u64,
 ) -> Option<GeneralisedLaw> {
     let mut observed = ObservedPoses::new(motion, laws, errors.resolution);
+    allow_for_joint(&mut observed, errors.slow);
     observed.slides = slides(&observed, motion, surroundings);
     let (chosen, impacted) = smooth_and_impacted(&mut observed, motion, surroundings, errors.is_allowance);
     tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
