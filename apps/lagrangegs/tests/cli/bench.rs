@@ -108,7 +108,7 @@ fn published_suites_say_which_folder_they_want() {
     let listed = call("bench nvfi-indoor --list --out {out}", &paths).ok();
     assert!(listed.contains("factory/defgs/full/seed-0") && listed.contains("missing"), "{listed}");
     let suites = call("bench --list-suites", &[]).ok();
-    assert_eq!(suites.lines().count(), 10, "{suites}");
+    assert_eq!(suites.lines().count(), 11, "{suites}");
     let tables = call("bench nvfi-objects --tables --out {out}", &paths).ok();
     assert!(
         tables.contains("27.594") && tables.contains("n/a"),
