@@ -44,7 +44,8 @@ impl Configured {
         let mut all =
             Self { coordinates, x, order: order.to_vec(), bases: Vec::new(), constants, chi_square: 0.0 };
         all.place(bodies);
-        if !matches!(all.coordinates, Coordinates::Point | Coordinates::Pair | Coordinates::Rigid(_)) {
+        // Rotations alone tell those about a pivot, which is less well known.
+        if matches!(all.coordinates, Coordinates::Hinge(_) | Coordinates::Rolling(_) | Coordinates::Tree(_)) {
             let [angle, place] = bodies[0].noise();
             let step = if matches!(all.coordinates, Coordinates::Rolling(_)) { place } else { angle };
             for _ in 0..NEAREST_ROUNDS {
