@@ -9,7 +9,7 @@ use super::super::texture::Texture;
 use super::super::view::Rig;
 use super::entry::{Entry, alone, ball, floor, framed, simulated};
 use super::fields::body_in_fields;
-use super::hinges::{hanging, rotor, upright};
+use super::hinges::{swinging, turning_rotor, upright};
 use glam::{DMat3, DQuat, DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 8] = [
@@ -75,6 +75,11 @@ fn sliding_block(draws: &mut Draws) -> (Stage, Rig) {
         velocity: friction * stop * direction,
         fields: vec![Field::DryFriction(friction)],
     };
+    block_on_floor(draws, law)
+}
+
+/// A block that slides on a floor by the law of a point.
+pub(super) fn block_on_floor(draws: &mut Draws, law: Point) -> (Stage, Rig) {
     let half = dvec3(draws.within(0.26..0.36), draws.within(0.22..0.3), draws.within(0.14..0.2));
     let mut block =
         Part::new(Shape::Cuboid(half), DVec3::ZERO, Texture::new(draws.palette(), draws.within(0.4..0.6)));
@@ -93,9 +98,7 @@ fn stopping_wheel(draws: &mut Draws) -> (Stage, Rig) {
         friction,
         ..Hinge::about(axis, upright(axis))
     };
-    let parts = rotor(draws);
-    let [motion] = simulated(law);
-    framed(alone("wheel", motion, DVec3::ZERO, parts))
+    turning_rotor(draws, "wheel", law)
 }
 
 fn swing(draws: &mut Draws) -> (Stage, Rig) {
@@ -109,10 +112,7 @@ fn swing(draws: &mut Draws) -> (Stage, Rig) {
         drag: draws.within(0.4..1.0),
         ..Hinge::about(axis, DMat3::from_cols(axis.cross(DVec3::Z), axis, DVec3::Z))
     };
-    let length = draws.within(0.75..0.95);
-    let parts = hanging(draws, length, 0.0);
-    let [motion] = simulated(law);
-    framed(alone("swing", motion, dvec3(0.0, 0.0, -0.7 * length), parts))
+    swinging(draws, "swing", law)
 }
 
 fn elastic_pendulum(draws: &mut Draws) -> (Stage, Rig) {

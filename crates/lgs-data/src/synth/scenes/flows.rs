@@ -1,14 +1,13 @@
 //! Scenes of bodies that keep their orientation and are carried, held or thrown off by what surrounds them.
 
-use super::super::body::{Body, Part, Stage};
+use super::super::body::Stage;
 use super::super::draws::Draws;
 use super::super::laws::{Field, Point};
-use super::super::shape::Shape;
-use super::super::texture::Texture;
 use super::super::view::Rig;
-use super::entry::{Entry, floor, framed, simulated};
+use super::entry::Entry;
+use super::everyday::block_on_floor;
 use super::fields::body_in_fields;
-use glam::{DMat3, DVec3, dvec3};
+use glam::DVec3;
 
 pub(super) const ENTRIES: [Entry; 9] = [
     Entry::new(
@@ -122,12 +121,7 @@ fn rubbing_spring(draws: &mut Draws) -> (Stage, Rig) {
         velocity: draws.within(-0.5..0.5) * direction,
         fields: vec![Field::Power { center: DVec3::ZERO, k, n: 1.0 }, Field::DryFriction(friction)],
     };
-    let half = dvec3(draws.within(0.26..0.36), draws.within(0.22..0.3), draws.within(0.14..0.2));
-    let mut block =
-        Part::new(Shape::Cuboid(half), DVec3::ZERO, Texture::new(draws.palette(), draws.within(0.4..0.6)));
-    block.rotation = DMat3::from_rotation_z(draws.within(-1.5..1.5));
-    let [motion] = simulated(law);
-    framed(Stage { bodies: vec![Body::of("block", motion, block)], fixed: vec![floor(-half.z, 1.6)] })
+    block_on_floor(draws, law)
 }
 
 fn magnetic_spiral(draws: &mut Draws) -> (Stage, Rig) {

@@ -41,7 +41,7 @@ pub(super) const ENTRIES: [Entry; 4] = [
 ];
 
 /// A pendulum's body below its hinge along y: a rod and a bob.
-pub(super) fn hanging(draws: &mut Draws, length: f64, side: f64) -> Vec<Part> {
+fn hanging(draws: &mut Draws, length: f64, side: f64) -> Vec<Part> {
     let bob = dvec3(draws.within(0.26..0.34), draws.within(0.20..0.30), draws.within(0.26..0.34));
     let offset = dvec3(0.0, side, 0.0);
     vec![
@@ -69,10 +69,15 @@ fn large_pendulum(draws: &mut Draws) -> (Stage, Rig) {
     let base = DMat3::from_cols(axis.cross(up), axis, up);
     let (law, kind) = ("hinge under gravity", "conservative");
     let law = Hinge { law, kind, angle, rate, gravity, ..Hinge::about(axis, base) };
+    swinging(draws, "pendulum", law)
+}
+
+/// A pendulum that follows the law of a hinge.
+pub(super) fn swinging(draws: &mut Draws, name: &'static str, law: Hinge) -> (Stage, Rig) {
     let length = draws.within(0.75..0.95);
     let parts = hanging(draws, length, 0.0);
     let [motion] = simulated(law);
-    framed(alone("pendulum", motion, dvec3(0.0, 0.0, -0.7 * length), parts))
+    framed(alone(name, motion, dvec3(0.0, 0.0, -0.7 * length), parts))
 }
 
 fn double_pendulum(draws: &mut Draws) -> (Stage, Rig) {
@@ -114,13 +119,18 @@ fn spun_up_fan(draws: &mut Draws) -> (Stage, Rig) {
         drag: draws.within(0.2..0.6),
         ..Hinge::about(axis, upright(axis))
     };
+    turning_rotor(draws, "rotor", law)
+}
+
+/// A rotor that follows the law of a hinge.
+pub(super) fn turning_rotor(draws: &mut Draws, name: &'static str, law: Hinge) -> (Stage, Rig) {
     let parts = rotor(draws);
     let [motion] = simulated(law);
-    framed(alone("rotor", motion, DVec3::ZERO, parts))
+    framed(alone(name, motion, DVec3::ZERO, parts))
 }
 
 /// Three to five blades about a hub, which turn about z.
-pub(super) fn rotor(draws: &mut Draws) -> Vec<Part> {
+fn rotor(draws: &mut Draws) -> Vec<Part> {
     let blades = draws.within(3.0..6.0) as usize;
     let (length, width, pitch) =
         (draws.within(0.34..0.44), draws.within(0.15..0.21), draws.within(0.25..0.6));

@@ -7,7 +7,7 @@ use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
 use super::entry::{Entry, alone, ball, floor, framed, simulated};
-use super::hinges::{hanging, rotor, upright};
+use super::hinges::{swinging, turning_rotor, upright};
 use glam::{DMat3, DQuat, DVec3, dvec3};
 use std::f64::consts::PI;
 
@@ -75,23 +75,10 @@ pub(super) const ENTRIES: [Entry; 10] = [
     ),
 ];
 
-fn pendulum(draws: &mut Draws, law: Hinge) -> (Stage, Rig) {
-    let length = draws.within(0.75..0.95);
-    let parts = hanging(draws, length, 0.0);
-    let [motion] = simulated(law);
-    framed(alone("pendulum", motion, dvec3(0.0, 0.0, -0.7 * length), parts))
-}
-
 /// A hinge with a horizontal axis, whose body hangs along −z at θ = 0.
 fn horizontal_hinge(draws: &mut Draws) -> Hinge {
     let axis = draws.horizontal();
     Hinge::about(axis, DMat3::from_cols(axis.cross(DVec3::Z), axis, DVec3::Z))
-}
-
-fn wheel(draws: &mut Draws, law: Hinge) -> (Stage, Rig) {
-    let parts = rotor(draws);
-    let [motion] = simulated(law);
-    framed(alone("wheel", motion, DVec3::ZERO, parts))
 }
 
 fn driven_pendulum(draws: &mut Draws) -> (Stage, Rig) {
@@ -107,7 +94,7 @@ fn driven_pendulum(draws: &mut Draws) -> (Stage, Rig) {
         drag: draws.within(0.4..1.0),
         ..hinge
     };
-    pendulum(draws, law)
+    swinging(draws, "pendulum", law)
 }
 
 fn falling_pole(draws: &mut Draws) -> (Stage, Rig) {
@@ -121,7 +108,7 @@ fn falling_pole(draws: &mut Draws) -> (Stage, Rig) {
         drag: draws.within(0.2..0.5),
         ..hinge
     };
-    pendulum(draws, law)
+    swinging(draws, "pendulum", law)
 }
 
 fn rubbing_balance(draws: &mut Draws) -> (Stage, Rig) {
@@ -135,7 +122,7 @@ fn rubbing_balance(draws: &mut Draws) -> (Stage, Rig) {
         friction: draws.within(1.5..3.5),
         ..Hinge::about(axis, upright(axis))
     };
-    wheel(draws, law)
+    turning_rotor(draws, "wheel", law)
 }
 
 fn flywheel(draws: &mut Draws) -> (Stage, Rig) {
@@ -147,7 +134,7 @@ fn flywheel(draws: &mut Draws) -> (Stage, Rig) {
         quadratic_drag: draws.within(0.05..0.1),
         ..Hinge::about(axis, upright(axis))
     };
-    wheel(draws, law)
+    turning_rotor(draws, "wheel", law)
 }
 
 fn magnet_pendulum(draws: &mut Draws) -> (Stage, Rig) {
@@ -162,7 +149,7 @@ fn magnet_pendulum(draws: &mut Draws) -> (Stage, Rig) {
         second_harmonic: -draws.within(0.6..0.9) * gravity,
         ..hinge
     };
-    pendulum(draws, law)
+    swinging(draws, "pendulum", law)
 }
 
 fn rolling_spring(draws: &mut Draws) -> (Stage, Rig) {

@@ -8,7 +8,7 @@ use super::super::texture::Texture;
 use super::super::view::Rig;
 use super::entry::{Entry, alone, ball, floor, framed, simulated};
 use super::free_bodies::jelly;
-use super::hinges::{rotor, upright};
+use super::hinges::{turning_rotor, upright};
 use glam::{DQuat, DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 6] = [
@@ -156,9 +156,7 @@ fn screw(draws: &mut Draws) -> (Stage, Rig) {
         advance: draws.within(0.1..0.2) * axis,
         ..Hinge::about(axis, upright(axis))
     };
-    let parts = rotor(draws);
-    let [motion] = simulated(law);
-    framed(alone("propeller", motion, DVec3::ZERO, parts))
+    turning_rotor(draws, "propeller", law)
 }
 
 #[cfg(test)]

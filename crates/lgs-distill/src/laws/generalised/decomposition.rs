@@ -2,6 +2,7 @@
 
 use super::kinematics::Configured;
 use super::normal_modes::freed;
+use super::observed::Laws;
 use super::placed::Placed;
 use super::posterior::{Compared, Posterior};
 use crate::motion::pose::Pose;
@@ -9,7 +10,7 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::FLAT_SHAPE;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{outer, principal_axes};
-use lgs_mechanics::choose::Judged;
+use lgs_mechanics::choose::{Judged, choose};
 use lgs_mechanics::coordinates::{AffineMode, Coordinates, Modal};
 use lgs_mechanics::fit::Track;
 use nalgebra::DMatrix;
@@ -19,6 +20,9 @@ pub(super) const ENTRIES: usize = 12;
 
 /// Share of one mode in another by which a fit begins to mix them.
 pub(super) const FIRST_MIXING: f64 = 0.01;
+
+/// A law in its coordinates, and what is known of it together with its normal modes.
+pub(super) type OfModes = (Configured, Judged, Option<Posterior>);
 
 /// The affine motion about its mean in orthonormal modes, the strongest first.
 pub(super) struct Decomposition {
@@ -68,8 +72,26 @@ impl Decomposition {
         Coordinates::Modal(Modal { affine, further: 0 })
     }
 
+    /// The laws of the first amplitudes whose score is at most so far behind the best, in normal modes where
+    /// they have any; `whole` has the noise of all amplitudes.
+    pub(super) fn laws(&self, modes: usize, whole: &Track, laws: Laws, behind: f64) -> Vec<OfModes> {
+        let system = || self.configured(modes, whole);
+        let Configured { coordinates, x, .. } = system();
+        let noise = whole.noise[..modes].to_vec();
+        let track = Track { noise, ..Track::new(&coordinates, &whole.times, &x) };
+        let choice = choose(&laws.candidates(&coordinates), &track, &track.scales(&coordinates));
+        let Some(choice) = choice else { return Vec::new() };
+        let most = choice.law().score() + behind;
+        let near = choice.judged.into_iter().filter(|judged| judged.score() <= most);
+        let own = |judged: Judged| match self.freed(&judged, &system(), &track) {
+            Some((system, judged, posterior)) => (system, judged, Some(posterior)),
+            None => (system(), judged, None),
+        };
+        near.map(own).collect()
+    }
+
     /// A law of orthogonal modes with its normal modes instead, which need not be orthogonal.
-    pub(super) fn freed(
+    fn freed(
         &self,
         judged: &Judged,
         system: &Configured,
@@ -113,7 +135,7 @@ impl Decomposition {
     }
 
     /// The first modes with their amplitudes; `whole` has the noise of all.
-    pub(super) fn configured(&self, modes: usize, whole: &Track) -> Configured {
+    fn configured(&self, modes: usize, whole: &Track) -> Configured {
         let x: Vec<Vec<f64>> = self.amplitudes.iter().map(|row| row[..modes].to_vec()).collect();
         let weights = whole.weights();
         let rows = self.amplitudes.iter().zip(&weights);

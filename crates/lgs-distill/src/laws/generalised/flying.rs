@@ -1,7 +1,7 @@
 //! Laws of a body that deforms in flight, put together from those of its centre and of its deformation, which
 //! do not act on each other.
 
-use super::decomposition::{Decomposition, FIRST_MIXING, mean};
+use super::decomposition::{Decomposition, FIRST_MIXING, OfModes, mean};
 use super::geometry::center_of_mass;
 use super::kinematics::Configured;
 use super::observed::Laws;
@@ -21,9 +21,6 @@ use lgs_mechanics::terms::Term;
 
 /// Numbers of a linear map.
 const ENTRIES: usize = 9;
-
-/// A law in its coordinates, and what is known of it together with its normal modes.
-pub(super) type OfModes = (Configured, Judged, Option<Posterior>);
 
 /// A body that deforms about a centre that moves.
 struct InFlight<'a> {
@@ -51,8 +48,9 @@ struct OfCenter {
 pub(super) fn in_flight(motion: &SharedMotion, laws: Laws, resolution: f64) -> Vec<OfModes> {
     let Some(body) = InFlight::of(motion, resolution) else { return Vec::new() };
     let centers = body.centers(laws);
-    let of_deformation = (1..=MOST_MODES).flat_map(|modes| body.deformations(modes, laws));
-    let of_both = |(system, deformation): (Configured, Judged)| {
+    let of_deformation =
+        (1..=MOST_MODES).flat_map(|modes| body.deformation.laws(modes, &body.amplitudes, laws, NO_RIVAL));
+    let of_both = |(system, deformation, _): OfModes| {
         let joined = centers.iter().filter_map(|center| body.joined(center, (&system, &deformation)));
         joined.collect::<Vec<_>>()
     };
@@ -70,8 +68,9 @@ impl<'a> InFlight<'a> {
         let poses = motion.poses.iter().map(|pose| Pose { shift: rest.shift, ..*pose }).collect();
         let deformation = Decomposition::of(&SharedMotion { poses, ..motion.clone() })?;
         let rows: Vec<Vec<f64>> = deformation.amplitudes.iter().map(|row| row[..ENTRIES].to_vec()).collect();
-        let all = Track::new(&deformation.coordinates(ENTRIES), &center.times, &rows);
-        let amplitudes = coarsened(all, resolution);
+        let coordinates = deformation.coordinates(ENTRIES);
+        let amplitudes =
+            Track::new(&coordinates, &center.times, &rows).coarsened(&coordinates, [0.0, resolution]);
         Some(Self { motion, resolution, rest, points, center, deformation, amplitudes })
     }
 
@@ -99,23 +98,6 @@ impl<'a> InFlight<'a> {
         laws.retain(|law| law.judged.score() <= most);
         laws.truncate(MOST_CENTERS);
         laws
-    }
-
-    /// The likely laws of the first amplitudes, in normal modes where they have any.
-    fn deformations(&self, modes: usize, laws: Laws) -> Vec<(Configured, Judged)> {
-        let system = || self.deformation.configured(modes, &self.amplitudes);
-        let Configured { coordinates, x, .. } = system();
-        let noise = self.amplitudes.noise[..modes].to_vec();
-        let track = Track { noise, ..Track::new(&coordinates, &self.amplitudes.times, &x) };
-        let list = laws.candidates(&coordinates);
-        let Some(choice) = choose(&list, &track, &track.scales(&coordinates)) else { return Vec::new() };
-        let most = choice.law().score() + NO_RIVAL;
-        let near = choice.judged.iter().filter(|judged| judged.score() <= most);
-        let freed = |judged: &Judged| match self.deformation.freed(judged, &system(), &track) {
-            Some((system, judged, _)) => (system, judged),
-            None => (system(), judged.clone()),
-        };
-        near.map(freed).collect()
     }
 
     /// The law of a centre with one of a deformation.
@@ -188,7 +170,7 @@ fn track_of(motion: &SharedMotion, point: DVec3, resolution: f64) -> Track {
     let middle = mean(&motion.poses).apply(point);
     let place = |pose: &Pose| (pose.apply(point) - middle).to_array().to_vec();
     let x: Vec<Vec<f64>> = motion.poses.iter().map(place).collect();
-    coarsened(Track::new(&Coordinates::Point, &times, &x), resolution)
+    Track::new(&Coordinates::Point, &times, &x).coarsened(&Coordinates::Point, [0.0, resolution])
 }
 
 /// Whether a point stays where it is, to within its noise.
@@ -196,10 +178,4 @@ fn stays(track: &Track) -> bool {
     let noise = track.noise.iter().map(|noise| noise.deviation).fold(0.0, f64::hypot);
     let squares = track.x.iter().flatten().map(|x| x * x).sum::<f64>();
     (squares / track.x.len() as f64).sqrt() <= NOISE_DEVIATIONS * noise
-}
-
-/// A track that is no better known than what its source resolves.
-fn coarsened(mut track: Track, resolution: f64) -> Track {
-    track.noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
-    track
 }

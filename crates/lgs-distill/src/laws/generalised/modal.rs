@@ -3,13 +3,12 @@
 
 use super::decomposition::{Decomposition, ENTRIES};
 use super::evidence::Evidence;
-use super::flying::{OfModes, in_flight};
-use super::kinematics::Configured;
+use super::flying::in_flight;
 use super::observed::Laws;
 use super::rated::Rated;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::MOST_MODES;
-use lgs_mechanics::choose::{Choice, Judged, choose};
+use lgs_mechanics::choose::Choice;
 use lgs_mechanics::fit::Track;
 
 /// Rates the laws of the amplitudes for each number of modes, and those of a body in flight; `None` if none
@@ -17,10 +16,11 @@ use lgs_mechanics::fit::Track;
 pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -> Option<Rated> {
     let found = Decomposition::of(motion)?;
     let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
-    let mut whole = Track::new(&found.coordinates(ENTRIES), &times, &found.amplitudes);
-    whole.noise.iter_mut().for_each(|noise| noise.deviation = noise.deviation.hypot(resolution));
+    let coordinates = found.coordinates(ENTRIES);
+    let whole =
+        Track::new(&coordinates, &times, &found.amplitudes).coarsened(&coordinates, [0.0, resolution]);
     let size = (whole.independent_samples(), ENTRIES * times.len());
-    let of_modes = (1..=MOST_MODES).flat_map(|modes| of_amplitudes(&found, modes, &whole, laws));
+    let of_modes = (1..=MOST_MODES).flat_map(|modes| found.laws(modes, &whole, laws, f64::INFINITY));
     let (mut all, mut known) = (Vec::new(), Vec::new());
     for (system, judged, posterior) in of_modes.chain(in_flight(motion, laws, resolution)) {
         all.push((system, Choice { judged: vec![judged], chosen: 0, samples: size.0 }));
@@ -33,19 +33,4 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
         }
     }
     Some(rated)
-}
-
-/// The laws of the first amplitudes, in normal modes where they have any.
-fn of_amplitudes(found: &Decomposition, modes: usize, whole: &Track, laws: Laws) -> Vec<OfModes> {
-    let system = || found.configured(modes, whole);
-    let Configured { coordinates, x, .. } = system();
-    let noise = whole.noise[..modes].to_vec();
-    let track = Track { noise, ..Track::new(&coordinates, &whole.times, &x) };
-    let choice = choose(&laws.candidates(&coordinates), &track, &track.scales(&coordinates));
-    let judged = choice.map_or_else(Vec::new, |choice| choice.judged);
-    let own = |judged: Judged| match found.freed(&judged, &system(), &track) {
-        Some((system, judged, posterior)) => (system, judged, Some(posterior)),
-        None => (system(), judged, None),
-    };
-    judged.into_iter().map(own).collect()
 }
