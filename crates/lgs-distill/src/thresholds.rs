@@ -114,6 +114,10 @@ pub(crate) const MOST_KINEMATIC: f64 = 10.0;
 /// Singular values, as a fraction of the largest, below which a direction is not determined: that of a point
 /// along a fixed axis, of which rounding and noise leave less.
 pub(crate) const UNDETERMINED_DIRECTION: f64 = 1e-4;
+/// Radius of a rolling body, in root mean square distances of its particles from their centre, beyond which
+/// it does not touch what it would roll on: those of a ring are one radius away, those of a ball three
+/// quarters, and a rim may weigh less than its hub.
+pub(crate) const FARTHEST_CONTACT: f64 = 5.0;
 /// Cosine of the angle between the axes of two bodies up to which they may turn about one: poses with errors
 /// of a few degrees tell an axis to some ten degrees from a turn of half a radian.
 pub(crate) const PARALLEL_AXES: f64 = 0.95;

@@ -72,6 +72,12 @@ impl SharedMotion {
             self.poses.iter().flat_map(|pose| points.iter().map(move |&b| displacement(pose, b))).sum();
         (sum / (points.len() * self.poses.len()) as f64).sqrt()
     }
+
+    /// Root mean square of the displacements of some bodies.
+    pub(crate) fn rms_displacement_of(bodies: &[&Self]) -> f64 {
+        let squares = bodies.iter().map(|motion| motion.rms_displacement().powi(2));
+        (squares.sum::<f64>() / bodies.len() as f64).sqrt()
+    }
 }
 
 #[cfg(test)]

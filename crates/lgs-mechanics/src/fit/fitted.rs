@@ -56,15 +56,29 @@ pub fn shoot(
 }
 
 /// The covariance of values whose information is known: the inverse of a positive semidefinite matrix, in
-/// which directions without information get none.
+/// which directions without information get none. `None` if it is not finite.
 #[must_use]
 pub fn covariance_of(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let diagonal: Vec<f64> = matrix.diagonal().iter().map(|d| d.max(f64::MIN_POSITIVE).sqrt()).collect();
     let scaled =
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] / (diagonal[i] * diagonal[j]));
-    let inverse = scaled.pseudo_inverse(1e-12).ok()?;
-    let finite = inverse.iter().all(|v| v.is_finite());
-    finite.then(|| {
+    let is_finite = |m: &DMatrix<f64>| m.iter().all(|v| v.is_finite());
+    // Singular values of what is not finite are sought without end.
+    let inverse = is_finite(&scaled).then_some(scaled)?.pseudo_inverse(1e-12).ok()?;
+    is_finite(&inverse).then(|| {
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] / (diagonal[i] * diagonal[j]))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::covariance_of;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn what_is_known_without_end_has_no_covariance() {
+        let known = |value: f64| DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![value, 4.0]));
+        assert_eq!(covariance_of(&known(1.0)).map(|c| c[(1, 1)]), Some(0.25));
+        assert!(covariance_of(&known(f64::INFINITY)).is_none());
+    }
 }

@@ -74,7 +74,7 @@ pub fn regress(candidate: &Candidate, track: &Track, start: &[f64]) -> Option<Re
     parameters.iter().all(|p| p.is_finite()).then_some(Regression { parameters, left, residuals })
 }
 
-/// Least squares by the pseudoinverse, in columns of unit length.
+/// Least squares by the pseudoinverse, in columns of unit length; `None` if they are not finite.
 fn solve(rows: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     if rows.ncols() == 0 {
         return Some(DVector::zeros(0));
@@ -82,6 +82,10 @@ fn solve(rows: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let lengths: Vec<f64> = rows.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     let mut scaled = rows.clone();
     lengths.iter().enumerate().for_each(|(i, length)| scaled.column_mut(i).unscale_mut(*length));
+    // Singular values of what is not finite are sought without end.
+    if !scaled.iter().all(|value| value.is_finite()) {
+        return None;
+    }
     // Directions a million times weaker than the strongest are noise of the smooth path.
     let mut found = scaled.svd(true, true).solve(right, 1e-6).ok()?;
     lengths.iter().enumerate().for_each(|(i, length)| found[i] /= length);

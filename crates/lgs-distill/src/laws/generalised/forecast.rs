@@ -8,9 +8,10 @@ use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::FORECAST_DRAWS;
 use glam::DVec3;
+use lgs_core::geometry::trace;
 use lgs_mechanics::fit::{Settings, Track, shoot};
 use lgs_mechanics::terms::Term;
-use lgs_mechanics::{Candidate, Edit, FAILS, System, TRUSTED_FRACTION};
+use lgs_mechanics::{Candidate, Edit, FAILS, FORECAST_ERROR, System, TRUSTED_FRACTION};
 use std::ops::Range;
 
 /// Errors of the forecasts of the last third and of the first third of the window, over the displacement
@@ -103,7 +104,10 @@ impl<'a> Blocked<'a> {
             let places = bodies[0].poses.iter().map(|pose| pose.apply(center).to_array());
             x.iter_mut().zip(places).for_each(|(x, place)| x[4..].copy_from_slice(&place));
         }
-        let track = Track::new(&rated.best().judged.fitted.law.coordinates, &times, &x);
+        let coordinates = &rated.best().judged.fitted.law.coordinates;
+        let place = FORECAST_ERROR * SharedMotion::rms_displacement_of(&bodies);
+        let turn = place / trace(&bodies[0].covariance()).sqrt().max(f64::MIN_POSITIVE);
+        let track = Track::new(coordinates, &times, &x).coarsened(coordinates, [turn, place]);
         Some(Self { rated, track, points: points_of(&bodies), bodies })
     }
 

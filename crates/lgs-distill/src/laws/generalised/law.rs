@@ -37,7 +37,7 @@ pub(crate) fn find_law(
     if found.known.chi_square <= DESCRIBED {
         return Some(found);
     }
-    let smooth_errors = RESIDUAL_TOLERANCE * displacement_of(bodies);
+    let smooth_errors = RESIDUAL_TOLERANCE * SharedMotion::rms_displacement_of(bodies);
     // No smooth law comes nearer; one through impacts, whose samples are smeared, may.
     if found.window_error > BEYOND_SMOOTH * smooth_errors && !bodies.iter().any(|body| has_impacts(body)) {
         return Some(found);
@@ -55,12 +55,6 @@ pub(crate) fn find_law(
 fn has_impacts(motion: &SharedMotion) -> bool {
     let centers: Vec<[f64; 3]> = motion.poses.iter().map(|pose| pose.shift.to_array()).collect();
     !impacts(&motion.times, &centers).is_empty()
-}
-
-/// Root mean square displacement over all bodies.
-fn displacement_of(bodies: &[&SharedMotion]) -> f64 {
-    let squares = bodies.iter().map(|motion| motion.rms_displacement().powi(2));
-    (squares.sum::<f64>() / bodies.len() as f64).sqrt()
 }
 
 /// Errors of poses beside those that their scatter tells of, world units.
@@ -92,8 +86,10 @@ pub(crate) fn law_within(
     errors: Errors,
     seed: u64,
 ) -> Option<GeneralisedLaw> {
-    let errors =
-        Errors { resolution: errors.resolution.max(FORECAST_ERROR * displacement_of(bodies)), ..errors };
+    let errors = Errors {
+        resolution: errors.resolution.max(FORECAST_ERROR * SharedMotion::rms_displacement_of(bodies)),
+        ..errors
+    };
     match bodies {
         [motion] if motion.kind == PoseKind::Affine => {
             smooth(&choose_modal(motion, laws, errors.resolution)?, (bodies, &[]), seed)

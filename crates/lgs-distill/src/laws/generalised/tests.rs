@@ -62,6 +62,16 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
 }
 
 #[test]
+fn a_body_that_falls_and_hardly_turns_does_not_roll() {
+    let falling = |t: f64| {
+        let fallen = 1.1 * t * t;
+        Pose { linear: rotation_by(DVec3::Y * (0.03 * fallen)), shift: DVec3::new(0.2, 0.0, 1.0 - fallen) }
+    };
+    let law = find_law(&[&motion(falling)], (Laws::All, &[]), 0.0, 1).expect("a law").law;
+    assert!(!matches!(law.coordinates, Coordinates::Rolling(_)), "{law:?}");
+}
+
+#[test]
 fn a_constant_torque_on_a_hinge_is_a_drive_and_is_left_out_where_only_potentials_are_admitted() {
     let body = motion(|t| turned(DVec3::Z, DVec3::ZERO, 0.4 * t + 3.0 * t * t));
     let terms = |laws: Laws| -> Vec<&str> {
