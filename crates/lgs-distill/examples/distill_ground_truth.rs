@@ -12,6 +12,8 @@
 mod constants;
 #[path = "distill_ground_truth/contact.rs"]
 mod contact;
+#[path = "distill_ground_truth/edits.rs"]
+mod edits;
 #[path = "distill_ground_truth/measure.rs"]
 mod measure;
 #[path = "distill_ground_truth/summary.rs"]

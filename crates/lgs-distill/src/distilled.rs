@@ -4,9 +4,10 @@ use crate::report::DistillReport;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{narrow, wide};
 use lgs_dynamics::{RolloutSpec, Supports, System, VelocityPolicy, rollout};
-use lgs_mechanics::bands::Known;
+use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::{Bodies, Embedding, Placement, State};
-use lgs_mechanics::{self as mechanics, Law};
+use lgs_mechanics::{self as mechanics, FORECAST_ERROR, Law};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The dynamics of an object with the state that it starts from.
@@ -123,7 +124,8 @@ pub struct DistilledParticles {
 }
 
 impl DistilledLaw {
-    /// Positions of all particles under an edit at some times, as far as the law can be followed.
+    /// Positions of all particles under an edit at some times, as far as the law can be followed, with a step
+    /// that resolves the edited motion.
     #[must_use]
     pub fn edited(&self, edit: mechanics::Edit, times: &[f64]) -> Vec<Vec<[f32; 3]>> {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
@@ -134,8 +136,30 @@ impl DistilledLaw {
             };
             placed.flat_map(of_body).collect()
         };
-        let states = mechanics::System::new(&self.law, edit).states(&self.start, times);
+        let law = self.law_under(edit, times.last().copied().unwrap_or_default());
+        let states = mechanics::System::new(&law, edit).states(&self.start, times);
         states.unwrap_or_default().into_iter().map(placed).collect()
+    }
+
+    /// The law with a step that resolves an edited motion up to a time; a body that collides keeps its own,
+    /// since a small error before an impact is a large one after it.
+    fn law_under(&self, edit: mechanics::Edit, until: f64) -> Cow<'_, Law> {
+        if edit == mechanics::Edit::NONE || self.law.contact.is_some() {
+            return Cow::Borrowed(&self.law);
+        }
+        let resolved = self.law.clone().resolved_under(edit, &self.start, until, FORECAST_ERROR);
+        resolved.map_or(Cow::Borrowed(&self.law), Cow::Owned)
+    }
+
+    /// Times between which the forecast of an edited motion is trusted: none where the law does not explain
+    /// the motion, those of the unedited one where no laws were drawn to judge edits by.
+    #[must_use]
+    pub fn trusted_under(&self, edit: mechanics::Edit) -> [f64; 2] {
+        if self.known.verdict != Verdict::Explained {
+            return [0.0; 2];
+        }
+        let under = self.known.trusted_under(edit, (&self.law, &self.start), (&self.bodies, &self.q0));
+        under.unwrap_or(self.known.trusted)
     }
 }
 

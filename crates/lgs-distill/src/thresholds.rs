@@ -138,6 +138,9 @@ pub(crate) const TIMES_IN_WINDOW: usize = 16;
 /// Points of a body that stand for its particles in a band: the shares of points inside of a radius are then
 /// known to some per cent.
 pub(crate) const BAND_POINTS: usize = 48;
+/// Laws that are kept to judge edited forecasts by: the radius that holds 90 % of their motions is known to a
+/// tenth, and a rival with a tenth of the weight is among them three times.
+pub(crate) const DRAWN_LAWS: usize = 32;
 /// Draws by which the error of a blocked forecast is expected: known to a tenth, which decides at three
 /// deviations.
 pub(crate) const FORECAST_DRAWS: usize = 48;
@@ -236,7 +239,8 @@ pub(crate) const CONSTRAINED_STEPS: usize = 8;
 /// image shows: half a pixel.
 pub(crate) const UNRESOLVED_ERRORS: f64 = 5.0;
 
-/// An object whose system leaves more than this fraction of its displacement is not described by it.
+/// An object whose system leaves more than this fraction of its displacement is not described by it, nor is
+/// one whose law forecasts parts of the window that badly.
 pub(crate) const UNDESCRIBED_FRACTION: f64 = 0.5;
 /// An object whose system misses the end of the window, forecast from its beginning, by more than this
 /// fraction of its displacement …

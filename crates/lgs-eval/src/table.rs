@@ -1,6 +1,6 @@
 //! Metrics as aligned text: one line per split and model, then the motion's figures that exist.
 
-use crate::laws::law_rows;
+use crate::laws::{law_rows, trusted_edit_rows};
 use crate::metrics::{Metrics, Physics, PotentialAgainstTruth, SplitScore};
 
 /// Splits in the order of time, then any others by name.
@@ -23,6 +23,11 @@ pub fn table(metrics: &Metrics) -> String {
         text.push('\n');
     }
     text.push_str(&aligned(&laws, &LAW_COLUMNS));
+    let edits = trusted_edit_rows(metrics);
+    if !edits.is_empty() {
+        text.push('\n');
+    }
+    text.push_str(&aligned(&edits, &[false]));
     text
 }
 

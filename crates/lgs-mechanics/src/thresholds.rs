@@ -98,6 +98,9 @@ pub(crate) const DRAWS: usize = 96;
 /// Draws beyond the bounds of a parameter after which the nearest allowed values are taken: with half of the
 /// posterior inside for each of three parameters, one in 5000 is left.
 pub(crate) const REDRAWS: usize = 64;
+/// Points of a body that stand for its particles in the band of an edited motion: the shares of points inside
+/// of a radius are then known to some per cent.
+pub(crate) const EDITED_POINTS: usize = 24;
 /// Radius of the 90 % band, as a fraction of the path in a window, up to which a forecast is trusted.
 pub const TRUSTED_FRACTION: f64 = 0.04;
 /// Windows from the first sample on to which the forecast of a law that explains a motion is trusted.

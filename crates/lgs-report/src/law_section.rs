@@ -1,7 +1,7 @@
 //! The laws of objects on a run's page: objects whose law is trusted, and apart from them those of which the
 //! scene claims less.
 
-use lgs_eval::laws::{LawContact, ObjectLaw, edit_rows, parameter_rows, rival_rows};
+use lgs_eval::laws::{LawContact, ObjectLaw, TrustedEdit, edit_rows, parameter_rows, rival_rows};
 use lgs_eval::{Metrics, ObjectSummary, Verdict};
 use lgs_mechanics::contact::{Impact, Origin};
 use lgs_mechanics::terms::Role;
@@ -78,12 +78,23 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
             format!("Forecasts inside the window are off by {} of the displacement.", percent(e, 2))
         }),
         Some(trust),
+        (!law.edits.is_empty()).then(|| edited(&law.edits)),
         law.coverage.map(|c| format!("The 90 % band contains {} of the true positions.", percent(c, 0))),
         law.expected
             .filter(|&expected| !lgs_eval::laws::is_right(law.verdict, expected))
             .map(|_| "The truth contradicts this verdict.".to_owned()),
     ];
     parts.into_iter().flatten().collect()
+}
+
+/// How far edited forecasts are trusted, in words.
+fn edited(edits: &[TrustedEdit]) -> String {
+    let until = |edit: &TrustedEdit| match edit.trusted[1] {
+        0.0 => format!("not with {}", edit.name()),
+        until => format!("to t = {} with {}", number(until, 2), edit.name()),
+    };
+    let all: Vec<String> = edits.iter().map(until).collect();
+    format!("Edited, it is trusted {}.", all.join(", "))
 }
 
 /// What strikes a body, in words.

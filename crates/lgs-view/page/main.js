@@ -97,19 +97,8 @@ function refresh(moving) {
   get('cameras').value = page.camera.dataset ?? '';
   panes[0].ask(() => view(0), moving);
   if (compare !== 'none') panes[1].ask(() => view(1), moving);
-  trust();
   overlays();
   if (!moving) { paths(); remember(); film.build(); }
-}
-
-/** The times at which all objects are trusted: under an edit, where every law explains its motion. */
-function trust() {
-  const { objects, window } = page.hello;
-  const edited = physics.request().length > 0;
-  const own = ({ law }) => (edited && law?.verdict !== 'explained' ? [0, 0] : law?.trusted ?? [0, window]);
-  const none = objects.length ? [-1e9, 1e9] : [0, window];
-  const common = objects.map(own).reduce((a, b) => [Math.max(a[0], b[0]), Math.min(a[1], b[1])], none);
-  timeline.trust([Math.min(common[0], 0), edited ? common[1] : Math.max(common[1], window)]);
 }
 
 function frame(header, blob) {
@@ -122,6 +111,7 @@ function shown(header) {
   const rolling = header.rolling ? `, rolling out to ${timeline.time.toFixed(2)}` : '';
   const [used, most] = header.kept.map((bytes) => (bytes / 2 ** 20).toFixed(0));
   const kept = `${used} of ${most} MiB kept`;
+  if (header.pane === 0) timeline.trust(header.trusted ?? [-1e9, 1e9]);
   get('status').textContent = `${page.rates.length} pictures/s, ${header.size.join(' × ')}, `
     + `${header.milliseconds.toFixed(0)} ms, ${kept}${rolling}`;
   overlays();

@@ -1,6 +1,7 @@
 //! Rollouts of a scene under edits, kept for as long as there is room.
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec};
+use lgs_eval::laws::Shown;
 use lgs_model::{Dynamics, LagrangianScene, Motion, SceneState};
 
 use crate::protocol::ObjectEdit;
@@ -13,6 +14,8 @@ const STATE_BYTES: usize = 40;
 struct Kept {
     edits: Vec<ObjectEdit>,
     motion: Motion<'static>,
+    /// How far each object's motion is known, once it has been asked for.
+    shown: Option<Vec<Shown>>,
     /// Number of the last call that used it.
     used: u64,
 }
@@ -69,6 +72,18 @@ impl Motions {
         objects.get(object).map(|object| object.dynamics.clone()).ok_or_else(|| format!("no object {object}"))
     }
 
+    /// How far the motion of each object is known under some edits.
+    pub(crate) fn shown(&mut self, edits: &[ObjectEdit]) -> Result<Vec<Shown>, String> {
+        let index = self.of(edits)?;
+        let Kept { edits, motion, shown, .. } = &mut self.kept[index];
+        let scene = motion.scene();
+        let of_object = |object: usize| match edits.get(object).filter(|edit| !edit.is_none()) {
+            Some(edit) => Shown::Edited(scene.trusted_under(object, edit.scales())),
+            None => Shown::Unedited,
+        };
+        Ok(shown.get_or_insert_with(|| (0..scene.objects.len()).map(of_object).collect()).clone())
+    }
+
     /// Bytes of all rollouts, and the most that they may take.
     pub(crate) fn memory(&self) -> [usize; 2] {
         [self.kept.iter().map(|kept| bytes(&kept.motion)).sum(), self.limit]
@@ -114,7 +129,7 @@ impl Motions {
             Some(index) => index,
             None => {
                 let motion = edited(&self.scene, edits)?;
-                self.kept.push(Kept { edits: edits.to_vec(), motion, used: 0 });
+                self.kept.push(Kept { edits: edits.to_vec(), motion, shown: None, used: 0 });
                 self.kept.len() - 1
             }
         };
@@ -169,5 +184,5 @@ fn scale_terms(dynamics: &mut Dynamics, factors: &[f64]) -> Result<(), String> {
     let Dynamics::Generalised(generalised) = dynamics else {
         return Err("only laws in generalised coordinates have terms to scale".to_owned());
     };
-    generalised.law.scale_terms(factors).map_err(|error| error.to_string())
+    generalised.scale_terms(factors).map_err(|error| error.to_string())
 }

@@ -227,7 +227,10 @@ pub(crate) struct FrameHeader {
     pub(crate) time: f32,
     /// Whether a later picture of the same request follows.
     pub(crate) rolling: bool,
+    /// Numbers of the objects whose motion is not trusted at that time.
     pub(crate) untrusted: Vec<usize>,
+    /// First and last time at which all is trusted under the edits; nothing where there is nothing to trust.
+    pub(crate) trusted: Option<[f64; 2]>,
     pub(crate) size: [u32; 2],
     pub(crate) mime: &'static str,
     /// Time that drawing and encoding took, milliseconds.

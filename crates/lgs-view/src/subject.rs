@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use lgs_core::{Camera, Image};
-use lgs_eval::laws::{ObjectLaw, Trust};
+use lgs_eval::laws::{ObjectLaw, Shown, Trust};
 use lgs_model::LagrangianScene;
 use lgs_model::source::SourceModel;
 
 use crate::colors::object_color;
-use crate::protocol::{CameraSheet, FrameRequest, Hello, Model, ObjectEdit, ObjectSheet, StartCamera};
+use crate::protocol::{CameraSheet, Hello, Model, ObjectSheet, StartCamera};
 use crate::thresholds::NEARLY_UPRIGHT;
 
 /// An image of the dataset.
@@ -96,25 +96,16 @@ impl Subject {
         self.scene.objects.iter().enumerate().map(one).collect()
     }
 
-    /// Numbers of the objects whose motion is not trusted in a picture.
-    pub(crate) fn untrusted(&self, request: &FrameRequest, time: f32) -> Vec<usize> {
+    /// Trust in the motion that a model shows, with its objects under edits.
+    pub(crate) fn trust(&self, model: Model, shown: &[Shown]) -> Trust {
         let window = f64::from(self.scene.motion.time_window);
-        match request.model {
-            Model::Truth => Vec::new(),
-            Model::Source => Trust::Source([0.0, window]).untrusted_at(time),
+        match model {
+            Model::Truth => Trust::Objects(Vec::new()),
+            Model::Source => Trust::Source([0.0, window]),
             Model::Lagrangian => {
-                let none = ObjectEdit::default();
-                let is_trusted = |object: usize| {
-                    let edit = request.edits.get(object).unwrap_or(&none);
-                    let law = self.laws.get(object).cloned().flatten();
-                    // A scaled term is an edit like a scaled force.
-                    let mut scales = edit.scales();
-                    if !edit.is_none() && scales == lgs_dynamics::Edit::default() {
-                        scales.force_scale = 0.0;
-                    }
-                    Trust::of_objects(&[law], 1, (window, scales)).untrusted_at(time).is_empty()
-                };
-                (0..self.scene.objects.len()).filter(|&object| !is_trusted(object)).collect()
+                let law = |index: usize| self.laws.get(index).and_then(Option::as_ref);
+                let objects = shown.iter().enumerate().map(|(index, shown)| (law(index), *shown));
+                Trust::of_objects(objects, window)
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::desk::{Desk, Job, Next, Page};
 use crate::draw::{draw, paths, pick};
 use crate::exhibit::Exhibit;
 use crate::motions::Motions;
-use crate::protocol::{Answer, FrameHeader, FrameRequest, Quality};
+use crate::protocol::{Answer, FrameHeader, FrameRequest, Model, Quality};
 use crate::slice::slice;
 use crate::subject::Subject;
 use crate::thresholds::{MOVING_QUALITY, PATH_TIMES, PATHS, PICTURE_REST, STILL_QUALITY};
@@ -94,12 +94,15 @@ fn frame(
     let begun = Instant::now();
     let drawn = draw(subject, motions, request)?;
     let (picture, mime) = encoded(&drawn.image, request).map_err(|error| error.to_string())?;
+    let shown = if request.model == Model::Lagrangian { motions.shown(&request.edits)? } else { Vec::new() };
+    let trust = subject.trust(request.model, &shown);
     let header = FrameHeader {
         pane: request.pane,
         serial: request.serial,
         time: drawn.time,
         rolling: drawn.rolling,
-        untrusted: subject.untrusted(request, drawn.time),
+        untrusted: trust.untrusted_at(drawn.time),
+        trusted: trust.common(),
         size: [drawn.image.width, drawn.image.height],
         mime,
         milliseconds: 1e3 * begun.elapsed().as_secs_f32(),

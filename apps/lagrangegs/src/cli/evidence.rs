@@ -10,7 +10,7 @@ use lgs_eval::laws::ObjectLaw;
 use lgs_model::source::SourceModel;
 
 use super::failure::At;
-use super::laws::laws_of;
+use super::laws::laws_with_edits;
 use super::run::Run;
 
 /// The models and data that a run is measured with beside its scene: its source model, its dataset, and the
@@ -30,7 +30,7 @@ impl Evidence {
         let dataset = root.map(|root| run.images(root, None)).transpose()?;
         let other = dataset.as_ref().map(|dataset| run.other_dataset(dataset)).transpose()?.flatten();
         let truth = root.map(|root| GroundTruth::load(root).at(root)).transpose()?.flatten();
-        Ok(Self { source: run.source()?, dataset, other, truth, laws: laws_of(run)? })
+        Ok(Self { source: run.source()?, dataset, other, truth, laws: laws_with_edits(run)? })
     }
 
     /// The run's scene beside it, as evaluation and report take both.

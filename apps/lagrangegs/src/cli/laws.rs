@@ -23,6 +23,12 @@ pub(super) fn laws_of(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
     Ok(run.scene.objects.iter().enumerate().map(law).collect())
 }
 
+/// The same with how far forecasts under edits are trusted.
+pub(super) fn laws_with_edits(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
+    let laws = laws_of(run)?.into_iter().enumerate();
+    Ok(laws.map(|(object, law)| law.map(|law| law.with_edits(&run.scene, object))).collect())
+}
+
 fn law_of(object: &ObjectModel, report: Option<&DistillReport>, window: f64) -> ObjectLaw {
     if let Some(law) = object.recording.as_ref().and_then(|recording| law_of_part(recording, window)) {
         return law;

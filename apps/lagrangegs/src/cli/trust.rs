@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use lgs_core::Image;
 use lgs_dynamics::Edit;
-use lgs_eval::laws::Trust;
+use lgs_eval::laws::{Shown, Trust};
 use lgs_report::mark_untrusted;
 use serde_json::{Map, Value, json};
 
@@ -63,7 +63,12 @@ impl Mark {
 pub(super) fn trust_in(run: &Run, model: ModelName, edit: Edit) -> Result<Trust> {
     let window = f64::from(run.scene.motion.time_window);
     Ok(match model {
-        ModelName::Lagrangian => Trust::of_objects(&laws_of(run)?, run.scene.objects.len(), (window, edit)),
+        ModelName::Lagrangian => {
+            let laws = laws_of(run)?;
+            let object =
+                |index| (laws.get(index).and_then(Option::as_ref), Shown::of(&run.scene, index, edit));
+            Trust::of_objects((0..run.scene.objects.len()).map(object), window)
+        }
         ModelName::Source => Trust::Source([0.0, window]),
     })
 }

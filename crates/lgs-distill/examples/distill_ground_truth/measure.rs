@@ -3,6 +3,7 @@
 use super::AnyError;
 use super::constants::{Constant, constants};
 use super::contact::{Impacts, impacts};
+use super::edits::{EditedForecasts, edited_forecasts};
 use glam::DVec3;
 use lgs_core::geometry::{inverse, outer, wide};
 use lgs_data::synth::{self, GroundTruth};
@@ -16,7 +17,7 @@ use std::fmt;
 
 use super::thresholds::{COMPARED, RECORDED, WINDOW, WRONG};
 
-const PARTICLES: usize = 400;
+pub(super) const PARTICLES: usize = 400;
 pub(super) const STEPS: usize = 225;
 pub(super) const DT: f64 = 0.01;
 
@@ -35,8 +36,8 @@ pub(super) struct Row {
     /// Share of the true positions in the 90 % band.
     pub(super) coverage: Option<f64>,
     pub(super) constants: Vec<Constant>,
-    /// Largest error over the path at t = 1 under the edits of β and γ, of a scene that is explained.
-    pub(super) edited: Option<f64>,
+    /// Forecasts of edited motions, of a scene whose objects are explained.
+    pub(super) edited: Option<EditedForecasts>,
     /// Impacts, if a body collides with a plane.
     pub(super) impacts: Option<Impacts>,
     seconds: f64,
@@ -69,7 +70,7 @@ pub(super) fn measured(scene: &str, seed: u64, noise: f32) -> Result<Row, AnyErr
         is_wrongly_trusted: found.objects.iter().any(|object| is_wrongly_trusted(object, &truth)),
         coverage: coverage(&found, &truth),
         constants: if is_explained { constants(&found, &truth) } else { Vec::new() },
-        edited: if is_explained && is_trusted { edited_error(&found, scene, seed, &times)? } else { None },
+        edited: if is_trusted { edited_forecasts(&found, (scene, seed), &truth, &times)? } else { None },
         verdicts,
         impacts: impacts(&found, &truth),
         seconds,
@@ -96,7 +97,7 @@ pub(super) fn at(truth: &GroundTruth, members: &[usize], step: usize) -> Vec<[f3
 }
 
 /// Mean distance of true positions over a number of steps, added up.
-fn path(truth: &GroundTruth, members: &[usize], steps: usize) -> f64 {
+pub(super) fn path(truth: &GroundTruth, members: &[usize], steps: usize) -> f64 {
     (0..steps).map(|k| distance(&at(truth, members, k), &at(truth, members, k + 1))).sum()
 }
 
@@ -175,34 +176,8 @@ fn placed_like(law: &DistilledLaw, truth: &[[f32; 3]]) -> DistilledLaw {
     DistilledLaw { q0, ..law.clone() }
 }
 
-/// The largest error under an edit of β or γ at t = 1, over the edited path.
-fn edited_error(
-    found: &SceneDistillation,
-    scene: &str,
-    seed: u64,
-    times: &[f64],
-) -> Result<Option<f64>, AnyError> {
-    let mut worst: Option<f64> = None;
-    for (edit, truth) in synth::edited_ground_truths(scene, times, PARTICLES, seed)? {
-        if edit.velocity_scale != 1.0 {
-            continue;
-        }
-        let edit = Edit { velocity: 1.0, potential: edit.potential_scale, force: edit.force_scale };
-        let (mut error, mut way) = (0.0, 0.0);
-        for (members, object) in &found.objects {
-            let Distilled::Generalised(law) = object else { return Ok(None) };
-            let moved = law.edited(edit, &[times[RECORDED]]);
-            way += path(&truth, members, RECORDED);
-            error += moved.first().map_or(f64::NAN, |last| distance(last, &at(&truth, members, RECORDED)));
-        }
-        let relative = error / way;
-        worst = Some(worst.map_or(relative, |worst| if relative <= worst { worst } else { relative }));
-    }
-    Ok(worst)
-}
-
 /// Sum of distances.
-fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
+pub(super) fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     a.iter().zip(b).map(|(p, q)| wide(*p).distance(wide(*q))).sum()
 }
 
@@ -238,8 +213,8 @@ fn details(found: &Distilled) -> Option<String> {
 }
 
 impl Row {
-    pub(super) const HEADER: &str =
-        "scene            seed    t = 1  t = 2.25  in band  worst constant            edits  seconds  law";
+    pub(super) const HEADER: &str = "scene            seed    t = 1  t = 2.25  in band  worst constant  \
+                                              edits  trusted  seconds  law";
 
     /// The constant that is farthest from the truth.
     fn worst_constant(&self) -> Option<&Constant> {
@@ -254,15 +229,14 @@ impl fmt::Display for Row {
         let band = self.coverage.map_or("-".to_owned(), |c| format!("{:.0}%", 100.0 * c));
         let constant = self.worst_constant().map_or("-".to_owned(), ToString::to_string);
         let wrong = if self.is_wrongly_trusted { "WRONGLY TRUSTED; " } else { "" };
+        let worst = percent(self.edited.as_ref().map(|edited| edited.worst));
+        let (trusted, wrong_edits) = self.edited.as_ref().map_or_else(Default::default, |e| e.told());
         write!(
             f,
-            "{:<16} {:>4} {recorded:>8} {last:>9} {band:>8}  {constant:<22} {:>8} {:>8.1}  {wrong}{}",
-            self.scene,
-            self.seed,
-            percent(self.edited),
-            self.seconds,
-            self.laws
+            "{:<16} {:>4} {recorded:>8} {last:>9} {band:>8}  {constant:<22} {worst:>8} {trusted:>8} {:>8.1}",
+            self.scene, self.seed, self.seconds
         )?;
+        write!(f, "  {wrong}{wrong_edits}{}", self.laws)?;
         self.impacts.iter().try_for_each(|impacts| write!(f, "; {impacts}"))
     }
 }

@@ -1,5 +1,6 @@
 //! How often the results are right.
 
+use super::edits::EditedForecasts;
 use super::measure::Row;
 use lgs_mechanics::bands::Verdict;
 
@@ -64,11 +65,21 @@ pub(super) fn print(rows: &[Row]) {
         lawful.iter().filter_map(|row| row.impacts.as_ref().map(|impacts| impacts.are_right())).collect();
     let right = impacts.iter().filter(|right| **right).count();
     println!("  impacts right            {right} of {}", impacts.len());
-    let edited: Vec<f64> = lawful.iter().filter_map(|row| row.edited).collect();
-    let near = edited.iter().filter(|error| **error <= 0.04).count();
-    println!("  edits within 4 %         {near} of {}", edited.len());
+    print_edits(rows, &lawful);
     let right = rows.iter().filter(|row| is_right(row)).count();
     println!("verdicts right             {right} of {}", rows.len());
     let explained = |row: &&Row| !row.is_explained && row.verdicts.contains(&Verdict::Explained);
     println!("no law, yet explained      {}", rows.iter().filter(explained).count());
+}
+
+/// Prints how good edited forecasts are, and whether they are trusted where they are.
+fn print_edits(rows: &[Row], lawful: &[&Row]) {
+    let edited: Vec<&EditedForecasts> = lawful.iter().filter_map(|row| row.edited.as_ref()).collect();
+    let near = edited.iter().filter(|edited| edited.worst <= 0.04).count();
+    println!("  edits within 4 %         {near} of {}", edited.len());
+    let trusted: Vec<bool> = edited.iter().flat_map(|edited| edited.trusted.clone()).collect();
+    let to_one = trusted.iter().filter(|trusted| **trusted).count();
+    println!("  edits trusted to t = 1   {to_one} of {}", trusted.len());
+    let wrong: usize = rows.iter().filter_map(|row| Some(row.edited.as_ref()?.wrong.len())).sum();
+    println!("edits wrongly trusted      {wrong}");
 }

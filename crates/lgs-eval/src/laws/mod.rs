@@ -9,15 +9,15 @@ mod table;
 mod trust;
 
 pub use coverage::{PositionErrors, band_coverage, covered, position_errors};
-pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows, verdict_name};
-pub use trust::Trust;
+pub use table::{edit_rows, law_rows, measured, parameter_rows, rival_rows, trusted_edit_rows, verdict_name};
+pub use trust::{Shown, Trust};
 
 use lgs_mechanics::bands::Verdict;
 
 use crate::metrics::ObjectSummary;
 pub use crate::object_law::{
     BandCoverage, LawContact, LawOutline, LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw,
-    TermOutline, unit_text,
+    TermOutline, TrustedEdit, unit_text,
 };
 
 /// First and last time at which the forecasts of all objects with a record are trusted, with the captured

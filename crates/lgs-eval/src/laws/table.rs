@@ -4,7 +4,7 @@ use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::Role;
 
 use crate::metrics::{Metrics, Physics};
-use crate::object_law::{LawParameter, LawTerm, ObjectLaw, RivalLaw};
+use crate::object_law::{LawParameter, LawTerm, ObjectLaw, RivalLaw, TrustedEdit};
 use crate::physics::trajectory::TIMES;
 
 /// Columns that say something of the object and stand in its first row alone.
@@ -88,6 +88,24 @@ pub fn parameter_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
     }
     rows.iter_mut().for_each(|row| row.resize(5, String::new()));
     rows
+}
+
+/// A header, then how far the forecast of each object under each edit is trusted; empty where none is told
+/// of.
+#[must_use]
+pub fn trusted_edit_rows(metrics: &Metrics) -> Vec<Vec<String>> {
+    let records = metrics.physics.objects.iter().enumerate();
+    let of_object = |(index, law): (usize, &ObjectLaw)| {
+        let row = move |edit: &TrustedEdit| {
+            let [from, to] = edit.trusted;
+            vec![index.to_string(), edit.name(), format!("{from:.2} .. {to:.2}")]
+        };
+        law.edits.iter().map(row).collect::<Vec<_>>()
+    };
+    let rows: Vec<Vec<String>> =
+        records.filter_map(|(i, object)| Some((i, object.law.as_ref()?))).flat_map(of_object).collect();
+    let header = (!rows.is_empty()).then(|| ["object", "edit", "trusted"].map(str::to_owned).to_vec());
+    header.into_iter().chain(rows).collect()
 }
 
 /// A header, then terms and weight of every rival law; empty without rivals.

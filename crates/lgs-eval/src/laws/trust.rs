@@ -2,6 +2,7 @@
 
 use lgs_dynamics::Edit;
 use lgs_mechanics::bands::Verdict;
+use lgs_model::LagrangianScene;
 
 use super::ObjectLaw;
 use crate::thresholds::TIME_TOLERANCE;
@@ -15,23 +16,62 @@ pub enum Trust {
     Source([f64; 2]),
 }
 
+/// Whether the motion of an object is shown as it was captured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shown {
+    /// As it was.
+    Unedited,
+    /// Under an edit, with the times between which the laws that are drawn from what is known of it agree,
+    /// where there are any.
+    Edited(Option<[f64; 2]>),
+}
+
+impl Shown {
+    /// The motion of an object of a scene, with the same edit as a whole scene has.
+    #[must_use]
+    pub fn of(scene: &LagrangianScene, object: usize, edit: Edit) -> Self {
+        if edit == Edit::default() { Self::Unedited } else { Self::Edited(scene.trusted_under(object, edit)) }
+    }
+}
+
 impl Trust {
-    /// Trust in the motion of `objects` objects under an edit, with the captured window from 0 to `window`.
+    /// Trust in the motion of objects, with the captured window from 0 to `window`.
     ///
     /// Without an edit an object is trusted inside the window, and beyond it as far as its law says; one
     /// without a record, such as one that networks move, makes no claim beyond it. Under an edit only a law
-    /// that explains the motion says anything: what fits the window alone need not be the right physics.
+    /// that explains the motion says anything, since what fits the window alone need not be the right
+    /// physics; and as far as other laws that explain it say the same.
     #[must_use]
-    pub fn of_objects(laws: &[Option<ObjectLaw>], objects: usize, (window, edit): (f64, Edit)) -> Self {
-        let trusted = |object: usize| {
-            let law = laws.get(object).and_then(Option::as_ref);
-            if edit != Edit::default() && law.is_none_or(|law| law.verdict != Verdict::Explained) {
-                return [0.0; 2];
+    pub fn of_objects<'a>(
+        objects: impl IntoIterator<Item = (Option<&'a ObjectLaw>, Shown)>,
+        window: f64,
+    ) -> Self {
+        let trusted = |(law, shown): (Option<&ObjectLaw>, Shown)| {
+            let is_explained = law.is_some_and(|law| law.verdict == Verdict::Explained);
+            match shown {
+                Shown::Edited(_) if !is_explained => [0.0; 2],
+                Shown::Edited(Some([from, to])) => [from.min(0.0), to.max(0.0)],
+                Shown::Edited(None) | Shown::Unedited => {
+                    let [from, to] = law.and_then(|law| law.trusted).unwrap_or([0.0, window]);
+                    [from.min(0.0), to.max(window)]
+                }
             }
-            let [from, to] = law.and_then(|law| law.trusted).unwrap_or([0.0, window]);
-            [from.min(0.0), to.max(window)]
         };
-        Self::Objects((0..objects).map(trusted).collect())
+        Self::Objects(objects.into_iter().map(trusted).collect())
+    }
+
+    /// First and last time at which everything is trusted; nothing where there is nothing to trust.
+    #[must_use]
+    pub fn common(&self) -> Option<[f64; 2]> {
+        let common = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].min(b[1])];
+        self.parts().iter().copied().reduce(common)
+    }
+
+    fn parts(&self) -> &[[f64; 2]] {
+        match self {
+            Self::Objects(objects) => objects,
+            Self::Source(window) => std::slice::from_ref(window),
+        }
     }
 
     /// Numbers of the objects that are not trusted at a time; 0 stands for a source model.
@@ -39,10 +79,7 @@ impl Trust {
     pub fn untrusted_at(&self, time: f32) -> Vec<usize> {
         let (time, rounding) = (f64::from(time), f64::from(TIME_TOLERANCE));
         let is_outside = |&[from, to]: &[f64; 2]| time < from - rounding || time > to + rounding;
-        let parts = match self {
-            Self::Objects(objects) => objects.as_slice(),
-            Self::Source(window) => std::slice::from_ref(window),
-        };
+        let parts = self.parts();
         (0..parts.len()).filter(|&part| is_outside(&parts[part])).collect()
     }
 
@@ -50,10 +87,7 @@ impl Trust {
     /// them.
     #[must_use]
     pub fn warnings(&self, times: &[f32]) -> Vec<String> {
-        let parts = match self {
-            Self::Objects(objects) => objects.len(),
-            Self::Source(_) => 1,
-        };
+        let parts = self.parts().len();
         let warning = |part: usize| {
             let doubtful = times.iter().filter(|&&time| self.untrusted_at(time).contains(&part));
             let [first, last] = doubtful
@@ -93,7 +127,8 @@ mod tests {
     #[test]
     fn objects_are_trusted_as_far_as_their_laws_say_and_without_one_inside_the_window() {
         let laws = [law(Verdict::Explained, Some([-0.5, 2.0])), law(Verdict::Outside, None)];
-        let trust = Trust::of_objects(&laws, 3, (0.75, Edit::default()));
+        let shown = laws.iter().map(Option::as_ref).chain([None]).map(|law| (law, Shown::Unedited));
+        let trust = Trust::of_objects(shown, 0.75);
         assert_eq!(trust, Trust::Objects(vec![[-0.5, 2.0], [0.0, 0.75], [0.0, 0.75]]));
         assert_eq!(trust.untrusted_at(0.75), [0_usize; 0]);
         assert_eq!(trust.untrusted_at(1.0), [1, 2]);
@@ -109,8 +144,11 @@ mod tests {
     #[test]
     fn an_edit_is_trusted_where_the_law_explains_the_motion() {
         let laws = [law(Verdict::Explained, Some([-0.5, 2.0])), law(Verdict::Described, Some([0.0, 0.9]))];
-        let slow = Edit { potential_scale: 0.5, ..Edit::default() };
-        let trust = Trust::of_objects(&laws, 2, (0.75, slow));
+        let edited =
+            |drawn| Trust::of_objects(laws.iter().map(|law| (law.as_ref(), Shown::Edited(drawn))), 0.75);
+        assert_eq!(edited(Some([-0.1, 0.4])), Trust::Objects(vec![[-0.1, 0.4], [0.0, 0.0]]));
+        assert_eq!(edited(Some([-0.1, 0.4])).common(), Some([0.0, 0.0]));
+        let trust = edited(None);
         assert_eq!((trust.untrusted_at(0.0), trust.untrusted_at(0.5)), (vec![], vec![1]));
         assert!(trust.warnings(&[0.5])[0].contains("edited motion of object 1 is not known to hold"));
     }

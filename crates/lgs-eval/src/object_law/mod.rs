@@ -1,9 +1,11 @@
 //! The record of one object's law.
 
 mod describe;
+mod edits;
 mod outline;
 
 pub use describe::unit_text;
+pub use edits::TrustedEdit;
 pub use outline::{LawOutline, TermOutline};
 
 use std::collections::BTreeMap;
@@ -44,6 +46,9 @@ pub struct ObjectLaw {
     /// First and last time at which the forecast is trusted, units of time; nothing where it is not trusted
     /// beyond the captured window.
     pub trusted: Option<[f64; 2]>,
+    /// How far forecasts under some edits are trusted, of a law that explains the motion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub edits: Vec<TrustedEdit>,
     /// Laws that the evidence weighs against each other, the heaviest first, the chosen one among them.
     pub rivals: Vec<RivalLaw>,
     /// Radius that contains 90 % of the positions that the evidence allows.
@@ -68,6 +73,7 @@ impl Default for ObjectLaw {
             verdict: Verdict::Outside,
             forecast_error: None,
             trusted: None,
+            edits: Vec::new(),
             rivals: Vec::new(),
             band: None,
             coverage: None,

@@ -1,8 +1,11 @@
 //! What is known of a law beside the law itself.
 
+use super::edited::{PosteriorLaws, Stepped};
 use super::{Verdict, trusted};
+use crate::coordinates::{Bodies, State};
+use crate::edit::Edit;
 use crate::law::Law;
-use crate::thresholds::{EXPLAINED_WINDOWS, TRUSTED_FRACTION};
+use crate::thresholds::{EDITED_POINTS, EXPLAINED_WINDOWS, FORECAST_ERROR, TRUSTED_FRACTION};
 use serde::{Deserialize, Serialize};
 
 /// How well a law is known.
@@ -24,6 +27,9 @@ pub struct Known {
     pub rivals: Vec<Rival>,
     /// The 90 % band around the forecast; empty where no law describes the motion.
     pub band: PositionBand,
+    /// Laws by which forecasts of edited motions are judged, of a law that explains the motion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<PosteriorLaws>,
 }
 
 impl Known {
@@ -48,6 +54,42 @@ impl Known {
         if self.verdict == Verdict::Explained {
             self.verdict = Verdict::Described;
         }
+    }
+
+    /// Times between which the forecast of an edited motion by a law is trusted: those where the 90 % band
+    /// around it is narrower than a fraction of the path, and that of the motion as it was too. `points` are
+    /// the particles of the bodies at t = 0, world units. Nothing where no laws were drawn.
+    #[must_use]
+    pub fn trusted_under(
+        &self,
+        edit: Edit,
+        (law, start): (&Law, &State),
+        (bodies, points): (&Bodies, &[[f32; 3]]),
+    ) -> Option<[f64; 2]> {
+        let posterior = self.posterior.as_ref()?;
+        let (times, points) = (&self.band.times, bodies.spread(points, EDITED_POINTS));
+        let resolved = law.clone().resolved_under(edit, start, *times.last()?, FORECAST_ERROR);
+        let edit = Stepped { scales: edit, longest: resolved.map_or(law.step, |law| law.step) };
+        let wider = self.rms_radius(posterior.window) / posterior.radius;
+        let wider = if wider.is_finite() { wider.max(1.0) } else { f64::INFINITY };
+        let radius: Vec<f64> =
+            posterior.radius(edit, times, &points).iter().map(|radius| radius * wider).collect();
+        let [since, until] = trusted(times, &radius, [0.0; 2], TRUSTED_FRACTION * posterior.path);
+        Some([since.max(self.trusted[0]), until.min(self.trusted[1])])
+    }
+
+    /// Takes scaled terms as the law to be known, with a factor for each term.
+    pub fn scale_terms(&mut self, factors: &[f64]) {
+        self.posterior.iter_mut().for_each(|posterior| posterior.scale_terms(factors));
+    }
+
+    /// Root mean square radius of the band in a window from t = 0 on.
+    #[must_use]
+    pub fn rms_radius(&self, window: f64) -> f64 {
+        let radius = |(_, radius): (&f64, &Option<f64>)| radius.unwrap_or(f64::INFINITY).powi(2);
+        let inside = self.band.times.iter().zip(&self.band.radius);
+        let inside: Vec<f64> = inside.filter(|(t, _)| (0.0..=window).contains(*t)).map(radius).collect();
+        (inside.iter().sum::<f64>() / inside.len().max(1) as f64).sqrt()
     }
 }
 

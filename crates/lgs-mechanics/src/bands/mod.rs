@@ -4,11 +4,15 @@
 //! the motions part.
 
 mod draws;
+mod edited;
+#[cfg(test)]
+mod edited_tests;
 mod known;
 mod verdict;
 
 pub(crate) use draws::Normal;
 pub use draws::changes;
+pub use edited::{DrawnLaws, PosteriorLaws, StartedLaw};
 pub use known::{Known, PositionBand, Rival};
 pub use verdict::Verdict;
 
@@ -35,13 +39,19 @@ pub struct Band {
     draws: Vec<Option<Vec<State>>>,
 }
 
-/// Number of draws of each of several laws: its share of the weights, rounded so that the sum is kept.
+/// Number of draws of each of several laws, by their weights.
 #[must_use]
 pub fn shares(weights: &[f64]) -> Vec<usize> {
+    shares_of(DRAWS, weights)
+}
+
+/// The share of each weight in a number, rounded so that the sum is kept.
+#[must_use]
+pub fn shares_of(all: usize, weights: &[f64]) -> Vec<usize> {
     let mut sum = 0.0;
     let mut given = 0;
     let share = |weight: &f64| {
-        sum += weight * DRAWS as f64;
+        sum += weight * all as f64;
         let count = (sum.round() as usize).saturating_sub(given);
         given += count;
         count

@@ -1,5 +1,7 @@
 //! Which points of an object belong to which of its bodies.
 
+use glam::DVec3;
+use lgs_core::geometry::wide;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -43,6 +45,16 @@ impl Bodies {
         let starts = std::iter::once(0).chain(self.later.iter().copied());
         let ends = self.later.iter().copied().chain([points]);
         starts.zip(ends).map(|(start, end)| start.min(points)..end.min(points)).collect()
+    }
+
+    /// At most so many of the points of each body, spread evenly over their order.
+    #[must_use]
+    pub fn spread(&self, points: &[[f32; 3]], most: usize) -> Vec<Vec<DVec3>> {
+        let some = |own: &[[f32; 3]]| {
+            let count = own.len().min(most);
+            (0..count).map(|i| wide(own[i * own.len() / count])).collect()
+        };
+        self.ranges(points.len()).into_iter().map(|rows| some(&points[rows])).collect()
     }
 
     /// The bodies of some of the points, whose indices ascend.

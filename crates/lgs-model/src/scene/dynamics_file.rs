@@ -2,6 +2,7 @@
 
 use lgs_dynamics::{Supports, System, SystemConfig};
 use lgs_mechanics::Law;
+use lgs_mechanics::bands::Known;
 use lgs_mechanics::coordinates::{Bodies, State};
 
 use super::dynamics::{Dynamics, GeneralisedDynamics, ParticleDynamics};
@@ -55,8 +56,15 @@ pub(super) fn read_dynamics(
     let start: State = file.metadata_json(&name)?;
     let checked = law.coordinates.check_state(&start);
     checked.map_err(|e| file.field(&name, "a state of the law's coordinates", e.to_string()))?;
-    let known = file.metadata_json(&format!("{prefix}.known"))?;
+    let known = read_known(file, &format!("{prefix}.known"), &law)?;
     Ok(Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known }))
+}
+
+fn read_known(file: &TensorFile, name: &str, law: &Law) -> Result<Known, TensorFileError> {
+    let known: Known = file.metadata_json(name)?;
+    let checked = known.posterior.iter().try_for_each(|laws| laws.check(law.coordinates.bodies()));
+    checked.map_err(|e| file.field(name, "drawn laws that move the law's bodies", e.to_string()))?;
+    Ok(known)
 }
 
 /// Which particles belong to which body of a law's coordinates; files tell it where there are several.

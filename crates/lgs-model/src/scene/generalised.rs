@@ -44,6 +44,24 @@ impl GeneralisedDynamics {
         times.iter().map(at).collect()
     }
 
+    /// Times between which the forecast of an edited motion of particles that are at `points` at t = 0 is
+    /// trusted; nothing where the law has no draws of its posterior to tell.
+    #[must_use]
+    pub fn trusted_under(&self, edit: Edit, points: &[[f32; 3]]) -> Option<[f64; 2]> {
+        self.known.trusted_under(exact(edit), (&self.law, &self.start), (&self.bodies, points))
+    }
+
+    /// Multiplies the strengths of the terms of the law, and of those that are drawn from its posterior, by a
+    /// factor for each.
+    ///
+    /// # Errors
+    /// If there are not as many factors as terms, or one is negative or not finite.
+    pub fn scale_terms(&mut self, factors: &[f64]) -> Result<(), MechanicsError> {
+        self.law.scale_terms(factors)?;
+        self.known.scale_terms(factors);
+        Ok(())
+    }
+
     /// The same with the record of its own impacts up to a time, by which the way back past them is known.
     #[must_use]
     pub fn with_impacts(mut self, until: f64) -> Self {

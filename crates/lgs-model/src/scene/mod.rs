@@ -17,6 +17,7 @@ mod stretch;
 use std::ops::Range;
 
 use lgs_core::GaussianCloud;
+use lgs_dynamics::Edit;
 use serde::{Deserialize, Serialize};
 
 use crate::shading::Shading;
@@ -84,6 +85,15 @@ impl LagrangianScene {
     #[must_use]
     pub fn len(&self) -> usize {
         self.static_gaussians.len() + self.dynamic_gaussians.len()
+    }
+
+    /// Times between which the forecast of an object under an edit is trusted by the laws that are drawn from
+    /// what is known of its motion; nothing where there are none.
+    #[must_use]
+    pub fn trusted_under(&self, object: usize, edit: Edit) -> Option<[f64; 2]> {
+        let object = self.objects.get(object)?;
+        let points = self.dynamic_gaussians.means.get(object.members.clone())?;
+        object.dynamics.generalised()?.trusted_under(edit, points)
     }
 
     /// Whether the scene has no Gaussian at all.

@@ -6,7 +6,7 @@ use super::posterior::Posterior;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::FORECAST_DRAWS;
+use crate::thresholds::{FORECAST_DRAWS, UNDESCRIBED_FRACTION};
 use glam::DVec3;
 use lgs_core::geometry::trace;
 use lgs_mechanics::fit::{Settings, Track, shoot};
@@ -74,9 +74,12 @@ impl ForecastErrors {
         Self { law, free, fails }
     }
 
-    /// Whether free motion forecasts better than a law whose forecasts are not to be trusted.
-    pub(super) fn free_is_better(&self) -> bool {
-        self.law.is_some_and(|law| law > TRUSTED_FRACTION && self.free.is_some_and(|free| free < law))
+    /// Whether a law whose forecasts are not to be trusted is none of the motion: free motion forecasts
+    /// better, or they fail by so much of the displacement that they say nothing of it.
+    pub(super) fn refute(&self) -> bool {
+        let free_is_better = |law| self.free.is_some_and(|free| free < law);
+        let says_nothing = |law| self.fails && law > UNDESCRIBED_FRACTION;
+        self.law.is_some_and(|law| law > TRUSTED_FRACTION && (free_is_better(law) || says_nothing(law)))
     }
 }
 

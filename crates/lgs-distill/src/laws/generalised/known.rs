@@ -8,7 +8,7 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW};
 use glam::DVec3;
 use lgs_core::geometry::narrow;
-use lgs_mechanics::bands::{Known, Rival, Verdict};
+use lgs_mechanics::bands::{Known, PosteriorLaws, Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::coordinates::{Embedding, Placement, State};
 use lgs_mechanics::{Edit, Law, System};
@@ -33,8 +33,8 @@ pub(crate) struct GeneralisedLaw {
     pub(crate) evidence: Option<Evidence>,
     /// Whether it was found within errors that were allowed because no law explains the motion.
     pub(crate) is_within_allowance: bool,
-    /// Whether it follows the window and no more: its forecast is not trusted beyond that, and free motion
-    /// forecasts parts of the window better.
+    /// Whether it follows the window and no more: its forecast is not trusted beyond that, and those of parts
+    /// of the window say nothing of them, or less than free motion.
     pub(crate) is_refuted: bool,
 }
 
@@ -124,6 +124,11 @@ impl GeneralisedLaw {
         let radius = mixture::radius(rated, (bodies, &forecast), &times, seed);
         let ordered: Vec<&SharedMotion> = self.order.iter().map(|&body| bodies[body]).collect();
         self.trust(&radius, &ordered);
+        if self.known.verdict == Verdict::Explained {
+            let (laws, window) = (mixture::drawn_laws(rated, &self.order, seed), bodies[0].duration());
+            let (path, radius) = (path(&ordered), self.known.rms_radius(window));
+            self.known.posterior = Some(PosteriorLaws { laws, window, path, radius });
+        }
     }
 
     /// Takes the radius of a band at the times at which a forecast is judged.

@@ -244,7 +244,7 @@ pub(super) fn smooth(
         found.known.limit_to_window(bodies[0].duration());
     }
     let is_trusted = found.known.trusted[1] > bodies[0].duration();
-    found.is_refuted = !is_trusted && forecasts.free_is_better();
+    found.is_refuted = !is_trusted && forecasts.refute();
     if let [motion] = bodies
         && let Some(bounced) = contact::expected(&fitted, &found.bases[0], motion, surroundings)
     {
@@ -292,5 +292,6 @@ fn expect(found: &mut GeneralisedLaw, bounced: &Bounced, motion: &SharedMotion, 
     });
     let radius: Vec<f64> = wider.collect();
     found.known.verdict = Verdict::Described;
+    found.known.posterior = None;
     found.trust(&radius, &[motion]);
 }

@@ -2,13 +2,14 @@
 //! weights. A law that the evidence hardly tells from the chosen one and that forecasts something else widens
 //! it.
 
-use super::rated::Rated;
+use super::placed::Placed;
+use super::rated::{Rated, RatedLaw};
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{BAND_POINTS, LIGHTEST};
+use crate::thresholds::{BAND_POINTS, DRAWN_LAWS, LIGHTEST};
 use glam::DVec3;
 use lgs_core::holding;
-use lgs_mechanics::bands::{HELD, shares};
+use lgs_mechanics::bands::{DrawnLaws, HELD, StartedLaw, shares, shares_of};
 
 /// Radius around the positions of a forecast that holds 90 % of the posterior of positions, over the
 /// particles of all bodies, at each of some times; infinite where too many draws cannot be followed.
@@ -39,6 +40,25 @@ pub(super) fn radius(
         }
     }
     distances.into_iter().map(|distances| holding(HELD, distances)).collect()
+}
+
+/// Laws drawn from the posteriors of all likely laws, by their weights, for the bodies in the `order` of the
+/// likeliest one's coordinates.
+pub(super) fn drawn_laws(rated: &Rated, order: &[usize], seed: u64) -> Vec<DrawnLaws> {
+    let counts = shares_of(DRAWN_LAWS, &rated.weights());
+    let started = |placed: &Placed| StartedLaw { law: placed.law.clone(), start: placed.start.clone() };
+    let drawn = |(index, (law, count)): (usize, (&RatedLaw, usize))| {
+        let all = law.posterior.changed(rated.inflation, count, (seed, index as u64));
+        let place = |body: &usize| order.iter().position(|own| own == body);
+        Some(DrawnLaws {
+            middle: started(&law.posterior.placed),
+            order: rated.systems[law.system].order.iter().map(place).collect::<Option<_>>()?,
+            part: law.posterior.part(),
+            drawn: all.iter().map(started).collect(),
+        })
+    };
+    let all = rated.laws.iter().zip(counts).enumerate();
+    all.filter(|(index, (_, count))| *index == 0 || *count > 0).filter_map(drawn).collect()
 }
 
 /// Some of the points of a body, spread evenly over their order, without outliers.

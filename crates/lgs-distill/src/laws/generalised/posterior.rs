@@ -95,20 +95,35 @@ impl Posterior {
         times: &[f64],
         stream: (u64, u64),
     ) -> Vec<Option<Vec<Vec<Pose>>>> {
+        let middle = if self.is_curved() { self.placed.poses(times) } else { None };
+        let all = self.changed(inflation, count, stream);
+        let motion = |changed: Placed| {
+            let poses = changed.poses(times)?;
+            Some(middle.as_ref().map_or_else(|| poses.clone(), |middle| magnified(middle, &poses)))
+        };
+        all.into_iter().map(motion).collect()
+    }
+
+    /// The part of its change that each of [`Self::changed`] is: a little of it where motions are followed to
+    /// first order alone.
+    pub(super) fn part(&self) -> f64 {
+        if self.is_curved() { PROBE } else { 1.0 }
+    }
+
+    /// Laws drawn from it, each a part of the way from the middle one.
+    pub(super) fn changed(&self, inflation: f64, count: usize, stream: (u64, u64)) -> Vec<Placed> {
         let first = 2 * self.placed.start.v.len();
         let is_allowed = |by: &[f64]| {
             by[first..].iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
         };
         let all = changes(&(&self.covariance * inflation), count, stream, &is_allowed);
-        let middle = if self.is_curved() { self.placed.poses(times) } else { None };
-        let motion = |mut by: Vec<f64>| {
+        let law = |mut by: Vec<f64>| {
             let bounded = by[first..].iter_mut().zip(&self.bounds);
             bounded.for_each(|(by, [lower, upper])| *by = by.clamp(*lower, *upper));
-            let Some(middle) = &middle else { return self.placed.changed(&by).poses(times) };
-            by.iter_mut().for_each(|by| *by *= PROBE);
-            Some(magnified(middle, &self.placed.changed(&by).poses(times)?))
+            by.iter_mut().for_each(|by| *by *= self.part());
+            self.placed.changed(&by)
         };
-        all.into_iter().map(motion).collect()
+        all.into_iter().map(law).collect()
     }
 }
 
