@@ -188,8 +188,8 @@ pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Optio
     (gain > 0.0).then_some(gain)
 }
 
-/// The law of two objects that act on each other, if it is likelier than a law for each of them. Objects
-/// whose own laws explain them are left alone.
+/// The law of two objects that act on each other, if it describes them and is likelier than a law for each of
+/// them. Objects whose own laws explain them are left alone.
 pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
     let [a, b] = objects.map(|object| match object {
         Prepared::Body(motion, Some(law), _) => Some((motion, law)),
@@ -200,7 +200,10 @@ pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64)
         return None;
     }
     let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
-    let found = law_of(&shared, &[], config, seed).filter(|law| !law.is_refuted)?;
+    let found = law_of(&shared, &[], config, seed)?;
+    if found.is_refuted || found.known.verdict == Verdict::Outside {
+        return None;
+    }
     let gain = gain(&found, [a.1, b.1])?;
     let order = [found.order[0], found.order[1]];
     let reports = [&a.0, &b.0].map(|motion| DistillReport::of_motion(motion));

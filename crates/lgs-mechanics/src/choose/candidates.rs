@@ -130,12 +130,16 @@ const OF_A_ROTATION: &[(InertiaForm, &[(&str, Port)])] = &[
     (InertiaForm::Isotropic, &[("constant-drive", Port::Turn), ("linear-drag", Port::Spin)]),
     (InertiaForm::Prior, &[]),
     (InertiaForm::Prior, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Prior, &[("linear-drag", Port::InertialSpin)]),
     (InertiaForm::Round, &[]),
     (InertiaForm::Round, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Round, &[("linear-drag", Port::InertialSpin)]),
     (InertiaForm::Free, &[]),
     (InertiaForm::Free, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Free, &[("linear-drag", Port::InertialSpin)]),
     (InertiaForm::Whole, &[]),
     (InertiaForm::Whole, &[("linear-drag", Port::Spin)]),
+    (InertiaForm::Whole, &[("linear-drag", Port::InertialSpin)]),
 ];
 
 /// All combinations that the coordinates can have; names that do not suit a port drop out.

@@ -119,8 +119,8 @@ impl Coordinates {
             (Self::Tree(_), Port::First | Port::Second | Port::Between) => space(1, Quantity::Angle),
             (Self::Pair, Port::First | Port::Second | Port::Both) => Some(Space::PLACE),
             (Self::Pair, Port::Between) => space(3, Quantity::Separation),
-            (Self::Rigid(_), Port::BodyAxes | Port::Spin | Port::Turn) => space(3, Quantity::Rate),
-            (Self::Ball(_), Port::Spin | Port::Turn) => space(3, Quantity::Rate),
+            (Self::Rigid(_), Port::BodyAxes | Port::Spin | Port::InertialSpin | Port::Turn) => space(3, Quantity::Rate),
+            (Self::Ball(_), Port::Spin | Port::InertialSpin | Port::Turn) => space(3, Quantity::Rate),
             (Self::Ball(_), Port::Arm) => space(3, Quantity::Separation),
             _ => None,
         }
@@ -129,8 +129,10 @@ impl Coordinates {
     /// All ports that the coordinates offer.
     #[must_use]
     pub fn ports(&self) -> Vec<Port> {
-        use Port::{Arm, Between, BodyAxes, Both, Center, First, Second, Shape, Spin, Turn, Whole};
-        let all = [Whole, First, Second, Both, Between, Center, Shape, BodyAxes, Spin, Turn, Arm];
+        use Port::{
+            Arm, Between, BodyAxes, Both, Center, First, InertialSpin, Second, Shape, Spin, Turn, Whole,
+        };
+        let all = [Whole, First, Second, Both, Between, Center, Shape, BodyAxes, Spin, InertialSpin, Turn, Arm];
         all.into_iter().filter(|&port| self.space(port).is_some()).collect()
     }
 

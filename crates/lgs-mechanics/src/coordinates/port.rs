@@ -26,6 +26,9 @@ pub enum Port {
     BodyAxes,
     /// Angular velocity in body axes, with a torque in body axes.
     Spin,
+    /// Angular velocity in body axes, with a torque in body axes that grows with the moment of inertia about
+    /// its axis: a drag takes away the same part of every turn.
+    InertialSpin,
     /// Angular velocity in world axes, with a torque in world axes.
     Turn,
     /// Vector from the pivot of a ball joint to the centre, world axes.
@@ -46,6 +49,7 @@ impl Port {
             Self::Shape => "shape",
             Self::BodyAxes => "body-axes",
             Self::Spin => "spin",
+            Self::InertialSpin => "inertial-spin",
             Self::Turn => "turn",
             Self::Arm => "arm",
         }

@@ -81,12 +81,13 @@ impl<'a> BodyField<'a> {
         let inverse = inertia.inverse_tensor(&law.parameters);
         let scale = inertia.moments[1];
         let is_coupled = matches!(inertia.form, InertiaForm::Whole | InertiaForm::Round);
-        let ports = law.terms.iter().map(|term| BodyPort { port: term.port, arm, scale });
+        let tensor = inverse.inverse();
+        let ports = law.terms.iter().map(|term| BodyPort { port: term.port, arm, scale, tensor });
         Self {
             parameters: &law.parameters,
             terms: applied_terms(law, edit).into_iter().zip(ports).collect(),
             freedoms: law.coordinates.freedoms(),
-            tensor: inverse.inverse(),
+            tensor,
             turns: turns(&inverse, scale.recip(), is_coupled),
             base: scale.recip(),
             slopes: inertia.inverse_slopes(&law.parameters),
@@ -101,6 +102,18 @@ impl<'a> BodyField<'a> {
         let (last, before) = self.turns.split_last().map_or((None, &[][..]), |(l, b)| (Some(l), b));
         let half = move |turn| (turn, 0.5 * h);
         before.iter().map(half).chain(last.map(|turn| (turn, h))).chain(before.iter().rev().map(half))
+    }
+
+    /// The part of the angular acceleration that does not depend on the inertia, whose torques grow with it.
+    fn inertial(&self, moved: &Moved) -> DVec3 {
+        let of_term = |(term, port): &(Applied, BodyPort)| {
+            let (y, w) = port.read(moved);
+            let mut force = [0.0; 3];
+            let at = At { y: &y.to_array(), w: &w.to_array() };
+            term.kind.force(&self.parameters[term.parameters.clone()], at, &mut force);
+            DVec3::from_array(force) * term.factor
+        };
+        self.terms.iter().filter(|(_, port)| port.port == Port::InertialSpin).map(of_term).sum()
     }
 
     /// The step of the motion by `½ |π|²/I₂`.
@@ -162,7 +175,7 @@ impl KickField for BodyField<'_> {
                 (0..3).for_each(|row| block[(row, column)] = spun[row]);
             }
         }
-        let torque = self.tensor * DVec3::from_slice(&out.a);
+        let torque = self.tensor * (DVec3::from_slice(&out.a) - self.inertial(&moved));
         for (column, slope) in self.slopes.iter().enumerate() {
             let spun = *slope * torque;
             (0..3).for_each(|row| out.p[(row, column)] += spun[row]);

@@ -1,7 +1,7 @@
 //! The equation of motion as a linear regression.
 
 use super::ports::{BodyPort, Moved};
-use crate::coordinates::{Coordinates, State, Tree};
+use crate::coordinates::{Coordinates, Inertia, State, Tree};
 use crate::law::{ranges, space_of};
 use crate::terms::{At, Block, Term};
 use glam::DVec3;
@@ -44,9 +44,10 @@ fn body_columns(
         Coordinates::Ball(ball) => ball.arm(all),
         _ => DVec3::ZERO,
     };
-    let middle = coordinates.inertia().map_or(1.0, |inertia| inertia.moments[1]);
+    let inertia = coordinates.inertia().copied().unwrap_or(Inertia::ball(1.0));
+    let middle = inertia.moments[1];
     let moved = Moved::new(&state.x, &state.v);
-    let port = BodyPort { port: term.port, arm, scale: middle };
+    let port = BodyPort { port: term.port, arm, scale: middle, tensor: inertia.tensor(all) };
     let (y, w) = port.read(&moved);
     let block = block(coordinates, term, p, At { y: &y.to_array(), w: &w.to_array() });
     let column = |index: usize| {

@@ -40,6 +40,8 @@ pub(super) struct BodyPort {
     pub(super) arm: DVec3,
     /// Inertia by which torques are measured: the middle moment.
     pub(super) scale: f64,
+    /// The inertia, body axes.
+    pub(super) tensor: DMat3,
 }
 
 /// Derivatives of the vectors of a port by rotation, centre and velocities.
@@ -57,7 +59,7 @@ impl BodyPort {
         let Moved { rotation, center, spin, velocity } = *moved;
         match self.port {
             Port::Arm => (rotation * self.arm, rotation * spin.cross(self.arm)),
-            Port::Spin => (DVec3::ZERO, spin),
+            Port::Spin | Port::InertialSpin => (DVec3::ZERO, spin),
             Port::Turn => (DVec3::ZERO, rotation * spin),
             Port::BodyAxes => (DVec3::ZERO, rotation.transpose() * velocity),
             _ => (center, velocity),
@@ -69,6 +71,7 @@ impl BodyPort {
         match self.port {
             Port::Arm => (self.arm.cross(moved.rotation.transpose() * force), DVec3::ZERO),
             Port::Spin => (self.scale * force, DVec3::ZERO),
+            Port::InertialSpin => (self.tensor * force, DVec3::ZERO),
             Port::Turn => (self.scale * (moved.rotation.transpose() * force), DVec3::ZERO),
             Port::BodyAxes => (DVec3::ZERO, moved.rotation * force),
             _ => (DVec3::ZERO, force),
@@ -91,7 +94,7 @@ impl BodyPort {
                 w_by_spin: rotation * cross_matrix(self.arm) * -1.0,
                 ..zero
             },
-            Port::Spin => Reading { w_by_spin: DMat3::IDENTITY, ..zero },
+            Port::Spin | Port::InertialSpin => Reading { w_by_spin: DMat3::IDENTITY, ..zero },
             Port::Turn => {
                 Reading { w_by_turn: rotation * cross_matrix(moved.spin) * -1.0, w_by_spin: rotation, ..zero }
             }
@@ -114,6 +117,7 @@ impl BodyPort {
                 (arm * back, 0, arm * cross_matrix(back * force))
             }
             Port::Spin => (DMat3::IDENTITY * self.scale, 0, DMat3::ZERO),
+            Port::InertialSpin => (self.tensor, 0, DMat3::ZERO),
             Port::Turn => (back * self.scale, 0, cross_matrix(back * force) * self.scale),
             Port::BodyAxes => (moved.rotation, 3, moved.rotation * cross_matrix(force) * -1.0),
             _ => (DMat3::IDENTITY, 3, DMat3::ZERO),

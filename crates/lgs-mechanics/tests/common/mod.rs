@@ -152,10 +152,11 @@ fn spinning() -> (Law, State) {
 fn wobbling() -> (Law, State) {
     let inertia = Inertia { form: InertiaForm::Whole, ..asymmetric() };
     let ball = Coordinates::Ball(Ball { pivot: [0.0; 3], arm: [0.1, -0.05, 0.3], inertia });
-    let terms: [(&str, Port, &[f64]); 3] = [
+    let terms: [(&str, Port, &[f64]); 4] = [
         ("uniform-field", Port::Arm, &[0.0, 0.3, -9.0]),
         ("linear-drag", Port::Arm, &[0.3]),
         ("linear-drag", Port::Spin, &[0.2]),
+        ("linear-drag", Port::InertialSpin, &[0.3]),
     ];
     let own = [0.1, -0.2, 0.2, -0.3, 0.1, 0.2, -0.1];
     (law(ball, &own, &terms), state(&tilted(), &[1.0, -2.0, 6.0]))
