@@ -13,7 +13,7 @@ use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::integrate::{self, NoSolution, Solved, Stepper, Tangent};
 use crate::law::Law;
-use crate::thresholds::ON_GRID;
+use crate::thresholds::{FINER_STEPS, ON_GRID};
 use collide::{Collider, Moment};
 use impulses::Struck;
 use nalgebra::DMatrix;
@@ -40,7 +40,24 @@ impl<'a> System<'a> {
         self.visit(&mut self.plain(start)?, times)
     }
 
-    /// The same, and how many free motions near the plane of a contact were followed for it.
+    /// States at ascending times, by finer steps where a longer one finds no way; none of the past, or of the
+    /// future, where that cannot be followed to its end: what friction stops, or what a push drives to a
+    /// cycle, forgets where it came from.
+    #[must_use]
+    pub fn states_followed(&self, start: &State, times: &[f64]) -> Vec<Option<State>> {
+        let (past, future) = times.split_at(times.partition_point(|&time| time < 0.0));
+        let with_step = |divisor: f64, times: &[f64]| {
+            let law = Law { step: self.law.step / divisor, ..self.law.clone() };
+            System::new(&law, self.edit).states(start, times).ok()
+        };
+        let follow = |times: &[f64]| {
+            let found = FINER_STEPS.iter().find_map(|&divisor| with_step(divisor, times));
+            found.map_or_else(|| vec![None; times.len()], |states| states.into_iter().map(Some).collect())
+        };
+        [past, future].map(follow).concat()
+    }
+
+    /// States as of [`Self::states`], and how many free motions near the plane of a contact were followed.
     pub(crate) fn states_and_contacts(
         &self,
         start: &State,

@@ -98,6 +98,11 @@ pub(crate) const DRAWS: usize = 96;
 /// Draws beyond the bounds of a parameter after which the nearest allowed values are taken: with half of the
 /// posterior inside for each of three parameters, one in 5000 is left.
 pub(crate) const REDRAWS: usize = 64;
+/// Divisors of a law's step with which a motion is followed where longer steps find no way: at the kink of
+/// dry friction a step has to be short against the time in which it stops a body.
+pub(crate) const FINER_STEPS: [f64; 3] = [1.0, 4.0, 16.0];
+/// First guess of the speed of wind, in lengths of a path over its time: half of what moves a body that far.
+pub(crate) const STARTING_WIND: f64 = 0.5;
 /// Points of a body that stand for its particles in the band of an edited motion: the shares of points inside
 /// of a radius are then known to some per cent.
 pub(crate) const EDITED_POINTS: usize = 24;

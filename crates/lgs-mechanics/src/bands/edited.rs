@@ -68,18 +68,13 @@ impl StartedLaw {
         let law = Law { step: self.law.step.min(edit.longest), ..self.law.clone() };
         let system = System::new(&law, edit.scales);
         let embedding = Embedding::new(&law.coordinates, &self.start.x);
-        let placed = |state: &State| {
+        let placed = |state: State| {
             let placed = embedding.placements(&state.x);
             let of_body = placed.iter().zip(points);
-            Some(of_body.flat_map(|(place, points)| points.iter().map(|&p| place.apply(p))).collect())
+            of_body.flat_map(|(place, points)| points.iter().map(|&p| place.apply(p))).collect()
         };
-        // The past of what friction stops is not determined, its future is.
-        let (past, future) = times.split_at(times.partition_point(|&time| time < 0.0));
-        let follow = |times: &[f64]| match system.states(&self.start, times) {
-            Ok(states) => states.iter().map(placed).collect(),
-            Err(_) => vec![None; times.len()],
-        };
-        [past, future].map(follow).concat()
+        let states = system.states_followed(&self.start, times);
+        states.into_iter().map(|state| state.map(placed)).collect()
     }
 
     fn check(&self) -> Result<(), MechanicsError> {

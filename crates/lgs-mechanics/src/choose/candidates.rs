@@ -47,6 +47,9 @@ const FORCES_ON_A_POINT: &[&[&str]] = &[
     &["dry-friction"],
     &["gyroscopic"],
     &["gyroscopic", "linear-drag"],
+    &["wind-drag"],
+    &["linear-drag", "swirl"],
+    &["self-excitation"],
 ];
 
 /// Laws of an angle and of an offset along a rail.

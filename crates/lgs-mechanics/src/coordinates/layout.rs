@@ -119,7 +119,9 @@ impl Coordinates {
             (Self::Tree(_), Port::First | Port::Second | Port::Between) => space(1, Quantity::Angle),
             (Self::Pair, Port::First | Port::Second | Port::Both) => Some(Space::PLACE),
             (Self::Pair, Port::Between) => space(3, Quantity::Separation),
-            (Self::Rigid(_), Port::BodyAxes | Port::Spin | Port::InertialSpin | Port::Turn) => space(3, Quantity::Rate),
+            (Self::Rigid(_), Port::BodyAxes | Port::Spin | Port::InertialSpin | Port::Turn) => {
+                space(3, Quantity::Rate)
+            }
             (Self::Ball(_), Port::Spin | Port::InertialSpin | Port::Turn) => space(3, Quantity::Rate),
             (Self::Ball(_), Port::Arm) => space(3, Quantity::Separation),
             _ => None,
@@ -132,7 +134,8 @@ impl Coordinates {
         use Port::{
             Arm, Between, BodyAxes, Both, Center, First, InertialSpin, Second, Shape, Spin, Turn, Whole,
         };
-        let all = [Whole, First, Second, Both, Between, Center, Shape, BodyAxes, Spin, InertialSpin, Turn, Arm];
+        let all =
+            [Whole, First, Second, Both, Between, Center, Shape, BodyAxes, Spin, InertialSpin, Turn, Arm];
         all.into_iter().filter(|&port| self.space(port).is_some()).collect()
     }
 

@@ -65,9 +65,12 @@ pub fn covariance_of(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let is_finite = |m: &DMatrix<f64>| m.iter().all(|v| v.is_finite());
     // Singular values of what is not finite are sought without end.
     let inverse = is_finite(&scaled).then_some(scaled)?.pseudo_inverse(1e-12).ok()?;
-    is_finite(&inverse).then(|| {
-        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] / (diagonal[i] * diagonal[j]))
-    })
+    // Rounding of the inverse is not to be magnified where there is no information at all.
+    let is_known = |i: usize| matrix[(i, i)] > 0.0;
+    let value = |i: usize, j: usize| {
+        if is_known(i) && is_known(j) { inverse[(i, j)] / (diagonal[i] * diagonal[j]) } else { 0.0 }
+    };
+    is_finite(&inverse).then(|| DMatrix::from_fn(matrix.nrows(), matrix.ncols(), value))
 }
 
 #[cfg(test)]

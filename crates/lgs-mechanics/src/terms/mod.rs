@@ -12,6 +12,7 @@ mod central;
 mod constant;
 mod damping;
 mod drag;
+mod flow;
 mod fourier;
 mod gyroscopic;
 mod kind;
@@ -44,6 +45,7 @@ static KINDS: &[&dyn TermKind] = &[
     &drag::DRY,
     &gyroscopic::GYROSCOPIC,
     &constant::DRIVE,
+    &flow::WIND, &flow::SWIRL, &flow::SELF_EXCITATION,
 ];
 
 /// Every kind of term, in a fixed order.

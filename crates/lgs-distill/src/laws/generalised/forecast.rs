@@ -150,7 +150,10 @@ impl<'a> Blocked<'a> {
         let drawn: Vec<f64> = posterior
             .drawn(self.rated.inflation, FORECAST_DRAWS, &times, (0, 0))
             .iter()
-            .map(|motion| motion.as_ref().map_or(f64::INFINITY, |poses| sum(poses)))
+            .map(|motion| {
+                let poses: Option<Vec<Vec<Pose>>> = motion.iter().cloned().collect();
+                poses.map_or(f64::INFINITY, |poses| sum(&poses))
+            })
             .collect();
         Some(Squares {
             error: sum(&observed),

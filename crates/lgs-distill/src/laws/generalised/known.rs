@@ -113,14 +113,14 @@ impl GeneralisedLaw {
         }
         self.known.verdict = Verdict::Described;
         let times = self.judged_times(bodies);
-        let Ok(states) = System::new(&self.law, Edit::NONE).states(&self.start, &times) else { return };
-        let by_body = |state: &State| {
+        let states = System::new(&self.law, Edit::NONE).states_followed(&self.start, &times);
+        let by_body = |state: State| {
             let own = self.poses_in(&state.x);
             let mut poses = own.clone();
             own.into_iter().zip(&self.order).for_each(|(pose, &body)| poses[body] = pose);
             poses
         };
-        let forecast: Vec<Vec<Pose>> = states.iter().map(by_body).collect();
+        let forecast: Vec<Option<Vec<Pose>>> = states.into_iter().map(|state| state.map(by_body)).collect();
         let radius = mixture::radius(rated, (bodies, &forecast), &times, seed);
         let ordered: Vec<&SharedMotion> = self.order.iter().map(|&body| bodies[body]).collect();
         self.trust(&radius, &ordered);

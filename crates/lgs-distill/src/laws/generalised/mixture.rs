@@ -12,11 +12,11 @@ use lgs_core::holding;
 use lgs_mechanics::bands::{DrawnLaws, HELD, StartedLaw, shares, shares_of};
 
 /// Radius around the positions of a forecast that holds 90 % of the posterior of positions, over the
-/// particles of all bodies, at each of some times; infinite where too many draws cannot be followed.
-/// `forecast` has the poses of all bodies at these times.
+/// particles of all bodies, at each of some ascending times; infinite where too many draws cannot be
+/// followed. `forecast` has the poses of all bodies at these times, as far as it can be followed.
 pub(super) fn radius(
     rated: &Rated,
-    (bodies, forecast): (&[&SharedMotion], &[Vec<Pose>]),
+    (bodies, forecast): (&[&SharedMotion], &[Option<Vec<Pose>>]),
     times: &[f64],
     seed: u64,
 ) -> Vec<f64> {
@@ -27,14 +27,13 @@ pub(super) fn radius(
         let system = &rated.systems[law.system];
         for motion in law.posterior.drawn(rated.inflation, count, times, (seed, index as u64)) {
             for (at, distances) in distances.iter_mut().enumerate() {
-                let moved = motion.as_ref().map(|poses| &poses[at]);
+                let both = motion[at].as_ref().zip(forecast[at].as_ref());
                 for (place, &body) in system.order.iter().enumerate() {
-                    let (points, forecast) = (&points[body], &forecast[at][body]);
-                    let apart = |point: &DVec3| match moved {
-                        Some(poses) => poses[place].apply(*point).distance(forecast.apply(*point)),
+                    let apart = |point: &DVec3| match both {
+                        Some((moved, own)) => moved[place].apply(*point).distance(own[body].apply(*point)),
                         None => f64::INFINITY,
                     };
-                    distances.extend(points.iter().map(apart));
+                    distances.extend(points[body].iter().map(apart));
                 }
             }
         }
@@ -119,7 +118,7 @@ mod tests {
             Evidence { chi_square: 1.0, samples: 1.0, against: behind[at] }
         };
         let rated = Rated::new(found, &evidence).expect("laws");
-        radius(&rated, (&[motion], &[vec![forecast]]), &[3.0], 1)[0]
+        radius(&rated, (&[motion], &[Some(vec![forecast])]), &[3.0], 1)[0]
     }
 
     #[test]

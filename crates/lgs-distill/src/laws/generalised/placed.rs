@@ -51,6 +51,12 @@ impl Placed {
         Some(states.iter().map(|state| self.poses_in(&state.x)).collect())
     }
 
+    /// The same at ascending times, as far as past and future can be followed.
+    pub(super) fn poses_followed(&self, times: &[f64]) -> Vec<Option<Vec<Pose>>> {
+        let states = System::new(&self.law, Edit::NONE).states_followed(&self.start, times);
+        states.into_iter().map(|state| state.map(|state| self.poses_in(&state.x))).collect()
+    }
+
     /// Poses of the bodies at the start.
     pub(super) fn bases_at_start(&self) -> Vec<Pose> {
         self.poses_in(&self.start.x)

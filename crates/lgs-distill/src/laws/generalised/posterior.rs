@@ -86,20 +86,22 @@ impl Posterior {
         own.iter().enumerate().any(is_told)
     }
 
-    /// Motions drawn from it, `[times][bodies]`, where the variance of the noise is so many times as large as
-    /// it looks; `None` where one cannot be followed.
+    /// Motions drawn from it at ascending times, `[times][bodies]`, where the variance of the noise is so
+    /// many times as large as it looks; `None` at times to which one cannot be followed.
     pub(super) fn drawn(
         &self,
         inflation: f64,
         count: usize,
         times: &[f64],
         stream: (u64, u64),
-    ) -> Vec<Option<Vec<Vec<Pose>>>> {
-        let middle = if self.is_curved() { self.placed.poses(times) } else { None };
+    ) -> Vec<Vec<Option<Vec<Pose>>>> {
+        let middle = self.is_curved().then(|| self.placed.poses_followed(times));
         let all = self.changed(inflation, count, stream);
         let motion = |changed: Placed| {
-            let poses = changed.poses(times)?;
-            Some(middle.as_ref().map_or_else(|| poses.clone(), |middle| magnified(middle, &poses)))
+            let near = changed.poses_followed(times);
+            let Some(middle) = &middle else { return near };
+            let pairs = middle.iter().zip(&near);
+            pairs.map(|(middle, near)| Some(magnified(middle.as_ref()?, near.as_ref()?))).collect()
         };
         all.into_iter().map(motion).collect()
     }
@@ -128,13 +130,12 @@ impl Posterior {
 }
 
 /// Poses as far from the middle ones, to first order, as a part [`PROBE`] of the change takes them.
-fn magnified(middle: &[Vec<Pose>], near: &[Vec<Pose>]) -> Vec<Vec<Pose>> {
+fn magnified(middle: &[Pose], near: &[Pose]) -> Vec<Pose> {
     let pose = |(middle, near): (&Pose, &Pose)| Pose {
         linear: middle.linear + (near.linear - middle.linear) * PROBE.recip(),
         shift: middle.shift + (near.shift - middle.shift) / PROBE,
     };
-    let bodies = |(middle, near): (&Vec<Pose>, &Vec<Pose>)| middle.iter().zip(near).map(pose).collect();
-    middle.iter().zip(near).map(bodies).collect()
+    middle.iter().zip(near).map(pose).collect()
 }
 
 /// Start, parameters and geometry as unknowns, all as changes.
