@@ -47,10 +47,10 @@ const FORCES_ON_A_POINT: &[&[&str]] = &[
     &["dry-friction"],
     &["gyroscopic"],
     &["gyroscopic", "linear-drag"],
-    &["wind-drag"],
-    &["linear-drag", "swirl"],
-    &["self-excitation"],
 ];
+
+/// Forces of what surrounds a point and moves, or has energy to give.
+const FORCES_OF_SURROUNDINGS: &[&[&str]] = &[&["wind-drag"], &["linear-drag", "swirl"], &["self-excitation"]];
 
 /// Laws of an angle and of an offset along a rail.
 const OF_AN_AXIS: &[&[&str]] = &[
@@ -183,6 +183,17 @@ pub fn further_candidates(coordinates: &Coordinates) -> Vec<Candidate> {
     let all = product(&sets(Port::Whole, energies), &sets(Port::Whole, forces));
     let candidate = |terms| Candidate::new(coordinates.clone(), terms).ok();
     all.into_iter().filter_map(candidate).filter(|candidate| !first.contains(candidate)).collect()
+}
+
+/// Laws of a point among surroundings that move, or have energy to give: sought where none of
+/// [`further_candidates`] explains a motion either.
+#[must_use]
+pub fn surrounded_candidates(coordinates: &Coordinates) -> Vec<Candidate> {
+    if *coordinates != Coordinates::Point {
+        return Vec::new();
+    }
+    let all = product(&sets(Port::Whole, ENERGIES_OF_A_POINT), &sets(Port::Whole, FORCES_OF_SURROUNDINGS));
+    all.into_iter().filter_map(|terms| Candidate::new(coordinates.clone(), terms).ok()).collect()
 }
 
 /// Sets of terms at a port.

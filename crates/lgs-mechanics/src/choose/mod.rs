@@ -8,7 +8,7 @@ mod further;
 #[cfg(test)]
 mod tests;
 
-pub use candidates::{candidates, further_candidates, simplicity};
+pub use candidates::{candidates, further_candidates, simplicity, surrounded_candidates};
 pub use further::choose_further;
 
 use crate::candidate::Candidate;

@@ -8,7 +8,7 @@ use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::{
-    Choice, DESCRIBED, candidates, choose_beside, choose_further, further_candidates,
+    Choice, DESCRIBED, candidates, choose_beside, choose_further, further_candidates, surrounded_candidates,
 };
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
@@ -33,6 +33,11 @@ impl Laws {
     /// The admitted ones of the laws that are sought where none of [`Self::candidates`] explains a motion.
     pub(super) fn further(self, coordinates: &Coordinates) -> Vec<Candidate> {
         self.admitted(further_candidates(coordinates))
+    }
+
+    /// Those of surroundings that move, which are sought last.
+    pub(super) fn surrounded(self, coordinates: &Coordinates) -> Vec<Candidate> {
+        self.admitted(surrounded_candidates(coordinates))
     }
 
     fn admitted(self, list: Vec<Candidate>) -> Vec<Candidate> {
@@ -118,8 +123,14 @@ impl ObservedPoses {
         if self.is_explained || left > DESCRIBED * self.track.independent_samples() {
             return choice;
         }
-        let lists = (&self.laws.candidates(coordinates)[..], &self.laws.further(coordinates)[..]);
-        choose_further(choice, lists, track, &track.scales(coordinates))
+        let (first, further) = (self.laws.candidates(coordinates), self.laws.further(coordinates));
+        let scales = track.scales(coordinates);
+        let found = choose_further(choice, (&first, &further), track, &scales);
+        if found.as_ref().is_some_and(|choice| choice.judged.iter().any(|judged| choice.explains(judged))) {
+            return found;
+        }
+        let known = [first, further].concat();
+        choose_further(found, (&known, &self.laws.surrounded(coordinates)), track, &scales)
     }
 
     /// χ² of other poses at the same times, whitened.
