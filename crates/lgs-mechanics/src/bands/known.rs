@@ -72,8 +72,14 @@ impl Known {
         let edit = Stepped { scales: edit, longest: resolved.map_or(law.step, |law| law.step) };
         let wider = self.rms_radius(posterior.window) / posterior.radius;
         let wider = if wider.is_finite() { wider.max(1.0) } else { f64::INFINITY };
-        let radius: Vec<f64> =
-            posterior.radius(edit, times, &points).iter().map(|radius| radius * wider).collect();
+        let unedited = Stepped { scales: Edit::NONE, ..edit };
+        let [own, edited] = [unedited, edit].map(|edit| posterior.radius(edit, times, &points));
+        // The band, widened as the draws are by the edit; or the draws, widened as the band is since.
+        let band = self.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
+        let radius: Vec<f64> = band
+            .zip(own.iter().zip(&edited))
+            .map(|(band, (own, edited))| (band * (edited / own).max(1.0)).min(edited * wider))
+            .collect();
         let [since, until] = trusted(times, &radius, [0.0; 2], TRUSTED_FRACTION * posterior.path);
         Some([since.max(self.trusted[0]), until.min(self.trusted[1])])
     }
