@@ -6,8 +6,7 @@ use lgs_core::geometry::{narrow, wide};
 use lgs_dynamics::{RolloutSpec, Supports, System, VelocityPolicy, rollout};
 use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::{Bodies, Embedding, Placement, State};
-use lgs_mechanics::{self as mechanics, FORECAST_ERROR, Law};
-use std::borrow::Cow;
+use lgs_mechanics::{self as mechanics, Law};
 use std::ops::Range;
 
 /// The dynamics of an object with the state that it starts from.
@@ -136,19 +135,9 @@ impl DistilledLaw {
             };
             placed.flat_map(of_body).collect()
         };
-        let law = self.law_under(edit, times.last().copied().unwrap_or_default());
+        let law = self.law.under(edit, &self.start, times.last().copied().unwrap_or_default());
         let states = mechanics::System::new(&law, edit).states(&self.start, times);
         states.unwrap_or_default().into_iter().map(placed).collect()
-    }
-
-    /// The law with a step that resolves an edited motion up to a time; a body that collides keeps its own,
-    /// since a small error before an impact is a large one after it.
-    fn law_under(&self, edit: mechanics::Edit, until: f64) -> Cow<'_, Law> {
-        if edit == mechanics::Edit::NONE || self.law.contact.is_some() {
-            return Cow::Borrowed(&self.law);
-        }
-        let resolved = self.law.clone().resolved_under(edit, &self.start, until, FORECAST_ERROR);
-        resolved.map_or(Cow::Borrowed(&self.law), Cow::Owned)
     }
 
     /// Times between which the forecast of an edited motion is trusted: none where the law does not explain

@@ -5,7 +5,8 @@ use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_STATES, ERROR_OF_DIFFERENCE, MOST_HALVINGS};
+use crate::thresholds::{COMPARED_STATES, ERROR_OF_DIFFERENCE, FORECAST_ERROR, MOST_HALVINGS};
+use std::borrow::Cow;
 
 impl Law {
     /// The same law with the longest step, among its own and its halves, whose error over `duration` from
@@ -14,7 +15,19 @@ impl Law {
         self.resolved_under(Edit::NONE, start, duration, tolerance)
     }
 
-    /// The same for an edited motion, which may come nearer to a centre or move faster than its own.
+    /// The law with a step that resolves an edited motion up to a time; its own without an edit, and for a
+    /// body that collides: a small error before an impact is a large one after it, and no two steps agree.
+    #[must_use]
+    pub fn under(&self, edit: Edit, start: &State, until: f64) -> Cow<'_, Self> {
+        if edit == Edit::NONE || self.contact.is_some() {
+            return Cow::Borrowed(self);
+        }
+        let resolved = self.clone().resolved_under(edit, start, until, FORECAST_ERROR);
+        resolved.map_or(Cow::Borrowed(self), Cow::Owned)
+    }
+
+    /// The same as [`Self::resolved`] for an edited motion, which may come nearer to a centre or move faster
+    /// than its own.
     pub fn resolved_under(
         mut self,
         edit: Edit,

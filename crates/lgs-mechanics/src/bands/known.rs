@@ -5,7 +5,7 @@ use super::{Verdict, trusted};
 use crate::coordinates::{Bodies, State};
 use crate::edit::Edit;
 use crate::law::Law;
-use crate::thresholds::{EDITED_POINTS, EXPLAINED_WINDOWS, FORECAST_ERROR, TRUSTED_FRACTION};
+use crate::thresholds::{EDITED_POINTS, EXPLAINED_WINDOWS, TRUSTED_FRACTION};
 use serde::{Deserialize, Serialize};
 
 /// How well a law is known.
@@ -68,8 +68,8 @@ impl Known {
     ) -> Option<[f64; 2]> {
         let posterior = self.posterior.as_ref()?;
         let (times, points) = (&self.band.times, bodies.spread(points, EDITED_POINTS));
-        let resolved = law.clone().resolved_under(edit, start, *times.last()?, FORECAST_ERROR);
-        let edit = Stepped { scales: edit, longest: resolved.map_or(law.step, |law| law.step) };
+        let longest = law.under(edit, start, *times.last()?).step;
+        let edit = Stepped { scales: edit, longest };
         let wider = self.rms_radius(posterior.window) / posterior.radius;
         let wider = if wider.is_finite() { wider.max(1.0) } else { f64::INFINITY };
         let unedited = Stepped { scales: Edit::NONE, ..edit };

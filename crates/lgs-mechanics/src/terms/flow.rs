@@ -194,3 +194,19 @@ impl TermKind for SelfExcitation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{At, SWIRL, TermKind};
+    use crate::parameter::Space;
+
+    #[test]
+    fn the_axis_of_a_swirl_is_read_off_its_regression() {
+        // 2 e_z × (y − c) with c = (0.5, −1, 0): the swirl, and −s × c.
+        let p = SWIRL.regressed(&[0.0; 6], &[0.0, 0.0, 2.0, -2.0, -1.0, 0.0], Space::PLACE);
+        assert_eq!(p, [0.0, 0.0, 2.0, 0.5, -1.0, 0.0]);
+        let mut force = [1.0; 3];
+        SWIRL.force(&p, At { y: &[1.5, -1.0, 4.0], w: &[0.0; 3] }, &mut force);
+        assert_eq!(force, [0.0, 2.0, 0.0]);
+    }
+}

@@ -4,7 +4,7 @@ use super::dynamics::{GeneralisedDynamics, ObjectFields, narrow, wide};
 use glam::DVec3;
 use lgs_dynamics::{Edit, State};
 use lgs_mechanics::coordinates::{self, Coordinates, Embedding, PlacementRate};
-use lgs_mechanics::{FORECAST_ERROR, Law, MechanicsError};
+use lgs_mechanics::{Law, MechanicsError};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -17,14 +17,9 @@ impl GeneralisedDynamics {
         self.states_by(&self.law, edit, times)
     }
 
-    /// The law with a step that resolves an edited motion up to a time; its own without an edit, and for a
-    /// body that collides: a small error before an impact is a large one after it, and no two steps agree.
+    /// The law with a step that resolves an edited motion up to a time, see [`Law::under`].
     pub(super) fn law_under(&self, edit: Edit, until: f64) -> Cow<'_, Law> {
-        if edit == Edit::default() || self.law.contact.is_some() {
-            return Cow::Borrowed(&self.law);
-        }
-        let resolved = self.law.clone().resolved_under(exact(edit), &self.start, until, FORECAST_ERROR);
-        resolved.map_or(Cow::Borrowed(&self.law), Cow::Owned)
+        self.law.under(exact(edit), &self.start, until)
     }
 
     /// [`Self::states`] by a law that differs from the own one in its step.
