@@ -5,23 +5,25 @@
     reason = "kernels are written in the part of the language that CubeCL translates"
 )]
 
+mod gate;
 pub(in crate::source) mod mlp;
 pub(in crate::source) mod quaternions;
 mod rows;
 
 use burn::backend::TensorMetadata;
 use burn::backend::tensor::FloatTensor;
-use burn::tensor::{DType, Tensor, TensorData, activation::relu};
+use burn::tensor::{DType, Tensor, TensorData};
 use cubecl::prelude::BufferArg;
 use lgs_nn::Activation;
 use lgs_nn::encoding::encode as encode_values;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::product::{primitive, tensor};
+use lgs_tensor::cube::product::{column_sums, primitive, tensor};
 use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units};
 
 use super::config::{DELTAS, DeformationConfig, MotionHead};
 use super::tensor::NetworkCall;
-use mlp::{Parts, Taped, joined, linear, linear_vjp, mlp, mlp_vjp, relu_vjp};
+use gate::relu_vjp;
+use mlp::{Gradient, Taped, linear, linear_relu, linear_vjp, mlp, mlp_vjp};
 use rows::{GAUSSIAN, MapLaunch, RIGID, TURN, encode, poses, poses_vjp};
 
 /// The constants of a call.
@@ -73,8 +75,8 @@ fn time_features(spec: &Call, params: &Tensor<1>) -> (Tensor<2>, TimeKept) {
     let Some([first, second]) = &spec.config.layout().time else {
         return (encoding.clone(), TimeKept { encoding, hidden: None });
     };
-    let hidden = relu(linear(params, first, encoding.clone()));
-    (linear(params, second, hidden.clone()), TimeKept { encoding, hidden: Some(hidden) })
+    let hidden = linear_relu(params, first, &encoding);
+    (linear(params, second, &hidden), TimeKept { encoding, hidden: Some(hidden) })
 }
 
 /// Encodings `[n, features]` of positions, which are constants to them.
@@ -108,13 +110,14 @@ fn pose_rows_vjp(spec: &Call, kept: &DeformKept, v_poses: CubeTensor) -> [CubeTe
     out
 }
 
-/// Adds the gradients of the time's network, given the cotangent of its features.
-fn time_vjp(spec: &Call, kept: &DeformKept, v: Tensor<2>, parts: &mut Parts) {
+/// Writes the gradients of the time's network, given the cotangent of its features.
+fn time_vjp(spec: &Call, kept: &DeformKept, v: &Tensor<2>, gradient: &Gradient) {
     let (Some([first, second]), Some(hidden)) = (&spec.config.layout().time, &kept.time.hidden) else {
         return;
     };
-    let v = linear_vjp(&kept.params, second, hidden, v, parts);
-    linear_vjp(&kept.params, first, &kept.time.encoding, relu_vjp(hidden, v), parts);
+    let v = linear_vjp(&kept.params, second, hidden, v, gradient);
+    let v = relu_vjp((hidden, 0), (&v, 0), first.outputs);
+    linear_vjp(&kept.params, first, &kept.time.encoding, &v, gradient);
 }
 
 /// Pose rows of Gaussians with encoded positions and, where the network reads them, codes `[n, code]`; the
@@ -136,32 +139,28 @@ pub(in crate::source) fn forward(
     (pose_rows(spec, &kept), kept)
 }
 
-/// Cotangents `[n, GAUSSIAN]` of centres and quaternions, and of the codes; those of parameters are added to
-/// `parts`.
+/// Cotangents `[n, GAUSSIAN]` of centres and quaternions, and of the codes; those of parameters are written to
+/// the gradient.
 pub(in crate::source) fn backward(
     spec: &Call,
     kept: &DeformKept,
     v_poses: CubeTensor,
-    parts: &mut Parts,
+    gradient: &Gradient,
 ) -> (Tensor<2>, Tensor<2>) {
     let [v_raw, v_gaussians] = pose_rows_vjp(spec, kept, v_poses);
     let v_raw = tensor::<2>(v_raw).mul_scalar(spec.config.gain(spec.time));
-    let v_input = mlp_vjp(&kept.params, &spec.config.layout().mlp, &kept.taped, v_raw, parts);
+    let v_input = mlp_vjp(&kept.params, &spec.config.layout().mlp, &kept.taped, &v_raw, gradient);
     let (position, time) = (spec.config.position_width(), spec.config.time_width());
-    time_vjp(spec, kept, v_input.clone().narrow(1, position, time).sum_dim(0), parts);
+    time_vjp(spec, kept, &column_sums(&v_input.clone().narrow(1, position, time)), gradient);
     let codes = v_input.dims()[1] - position - time;
     let v_codes = if codes > 0 { v_input.narrow(1, position + time, codes) } else { v_input };
     (tensor(v_gaussians), v_codes)
 }
 
-/// Cotangents of a network's inputs, from those of its parts and of Gaussians `[n, GAUSSIAN]`.
-pub(in crate::source) fn cotangents(
-    params: &Tensor<1>,
-    parts: Parts,
-    v_gaussians: &Tensor<2>,
-) -> [CubeTensor; 3] {
+/// Cotangents of a network's inputs, from the gradient and those of Gaussians `[n, GAUSSIAN]`.
+pub(in crate::source) fn cotangents(gradient: Gradient, v_gaussians: &Tensor<2>) -> [CubeTensor; 3] {
     let part = |from: usize, count: usize| primitive(v_gaussians.clone().narrow(1, from, count));
-    [primitive(joined(parts, params)), part(0, 3), part(3, 4)]
+    [gradient.into_inner(), part(0, 3), part(3, 4)]
 }
 
 impl Kernel<Call, 3> for CubeBackend {
@@ -177,8 +176,8 @@ impl Kernel<Call, 3> for CubeBackend {
     }
 
     fn vjp(spec: &Call, kept: DeformKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
-        let mut parts = Parts::new();
-        let (v_gaussians, _) = backward(spec, &kept, v_poses, &mut parts);
-        cotangents(&kept.params, parts, &v_gaussians)
+        let gradient = Gradient::none(&kept.params);
+        let (v_gaussians, _) = backward(spec, &kept, v_poses, &gradient);
+        cotangents(gradient, &v_gaussians)
     }
 }

@@ -16,14 +16,14 @@ use burn::tensor::{DType, Tensor, TensorData};
 use lgs_nn::Activation;
 use lgs_nn::encoding::encode;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::product::{primitive, product, tensor};
+use lgs_tensor::cube::product::{Matrix, primitive, product, tensor};
 use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units};
 
 use super::config::FreeGaveConfig;
 use super::input::Learns;
 use super::twist::{TWIST, steps, twist_times};
 use crate::source::config::{DELTAS, DeformationConfig, RotationForm};
-use crate::source::cube::mlp::{Parts, Taped, mlp, mlp_vjp};
+use crate::source::cube::mlp::{Gradient, Taped, mlp, mlp_vjp};
 use crate::source::cube::{DeformKept, backward, cotangents, encoded, forward};
 use crate::source::tensor::NetworkCall;
 use carry::{FIXED, REFERENCE, carry_rows, carry_rows_vjp};
@@ -92,7 +92,7 @@ fn flow(
 ) -> (CubeTensor, FlowKept) {
     let (weights, segment_tape) = mlp(params, &call.config.layout().segment, codes, Activation::Relu);
     let (bases, velocity_tape) = bases(call, params, &twist_times(call.time.from, lengths));
-    let twists = primitive(product(weights.clone(), bases.clone()));
+    let twists = primitive(product(&Matrix::of(&weights), &Matrix::of(&bases)));
     let steps = primitive(Tensor::<1>::from_floats(lengths, &params.device()));
     let n = rows.shape()[0];
     let [out, turns] = [DELTAS, 4].map(|width| empty(&rows, [n, width], DType::F32));
@@ -103,13 +103,13 @@ fn flow(
 }
 
 /// Cotangents of the codes and of the rows before the integration; those of segment head and velocity network
-/// are added to `parts`.
+/// are written to the gradient.
 fn flow_vjp(
     call: &Call,
     params: &Tensor<1>,
     flow: &FlowKept,
     v_poses: CubeTensor,
-    parts: &mut Parts,
+    gradient: &Gradient,
 ) -> (Tensor<2>, CubeTensor) {
     let FlowKept { steps, twists, rows, turns, .. } = flow;
     let n = rows.shape()[0];
@@ -120,13 +120,13 @@ fn flow_vjp(
         arguments([twists, steps, rows, turns, &v, &v_twists, &v_rows]);
     carry_rows_vjp::launch(client, count, dim, by, along, from, turning, v, to, to_rows);
     let (layout, v_twists) = (call.config.layout(), tensor::<2>(v_twists));
-    let v_bases = product(flow.weights.clone().transpose(), v_twists.clone());
+    let v_bases = product(&Matrix::of(&flow.weights).transposed(), &Matrix::of(&v_twists));
     let [k, width] = v_bases.dims();
     let count = width / TWIST;
     let v_out = v_bases.reshape([k, count, TWIST]).swap_dims(0, 1).reshape([count, k * TWIST]);
-    mlp_vjp(params, &layout.velocity, &flow.velocity_tape, v_out, parts);
-    let v_weights = product(v_twists, flow.bases.clone().transpose());
-    (mlp_vjp(params, &layout.segment, &flow.segment_tape, v_weights, parts), v_rows)
+    mlp_vjp(params, &layout.velocity, &flow.velocity_tape, &v_out, gradient);
+    let v_weights = product(&Matrix::of(&v_twists), &Matrix::of(&flow.bases).transposed());
+    (mlp_vjp(params, &layout.segment, &flow.segment_tape, &v_weights, gradient), v_rows)
 }
 
 impl Kernel<Call, 3> for CubeBackend {
@@ -149,10 +149,10 @@ impl Kernel<Call, 3> for CubeBackend {
 
     fn vjp(call: &Call, kept: FreeGaveKept, v_poses: FloatTensor<Self>) -> [FloatTensor<Self>; 3] {
         let FreeGaveKept { params, code_tape, deformation: deformed, flow } = kept;
-        let mut parts = Parts::new();
+        let gradient = Gradient::none(&params);
         let (v_from_flow, mut v_rows) = match &flow {
             Some(flow) => {
-                let (v_codes, v_rows) = flow_vjp(call, &params, flow, v_poses, &mut parts);
+                let (v_codes, v_rows) = flow_vjp(call, &params, flow, v_poses, &gradient);
                 (Some(v_codes), v_rows)
             }
             None => (None, v_poses),
@@ -160,9 +160,9 @@ impl Kernel<Call, 3> for CubeBackend {
         if call.time.learns == Learns::Velocity {
             v_rows = primitive(tensor::<2>(v_rows).zeros_like());
         }
-        let (v_gaussians, v_codes) = backward(&deformation(call), &deformed, v_rows, &mut parts);
+        let (v_gaussians, v_codes) = backward(&deformation(call), &deformed, v_rows, &gradient);
         let v_codes = v_from_flow.map_or(v_codes.clone(), |v| v_codes + v);
-        mlp_vjp(&params, &call.config.layout().code, &code_tape, v_codes, &mut parts);
-        cotangents(&params, parts, &v_gaussians)
+        mlp_vjp(&params, &call.config.layout().code, &code_tape, &v_codes, &gradient);
+        cotangents(gradient, &v_gaussians)
     }
 }
