@@ -1,7 +1,7 @@
 //! Front-to-back blending: a cube of units per tile, a unit per pixel.
 //!
-//! Before every group of entries each pixel's transmittance and colour are kept: what the backward pass
-//! starts from.
+//! Before every group of entries that a pixel of the tile still sees, each pixel's transmittance and colour
+//! are kept: what the backward pass starts from.
 
 use cubecl::prelude::*;
 
@@ -16,34 +16,45 @@ const LOG2_ALPHA_MIN: f32 = -crate::projected::LOG2_255;
 const LN_2: f32 = std::f32::consts::LN_2;
 /// Floats of a Gaussian in a group: the first of a projected one, to its colour.
 pub(super) const SHARED: usize = 9;
+/// Floats of a tile's state before a group: channel by channel, transmittance last.
+pub(super) const STATE: usize = 4 * PIXELS as usize;
 
-/// Opacity times Gaussian at a pixel centre, before it is clamped; 0 below 1/255. `g` is where the Gaussian
-/// begins in `splats`.
+/// Opacity times Gaussian at a distance from its centre, before it is clamped; 0 below 1/255.
 #[cube]
-pub(super) fn alpha(splats: &[f32], g: usize, x: f32, y: f32) -> f32 {
-    let dx = x - splats[g];
-    let dy = y - splats[g + 1usize];
-    let u = splats[g + 2usize] * dx + splats[g + 3usize] * dy;
-    let w = splats[g + 4usize] * dy;
-    let log2_alpha = splats[g + 5usize] - w * w - u * u;
+pub(super) fn alpha(distance: (f32, f32), factors: (f32, f32, f32), log2_opacity: f32) -> f32 {
+    let (dx, dy) = distance;
+    let (f0, f1, f2) = factors;
+    let u = f0 * dx + f1 * dy;
+    let w = f2 * dy;
+    let log2_alpha = log2_opacity - w * w - u * u;
     select(log2_alpha >= LOG2_ALPHA_MIN, (log2_alpha * LN_2).exp(), 0.0f32)
 }
 
-/// Blends every tile: image and transmittance `[H, W, 4]`, the position in its list of the entry that closed
-/// each pixel (the list's length if none did), and the states before groups.
+/// Where in `states` the state before a group begins, behind the stops of all pixels of the image.
+#[cube]
+pub(super) fn state_of(group: u32, frame: &Frame) -> usize {
+    (frame.width * frame.height) as usize + group as usize * STATE
+}
+
+/// Blends every tile: image and transmittance `[H, W, 4]`; and in `states` the position in its list of the
+/// entry that closed each pixel (the list's length if none did, 0 where the lists had no room for all
+/// entries, which leaves the image without a gradient), then the states before groups.
 #[cube(launch)]
 pub(super) fn blend(
     projected: &[f32],
     members: &[u32],
     ranges: &[u32],
+    places: &[u32],
     background: &[f32],
     states: &mut [f32],
     packed: &mut [f32],
-    stops: &mut [u32],
+    room: u32,
     frame: Frame,
 ) {
     let tile = CUBE_POS;
     let mut splats = Shared::<[f32]>::new_slice(GROUP * SHARED);
+    let mut open = Shared::<[u32]>::new_slice(PIXELS as usize);
+    let mut rows = Shared::<[u32]>::new_slice(TILE as usize);
     if tile + 1usize < ranges.len() / 2usize {
         let columns = columns(&frame);
         let x = (tile as u32 % columns) * TILE + UNIT_POS_X;
@@ -51,24 +62,34 @@ pub(super) fn blend(
         let inside = x < frame.width && y < frame.height;
         let begin = ranges[2usize * tile];
         let length = ranges[2usize * tile + 2usize] - begin;
-        let first_group = ranges[2usize * tile + 1usize];
-        let groups = ranges[2usize * tile + 3usize] - first_group;
         let mut light = dark();
         let mut stop = select(inside, length, 0u32);
-        for group in 0..groups {
-            keep(states, first_group + group, &light);
-            let first = group * (GROUP as u32);
+        let mut group = ranges[2usize * tile + 1usize];
+        let mut first = 0u32;
+        let mut end = length;
+        while first < end {
+            open[UNIT_POS as usize] = select(first < stop, 1u32, 0u32);
+            sync_cube();
             let count = (length - first).min(GROUP as u32);
-            sync_cube();
             load(projected, members, begin + first, count, &mut splats);
+            count_open(&open, &mut rows);
             sync_cube();
-            let pixel = (x as f32 + 0.5f32, y as f32 + 0.5f32);
-            stop = add_group(&splats, pixel, (first, count), stop, &mut light);
+            // All units agree on whether a pixel is open.
+            if is_any(&rows) {
+                keep(states, state_of(group, &frame), &light);
+                let pixel = (x as f32 + 0.5f32, y as f32 + 0.5f32);
+                stop = add_group(&splats, pixel, (first, count), stop, &mut light);
+                first += GROUP as u32;
+                group += 1u32;
+            } else {
+                end = first;
+            }
         }
         if inside {
             let pixel = (y * frame.width + x) as usize;
             write(packed, pixel, &light, background);
-            stops[pixel] = stop;
+            let fits = places[places.len() - 1usize] <= room;
+            states[pixel] = select(fits, stop, 0u32) as f32;
         }
     }
 }
@@ -95,6 +116,28 @@ fn load(projected: &[f32], members: &[u32], first: u32, count: u32, splats: &mut
     }
 }
 
+/// Counts the open pixels of every row, a unit each.
+#[cube]
+fn count_open(open: &[u32], rows: &mut [u32]) {
+    if UNIT_POS < TILE {
+        let mut count = 0u32;
+        for x in 0..TILE {
+            count += open[(UNIT_POS * TILE + x) as usize];
+        }
+        rows[UNIT_POS as usize] = count;
+    }
+}
+
+/// Whether a row has an open pixel.
+#[cube]
+fn is_any(rows: &[u32]) -> bool {
+    let mut count = 0u32;
+    for row in 0..TILE {
+        count += rows[row as usize];
+    }
+    count > 0u32
+}
+
 /// Writes a pixel's light over the background, and its transmittance.
 #[cube]
 fn write(packed: &mut [f32], pixel: usize, light: &Array<f32>, background: &[f32]) {
@@ -106,12 +149,10 @@ fn write(packed: &mut [f32], pixel: usize, light: &Array<f32>, background: &[f32
 
 /// Keeps the state of the unit's pixel before a group.
 #[cube]
-fn keep(states: &mut [f32], group: u32, light: &Array<f32>) {
-    let at = 4usize * (group as usize * PIXELS as usize + UNIT_POS as usize);
-    states[at] = light[0usize];
-    states[at + 1usize] = light[1usize];
-    states[at + 2usize] = light[2usize];
-    states[at + 3usize] = light[3usize];
+fn keep(states: &mut [f32], at: usize, light: &Array<f32>) {
+    for channel in 0..4usize {
+        states[at + channel * PIXELS as usize + UNIT_POS as usize] = light[channel];
+    }
 }
 
 /// Blends a group, which begins at a position and has so many entries, into a pixel; gives the position at
@@ -129,7 +170,9 @@ fn add_group(
     // No entry where the pixel is closed before the group.
     for j in 0..select(first < closed, count, 0u32) {
         let g = j as usize * SHARED;
-        let raw = alpha(splats, g, pixel.0, pixel.1);
+        let distance = (pixel.0 - splats[g], pixel.1 - splats[g + 1usize]);
+        let factors = (splats[g + 2usize], splats[g + 3usize], splats[g + 4usize]);
+        let raw = alpha(distance, factors, splats[g + 5usize]);
         if raw > 0.0f32 && first + j < stop {
             let before = light[3usize];
             let weight = raw.min(ALPHA_MAX) * before;

@@ -1,49 +1,29 @@
 //! The vector–Jacobian product of blending, entry by entry instead of pixel by pixel.
 //!
-//! A cube of units takes a group of entries, a unit each, and the pixels of the tile pass through the units
-//! as through a pipeline: unit u works on pixel s - u in step s, and hands on the transmittance and the
-//! cotangent's product with the colour so far. What lies behind an entry is the whole less that. Every unit
-//! sums its own entry over the pixels in their order, so that nothing is reduced between units and no atomics
-//! are needed.
+//! A cube of units takes a group of entries, a unit each, and the pixels of the tile that the group changes
+//! pass through the units as through a pipeline: unit u works on pixel s - u in step s, and hands on the
+//! transmittance and the cotangent's product with the light that lies behind. Every unit sums its own entry
+//! over the pixels in their order, so that nothing is reduced between units and no atomics are needed.
+//!
+//! Where the device's planes are as wide as a group, units hand on through the plane, without barriers; all
+//! of them do so in every step, and the arithmetic has no branches that could part them.
 
 use cubecl::prelude::*;
 
 use crate::projected::ALPHA_MAX;
 
-use super::blend::{SHARED, alpha};
+use super::blend::{SHARED, alpha, state_of};
 use super::frame::{Frame, PIXELS, PROJECTED, TILE, columns};
 use super::lists::GROUP;
 
-/// Floats of a pixel: cotangent of the colour, its product with all light, and the stop.
+/// Floats of a pixel: cotangent of the colour, and before the group the transmittance and the cotangent's
+/// product with the light behind.
 const PIXEL: usize = 5;
+/// Pixels that a unit gathers.
+const EACH: u32 = PIXELS / GROUP as u32;
 /// Floats of an entry's cotangents: moments of the exponent's cotangent, and the colour's
 /// (`project_vjp::ImageCotangent`).
 pub(super) const COTANGENTS: usize = 9;
-
-/// Collects what pixels bring along: nothing where the lists had no room for all entries.
-#[cube(launch)]
-pub(super) fn collect(
-    packed: &[f32],
-    v_packed: &[f32],
-    stops: &[u32],
-    places: &[u32],
-    pixels: &mut [f32],
-    room: u32,
-) {
-    let pixel = ABSOLUTE_POS;
-    if pixel < stops.len() {
-        let fits = places[places.len() - 1usize] <= room;
-        let v_transmittance = select(fits, v_packed[4usize * pixel + 3usize], 0.0f32);
-        let mut light = v_transmittance * packed[4usize * pixel + 3usize];
-        for channel in 0..3usize {
-            let v = select(fits, v_packed[4usize * pixel + channel], 0.0f32);
-            pixels[PIXEL * pixel + channel] = v;
-            light += v * packed[4usize * pixel + channel];
-        }
-        pixels[PIXEL * pixel + 3usize] = light;
-        pixels[PIXEL * pixel + 4usize] = stops[pixel] as f32;
-    }
-}
 
 /// The tile of a group.
 #[cube]
@@ -61,8 +41,8 @@ fn tile_of(ranges: &[u32], group: u32) -> u32 {
     low
 }
 
-/// A group of entries: its tile's top left corner, where its list begins among all, and the positions in the
-/// list of its first entry and of the list's end.
+/// A group of entries: its tile's top left corner, where its list begins among all, the positions in the list
+/// of its first entry and of the list's end, and its number among all groups.
 #[derive(CubeType, Clone, Copy)]
 struct Group {
     x: u32,
@@ -70,67 +50,84 @@ struct Group {
     begin: u32,
     first: u32,
     length: u32,
+    number: u32,
 }
 
 #[cube]
-fn group_of(ranges: &[u32], group: u32, frame: &Frame) -> Group {
-    let tile = tile_of(ranges, group);
+fn group_of(ranges: &[u32], number: u32, frame: &Frame) -> Group {
+    let tile = tile_of(ranges, number);
     let at = 2usize * tile as usize;
     let columns = columns(frame);
     Group {
         x: (tile % columns) * TILE,
         y: (tile / columns) * TILE,
         begin: ranges[at],
-        first: (group - ranges[at + 1usize]) * (GROUP as u32),
+        first: (number - ranges[at + 1usize]) * (GROUP as u32),
         length: ranges[at + 2usize] - ranges[at],
+        number,
     }
 }
 
-/// Cotangents `[entries, COTANGENTS]` of all entries, by number.
+/// Cotangents `[entries, COTANGENTS]` of all entries, by number; with `has_planes` units hand on through the
+/// plane.
 #[cube(launch)]
 pub(super) fn blend_vjp(
     projected: &[f32],
     members: &[u32],
     ranges: &[u32],
     states: &[f32],
-    pixels: &[f32],
+    packed: &[f32],
+    v_packed: &[f32],
     v_entries: &mut [f32],
     frame: Frame,
+    #[comptime] has_planes: bool,
 ) {
     let number = CUBE_POS as u32;
-    let mut splats = Shared::<[f32]>::new_slice(GROUP * SHARED);
+    let groups = ranges[ranges.len() - 1usize];
+    let unit = unit(has_planes);
     let mut seen = Shared::<[f32]>::new_slice(PIXELS as usize * PIXEL);
-    let mut pipe = Shared::<[f32]>::new_slice(4usize * GROUP);
-    let mut stops = Shared::<[f32]>::new_slice(GROUP);
-    if number < ranges[ranges.len() - 1usize] {
+    let mut codes = Shared::<[u32]>::new_slice(PIXELS as usize);
+    let mut counts = Shared::<[u32]>::new_slice(GROUP);
+    if number < groups {
         let group = group_of(ranges, number, &frame);
-        let position = group.first + UNIT_POS;
+        let mask = changed(states, packed, &group, unit, &frame);
+        counts[unit as usize] = mask.count_ones();
+        sync_cube();
+        let begin = sum_of(&counts, unit);
+        gather(states, (packed, v_packed), &group, (unit, mask, begin), (&mut seen, &mut codes), &frame);
+        let position = group.first + unit;
         let exists = position < group.length;
         let member = 2usize * (group.begin + select(exists, position, 0u32)) as usize;
-        stops[UNIT_POS as usize] = look(pixels, &group, &mut seen, &frame);
-        own(projected, members[member], &mut splats);
+        let own = own(projected, members[member], &group);
+        let count = sum_of(&counts, GROUP as u32);
         sync_cube();
-        let mut sum = no_cotangents();
-        // No step where all pixels are closed before the group.
-        let steps = select((group.first as f32) < furthest(&stops), PIXELS + GROUP as u32, 0u32);
-        for step in 0..steps {
-            let pixel = step - UNIT_POS.min(step);
-            if UNIT_POS <= step && pixel < PIXELS {
-                take(states, number, (pixel, step), &mut pipe, &seen);
-                pass(&splats, &group, (pixel, step), &mut pipe, &seen, &mut sum);
-            }
-            sync_cube();
-        }
+        let sum = passed(&own, (&seen, &codes), count, unit, has_planes);
         if exists {
             leave(&sum, v_entries, members[member + 1usize]);
         }
+    } else {
+        let entry = ranges[ranges.len() - 2usize] + (number - groups) * (GROUP as u32) + unit;
+        if (entry as usize) < members.len() / 2usize {
+            leave(&no_cotangents(), v_entries, members[2usize * entry as usize + 1usize]);
+        }
     }
+}
+
+/// The unit's place in the pipeline.
+#[cube]
+fn unit(#[comptime] has_planes: bool) -> u32 {
+    let mut unit = UNIT_POS;
+    if comptime!(has_planes) {
+        unit = UNIT_POS_PLANE;
+    }
+    unit
 }
 
 /// Cotangents of nothing.
 #[cube]
 pub(super) fn no_cotangents() -> Array<f32> {
     let mut sum = Array::<f32>::new(COTANGENTS);
+    #[unroll]
     for k in 0..COTANGENTS {
         sum[k] = 0.0f32;
     }
@@ -140,116 +137,183 @@ pub(super) fn no_cotangents() -> Array<f32> {
 /// Leaves the cotangents of an entry under its number.
 #[cube]
 fn leave(sum: &Array<f32>, v_entries: &mut [f32], entry: u32) {
+    #[unroll]
     for k in 0..COTANGENTS {
         v_entries[entry as usize * COTANGENTS + k] = sum[k];
     }
 }
 
-/// Loads the unit's own entry.
+/// The sum of the first `end` counts.
 #[cube]
-fn own(projected: &[f32], gaussian: u32, splats: &mut [f32]) {
-    for k in 0..SHARED {
-        splats[UNIT_POS as usize * SHARED + k] = projected[gaussian as usize * PROJECTED + k];
-    }
-}
-
-/// The last stop of all units' pixels.
-#[cube]
-fn furthest(stops: &[f32]) -> f32 {
-    let mut last = 0.0f32;
+fn sum_of(counts: &[u32], end: u32) -> u32 {
+    let mut sum = 0u32;
     for unit in 0..GROUP {
-        last = last.max(stops[unit]);
+        sum += select((unit as u32) < end, counts[unit], 0u32);
     }
-    last
+    sum
 }
 
-/// Loads the pixels of the tile, of which those outside of the image are closed from the start; gives the
-/// last stop of those that the unit loads.
+/// Number in the image of pixel `k` of those that a unit gathers; nothing outside of the image.
 #[cube]
-fn look(pixels: &[f32], group: &Group, seen: &mut [f32], frame: &Frame) -> f32 {
-    let mut last = 0.0f32;
-    let mut pixel = UNIT_POS;
-    while pixel < PIXELS {
-        let x = group.x + pixel % TILE;
-        let y = group.y + pixel / TILE;
-        let inside = x < frame.width && y < frame.height;
-        let from = select(inside, y * frame.width + x, 0u32) as usize * PIXEL;
-        for k in 0..PIXEL {
-            seen[pixel as usize * PIXEL + k] = select(inside, pixels[from + k], 0.0f32);
+fn pixel_of(group: &Group, pixel: u32, frame: &Frame) -> (bool, usize) {
+    let x = group.x + pixel % TILE;
+    let y = group.y + pixel / TILE;
+    let inside = x < frame.width && y < frame.height;
+    (inside, select(inside, y * frame.width + x, 0u32) as usize)
+}
+
+/// Which of the unit's pixels the group changes: those open before it whose transmittance is less after it.
+/// Where a pixel is open after the group, the state before the next one was kept; else the last is its own.
+#[cube]
+fn changed(states: &[f32], packed: &[f32], group: &Group, unit: u32, frame: &Frame) -> u32 {
+    let mut mask = 0u32;
+    let before = state_of(group.number, frame) + 3usize * PIXELS as usize;
+    let after = state_of(group.number + 1u32, frame) + 3usize * PIXELS as usize;
+    for k in 0..EACH {
+        let pixel = k * (GROUP as u32) + unit;
+        let (inside, at) = pixel_of(group, pixel, frame);
+        let stop = select(inside, states[at], 0.0f32) as u32;
+        if stop > group.first {
+            let mut last = packed[4usize * at + 3usize];
+            if stop > group.first + GROUP as u32 {
+                last = states[after + pixel as usize];
+            }
+            mask |= select(last < states[before + pixel as usize], 1u32 << k, 0u32);
         }
-        last = last.max(seen[pixel as usize * PIXEL + 4usize]);
-        pixel += GROUP as u32;
     }
-    last
+    mask
 }
 
-/// Takes a pixel over from the unit before, which worked on it a step ago: transmittance, and the cotangent's
-/// product with the colour so far. The first unit takes the state before the group.
+/// Gathers those of the unit's pixels that the group changes, which begin at a place among those of all
+/// units. A pixel's code is its number in the tile and, above eight bits, how many entries of the group it
+/// sees.
 #[cube]
-fn take(states: &[f32], group: u32, place: (u32, u32), pipe: &mut [f32], seen: &[f32]) {
-    let (pixel, step) = place;
-    let here = 2usize * (GROUP as u32 * (step % 2u32) + UNIT_POS) as usize;
-    if UNIT_POS == 0u32 {
-        let at = 4usize * (group as usize * PIXELS as usize + pixel as usize);
-        let v = pixel as usize * PIXEL;
-        pipe[here] = states[at + 3usize];
-        pipe[here + 1usize] = seen[v] * states[at]
-            + seen[v + 1usize] * states[at + 1usize]
-            + seen[v + 2usize] * states[at + 2usize];
-    } else {
-        let before = 2usize * (GROUP as u32 * ((step + 1u32) % 2u32) + UNIT_POS - 1u32) as usize;
-        pipe[here] = pipe[before];
-        pipe[here + 1usize] = pipe[before + 1usize];
-    }
-}
-
-/// Puts the unit's entry between a pixel's light so far and what is behind, and sums its cotangents.
-#[cube]
-fn pass(
-    splats: &[f32],
+fn gather(
+    states: &[f32],
+    images: (&[f32], &[f32]),
     group: &Group,
-    place: (u32, u32),
-    pipe: &mut [f32],
-    seen: &[f32],
-    sum: &mut Array<f32>,
+    own: (u32, u32, u32),
+    out: (&mut [f32], &mut [u32]),
+    frame: &Frame,
 ) {
-    let (pixel, step) = place;
-    let position = group.first + UNIT_POS;
-    let here = 2usize * (GROUP as u32 * (step % 2u32) + UNIT_POS) as usize;
-    let g = UNIT_POS as usize * SHARED;
-    let v = pixel as usize * PIXEL;
-    let x = (group.x + pixel % TILE) as f32 + 0.5f32;
-    let y = (group.y + pixel / TILE) as f32 + 0.5f32;
-    let raw = alpha(splats, g, x, y);
-    if raw > 0.0f32 && (position as f32) < seen[v + 4usize] {
-        let clamped = raw.min(ALPHA_MAX);
-        let before = pipe[here];
-        let weight = clamped * before;
-        let shade = splats[g + 6usize] * seen[v]
-            + splats[g + 7usize] * seen[v + 1usize]
-            + splats[g + 8usize] * seen[v + 2usize];
-        let light = weight * shade;
-        let so_far = pipe[here + 1usize] + light;
-        let behind = seen[v + 3usize] - so_far;
-        let odds = clamped / (1.0f32 - clamped);
-        // A clamped alpha does not see the exponent.
-        let v_power = select(raw < ALPHA_MAX, light - odds * behind, 0.0f32);
-        add_moments(sum, v_power, x - splats[g], y - splats[g + 1usize]);
-        for channel in 0..3usize {
-            sum[6usize + channel] = sum[6usize + channel] + weight * seen[v + channel];
+    let (packed, v_packed) = images;
+    let (unit, mask, begin) = own;
+    let (seen, codes) = out;
+    let mut to = begin as usize;
+    for k in 0..EACH {
+        if ((mask >> k) & 1u32) == 1u32 {
+            let pixel = k * (GROUP as u32) + unit;
+            let (_, at) = pixel_of(group, pixel, frame);
+            let state = state_of(group.number, frame) + pixel as usize;
+            let mut behind = v_packed[4usize * at + 3usize] * packed[4usize * at + 3usize];
+            for channel in 0..3usize {
+                let v = v_packed[4usize * at + channel];
+                behind += v * (packed[4usize * at + channel] - states[state + channel * PIXELS as usize]);
+                seen[channel * PIXELS as usize + to] = v;
+            }
+            seen[3usize * PIXELS as usize + to] = states[state + 3usize * PIXELS as usize];
+            seen[4usize * PIXELS as usize + to] = behind;
+            let sees = (states[at] as u32 - group.first).min(GROUP as u32);
+            codes[to] = pixel + sees * PIXELS;
+            to += 1usize;
         }
-        pipe[here] = before - weight;
-        pipe[here + 1usize] = so_far;
     }
+}
+
+/// The unit's own entry, with its centre relative to the centre of the tile's first pixel.
+#[cube]
+fn own(projected: &[f32], gaussian: u32, group: &Group) -> Array<f32> {
+    let g = gaussian as usize * PROJECTED;
+    let mut own = Array::<f32>::new(SHARED);
+    #[unroll]
+    for k in 0..SHARED {
+        own[k] = projected[g + k];
+    }
+    own[0usize] = own[0usize] - (group.x as f32 + 0.5f32);
+    own[1usize] = own[1usize] - (group.y as f32 + 0.5f32);
+    own
+}
+
+/// Cotangents of the unit's own entry from so many pixels, which pass through the pipeline.
+#[cube]
+fn passed(
+    own: &Array<f32>,
+    pixels: (&[f32], &[u32]),
+    count: u32,
+    unit: u32,
+    #[comptime] has_planes: bool,
+) -> Array<f32> {
+    let (seen, codes) = pixels;
+    let mut pipe = Shared::<[f32]>::new_slice(comptime!(if has_planes { 1 } else { 4 * GROUP }));
+    let mut sum = no_cotangents();
+    let mut transmittance = 0.0f32;
+    let mut behind = 0.0f32;
+    let steps = select(count > 0u32, count + GROUP as u32 - 1u32, 0u32);
+    for step in 0..steps {
+        let light = (transmittance, behind);
+        let (before, whole) = handed_on(light, step, unit, &mut pipe, has_planes);
+        // Before the unit's first pixel numbers wrap around, which puts them behind the last one.
+        let number = step - unit;
+        let is_some = number < count;
+        let at = select(is_some, number, 0u32) as usize;
+        transmittance = select(unit == 0u32, seen[3usize * PIXELS as usize + at], before);
+        behind = select(unit == 0u32, seen[4usize * PIXELS as usize + at], whole);
+        let code = codes[at];
+        let sees = is_some && unit < code / PIXELS;
+        let dx = (code % TILE) as f32 - own[0usize];
+        let dy = (code % PIXELS / TILE) as f32 - own[1usize];
+        let raw = alpha((dx, dy), (own[2usize], own[3usize], own[4usize]), own[5usize]);
+        let clamped = select(sees, raw, 0.0f32).min(ALPHA_MAX);
+        let weight = clamped * transmittance;
+        let v = (seen[at], seen[PIXELS as usize + at], seen[2usize * PIXELS as usize + at]);
+        let light = weight * (own[6usize] * v.0 + own[7usize] * v.1 + own[8usize] * v.2);
+        transmittance -= weight;
+        behind -= light;
+        // A clamped alpha does not see the exponent.
+        let v_power = select(raw < ALPHA_MAX, light - clamped / (1.0f32 - clamped) * behind, 0.0f32);
+        add_moments(&mut sum, v_power, dx, dy);
+        sum[6usize] = sum[6usize] + weight * v.0;
+        sum[7usize] = sum[7usize] + weight * v.1;
+        sum[8usize] = sum[8usize] + weight * v.2;
+    }
+    sum
+}
+
+/// What the unit before has left of the pixel that it worked on a step ago; anything for the first unit.
+#[cube]
+fn handed_on(
+    light: (f32, f32),
+    step: u32,
+    unit: u32,
+    pipe: &mut [f32],
+    #[comptime] has_planes: bool,
+) -> (f32, f32) {
+    let mut before = light.0;
+    let mut behind = light.1;
+    if comptime!(has_planes) {
+        before = plane_shuffle_up(before, 1u32);
+        behind = plane_shuffle_up(behind, 1u32);
+    } else {
+        // Two buffers in turn, so that a barrier a step is enough.
+        let here = (GROUP as u32 * (step % 2u32) + unit) as usize;
+        pipe[here] = before;
+        pipe[2usize * GROUP + here] = behind;
+        sync_cube();
+        let there = here - select(unit == 0u32, 0usize, 1usize);
+        before = pipe[there];
+        behind = pipe[2usize * GROUP + there];
+    }
+    (before, behind)
 }
 
 /// Adds the moments of an exponent's cotangent at a distance from the centre.
 #[cube]
 fn add_moments(sum: &mut Array<f32>, v: f32, dx: f32, dy: f32) {
+    let (by_x, by_y) = (v * dx, v * dy);
     sum[0usize] = sum[0usize] + v;
-    sum[1usize] = sum[1usize] + v * dx;
-    sum[2usize] = sum[2usize] + v * dy;
-    sum[3usize] = sum[3usize] + v * dx * dx;
-    sum[4usize] = sum[4usize] + v * dx * dy;
-    sum[5usize] = sum[5usize] + v * dy * dy;
+    sum[1usize] = sum[1usize] + by_x;
+    sum[2usize] = sum[2usize] + by_y;
+    sum[3usize] = sum[3usize] + by_x * dx;
+    sum[4usize] = sum[4usize] + by_x * dy;
+    sum[5usize] = sum[5usize] + by_y * dy;
 }

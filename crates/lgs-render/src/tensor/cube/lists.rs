@@ -31,7 +31,7 @@ pub(super) struct Lists {
     pub(super) places: CubeTensor,
     /// Number of entries that there is room for.
     pub(super) entries: usize,
-    /// A bound of the number of groups.
+    /// A bound of the number of groups, those of entries of no tile included.
     pub(super) groups: usize,
 }
 
@@ -164,7 +164,7 @@ pub(super) fn lists(projected: &CubeTensor, counts: &CubeTensor, sizes: &Sizes) 
     let [from, of, to] = arguments([&pairs, &gaussians, &members]);
     resolve::launch(&counts.client, cubes, dim, from, of, to);
     let ranges = ranges(&pairs, sizes.tiles());
-    let groups = room.entries / GROUP + sizes.tiles();
+    let groups = room.entries / GROUP + sizes.tiles() + 1;
     Lists { members, ranges, spans, places, entries: room.entries, groups }
 }
 

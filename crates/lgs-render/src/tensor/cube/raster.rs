@@ -8,13 +8,15 @@ use burn::backend::TensorMetadata;
 use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::{FloatTensor, IntTensor};
 use burn::tensor::{DType, TensorData};
+use cubecl::client::Client;
+use cubecl::ir::features::Plane;
 use cubecl::prelude::*;
 use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, cubes, empty, units, zeros};
 use lgs_tensor::{Kernel, forward_kept};
 
-use super::blend::blend;
-use super::blend_vjp::{COTANGENTS, blend_vjp, collect};
-use super::frame::{HEADER, PARAMETERS, PIXELS, PROJECTED, Sizes, TILE, header};
+use super::blend::{STATE, blend};
+use super::blend_vjp::{COTANGENTS, blend_vjp};
+use super::frame::{HEADER, PARAMETERS, PROJECTED, Sizes, TILE, header};
 use super::lists::{GROUP, Lists, lists};
 use super::pose::{see_moved, summed};
 use super::project::{count_tiles, project};
@@ -36,10 +38,10 @@ pub struct CubeRasterKept {
 struct DrawnKept {
     projected: CubeTensor,
     lists: Lists,
+    /// Where pixels are closed, and the states of tiles before groups.
     states: CubeTensor,
     /// Image and transmittance `[H, W, 4]`.
     image: CubeTensor,
-    stops: CubeTensor,
 }
 
 fn sizes(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> Sizes {
@@ -107,9 +109,8 @@ fn projected(kept: &CubeRasterKept, degree: usize) -> (CubeTensor, CubeTensor) {
 /// Blends the lists.
 fn blended(kept: &CubeRasterKept, projected: CubeTensor, lists: Lists) -> DrawnKept {
     let (sizes, packed) = (kept.sizes, &kept.packed);
-    let states = empty(packed, [lists.groups * PIXELS as usize, 4], DType::F32);
+    let states = empty(packed, [sizes.height * sizes.width + lists.groups * STATE], DType::F32);
     let image = empty(packed, [sizes.height, sizes.width, 4], DType::F32);
-    let stops = empty(packed, [sizes.height, sizes.width], DType::U32);
     blend::launch(
         &packed.client,
         cubes(&packed.client, sizes.tiles()),
@@ -117,33 +118,28 @@ fn blended(kept: &CubeRasterKept, projected: CubeTensor, lists: Lists) -> DrawnK
         projected.clone().into_buffer_arg(),
         lists.members.clone().into_buffer_arg(),
         lists.ranges.clone().into_buffer_arg(),
+        lists.places.clone().into_buffer_arg(),
         packed.clone().into_buffer_arg(),
         states.clone().into_buffer_arg(),
         image.clone().into_buffer_arg(),
-        stops.clone().into_buffer_arg(),
+        lists.entries as u32,
         sizes.frame(),
     );
-    DrawnKept { projected, lists, states, image, stops }
+    DrawnKept { projected, lists, states, image }
+}
+
+/// Whether the planes of a device are as wide as a group of entries.
+fn has_planes(client: &Client) -> bool {
+    let properties = client.properties();
+    let hardware = &properties.hardware;
+    let widths = [hardware.plane_size_min, hardware.plane_size_max];
+    properties.features.plane.contains(Plane::Ops) && widths == [GROUP as u32; 2]
 }
 
 /// Cotangents `[entries, COTANGENTS]` of the lists' entries.
 fn v_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> CubeTensor {
-    let (sizes, client) = (kept.sizes, &kept.packed.client);
-    let pixels = empty(&kept.packed, [sizes.height * sizes.width, 5], DType::F32);
-    let (count, dim) = units(client, sizes.height * sizes.width);
-    collect::launch(
-        client,
-        count,
-        dim,
-        drawn.image.clone().into_buffer_arg(),
-        contiguous(v_image).into_buffer_arg(),
-        drawn.stops.clone().into_buffer_arg(),
-        drawn.lists.places.clone().into_buffer_arg(),
-        pixels.clone().into_buffer_arg(),
-        drawn.lists.entries as u32,
-    );
-    // Entries of no tile are left at zero.
-    let out = zeros(&kept.packed, [drawn.lists.entries, COTANGENTS], DType::F32);
+    let client = &kept.packed.client;
+    let out = empty(&kept.packed, [drawn.lists.entries, COTANGENTS], DType::F32);
     blend_vjp::launch(
         client,
         cubes(client, drawn.lists.groups),
@@ -152,9 +148,11 @@ fn v_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> C
         drawn.lists.members.clone().into_buffer_arg(),
         drawn.lists.ranges.clone().into_buffer_arg(),
         drawn.states.clone().into_buffer_arg(),
-        pixels.into_buffer_arg(),
+        drawn.image.clone().into_buffer_arg(),
+        contiguous(v_image).into_buffer_arg(),
         out.clone().into_buffer_arg(),
-        sizes.frame(),
+        kept.sizes.frame(),
+        has_planes(client),
     );
     out
 }
