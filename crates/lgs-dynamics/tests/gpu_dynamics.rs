@@ -69,8 +69,8 @@ fn rollouts_are_those_of_the_processor() {
 #[test]
 fn more_particles_than_are_evaluated_at_a_time_are_those_of_the_processor() {
     let Some(device) = device_for_tests() else { return };
-    let (n, normalisation) = (2100, lively_system(PotentialKind::Mlp, ForceKind::Mlp).config.normalisation);
-    let config = SystemConfig { hidden: 256, hidden_layers: 4, normalisation, ..SystemConfig::paper() };
+    let (n, normalisation) = (2101, lively_system(PotentialKind::Mlp, ForceKind::Mlp).config.normalisation);
+    let config = SystemConfig { hidden: 256, hidden_layers: 8, normalisation, ..SystemConfig::paper() };
     let params = weights(config.parameters(), 7).into_iter().map(|value| 0.1 * value).collect();
     let system = System { config, params };
     let (q, v, weight) = (random_points(n, 0.6, 1), random_points(n, 0.5, 2), weights(2 * n * 10, 9));

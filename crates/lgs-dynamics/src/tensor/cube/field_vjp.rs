@@ -3,8 +3,8 @@
 use cubecl::prelude::*;
 use lgs_tensor::cube::vectors::{cross, dot, numbers, write, zeros};
 
+use super::ends::sigmoid;
 use super::field::{Kinds, NETWORK, Range, STATE, STRUCTURED, Scales, curved, on_tape, softplus, state_at};
-use super::products::sigmoid;
 use super::tables::*;
 use crate::system::DAMPING_SHIFT;
 

@@ -9,6 +9,7 @@
 
 mod align;
 mod carry;
+mod ends;
 mod field;
 mod field_vjp;
 mod fits;
@@ -19,6 +20,7 @@ mod rotation;
 mod sums;
 mod system;
 mod tables;
+mod tiles;
 mod uploads;
 mod vectors;
 

@@ -1,143 +1,234 @@
-//! Products of matrices with what becomes of their sums.
+//! Chains of products of matrices with what becomes of their sums: the layers of a network one after the
+//! other, by a cube of units for every block of particles.
 //!
-//! A unit holds a square of sums, four particles by four columns that lie apart, so that neighbouring units
-//! read neighbouring weights. Its sums go over all summands in order: nothing is reduced between units.
+//! What a product leaves on the tape is read by the units of the same cube alone, so that a barrier lies
+//! between one product and the next, and no launch.
 
 use cubecl::prelude::*;
 
+use super::ends::end_row;
 use super::tables::*;
+use super::tiles::{
+    COLUMNS as TILE_COLUMNS, FACTORS_OF_UNIT, LANES, NARROW, ROW_FACTORS, ROWS, SHARED, SLICE, SUMS,
+    UNIT_COLUMNS, UNIT_ROWS, UNITS, add_slice, first_column, first_row, stage,
+};
 
-/// Edge of the square of sums that a unit holds.
-pub(super) const TILE: u32 = 4;
-/// The same, as a number of places.
-pub(super) const EDGE: usize = TILE as usize;
+/// Units that share the sums of one particle in a narrow product.
+const PARTS: u32 = UNITS / ROWS;
 
-/// A number of the table.
-#[cube]
-fn entry(table: &[u32], at: usize) -> usize {
-    table[at] as usize
+/// Products of two networks that run side by side: the number of the first of each, and how many.
+#[derive(CubeType, CubeLaunch, Clone, Copy)]
+pub(super) struct Chains {
+    pub(super) first: u32,
+    pub(super) count: u32,
+    pub(super) other: u32,
+    pub(super) other_count: u32,
 }
 
-/// Units of a product for so many particles.
-#[cube]
-fn units_of(table: &[u32], product: u32, rows: u32) -> u32 {
-    table[PLACES + product as usize * PRODUCT + COLUMNS].div_ceil(TILE) * rows.div_ceil(TILE)
-}
-
-/// Runs a product, or two side by side, for so many particles.
+/// Runs the chains for so many particles; the cubes of the second follow those of the first.
 #[cube(launch)]
-pub(super) fn products(weights: &[f32], table: &[u32], tape: &mut [f32], first: u32, second: u32, rows: u32) {
-    let unit = ABSOLUTE_POS as u32;
-    let of_first = units_of(table, first, rows);
-    let is_first = unit < of_first;
-    let other = select(second == NONE, first, second);
-    let of_second = select(second == NONE, 0u32, units_of(table, other, rows));
-    if unit < of_first + of_second {
-        let product = PLACES + select(is_first, first, other) as usize * PRODUCT;
-        run(weights, table, tape, product, unit - select(is_first, 0u32, of_first), rows);
-    }
-}
-
-/// One unit of a product.
-#[cube]
-fn run(weights: &[f32], table: &[u32], tape: &mut [f32], product: usize, unit: u32, rows: u32) {
-    let columns = table[product + COLUMNS];
-    let tiles = columns.div_ceil(TILE);
-    let column = unit % tiles;
-    let row = unit / tiles * TILE;
-    let mut factors = Array::<u32>::new(EDGE);
-    let mut columns_at = Array::<u32>::new(EDGE);
-    #[unroll]
-    for i in 0..EDGE {
-        factors[i] = table[product + FACTORS] + (row + i as u32).min(rows - 1u32) * table[product + STRIDE];
-        columns_at[i] = (column + i as u32 * tiles).min(columns - 1u32);
-    }
-    let mut sums = begin(weights, table, &columns_at, product);
-    let inner = table[product + INNER];
-    let stride = table[product + WEIGHTS_STRIDE];
-    let mut at = table[product + WEIGHTS];
-    for k in 0..inner {
-        #[unroll]
-        for j in 0..EDGE {
-            let weight = weights[(at + columns_at[j]) as usize];
-            #[unroll]
-            for i in 0..EDGE {
-                sums[EDGE * i + j] += tape[(factors[i] + k) as usize] * weight;
+pub(super) fn products(weights: &[f32], table: &[u32], tape: &mut [f32], chains: Chains, rows: u32) {
+    let blocks = rows.div_ceil(ROWS);
+    let cube = CUBE_POS as u32;
+    let mut shared = Shared::<[f32]>::new_slice(SHARED);
+    if cube < 2u32 * blocks {
+        let is_first = cube < blocks;
+        let row = (cube - select(is_first, 0u32, blocks)) * ROWS;
+        let first = select(is_first, chains.first, chains.other);
+        for i in 0..select(is_first, chains.count, chains.other_count) {
+            sync_storage();
+            let product = PLACES + (first + i) as usize * PRODUCT;
+            if table[product + END] == PLAIN {
+                narrow(weights, table, tape, &mut shared, product, (row, rows));
+            } else {
+                wide(weights, table, tape, &mut shared, product, (row, rows));
             }
         }
-        at += stride;
     }
-    #[unroll]
-    for i in 0..EDGE {
+}
+
+/// A product for the particles of a block, given its first one and their number in all.
+#[cube]
+fn wide(
+    weights: &[f32],
+    table: &[u32],
+    tape: &mut [f32],
+    shared: &mut [f32],
+    product: usize,
+    range: (u32, u32),
+) {
+    let (row, rows) = range;
+    let columns = table[product + COLUMNS];
+    for tile in 0..columns.div_ceil(TILE_COLUMNS) {
+        let column = tile * TILE_COLUMNS;
+        let sums = tile_sums(weights, table, &*tape, shared, product, (row, rows, column));
+        // What becomes of the sums is written once, for rows in a loop, so they are where a loop finds them.
+        sync_cube();
         #[unroll]
-        for j in 0..EDGE {
-            if row + (i as u32) < rows && column + (j as u32) * tiles < columns {
-                let at = (row + i as u32) * columns + columns_at[j];
-                end(weights, table, tape, product, at as usize, columns_at[j] as usize, sums[EDGE * i + j]);
+        for i in 0..SUMS {
+            shared[UNIT_POS as usize + i * UNITS as usize] = sums[i];
+        }
+        let mut columns_at = Array::<u32>::new(UNIT_COLUMNS);
+        #[unroll]
+        for j in 0..UNIT_COLUMNS {
+            columns_at[j] = column + first_column() + j as u32 * LANES;
+        }
+        for i in 0..UNIT_ROWS as u32 {
+            let own = row + first_row() + i;
+            if own < rows {
+                let mut of_row = Array::<f32>::new(UNIT_COLUMNS);
+                #[unroll]
+                for j in 0..UNIT_COLUMNS {
+                    let at = (i * UNIT_COLUMNS as u32 + j as u32) * UNITS + UNIT_POS;
+                    of_row[j] = shared[at as usize];
+                }
+                end_row(weights, table, tape, product, own * columns, &columns_at, &of_row);
             }
+        }
+    }
+}
+
+/// A unit's sums of the tile that begins at a column.
+#[cube]
+fn tile_sums(
+    weights: &[f32],
+    table: &[u32],
+    tape: &[f32],
+    shared: &mut [f32],
+    product: usize,
+    place: (u32, u32, u32),
+) -> Array<f32> {
+    let (row, rows, column) = place;
+    let mut factors_at = Array::<u32>::new(ROW_FACTORS);
+    #[unroll]
+    for i in 0..ROW_FACTORS {
+        let own = (row + UNIT_POS / SLICE + i as u32 * (UNITS / SLICE)).min(rows - 1u32);
+        factors_at[i] = table[product + FACTORS] + own * table[product + STRIDE];
+    }
+    let columns = table[product + COLUMNS];
+    let weights_at = table[product + WEIGHTS] + (column + UNIT_POS).min(columns - 1u32);
+    let mut sums = biases(weights, table, product, column);
+    let mut factors = Array::<f32>::new(FACTORS_OF_UNIT);
+    fetch(weights, table, tape, product, &factors_at, weights_at, 0u32, &mut factors);
+    for slice in 0..table[product + INNER].div_ceil(SLICE) {
+        stage(&factors, shared);
+        // The next slice is on its way while this one is summed.
+        let next = (slice + 1u32) * SLICE;
+        fetch(weights, table, tape, product, &factors_at, weights_at, next, &mut factors);
+        add_slice(&*shared, &mut sums, SLICE, 1u32);
+    }
+    sums
+}
+
+/// Reads a unit's numbers of the slice that begins at a summand: zeros behind the last one.
+#[cube]
+fn fetch(
+    weights: &[f32],
+    table: &[u32],
+    tape: &[f32],
+    product: usize,
+    factors_at: &Array<u32>,
+    weights_at: u32,
+    begin: u32,
+    factors: &mut Array<f32>,
+) {
+    let (inner, stride) = (table[product + INNER], table[product + WEIGHTS_STRIDE]);
+    if begin < inner {
+        let summand = begin + UNIT_POS % SLICE;
+        let last = summand.min(inner - 1u32);
+        #[unroll]
+        for i in 0..ROW_FACTORS {
+            factors[i] = select(summand < inner, tape[(factors_at[i] + last) as usize], 0.0f32);
+        }
+        #[unroll]
+        for i in 0..SLICE as usize {
+            let summand = begin + i as u32;
+            let weight = weights[(weights_at + summand.min(inner - 1u32) * stride) as usize];
+            factors[ROW_FACTORS + i] = select(summand < inner, weight, 0.0f32);
         }
     }
 }
 
 /// The biases of a unit's columns, or zeros.
 #[cube]
-fn begin(weights: &[f32], table: &[u32], columns_at: &Array<u32>, product: usize) -> Array<f32> {
-    let mut sums = Array::<f32>::new(EDGE * EDGE);
-    let biases = table[product + BIASES];
+fn biases(weights: &[f32], table: &[u32], product: usize, column: u32) -> Array<f32> {
+    let mut sums = Array::<f32>::new(SUMS);
+    let (columns, biases) = (table[product + COLUMNS], table[product + BIASES]);
     let has_biases = biases != NONE;
     #[unroll]
-    for j in 0..EDGE {
-        let at = select(has_biases, biases, 0u32) + columns_at[j];
+    for j in 0..UNIT_COLUMNS {
+        let own = (column + first_column() + j as u32 * LANES).min(columns - 1u32);
+        let at = select(has_biases, biases, 0u32) + own;
         let bias = select(has_biases, weights[at as usize], 0.0f32);
         #[unroll]
-        for i in 0..EDGE {
-            sums[EDGE * i + j] = bias;
+        for i in 0..UNIT_ROWS {
+            sums[UNIT_COLUMNS * i + j] = bias;
         }
     }
     sums
 }
 
-/// What becomes of a sum at a place of the particles' arrays.
+/// A product of few columns, whose sums are the result. Units share a particle's sums, each every fourth
+/// summand, and add theirs in order.
 #[cube]
-fn end(weights: &[f32], table: &[u32], tape: &mut [f32], product: usize, at: usize, column: usize, sum: f32) {
-    let kind = table[product + END];
-    let first = entry(table, product + FIRST) + at;
-    if kind == PLAIN {
-        tape[first] = sum;
-    } else {
-        let arguments = entry(table, product + ARGUMENTS) + at;
-        let has_arguments = kind == HIDDEN || kind == TOP;
-        if has_arguments {
-            tape[arguments] = sum;
-        }
-        let z = tape[arguments];
-        let s = sigmoid(z);
-        let slope = s * (1.0f32 + z * (1.0f32 - s));
-        if kind == HIDDEN {
-            tape[first] = z * s;
-        } else if kind == DOWN {
-            tape[first] = tape[first] + slope * sum;
-        } else {
-            // A chain begins with the weights of the output.
-            let head = select(kind == TOP, table[product + HEAD], 0u32) as usize + column;
-            let factor = select(kind == TOP, weights[head], sum);
-            tape[first] = slope * factor;
-            let second = select(kind == BACK, first, entry(table, product + SECOND) + at);
-            if kind == UP {
-                tape[second] = tape[second] * sum;
-            } else if kind != BACK {
-                let curvature = s * (1.0f32 - s) * (2.0f32 + z * (1.0f32 - 2.0f32 * s));
-                tape[second] = curvature * factor;
+fn narrow(
+    weights: &[f32],
+    table: &[u32],
+    tape: &mut [f32],
+    shared: &mut [f32],
+    product: usize,
+    range: (u32, u32),
+) {
+    let (row, rows) = range;
+    let own = row + UNIT_POS / PARTS;
+    let columns = table[product + COLUMNS];
+    let sums = part_sums(weights, table, &*tape, product, own.min(rows - 1u32));
+    #[unroll]
+    for j in 0..NARROW {
+        shared[(UNIT_POS + j * UNITS) as usize] = sums[j as usize];
+    }
+    sync_cube();
+    let biases = table[product + BIASES];
+    let has_biases = biases != NONE;
+    #[unroll]
+    for j in 0..NARROW / PARTS {
+        let column = UNIT_POS % PARTS + j * PARTS;
+        if own < rows && column < columns {
+            let at = select(has_biases, biases + column, 0u32);
+            let mut sum = select(has_biases, weights[at as usize], 0.0f32);
+            #[unroll]
+            for part in 0..PARTS {
+                sum += shared[(column * UNITS + UNIT_POS / PARTS * PARTS + part) as usize];
             }
+            tape[(table[product + FIRST] + own * columns + column) as usize] = sum;
         }
     }
 }
 
-/// `1 / (1 + exp(−z))`, by the exponential that does not overflow.
+/// A unit's part of the sums of a particle in a narrow product.
 #[cube]
-pub(super) fn sigmoid(z: f32) -> f32 {
-    let e = (-z.abs()).exp();
-    select(z >= 0.0f32, 1.0f32, e) / (1.0f32 + e)
+fn part_sums(weights: &[f32], table: &[u32], tape: &[f32], product: usize, row: u32) -> Array<f32> {
+    let (inner, columns) = (table[product + INNER], table[product + COLUMNS]);
+    let factors = table[product + FACTORS] + row * table[product + STRIDE];
+    let mut sums = Array::<f32>::new(NARROW as usize);
+    #[unroll]
+    for j in 0..NARROW as usize {
+        sums[j] = 0.0f32;
+    }
+    for step in 0..inner.div_ceil(PARTS) {
+        let summand = step * PARTS + UNIT_POS % PARTS;
+        if summand < inner {
+            let factor = tape[(factors + summand) as usize];
+            let at = table[product + WEIGHTS] + summand * table[product + WEIGHTS_STRIDE];
+            #[unroll]
+            for j in 0..NARROW {
+                if j < columns {
+                    sums[j as usize] += factor * weights[(at + j) as usize];
+                }
+            }
+        }
+    }
+    sums
 }
 
 /// The weights as they are, and behind them transposed, layer by layer.

@@ -1,17 +1,20 @@
-//! What an evaluation of a system and its backward pass launch: products in their order, two at a time where
-//! the networks of potential and force go side by side (method §4.1), and the sums of gradients.
+//! What an evaluation of a system and its backward pass launch: chains of products, those of potential and
+//! force side by side (method §4.1), and the sums of gradients.
 //!
 //! With z, φ and their layers as in [`lgs_nn`]: the gradient of the potential's network runs down from the
 //! output's weights w as `e = φ′(z) g`, `g ← Wᵀe`, keeping `κ = φ″(z) g`. Its cotangent ḡ runs up as
 //! `ē = W ḡ`, `ḡ ← φ′(z) ē`, `c = κ ē`, and c down as `z̄ = c + φ′(z) Wᵀz̄`.
 
+use std::ops::Range;
+
 use lgs_nn::{LinearRange, MlpLayout};
 
 use super::tables::*;
+use super::tiles::{COLUMNS as TILE_COLUMNS, NARROW, ROWS, UNITS};
 use crate::system::{Layout, SystemConfig};
 
-/// Products that are launched together, by their numbers.
-pub(super) type Pair = (u32, Option<u32>);
+/// Products that run one after the other, by their numbers.
+pub(super) type Chain = Range<u32>;
 
 /// Arrays of a hidden layer on the tape.
 #[derive(Clone, Copy)]
@@ -34,11 +37,11 @@ pub(super) struct Program {
     /// Floats of the tape.
     pub(super) tape: usize,
     /// An evaluation of potential and force.
-    pub(super) forward: Vec<Pair>,
+    pub(super) forward: [Chain; 2],
     /// Its backward pass, but for the sums.
-    pub(super) backward: Vec<Pair>,
-    /// The number of the first of the sums among numbers of the table, and their count.
-    pub(super) sums: (u32, u32),
+    pub(super) backward: [Chain; 2],
+    /// The number of the first of the sums among numbers of the table, their count and that of their tiles.
+    pub(super) sums: (u32, u32, u32),
     /// Layers as weight, inputs and outputs: what is transposed.
     pub(super) layers: Vec<u32>,
     /// Parameters.
@@ -70,11 +73,10 @@ impl Program {
         builder.place();
         let up = builder.potential(&layout.potential);
         let force = layout.force.as_ref().map(|layout| builder.force(layout)).unwrap_or_default();
-        let forward = paired(up.0, force.0);
-        let backward = paired(up.1, force.1);
         if let Some(start) = layout.quadratic {
             builder.quadratic(start as u32);
         }
+        let tiles = builder.number_tiles();
         let first = (PLACES + PRODUCT * builder.products.len()) as u32;
         let mut table = builder.places.to_vec();
         table.extend(builder.products.iter().flatten());
@@ -85,20 +87,44 @@ impl Program {
         Self {
             table,
             tape: builder.tape,
-            forward,
-            backward,
-            sums: (first, builder.sums.len() as u32),
+            forward: [up.0, force.0],
+            backward: [up.1, force.1],
+            sums: (first, builder.sums.len() as u32, tiles),
             layers: layers.collect(),
             params: layout.len,
         }
     }
 }
 
-/// Two lists side by side.
-fn paired(one: Vec<u32>, other: Vec<u32>) -> Vec<Pair> {
-    let (long, short) = if one.len() < other.len() { (other, one) } else { (one, other) };
-    let mut short = short.into_iter();
-    long.into_iter().map(|first| (first, short.next())).collect()
+/// A term of a sum over particles: its left array, and its right one with how far particles lie apart.
+type Term = (u32, (u32, usize));
+/// No second term.
+const NO_TERM: Term = (NONE, (0, 0));
+
+/// The numbers of a sum over particles: rows and columns, how far the left factors of particles lie apart,
+/// terms, and where the sums go with how far they lie apart by row and by column.
+fn outer(
+    (rows, columns): (usize, usize),
+    stride: usize,
+    terms: [Term; 2],
+    (to, to_row, to_column): (usize, usize, usize),
+) -> [u32; OUTER] {
+    let mut sum = [0; OUTER];
+    for (number, (left, (right, right_stride))) in terms.into_iter().enumerate() {
+        let term = &mut sum[TERM * number..];
+        (term[LEFT], term[RIGHT], term[RIGHT_STRIDE]) = (left, right, right_stride as u32);
+    }
+    (sum[OUTPUTS], sum[INPUTS], sum[LEFT_STRIDE]) = (rows as u32, columns as u32, stride as u32);
+    (sum[TO], sum[TO_ROW], sum[TO_COLUMN]) = (to as u32, to_row as u32, to_column as u32);
+    sum
+}
+
+/// The tiles of a sum over particles.
+fn tiles_of(sum: &[u32; OUTER]) -> u32 {
+    if sum[INPUTS] <= NARROW {
+        return sum[OUTPUTS].div_ceil(UNITS);
+    }
+    sum[OUTPUTS].div_ceil(ROWS) * sum[INPUTS].div_ceil(TILE_COLUMNS)
 }
 
 impl Builder {
@@ -124,9 +150,20 @@ impl Builder {
         layout.hidden.iter().map(&mut of_layer).collect()
     }
 
-    fn push(&mut self, product: [u32; PRODUCT]) -> u32 {
-        self.products.push(product);
-        self.products.len() as u32 - 1
+    /// The number of the next product.
+    fn next(&self) -> u32 {
+        self.products.len() as u32
+    }
+
+    /// Numbers the tiles of the sums, those of most work first; gives their count.
+    fn number_tiles(&mut self) -> u32 {
+        self.sums.sort_by_key(|sum| (sum[INPUTS] <= NARROW, sum[TERM + LEFT] == NONE));
+        let mut tiles = 0;
+        for sum in &mut self.sums {
+            sum[BEGIN] = tiles;
+            tiles += tiles_of(sum);
+        }
+        tiles
     }
 
     /// `W x`, by transposed weights, so that neighbouring units read neighbouring ones.
@@ -156,15 +193,15 @@ impl Builder {
     }
 
     /// The products of the gradient of the potential's network, and of its backward pass.
-    fn potential(&mut self, layout: &MlpLayout) -> (Vec<u32>, Vec<u32>) {
+    fn potential(&mut self, layout: &MlpLayout) -> (Chain, Chain) {
         let arrays = self.hidden(layout, 5);
         self.potential_sums(layout, &arrays);
         (self.potential_gradient(layout, &arrays), self.potential_gradient_vjp(layout, &arrays))
     }
 
-    fn potential_gradient(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+    fn potential_gradient(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Chain {
         let [states, gradient] = [STATES, GRADIENT].map(|place| self.places[place]);
-        let (mut pushed, last) = (Vec::new(), layout.hidden.len() - 1);
+        let (first, last) = (self.next(), layout.hidden.len() - 1);
         for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate() {
             let below = if i == 0 { (states, STATE_INPUTS) } else { (arrays[i - 1].h, l.inputs) };
             let mut product = self.up(l, if i == last { TOP } else { HIDDEN }, below);
@@ -173,7 +210,7 @@ impl Builder {
             product[FIRST] = if i == last { own.e } else { own.h };
             product[SECOND] = own.k;
             product[HEAD] = layout.head.weight as u32;
-            pushed.push(self.push(product));
+            self.products.push(product);
         }
         for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate().rev() {
             let mut product = self.down(l, if i == 0 { PLAIN } else { CHAIN }, own.e);
@@ -181,19 +218,19 @@ impl Builder {
             if i > 0 {
                 (product[ARGUMENTS], product[SECOND]) = (arrays[i - 1].z, arrays[i - 1].k);
             }
-            pushed.push(self.push(product));
+            self.products.push(product);
         }
-        pushed
+        first..self.next()
     }
 
-    fn potential_gradient_vjp(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+    fn potential_gradient_vjp(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Chain {
         let [v_gradient, v_out] = [V_GRADIENT, V_POTENTIAL].map(|place| self.places[place]);
-        let mut pushed = Vec::new();
+        let first = self.next();
         for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate() {
             let below = if i == 0 { (v_gradient, 3) } else { (arrays[i - 1].g, l.inputs) };
             let mut product = self.up(l, UP, below);
             (product[ARGUMENTS], product[FIRST], product[SECOND]) = (own.z, own.g, own.k);
-            pushed.push(self.push(product));
+            self.products.push(product);
         }
         for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate().rev() {
             let mut product = self.down(l, if i == 0 { PLAIN } else { DOWN }, own.k);
@@ -201,36 +238,54 @@ impl Builder {
             if i > 0 {
                 product[ARGUMENTS] = arrays[i - 1].z;
             }
-            pushed.push(self.push(product));
+            self.products.push(product);
         }
-        pushed
+        first..self.next()
     }
 
     fn potential_sums(&mut self, layout: &MlpLayout, arrays: &[Hidden]) {
         let [states, v_gradient] = [STATES, V_GRADIENT].map(|place| self.places[place]);
         for (i, (l, own)) in layout.hidden.iter().zip(arrays).enumerate() {
-            let (outputs, inputs) = (l.outputs as u32, l.inputs as u32);
             let [one, other] = match i {
-                0 => [(v_gradient, 3), (states, STATE_INPUTS as u32)],
-                _ => [arrays[i - 1].g, arrays[i - 1].h].map(|right| (right, inputs)),
+                0 => [(v_gradient, 3), (states, STATE_INPUTS)],
+                _ => [arrays[i - 1].g, arrays[i - 1].h].map(|right| (right, l.inputs)),
             };
-            let (to, ones_to) = (l.weight as u32, l.bias as u32);
-            self.sums.push([outputs, inputs, own.e, one.0, own.k, other.0, one.1, other.1, to, ones_to]);
+            let terms = [(own.k, other), (own.e, one)];
+            self.sums.push(outer((l.outputs, l.inputs), l.outputs, terms, (l.weight, l.inputs, 1)));
+            self.ones(own.k, l.outputs, l.bias);
         }
         // The weights of the output meet ḡ alone.
-        let (top, width) = (arrays[arrays.len() - 1].g, layout.head.inputs as u32);
-        self.sums.push([width, 0, NONE, 0, top, 0, 0, 0, 0, layout.head.weight as u32]);
+        self.ones(arrays[arrays.len() - 1].g, layout.head.inputs, layout.head.weight);
+    }
+
+    /// The sums of an array over particles.
+    fn ones(&mut self, array: u32, width: usize, to: usize) {
+        self.sums.push(outer((width, 1), width, [(array, (ONES, 0)), NO_TERM], (to, 1, 1)));
+    }
+
+    /// The sums of a layer of the force's network, given its cotangents and what goes into it. A layer of few
+    /// outputs and more inputs goes by its transpose, of few columns.
+    fn layer_sums(&mut self, l: &LinearRange, v: u32, below: (u32, usize)) {
+        let (outputs, inputs) = (l.outputs, l.inputs);
+        let sums = if outputs <= NARROW as usize && outputs < inputs {
+            let terms = [(below.0, (v, outputs)), NO_TERM];
+            outer((inputs, outputs), below.1, terms, (l.weight, 1, inputs))
+        } else {
+            outer((outputs, inputs), outputs, [(v, below), NO_TERM], (l.weight, inputs, 1))
+        };
+        self.sums.push(sums);
+        self.ones(v, outputs, l.bias);
     }
 
     /// The products of the force's network, and of its backward pass.
-    fn force(&mut self, layout: &MlpLayout) -> (Vec<u32>, Vec<u32>) {
+    fn force(&mut self, layout: &MlpLayout) -> (Chain, Chain) {
         let arrays = self.hidden(layout, 3);
         (self.force_outputs(layout, &arrays), self.force_outputs_vjp(layout, &arrays))
     }
 
-    fn force_outputs(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+    fn force_outputs(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Chain {
         let [states, out, v_out] = [STATES, FORCE, V_FORCE].map(|place| self.places[place]);
-        let mut pushed = Vec::new();
+        let first = self.next();
         for (i, l) in layout.linears().enumerate() {
             let below = if i == 0 { (states, STATE_INPUTS) } else { (arrays[i - 1].h, l.inputs) };
             let own = arrays.get(i);
@@ -238,18 +293,16 @@ impl Builder {
             product[BIASES] = l.bias as u32;
             product[FIRST] = own.map_or(out, |own| own.h);
             product[ARGUMENTS] = own.map_or(NONE, |own| own.z);
-            pushed.push(self.push(product));
+            self.products.push(product);
             let v = own.map_or(v_out, |own| own.e);
-            let (outputs, inputs, stride) = (l.outputs as u32, l.inputs as u32, below.1 as u32);
-            let (to, ones_to) = (l.weight as u32, l.bias as u32);
-            self.sums.push([outputs, inputs, NONE, 0, v, below.0, 0, stride, to, ones_to]);
+            self.layer_sums(l, v, below);
         }
-        pushed
+        first..self.next()
     }
 
-    fn force_outputs_vjp(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Vec<u32> {
+    fn force_outputs_vjp(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Chain {
         let [v_out, v_inputs] = [V_FORCE, V_INPUTS].map(|place| self.places[place]);
-        let (mut pushed, layers) = (Vec::new(), layout.linears().collect::<Vec<_>>());
+        let (first, layers) = (self.next(), layout.linears().collect::<Vec<_>>());
         for (i, l) in layers.into_iter().enumerate().rev() {
             let v = arrays.get(i).map_or(v_out, |own| own.e);
             let mut product = self.down(l, if i == 0 { PLAIN } else { BACK }, v);
@@ -257,16 +310,17 @@ impl Builder {
             if i > 0 {
                 product[ARGUMENTS] = arrays[i - 1].z;
             }
-            pushed.push(self.push(product));
+            self.products.push(product);
         }
-        pushed
+        first..self.next()
     }
 
     /// Linear coefficients, and second moments behind the parameters.
     fn quadratic(&mut self, start: u32) {
         self.places[QUADRATIC] = start;
         let [states, v_gradient] = [STATES, V_GRADIENT].map(|place| self.places[place]);
-        let stride = STATE_INPUTS as u32;
-        self.sums.push([3, 3, NONE, 0, v_gradient, states, 0, stride, self.params, start]);
+        let terms = [(v_gradient, (states, STATE_INPUTS)), NO_TERM];
+        self.sums.push(outer((3, 3), 3, terms, (self.params as usize, 3, 1)));
+        self.ones(v_gradient, 3, start as usize);
     }
 }

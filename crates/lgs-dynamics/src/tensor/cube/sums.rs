@@ -1,123 +1,216 @@
 //! Gradients of weights: sums over particles of the outer products of cotangents with what goes into layers.
 //!
-//! A group of particles sums by itself, a unit a square of weights, over its particles in order; the groups'
-//! sums are added in order at the end.
+//! A group of particles sums by itself, a cube of units a tile of weights, over its particles in order; the
+//! groups' sums are added in order at the end.
 
 use cubecl::prelude::*;
 
-use super::products::{EDGE, TILE};
 use super::tables::*;
+use super::tiles::{
+    COLUMNS as TILE_COLUMNS, FACTORS_OF_UNIT, LANES, NARROW, ROW_FACTORS, ROWS, SHARED, SLICE, SUMS,
+    UNIT_COLUMNS, UNIT_ROWS, UNITS, add_slice, first_column, first_row, stage,
+};
+
+/// Particles whose factors a unit of narrow sums reads at once.
+const BATCH: u32 = 8;
+
+/// Where the sums are in the table and how many, and the groups of particles.
+#[derive(CubeType, CubeLaunch, Clone, Copy)]
+pub(super) struct Outer {
+    pub(super) first: u32,
+    pub(super) count: u32,
+    /// The tiles of all sums.
+    pub(super) tiles: u32,
+    pub(super) groups: u32,
+    /// Particles of a group, and all.
+    pub(super) group_rows: u32,
+    pub(super) rows: u32,
+    /// Floats of a group's gradients.
+    pub(super) width: u32,
+}
 
 /// Adds the gradients of all weights, summed over each group of particles by itself, to those of the group's.
 #[cube(launch)]
-pub(super) fn outer_sums(
+pub(super) fn outer_sums(table: &[u32], tape: &[f32], partials: &mut [f32], outer: Outer) {
+    let cube = CUBE_POS as u32;
+    let mut shared = Shared::<[f32]>::new_slice(SHARED);
+    if cube < outer.tiles * outer.groups {
+        let (tile, group) = (cube / outer.groups, cube % outer.groups);
+        let mut layer = outer.first as usize;
+        for i in 1..outer.count {
+            let other = outer.first as usize + i as usize * OUTER;
+            layer = select(tile >= table[other + BEGIN], other, layer);
+        }
+        let begin = group * outer.group_rows;
+        let range = (begin, (begin + outer.group_rows).min(outer.rows));
+        let own = tile - table[layer + BEGIN];
+        if table[layer + INPUTS] <= NARROW {
+            narrow(table, tape, partials, layer, own * UNITS + UNIT_POS, (range, group * outer.width));
+        } else {
+            wide(table, tape, partials, &mut shared, (layer, own), (range, group * outer.width));
+        }
+    }
+}
+
+/// A tile of the weights of a layer, over a range of particles, for the group whose sums begin at a place.
+#[cube]
+fn wide(
     table: &[u32],
     tape: &[f32],
     partials: &mut [f32],
-    layers: OuterLayers,
-    rows: u32,
-    group_rows: u32,
-    width: u32,
+    shared: &mut [f32],
+    tile: (usize, u32),
+    group: ((u32, u32), u32),
 ) {
-    let mut unit = ABSOLUTE_POS as u32 % layers.units;
-    let group = ABSOLUTE_POS as u32 / layers.units;
-    let begin = group * group_rows;
-    if begin < rows {
-        let mut layer = layers.first as usize;
-        for _ in 1..layers.count {
-            let units = outer_units(table, layer);
-            if unit >= units {
-                unit -= units;
-                layer += OUTER;
-            } else {
-                break;
-            }
-        }
-        let end = (begin + group_rows).min(rows);
-        let sums = outer_sum(table, tape, layer, unit, (begin, end));
-        add_sums(table, partials, layer, unit, group * width, &sums);
-    }
-}
-
-/// Where the sums are in the table, how many, and all their units.
-#[derive(CubeType, CubeLaunch, Clone, Copy)]
-pub(super) struct OuterLayers {
-    pub(super) first: u32,
-    pub(super) count: u32,
-    pub(super) units: u32,
-}
-
-#[cube]
-fn outer_units(table: &[u32], layer: usize) -> u32 {
-    table[layer + OUTPUTS].div_ceil(TILE) * (table[layer + INPUTS] + 1u32).div_ceil(TILE)
-}
-
-/// The square of sums of a unit over a range of particles.
-#[cube]
-fn outer_sum(table: &[u32], tape: &[f32], layer: usize, unit: u32, range: (u32, u32)) -> Array<f32> {
-    let (outputs, inputs) = (table[layer + OUTPUTS], table[layer + INPUTS]);
-    let tiles = (inputs + 1u32).div_ceil(TILE);
-    let (output, input) = (unit / tiles * TILE, unit % tiles);
-    let has_first = table[layer + LEFT_1] != NONE;
-    let mut sums = Array::<f32>::new(EDGE * EDGE);
+    let (layer, number) = tile;
+    let (range, to) = group;
+    let tiles = table[layer + INPUTS].div_ceil(TILE_COLUMNS);
+    let (output, input) = (number / tiles * ROWS, number % tiles * TILE_COLUMNS);
+    let mut sums = Array::<f32>::new(SUMS);
     #[unroll]
-    for i in 0..EDGE * EDGE {
+    for i in 0..SUMS {
         sums[i] = 0.0f32;
     }
-    for row in range.0..range.1 {
-        let left = table[layer + LEFT_2] + row * outputs;
-        let right = table[layer + RIGHT_2] + row * table[layer + RIGHT_2_STRIDE];
-        add_outer(tape, (left, right), (output, outputs), (input, inputs, tiles), 1.0f32, &mut sums);
-        if has_first {
-            let left = table[layer + LEFT_1] + row * outputs;
-            let right = table[layer + RIGHT_1] + row * table[layer + RIGHT_1_STRIDE];
-            add_outer(tape, (left, right), (output, outputs), (input, inputs, tiles), 0.0f32, &mut sums);
+    let mut factors = Array::<f32>::new(FACTORS_OF_UNIT);
+    for term in 0..select(table[layer + TERM + LEFT] == NONE, 1u32, 2u32) {
+        let of_term = layer + term as usize * TERM;
+        let outputs = table[layer + OUTPUTS];
+        let left = table[of_term + LEFT] + (output + UNIT_POS % ROWS).min(outputs - 1u32);
+        let right = table[of_term + RIGHT] + (input + UNIT_POS).min(table[layer + INPUTS] - 1u32);
+        let strides = (table[layer + LEFT_STRIDE], table[of_term + RIGHT_STRIDE]);
+        fetch(tape, (left, right), strides, (range.0, range.1), &mut factors);
+        for slice in 0..(range.1 - range.0).div_ceil(SLICE) {
+            stage(&factors, shared);
+            let next = range.0 + (slice + 1u32) * SLICE;
+            fetch(tape, (left, right), strides, (next, range.1), &mut factors);
+            add_slice(&*shared, &mut sums, 1u32, ROWS);
         }
     }
-    sums
+    add_sums(table, partials, layer, (output, input), to, &mut sums);
 }
 
-/// Adds `left ⊗ (right, last)` of one particle.
+/// Reads a unit's numbers of the slice of particles that begins with one: zeros behind the last.
 #[cube]
-fn add_outer(
-    tape: &[f32],
-    places: (u32, u32),
-    of_outputs: (u32, u32),
-    of_inputs: (u32, u32, u32),
-    last: f32,
+fn fetch(tape: &[f32], places: (u32, u32), strides: (u32, u32), range: (u32, u32), factors: &mut Array<f32>) {
+    let (begin, end) = range;
+    if begin < end {
+        #[unroll]
+        for i in 0..ROW_FACTORS {
+            let row = begin + UNIT_POS / ROWS + i as u32 * (UNITS / ROWS);
+            let left = tape[(places.0 + row.min(end - 1u32) * strides.0) as usize];
+            factors[i] = select(row < end, left, 0.0f32);
+        }
+        #[unroll]
+        for i in 0..SLICE as usize {
+            let row = begin + i as u32;
+            let right = tape[(places.1 + row.min(end - 1u32) * strides.1) as usize];
+            factors[ROW_FACTORS + i] = select(row < end, right, 0.0f32);
+        }
+    }
+}
+
+/// Adds a unit's sums to those of a group, which begin at a place; all are read before any is written.
+#[cube]
+fn add_sums(
+    table: &[u32],
+    partials: &mut [f32],
+    layer: usize,
+    place: (u32, u32),
+    group: u32,
     sums: &mut Array<f32>,
 ) {
-    let (output, outputs) = of_outputs;
-    let (input, inputs, tiles) = of_inputs;
+    let (outputs, inputs) = (table[layer + OUTPUTS], table[layer + INPUTS]);
+    let (row, column) = (place.0 + first_row(), place.1 + first_column());
+    let to = group + table[layer + TO];
     #[unroll]
-    for j in 0..EDGE {
-        let column = input + j as u32 * tiles;
-        let is_last = column >= inputs;
-        let read = tape[(places.1 + select(is_last, 0u32, column)) as usize];
-        let right = select(is_last, last, read);
+    for i in 0..UNIT_ROWS {
         #[unroll]
-        for i in 0..EDGE {
-            let left = tape[(places.0 + (output + i as u32).min(outputs - 1u32)) as usize];
-            sums[EDGE * i + j] += left * right;
+        for j in 0..UNIT_COLUMNS {
+            let of_row = (row + i as u32).min(outputs - 1u32) * table[layer + TO_ROW];
+            let at = to + of_row + (column + j as u32 * LANES).min(inputs - 1u32) * table[layer + TO_COLUMN];
+            sums[UNIT_COLUMNS * i + j] = partials[at as usize] + sums[UNIT_COLUMNS * i + j];
+        }
+    }
+    #[unroll]
+    for i in 0..UNIT_ROWS {
+        #[unroll]
+        for j in 0..UNIT_COLUMNS {
+            let (own_row, own_column) = (row + i as u32, column + j as u32 * LANES);
+            if own_row < outputs && own_column < inputs {
+                let at = to + own_row * table[layer + TO_ROW] + own_column * table[layer + TO_COLUMN];
+                partials[at as usize] = sums[UNIT_COLUMNS * i + j];
+            }
         }
     }
 }
 
-/// Adds a unit's sums to those of a group, which begin at a place.
+/// The few weights of an output over a range of particles, by one unit, for the group whose sums begin at a
+/// place.
 #[cube]
-fn add_sums(table: &[u32], partials: &mut [f32], layer: usize, unit: u32, group: u32, sums: &Array<f32>) {
+fn narrow(
+    table: &[u32],
+    tape: &[f32],
+    partials: &mut [f32],
+    layer: usize,
+    output: u32,
+    group: ((u32, u32), u32),
+) {
+    let (range, to) = group;
     let (outputs, inputs) = (table[layer + OUTPUTS], table[layer + INPUTS]);
-    let tiles = (inputs + 1u32).div_ceil(TILE);
-    let (output, input) = (unit / tiles * TILE, unit % tiles);
+    let mut sums = Array::<f32>::new(NARROW as usize);
     #[unroll]
-    for i in 0..EDGE {
+    for j in 0..NARROW as usize {
+        sums[j] = 0.0f32;
+    }
+    if output < outputs {
+        for term in 0..select(table[layer + TERM + LEFT] == NONE, 1u32, 2u32) {
+            let of_term = layer + term as usize * TERM;
+            for batch in 0..(range.1 - range.0).div_ceil(BATCH) {
+                add_batch(table, tape, layer, of_term, output, (range.0 + batch * BATCH, range.1), &mut sums);
+            }
+        }
         #[unroll]
-        for j in 0..EDGE {
-            let (row, column) = (output + i as u32, input + j as u32 * tiles);
-            if row < outputs && column <= inputs {
-                let weight = table[layer + TO] + row * inputs + column;
-                let to = group + select(column == inputs, table[layer + ONES_TO] + row, weight);
-                partials[to as usize] = partials[to as usize] + sums[EDGE * i + j];
+        for j in 0..NARROW {
+            if j < inputs {
+                let of_output = to + table[layer + TO] + output * table[layer + TO_ROW];
+                let at = (of_output + j * table[layer + TO_COLUMN]) as usize;
+                partials[at] = partials[at] + sums[j as usize];
+            }
+        }
+    }
+}
+
+/// Adds what a batch of particles gives to the narrow sums of an output.
+#[cube]
+fn add_batch(
+    table: &[u32],
+    tape: &[f32],
+    layer: usize,
+    of_term: usize,
+    output: u32,
+    range: (u32, u32),
+    sums: &mut Array<f32>,
+) {
+    let (inputs, right_at) = (table[layer + INPUTS], table[of_term + RIGHT]);
+    let mut left = Array::<f32>::new(BATCH as usize);
+    #[unroll]
+    for i in 0..BATCH {
+        let row = (range.0 + i).min(range.1 - 1u32);
+        let read = tape[(table[of_term + LEFT] + row * table[layer + LEFT_STRIDE] + output) as usize];
+        left[i as usize] = select(range.0 + i < range.1, read, 0.0f32);
+    }
+    #[unroll]
+    for i in 0..BATCH {
+        if right_at == ONES {
+            sums[0usize] += left[i as usize];
+        } else {
+            let row = (range.0 + i).min(range.1 - 1u32);
+            #[unroll]
+            for j in 0..NARROW {
+                if j < inputs && range.0 + i < range.1 {
+                    let right = tape[(right_at + row * table[of_term + RIGHT_STRIDE] + j) as usize];
+                    sums[j as usize] += left[i as usize] * right;
+                }
             }
         }
     }

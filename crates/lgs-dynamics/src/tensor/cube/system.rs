@@ -2,19 +2,21 @@
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
-use lgs_tensor::cube::{CubeTensor, arguments, empty, numbers, units, zeros};
+use cubecl::CubeDim;
+use lgs_tensor::cube::{CubeTensor, arguments, cubes, empty, numbers, units, zeros};
 
 use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, normalise};
 use super::field_vjp::{finish, seed};
-use super::products::{TILE, products, transpose};
-use super::program::{Pair, Program, floats_per_particle};
-use super::sums::{OuterLayersLaunch, outer_sums, sum_groups};
-use super::tables::{COLUMNS, INPUTS, NONE, OUTER, OUTPUTS, PLACES, PRODUCT, QUADRATIC, SECOND_MOMENTS};
+use super::products::{ChainsLaunch, products, transpose};
+use super::program::{Chain, Program, floats_per_particle};
+use super::sums::{OuterLaunch, outer_sums, sum_groups};
+use super::tables::{QUADRATIC, SECOND_MOMENTS};
+use super::tiles::{ROWS, UNITS};
 use crate::state::Edit;
 use crate::system::{ForceKind, PotentialKind, SystemConfig};
 
-/// Most floats of a tape: 64 MB, below what devices bind at once.
-const TAPE: usize = 1 << 24;
+/// Most floats of a tape: 128 MB, what every device binds at once.
+const TAPE: usize = 1 << 25;
 /// Most groups of particles whose gradients of parameters are summed by themselves, and the fewest particles
 /// of one.
 const GROUPS: usize = 32;
@@ -46,7 +48,9 @@ pub(super) struct Rows {
 
 impl DeviceSystem {
     pub(super) fn new(config: &SystemConfig, edit: &Edit, params: &CubeTensor, count: usize) -> Self {
-        let rows = (TAPE / floats_per_particle(config)).clamp(1, count.max(1));
+        let most = (TAPE / floats_per_particle(config)).max(1);
+        // Parts of one size, as few as there can be.
+        let rows = count.div_ceil(count.div_ceil(most).max(1)).max(1);
         let program = Program::new(config, rows);
         assert_eq!(params.shape().num_elements(), program.params, "parameters of the system");
         let weights = empty(params, [2 * program.params], DType::F32);
@@ -105,18 +109,14 @@ impl DeviceSystem {
         self.run(&self.program.forward, rows);
     }
 
-    fn run(&self, pairs: &[Pair], rows: Rows) {
+    fn run(&self, [first, other]: &[Chain; 2], rows: Rows) {
         let client = &self.tape.client;
-        let tiles = rows.rows.div_ceil(TILE as usize);
-        for &(first, second) in pairs {
-            let columns = |product: u32| {
-                self.program.table[PLACES + product as usize * PRODUCT + COLUMNS].div_ceil(TILE) as usize
-            };
-            let (cubes, dim) = units(client, tiles * (columns(first) + second.map_or(0, columns)));
-            let [weights, table, tape] = arguments([&self.weights, &self.table, &self.tape]);
-            let (second, rows) = (second.unwrap_or(NONE), rows.rows as u32);
-            products::launch(client, cubes, dim, weights, table, tape, first, second, rows);
-        }
+        let blocks = rows.rows.div_ceil(ROWS as usize) * if other.is_empty() { 1 } else { 2 };
+        let [weights, table, tape] = arguments([&self.weights, &self.table, &self.tape]);
+        let (count, other_count) = (first.len() as u32, other.len() as u32);
+        let chains = ChainsLaunch::new(first.start, count, other.start, other_count);
+        let (of, dim) = (cubes(client, blocks), CubeDim::new_1d(UNITS));
+        products::launch(client, of, dim, weights, table, tape, chains, rows.rows as u32);
     }
 
     /// Makes of an evaluation what it is for.
@@ -175,16 +175,14 @@ impl DeviceSystem {
     }
 
     fn add_sums(&self, partials: &Partials, rows: Rows) {
-        let (first, count) = self.program.sums;
-        let layers = self.program.table[first as usize..].chunks(OUTER);
-        let units_of = |layer: &[u32]| layer[OUTPUTS].div_ceil(TILE) * (layer[INPUTS] + 1).div_ceil(TILE);
-        let all: u32 = layers.map(units_of).sum();
+        let (first, count, tiles) = self.program.sums;
+        let groups = rows.rows.div_ceil(partials.group) as u32;
         let client = &self.tape.client;
-        let (cubes, dim) = units(client, all as usize * rows.rows.div_ceil(partials.group));
         let [table, tape, sums] = arguments([&self.table, &self.tape, &partials.sums]);
-        let layers = OuterLayersLaunch::new(first, count, all);
-        let (group, width) = (partials.group as u32, self.width() as u32);
-        outer_sums::launch(client, cubes, dim, table, tape, sums, layers, rows.rows as u32, group, width);
+        let (group, rows, width) = (partials.group as u32, rows.rows as u32, self.width() as u32);
+        let outer = OuterLaunch::new(first, count, tiles, groups, group, rows, width);
+        let (of, dim) = (cubes(client, (tiles * groups) as usize), CubeDim::new_1d(UNITS));
+        outer_sums::launch(client, of, dim, table, tape, sums, outer);
     }
 
     /// The gradient of all parameters.

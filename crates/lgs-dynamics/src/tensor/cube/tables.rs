@@ -45,24 +45,29 @@ pub(super) const DOWN: u32 = 5;
 /// first ← φ′(z) sums.
 pub(super) const BACK: u32 = 6;
 
-/// Numbers of a sum over particles in the table: a layer's gradient
-/// `Σ left₁ ⊗ right₁ + left₂ ⊗ (right₂, 1)`.
-pub(super) const OUTER: usize = 10;
-/// The numbers of such a sum, by their place in it: rows,
+/// Numbers of a sum over particles in the table: a gradient `Σ left₁ ⊗ right₁ + left₂ ⊗ right₂`.
+pub(super) const OUTER: usize = 13;
+/// The numbers of such a sum, by their place in it: rows
 pub(super) const OUTPUTS: usize = 0;
-/// and columns without that of the ones;
+/// and columns;
 pub(super) const INPUTS: usize = 1;
-/// arrays on the tape, of which those of the first term may be [`NONE`];
-pub(super) const LEFT_1: usize = 2;
-pub(super) const RIGHT_1: usize = 3;
-pub(super) const LEFT_2: usize = 4;
-pub(super) const RIGHT_2: usize = 5;
-/// how far one particle's right factors are from the next one's;
-pub(super) const RIGHT_1_STRIDE: usize = 6;
-pub(super) const RIGHT_2_STRIDE: usize = 7;
-/// where the sums go, and those of the column of ones.
-pub(super) const TO: usize = 8;
-pub(super) const ONES_TO: usize = 9;
+/// of the first term the arrays on the tape, the right one [`ONES`] for a column of ones, and how far one
+/// particle's right factors are from the next one's;
+pub(super) const LEFT: usize = 2;
+pub(super) const RIGHT: usize = 3;
+pub(super) const RIGHT_STRIDE: usize = 4;
+/// the same of the second term, whose left array is [`NONE`] where there is none, so many numbers further;
+pub(super) const TERM: usize = 3;
+/// how far one particle's left factors are from the next one's;
+pub(super) const LEFT_STRIDE: usize = 8;
+/// where the sums go, how far apart by row and by column;
+pub(super) const TO: usize = 9;
+pub(super) const TO_ROW: usize = 10;
+pub(super) const TO_COLUMN: usize = 11;
+/// and the tiles of the sums before.
+pub(super) const BEGIN: usize = 12;
+/// In place of an array, ones.
+pub(super) const ONES: u32 = NONE;
 
 /// Places of arrays on the tape, by their place in the table: normalised positions and velocities,
 pub(super) const STATES: usize = 0;
