@@ -5,7 +5,7 @@ use std::time::Instant;
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use cubecl::prelude::*;
 use lgs_render::{ALPHA_MAX, ALPHA_MIN, TRANSMITTANCE_STOP};
-use lgs_tensor::cube::product::{primitive, product, tensor};
+use lgs_tensor::cube::product::{Matrix, primitive, product, tensor};
 use lgs_tensor::cube::{CubeTensor, arguments, cubes, empty, units};
 
 use crate::Sizes;
@@ -41,11 +41,15 @@ fn ones(count: usize, device: &Device) -> CubeTensor {
     primitive(Tensor::<1>::ones([count], device))
 }
 
-/// Multiplications and additions per second in products of square matrices.
-pub(crate) fn products(device: &Device, sizes: &Sizes) -> f64 {
+/// Multiplications and additions per second in products of square matrices, by the tensor library and by the
+/// kernel of this project.
+pub(crate) fn products(device: &Device, sizes: &Sizes) -> [f64; 2] {
     let n = sizes.matrix;
-    let a = Tensor::<2>::ones([n, n], device);
-    rate(2.0 * (n as f64).powi(3), || primitive(product(a.clone(), a.clone()).reshape([n * n])))
+    let a = Tensor::<2>::ones([n, n], device) * 0.5;
+    let work = 2.0 * (n as f64).powi(3);
+    let flat = |result: Tensor<2>| primitive(result.reshape([n * n]));
+    let by_library = rate(work, || flat(a.clone().matmul(a.clone())));
+    [by_library, rate(work, || flat(product(&Matrix::of(&a), &Matrix::of(&a))))]
 }
 
 /// `a = b + s c`.

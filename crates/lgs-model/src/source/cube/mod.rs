@@ -82,8 +82,9 @@ fn time_features(spec: &Call, params: &Tensor<1>) -> (Tensor<2>, TimeKept) {
 /// Encodings `[n, features]` of positions, which are constants to them.
 pub(in crate::source) fn encoded(spec: &Call, means: &CubeTensor) -> Tensor<2> {
     let n = means.shape()[0];
-    let out = empty(means, [n, spec.config.position_width()], DType::F32);
-    let ((count, dim), frequencies) = (units(&means.client, n), spec.config.position_frequencies);
+    let (width, frequencies) = (spec.config.position_width(), spec.config.position_frequencies);
+    let out = empty(means, [n, width], DType::F32);
+    let (count, dim) = units(&means.client, n * width);
     let [from, to] = [means.clone(), out.clone()].map(CubeTensor::into_buffer_arg);
     encode::launch(&means.client, count, dim, from, to, map(spec), frequencies);
     tensor(out)

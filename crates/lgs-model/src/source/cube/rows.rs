@@ -29,24 +29,26 @@ fn center(map: &Map, k: usize) -> f32 {
     select(k == 0usize, map.x, select(k == 1usize, map.y, map.z))
 }
 
-/// Encodings `[n, 3 (1 + 2 frequencies)]` of positions: the mapped position, then sines and cosines of its
-/// multiples by powers of two.
+/// Encodings `[n, 3 (1 + 2 frequencies)]` of positions, a unit per number: the mapped position, then sines and
+/// cosines of its multiples by powers of two.
 #[cube(launch)]
 pub(super) fn encode(means: &[f32], out: &mut [f32], map: Map, #[comptime] frequencies: usize) {
-    let i = ABSOLUTE_POS;
-    if i < means.len() / 3usize {
-        let first = i * comptime!(3 * (1 + 2 * frequencies));
-        for k in 0..3usize {
-            let local = (means[3usize * i + k] - center(&map, k)) / map.scale;
-            out[first + k] = local;
+    let width = comptime!((3 * (1 + 2 * frequencies)) as u32);
+    if ABSOLUTE_POS < out.len() {
+        let (i, column) = (ABSOLUTE_POS as u32 / width, ABSOLUTE_POS as u32 % width);
+        let k = column % 3u32;
+        let local = (means[(3u32 * i + k) as usize] - center(&map, k as usize)) / map.scale;
+        let mut value = local;
+        if column >= 3u32 {
+            // A sine, then a cosine, of each power.
+            let block = column / 3u32 - 1u32;
             let mut angle = local;
-            for l in 0..frequencies {
-                let at = first + 3usize * (1usize + 2usize * l) + k;
-                out[at] = angle.sin();
-                out[at + 3usize] = angle.cos();
+            for _ in 0..block / 2u32 {
                 angle = 2.0f32 * angle;
             }
+            value = select(block % 2u32 == 0u32, angle.sin(), angle.cos());
         }
+        out[ABSOLUTE_POS] = value;
     }
 }
 
