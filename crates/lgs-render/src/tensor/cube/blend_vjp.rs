@@ -94,14 +94,14 @@ pub(super) fn blend_vjp(
         counts[unit as usize] = mask.count_ones();
         sync_cube();
         let begin = sum_of(&counts, unit);
-        gather(states, (packed, v_packed), &group, (unit, mask, begin), (&mut seen, &mut codes), &frame);
+        gather(states, (packed, v_packed), &group, (unit, mask, begin), &mut seen, &mut codes, &frame);
         let position = group.first + unit;
         let exists = position < group.length;
         let member = 2usize * (group.begin + select(exists, position, 0u32)) as usize;
         let own = own(projected, members[member], &group);
         let count = sum_of(&counts, GROUP as u32);
         sync_cube();
-        let sum = passed(&own, (&seen, &codes), count, unit, has_planes);
+        let sum = passed(&own, &seen, &codes, (count, unit), has_planes);
         if exists {
             leave(&sum, v_entries, members[member + 1usize]);
         }
@@ -193,12 +193,12 @@ fn gather(
     images: (&[f32], &[f32]),
     group: &Group,
     own: (u32, u32, u32),
-    out: (&mut [f32], &mut [u32]),
+    seen: &mut [f32],
+    codes: &mut [u32],
     frame: &Frame,
 ) {
     let (packed, v_packed) = images;
     let (unit, mask, begin) = own;
-    let (seen, codes) = out;
     let mut to = begin as usize;
     for k in 0..EACH {
         if ((mask >> k) & 1u32) == 1u32 {
@@ -238,12 +238,12 @@ fn own(projected: &[f32], gaussian: u32, group: &Group) -> Array<f32> {
 #[cube]
 fn passed(
     own: &Array<f32>,
-    pixels: (&[f32], &[u32]),
-    count: u32,
-    unit: u32,
+    seen: &[f32],
+    codes: &[u32],
+    place: (u32, u32),
     #[comptime] has_planes: bool,
 ) -> Array<f32> {
-    let (seen, codes) = pixels;
+    let (count, unit) = place;
     let mut pipe = Shared::<[f32]>::new_slice(comptime!(if has_planes { 1 } else { 4 * GROUP }));
     let mut sum = no_cotangents();
     let mut transmittance = 0.0f32;

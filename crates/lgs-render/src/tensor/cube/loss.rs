@@ -7,7 +7,8 @@ use burn::backend::tensor::FloatTensor;
 use burn::tensor::{DType, TensorData};
 use cubecl::prelude::*;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty};
+use lgs_tensor::cube::sums::sums;
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty, units};
 
 use crate::window::weights;
 
@@ -72,16 +73,22 @@ impl Comparison {
 }
 
 /// `(1 - λ) mean|a - b| + λ (1 - mean SSIM)`, given SSIM and absolute differences `[2, n]`.
-fn loss(values: CubeTensor, lambda: f32) -> CubeTensor {
-    let means = CubeBackend::float_mean_dim(values, 1);
-    let part = |row: usize, weight: f32| {
-        let mean = CubeBackend::float_slice(means.clone(), &[(row..row + 1).into(), (0..1).into()]);
-        CubeBackend::float_mul_scalar(CubeBackend::float_reshape(mean, [1].into()), weight.into())
-    };
-    CubeBackend::float_add_scalar(
-        CubeBackend::float_add(part(0, -lambda), part(1, 1.0 - lambda)),
-        lambda.into(),
-    )
+fn loss(values: &CubeTensor, lambda: f32) -> CubeTensor {
+    let count = values.shape()[1];
+    let sums = sums(values, [2, count, 1]);
+    let out = empty(values, [1], DType::F32);
+    let (cubes, dim) = units(&out.client, 1);
+    let [from, to] = arguments([&sums, &out]);
+    weigh::launch(&out.client, cubes, dim, from, to, lambda, count.max(1) as f32);
+    out
+}
+
+/// The loss from the sums of SSIM and of absolute differences of so many values.
+#[cube(launch)]
+fn weigh(sums: &[f32], loss: &mut [f32], lambda: f32, count: f32) {
+    if ABSOLUTE_POS == 0usize {
+        loss[0usize] = lambda * (1.0f32 - sums[0usize] / count) + (1.0f32 - lambda) * sums[1usize] / count;
+    }
 }
 
 impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
@@ -90,7 +97,7 @@ impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
 
     fn forward(call: &PhotometricCall<Self>, [image]: [FloatTensor<Self>; 1]) -> FloatTensor<Self> {
         let [values, _] = Comparison::new(call, image).compared();
-        loss(values, call.lambda)
+        loss(&values, call.lambda)
     }
 
     fn forward_kept(
@@ -99,7 +106,7 @@ impl Kernel<PhotometricCall<Self>, 1> for CubeBackend {
     ) -> (FloatTensor<Self>, Self::Kept) {
         let comparison = Comparison::new(call, image);
         let [values, slopes] = comparison.compared();
-        (loss(values, call.lambda), comparison.gradient(slopes))
+        (loss(&values, call.lambda), comparison.gradient(slopes))
     }
 
     fn vjp(_: &PhotometricCall<Self>, gradient: Self::Kept, v: FloatTensor<Self>) -> [FloatTensor<Self>; 1] {
