@@ -3,6 +3,7 @@
 pub mod latest;
 pub mod product;
 pub mod quaternions;
+pub mod sums;
 pub mod vectors;
 
 use burn::backend::ops::IntTensorOps;

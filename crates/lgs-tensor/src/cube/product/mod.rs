@@ -6,6 +6,7 @@ mod tiles;
 use burn::backend::TensorMetadata;
 use burn::tensor::{DType, Float, Tensor};
 
+use super::sums::sums;
 use super::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty, units};
 use burn_cubecl::cubecl::CubeDim;
 use ranges::add_ranges;
@@ -181,8 +182,8 @@ pub fn affine_gradient(v: &Tensor<2>, x: &Tensor<2>, gradient: &CubeTensor, laye
 /// Sums `[1, columns]` over the rows of a matrix.
 #[must_use]
 pub fn column_sums(x: &Tensor<2>) -> Tensor<2> {
-    let ones = Tensor::ones([1, x.dims()[0]], &x.device());
-    product(&Matrix::of(&ones), &Matrix::of(x))
+    let [rows, columns] = x.dims();
+    tensor(sums(&primitive(x.clone()), [1, rows, columns]))
 }
 
 /// A tensor of the device behind its primitive.
