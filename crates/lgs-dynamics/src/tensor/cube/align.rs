@@ -9,9 +9,9 @@ use lgs_tensor::cube::quaternions::{conjugate, matrix, normalised, product};
 use lgs_tensor::cube::vectors::{cross, numbers, write, zeros};
 
 use super::field::{MOTION, STATE};
-use super::fits::{FIT, quaternion};
+use super::fits::{FIT, fit_of, quaternion};
 use super::rotation::{curvature, solve};
-use super::vectors::{add_arrived, axial, pulled_back, rotated, rotated_back};
+use super::vectors::{add_arrived, axial, part, pulled_back, rotated, rotated_back};
 
 /// Numbers of an aligned position with its rotation matrix.
 pub(super) const ALIGNED: usize = 12;
@@ -41,13 +41,12 @@ pub(super) fn pair_up(position: &[f32], candidate: &[f32], motion: &mut [f32]) {
 
 /// A particle's aligned position.
 #[cube]
-fn aligned(motion: &[f32], fits: &[f32], particle: usize) -> Array<f32> {
-    let at = particle * FIT;
-    let from_center = rotated(&matrix(&quaternion(fits, particle)), &numbers(fits, at + 9usize, 3usize));
+fn aligned(motion: &[f32], fit: &Array<f32>, particle: usize) -> Array<f32> {
+    let from_center = rotated(&matrix(&quaternion(fit)), &part(fit, 9usize));
     let mut out = Array::<f32>::new(3usize);
     #[unroll]
     for k in 0..3usize {
-        out[k] = motion[particle * MOTION + 3 + k] + (fits[at + 12 + k] + from_center[k]);
+        out[k] = motion[particle * MOTION + 3 + k] + (fit[12 + k] + from_center[k]);
     }
     out
 }
@@ -57,19 +56,22 @@ fn aligned(motion: &[f32], fits: &[f32], particle: usize) -> Array<f32> {
 pub(super) fn pack(motion: &[f32], fits: &[f32], packed: &mut [f32]) {
     let i = ABSOLUTE_POS;
     if i < packed.len() / ALIGNED {
-        write(packed, i * ALIGNED, &aligned(motion, fits, i), 3usize);
-        write(packed, i * ALIGNED + 3usize, &matrix(&quaternion(fits, i)), 9usize);
+        let fit = numbers(fits, i * FIT, FIT);
+        write(packed, i * ALIGNED, &aligned(motion, &fit, i), 3usize);
+        write(packed, i * ALIGNED + 3usize, &matrix(&quaternion(&fit)), 9usize);
     }
 }
 
-/// The states after a step: aligned positions, velocities by their policy, and rotations.
+/// The states after a step, whose supports are fitted: aligned positions, velocities by their policy, and
+/// rotations.
 #[cube(launch)]
 pub(super) fn advance(
     motion: &[f32],
-    fits: &[f32],
+    members: &[u32],
     states: &mut [f32],
     count: u32,
     state: u32,
+    k: u32,
     per_h: f32,
     #[comptime] policy: u32,
 ) {
@@ -77,7 +79,8 @@ pub(super) fn advance(
     if i < count as usize {
         let from = (state as usize * count as usize + i) * STATE;
         let to = from + count as usize * STATE;
-        let q = aligned(motion, fits, i);
+        let fit = fit_of(motion, members, i, k);
+        let q = aligned(motion, &fit, i);
         #[unroll]
         for k in 0..3usize {
             states[to + k] = q[k];
@@ -87,29 +90,26 @@ pub(super) fn advance(
                 states[to + 3 + k] = motion[i * MOTION + 6 + k];
             }
         }
-        let turned = product(&quaternion(fits, i), &numbers(&*states, from + 6usize, 4usize));
+        let turned = product(&quaternion(&fit), &numbers(&*states, from + 6usize, 4usize));
         write(states, to + 6usize, &normalised(&turned), 4usize);
     }
 }
 
-/// Cotangents of velocities after the kick and of positions before and after a step, where velocities do not
-/// come from the supports: sets the rows `[n, 6]` of positions and velocities before the alignment, and adds
-/// to the cotangents of positions after it.
-#[cube(launch)]
-pub(super) fn policy_vjp(adjoint: &mut [f32], carried: &mut [f32], per_h: f32, #[comptime] policy: u32) {
-    let i = ABSOLUTE_POS;
-    if i < carried.len() / 6usize {
-        #[unroll]
-        for k in 0..3usize {
-            let v = adjoint[i * STATE + 3 + k];
-            if comptime!(policy == FROM_POSITIONS) {
-                adjoint[i * STATE + k] = adjoint[i * STATE + k] + v * per_h;
-                carried[6usize * i + k] = -v * per_h;
-                carried[6usize * i + 3 + k] = 0.0f32;
-            } else {
-                carried[6usize * i + k] = 0.0f32;
-                carried[6usize * i + 3 + k] = v;
-            }
+/// Cotangents of a particle's velocity after the kick and of its positions before and after a step, where
+/// velocities do not come from the supports: sets its row `[n, 6]` of position and velocity before the
+/// alignment, and adds to the cotangent of the position after it.
+#[cube]
+fn policy_vjp(adjoint: &mut [f32], carried: &mut [f32], i: usize, per_h: f32, #[comptime] policy: u32) {
+    #[unroll]
+    for k in 0..3usize {
+        let v = adjoint[i * STATE + 3 + k];
+        if comptime!(policy == FROM_POSITIONS) {
+            adjoint[i * STATE + k] = adjoint[i * STATE + k] + v * per_h;
+            carried[6usize * i + k] = -v * per_h;
+            carried[6usize * i + 3 + k] = 0.0f32;
+        } else {
+            carried[6usize * i + k] = 0.0f32;
+            carried[6usize * i + 3 + k] = v;
         }
     }
 }
@@ -121,26 +121,35 @@ pub(super) fn pull(fits: &[f32], v_packed: &[f32], pulls: &mut [f32], k: u32) {
     let i = ABSOLUTE_POS;
     if i < fits.len() / FIT {
         let v = numbers(v_packed, i * ALIGNED, 3usize);
-        let r = matrix(&quaternion(fits, i));
+        let fit = numbers(fits, i * FIT, FIT);
+        let r = matrix(&quaternion(&fit));
         let turn = axial(&pulled_back(&numbers(v_packed, i * ALIGNED + 3usize, 9usize), &r));
-        send(fits, pulls, i, &v, &turn, 1.0f32 / k as f32);
+        send(&fit, pulls, i, &v, &turn, 1.0f32 / k as f32);
     }
 }
 
-/// The same, given cotangents of the states after a step; those of rotations are replaced by those of the
-/// rotations before it.
+/// The same of supports that are fitted, given cotangents of the states after a step; those of rotations are
+/// replaced by those of the rotations before it. First comes the backward pass of the velocities' policy.
 #[cube(launch)]
 pub(super) fn pull_state(
-    fits: &[f32],
+    motion: &[f32],
+    members: &[u32],
     states: &[f32],
     adjoint: &mut [f32],
+    carried: &mut [f32],
     pulls: &mut [f32],
     count: u32,
     state: u32,
     k: u32,
+    per_h: f32,
+    #[comptime] policy: u32,
 ) {
     let i = ABSOLUTE_POS;
     if i < count as usize {
+        if comptime!(policy != RIGID) {
+            policy_vjp(adjoint, carried, i, per_h, policy);
+        }
+        let fit = fit_of(motion, members, i, k);
         let from = (state as usize * count as usize + i) * STATE + 6usize;
         let after = numbers(states, from + count as usize * STATE, 4usize);
         let mut v = numbers(&*adjoint, i * STATE + 6usize, 4usize);
@@ -153,7 +162,7 @@ pub(super) fn pull_state(
         for j in 0..4usize {
             v[j] = v[j] - along * after[j];
         }
-        let v_before = product(&conjugate(&quaternion(fits, i)), &v);
+        let v_before = product(&conjugate(&quaternion(&fit)), &v);
         write(adjoint, i * STATE + 6usize, &v_before, 4usize);
         let of_turn = product(&v_before, &conjugate(&numbers(states, from, 4usize)));
         let mut turn = Array::<f32>::new(3usize);
@@ -161,25 +170,29 @@ pub(super) fn pull_state(
         for j in 0..3usize {
             turn[j] = 0.5f32 * of_turn[j + 1];
         }
-        send(fits, pulls, i, &numbers(&*adjoint, i * STATE, 3usize), &turn, 1.0f32 / k as f32);
+        send(&fit, pulls, i, &numbers(&*adjoint, i * STATE, 3usize), &turn, 1.0f32 / k as f32);
     }
 }
 
 /// Writes what a support sends, given the cotangents of its aligned position and of a small turn in body axes
 /// (`crate::align_vjp`).
 #[cube]
-fn send(fits: &[f32], pulls: &mut [f32], i: usize, v: &Array<f32>, v_turn: &Array<f32>, per: f32) {
-    let at = i * FIT;
-    let (d, c) = (numbers(fits, at + 9usize, 3usize), numbers(fits, at + 12usize, 3usize));
-    let r = matrix(&quaternion(fits, i));
+fn send(fit: &Array<f32>, pulls: &mut [f32], i: usize, v: &Array<f32>, v_turn: &Array<f32>, per: f32) {
+    let (d, c) = (part(fit, 9usize), part(fit, 12usize));
+    let r = matrix(&quaternion(fit));
     let v_offset = rotated_back(&r, v);
     let mut of_turn = cross(&d, &v_offset);
-    let per_scale = 1.0f32 / fits[at + 19usize];
+    let per_scale = 1.0f32 / fit[19usize];
     #[unroll]
     for k in 0..3usize {
         of_turn[k] = (of_turn[k] + v_turn[k]) * per_scale;
     }
-    let y = solve(&curvature(&pulled_back(&numbers(fits, at, 9usize), &r)), &of_turn);
+    let mut a = Array::<f32>::new(9usize);
+    #[unroll]
+    for k in 0..9usize {
+        a[k] = fit[k];
+    }
+    let y = solve(&curvature(&pulled_back(&a, &r)), &of_turn);
     // V = R [y]×, whose rows are those of R times y.
     let mut v_a = zeros(9usize);
     #[unroll]

@@ -6,7 +6,7 @@ use lgs_tensor::cube::vectors::{cross, dot, numbers, plus, write, zeros};
 
 use super::field::{MOTION, STATE};
 use super::rotation::{factor, solve};
-use super::vectors::add_arrived;
+use super::vectors::{add_arrived, part};
 use crate::thresholds::LEAST_SCALE;
 
 /// Numbers of a support's twist on the way back: means at the start (0) and the middle (3) of the step, mean
@@ -100,17 +100,6 @@ fn offsets(motion: &[f32], states: &[f32], particle: usize, after: usize) -> Arr
         out[k] = q;
         out[3 + k] = q + 0.5f32 * (states[after + particle * STATE + k] - q);
         out[6 + k] = motion[particle * MOTION + 6 + k];
-    }
-    out
-}
-
-/// Three of some numbers.
-#[cube]
-fn part(values: &Array<f32>, #[comptime] at: usize) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
-    #[unroll]
-    for k in 0..3usize {
-        out[k] = values[at + k];
     }
     out
 }

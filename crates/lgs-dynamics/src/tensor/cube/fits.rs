@@ -4,7 +4,7 @@
 //! largest entry of one, so that single precision holds its determinants whatever the size of a support.
 
 use cubecl::prelude::*;
-use lgs_tensor::cube::vectors::{numbers, write, zeros};
+use lgs_tensor::cube::vectors::{write, zeros};
 
 use super::field::MOTION;
 use super::rotation::{fitted, identity};
@@ -19,40 +19,53 @@ pub(super) const FIT: usize = 20;
 pub(super) fn fit(motion: &[f32], members: &[u32], fits: &mut [f32], k: u32) {
     let owner = ABSOLUTE_POS;
     if owner < fits.len() / FIT {
-        let (from_mean, to_candidate_mean) = means(motion, members, owner, k);
-        let mut a = zeros(9usize);
-        for slot in 0..k {
-            let (x, y) = differences(motion, members, owner, slot, k);
+        write(fits, owner * FIT, &fit_of(motion, members, owner, k), FIT);
+    }
+}
+
+/// The fit of a support.
+#[cube]
+pub(super) fn fit_of(motion: &[f32], members: &[u32], owner: usize, k: u32) -> Array<f32> {
+    let (from_mean, to_candidate_mean) = means(motion, members, owner, k);
+    let mut a = zeros(9usize);
+    for slot in 0..k {
+        let (x, y) = differences(motion, members, owner, slot, k);
+        #[unroll]
+        for i in 0..3usize {
             #[unroll]
-            for i in 0..3usize {
-                #[unroll]
-                for j in 0..3usize {
-                    a[3 * i + j] = a[3 * i + j] + (y[i] - to_candidate_mean[i]) * (x[j] + from_mean[j]);
-                }
+            for j in 0..3usize {
+                a[3 * i + j] = a[3 * i + j] + (y[i] - to_candidate_mean[i]) * (x[j] + from_mean[j]);
             }
         }
-        let mut scale = 0.0f32;
-        #[unroll]
-        for i in 0..9usize {
-            scale = scale.max(a[i].abs());
-        }
-        let has_scale = scale > LEAST_SCALE && scale < 1.0f32 / LEAST_SCALE;
-        let per_scale = select(has_scale, 1.0f32 / scale, 0.0f32);
-        #[unroll]
-        for i in 0..9usize {
-            a[i] = select(has_scale, a[i] * per_scale, 0.0f32);
-        }
-        let mut rotation = identity();
-        if has_scale {
-            rotation = fitted(&a);
-        }
-        let at = owner * FIT;
-        write(fits, at, &a, 9usize);
-        write(fits, at + 9usize, &from_mean, 3usize);
-        write(fits, at + 12usize, &to_candidate_mean, 3usize);
-        write(fits, at + 15usize, &rotation, 4usize);
-        fits[at + 19usize] = select(has_scale, scale, 1.0f32);
     }
+    let mut scale = 0.0f32;
+    #[unroll]
+    for i in 0..9usize {
+        scale = scale.max(a[i].abs());
+    }
+    let has_scale = scale > LEAST_SCALE && scale < 1.0f32 / LEAST_SCALE;
+    let per_scale = select(has_scale, 1.0f32 / scale, 0.0f32);
+    let mut out = Array::<f32>::new(FIT);
+    #[unroll]
+    for i in 0..9usize {
+        a[i] = select(has_scale, a[i] * per_scale, 0.0f32);
+        out[i] = a[i];
+    }
+    let mut rotation = identity();
+    if has_scale {
+        rotation = fitted(&a);
+    }
+    #[unroll]
+    for i in 0..3usize {
+        out[9 + i] = from_mean[i];
+        out[12 + i] = to_candidate_mean[i];
+    }
+    #[unroll]
+    for i in 0..4usize {
+        out[15 + i] = rotation[i];
+    }
+    out[19usize] = select(has_scale, scale, 1.0f32);
+    out
 }
 
 /// A number of a motion less the owner's.
@@ -97,6 +110,11 @@ fn means(motion: &[f32], members: &[u32], owner: usize, k: u32) -> (Array<f32>, 
 
 /// A fit's quaternion.
 #[cube]
-pub(super) fn quaternion(fits: &[f32], owner: usize) -> Array<f32> {
-    numbers(fits, owner * FIT + 15usize, 4usize)
+pub(super) fn quaternion(fit: &Array<f32>) -> Array<f32> {
+    let mut out = Array::<f32>::new(4usize);
+    #[unroll]
+    for i in 0..4usize {
+        out[i] = fit[15 + i];
+    }
+    out
 }

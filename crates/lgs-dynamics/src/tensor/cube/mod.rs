@@ -29,7 +29,7 @@ use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::FloatTensor;
 use burn::tensor::DType;
 use lgs_tensor::Kernel;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, units, zeros};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, empty, zeros};
 
 use super::RolloutCall;
 use super::ops::{AccelerationCall, AlignCall};
@@ -38,7 +38,7 @@ use field::{MOTION, STATE, Use, begin};
 use field_vjp::end_adjoint;
 use fits::{FIT, fit};
 use rollout::{arrive, pulled_back, rolled};
-use system::DeviceSystem;
+use system::{DeviceSystem, spread};
 use uploads::uploaded;
 
 impl Kernel<AccelerationCall, 3> for CubeBackend {
@@ -81,7 +81,7 @@ impl Kernel<AccelerationCall, 3> for CubeBackend {
                 system.evaluate(&states, rows);
                 system.pull_back([&states, &carried, &adjoint], None, &partials, (rows, 1.0));
             }
-            let (cubes, dim) = units(&q.client, n);
+            let (cubes, dim) = spread(&q.client, n);
             let [from, v_q, v_v] = arguments([&adjoint, &out[0], &out[1]]);
             end_adjoint::launch(&q.client, cubes, dim, from, v_q, v_v, 1.0);
         }
@@ -94,7 +94,7 @@ impl Kernel<AccelerationCall, 3> for CubeBackend {
 fn states_of([q, v]: [&CubeTensor; 2]) -> CubeTensor {
     let n = q.shape()[0];
     let states = empty(q, [n, STATE], DType::F32);
-    let (cubes, dim) = units(&q.client, n);
+    let (cubes, dim) = spread(&q.client, n);
     let [from_q, from_v, to] = arguments([q, v, &states]);
     begin::launch(&q.client, cubes, dim, from_q, from_v, to, 1.0);
     states
@@ -134,7 +134,7 @@ impl Kernel<AlignCall, 2> for CubeBackend {
             [MOTION, FIT, ALIGNED].map(|width| empty(&position, [n, width], DType::F32));
         if n > 0 {
             let supports = uploaded(supports, &position);
-            let (cubes, dim) = units(client, n);
+            let (cubes, dim) = spread(client, n);
             let [q, c, to] = arguments([&position, &candidate, &motion]);
             pair_up::launch(client, cubes.clone(), dim, q, c, to);
             let [of, members, to] = arguments([&motion, &supports.members, &fits]);
@@ -156,7 +156,7 @@ impl Kernel<AlignCall, 2> for CubeBackend {
             let supports = uploaded(supports, &motion);
             let pulls = empty(&motion, [n, PULL], DType::F32);
             let arrived = empty(&motion, [supports.count, ARRIVED], DType::F32);
-            let (cubes, dim) = units(&motion.client, n);
+            let (cubes, dim) = spread(&motion.client, n);
             let v_packed = contiguous(v_packed);
             let [from, v, to] = arguments([&fits, &v_packed, &pulls]);
             pull::launch(&motion.client, cubes, dim, from, v, to, supports.k);

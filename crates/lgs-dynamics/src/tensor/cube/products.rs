@@ -109,12 +109,13 @@ fn tile_sums(
     let weights_at = table[product + WEIGHTS] + (column + UNIT_POS).min(columns - 1u32);
     let mut sums = biases(weights, table, product, column);
     let mut factors = Array::<f32>::new(FACTORS_OF_UNIT);
-    fetch(weights, table, tape, product, &factors_at, weights_at, 0u32, &mut factors);
-    for slice in 0..table[product + INNER].div_ceil(SLICE) {
+    let (inner, stride) = (table[product + INNER], table[product + WEIGHTS_STRIDE]);
+    fetch(weights, tape, &factors_at, (weights_at, stride), (0u32, inner), &mut factors);
+    for slice in 0..inner.div_ceil(SLICE) {
         stage(&factors, shared);
         // The next slice is on its way while this one is summed.
         let next = (slice + 1u32) * SLICE;
-        fetch(weights, table, tape, product, &factors_at, weights_at, next, &mut factors);
+        fetch(weights, tape, &factors_at, (weights_at, stride), (next, inner), &mut factors);
         add_slice(&*shared, &mut sums, SLICE, 1u32);
     }
     sums
@@ -124,15 +125,14 @@ fn tile_sums(
 #[cube]
 fn fetch(
     weights: &[f32],
-    table: &[u32],
     tape: &[f32],
-    product: usize,
     factors_at: &Array<u32>,
-    weights_at: u32,
-    begin: u32,
+    of_weights: (u32, u32),
+    range: (u32, u32),
     factors: &mut Array<f32>,
 ) {
-    let (inner, stride) = (table[product + INNER], table[product + WEIGHTS_STRIDE]);
+    let (weights_at, stride) = of_weights;
+    let (begin, inner) = range;
     if begin < inner {
         let summand = begin + UNIT_POS % SLICE;
         let last = summand.min(inner - 1u32);

@@ -5,14 +5,11 @@ use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use lgs_tensor::cube::{CubeTensor, arguments, contiguous, empty, units};
 
-use super::align::{
-    ARRIVED, FROM_POSITIONS, KEEP, PULL, RIGID, advance, collect, gather, policy_vjp, pull_state,
-};
+use super::align::{ARRIVED, FROM_POSITIONS, KEEP, PULL, RIGID, advance, collect, gather, pull_state};
 use super::carry::{CARRIED, TWIST, carry, collect_twists, gather_twists, twist_vjp};
 use super::field::{MOTION, STATE, Use, begin};
 use super::field_vjp::{begin_adjoint, drift_vjp, end_adjoint};
-use super::fits::{FIT, fit};
-use super::system::DeviceSystem;
+use super::system::{DeviceSystem, spread};
 use super::uploads::{Uploaded, uploaded};
 use crate::state::VelocityPolicy;
 use crate::tensor::RolloutCall;
@@ -22,7 +19,6 @@ struct Aligned {
     supports: Uploaded,
     policy: u32,
     motion: CubeTensor,
-    fits: CubeTensor,
 }
 
 impl Aligned {
@@ -38,28 +34,19 @@ impl Aligned {
             supports: uploaded(supports, like),
             policy,
             motion: empty(like, [n, MOTION], DType::F32),
-            fits: empty(like, [n, FIT], DType::F32),
         })
     }
 
-    /// Fits the supports of the motions that are there.
-    fn fit(&self) {
-        let n = self.fits.shape()[0];
-        let ((cubes, dim), client) = (units(&self.fits.client, n), &self.fits.client);
-        let [motion, members, fits] = arguments([&self.motion, &self.supports.members, &self.fits]);
-        fit::launch(client, cubes, dim, motion, members, fits, self.supports.k);
-    }
-
-    /// The state behind one, from its motions and fits.
+    /// The state behind one, from its motions.
     fn advance(&self, states: &CubeTensor, state: usize, h: f32) {
-        let n = self.fits.shape()[0];
-        let ((cubes, dim), client) = (units(&states.client, n), &states.client);
-        let [motion, fits, to] = arguments([&self.motion, &self.fits, states]);
-        let (count, before) = (n as u32, state as u32);
-        advance::launch(client, cubes.clone(), dim, motion, fits, to, count, before, 1.0 / h, self.policy);
-        if self.policy == RIGID {
+        let n = self.motion.shape()[0];
+        let ((cubes, dim), client) = (spread(&states.client, n), &states.client);
+        let [motion, members, to] = arguments([&self.motion, &self.supports.members, states]);
+        let (count, before, k, policy) = (n as u32, state as u32, self.supports.k, self.policy);
+        advance::launch(client, cubes.clone(), dim, motion, members, to, count, before, k, 1.0 / h, policy);
+        if policy == RIGID {
             let [motion, members, to] = arguments([&self.motion, &self.supports.members, states]);
-            carry::launch(client, cubes, dim, motion, members, to, begin_of(state + 1, n), self.supports.k);
+            carry::launch(client, cubes, dim, motion, members, to, begin_of(state + 1, n), k);
         }
     }
 }
@@ -83,7 +70,7 @@ pub(super) fn rolled(call: &RolloutCall, [params, q, v]: [&CubeTensor; 3]) -> Cu
     if n == 0 {
         return states;
     }
-    let ((cubes, dim), client) = (units(&q.client, n), &q.client);
+    let ((cubes, dim), client) = (spread(&q.client, n), &q.client);
     let [from_q, from_v, to] = arguments([q, v, &states]);
     begin::launch(client, cubes, dim, from_q, from_v, to, call.edit.velocity_scale);
     let system = DeviceSystem::new(&call.config, &call.edit, params, n);
@@ -97,7 +84,6 @@ pub(super) fn rolled(call: &RolloutCall, [params, q, v]: [&CubeTensor; 3]) -> Cu
             system.accelerate(&states, out, rows, (purpose, h));
         }
         if let Some(aligned) = &aligned {
-            aligned.fit();
             aligned.advance(&states, state, h);
         }
     }
@@ -148,7 +134,7 @@ pub(super) fn pulled_back(
         for (state, &h) in lengths.iter().enumerate().rev() {
             walk.step_back(&system, &own, &partials, (state, h));
         }
-        let ((cubes, dim), client) = (units(&states.client, n), &states.client);
+        let ((cubes, dim), client) = (spread(&states.client, n), &states.client);
         let [adjoint, v_q, v_v] = arguments([&walk.adjoint, &out[0], &out[1]]);
         end_adjoint::launch(client, cubes, dim, adjoint, v_q, v_v, call.edit.velocity_scale);
     }
@@ -179,16 +165,15 @@ impl<'a> Walk<'a> {
         (state, h): (usize, f32),
     ) {
         if let Some((aligned, arrivals)) = &self.aligned {
-            // The step is repeated up to its fits; the tape serves the way back if it holds all particles.
+            // The step is repeated up to its motions; the tape serves the way back if it holds all particles.
             for rows in system.ranges(state) {
                 system.evaluate(self.states, rows);
                 system.accelerate(self.states, &aligned.motion, rows, (Use::Candidate, h));
             }
-            aligned.fit();
-            self.policy_vjp(aligned, arrivals, (state, h));
+            self.carry_vjp(aligned, arrivals, state);
             self.align_vjp(aligned, arrivals, (state, h));
         } else {
-            let (cubes, dim) = units(&self.carried.client, system.count);
+            let (cubes, dim) = spread(&self.carried.client, system.count);
             let [adjoint, carried] = arguments([&self.adjoint, &self.carried]);
             drift_vjp::launch(&self.carried.client, cubes, dim, adjoint, carried, h);
         }
@@ -202,15 +187,11 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The backward pass of the velocities' policy.
-    fn policy_vjp(&self, aligned: &Aligned, arrivals: &Arrivals, (state, h): (usize, f32)) {
+    /// The backward pass of velocities that supports carry.
+    fn carry_vjp(&self, aligned: &Aligned, arrivals: &Arrivals, state: usize) {
         let (client, n) = (&self.carried.client, self.carried.shape()[0]);
-        let (cubes, dim) = units(client, n);
-        let Some([twists, arrived]) = &arrivals.twists else {
-            let [adjoint, carried] = arguments([&self.adjoint, &self.carried]);
-            policy_vjp::launch(client, cubes, dim, adjoint, carried, 1.0 / h, aligned.policy);
-            return;
-        };
+        let (cubes, dim) = spread(client, n);
+        let Some([twists, arrived]) = &arrivals.twists else { return };
         let Aligned { supports, motion, .. } = aligned;
         let [of, members, states, adjoint, to] =
             arguments([motion, &supports.members, self.states, &self.adjoint, twists]);
@@ -218,7 +199,7 @@ impl<'a> Walk<'a> {
         twist_vjp::launch(client, cubes.clone(), dim, of, members, states, adjoint, to, after, k);
         let [of, states, from, owners, stretches, to] =
             arguments([motion, self.states, twists, &supports.owners, &supports.stretches, arrived]);
-        let (of_stretches, stretch_dim) = units(client, supports.count);
+        let (of_stretches, stretch_dim) = spread(client, supports.count);
         gather_twists::launch(
             client,
             of_stretches,
@@ -236,14 +217,24 @@ impl<'a> Walk<'a> {
         collect_twists::launch(client, cubes, dim, from, arrived, begins, adjoint, carried);
     }
 
-    /// The backward pass of rotations and aligned positions.
+    /// The backward pass of rotations and aligned positions, and of velocities by the other policies.
     fn align_vjp(&self, aligned: &Aligned, arrivals: &Arrivals, (state, h): (usize, f32)) {
         let (client, n) = (&self.carried.client, self.carried.shape()[0]);
-        let (cubes, dim) = units(client, n);
-        let [fits, states, adjoint, pulls] =
-            arguments([&aligned.fits, self.states, &self.adjoint, &arrivals.pulls]);
-        let (count, before, k) = (n as u32, state as u32, aligned.supports.k);
-        pull_state::launch(client, cubes, dim, fits, states, adjoint, pulls, count, before, k);
+        let (cubes, dim) = spread(client, n);
+        let Aligned { supports, policy, motion, .. } = aligned;
+        let [of, members, states, adjoint, carried, pulls] = arguments([
+            motion,
+            &supports.members,
+            self.states,
+            &self.adjoint,
+            &self.carried,
+            &arrivals.pulls,
+        ]);
+        let (count, before, k, per_h) = (n as u32, state as u32, supports.k, 1.0 / h);
+        pull_state::launch(
+            client, cubes, dim, of, members, states, adjoint, carried, pulls, count, before, k, per_h,
+            *policy,
+        );
         arrive(
             &aligned.supports,
             [&aligned.motion, &arrivals.pulls, &arrivals.arrived],
@@ -262,11 +253,11 @@ pub(super) fn arrive(
     step: Option<f32>,
 ) {
     let client = &carried.client;
-    let (cubes, dim) = units(client, supports.count);
+    let (cubes, dim) = spread(client, supports.count);
     let [of, from, owners, stretches, to] =
         arguments([motion, pulls, &supports.owners, &supports.stretches, arrived]);
     gather::launch(client, cubes, dim, of, from, owners, stretches, to);
-    let (cubes, dim) = units(client, carried.shape()[0]);
+    let (cubes, dim) = spread(client, carried.shape()[0]);
     let [from, arrived, begins, to] = arguments([pulls, arrived, &supports.begins, carried]);
     collect::launch(client, cubes, dim, from, arrived, begins, to, step.unwrap_or(0.0), step.is_some());
 }

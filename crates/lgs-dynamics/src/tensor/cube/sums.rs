@@ -12,7 +12,7 @@ use super::tiles::{
 };
 
 /// Particles whose factors a unit of narrow sums reads at once.
-const BATCH: u32 = 8;
+const BATCH: u32 = 4;
 
 /// Where the sums are in the table and how many, and the groups of particles.
 #[derive(CubeType, CubeLaunch, Clone, Copy)]

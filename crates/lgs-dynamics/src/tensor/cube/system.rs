@@ -2,7 +2,8 @@
 
 use burn::backend::TensorMetadata;
 use burn::tensor::DType;
-use cubecl::CubeDim;
+use cubecl::client::Client;
+use cubecl::{CubeCount, CubeDim};
 use lgs_tensor::cube::{CubeTensor, arguments, cubes, empty, numbers, units, zeros};
 
 use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, normalise};
@@ -21,6 +22,14 @@ const TAPE: usize = 1 << 25;
 /// of one.
 const GROUPS: usize = 32;
 const LEAST_GROUP: usize = 16;
+
+/// Units of a cube where each has a particle: few, so that some thousand particles reach all of a device.
+const PARTICLES: u32 = 32;
+
+/// Cubes and their size for so many particles, a unit each, which has to check that it is one of them.
+pub(super) fn spread(client: &Client, count: usize) -> (CubeCount, CubeDim) {
+    (cubes(client, count.div_ceil(PARTICLES as usize)), CubeDim::new_1d(PARTICLES))
+}
 
 /// A system with an edit, for some number of particles.
 pub(super) struct DeviceSystem {
@@ -103,7 +112,7 @@ impl DeviceSystem {
 
     /// Runs the networks on particles of a state, which leaves everything on the tape.
     pub(super) fn evaluate(&self, states: &CubeTensor, rows: Rows) {
-        let (cubes, dim) = units(&states.client, rows.rows);
+        let (cubes, dim) = spread(&states.client, rows.rows);
         let [from, table, tape] = arguments([states, &self.table, &self.tape]);
         normalise::launch(&states.client, cubes, dim, from, table, tape, self.range(rows), self.scales());
         self.run(&self.program.forward, rows);
@@ -127,7 +136,7 @@ impl DeviceSystem {
         rows: Rows,
         (purpose, h): (Use, f32),
     ) {
-        let (cubes, dim) = units(&states.client, rows.rows);
+        let (cubes, dim) = spread(&states.client, rows.rows);
         let [weights, table, tape, from, to] =
             arguments([&self.weights, &self.table, &self.tape, states, out]);
         let (range, scales, client) = (self.range(rows), self.scales(), &states.client);
@@ -147,7 +156,7 @@ impl DeviceSystem {
         (rows, h): (Rows, f32),
     ) {
         let (client, kinds) = (&states.client, self.kinds);
-        let (cubes, dim) = units(client, rows.rows);
+        let (cubes, dim) = spread(client, rows.rows);
         let [table, tape, of, v] = arguments([&self.table, &self.tape, states, carried]);
         let (range, scales) = (self.range(rows), self.scales());
         seed::launch(client, cubes.clone(), dim, table, tape, of, v, range, scales, h, kinds);

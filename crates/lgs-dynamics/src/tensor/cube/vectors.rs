@@ -20,6 +20,17 @@ pub(super) fn add_arrived(
     }
 }
 
+/// Three of some numbers.
+#[cube]
+pub(super) fn part(values: &Array<f32>, #[comptime] at: usize) -> Array<f32> {
+    let mut out = Array::<f32>::new(3usize);
+    #[unroll]
+    for k in 0..3usize {
+        out[k] = values[at + k];
+    }
+    out
+}
+
 /// `R v`.
 #[cube]
 pub(super) fn rotated(r: &Array<f32>, v: &Array<f32>) -> Array<f32> {
