@@ -12,7 +12,7 @@ use lgs_tensor::cube::{CubeTensor, arguments, empty, units};
 use super::extent::{Span, box_rows, tile_columns};
 use super::frame::{Frame, PROJECTED, Sizes, TILE, columns};
 use super::room::{Room, room};
-use super::scan::places;
+use super::scan::{place, places};
 use super::sort::sorted;
 
 /// Entries of a list whose blending starts from a kept state.
@@ -132,23 +132,17 @@ fn begin_of(pairs: &[u32], tile: u32) -> u32 {
     low
 }
 
-/// Number of groups of each tile.
+/// Where the list of every tile begins, and that of entries of no tile, and the number of groups of each.
 #[cube(launch)]
-fn count_groups(pairs: &[u32], groups: &mut [u32]) {
+fn count_groups(pairs: &[u32], ranges: &mut [u32], groups: &mut [u32]) {
     let tile = ABSOLUTE_POS;
-    if tile < groups.len() {
-        let length = begin_of(pairs, tile as u32 + 1u32) - begin_of(pairs, tile as u32);
-        groups[tile] = (length + GROUP as u32 - 1u32) / (GROUP as u32);
-    }
-}
-
-/// Where every list and its groups begin.
-#[cube(launch)]
-fn note_ranges(pairs: &[u32], groups: &[u32], ranges: &mut [u32]) {
-    let tile = ABSOLUTE_POS;
-    if tile < groups.len() {
-        ranges[2usize * tile] = begin_of(pairs, tile as u32);
-        ranges[2usize * tile + 1usize] = groups[tile];
+    if tile <= groups.len() {
+        let begin = begin_of(pairs, tile as u32);
+        ranges[2usize * tile] = begin;
+        if tile < groups.len() {
+            let length = begin_of(pairs, tile as u32 + 1u32) - begin;
+            groups[tile] = (length + GROUP as u32 - 1u32) / (GROUP as u32);
+        }
     }
 }
 
@@ -212,12 +206,10 @@ fn emitted(projected: &CubeTensor, spans: &CubeTensor, entries: usize, sizes: &S
 }
 
 fn ranges(pairs: &CubeTensor, tiles: usize) -> CubeTensor {
-    let groups = empty(pairs, [tiles], DType::U32);
+    let (out, groups) = (empty(pairs, [tiles + 1, 2], DType::U32), empty(pairs, [tiles], DType::U32));
     let (cubes, dim) = units(&pairs.client, tiles + 1);
-    let [from, to] = arguments([pairs, &groups]);
-    count_groups::launch(&pairs.client, cubes.clone(), dim, from, to);
-    let out = empty(pairs, [tiles + 1, 2], DType::U32);
-    let [from, begins, to] = arguments([pairs, &places(&groups), &out]);
-    note_ranges::launch(&pairs.client, cubes, dim, from, begins, to);
+    let [from, begins, numbers] = arguments([pairs, &out, &groups]);
+    count_groups::launch(&pairs.client, cubes, dim, from, begins, numbers);
+    place(&groups, &out, 1);
     out
 }
