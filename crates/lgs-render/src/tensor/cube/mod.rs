@@ -16,6 +16,7 @@ mod frame;
 mod harmonics;
 mod lists;
 mod loss;
+mod pack;
 mod pose;
 mod project;
 mod pull_back;

@@ -5,7 +5,7 @@ use burn::backend::TensorMetadata;
 use burn::tensor::DType;
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{exponential, matrix};
-use lgs_tensor::cube::{CubeTensor, arguments, empty, units, zeros};
+use lgs_tensor::cube::{CubeTensor, arguments, empty, units};
 
 use super::chain::Chain;
 
@@ -16,13 +16,13 @@ const CHUNK: usize = 64;
 
 /// Moves the camera that a buffer begins with ([`super::frame::header`]) as
 /// [`lgs_core::Camera::seeing_moved`] does; without a motion it stays as it is to the last bit.
-#[cube(launch)]
+#[cube]
 pub(super) fn see_moved(packed: &mut [f32], motion: &[f32]) {
     let mut size = 0.0f32;
     for k in 0..MOTION {
         size += motion[k].abs();
     }
-    if ABSOLUTE_POS == 0usize && size > 0.0f32 {
+    if size > 0.0f32 {
         let turn = matrix(&exponential(motion, 0usize));
         let mut pose = Array::<f32>::new(12usize);
         for k in 0..12usize {
@@ -94,38 +94,34 @@ pub(super) fn pose_vjp(
     }
 }
 
-/// Sums of rows by the chunk, of [`MOTION`] numbers from a column on.
+/// Sums of rows of [`MOTION`] numbers, by the chunk.
 #[cube(launch)]
-fn sum_chunks(rows: &[f32], sums: &mut [f32], stride: u32, column: u32) {
+fn sum_chunks(rows: &[f32], sums: &mut [f32]) {
     if ABSOLUTE_POS < sums.len() {
         let number = ABSOLUTE_POS % MOTION;
         let first = ABSOLUTE_POS / MOTION * CHUNK;
-        let end = (first + CHUNK).min(rows.len() / stride as usize);
+        let end = (first + CHUNK).min(rows.len() / MOTION);
         let mut sum = 0.0f32;
         for row in first..end {
-            sum += rows[row * stride as usize + column as usize + number];
+            sum += rows[row * MOTION + number];
         }
         sums[ABSOLUTE_POS] = sum;
     }
 }
 
-/// The sum `[MOTION]` of all rows, from a column on: chunks, chunks of chunks and so on, each in order.
-pub(super) fn summed(rows: &CubeTensor, column: usize) -> CubeTensor {
-    let shape = rows.shape();
-    let (mut count, mut stride, mut column) = (shape[0], shape[1], column);
-    if count == 0 {
-        return zeros(rows, [MOTION], DType::F32);
-    }
-    let mut from = rows.clone();
+/// The sum `[MOTION]` of rows, of which there is one at least: chunks, chunks of chunks and so on, each in
+/// order.
+pub(super) fn summed(rows: &CubeTensor) -> CubeTensor {
+    let (mut count, mut from) = (rows.shape()[0], rows.clone());
     loop {
         count = count.div_ceil(CHUNK);
         let to = empty(&from, [count * MOTION], DType::F32);
         let (cubes, dim) = units(&from.client, count * MOTION);
         let [rows, sums] = arguments([&from, &to]);
-        sum_chunks::launch(&from.client, cubes, dim, rows, sums, stride as u32, column as u32);
+        sum_chunks::launch(&from.client, cubes, dim, rows, sums);
         if count == 1 {
             return to;
         }
-        (from, stride, column) = (to, MOTION, 0);
+        from = to;
     }
 }

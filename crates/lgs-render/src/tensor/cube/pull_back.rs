@@ -9,17 +9,13 @@ use super::blend_vjp::{COTANGENTS, no_cotangents};
 use super::chain::{Chain, chain, direction, dot, normal, parameters};
 use super::frame::{Frame, PROJECTED};
 use super::harmonics::{basis, basis_by_x, basis_by_y, basis_by_z};
-use super::pose::pose_vjp;
+use super::pack::section;
+use super::pose::{MOTION, pose_vjp};
 
-/// Cotangents of a Gaussian without harmonics: centre (0), quaternion (3), log scales (7), opacity logit
-/// (10), projected centre (11), and what it adds to that of the pose (13).
-pub(super) const GRADIENTS: usize = 19;
-/// Where the pose's begin.
-pub(super) const POSE: usize = 13;
 /// `2 ln 2`.
 const TWICE_LN_2: f32 = 2.0 * std::f32::consts::LN_2;
 
-/// Cotangents `[n, GRADIENTS]` of the parameters and `[n, K, 3]` of the harmonics.
+/// Cotangents of the parameters, input by input ([`super::pack::cut`]), and `[n, K, 3]` of the harmonics.
 #[cube(launch)]
 pub(super) fn pull_back(
     packed: &[f32],
@@ -34,23 +30,39 @@ pub(super) fn pull_back(
 ) {
     let i = ABSOLUTE_POS;
     if i < frame.gaussians as usize {
-        let stride = frame.coefficients as usize * 3usize;
-        for k in 0..GRADIENTS {
-            out[i * GRADIENTS + k] = 0.0f32;
-        }
-        for k in 0..stride {
-            v_sh[i * stride + k] = 0.0f32;
-        }
         if spans[2usize * i + 1usize] > 0u32 {
             let v = total(spans, v_entries, i);
             let chain = chain(packed, i);
-            let (v_camera, turned) = shape_vjp(packed, projected, i, &chain, &v, out);
             let v_direction = color_vjp(packed, (sh, projected), i, &v, v_sh, &frame, degree);
-            for k in 0..3usize {
-                out[i * GRADIENTS + k] = out[i * GRADIENTS + k] + v_direction[k];
-            }
-            pose_vjp(packed, &chain, &v_camera, &turned, &v_direction, out, i * GRADIENTS + POSE);
+            let (v_camera, turned) = shape_vjp(packed, projected, i, &chain, &v, out, &frame);
+            leave_centre(packed, i, &v_camera, &v_direction, out);
+            let at = section(13usize, &frame) + i * MOTION;
+            pose_vjp(packed, &chain, &v_camera, &turned, &v_direction, out, at);
+        } else {
+            leave_none(i, out, v_sh, &frame);
         }
+    }
+}
+
+/// Writes that a Gaussian without entries has no cotangents.
+#[cube]
+fn leave_none(i: usize, out: &mut [f32], v_sh: &mut [f32], frame: &Frame) {
+    for k in 0..3usize {
+        out[3usize * i + k] = 0.0f32;
+        out[section(7usize, frame) + 3usize * i + k] = 0.0f32;
+    }
+    for k in 0..4usize {
+        out[section(3usize, frame) + 4usize * i + k] = 0.0f32;
+    }
+    out[section(10usize, frame) + i] = 0.0f32;
+    out[section(11usize, frame) + 2usize * i] = 0.0f32;
+    out[section(11usize, frame) + 2usize * i + 1usize] = 0.0f32;
+    for k in 0..MOTION {
+        out[section(13usize, frame) + MOTION * i + k] = 0.0f32;
+    }
+    let stride = frame.coefficients as usize * 3usize;
+    for k in 0..stride {
+        v_sh[i * stride + k] = 0.0f32;
     }
 }
 
@@ -78,26 +90,28 @@ fn shape_vjp(
     chain: &Chain,
     v: &Array<f32>,
     out: &mut [f32],
+    frame: &Frame,
 ) -> (Array<f32>, Array<f32>) {
-    let at = i * GRADIENTS;
     let conic = conic(projected, i);
     let v_x = conic[0usize] * v[1usize] + conic[1usize] * v[2usize];
     let v_y = conic[1usize] * v[1usize] + conic[2usize] * v[2usize];
-    out[at + 11usize] = v_x;
-    out[at + 12usize] = v_y;
+    let centre = section(11usize, frame) + 2usize * i;
+    out[centre] = v_x;
+    out[centre + 1usize] = v_y;
     let opacity = 1.0f32 / (1.0f32 + (-packed[parameters(i) + 10usize]).exp());
-    out[at + 10usize] = v[0usize] * (1.0f32 - opacity);
+    out[section(10usize, frame) + i] = v[0usize] * (1.0f32 - opacity);
     let v_m = axes_vjp(packed, chain, &covariance_vjp(&conic, v), v[0usize]);
+    let scales = section(7usize, frame) + 3usize * i;
     for axis in 0..3usize {
-        out[at + 7usize + axis] = v_m[axis] * chain.m[axis] + v_m[3usize + axis] * chain.m[3usize + axis];
+        out[scales + axis] = v_m[axis] * chain.m[axis] + v_m[3usize + axis] * chain.m[3usize + axis];
     }
     let mut turned = Array::<f32>::new(6usize);
     for k in 0..3usize {
         turned[k] = v_m[k] * chain.scales[k];
         turned[3usize + k] = v_m[3usize + k] * chain.scales[k];
     }
-    quaternion_vjp(packed, i, &rotation_vjp(chain, &turned), out);
-    let v_camera = centre_vjp(packed, i, chain, (v_x, v_y), &turned, out);
+    quaternion_vjp(packed, i, &rotation_vjp(chain, &turned), out, frame);
+    let v_camera = centre_vjp(packed, chain, (v_x, v_y), &turned);
     (v_camera, turned)
 }
 
@@ -169,7 +183,8 @@ fn rotation_vjp(chain: &Chain, turned: &Array<f32>) -> Array<f32> {
 
 /// Cotangent of the raw quaternion, given that of the rotation matrix.
 #[cube]
-fn quaternion_vjp(packed: &[f32], i: usize, v: &Array<f32>, out: &mut [f32]) {
+fn quaternion_vjp(packed: &[f32], i: usize, v: &Array<f32>, out: &mut [f32], frame: &Frame) {
+    let at = section(3usize, frame) + 4usize * i;
     let q = parameters(i) + 3usize;
     let (a, b, c, d) = (packed[q], packed[q + 1usize], packed[q + 2usize], packed[q + 3usize]);
     let length = (a * a + b * b + c * c + d * d).sqrt();
@@ -190,25 +205,21 @@ fn quaternion_vjp(packed: &[f32], i: usize, v: &Array<f32>, out: &mut [f32]) {
             * (w * (v[3usize] - v[1usize]) + x * (v[2usize] + v[6usize]) + y * (v[5usize] + v[7usize])
                 - 2.0f32 * z * (v[0usize] + v[4usize]));
         let radial = w * v_w + x * v_x + y * v_y + z * v_z;
-        let at = i * GRADIENTS + 3usize;
         out[at] = (v_w - radial * w) * inverse;
         out[at + 1usize] = (v_x - radial * x) * inverse;
         out[at + 2usize] = (v_y - radial * y) * inverse;
         out[at + 3usize] = (v_z - radial * z) * inverse;
+    } else {
+        for k in 0..4usize {
+            out[at + k] = 0.0f32;
+        }
     }
 }
 
-/// Writes the cotangent of the centre through its projection and through the Jacobian, and gives it in camera
-/// axes; a clamped axis passes nothing from the latter to its own coordinate.
+/// The cotangent of the centre in camera axes through its projection and through the Jacobian; a clamped axis
+/// passes nothing from the latter to its own coordinate.
 #[cube]
-fn centre_vjp(
-    packed: &[f32],
-    i: usize,
-    chain: &Chain,
-    v_centre: (f32, f32),
-    turned: &Array<f32>,
-    out: &mut [f32],
-) -> Array<f32> {
+fn centre_vjp(packed: &[f32], chain: &Chain, v_centre: (f32, f32), turned: &Array<f32>) -> Array<f32> {
     let z = chain.camera[2usize];
     let mut v = Array::<f32>::new(3usize);
     v[2usize] = 0.0f32;
@@ -234,11 +245,18 @@ fn centre_vjp(
             - focal / z * v_focal
             - select(free, slope / z * v_tangent, 0.0f32);
     }
-    for k in 0..3usize {
-        out[i * GRADIENTS + k] =
-            packed[k] * v[0usize] + packed[3usize + k] * v[1usize] + packed[6usize + k] * v[2usize];
-    }
     v
+}
+
+/// Writes the cotangent of the centre, given that in camera axes and that by the direction of view.
+#[cube]
+fn leave_centre(packed: &[f32], i: usize, v: &Array<f32>, v_direction: &Array<f32>, out: &mut [f32]) {
+    for k in 0..3usize {
+        out[3usize * i + k] = packed[k] * v[0usize]
+            + packed[3usize + k] * v[1usize]
+            + packed[6usize + k] * v[2usize]
+            + v_direction[k];
+    }
 }
 
 /// Writes cotangents of the harmonics, and gives that of the centre through the direction.
@@ -269,6 +287,9 @@ fn color_vjp(
             v_sh[at] = v_channel * b[k];
             v_basis[k] = v_basis[k] + v_channel * sh[at];
         }
+    }
+    for k in comptime!(((degree + 1) * (degree + 1) * 3) as usize)..frame.coefficients as usize * 3usize {
+        v_sh[first + k] = 0.0f32;
     }
     let by_x = basis_by_x(d[0usize], d[1usize], d[2usize], &v_basis, degree);
     let by_y = basis_by_y(d[0usize], d[1usize], d[2usize], &v_basis, degree);

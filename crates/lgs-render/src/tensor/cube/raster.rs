@@ -7,7 +7,7 @@ use super::super::ops::{Drawn, RasterKernels, RasterOps, SplatPrimitives, ViewSp
 use burn::backend::TensorMetadata;
 use burn::backend::ops::FloatTensorOps;
 use burn::backend::tensor::{FloatTensor, IntTensor};
-use burn::tensor::{DType, TensorData};
+use burn::tensor::{DType, Shape, TensorData};
 use cubecl::client::Client;
 use cubecl::ir::features::Plane;
 use cubecl::prelude::*;
@@ -16,11 +16,12 @@ use lgs_tensor::{Kernel, forward_kept};
 
 use super::blend::{STATE, blend};
 use super::blend_vjp::{COTANGENTS, blend_vjp};
-use super::frame::{HEADER, PARAMETERS, PROJECTED, Sizes, TILE, header};
+use super::frame::{PROJECTED, Sizes, TILE};
 use super::lists::{GROUP, Lists, lists};
-use super::pose::{see_moved, summed};
+use super::pack::{cotangents, cut, packed};
+use super::pose::{MOTION, summed};
 use super::project::{count_tiles, project};
-use super::pull_back::{GRADIENTS, POSE, pull_back};
+use super::pull_back::pull_back;
 
 /// What a forward pass leaves on the device.
 #[derive(Clone, Debug)]
@@ -52,22 +53,6 @@ fn sizes(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> Sizes {
         width: view.camera.width as usize,
         height: view.camera.height as usize,
     }
-}
-
-/// The camera, moved by the pose, and by Gaussian centre, quaternion, log scales and opacity logit.
-fn pack(view: &ViewSpec, inputs: &[CubeTensor; 7]) -> CubeTensor {
-    let [means, rotations, log_scales, raw_opacities, _, _, pose] = inputs;
-    let n = means.shape()[0];
-    let header = CubeBackend::float_from_data(TensorData::new(header(view), [HEADER]), &means.device);
-    let opacities = CubeBackend::float_reshape(raw_opacities.clone(), [n, 1].into());
-    let rows =
-        CubeBackend::float_cat(vec![means.clone(), rotations.clone(), log_scales.clone(), opacities], 1);
-    let rows = CubeBackend::float_reshape(rows, [n * PARAMETERS].into());
-    let packed = contiguous(CubeBackend::float_cat(vec![header, rows], 0));
-    let (cubes, dim) = units(&packed.client, 1);
-    let [to, motion] = [packed.clone(), contiguous(pose.clone())].map(CubeTensor::into_buffer_arg);
-    see_moved::launch(&packed.client, cubes, dim, to, motion);
-    packed
 }
 
 /// The background alone.
@@ -160,31 +145,34 @@ fn v_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> C
 /// Cotangents of all inputs.
 fn pulled_back(kept: &CubeRasterKept, degree: usize, v_image: CubeTensor) -> [CubeTensor; 7] {
     let (sizes, packed) = (kept.sizes, &kept.packed);
-    let n = sizes.gaussians;
-    let v_sh = zeros(packed, [n, sizes.coefficients, 3], DType::F32);
-    let out = zeros(packed, [n, GRADIENTS], DType::F32);
-    if let Some(drawn) = &kept.drawn {
-        let (count, dim) = units(&packed.client, n);
-        pull_back::launch(
-            &packed.client,
-            count,
-            dim,
-            packed.clone().into_buffer_arg(),
-            kept.sh.clone().into_buffer_arg(),
-            drawn.projected.clone().into_buffer_arg(),
-            drawn.lists.spans.clone().into_buffer_arg(),
-            v_entries(kept, drawn, v_image).into_buffer_arg(),
-            out.clone().into_buffer_arg(),
-            v_sh.clone().into_buffer_arg(),
-            sizes.frame(),
-            degree as u32,
-        );
-    }
-    let columns =
-        |from: usize, to: usize| CubeBackend::float_slice(out.clone(), &[(0..n).into(), (from..to).into()]);
-    let pose = summed(&out, POSE);
-    let opacities = CubeBackend::float_reshape(contiguous(columns(10, 11)), [n].into());
-    [columns(0, 3), columns(3, 7), columns(7, 10), opacities, v_sh, columns(11, 13), pose]
+    let Some(drawn) = &kept.drawn else { return no_cotangents(kept) };
+    let v_sh = empty(packed, [sizes.gaussians, sizes.coefficients, 3], DType::F32);
+    let out = empty(packed, [cotangents(sizes.gaussians)], DType::F32);
+    let (count, dim) = units(&packed.client, sizes.gaussians);
+    pull_back::launch(
+        &packed.client,
+        count,
+        dim,
+        packed.clone().into_buffer_arg(),
+        kept.sh.clone().into_buffer_arg(),
+        drawn.projected.clone().into_buffer_arg(),
+        drawn.lists.spans.clone().into_buffer_arg(),
+        v_entries(kept, drawn, v_image).into_buffer_arg(),
+        out.clone().into_buffer_arg(),
+        v_sh.clone().into_buffer_arg(),
+        sizes.frame(),
+        degree as u32,
+    );
+    let [means, rotations, log_scales, opacities, means2d, pose] = cut(&out, sizes.gaussians);
+    [means, rotations, log_scales, opacities, v_sh, means2d, summed(&pose)]
+}
+
+/// Cotangents where nothing is drawn.
+fn no_cotangents(kept: &CubeRasterKept) -> [CubeTensor; 7] {
+    let n = kept.sizes.gaussians;
+    let of = |shape: &[usize]| zeros(&kept.packed, Shape::from(shape.to_vec()), DType::F32);
+    let sh = [n, kept.sizes.coefficients, 3];
+    [of(&[n, 3]), of(&[n, 4]), of(&[n, 3]), of(&[n]), of(&sh), of(&[n, 2]), of(&[MOTION])]
 }
 
 impl Kernel<ViewSpec, 7> for CubeBackend {
@@ -192,10 +180,11 @@ impl Kernel<ViewSpec, 7> for CubeBackend {
 
     fn forward_kept(view: &ViewSpec, inputs: [FloatTensor<Self>; 7]) -> (FloatTensor<Self>, CubeRasterKept) {
         let sizes = sizes(view, &inputs);
-        let radii = zeros(&inputs[0], [sizes.gaussians], DType::I32);
-        let (packed, sh) = (pack(view, &inputs), contiguous(inputs[4].clone()));
+        let is_drawn = sizes.gaussians > 0 && sizes.tiles() > 0;
+        let radii = if is_drawn { empty } else { zeros }(&inputs[0], [sizes.gaussians], DType::I32);
+        let (packed, sh) = (packed(view, &inputs), contiguous(inputs[4].clone()));
         let mut kept = CubeRasterKept { sizes, packed, sh, radii, drawn: None };
-        if sizes.gaussians > 0 && sizes.tiles() > 0 {
+        if is_drawn {
             let (projected, counts) = projected(&kept, view.active_degree);
             let lists = lists(&projected, &counts, &sizes);
             kept.drawn = Some(blended(&kept, projected, lists));
