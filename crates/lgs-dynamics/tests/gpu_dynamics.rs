@@ -37,7 +37,7 @@ fn accelerations_are_those_of_the_processor() {
 fn networks_of_any_depth_and_width_are_those_of_the_processor() {
     let Some(device) = device_for_tests() else { return };
     let (q, v, weight) = (random_points(9, 0.6, 1), random_points(9, 0.5, 2), weights(27, 3));
-    for (hidden, hidden_layers) in [(1, 1), (6, 4), (33, 1)] {
+    for (hidden, hidden_layers) in [(1, 1), (6, 4), (33, 1), (130, 2)] {
         let lively = lively_system(PotentialKind::QuadraticMlp, ForceKind::Mlp);
         let config = SystemConfig { hidden, hidden_layers, ..lively.config };
         let params = weights(config.parameters(), 7);
@@ -69,9 +69,9 @@ fn rollouts_are_those_of_the_processor() {
 #[test]
 fn more_particles_than_are_evaluated_at_a_time_are_those_of_the_processor() {
     let Some(device) = device_for_tests() else { return };
-    let (n, normalisation) = (2101, lively_system(PotentialKind::Mlp, ForceKind::Mlp).config.normalisation);
-    let config = SystemConfig { hidden: 256, hidden_layers: 8, normalisation, ..SystemConfig::paper() };
-    let params = weights(config.parameters(), 7).into_iter().map(|value| 0.1 * value).collect();
+    let (n, normalisation) = (4101, lively_system(PotentialKind::Mlp, ForceKind::Mlp).config.normalisation);
+    let config = SystemConfig { hidden: 64, hidden_layers: 16, normalisation, ..SystemConfig::paper() };
+    let params = weights(config.parameters(), 7).into_iter().map(|value| 0.2 * value).collect();
     let system = System { config, params };
     let (q, v, weight) = (random_points(n, 0.6, 1), random_points(n, 0.5, 2), weights(2 * n * 10, 9));
     for supports in [None, Some(Arc::new(Supports::nearest(&q, 8)))] {

@@ -82,20 +82,27 @@ pub(super) fn begin(q: &[f32], v: &[f32], states: &mut [f32], velocity_scale: f3
     }
 }
 
-/// Normalised positions and velocities of a range.
-#[cube(launch)]
-pub(super) fn normalise(states: &[f32], table: &[u32], tape: &mut [f32], range: Range, scales: Scales) {
-    let row = ABSOLUTE_POS as u32;
-    if row < range.rows {
-        let from = state_at(&range, range.state, row);
-        let to = (table[STATES] + row * STATE_INPUTS as u32) as usize;
-        tape[to] = (states[from] - scales.x) * scales.per_length;
-        tape[to + 1usize] = (states[from + 1usize] - scales.y) * scales.per_length;
-        tape[to + 2usize] = (states[from + 2usize] - scales.z) * scales.per_length;
-        #[unroll]
-        for k in 3..6usize {
-            tape[to + k] = states[from + k] * scales.per_speed;
-        }
+/// A particle's normalised position and velocity, for one network or the other, neither of which reads what
+/// is the other's.
+#[cube]
+pub(super) fn normalise(
+    states: &[f32],
+    table: &[u32],
+    tape: &mut [f32],
+    row: u32,
+    range: &Range,
+    scales: &Scales,
+    is_potential: bool,
+) {
+    let from = state_at(range, range.state, row);
+    let place = select(is_potential, table[STATES], table[FORCE_STATES]);
+    let to = (place + row * STATE_INPUTS as u32) as usize;
+    tape[to] = (states[from] - scales.x) * scales.per_length;
+    tape[to + 1usize] = (states[from + 1usize] - scales.y) * scales.per_length;
+    tape[to + 2usize] = (states[from + 2usize] - scales.z) * scales.per_length;
+    #[unroll]
+    for k in 3..6usize {
+        tape[to + k] = states[from + k] * scales.per_speed;
     }
 }
 

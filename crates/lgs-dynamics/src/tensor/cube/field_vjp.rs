@@ -8,45 +8,66 @@ use super::field::{Kinds, NETWORK, Range, STATE, STRUCTURED, Scales, curved, on_
 use super::tables::*;
 use crate::system::DAMPING_SHIFT;
 
-/// Cotangents of the networks' outputs, given those of velocities after the kick: the second half of each row
-/// of `carried`, of which a step of length h takes its part.
-#[cube(launch)]
+/// Cotangents of a particle's position before a step and of its velocity after the kick: its row of `[n, 6]`;
+/// or those of the state after a step without alignment `[n, STATE]`, where q₁ = q₀ + h v₁.
+#[cube]
+pub(super) fn kicked(from: &[f32], particle: usize, h: f32, is_step: bool) -> Array<f32> {
+    let mut out = numbers(from, particle * select(is_step, STATE, 6usize), 6usize);
+    if is_step {
+        #[unroll]
+        for k in 0..3usize {
+            out[3 + k] = out[3 + k] + h * out[k];
+        }
+    }
+    out
+}
+
+/// Cotangents of what a network gives, that of a force or with [`NONE`] that of the potential, given those of
+/// velocities after the kick ([`kicked`]), of which a step of length h takes its part.
+#[cube]
 pub(super) fn seed(
     table: &[u32],
     tape: &mut [f32],
     states: &[f32],
-    carried: &[f32],
-    range: Range,
-    scales: Scales,
+    carried: &Array<f32>,
+    row: u32,
+    range: &Range,
+    scales: &Scales,
     h: f32,
-    #[comptime] kinds: Kinds,
+    of: u32,
 ) {
-    let row = ABSOLUTE_POS as u32;
-    if row < range.rows {
-        let particle = (range.first + row) as usize;
-        let mut of_force = Array::<f32>::new(3usize);
-        #[unroll]
-        for k in 0..3usize {
-            let v_a = h * carried[6usize * particle + 3 + k];
-            tape[(table[V_GRADIENT] + 3u32 * row) as usize + k] = scales.potential * v_a;
-            of_force[k] = scales.force * v_a;
-        }
-        if comptime!(kinds.force == NETWORK) {
-            write(tape, (table[V_FORCE] + 3u32 * row) as usize, &of_force, 3usize);
-        }
-        if comptime!(kinds.force == STRUCTURED) {
-            let v = numbers(states, state_at(&range, range.state, row) + 3usize, 3usize);
-            let raw = tape[(table[FORCE] + row * FORCE_OUTPUTS as u32) as usize];
-            let to = (table[V_FORCE] + row * FORCE_OUTPUTS as u32) as usize;
-            tape[to] = -sigmoid(raw - DAMPING_SHIFT) * dot(&of_force, &v);
-            // ⟨f̄, w × v⟩ = ⟨w, v × f̄⟩
-            write(tape, to + 1usize, &cross(&v, &of_force), 3usize);
-        }
+    let scale = select(of == NONE, scales.potential, scales.force);
+    let place = select(of == NONE, table[V_GRADIENT], table[V_FORCE]);
+    let mut v_out = Array::<f32>::new(3usize);
+    #[unroll]
+    for k in 0..3usize {
+        v_out[k] = scale * (h * carried[3 + k]);
+    }
+    if of == STRUCTURED {
+        let v = numbers(states, state_at(range, range.state, row) + 3usize, 3usize);
+        let raw = tape[(table[FORCE] + row * FORCE_OUTPUTS as u32) as usize];
+        let to = (place + row * FORCE_OUTPUTS as u32) as usize;
+        tape[to] = -sigmoid(raw - DAMPING_SHIFT) * dot(&v_out, &v);
+        // ⟨f̄, w × v⟩ = ⟨w, v × f̄⟩
+        write(tape, to + 1usize, &cross(&v, &v_out), 3usize);
+    } else {
+        write(tape, (place + 3u32 * row) as usize, &v_out, 3usize);
     }
 }
 
-/// Cotangents of positions and velocities of a range through its acceleration: added to those that `carried`
-/// has of them and that the state has by itself, or alone.
+/// Where cotangents come from that a step's way back begins with, and whether there is a step.
+#[derive(Clone, Copy, Debug, Hash, PartialEq, Eq)]
+pub(super) enum Source {
+    /// No step: an acceleration alone, of rows `carried`.
+    Acceleration,
+    /// Rows `carried` behind an alignment.
+    Carried,
+    /// The state after the step.
+    State,
+}
+
+/// Cotangents of positions and velocities of a range through its acceleration: added to those that the step
+/// has of them ([`kicked`]) and that the state has by itself, or alone.
 #[cube(launch)]
 pub(super) fn finish(
     weights: &[f32],
@@ -59,28 +80,32 @@ pub(super) fn finish(
     scales: Scales,
     h: f32,
     #[comptime] kinds: Kinds,
-    #[comptime] is_step: bool,
+    #[comptime] source: Source,
 ) {
     let row = ABSOLUTE_POS as u32;
     if row < range.rows {
         let particle = (range.first + row) as usize;
+        let v = if comptime!(source == Source::State) {
+            kicked(&*adjoint, particle, h, true)
+        } else {
+            kicked(carried, particle, h, false)
+        };
         let mut v_x = potential_vjp(weights, table, tape, row, kinds);
-        let v_v = force_vjp(table, tape, carried, &mut v_x, row, (particle, h), &scales, kinds);
+        let v_v = force_vjp(table, tape, &v, &mut v_x, row, h, &scales, kinds);
         let to = particle * STATE;
+        let from = state_at(&range, range.state, row);
         #[unroll]
         for k in 0..3usize {
             let mut of_q = v_x[k] * scales.per_length;
             let mut of_v = v_v[k];
-            if comptime!(is_step) {
-                let from = state_at(&range, range.state, row);
-                of_q = of_q + carried[6usize * particle + k] + own[from + k];
-                of_v = of_v + carried[6usize * particle + 3 + k] + own[from + 3 + k];
+            if comptime!(source != Source::Acceleration) {
+                of_q = of_q + v[k] + own[from + k];
+                of_v = of_v + v[3 + k] + own[from + 3 + k];
             }
             adjoint[to + k] = of_q;
             adjoint[to + 3 + k] = of_v;
         }
-        if comptime!(is_step) {
-            let from = state_at(&range, range.state, row);
+        if comptime!(source != Source::Acceleration) {
             #[unroll]
             for k in 6..STATE {
                 adjoint[to + k] = adjoint[to + k] + own[from + k];
@@ -114,10 +139,10 @@ fn potential_vjp(
 fn force_vjp(
     table: &[u32],
     tape: &[f32],
-    carried: &[f32],
+    v: &Array<f32>,
     v_x: &mut Array<f32>,
     row: u32,
-    step: (usize, f32),
+    h: f32,
     scales: &Scales,
     #[comptime] kinds: Kinds,
 ) -> Array<f32> {
@@ -131,7 +156,6 @@ fn force_vjp(
         }
     }
     if comptime!(kinds.force == STRUCTURED) {
-        let (particle, h) = step;
         let at = (table[V_INPUTS] + row * 3u32) as usize;
         let outputs = (table[FORCE] + row * FORCE_OUTPUTS as u32) as usize;
         let damping = softplus(tape[outputs] - DAMPING_SHIFT);
@@ -140,7 +164,7 @@ fn force_vjp(
         #[unroll]
         for k in 0..3usize {
             v_x[k] = v_x[k] + tape[at + k];
-            of_force[k] = scales.force * h * carried[6usize * particle + 3 + k];
+            of_force[k] = scales.force * h * v[3 + k];
         }
         // ⟨f̄, w × v⟩ = ⟨v, f̄ × w⟩
         let turn = cross(&of_force, &spin);
@@ -157,21 +181,6 @@ fn force_vjp(
 pub(super) fn begin_adjoint(own: &[f32], adjoint: &mut [f32], state: u32) {
     if ABSOLUTE_POS < adjoint.len() {
         adjoint[ABSOLUTE_POS] = own[state as usize * adjoint.len() + ABSOLUTE_POS];
-    }
-}
-
-/// Cotangents `[n, 6]` of positions and of velocities after the kick, given those of the state after a step
-/// without alignment: q₁ = q₀ + h v₁.
-#[cube(launch)]
-pub(super) fn drift_vjp(adjoint: &[f32], carried: &mut [f32], h: f32) {
-    let i = ABSOLUTE_POS;
-    if i < carried.len() / 6usize {
-        #[unroll]
-        for k in 0..3usize {
-            let v_q = adjoint[i * STATE + k];
-            carried[6usize * i + k] = v_q;
-            carried[6usize * i + 3 + k] = adjoint[i * STATE + 3 + k] + h * v_q;
-        }
     }
 }
 

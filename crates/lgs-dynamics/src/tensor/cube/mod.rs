@@ -79,7 +79,7 @@ impl Kernel<AccelerationCall, 3> for CubeBackend {
             let adjoint = empty(&q, [n, STATE], DType::F32);
             for rows in system.ranges(0) {
                 system.evaluate(&states, rows);
-                system.pull_back([&states, &carried, &adjoint], None, &partials, (rows, 1.0));
+                system.pull_back([&states, &adjoint], [Some(&carried), None], &partials, (rows, 1.0));
             }
             let (cubes, dim) = spread(&q.client, n);
             let [from, v_q, v_v] = arguments([&adjoint, &out[0], &out[1]]);

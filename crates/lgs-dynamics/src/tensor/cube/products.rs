@@ -7,6 +7,8 @@
 use cubecl::prelude::*;
 
 use super::ends::end_row;
+use super::field::{Range, Scales, normalise};
+use super::field_vjp::{kicked, seed};
 use super::tables::*;
 use super::tiles::{
     COLUMNS as TILE_COLUMNS, FACTORS_OF_UNIT, LANES, NARROW, ROW_FACTORS, ROWS, SHARED, SLICE, SUMS,
@@ -25,23 +27,54 @@ pub(super) struct Chains {
     pub(super) other_count: u32,
 }
 
-/// Runs the chains for so many particles; the cubes of the second follow those of the first.
+/// What the chains are, and what their cubes begin with: an evaluation with what enters the networks,
+pub(super) const FORWARD: u32 = 0;
+/// its backward pass with cotangents of what the networks give, made of rows `[n, 6]`,
+pub(super) const BACKWARD: u32 = 1;
+/// or of those of the state after a step without alignment.
+pub(super) const BACKWARD_OF_STEP: u32 = 2;
+
+/// Runs the chains for a range of particles; the cubes of the second follow those of the first. `carried` has
+/// the cotangents that a backward pass begins with ([`kicked`]). What differs between calls is told at run
+/// time: the program is long, and there is one for all.
 #[cube(launch)]
-pub(super) fn products(weights: &[f32], table: &[u32], tape: &mut [f32], chains: Chains, rows: u32) {
-    let blocks = rows.div_ceil(ROWS);
+pub(super) fn products(
+    weights: &[f32],
+    table: &[u32],
+    tape: &mut [f32],
+    states: &[f32],
+    carried: &[f32],
+    chains: Chains,
+    range: Range,
+    scales: Scales,
+    h: f32,
+    pass: u32,
+    force: u32,
+) {
+    let blocks = range.rows.div_ceil(ROWS);
     let cube = CUBE_POS as u32;
     let mut shared = Shared::<[f32]>::new_slice(SHARED);
     if cube < 2u32 * blocks {
         let is_first = cube < blocks;
         let row = (cube - select(is_first, 0u32, blocks)) * ROWS;
+        let own = row + UNIT_POS;
+        if UNIT_POS < ROWS && own < range.rows {
+            if pass == FORWARD {
+                normalise(states, table, tape, own, &range, &scales, is_first);
+            } else {
+                let v = kicked(carried, (range.first + own) as usize, h, pass == BACKWARD_OF_STEP);
+                let of = select(is_first, NONE, force);
+                seed(table, tape, states, &v, own, &range, &scales, h, of);
+            }
+        }
         let first = select(is_first, chains.first, chains.other);
         for i in 0..select(is_first, chains.count, chains.other_count) {
             sync_storage();
             let product = PLACES + (first + i) as usize * PRODUCT;
             if table[product + END] == PLAIN {
-                narrow(weights, table, tape, &mut shared, product, (row, rows));
+                narrow(weights, table, tape, &mut shared, product, (row, range.rows));
             } else {
-                wide(weights, table, tape, &mut shared, product, (row, rows));
+                wide(weights, table, tape, &mut shared, product, (row, range.rows));
             }
         }
     }

@@ -135,7 +135,7 @@ impl Builder {
     }
 
     fn place(&mut self) {
-        let widths = [STATE_INPUTS, 3, 3, 3, FORCE_OUTPUTS, FORCE_OUTPUTS, STATE_INPUTS];
+        let widths = [STATE_INPUTS, 3, 3, 3, FORCE_OUTPUTS, FORCE_OUTPUTS, STATE_INPUTS, STATE_INPUTS];
         for (place, width) in widths.into_iter().enumerate() {
             self.places[place] = self.array(width);
         }
@@ -284,7 +284,7 @@ impl Builder {
     }
 
     fn force_outputs(&mut self, layout: &MlpLayout, arrays: &[Hidden]) -> Chain {
-        let [states, out, v_out] = [STATES, FORCE, V_FORCE].map(|place| self.places[place]);
+        let [states, out, v_out] = [FORCE_STATES, FORCE, V_FORCE].map(|place| self.places[place]);
         let first = self.next();
         for (i, l) in layout.linears().enumerate() {
             let below = if i == 0 { (states, STATE_INPUTS) } else { (arrays[i - 1].h, l.inputs) };

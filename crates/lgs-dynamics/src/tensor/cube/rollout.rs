@@ -8,7 +8,7 @@ use lgs_tensor::cube::{CubeTensor, arguments, contiguous, empty, units};
 use super::align::{ARRIVED, FROM_POSITIONS, KEEP, PULL, RIGID, advance, collect, gather, pull_state};
 use super::carry::{CARRIED, TWIST, carry, collect_twists, gather_twists, twist_vjp};
 use super::field::{MOTION, STATE, Use, begin};
-use super::field_vjp::{begin_adjoint, drift_vjp, end_adjoint};
+use super::field_vjp::{begin_adjoint, end_adjoint};
 use super::system::{DeviceSystem, spread};
 use super::uploads::{Uploaded, uploaded};
 use crate::state::VelocityPolicy;
@@ -172,18 +172,14 @@ impl<'a> Walk<'a> {
             }
             self.carry_vjp(aligned, arrivals, state);
             self.align_vjp(aligned, arrivals, (state, h));
-        } else {
-            let (cubes, dim) = spread(&self.carried.client, system.count);
-            let [adjoint, carried] = arguments([&self.adjoint, &self.carried]);
-            drift_vjp::launch(&self.carried.client, cubes, dim, adjoint, carried, h);
         }
         let is_on_tape = self.aligned.is_some() && system.ranges(state).count() == 1;
         for rows in system.ranges(state) {
             if !is_on_tape {
                 system.evaluate(self.states, rows);
             }
-            let arrays = [self.states, &self.carried, &self.adjoint];
-            system.pull_back(arrays, Some(own), partials, (rows, h));
+            let carried = self.aligned.as_ref().map(|_| &self.carried);
+            system.pull_back([self.states, &self.adjoint], [carried, Some(own)], partials, (rows, h));
         }
     }
 

@@ -6,10 +6,10 @@ use cubecl::client::Client;
 use cubecl::{CubeCount, CubeDim};
 use lgs_tensor::cube::{CubeTensor, arguments, cubes, empty, numbers, units, zeros};
 
-use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate, normalise};
-use super::field_vjp::{finish, seed};
-use super::products::{ChainsLaunch, products, transpose};
-use super::program::{Chain, Program, floats_per_particle};
+use super::field::{Kinds, NETWORK, RangeLaunch, STRUCTURED, ScalesLaunch, Use, accelerate};
+use super::field_vjp::{Source, finish};
+use super::products::{BACKWARD, BACKWARD_OF_STEP, ChainsLaunch, FORWARD, products, transpose};
+use super::program::{Program, floats_per_particle};
 use super::sums::{OuterLaunch, outer_sums, sum_groups};
 use super::tables::{QUADRATIC, SECOND_MOMENTS};
 use super::tiles::{ROWS, UNITS};
@@ -112,20 +112,22 @@ impl DeviceSystem {
 
     /// Runs the networks on particles of a state, which leaves everything on the tape.
     pub(super) fn evaluate(&self, states: &CubeTensor, rows: Rows) {
-        let (cubes, dim) = spread(&states.client, rows.rows);
-        let [from, table, tape] = arguments([states, &self.table, &self.tape]);
-        normalise::launch(&states.client, cubes, dim, from, table, tape, self.range(rows), self.scales());
-        self.run(&self.program.forward, rows);
+        self.run([states, states], rows, (FORWARD, 0.0));
     }
 
-    fn run(&self, [first, other]: &[Chain; 2], rows: Rows) {
+    fn run(&self, [states, carried]: [&CubeTensor; 2], rows: Rows, (pass, h): (u32, f32)) {
         let client = &self.tape.client;
+        let [first, other] = if pass == FORWARD { &self.program.forward } else { &self.program.backward };
         let blocks = rows.rows.div_ceil(ROWS as usize) * if other.is_empty() { 1 } else { 2 };
-        let [weights, table, tape] = arguments([&self.weights, &self.table, &self.tape]);
+        let [weights, table, tape, of, from] =
+            arguments([&self.weights, &self.table, &self.tape, states, carried]);
         let (count, other_count) = (first.len() as u32, other.len() as u32);
         let chains = ChainsLaunch::new(first.start, count, other.start, other_count);
-        let (of, dim) = (cubes(client, blocks), CubeDim::new_1d(UNITS));
-        products::launch(client, of, dim, weights, table, tape, chains, rows.rows as u32);
+        let (all, dim) = (cubes(client, blocks), CubeDim::new_1d(UNITS));
+        let (range, scales, force) = (self.range(rows), self.scales(), self.kinds.force);
+        products::launch(
+            client, all, dim, weights, table, tape, of, from, chains, range, scales, h, pass, force,
+        );
     }
 
     /// Makes of an evaluation what it is for.
@@ -145,28 +147,32 @@ impl DeviceSystem {
         );
     }
 
-    /// Pulls cotangents `[n, 6]` of what lies before an evaluated acceleration and of velocities after its
-    /// kick of length `h` back to the state, into `adjoint`, where those that the states have by themselves
-    /// (none: no others at all) are added; and adds to the gradients of parameters.
+    /// Pulls cotangents of what lies before an evaluated acceleration and of velocities after its kick of length
+    /// `h` back to the state, into `adjoint`: the rows `carried`, or where `adjoint` has those of the state after
+    /// the step, these. Cotangents that the states have by themselves (none: no others at all) are added. Adds to
+    /// the gradients of parameters.
     pub(super) fn pull_back(
         &self,
-        [states, carried, adjoint]: [&CubeTensor; 3],
-        own: Option<&CubeTensor>,
+        [states, adjoint]: [&CubeTensor; 2],
+        [carried, own]: [Option<&CubeTensor>; 2],
         partials: &Partials,
         (rows, h): (Rows, f32),
     ) {
-        let (client, kinds) = (&states.client, self.kinds);
-        let (cubes, dim) = spread(client, rows.rows);
-        let [table, tape, of, v] = arguments([&self.table, &self.tape, states, carried]);
-        let (range, scales) = (self.range(rows), self.scales());
-        seed::launch(client, cubes.clone(), dim, table, tape, of, v, range, scales, h, kinds);
-        self.run(&self.program.backward, rows);
+        let pass = if carried.is_some() { BACKWARD } else { BACKWARD_OF_STEP };
+        let source = match (carried, own) {
+            (None, _) => Source::State,
+            (_, None) => Source::Acceleration,
+            _ => Source::Carried,
+        };
+        self.run([states, carried.unwrap_or(adjoint)], rows, (pass, h));
         self.add_sums(partials, rows);
+        let (client, kinds, carried) = (&states.client, self.kinds, carried.unwrap_or(states));
+        let (cubes, dim) = spread(client, rows.rows);
         let [weights, table, tape, v, of_state, to] =
             arguments([&self.weights, &self.table, &self.tape, carried, own.unwrap_or(carried), adjoint]);
-        let (range, scales, is_step) = (self.range(rows), self.scales(), own.is_some());
+        let (range, scales) = (self.range(rows), self.scales());
         finish::launch(
-            client, cubes, dim, weights, table, tape, v, of_state, to, range, scales, h, kinds, is_step,
+            client, cubes, dim, weights, table, tape, v, of_state, to, range, scales, h, kinds, source,
         );
     }
 

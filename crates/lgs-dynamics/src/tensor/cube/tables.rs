@@ -79,10 +79,12 @@ pub(super) const V_POTENTIAL: usize = 3;
 pub(super) const FORCE: usize = 4;
 pub(super) const V_FORCE: usize = 5;
 pub(super) const V_INPUTS: usize = 6;
+/// normalised positions and velocities once more, for the force's network;
+pub(super) const FORCE_STATES: usize = 7;
 /// where the linear and quadratic coefficients are among the weights.
-pub(super) const QUADRATIC: usize = 7;
+pub(super) const QUADRATIC: usize = 8;
 /// Numbers of the table before the products.
-pub(super) const PLACES: usize = 8;
+pub(super) const PLACES: usize = 9;
 
 /// Numbers of a particle's normalised position and velocity.
 pub(super) const STATE_INPUTS: usize = 6;

@@ -33,7 +33,7 @@ pub(super) const SHARED: usize = SUMS * UNITS as usize;
 /// Where the columns' factors of a slice begin in shared memory.
 const COLUMN_FACTORS: u32 = ROWS * SLICE;
 /// Summands that are unrolled at once.
-const UNROLLED: usize = 4;
+const UNROLLED: usize = 8;
 
 /// The first row of a unit in a tile.
 #[cube]
