@@ -19,14 +19,20 @@ pub(super) const SHARED: usize = 9;
 /// Floats of a tile's state before a group: channel by channel, transmittance last.
 pub(super) const STATE: usize = 4 * PIXELS as usize;
 
-/// Opacity times Gaussian at a distance from its centre, before it is clamped; 0 below 1/255.
+/// `log2` of opacity times Gaussian at a distance from its centre.
 #[cube]
-pub(super) fn alpha(distance: (f32, f32), factors: (f32, f32, f32), log2_opacity: f32) -> f32 {
+fn log2_alpha(distance: (f32, f32), factors: (f32, f32, f32), log2_opacity: f32) -> f32 {
     let (dx, dy) = distance;
     let (f0, f1, f2) = factors;
     let u = f0 * dx + f1 * dy;
     let w = f2 * dy;
-    let log2_alpha = log2_opacity - w * w - u * u;
+    log2_opacity - w * w - u * u
+}
+
+/// Opacity times Gaussian at a distance from its centre, before it is clamped; 0 below 1/255.
+#[cube]
+pub(super) fn alpha(distance: (f32, f32), factors: (f32, f32, f32), log2_opacity: f32) -> f32 {
+    let log2_alpha = log2_alpha(distance, factors, log2_opacity);
     select(log2_alpha >= LOG2_ALPHA_MIN, (log2_alpha * LN_2).exp(), 0.0f32)
 }
 
@@ -52,46 +58,81 @@ pub(super) fn blend(
     frame: Frame,
 ) {
     let tile = CUBE_POS;
+    if tile + 1usize < ranges.len() / 2usize {
+        let pixel = own_pixel(tile as u32, &frame);
+        let mut light = dark();
+        let stop = add_list(projected, members, ranges, &pixel, states, &mut light, &frame);
+        if pixel.inside {
+            let at = (pixel.y * frame.width + pixel.x) as usize;
+            write(packed, at, &light, background);
+            let fits = places[places.len() - 1usize] <= room;
+            states[at] = select(fits, stop, 0u32) as f32;
+        }
+    }
+}
+
+/// A pixel of the image, and its number in its tile, row by row.
+#[derive(CubeType, Clone, Copy)]
+struct Pixel {
+    x: u32,
+    y: u32,
+    in_tile: u32,
+    inside: bool,
+}
+
+/// The unit's own pixel. 32 units, which run together on most devices, take 8 × 4 pixels: a small Gaussian
+/// reaches none of most such blocks.
+#[cube]
+fn own_pixel(tile: u32, frame: &Frame) -> Pixel {
+    let columns = columns(frame);
+    let block = UNIT_POS / 32u32;
+    let column = UNIT_POS % 8u32 + block % 2u32 * 8u32;
+    let row = UNIT_POS / 8u32 % 4u32 + block / 2u32 * 4u32;
+    let x = tile % columns * TILE + column;
+    let y = tile / columns * TILE + row;
+    Pixel { x, y, in_tile: row * TILE + column, inside: x < frame.width && y < frame.height }
+}
+
+/// Blends the list of the cube's tile into the unit's pixel and keeps the states before groups, until all
+/// pixels of the tile are closed; gives the position at which the pixel is.
+#[cube]
+fn add_list(
+    projected: &[f32],
+    members: &[u32],
+    ranges: &[u32],
+    pixel: &Pixel,
+    states: &mut [f32],
+    light: &mut Array<f32>,
+    frame: &Frame,
+) -> u32 {
     let mut splats = Shared::<[f32]>::new_slice(GROUP * SHARED);
     let mut open = Shared::<[u32]>::new_slice(PIXELS as usize);
     let mut rows = Shared::<[u32]>::new_slice(TILE as usize);
-    if tile + 1usize < ranges.len() / 2usize {
-        let columns = columns(&frame);
-        let x = (tile as u32 % columns) * TILE + UNIT_POS_X;
-        let y = (tile as u32 / columns) * TILE + UNIT_POS_Y;
-        let inside = x < frame.width && y < frame.height;
-        let begin = ranges[2usize * tile];
-        let length = ranges[2usize * tile + 2usize] - begin;
-        let mut light = dark();
-        let mut stop = select(inside, length, 0u32);
-        let mut group = ranges[2usize * tile + 1usize];
-        let mut first = 0u32;
-        let mut end = length;
-        while first < end {
-            open[UNIT_POS as usize] = select(first < stop, 1u32, 0u32);
-            sync_cube();
-            let count = (length - first).min(GROUP as u32);
-            load(projected, members, begin + first, count, &mut splats);
-            count_open(&open, &mut rows);
-            sync_cube();
-            // All units agree on whether a pixel is open.
-            if is_any(&rows) {
-                keep(states, state_of(group, &frame), &light);
-                let pixel = (x as f32 + 0.5f32, y as f32 + 0.5f32);
-                stop = add_group(&splats, pixel, (first, count), stop, &mut light);
-                first += GROUP as u32;
-                group += 1u32;
-            } else {
-                end = first;
-            }
-        }
-        if inside {
-            let pixel = (y * frame.width + x) as usize;
-            write(packed, pixel, &light, background);
-            let fits = places[places.len() - 1usize] <= room;
-            states[pixel] = select(fits, stop, 0u32) as f32;
+    let begin = ranges[2usize * CUBE_POS];
+    let length = ranges[2usize * CUBE_POS + 2usize] - begin;
+    let mut group = ranges[2usize * CUBE_POS + 1usize];
+    let mut stop = select(pixel.inside, length, 0u32);
+    let mut first = 0u32;
+    let mut end = length;
+    while first < end {
+        open[UNIT_POS as usize] = select(first < stop, 1u32, 0u32);
+        sync_cube();
+        let count = (length - first).min(GROUP as u32);
+        load(projected, members, begin + first, count, &mut splats);
+        count_open(&open, &mut rows);
+        sync_cube();
+        // All units agree on whether a pixel is open.
+        if is_any(&rows) {
+            keep(states, state_of(group, frame) + pixel.in_tile as usize, light);
+            let centre = (pixel.x as f32 + 0.5f32, pixel.y as f32 + 0.5f32);
+            stop = add_group(&splats, centre, (first, count), stop, light);
+            first += GROUP as u32;
+            group += 1u32;
+        } else {
+            end = first;
         }
     }
+    stop
 }
 
 /// No colour, all transmittance.
@@ -147,11 +188,11 @@ fn write(packed: &mut [f32], pixel: usize, light: &Array<f32>, background: &[f32
     packed[4usize * pixel + 3usize] = light[3usize];
 }
 
-/// Keeps the state of the unit's pixel before a group.
+/// Keeps the state of a pixel, channel by channel.
 #[cube]
-fn keep(states: &mut [f32], at: usize, light: &Array<f32>) {
+fn keep(states: &mut [f32], at: usize, light: &mut Array<f32>) {
     for channel in 0..4usize {
-        states[at + channel * PIXELS as usize + UNIT_POS as usize] = light[channel];
+        states[at + channel * PIXELS as usize] = light[channel];
     }
 }
 
@@ -172,10 +213,10 @@ fn add_group(
         let g = j as usize * SHARED;
         let distance = (pixel.0 - splats[g], pixel.1 - splats[g + 1usize]);
         let factors = (splats[g + 2usize], splats[g + 3usize], splats[g + 4usize]);
-        let raw = alpha(distance, factors, splats[g + 5usize]);
-        if raw > 0.0f32 && first + j < stop {
+        let log2_alpha = log2_alpha(distance, factors, splats[g + 5usize]);
+        if log2_alpha >= LOG2_ALPHA_MIN && first + j < stop {
             let before = light[3usize];
-            let weight = raw.min(ALPHA_MAX) * before;
+            let weight = (log2_alpha * LN_2).exp().min(ALPHA_MAX) * before;
             let after = before - weight;
             if after < TRANSMITTANCE_STOP {
                 stop = first + j;

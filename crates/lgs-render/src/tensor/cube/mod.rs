@@ -4,6 +4,7 @@
 #![allow(
     clippy::assign_op_pattern,
     clippy::manual_div_ceil,
+    clippy::manual_memcpy,
     clippy::needless_range_loop,
     reason = "kernels are written in the part of the language that CubeCL translates"
 )]
@@ -11,8 +12,10 @@
 mod blend;
 mod blend_vjp;
 mod chain;
+mod color_vjp;
 mod extent;
 mod frame;
+mod group;
 mod harmonics;
 mod lists;
 mod loss;

@@ -1,4 +1,4 @@
-//! What kernels read of all inputs but the harmonics, as one buffer, and the cotangents of these inputs, which
+//! All inputs but the harmonics as one buffer for kernels to read, and the cotangents of these inputs, which
 //! one buffer holds input by input.
 
 use burn::backend::TensorMetadata;

@@ -16,7 +16,7 @@ use lgs_tensor::{Kernel, forward_kept};
 
 use super::blend::{STATE, blend};
 use super::blend_vjp::{COTANGENTS, blend_vjp};
-use super::frame::{PROJECTED, Sizes, TILE};
+use super::frame::{PIXELS, PROJECTED, Sizes};
 use super::lists::{GROUP, Lists, lists};
 use super::pack::{cotangents, cut, packed};
 use super::pose::{MOTION, summed};
@@ -99,7 +99,7 @@ fn blended(kept: &CubeRasterKept, projected: CubeTensor, lists: Lists) -> DrawnK
     blend::launch(
         &packed.client,
         cubes(&packed.client, sizes.tiles()),
-        CubeDim::new_2d(TILE, TILE),
+        CubeDim::new_1d(PIXELS),
         projected.clone().into_buffer_arg(),
         lists.members.clone().into_buffer_arg(),
         lists.ranges.clone().into_buffer_arg(),

@@ -94,7 +94,7 @@ fn sort_items(items: &mut [u32], bits: u32) {
 /// The word in which a unit counts the digit of an item, and the bits before the digit's half of it.
 #[cube]
 fn word_of(item: u32, round: u32) -> (usize, u32) {
-    let digit = (item / BLOCK as u32 >> (ROUND * round)) & 15u32;
+    let digit = ((item / BLOCK as u32) >> (ROUND * round)) & 15u32;
     (digit as usize % WORDS * UNITS + UNIT_POS as usize, digit / WORDS as u32 * 16u32)
 }
 
