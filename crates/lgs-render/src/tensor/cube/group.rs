@@ -65,7 +65,7 @@ pub(super) fn sum_of(counts: &[u32], end: u32) -> u32 {
     sum
 }
 
-/// Number in the image of pixel `k` of those that a unit gathers; nothing outside of the image.
+/// Whether a pixel of the group's tile lies in the image, and its number there.
 #[cube]
 fn pixel_of(group: &Group, pixel: u32, frame: &Frame) -> (bool, usize) {
     let x = group.x + pixel % TILE;

@@ -1,5 +1,5 @@
-//! From the cotangents of entries to those of parameters: `crate::project_vjp`, a unit per Gaussian, which
-//! sums its entries in the order of their numbers.
+//! From the cotangents of entries, summed in the order of their numbers, to those of parameters:
+//! `crate::project_vjp`, a unit per Gaussian.
 
 use cubecl::prelude::*;
 
@@ -22,7 +22,7 @@ pub(super) fn pull_back(
     sh: &[f32],
     projected: &[f32],
     spans: &[u32],
-    v_entries: &[f32],
+    sums: &[f32],
     out: &mut [f32],
     v_sh: &mut [f32],
     frame: Frame,
@@ -31,7 +31,7 @@ pub(super) fn pull_back(
     let i = ABSOLUTE_POS;
     if i < frame.gaussians as usize {
         if spans[2usize * i + 1usize] > 0u32 {
-            let v = total(spans, v_entries, i);
+            let v = total(sums, i);
             let chain = chain(packed, i);
             let v_direction = color_vjp(packed, (sh, projected), i, &v, v_sh, &frame, degree);
             let (v_camera, turned) = shape_vjp(packed, projected, i, &chain, &v, out, &frame);
@@ -66,16 +66,28 @@ fn leave_none(i: usize, out: &mut [f32], v_sh: &mut [f32], frame: &Frame) {
     }
 }
 
+/// The sums `[n, COTANGENTS]` of the cotangents of each Gaussian's entries, a unit per number.
+#[cube(launch)]
+pub(super) fn sum_entries(spans: &[u32], v_entries: &[f32], sums: &mut [f32]) {
+    if ABSOLUTE_POS < sums.len() {
+        let (i, number) = (ABSOLUTE_POS / COTANGENTS, ABSOLUTE_POS % COTANGENTS);
+        let begin = spans[2usize * i] as usize;
+        let end = begin + spans[2usize * i + 1usize] as usize;
+        let mut sum = 0.0f32;
+        for entry in begin..end {
+            sum += v_entries[entry * COTANGENTS + number];
+        }
+        sums[ABSOLUTE_POS] = sum;
+    }
+}
+
 /// The sum of the cotangents of a Gaussian's entries.
 #[cube]
-fn total(spans: &[u32], v_entries: &[f32], i: usize) -> Array<f32> {
+fn total(sums: &[f32], i: usize) -> Array<f32> {
     let mut v = no_cotangents();
-    let begin = spans[2usize * i] as usize;
-    let end = begin + spans[2usize * i + 1usize] as usize;
-    for entry in begin..end {
-        for k in 0..COTANGENTS {
-            v[k] = v[k] + v_entries[entry * COTANGENTS + k];
-        }
+    #[unroll]
+    for k in 0..COTANGENTS {
+        v[k] = sums[i * COTANGENTS + k];
     }
     v
 }

@@ -11,7 +11,7 @@ use burn::tensor::{DType, Shape, TensorData};
 use cubecl::client::Client;
 use cubecl::ir::features::Plane;
 use cubecl::prelude::*;
-use lgs_tensor::cube::{CubeBackend, CubeTensor, contiguous, cubes, empty, units, zeros};
+use lgs_tensor::cube::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty, units, zeros};
 use lgs_tensor::{Kernel, forward_kept};
 
 use super::blend::{STATE, blend};
@@ -21,7 +21,7 @@ use super::lists::{GROUP, Lists, lists};
 use super::pack::{cotangents, cut, packed};
 use super::pose::{MOTION, summed};
 use super::project::{count_tiles, project};
-use super::pull_back::pull_back;
+use super::pull_back::{pull_back, sum_entries};
 
 /// What a forward pass leaves on the device.
 #[derive(Clone, Debug)]
@@ -142,6 +142,16 @@ fn v_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> C
     out
 }
 
+/// The sums `[n, COTANGENTS]` of the cotangents of each Gaussian's entries.
+fn summed_entries(kept: &CubeRasterKept, drawn: &DrawnKept, v_image: CubeTensor) -> CubeTensor {
+    let n = kept.sizes.gaussians;
+    let out = empty(&kept.packed, [n, COTANGENTS], DType::F32);
+    let (count, dim) = units(&out.client, n * COTANGENTS);
+    let [spans, from, to] = arguments([&drawn.lists.spans, &v_entries(kept, drawn, v_image), &out]);
+    sum_entries::launch(&out.client, count, dim, spans, from, to);
+    out
+}
+
 /// Cotangents of all inputs.
 fn pulled_back(kept: &CubeRasterKept, degree: usize, v_image: CubeTensor) -> [CubeTensor; 7] {
     let (sizes, packed) = (kept.sizes, &kept.packed);
@@ -157,7 +167,7 @@ fn pulled_back(kept: &CubeRasterKept, degree: usize, v_image: CubeTensor) -> [Cu
         kept.sh.clone().into_buffer_arg(),
         drawn.projected.clone().into_buffer_arg(),
         drawn.lists.spans.clone().into_buffer_arg(),
-        v_entries(kept, drawn, v_image).into_buffer_arg(),
+        summed_entries(kept, drawn, v_image).into_buffer_arg(),
         out.clone().into_buffer_arg(),
         v_sh.clone().into_buffer_arg(),
         sizes.frame(),
