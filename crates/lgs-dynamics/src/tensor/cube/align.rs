@@ -11,7 +11,7 @@ use lgs_tensor::cube::vectors::{cross, numbers, write, zeros};
 use super::field::{MOTION, STATE};
 use super::fits::{FIT, fit_of, quaternion};
 use super::rotation::{curvature, solve};
-use super::vectors::{add_arrived, axial, part, pulled_back, rotated, rotated_back};
+use super::vectors::{add_arrived, axial, part, pulled_back, rotated, rotated_back, taken};
 
 /// Numbers of an aligned position with its rotation matrix.
 pub(super) const ALIGNED: usize = 12;
@@ -152,16 +152,7 @@ pub(super) fn pull_state(
         let fit = fit_of(motion, members, i, k);
         let from = (state as usize * count as usize + i) * STATE + 6usize;
         let after = numbers(states, from + count as usize * STATE, 4usize);
-        let mut v = numbers(&*adjoint, i * STATE + 6usize, 4usize);
-        let mut along = 0.0f32;
-        #[unroll]
-        for j in 0..4usize {
-            along += v[j] * after[j];
-        }
-        #[unroll]
-        for j in 0..4usize {
-            v[j] = v[j] - along * after[j];
-        }
+        let v = across(&numbers(&*adjoint, i * STATE + 6usize, 4usize), &after);
         let v_before = product(&conjugate(&quaternion(&fit)), &v);
         write(adjoint, i * STATE + 6usize, &v_before, 4usize);
         let of_turn = product(&v_before, &conjugate(&numbers(states, from, 4usize)));
@@ -172,6 +163,22 @@ pub(super) fn pull_state(
         }
         send(&fit, pulls, i, &numbers(&*adjoint, i * STATE, 3usize), &turn, 1.0f32 / k as f32);
     }
+}
+
+/// What a cotangent of a unit quaternion has across it.
+#[cube]
+fn across(v: &Array<f32>, q: &Array<f32>) -> Array<f32> {
+    let mut along = 0.0f32;
+    #[unroll]
+    for j in 0..4usize {
+        along += v[j] * q[j];
+    }
+    let mut out = Array::<f32>::new(4usize);
+    #[unroll]
+    for j in 0..4usize {
+        out[j] = v[j] - along * q[j];
+    }
+    out
 }
 
 /// Writes what a support sends, given the cotangents of its aligned position and of a small turn in body axes
@@ -187,12 +194,7 @@ fn send(fit: &Array<f32>, pulls: &mut [f32], i: usize, v: &Array<f32>, v_turn: &
     for k in 0..3usize {
         of_turn[k] = (of_turn[k] + v_turn[k]) * per_scale;
     }
-    let mut a = Array::<f32>::new(9usize);
-    #[unroll]
-    for k in 0..9usize {
-        a[k] = fit[k];
-    }
-    let y = solve(&curvature(&pulled_back(&a, &r)), &of_turn);
+    let y = solve(&curvature(&pulled_back(&taken(fit, 0usize, 9usize), &r)), &of_turn);
     // V = R [y]×, whose rows are those of R times y.
     let mut v_a = zeros(9usize);
     #[unroll]

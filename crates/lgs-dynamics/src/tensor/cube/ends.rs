@@ -22,11 +22,37 @@ pub(super) fn end_row(
     let (arguments, first) = (table[product + ARGUMENTS] + at, table[product + FIRST] + at);
     let has_second = kind == TOP || kind == CHAIN || kind == UP;
     let second = select(has_second, table[product + SECOND], 0u32) + at;
-    let is_top = kind == TOP;
-    let are_arguments = kind == HIDDEN || is_top;
-    let is_added_to = kind == UP || kind == DOWN;
     let before_at = select(kind == UP, second, first);
-    let head = select(is_top, table[product + HEAD], 0u32);
+    let head = table[product + HEAD];
+    let (z, before, factor) =
+        read_row(weights, &*tape, kind, (arguments, before_at, head), last, columns_at, sums);
+    #[unroll]
+    for j in 0..UNIT_COLUMNS {
+        if columns_at[j] <= last {
+            let (value, other) = ended(kind, z[j], before[j], factor[j]);
+            if kind == HIDDEN || kind == TOP {
+                tape[(arguments + columns_at[j]) as usize] = z[j];
+            }
+            tape[(first + columns_at[j]) as usize] = value;
+            if has_second {
+                tape[(second + columns_at[j]) as usize] = other;
+            }
+        }
+    }
+}
+
+/// Arguments of the activation, what lies where a result goes, and the factors of slopes: sums, or with which
+/// a chain begins, weights of the output. The places are those of the first two, and of those weights.
+#[cube]
+fn read_row(
+    weights: &[f32],
+    tape: &[f32],
+    kind: u32,
+    places: (u32, u32, u32),
+    last: u32,
+    columns_at: &Array<u32>,
+    sums: &Array<f32>,
+) -> (Array<f32>, Array<f32>, Array<f32>) {
     let mut z = Array::<f32>::new(UNIT_COLUMNS);
     let mut before = Array::<f32>::new(UNIT_COLUMNS);
     let mut factor = Array::<f32>::new(UNIT_COLUMNS);
@@ -36,35 +62,27 @@ pub(super) fn end_row(
         z[j] = sums[j];
         before[j] = 0.0f32;
         factor[j] = sums[j];
-        if !are_arguments {
-            z[j] = tape[(arguments + column) as usize];
+        if kind != HIDDEN && kind != TOP {
+            z[j] = tape[(places.0 + column) as usize];
         }
-        if is_added_to {
-            before[j] = tape[(before_at + column) as usize];
+        if kind == UP || kind == DOWN {
+            before[j] = tape[(places.1 + column) as usize];
         }
-        if is_top {
-            // A chain begins with the weights of the output.
-            factor[j] = weights[(head + column) as usize];
-        }
-    }
-    #[unroll]
-    for j in 0..UNIT_COLUMNS {
-        if columns_at[j] <= last {
-            let s = sigmoid(z[j]);
-            let slope = s * (1.0f32 + z[j] * (1.0f32 - s));
-            let sloped = slope * factor[j];
-            if are_arguments {
-                tape[(arguments + columns_at[j]) as usize] = z[j];
-            }
-            let plain = select(kind == DOWN, before[j] + sloped, sloped);
-            tape[(first + columns_at[j]) as usize] = select(kind == HIDDEN, z[j] * s, plain);
-            if has_second {
-                let curvature = s * (1.0f32 - s) * (2.0f32 + z[j] * (1.0f32 - 2.0f32 * s));
-                let value = select(kind == UP, before[j] * factor[j], curvature * factor[j]);
-                tape[(second + columns_at[j]) as usize] = value;
-            }
+        if kind == TOP {
+            factor[j] = weights[(places.2 + column) as usize];
         }
     }
+    (z, before, factor)
+}
+
+/// The results of an end.
+#[cube]
+fn ended(kind: u32, z: f32, before: f32, factor: f32) -> (f32, f32) {
+    let s = sigmoid(z);
+    let sloped = s * (1.0f32 + z * (1.0f32 - s)) * factor;
+    let curvature = s * (1.0f32 - s) * (2.0f32 + z * (1.0f32 - 2.0f32 * s));
+    let plain = select(kind == DOWN, before + sloped, sloped);
+    (select(kind == HIDDEN, z * s, plain), select(kind == UP, before * factor, curvature * factor))
 }
 
 /// `1 / (1 + exp(−z))`, by the exponential that does not overflow.

@@ -93,24 +93,27 @@ pub(super) fn finish(
         let mut v_x = potential_vjp(weights, table, tape, row, kinds);
         let v_v = force_vjp(table, tape, &v, &mut v_x, row, h, &scales, kinds);
         let to = particle * STATE;
-        let from = state_at(&range, range.state, row);
         #[unroll]
         for k in 0..3usize {
-            let mut of_q = v_x[k] * scales.per_length;
-            let mut of_v = v_v[k];
-            if comptime!(source != Source::Acceleration) {
-                of_q = of_q + v[k] + own[from + k];
-                of_v = of_v + v[3 + k] + own[from + 3 + k];
-            }
-            adjoint[to + k] = of_q;
-            adjoint[to + 3 + k] = of_v;
+            adjoint[to + k] = v_x[k] * scales.per_length;
+            adjoint[to + 3 + k] = v_v[k];
         }
         if comptime!(source != Source::Acceleration) {
-            #[unroll]
-            for k in 6..STATE {
-                adjoint[to + k] = adjoint[to + k] + own[from + k];
-            }
+            add_step(adjoint, &v, own, to, state_at(&range, range.state, row));
         }
+    }
+}
+
+/// Adds cotangents of a step and those that the state has by itself.
+#[cube]
+fn add_step(adjoint: &mut [f32], v: &Array<f32>, own: &[f32], to: usize, from: usize) {
+    #[unroll]
+    for k in 0..6usize {
+        adjoint[to + k] = adjoint[to + k] + v[k] + own[from + k];
+    }
+    #[unroll]
+    for k in 6..STATE {
+        adjoint[to + k] = adjoint[to + k] + own[from + k];
     }
 }
 

@@ -8,6 +8,7 @@ use lgs_tensor::cube::vectors::{write, zeros};
 
 use super::field::MOTION;
 use super::rotation::{fitted, identity};
+use super::vectors::taken;
 use crate::thresholds::LEAST_SCALE;
 
 /// Numbers of a fit: A over its scale (0), owner minus mean (9), mean of the candidates minus the owner's
@@ -59,11 +60,9 @@ pub(super) fn fit_of(motion: &[f32], members: &[u32], owner: usize, k: u32) -> A
     for i in 0..3usize {
         out[9 + i] = from_mean[i];
         out[12 + i] = to_candidate_mean[i];
+        out[16 + i] = rotation[i + 1];
     }
-    #[unroll]
-    for i in 0..4usize {
-        out[15 + i] = rotation[i];
-    }
+    out[15usize] = rotation[0usize];
     out[19usize] = select(has_scale, scale, 1.0f32);
     out
 }
@@ -111,10 +110,5 @@ fn means(motion: &[f32], members: &[u32], owner: usize, k: u32) -> (Array<f32>, 
 /// A fit's quaternion.
 #[cube]
 pub(super) fn quaternion(fit: &Array<f32>) -> Array<f32> {
-    let mut out = Array::<f32>::new(4usize);
-    #[unroll]
-    for i in 0..4usize {
-        out[i] = fit[15 + i];
-    }
-    out
+    taken(fit, 15usize, 4usize)
 }

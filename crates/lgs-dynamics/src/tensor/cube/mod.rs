@@ -13,6 +13,7 @@ mod ends;
 mod field;
 mod field_vjp;
 mod fits;
+mod outer;
 mod products;
 mod program;
 mod rollout;

@@ -63,8 +63,7 @@ pub(super) fn products(
                 normalise(states, table, tape, own, &range, &scales, is_first);
             } else {
                 let v = kicked(carried, (range.first + own) as usize, h, pass == BACKWARD_OF_STEP);
-                let of = select(is_first, NONE, force);
-                seed(table, tape, states, &v, own, &range, &scales, h, of);
+                seed(table, tape, states, &v, own, &range, &scales, h, select(is_first, NONE, force));
             }
         }
         let first = select(is_first, chains.first, chains.other);

@@ -147,10 +147,10 @@ impl DeviceSystem {
         );
     }
 
-    /// Pulls cotangents of what lies before an evaluated acceleration and of velocities after its kick of length
-    /// `h` back to the state, into `adjoint`: the rows `carried`, or where `adjoint` has those of the state after
-    /// the step, these. Cotangents that the states have by themselves (none: no others at all) are added. Adds to
-    /// the gradients of parameters.
+    /// Pulls cotangents of what lies before an evaluated acceleration and of velocities after its kick of
+    /// length `h` back to the state, into `adjoint`: the rows `carried`, or those that `adjoint` has of the
+    /// state after the step. Cotangents that the states have by themselves (none: no step at all) are added.
+    /// Adds to the gradients of parameters.
     pub(super) fn pull_back(
         &self,
         [states, adjoint]: [&CubeTensor; 2],

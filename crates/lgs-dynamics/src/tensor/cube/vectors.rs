@@ -20,15 +20,21 @@ pub(super) fn add_arrived(
     }
 }
 
-/// Three of some numbers.
+/// So many of some numbers, from a place on.
 #[cube]
-pub(super) fn part(values: &Array<f32>, #[comptime] at: usize) -> Array<f32> {
-    let mut out = Array::<f32>::new(3usize);
+pub(super) fn taken(values: &Array<f32>, #[comptime] at: usize, #[comptime] count: usize) -> Array<f32> {
+    let mut out = Array::<f32>::new(count);
     #[unroll]
-    for k in 0..3usize {
+    for k in 0..count {
         out[k] = values[at + k];
     }
     out
+}
+
+/// Three of some numbers.
+#[cube]
+pub(super) fn part(values: &Array<f32>, #[comptime] at: usize) -> Array<f32> {
+    taken(values, at, 3usize)
 }
 
 /// `R v`.
