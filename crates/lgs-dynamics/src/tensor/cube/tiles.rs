@@ -1,8 +1,8 @@
 //! Sums of products by tiles: a cube of units holds the sums of a tile in registers, while slices of the
 //! factors pass through shared memory.
 //!
-//! A tile has [`ROWS`] by [`COLUMNS`] sums. A unit holds eight rows of every 32nd column, so that the units
-//! of a group of 32 read one number together from one factor and neighbouring ones from the other. Its sums go
+//! A tile has [`ROWS`] by [`COLUMNS`] sums. A unit holds eight rows of every 32nd column: the units of a
+//! group of 32 read one number together from one factor, and neighbouring ones from the other. Its sums go
 //! over all summands in order: nothing is reduced between units.
 
 use cubecl::prelude::*;
