@@ -6,7 +6,7 @@ use crate::law::Law;
 use crate::thresholds::REDRAWS;
 use lgs_core::{Stream, stream};
 use nalgebra::{DMatrix, DVector};
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 /// A normal distribution around zero.
 pub(crate) struct Normal {
@@ -24,12 +24,21 @@ impl Normal {
         for (i, value) in eigen.eigenvalues.iter().enumerate() {
             root.column_mut(i).scale_mut(value.max(0.0).sqrt());
         }
-        deviations.iter().enumerate().for_each(|(i, deviation)| root.row_mut(i).scale_mut(*deviation));
+        // What has no deviation does not change, by no rounding either.
+        let certain = |i: usize| covariance[(i, i)] <= 0.0;
+        let rows = deviations.iter().enumerate();
+        rows.for_each(|(i, own)| root.row_mut(i).scale_mut(if certain(i) { 0.0 } else { *own }));
         Self { root }
     }
 
     pub(crate) fn draw(&self, stream: &mut Stream) -> DVector<f64> {
-        &self.root * DVector::from_fn(self.root.ncols(), |_, _| StandardNormal.sample(stream))
+        self.draw_with_square(stream).0
+    }
+
+    /// A draw, and its square in the metric of the distribution.
+    fn draw_with_square(&self, stream: &mut Stream) -> (DVector<f64>, f64) {
+        let drawn = DVector::from_fn(self.root.ncols(), |_, _| StandardNormal.sample(stream));
+        (&self.root * &drawn, drawn.norm_squared())
     }
 
     /// A draw, made again while it is not allowed; the last one in the end.
@@ -43,20 +52,42 @@ impl Normal {
         }
         change
     }
+
+    /// A draw that was accepted, by its probability; the most probable of those tried in the end.
+    fn accepted(&self, streams: &mut [Stream; 2], probability: &Probability<'_>) -> DVector<f64> {
+        let [draws, acceptance] = streams;
+        let mut best = (DVector::zeros(self.root.nrows()), -1.0);
+        for _ in 0..=REDRAWS {
+            let (change, square) = self.draw_with_square(draws);
+            let own = probability(change.as_slice(), square);
+            if own > best.1 {
+                best = (change, own);
+            }
+            if own >= StandardUniform.sample(acceptance) {
+                break;
+            }
+        }
+        best.0
+    }
 }
 
-/// Draws of changes from a normal distribution around zero: those that are not allowed are drawn again, as
-/// often as is worth it; `index` is that of the law among its rivals.
+/// The probability by which a change is accepted, given the change and its square in the metric of the
+/// distribution that it was drawn from.
+pub type Probability<'a> = dyn Fn(&[f64], f64) -> f64 + 'a;
+
+/// Draws of changes from a normal distribution around zero, each accepted by its probability or drawn again,
+/// as often as is worth it; `index` is that of the law among its rivals.
 #[must_use]
 pub fn changes(
     covariance: &DMatrix<f64>,
     count: usize,
     (seed, index): (u64, u64),
-    is_allowed: &dyn Fn(&[f64]) -> bool,
+    probability: &Probability<'_>,
 ) -> Vec<Vec<f64>> {
     let normal = Normal::new(covariance);
-    let mut stream = stream(seed, "posterior of a law", index);
-    (0..count).map(|_| normal.allowed(&mut stream, is_allowed).as_slice().to_vec()).collect()
+    let names = ["posterior of a law", "acceptance of draws"];
+    let mut streams = names.map(|name| stream(seed, name, index));
+    (0..count).map(|_| normal.accepted(&mut streams, probability).as_slice().to_vec()).collect()
 }
 
 /// A source of draws.

@@ -11,7 +11,7 @@ mod known;
 mod verdict;
 
 pub(crate) use draws::Normal;
-pub use draws::changes;
+pub use draws::{Probability, changes};
 pub use edited::{DrawnLaws, PosteriorLaws, StartedLaw};
 pub use known::{Known, PositionBand, Rival};
 pub use verdict::Verdict;

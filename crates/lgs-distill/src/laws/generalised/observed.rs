@@ -48,6 +48,7 @@ impl Laws {
 }
 
 /// Poses of a body, times counted from the first sample.
+#[derive(Clone)]
 pub(super) struct ObservedPoses {
     pub(super) times: Vec<f64>,
     pub(super) poses: Vec<Pose>,

@@ -1,6 +1,7 @@
 //! What is known of a law together with the geometry of its coordinates: axes, pivots, places of bodies and
 //! normal modes come from the same noisy poses as the law, so their errors are its errors.
 
+use super::observed::ObservedPoses;
 use super::placed::Placed;
 use crate::motion::pose::Pose;
 use crate::thresholds::{GEOMETRY_STEPS, OBLIQUE_SPREAD, SCALE_DEVIATIONS, TOLD};
@@ -34,6 +35,8 @@ pub(super) struct Posterior {
     pub(super) covariance: DMatrix<f64>,
     /// Smallest and largest change of each parameter.
     bounds: Vec<[f64; 2]>,
+    /// The window by which laws drawn from it are judged, where it is known.
+    window: Option<Window>,
 }
 
 impl Posterior {
@@ -41,7 +44,7 @@ impl Posterior {
     pub(super) fn of(placed: Placed, fitted: &Fitted) -> Self {
         let bounds =
             fitted.bounds.iter().zip(&fitted.law.parameters).map(|(b, p)| b.map(|b| b - p)).collect();
-        Self { placed, loss: fitted.loss, covariance: fitted.covariance.clone(), bounds }
+        Self { placed, loss: fitted.loss, covariance: fitted.covariance.clone(), bounds, window: None }
     }
 
     /// Fits law and geometry together, from where they are; `None` if there is neither a geometry nor an
@@ -56,7 +59,16 @@ impl Posterior {
         let covariance = covariance_of(&found.information)?;
         let bounds = own.bounds.iter().zip(&found.values[2 * placed.start.v.len()..]);
         let bounds = bounds.map(|(bound, change)| bound.map(|b| b - change)).collect();
-        Some(Self { placed: placed.changed(&found.values), loss: found.loss, covariance, bounds })
+        let placed = placed.changed(&found.values);
+        Some(Self { placed, loss: found.loss, covariance, bounds, window: None })
+    }
+
+    /// The same with the poses of its bodies, in the order of its coordinates, as the window by which
+    /// laws drawn from it are judged.
+    pub(super) fn within(self, bodies: Vec<ObservedPoses>) -> Self {
+        let window = Window { bodies, least: 0.0 };
+        let least = window.chi_square(&self.placed);
+        Self { window: least.map(|least| Window { least, ..window }), ..self }
     }
 
     /// The fit with these values, without what is known of the geometry.
@@ -112,13 +124,23 @@ impl Posterior {
         if self.is_curved() { PROBE } else { 1.0 }
     }
 
-    /// Laws drawn from it, each a part of the way from the middle one.
+    /// Laws drawn from it, each a part of the way from the middle one. Changes to which the law is not linear
+    /// are accepted by how much less likely the window makes them than their linearisation.
     pub(super) fn changed(&self, inflation: f64, count: usize, stream: (u64, u64)) -> Vec<Placed> {
         let first = 2 * self.placed.start.v.len();
-        let is_allowed = |by: &[f64]| {
+        let window = self.window.as_ref().filter(|_| !self.is_curved());
+        let is_inside = |by: &[f64]| {
             by[first..].iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
         };
-        let all = changes(&(&self.covariance * inflation), count, stream, &is_allowed);
+        let probability = |by: &[f64], square: f64| match window {
+            _ if !is_inside(by) => 0.0,
+            Some(window) => {
+                let rise = window.rise(&self.placed.changed(by)) / inflation;
+                (0.5 * (square - rise)).exp().min(1.0)
+            }
+            None => 1.0,
+        };
+        let all = changes(&(&self.covariance * inflation), count, stream, &probability);
         let law = |mut by: Vec<f64>| {
             let bounded = by[first..].iter_mut().zip(&self.bounds);
             bounded.for_each(|(by, [lower, upper])| *by = by.clamp(*lower, *upper));
@@ -126,6 +148,30 @@ impl Posterior {
             self.placed.changed(&by)
         };
         all.into_iter().map(law).collect()
+    }
+}
+
+/// The poses of bodies that a law was fitted to. Where it is not linear in its unknowns, as dry friction is
+/// not that may hold a body fast, changes that are likely to first order can leave it: they are not likely.
+#[derive(Clone)]
+struct Window {
+    bodies: Vec<ObservedPoses>,
+    /// χ² of the fitted law.
+    least: f64,
+}
+
+impl Window {
+    fn chi_square(&self, placed: &Placed) -> Option<f64> {
+        let poses = placed.poses(&self.bodies[0].times)?;
+        let of_body = |(place, body): (usize, &ObservedPoses)| {
+            body.chi_square(&poses.iter().map(|of_time| of_time[place]).collect::<Vec<_>>())
+        };
+        Some(self.bodies.iter().enumerate().map(of_body).sum())
+    }
+
+    /// How much larger χ² is under another law; infinite if its motion cannot be followed.
+    fn rise(&self, changed: &Placed) -> f64 {
+        self.chi_square(changed).map_or(f64::INFINITY, |chi_square| chi_square - self.least)
     }
 }
 

@@ -142,7 +142,7 @@ impl Rated {
         tracing::debug!(index, ?coordinates, gain, left = posterior.loss, "a law with its geometry");
         law.judged.fitted = fitted;
         law.evidence.chi_square -= gain;
-        law.set(posterior);
+        law.set(posterior.within(order.iter().map(|&body| bodies[body].clone()).collect()));
         gain
     }
 
