@@ -83,7 +83,7 @@ fn factor(begin: u32, rows: u32, inner: u32, #[comptime] is_along: bool) -> Fact
     }
 }
 
-/// The summand and the four rows of a tile that a unit stages, of those in a round.
+/// The summand and the number of the four rows that a unit stages, of those in a round.
 #[cube]
 fn staged(round: u32, #[comptime] is_along: bool) -> (u32, u32) {
     if comptime!(is_along) {
@@ -101,6 +101,12 @@ fn number(values: &[f32], of: &Factor, row: u32, inner: u32, end: u32) -> f32 {
     select(inside, values[at as usize], 0.0f32)
 }
 
+/// The first of four rows of a tile, which lie [`EDGE`] apart: neighbouring units move neighbouring numbers.
+#[cube]
+fn row_of(four: u32) -> u32 {
+    four / 16u32 * 64u32 + four % 16u32
+}
+
 /// What a unit stages of a slice that begins at a summand.
 #[cube]
 fn fetch(
@@ -114,11 +120,11 @@ fn fetch(
     #[unroll]
     for round in 0..comptime!(form.1) {
         let (k, four) = staged(round as u32, comptime!(form.0));
-        let (row, inner) = (first_row + 4u32 * four, slice.0 + k);
+        let (row, inner) = (first_row + row_of(four), slice.0 + k);
         let mut numbers = Four::new(0.0f32);
         #[unroll]
         for i in 0..FOUR {
-            numbers.insert(i, number(values, of, row + i as u32, inner, slice.1));
+            numbers.insert(i, number(values, of, row + comptime!((i * EDGE) as u32), inner, slice.1));
         }
         held[round] = numbers;
     }
@@ -138,6 +144,7 @@ fn leave(held: &Array<Four>, stage: &mut [Four], #[comptime] form: (bool, usize)
 #[cube]
 fn add(left: &[Four], right: &[Four], sums: &mut Array<Four>, #[comptime] fours: usize) {
     let (x, y) = (UNIT_POS as usize % EDGE, UNIT_POS as usize / EDGE);
+    #[unroll]
     for k in 0..SLICE {
         let first = k * comptime!(EDGE * fours + 1);
         let mut columns = Array::<Four>::new(fours);
@@ -251,10 +258,10 @@ fn write(b: &[f32], out: &mut [f32], tile: &Tile, sizes: &Sizes, sums: &Array<Fo
     let (x, y) = (UNIT_POS % 16u32, UNIT_POS / 16u32);
     #[unroll]
     for i in 0..comptime!(FOUR * form.fours) {
-        let row = tile.row + 4u32 * y + comptime!((i / FOUR * EDGE * FOUR + i % FOUR) as u32);
+        let row = tile.row + y + comptime!((i * EDGE) as u32);
         #[unroll]
         for j in 0..comptime!(FOUR * form.fours) {
-            let column = tile.column + 4u32 * x + comptime!((j / FOUR * EDGE * FOUR + j % FOUR) as u32);
+            let column = tile.column + x + comptime!((j * EDGE) as u32);
             if row < sizes.rows && column < sizes.columns {
                 let four = sums[comptime!(i * form.fours + j / FOUR)];
                 let sum = four.extract(comptime!(j % FOUR));
@@ -283,7 +290,7 @@ fn write_sums(out: &mut [f32], tile: &Tile, sizes: &Sizes, total: Four, #[compti
     if UNIT_POS < comptime!((EDGE * fours) as u32) {
         #[unroll]
         for r in 0..FOUR {
-            let row = tile.row + 4u32 * UNIT_POS + r as u32;
+            let row = tile.row + row_of(UNIT_POS) + comptime!((r * EDGE) as u32);
             if row < sizes.rows {
                 out[(begin + row) as usize] = total.extract(r);
             }
