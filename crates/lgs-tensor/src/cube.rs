@@ -10,8 +10,9 @@ use burn::backend::ops::IntTensorOps;
 use burn::backend::{DispatchDevice, TensorMetadata, WgpuDeviceKind};
 use burn::tensor::{DType, Device, DeviceType, Shape, Tensor, TensorData};
 use burn_cubecl::cubecl::client::Client;
+
 use burn_cubecl::cubecl::prelude::BufferArg;
-use burn_cubecl::cubecl::{self, CubeCount, CubeDim};
+use burn_cubecl::cubecl::{self, CubeCount, CubeDim, MemoryScope};
 use burn_cubecl::ops::numeric::{empty_device_contiguous_dtype, zeros_client};
 pub use burn_cubecl::{CubeBackend, CubeDevice, tensor::CubeTensor};
 
@@ -59,6 +60,18 @@ pub fn largest_buffer(device: &Device) -> Option<u64> {
         let one = Tensor::<1>::zeros([1], &device.clone().without_autodiff());
         product::primitive(one).client.properties().memory.max_page_size
     })
+}
+
+/// Bytes of a device's memory that are set aside for tensors, in use or not: they grow only where memory is
+/// asked of the driver. What launches keep their scalars in is not counted.
+///
+/// # Panics
+/// If the device is none of CubeCL.
+#[must_use]
+pub fn reserved_bytes(device: &Device) -> u64 {
+    let one = Tensor::<1>::zeros([1], &device.clone().without_autodiff());
+    let report = product::primitive(one).client.memory_report(MemoryScope::Device);
+    report.streams.iter().map(|stream| stream.pools.usage().bytes_reserved).sum()
 }
 
 /// The tensor, copied if its elements do not lie one after the other.

@@ -1,7 +1,7 @@
-//! Training on a device of Vulkan, Metal or DX12 (feature `gpu`): what a step reads back and allocates, and
-//! its bytes.
+//! Training on a device of Vulkan, Metal or DX12 (feature `gpu`): what a step reads back, the memory that it
+//! asks the driver for, and its bytes.
 //!
-//! Read-backs and buffers are counted where they happen, in the calls that the driver's library logs.
+//! Read-backs are counted where they happen, in the calls that the driver's library logs.
 #![cfg(feature = "gpu")]
 
 #[path = "common/tiny.rs"]
@@ -15,15 +15,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use burn::tensor::Device;
 use lgs_data::dataset::Dataset;
 use lgs_model::source::SourceKind;
-use lgs_tensor::cube::device_for_tests;
+use lgs_tensor::cube::{device_for_tests, reserved_bytes};
 use lgs_train::cameras::RefinedCamera;
 use lgs_train::{Control, Preset, Progress, RunFolder, Stage, TrainConfig, train};
 use tempfile::TempDir;
 use tiny::falling_ball;
 
-/// Read-backs and new buffers so far.
+/// Read-backs so far.
 static READS: AtomicUsize = AtomicUsize::new(0);
-static BUFFERS: AtomicUsize = AtomicUsize::new(0);
 
 /// Counts what the driver's library logs.
 struct Counter;
@@ -37,11 +36,8 @@ impl log::Log for Counter {
         if !self.enabled(record.metadata()) {
             return;
         }
-        let text = record.args().to_string();
-        if text.starts_with("Buffer::map_async") {
+        if record.args().to_string().starts_with("Buffer::map_async") {
             READS.fetch_add(1, Ordering::SeqCst);
-        } else if text.starts_with("Device::create_buffer") {
-            BUFFERS.fetch_add(1, Ordering::SeqCst);
         }
     }
 
@@ -86,18 +82,27 @@ fn config(kind: SourceKind, iterations: usize, more: &[&str]) -> TrainConfig {
     TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
 }
 
-/// Trains; gives the read-backs and the new buffers of every step, by stage.
+/// What a step did.
+#[derive(Clone, Copy, Debug)]
+struct Count {
+    reads: usize,
+    /// Bytes of memory that the device has set aside after it.
+    reserved: u64,
+}
+
+/// Trains; gives what every step did, by stage.
 fn trained(
     folder: &Path,
     dataset: &Dataset,
     config: &TrainConfig,
     device: &Device,
-) -> BTreeMap<&'static str, Vec<[usize; 2]>> {
+) -> BTreeMap<&'static str, Vec<Count>> {
     let run = RunFolder::create(folder, config, dataset).expect("a folder");
-    let mut counts: BTreeMap<&'static str, Vec<[usize; 2]>> = BTreeMap::new();
+    let mut counts: BTreeMap<&'static str, Vec<Count>> = BTreeMap::new();
     let mut progress = |p: Progress| {
-        let found = [&READS, &BUFFERS].map(|counter| counter.swap(0, Ordering::SeqCst));
-        counts.entry(p.stage.name()).or_default().push(found);
+        let reads = READS.swap(0, Ordering::SeqCst);
+        let count = Count { reads, reserved: reserved_bytes(device) };
+        counts.entry(p.stage.name()).or_default().push(count);
     };
     let stop = AtomicBool::new(false);
     train(&run, dataset, config, device, &mut Control::new(&stop, &mut progress)).expect("trained");
@@ -105,8 +110,8 @@ fn trained(
 }
 
 /// Steps, from 1, that read something back.
-fn readers(counts: &[[usize; 2]]) -> Vec<usize> {
-    (1..).zip(counts).filter(|(_, [reads, _])| *reads > 0).map(|(step, _)| step).collect()
+fn readers(counts: &[Count]) -> Vec<usize> {
+    (1..).zip(counts).filter(|(_, count)| count.reads > 0).map(|(step, _)| step).collect()
 }
 
 /// Source training reads figures every ten steps, and Gaussians where their number or the nodes change. Gives
@@ -120,9 +125,9 @@ fn reads_nothing_in_a_step(kind: SourceKind, more: &[&str]) -> Option<TempDir> {
     // Behind the last densification and the last choice of nodes.
     let late: Vec<usize> = readers(source).into_iter().filter(|&step| step > 80).collect();
     assert_eq!(late, [90, 100, 110, 120, 130], "{}: steps that read", kind.name());
-    assert!(source[80..].iter().all(|[reads, _]| *reads <= 2), "figures and room alone: {source:?}");
-    let buffers: usize = source[90..].iter().map(|[_, buffers]| buffers).sum();
-    assert_eq!(buffers, 0, "{}: new buffers in 40 steps: {source:?}", kind.name());
+    assert!(source[80..].iter().all(|count| count.reads <= 2), "figures and room alone: {source:?}");
+    let late: Vec<u64> = source[90..].iter().map(|count| count.reserved).collect();
+    assert!(late.iter().all(|bytes| *bytes == late[0]), "{}: memory in 40 steps: {late:?}", kind.name());
     let refined = readers(&counts[Stage::RefineGaussians.name()]);
     assert!(refined.iter().all(|step| [1, 9, 10, 17, 20, 24].contains(step)), "{refined:?}");
     Some(folder)

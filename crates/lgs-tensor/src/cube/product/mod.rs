@@ -10,7 +10,7 @@ use super::sums::sums;
 use super::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty, units};
 use burn_cubecl::cubecl::CubeDim;
 use ranges::add_ranges;
-use tiles::{EDGE, End, Form, SizesLaunch, multiply};
+use tiles::{EDGE, End, Form, SLICE, SizesLaunch, multiply};
 
 /// Cubes that a device should have to do before sums are left in one piece.
 const ENOUGH_CUBES: usize = 256;
@@ -77,7 +77,8 @@ struct Product<'a> {
     right: &'a Matrix,
     form: Form,
     bias: usize,
-    ranges: usize,
+    /// Summands of a range, a multiple of the slice; all of them where the product is not divided.
+    range: usize,
 }
 
 impl<'a> Product<'a> {
@@ -85,11 +86,17 @@ impl<'a> Product<'a> {
         assert_eq!(left.columns, right.rows, "columns of the left factor and rows of the right one");
         let is_along = [!left.is_transposed, right.is_transposed];
         let form = Form { is_along, end: End::Plain, has_sums: false, fours: 2 };
-        let mut product = Self { left, right, form, bias: 0, ranges: 1 };
+        let range = left.columns.next_multiple_of(SLICE).max(SLICE);
+        let mut product = Self { left, right, form, bias: 0, range };
         if product.tiles() < ENOUGH_CUBES || right.columns <= form.tile() / 2 {
             product.form.fours = 1;
         }
         product
+    }
+
+    /// Ranges of summands, none of which is empty.
+    fn ranges(&self) -> usize {
+        self.left.columns.div_ceil(self.range).max(1)
     }
 
     fn tiles(&self) -> usize {
@@ -102,7 +109,8 @@ impl<'a> Product<'a> {
         let inner = self.left.columns;
         if inner >= 2 * LEAST_RANGE {
             self.form.fours = if self.right.columns.min(self.left.rows) > EDGE * 4 { 2 } else { 1 };
-            self.ranges = ENOUGH_CUBES.div_ceil(self.tiles()).min(inner / LEAST_RANGE).max(1);
+            let ranges = ENOUGH_CUBES.div_ceil(self.tiles()).min(inner / LEAST_RANGE).max(1);
+            self.range = inner.div_ceil(ranges).next_multiple_of(SLICE);
         }
         self
     }
@@ -111,13 +119,12 @@ impl<'a> Product<'a> {
     fn launch(&self, extra: usize) -> CubeTensor {
         let Self { left, right, form, .. } = self;
         let (rows, columns, inner) = (left.rows, right.columns, left.columns);
-        let range = inner.div_ceil(self.ranges).next_multiple_of(16).max(16);
-        let out = empty(&left.buffer, [self.ranges, rows * columns + extra], DType::F32);
+        let out = empty(&left.buffer, [self.ranges(), rows * columns + extra], DType::F32);
         if rows * columns == 0 {
             return out;
         }
-        let count = self.tiles() * self.ranges;
-        let numbers = [rows, columns, inner, range, count, left.begin, right.begin, self.bias];
+        let count = self.tiles() * self.ranges();
+        let numbers = [rows, columns, inner, self.range, count, left.begin, right.begin, self.bias];
         let [rows, columns, inner, range, all, a, b, bias] = numbers.map(|number| number as u32);
         let sizes = SizesLaunch::new(rows, columns, inner, range, all, a, b, bias);
         let client = &out.client;
@@ -146,7 +153,7 @@ pub fn product(a: &Matrix, b: &Matrix) -> Tensor<2> {
     let [rows, columns] = [a.rows, b.columns];
     let product = Product::new(a, b).divided();
     let parts = product.launch(0);
-    if product.ranges == 1 {
+    if product.ranges() == 1 {
         return tensor::<2>(parts).reshape([rows, columns]);
     }
     let out = empty(&parts, [rows, columns], DType::F32);

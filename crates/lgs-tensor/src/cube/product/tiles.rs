@@ -11,7 +11,7 @@ use burn_cubecl::cubecl::{self, prelude::*};
 type Four = Vector<f32, Const<4>>;
 
 /// Summands of a slice.
-const SLICE: usize = 16;
+pub(super) const SLICE: usize = 16;
 /// Units along an edge of a cube.
 pub(super) const EDGE: usize = 16;
 /// Numbers of a [`Four`].
