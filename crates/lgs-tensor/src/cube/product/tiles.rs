@@ -197,7 +197,7 @@ pub(super) fn multiply(a: &[f32], b: &[f32], out: &mut [f32], sizes: Sizes, #[co
         let (of_a, of_b) = comptime!(((form.is_along[0], form.fours), (form.is_along[1], form.fours)));
         let left_factor = factor(sizes.left, sizes.rows, sizes.inner, comptime!(form.is_along[0]));
         let right_factor = factor(sizes.right, sizes.columns, sizes.inner, comptime!(form.is_along[1]));
-        let mut begin = tile.range * sizes.range;
+        let mut begin = (tile.range * sizes.range).min(sizes.inner);
         let end = (begin + sizes.range).min(sizes.inner);
         let mut sums = Array::<Four>::new(comptime!(FOUR * form.fours * form.fours));
         #[unroll]
