@@ -140,8 +140,8 @@ pub(in crate::source) fn forward(
     (pose_rows(spec, &kept), kept)
 }
 
-/// Cotangents `[n, GAUSSIAN]` of centres and quaternions, and of the codes; those of parameters are written to
-/// the gradient.
+/// Cotangents `[n, GAUSSIAN]` of centres and quaternions, and of the codes; those of parameters are written
+/// to the gradient.
 pub(in crate::source) fn backward(
     spec: &Call,
     kept: &DeformKept,

@@ -29,8 +29,8 @@ fn center(map: &Map, k: usize) -> f32 {
     select(k == 0usize, map.x, select(k == 1usize, map.y, map.z))
 }
 
-/// Encodings `[n, 3 (1 + 2 frequencies)]` of positions, a unit per number: the mapped position, then sines and
-/// cosines of its multiples by powers of two.
+/// Encodings `[n, 3 (1 + 2 frequencies)]` of positions, a unit per number: the mapped position, then sines
+/// and cosines of its multiples by powers of two.
 #[cube(launch)]
 pub(super) fn encode(means: &[f32], out: &mut [f32], map: Map, #[comptime] frequencies: usize) {
     let width = comptime!((3 * (1 + 2 * frequencies)) as u32);
@@ -46,7 +46,7 @@ pub(super) fn encode(means: &[f32], out: &mut [f32], map: Map, #[comptime] frequ
             for _ in 0..block / 2u32 {
                 angle = 2.0f32 * angle;
             }
-            value = select(block % 2u32 == 0u32, angle.sin(), angle.cos());
+            value = select(block & 1u32 == 0u32, angle.sin(), angle.cos());
         }
         out[ABSOLUTE_POS] = value;
     }

@@ -1,6 +1,7 @@
 //! Products of matrices on devices, from buffers of which a matrix may be a part.
 
 mod ranges;
+mod staging;
 mod tiles;
 
 use burn::backend::TensorMetadata;
@@ -10,7 +11,8 @@ use super::sums::sums;
 use super::{CubeBackend, CubeTensor, arguments, contiguous, cubes, empty, units};
 use burn_cubecl::cubecl::CubeDim;
 use ranges::add_ranges;
-use tiles::{EDGE, End, Form, SLICE, SizesLaunch, multiply};
+use staging::EDGE;
+use tiles::{End, Form, SLICE, SizesLaunch, multiply};
 
 /// Cubes that a device should have to do before sums are left in one piece.
 const ENOUGH_CUBES: usize = 256;

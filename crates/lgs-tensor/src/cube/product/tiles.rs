@@ -7,15 +7,10 @@
 
 use burn_cubecl::cubecl::{self, prelude::*};
 
-/// Four numbers that are moved and multiplied together.
-type Four = Vector<f32, Const<4>>;
+use super::staging::{EDGE, FOUR, Four, factor, fetch, leave, row_of};
 
 /// Summands of a slice.
 pub(super) const SLICE: usize = 16;
-/// Units along an edge of a cube.
-pub(super) const EDGE: usize = 16;
-/// Numbers of a [`Four`].
-const FOUR: usize = 4;
 
 /// What becomes of a sum.
 #[derive(Clone, Copy, Debug, Hash, PartialEq, Eq)]
@@ -64,82 +59,6 @@ pub(super) struct Sizes {
     pub(super) bias: u32,
 }
 
-/// A factor as it is read: where it begins, its rows (columns of the right factor), and how far rows and
-/// summands lie apart.
-#[derive(CubeType, Clone, Copy)]
-struct Factor {
-    begin: u32,
-    rows: u32,
-    row_stride: u32,
-    inner_stride: u32,
-}
-
-#[cube]
-fn factor(begin: u32, rows: u32, inner: u32, #[comptime] is_along: bool) -> Factor {
-    if comptime!(is_along) {
-        Factor { begin, rows, row_stride: inner, inner_stride: 1u32 }
-    } else {
-        Factor { begin, rows, row_stride: 1u32, inner_stride: rows }
-    }
-}
-
-/// The summand and the number of the four rows that a unit stages, of those in a round.
-#[cube]
-fn staged(round: u32, #[comptime] is_along: bool) -> (u32, u32) {
-    if comptime!(is_along) {
-        (UNIT_POS % 16u32, UNIT_POS / 16u32 + 16u32 * round)
-    } else {
-        (UNIT_POS / 16u32, UNIT_POS % 16u32 + 16u32 * round)
-    }
-}
-
-/// A number of a factor; zero outside.
-#[cube]
-fn number(values: &[f32], of: &Factor, row: u32, inner: u32, end: u32) -> f32 {
-    let inside = row < of.rows && inner < end;
-    let at = of.begin + select(inside, row * of.row_stride + inner * of.inner_stride, 0u32);
-    select(inside, values[at as usize], 0.0f32)
-}
-
-/// The first of four rows of a tile, which lie [`EDGE`] apart: neighbouring units move neighbouring numbers.
-#[cube]
-fn row_of(four: u32) -> u32 {
-    four / 16u32 * 64u32 + four % 16u32
-}
-
-/// What a unit stages of a slice that begins at a summand.
-#[cube]
-fn fetch(
-    values: &[f32],
-    of: &Factor,
-    first_row: u32,
-    slice: (u32, u32),
-    held: &mut Array<Four>,
-    #[comptime] form: (bool, usize),
-) {
-    #[unroll]
-    for round in 0..comptime!(form.1) {
-        let (k, four) = staged(round as u32, comptime!(form.0));
-        let (row, inner) = (first_row + row_of(four), slice.0 + k);
-        let mut numbers = Four::new(0.0f32);
-        #[unroll]
-        for i in 0..FOUR {
-            numbers.insert(i, number(values, of, row + comptime!((i * EDGE) as u32), inner, slice.1));
-        }
-        held[round] = numbers;
-    }
-}
-
-/// Leaves in shared memory what a unit has fetched.
-#[cube]
-fn leave(held: &Array<Four>, stage: &mut [Four], #[comptime] form: (bool, usize)) {
-    #[unroll]
-    for round in 0..comptime!(form.1) {
-        let (k, four) = staged(round as u32, comptime!(form.0));
-        stage[k as usize * comptime!(EDGE * form.1 + 1) + four as usize] = held[round];
-    }
-}
-
 /// Adds the products of a slice to a unit's sums.
 #[cube]
 fn add(left: &[Four], right: &[Four], sums: &mut Array<Four>, #[comptime] fours: usize) {
@@ -184,6 +103,17 @@ fn tile_of(cube: u32, sizes: &Sizes, #[comptime] edge: u32) -> Tile {
     Tile { range: above / down, row: (above % down) * edge, column: (cube % across) * edge }
 }
 
+/// So many zeros, four at a time.
+#[cube]
+fn zeros(#[comptime] count: usize) -> Array<Four> {
+    let mut out = Array::<Four>::new(count);
+    #[unroll]
+    for i in 0..count {
+        out[i] = Four::new(0.0f32);
+    }
+    out
+}
+
 /// `a b` of matrices in buffers. With several ranges of summands the result is `[ranges, rows columns]`, with
 /// the sums of the left factor's rows behind each range's part where they are asked for.
 #[cube(launch)]
@@ -199,11 +129,7 @@ pub(super) fn multiply(a: &[f32], b: &[f32], out: &mut [f32], sizes: Sizes, #[co
         let right_factor = factor(sizes.right, sizes.columns, sizes.inner, comptime!(form.is_along[1]));
         let mut begin = (tile.range * sizes.range).min(sizes.inner);
         let end = (begin + sizes.range).min(sizes.inner);
-        let mut sums = Array::<Four>::new(comptime!(FOUR * form.fours * form.fours));
-        #[unroll]
-        for i in 0..comptime!(FOUR * form.fours * form.fours) {
-            sums[i] = Four::new(0.0f32);
-        }
+        let mut sums = zeros(comptime!(FOUR * form.fours * form.fours));
         let mut total = Four::new(0.0f32);
         let mut held_a = Array::<Four>::new(fours);
         let mut held_b = Array::<Four>::new(fours);
