@@ -59,6 +59,11 @@ impl Decomposition {
         Some(Self { rest, modes: order.iter().map(mode).collect(), root, amplitudes })
     }
 
+    /// Number of modes, of which there are no more than times.
+    pub(super) fn count(&self) -> usize {
+        self.modes.len()
+    }
+
     /// The first modes as functions of the position at rest.
     pub(super) fn coordinates(&self, modes: usize) -> Coordinates {
         let back = self.rest.linear.inverse();

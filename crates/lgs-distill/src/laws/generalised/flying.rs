@@ -48,8 +48,9 @@ struct OfCenter {
 pub(super) fn in_flight(motion: &SharedMotion, laws: Laws, resolution: f64) -> Vec<OfModes> {
     let Some(body) = InFlight::of(motion, resolution) else { return Vec::new() };
     let centers = body.centers(laws);
+    let most = MOST_MODES.min(body.deformation.count());
     let of_deformation =
-        (1..=MOST_MODES).flat_map(|modes| body.deformation.laws(modes, &body.amplitudes, laws, NO_RIVAL));
+        (1..=most).flat_map(|modes| body.deformation.laws(modes, &body.amplitudes, laws, NO_RIVAL));
     let of_both = |(system, deformation, _): OfModes| {
         let joined = centers.iter().filter_map(|center| body.joined(center, (&system, &deformation)));
         joined.collect::<Vec<_>>()
@@ -67,8 +68,9 @@ impl<'a> InFlight<'a> {
         }
         let poses = motion.poses.iter().map(|pose| Pose { shift: rest.shift, ..*pose }).collect();
         let deformation = Decomposition::of(&SharedMotion { poses, ..motion.clone() })?;
-        let rows: Vec<Vec<f64>> = deformation.amplitudes.iter().map(|row| row[..ENTRIES].to_vec()).collect();
-        let coordinates = deformation.coordinates(ENTRIES);
+        let entries = ENTRIES.min(deformation.count());
+        let rows: Vec<Vec<f64>> = deformation.amplitudes.iter().map(|row| row[..entries].to_vec()).collect();
+        let coordinates = deformation.coordinates(entries);
         let amplitudes =
             Track::new(&coordinates, &center.times, &rows).coarsened(&coordinates, [0.0, resolution]);
         Some(Self { motion, resolution, rest, points, center, deformation, amplitudes })
