@@ -60,11 +60,11 @@ impl Normal {
         for _ in 0..=REDRAWS {
             let (change, square) = self.draw_with_square(draws);
             let own = probability(change.as_slice(), square);
+            if own >= StandardUniform.sample(acceptance) {
+                return change;
+            }
             if own > best.1 {
                 best = (change, own);
-            }
-            if own >= StandardUniform.sample(acceptance) {
-                break;
             }
         }
         best.0
@@ -119,5 +119,32 @@ impl<'a> Draws<'a> {
             *p = (*p + change[2 * n + i]).clamp(*lower, *upper);
         }
         (law, State { x, v })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Draws of two changes, of which the second has no deviation.
+    fn drawn(probability: &Probability<'_>) -> Vec<Vec<f64>> {
+        let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 0.0]));
+        changes(&covariance, 400, (1, 2), probability)
+    }
+
+    #[test]
+    fn what_has_no_deviation_does_not_change_at_all() {
+        assert!(drawn(&|_, _| 1.0).iter().all(|change| change[1] == 0.0));
+    }
+
+    #[test]
+    fn draws_that_are_unlikely_are_made_again() {
+        assert!(
+            drawn(&|change, _| f64::from(u8::from(change[0] > 0.0))).iter().all(|change| change[0] > 0.0)
+        );
+        // A window that makes changes four times as unlikely as the normal distribution halves its deviation.
+        let narrower = drawn(&|_, square| (-1.5 * square).exp());
+        let variance = narrower.iter().map(|change| change[0] * change[0]).sum::<f64>() / 400.0;
+        assert!((variance - 0.25).abs() < 0.06, "{variance}");
     }
 }

@@ -2,17 +2,16 @@
 //! (`crate::project_vjp`): what each Gaussian adds to it, and their sum.
 
 use burn::backend::TensorMetadata;
-use burn::tensor::DType;
+use burn::backend::ops::FloatTensorOps;
 use cubecl::prelude::*;
 use lgs_tensor::cube::quaternions::{exponential, matrix};
-use lgs_tensor::cube::{CubeTensor, arguments, empty, units};
+use lgs_tensor::cube::sums::sums;
+use lgs_tensor::cube::{CubeBackend, CubeTensor};
 
 use super::chain::Chain;
 
 /// Numbers of a motion of the scene in camera axes: rotation vector, translation.
 pub(super) const MOTION: usize = 6;
-/// Rows that a unit sums.
-const CHUNK: usize = 64;
 
 /// Moves the camera that a buffer begins with ([`super::frame::header`]) as
 /// [`lgs_core::Camera::seeing_moved`] does; without a motion it stays as it is to the last bit.
@@ -94,34 +93,8 @@ pub(super) fn pose_vjp(
     }
 }
 
-/// Sums of rows of [`MOTION`] numbers, by the chunk.
-#[cube(launch)]
-fn sum_chunks(rows: &[f32], sums: &mut [f32]) {
-    if ABSOLUTE_POS < sums.len() {
-        let number = ABSOLUTE_POS % MOTION;
-        let first = ABSOLUTE_POS / MOTION * CHUNK;
-        let end = (first + CHUNK).min(rows.len() / MOTION);
-        let mut sum = 0.0f32;
-        for row in first..end {
-            sum += rows[row * MOTION + number];
-        }
-        sums[ABSOLUTE_POS] = sum;
-    }
-}
-
-/// The sum `[MOTION]` of rows, of which there is one at least: chunks, chunks of chunks and so on, each in
-/// order.
+/// The sum `[MOTION]` of rows, of which there is one at least.
 pub(super) fn summed(rows: &CubeTensor) -> CubeTensor {
-    let (mut count, mut from) = (rows.shape()[0], rows.clone());
-    loop {
-        count = count.div_ceil(CHUNK);
-        let to = empty(&from, [count * MOTION], DType::F32);
-        let (cubes, dim) = units(&from.client, count * MOTION);
-        let [rows, sums] = arguments([&from, &to]);
-        sum_chunks::launch(&from.client, cubes, dim, rows, sums);
-        if count == 1 {
-            return to;
-        }
-        from = to;
-    }
+    let sum = sums(rows, [1, rows.shape()[0], MOTION]);
+    CubeBackend::float_reshape(sum, [MOTION].into())
 }
