@@ -1,5 +1,7 @@
 //! Scenes and sources whose motion is known, for tests.
 
+use std::sync::Arc;
+
 use lgs_core::GaussianCloud;
 use lgs_core::linear::add;
 use lgs_data::frames::FrameSequence;
@@ -16,6 +18,7 @@ pub fn particles(
     system: System,
     supports: Option<Supports>,
 ) -> LagrangianScene {
+    let supports = supports.map(Arc::new);
     let particles = ParticleDynamics { system, supports, velocity_policy: VelocityPolicy::Keep };
     let members = 0..dynamic_gaussians.len();
     LagrangianScene {

@@ -8,6 +8,7 @@ pub use partition::{PartitionConfig, PartitionMethod};
 
 use crate::error::DistillError;
 use crate::thresholds::{HIGHEST_DEGREE, UNRESOLVED_ERRORS, UNRESOLVED_FRACTION};
+use burn::tensor::Device;
 use lgs_dynamics::{ForceKind, PotentialKind};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
@@ -107,6 +108,9 @@ pub struct DistillConfig {
     /// Alignment inside of the rollouts of the paper's networks, as the scene will have it; none without.
     #[serde(skip)]
     pub alignment: Option<Alignment>,
+    /// Where the paper's networks roll particles; all else is computed on the processor.
+    #[serde(skip)]
+    pub device: Device,
 }
 
 impl Default for DistillConfig {
@@ -134,6 +138,7 @@ impl Default for DistillConfig {
             matching: MatchingConfig::default(),
             rollout: RolloutConfig::default(),
             alignment: None,
+            device: Device::flex(),
         }
     }
 }

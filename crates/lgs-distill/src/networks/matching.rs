@@ -12,7 +12,7 @@ use lgs_dynamics::{Edit, ForceKind, System, acceleration_vjp};
 use rand::RngExt;
 
 /// The edit that leaves Q alone.
-const FORCE_ONLY: Edit = Edit { velocity_scale: 1.0, potential_scale: 0.0, force_scale: 1.0 };
+pub(crate) const FORCE_ONLY: Edit = Edit { velocity_scale: 1.0, potential_scale: 0.0, force_scale: 1.0 };
 
 /// Fits the parameters to the accelerations of the paths. The loss is the mean squared error in units of the
 /// acceleration scale.

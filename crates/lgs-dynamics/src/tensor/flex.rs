@@ -6,26 +6,13 @@ use crate::align::{Alignment, align};
 use crate::align_vjp::align_vjp;
 use crate::batch::acceleration_vjp;
 use crate::rollout::{rollout, rollout_vjp};
-use crate::state::{RolloutSpec, State, StateCotangents};
+use crate::state::{State, StateCotangents};
 use crate::system::{System, SystemConfig};
 use burn::backend::Flex;
 use burn::backend::tensor::FloatTensor;
 use lgs_tensor::Kernel;
 use lgs_tensor::flex::{floats, rows, tensor, tensor_of_rows};
 use std::sync::Arc;
-
-impl RolloutCall {
-    fn spec(&self) -> RolloutSpec<'_> {
-        RolloutSpec {
-            dt: self.dt,
-            steps: self.steps,
-            last_dt: self.last_dt,
-            edit: self.edit,
-            supports: self.supports.as_deref(),
-            velocity_policy: self.velocity_policy,
-        }
-    }
-}
 
 fn pack(states: &[State]) -> FloatTensor<Flex> {
     let n = states.first().map_or(0, State::len);

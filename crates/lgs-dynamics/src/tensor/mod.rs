@@ -7,9 +7,10 @@
 #[cfg(feature = "gpu")]
 mod cube;
 mod flex;
+mod on_device;
 mod ops;
 
-use crate::state::{Edit, VelocityPolicy};
+use crate::state::{Edit, RolloutSpec, VelocityPolicy};
 use crate::supports::Supports;
 use crate::system::SystemConfig;
 use burn::tensor::Tensor;
@@ -34,6 +35,21 @@ pub struct RolloutCall {
     pub supports: Option<Arc<Supports>>,
     /// Treatment of velocities at an alignment.
     pub velocity_policy: VelocityPolicy,
+}
+
+impl RolloutCall {
+    /// The same for functions on slices.
+    #[must_use]
+    pub fn spec(&self) -> RolloutSpec<'_> {
+        RolloutSpec {
+            dt: self.dt,
+            steps: self.steps,
+            last_dt: self.last_dt,
+            edit: self.edit,
+            supports: self.supports.as_deref(),
+            velocity_policy: self.velocity_policy,
+        }
+    }
 }
 
 /// Accelerations `[n, 3]` for parameters `[p]`, positions and velocities `[n, 3]`; differentiable by all

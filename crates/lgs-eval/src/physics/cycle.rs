@@ -78,7 +78,7 @@ fn cycle_of_particles(
         steps: window_steps(&scene.motion),
         last_dt: None,
         edit: Edit::default(),
-        supports: object.supports.as_ref().filter(|_| alignment == Alignment::OfScene),
+        supports: object.supports.as_deref().filter(|_| alignment == Alignment::OfScene),
         velocity_policy: object.velocity_policy,
     };
     let there = rollout(&object.system, start, &spec);

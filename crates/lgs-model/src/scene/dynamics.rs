@@ -1,9 +1,12 @@
 //! The dynamics of one object: the paper's particles, or a law in generalised coordinates.
 
+use std::sync::Arc;
+
+use burn::tensor::Device;
 use glam::{DVec3, Vec3};
 use lgs_core::linear::{add, scale, sub};
-use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, Supports, System, VelocityPolicy};
-use lgs_dynamics::{rollout, rollout_reversed};
+use lgs_dynamics::tensor::RolloutCall;
+use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, Supports, System, VelocityPolicy, rollout_reversed};
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::Known;
 use lgs_mechanics::coordinates::{self, Bodies};
@@ -25,7 +28,7 @@ pub struct ParticleDynamics {
     /// U and Q.
     pub system: System,
     /// Supports of local rigid alignment (Eq. 6) within the object, if alignment is on.
-    pub supports: Option<Supports>,
+    pub supports: Option<Arc<Supports>>,
     /// Velocities after alignment (method §4.6).
     pub velocity_policy: VelocityPolicy,
 }
@@ -79,19 +82,28 @@ impl Stretch {
 }
 
 impl ParticleDynamics {
-    /// The states after each step from `start`; the velocity scale of the edit is not applied.
-    pub(super) fn advance(&self, start: &State, stretch: Stretch, edit: Edit) -> Vec<State> {
-        let spec = RolloutSpec {
-            dt: stretch.dt,
-            steps: stretch.steps,
-            last_dt: None,
-            edit: Edit { velocity_scale: 1.0, ..edit },
-            supports: self.supports.as_ref(),
-            velocity_policy: self.velocity_policy,
-        };
+    /// The states after each step from `start`; the velocity scale of the edit is not applied. They are rolled
+    /// on a device if they go forwards in time.
+    pub(super) fn advance(
+        &self,
+        start: &State,
+        stretch: Stretch,
+        (edit, device): (Edit, &Device),
+    ) -> Vec<State> {
+        let edit = Edit { velocity_scale: 1.0, ..edit };
+        let Self { system, supports, velocity_policy } = self;
+        let Stretch { dt, steps, .. } = stretch;
         let mut path = match stretch.reversal {
-            Some(reversal) => rollout_reversed(&self.system, start, &spec, reversal),
-            None => rollout(&self.system, start, &spec),
+            Some(reversal) => {
+                let (supports, velocity_policy) = (supports.as_deref(), *velocity_policy);
+                let spec = RolloutSpec { dt, steps, last_dt: None, edit, supports, velocity_policy };
+                rollout_reversed(system, start, &spec, reversal)
+            }
+            None => {
+                let (config, supports, velocity_policy) = (system.config, supports.clone(), *velocity_policy);
+                let call = RolloutCall { config, dt, steps, last_dt: None, edit, supports, velocity_policy };
+                start.rolled_on(device, &system.params, call)
+            }
         };
         path.remove(0);
         path
@@ -153,7 +165,7 @@ impl Dynamics {
     /// Supports of local rigid alignment, if there are any.
     #[must_use]
     pub fn supports(&self) -> Option<&Supports> {
-        self.particles()?.supports.as_ref()
+        self.particles()?.supports.as_deref()
     }
 
     /// The potential at places, per mass; nothing where it is no function of a place, as in the angle of a

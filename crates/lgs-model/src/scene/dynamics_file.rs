@@ -1,5 +1,7 @@
 //! The dynamics of one object in a scene's file, under the object's prefix.
 
+use std::sync::Arc;
+
 use lgs_dynamics::{Supports, System, SystemConfig};
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::Known;
@@ -111,7 +113,11 @@ fn read_particles(
     Ok(ParticleDynamics { system, supports, velocity_policy })
 }
 
-fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option<Supports>, TensorFileError> {
+fn read_supports(
+    file: &TensorFile,
+    name: &str,
+    members: usize,
+) -> Result<Option<Arc<Supports>>, TensorFileError> {
     if !file.names().any(|n| n == name) {
         return Ok(None);
     }
@@ -120,7 +126,9 @@ fn read_supports(file: &TensorFile, name: &str, members: usize) -> Result<Option
         return Err(file.field(name, &format!("shape [{members}, k]"), format!("{shape:?}")));
     }
     let supports = Supports::from_rows(indices.to_vec(), shape[1]);
-    supports.map(Some).map_err(|e| file.field(name, &format!("indices below {members}"), e.to_string()))
+    supports
+        .map(|supports| Some(Arc::new(supports)))
+        .map_err(|e| file.field(name, &format!("indices below {members}"), e.to_string()))
 }
 
 pub(super) fn json<T: serde::Serialize>(value: &T) -> String {

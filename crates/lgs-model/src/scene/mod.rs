@@ -12,6 +12,7 @@ mod generalised;
 mod motion;
 mod recording;
 mod recording_file;
+mod start_velocities;
 mod stretch;
 
 use std::ops::Range;

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use burn::tensor::Device;
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 use lgs_mechanics::Law;
 
@@ -26,6 +27,8 @@ pub struct Motion<'a> {
     /// The laws of edited objects whose motion needs a finer step.
     laws: Vec<Option<Law>>,
     reversal: Reversal,
+    /// Where particles are rolled forwards.
+    device: Device,
     forward: Vec<SceneState>,
     backward: Vec<SceneState>,
 }
@@ -53,7 +56,14 @@ impl<'a> Motion<'a> {
             Cow::Borrowed(_) => None,
         };
         let laws = scene.objects.iter().zip(&edits).map(resolved).collect();
-        Self { scene, edits, laws, reversal, forward: vec![start.clone()], backward: vec![start] }
+        let (forward, backward) = (vec![start.clone()], vec![start]);
+        Self { scene, edits, laws, reversal, device: Device::flex(), forward, backward }
+    }
+
+    /// The same, with particles that are rolled forwards by a device.
+    #[must_use]
+    pub fn on(self, device: &Device) -> Self {
+        Self { device: device.clone(), ..self }
     }
 
     /// The scene.
@@ -154,12 +164,9 @@ impl<'a> Motion<'a> {
         for ((object, &edit), law) in self.scene.objects.iter().zip(&self.edits).zip(&self.laws) {
             let members = &object.members;
             let points = &self.scene.dynamic_gaussians.means[members.clone()];
-            let path = object.advance(points, (&part_of(start, members), stretch, edit), law.as_ref());
-            for (state, part) in states.iter_mut().zip(path) {
-                state.q.extend(part.q);
-                state.v.extend(part.v);
-                state.rotation.extend(part.rotation);
-            }
+            let rolling = Rolling { edit, law: law.as_ref(), device: &self.device };
+            let path = object.advance(points, (&part_of(start, members), stretch), rolling);
+            states.iter_mut().zip(path).for_each(|(state, part)| follow(state, part));
         }
         states
     }
@@ -199,45 +206,26 @@ impl Direction {
     }
 }
 
-impl LagrangianScene {
-    /// The velocities that an edited motion starts with, `[n_dynamic]`, world units per unit of time.
-    ///
-    /// The stored velocities of particles lag half a kick behind those at t = 0, with which Eq. 5 tracks
-    /// positions to second order (method §4.3): `v(0) = v₀ + ½ dt a(q₀, v₀)`. An edit scales v(0) and changes
-    /// the accelerations, so its own half kick is taken off: `α v(0) − ½ dt a_edit`. Without an edit these
-    /// are the stored velocities, bit for bit.
-    #[must_use]
-    pub fn start_velocities(&self, edit: Edit) -> Vec<[f32; 3]> {
-        self.start_velocities_of(&vec![edit; self.objects.len()])
-    }
-
-    /// The same with an edit for each object.
-    fn start_velocities_of(&self, edits: &[Edit]) -> Vec<[f32; 3]> {
-        let of_object = |(ObjectModel { members, dynamics, .. }, &edit): (&ObjectModel, &Edit)| {
-            let q = &self.dynamic_gaussians.means[members.clone()];
-            let stored = &self.velocities[members.clone()];
-            match dynamics {
-                Dynamics::Particles(_) if edit == Edit::default() => stored.to_vec(),
-                Dynamics::Particles(particles) => {
-                    particles.start_velocities((q, stored), self.motion.dt, edit)
-                }
-                Dynamics::Generalised(generalised) => generalised.start_velocities(q, edit),
-            }
-        };
-        self.objects.iter().zip(edits).flat_map(of_object).collect()
-    }
+/// How an object is rolled.
+#[derive(Clone, Copy)]
+struct Rolling<'a> {
+    edit: Edit,
+    /// Another law than its own.
+    law: Option<&'a Law>,
+    /// Where its particles are rolled.
+    device: &'a Device,
 }
 
 impl ObjectModel {
     /// The states after each step of a stretch from `start`, of particles that are at `points` at t = 0:
     /// recorded ones as long as there are any, and from then on those of what carries the recording on,
-    /// which as a rule are its dynamics. An edited motion is that of the dynamics alone, by another law than
-    /// its own if one is given, or that of the law which the end of the recording follows.
+    /// which as a rule are its dynamics. An edited motion is that of the dynamics alone, or that of the law
+    /// which the end of the recording follows.
     fn advance(
         &self,
         points: &[[f32; 3]],
-        (start, stretch, edit): (&SceneState, Stretch, Edit),
-        law: Option<&Law>,
+        (start, stretch): (&SceneState, Stretch),
+        Rolling { edit, law, device }: Rolling<'_>,
     ) -> Vec<SceneState> {
         let times = stretch.times();
         if edit != Edit::default()
@@ -255,7 +243,7 @@ impl ObjectModel {
         let carried_on = match &self.dynamics {
             Dynamics::Particles(particles) => {
                 let rest = Stretch { steps: times.len(), ..stretch };
-                particles.advance(path.last().unwrap_or(start), rest, edit)
+                particles.advance(path.last().unwrap_or(start), rest, (edit, device))
             }
             Dynamics::Generalised(generalised) => {
                 let law = law.unwrap_or(&generalised.law);
@@ -288,6 +276,17 @@ fn following(
         }
     }
     later
+}
+
+/// Appends the rows of a part.
+fn follow(state: &mut SceneState, part: SceneState) {
+    if state.is_empty() {
+        *state = part;
+        return;
+    }
+    state.q.extend(part.q);
+    state.v.extend(part.v);
+    state.rotation.extend(part.rotation);
 }
 
 /// The rows of one object.

@@ -206,6 +206,7 @@ impl Pipeline<'_> {
             background: self.dataset.background,
             frames: self.dataset.split("train"),
             seed: self.config.seed,
+            device: self.device,
         };
         let gaussians = source.len();
         let initial = initialise_scene(source, &request, &mut |object, objects, p| {

@@ -1,6 +1,6 @@
 //! The motion of a scene at the times of the training frames, kept on the device until it is rolled anew.
 //!
-//! The motion itself is rolled on the processor by [`Motion`], as everywhere; a state is handed to the device
+//! The motion itself is rolled by [`Motion`], as everywhere, particles on the device; a state is handed to it
 //! once, when a frame of its time is first drawn.
 
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ pub(super) struct StateTensors {
 impl FrameStates {
     /// The motion of a scene as it is, for use on a device.
     pub(super) fn new(scene: LagrangianScene, device: &Device) -> Self {
-        Self { motion: Motion::owned(scene), on_device: BTreeMap::new(), device: device.clone() }
+        Self { motion: Motion::owned(scene).on(device), on_device: BTreeMap::new(), device: device.clone() }
     }
 
     /// The scene that the motion was rolled from.

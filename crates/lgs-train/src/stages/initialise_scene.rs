@@ -5,7 +5,9 @@
 //! memory.
 
 use std::ops::Range;
+use std::sync::Arc;
 
+use burn::tensor::Device;
 use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
@@ -55,6 +57,8 @@ pub struct InitialSceneRequest<'a> {
     pub frames: &'a [Frame],
     /// Seed of the run.
     pub seed: u64,
+    /// Where the paper's networks are rolled.
+    pub device: &'a Device,
 }
 
 /// Stage 1: samples the source every Δτ over the window, distils, and assembles the scene at t = 0 (method
@@ -77,6 +81,7 @@ pub fn initialise_scene(
     let object = DistillConfig {
         rigid_constraint,
         alignment: request.motion.alignment(),
+        device: request.device.clone(),
         ..request.distill.resolving(request.pixel_size)
     };
     let found = find_objects(&trajectories, request.partition)?;
@@ -186,12 +191,15 @@ fn order_within(object: &Distilled) -> Vec<u32> {
 
 /// Supports and velocity policy of an object: what its law was fitted with if it holds for the body as a
 /// whole, else what the options say.
-fn alignment(object: &DistilledParticles, options: &MotionOptions) -> (Option<Supports>, VelocityPolicy) {
+fn alignment(
+    object: &DistilledParticles,
+    options: &MotionOptions,
+) -> (Option<Arc<Supports>>, VelocityPolicy) {
     if object.shared_support.is_some() {
-        return (Some(object.supports(0)), VelocityPolicy::Rigid);
+        return (Some(Arc::new(object.supports(0))), VelocityPolicy::Rigid);
     }
     let aligned = options.alignment().filter(|_| object.q0.len() > 1);
-    (aligned.map(|alignment| object.supports(alignment.support)), options.velocity_policy)
+    (aligned.map(|alignment| Arc::new(object.supports(alignment.support))), options.velocity_policy)
 }
 
 /// Rows of the Gaussians at rest, in spatial order.

@@ -99,7 +99,7 @@ impl TrainableObject {
             rms_speed: mean_square.sqrt(),
             config: dynamics.system.config,
             velocity_policy: dynamics.velocity_policy,
-            supports: dynamics.supports.clone().map(Arc::new),
+            supports: dynamics.supports.clone(),
             index,
             members,
         }

@@ -6,6 +6,7 @@ mod law;
 mod particles;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use lgs_core::{GaussianCloud, Stream};
 use lgs_dynamics::Supports;
@@ -143,7 +144,7 @@ pub(super) fn part_of(
     if let Some(supports) = dynamics.particles_mut().and_then(|particles| particles.supports.as_mut())
         && rows.len() < members.len()
     {
-        *supports = supports_of(&chosen, supports, &dynamic_gaussians.means);
+        *supports = Arc::new(supports_of(&chosen, supports, &dynamic_gaussians.means));
     }
     LagrangianScene {
         static_gaussians: GaussianCloud::default(),
