@@ -56,6 +56,6 @@ pub use progress::{DistillProgress, DistillStage};
 pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;
-pub use segmentation::{find_objects, partition};
+pub use segmentation::{find_objects, find_objects_beside, partition};
 pub use thresholds::{FEWEST_SAMPLES, MOST_REACH};
 pub use trajectories::Trajectories;

@@ -191,6 +191,11 @@ pub(crate) const TRACKED_FRACTION: f32 = 0.6;
 /// tenth for Gaussians that reach beyond it.
 pub(crate) const GUIDED_RADII: f32 = 1.1;
 
+/// Fewest first Gaussians of a thing in flight: the corners of a cube.
+pub(crate) const FEWEST_OF_THING: usize = 8;
+/// Gaussians for every pixel of its surface where there is no budget: the one that presets take.
+pub(crate) const SHARE_OF_PIXELS: f32 = 0.25;
+
 // Silhouettes
 
 /// Width that images are reduced to about, pixels: blobs need no detail, and finer texture closes up.
@@ -253,6 +258,60 @@ pub(crate) const FIRST_RADIUS: f32 = 0.2;
 /// Radii around a path within which it explains a silhouette: the radius is that of a disc of the same area,
 /// and things are not round.
 pub(crate) const EXPLAINED_RADII: f32 = 1.3;
+
+// Flights
+
+/// Width that images are reduced to about where flights are looked for, pixels: gaps between a thing and the
+/// hands that let it go are narrower than blobs.
+pub(crate) const FLIGHT_WIDTH: u32 = 160;
+/// Gaps of up to twice this many pixels in a silhouette are closed: those of noise, not those that set a
+/// thing apart.
+pub(crate) const FLIGHT_CLOSING_RADIUS: usize = 1;
+/// Distance of a place from the ray of a blob up to which the blob may be that of a ball there, in radii: the
+/// ray passes through its middle half.
+pub(crate) const AGREEING_RADII: f32 = 0.5;
+/// Ratio between radii up to which they may be those of one thing: between areas it is two, which half a pixel
+/// at the edge makes of a blob of 30 pixels.
+pub(crate) const SIZE_RATIO: f32 = 1.4;
+/// Fewest cameras whose blobs agree on a thing: any two rays that pass each other would do for two.
+pub(crate) const FEWEST_VIEWS: usize = 3;
+/// Share of the views of a place that show something there that moves.
+pub(crate) const COVERING_VIEWS: f32 = 0.9;
+/// Sine of the angle between rays below which their meeting tells nothing of a depth: ten degrees, at which
+/// an error across the rays becomes six times as large along them.
+pub(crate) const LEAST_SINE: f32 = 0.17;
+/// Most blobs of a view and most views of a moment that are compared: what there is of both beyond that costs
+/// the square of its number.
+pub(crate) const MOST_BLOBS_OF_VIEW: usize = 12;
+/// See [`MOST_BLOBS_OF_VIEW`].
+pub(crate) const MOST_VIEWS_OF_MOMENT: usize = 32;
+/// Fewest moments of a flight: two fix an even motion, and three others that come as it says are no chance.
+pub(crate) const FEWEST_OF_FLIGHT: usize = 5;
+/// Median step between the moments of a flight, in radii, from which a thing has to be led: at half a radius
+/// it still covers most of where it was, and images draw its Gaussians after it.
+pub(crate) const FLIGHT_STEP: f32 = 0.5;
+/// Longest step from a moment to the next, in radii, that is tried.
+pub(crate) const LONGEST_STEP: f32 = 8.0;
+/// Deviation from an even motion over three moments, in radii, up to which a thing is the same: what bends its
+/// path faster is sampled too coarsely to be told from another thing.
+pub(crate) const SWERVE: f32 = 0.5;
+
+// Colours of things in flight
+
+/// Levels of each channel by which colours are told apart: 32 of 255, about three times the noise between
+/// cameras.
+pub(crate) const COLOR_LEVELS: usize = 8;
+/// Radius, in that of the thing, within which pixels are its own: the edge is mixed.
+pub(crate) const INNER_RADII: f32 = 0.8;
+/// Radius, in that of the thing, beyond which they are not.
+pub(crate) const OUTER_RADII: f32 = 1.3;
+/// Least score in flight by which a thing can be followed: its colours have to be likelier on it than around
+/// it by half of what is possible.
+pub(crate) const LEAST_CONTRAST_OF_COLORS: f32 = 0.5;
+/// Part of the score in flight down to which a thing is followed: half of it may be hidden.
+pub(crate) const LEFT_OF_SCORE: f32 = 0.5;
+/// Finest step of the search for it, in radii: a tenth of a pixel of a thing of six pixels.
+pub(crate) const FINEST_SEARCH: f32 = 0.02;
 
 // Spin of a tracked ball
 

@@ -36,6 +36,12 @@ pub trait SourceModel: Send + Sync {
         None
     }
 
+    /// The number of the path that carries each Gaussian as a thing of its own, from 1, and 0 for the others;
+    /// empty where none does.
+    fn carried(&self) -> &[u32] {
+        &[]
+    }
+
     /// The Gaussians' centres at a time, `[n]`, world units.
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
 

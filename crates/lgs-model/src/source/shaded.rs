@@ -48,6 +48,10 @@ impl SourceModel for ShadedSource {
         Some(&self.shading)
     }
 
+    fn carried(&self) -> &[u32] {
+        self.moved.carried()
+    }
+
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         self.moved.positions_at(time)
     }
