@@ -113,3 +113,51 @@ fn color_at(
     let best = frames.iter().enumerate().filter_map(seen).max_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or([0.5; 3], |(_, index, pixel)| images[index].pixels[pixel])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::DeviceName;
+    use crate::driver::Trainer;
+    use crate::source::SourceTrainer;
+    use crate::tracks::testing::{MOMENTS, RADIUS, seen, thrown};
+
+    fn dataset() -> Dataset {
+        let splits = [("train".to_owned(), seen(thrown(0.25)))].into();
+        Dataset { splits, ..Dataset::none([1.0; 3]) }
+    }
+
+    #[test]
+    fn a_thrown_thing_is_carried_from_the_start_of_training() {
+        let (dataset, spheres) = (dataset(), thrown(0.25));
+        let trainer = SourceTrainer::new(&dataset, &SourceConfig::quick(), 1, &DeviceName::Cpu.device())
+            .expect("a trainer");
+        let model = trainer.model();
+        let members: Vec<usize> = (0..model.len()).filter(|&i| model.carried()[i] == 1).collect();
+        assert!(members.len() >= FEWEST_OF_THING && members.len() < trainer.status().gaussians / 2);
+        for moment in [0, 8, 12, MOMENTS - 1] {
+            let positions = model.positions_at(moment as f32 / 30.0);
+            let center = members.iter().fold([0.0; 3], |sum, &i| add(sum, positions[i]));
+            let off = norm(sub(scale(center, 1.0 / members.len() as f32), spheres(moment)[0].center));
+            assert!(off < RADIUS, "moment {moment}: {off}");
+        }
+    }
+
+    #[test]
+    fn points_of_a_thing_lie_on_its_surface_and_have_its_colour() {
+        let (dataset, config) = (dataset(), SourceConfig::quick());
+        let things = things_in_flight(&dataset, &config.guide);
+        let points = points_of(&dataset, &config, &things);
+        assert!(points.positions.len() >= FEWEST_OF_THING, "{}", points.positions.len());
+        let center = thrown(0.25)(0)[0].center;
+        for position in &points.positions {
+            let off = norm(sub(*position, center));
+            assert!((0.5 * RADIUS..1.5 * RADIUS).contains(&off), "{off}");
+        }
+        // Half of it is hidden by what holds it.
+        let red = points.colors.iter().filter(|c| c[0] > 0.6 && c[1] < 0.4).count();
+        assert!(3 * red > points.colors.len(), "{red} of {}", points.colors.len());
+        let off = GuideConfig { flights: false, ..config.guide };
+        assert_eq!(things_in_flight(&dataset, &off), []);
+    }
+}

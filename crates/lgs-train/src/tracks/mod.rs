@@ -217,3 +217,5 @@ fn remove_explained(track: &Track, silhouette: &mut Silhouette) {
 mod tests;
 #[cfg(test)]
 mod flight_tests;
+#[cfg(test)]
+pub(crate) mod testing;
