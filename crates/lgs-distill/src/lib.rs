@@ -24,6 +24,7 @@
 mod config;
 mod distilled;
 mod error;
+mod handled;
 mod laws;
 mod motion;
 mod networks;
@@ -46,6 +47,7 @@ pub use config::{
 };
 pub use distilled::{Distilled, DistilledLaw, DistilledParticles};
 pub use error::DistillError;
+pub use handled::{distill_handled, is_handled};
 pub use laws::linear::law::Law;
 pub use laws::linear::part::LinearPart;
 pub use laws::linear::terms::{Stiffness, Terms};

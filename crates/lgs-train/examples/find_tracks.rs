@@ -24,6 +24,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "radius {:.3}, {} sightings, median miss {:.4}, spin {:?}, from {first:.3} to {last:.3}",
             track.radius, track.sightings, track.median_miss, track.spin
         );
+        for flight in &track.flights {
+            println!("  {flight:?}");
+        }
         for i in 0..=20 {
             let time = first + 0.05 * i as f32 * (last - first);
             println!("  {time:.3} {:?}", track.position(time));

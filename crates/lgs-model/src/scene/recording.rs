@@ -21,6 +21,8 @@ pub struct Recording {
     parts: [Option<PartDynamics>; 2],
     /// Whether it is that of a body that deforms as a whole, whose Gaussians are stretched with it.
     deforms: bool,
+    /// Whether it is that of a thing that is made to do what it does outside of its free flights.
+    is_handled: bool,
 }
 
 impl Recording {
@@ -40,7 +42,8 @@ impl Recording {
             && rotations.iter().all(|row| row.len() == n);
         let continuation = Continuation::default();
         let parts = [None, None];
-        let recording = Self { times, positions, rotations, continuation, parts, deforms: false };
+        let (deforms, is_handled) = (false, false);
+        let recording = Self { times, positions, rotations, continuation, parts, deforms, is_handled };
         (recording.times.len() > 1 && ascends && is_whole).then_some(recording)
     }
 
@@ -55,6 +58,20 @@ impl Recording {
     #[must_use]
     pub fn deforms(&self) -> bool {
         self.deforms
+    }
+
+    /// The same of a thing that is made to do what it does outside of its free flights, so that no law is to be
+    /// sought for all of it, or of none.
+    #[must_use]
+    pub fn of_handled(mut self, is_handled: bool) -> Self {
+        self.is_handled = is_handled;
+        self
+    }
+
+    /// Whether it is the recording of a thing that is made to do what it does outside of its free flights.
+    #[must_use]
+    pub fn is_handled(&self) -> bool {
+        self.is_handled
     }
 
     /// The same with laws of its beginning and its end.
@@ -116,7 +133,7 @@ impl Recording {
             self.positions[first.clone()].to_vec(),
             self.rotations[first].to_vec(),
         );
-        begun.map(|begun| begun.continued_by(self.continuation).of_deforming(self.deforms))
+        begun.map(|begun| begun.continued_by(self.continuation).of_deforming(self.deforms).of_handled(self.is_handled))
     }
 
     /// Positions at t = 0.

@@ -35,7 +35,8 @@ fn first_time(dataset: &Dataset) -> f32 {
 pub(super) fn carried(motion: Box<dyn SourceMotion>, things: &[Track]) -> Box<dyn SourceMotion> {
     let path = |thing: &Track| {
         let places = thing.places().to_vec();
-        CarryingPath { places, reach: GUIDED_RADII * thing.radius }
+        let flights = thing.flights.iter().map(|flight| flight.times).collect();
+        CarryingPath { places, flights, reach: GUIDED_RADII * thing.radius }
     };
     match things {
         [] => motion,

@@ -10,7 +10,7 @@ use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
     DistillConfig, DistillProgress, DistillReport, Distilled, DistilledLaw, DistilledParticles,
-    PartitionConfig, SceneDistillation, Trajectories, distill_objects, find_objects_beside,
+    PartitionConfig, SceneDistillation, Trajectories, find_objects_beside,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
@@ -22,6 +22,7 @@ use super::continuation::{Known, carried_on};
 use super::motion_options::MotionOptions;
 use super::observed_motion::{TrainingFrames, observed_to_move};
 use super::recorder::{Recorder, SourceTracks};
+use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
 
@@ -88,9 +89,11 @@ pub fn initialise_scene(
         seen[*object as usize] = true;
     }
     let partition = found.with_only(&seen);
-    let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
+    let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
+    let handled = HandledThings::of(source, window, &object);
+    let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), progress)?;
     let tracks = SourceTracks { source, times: &trajectories.times };
-    let recorder = Recorder { tracks, trajectories: &trajectories, config: &object };
+    let recorder = Recorder { tracks, trajectories: &trajectories, config: &object, handled: &handled };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
 }
 

@@ -29,6 +29,7 @@ mod recorder;
 mod spread;
 mod subset;
 mod thresholds;
+mod things;
 mod tune_dynamics;
 mod tune_gaussians;
 

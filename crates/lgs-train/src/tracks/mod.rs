@@ -17,6 +17,7 @@ mod curve;
 mod flights;
 mod following;
 mod isolated;
+mod parabola;
 mod path;
 mod silhouettes;
 mod spin;
@@ -34,6 +35,8 @@ use carving::Votes;
 use curve::{Curve, Sighting, median_of};
 use flights::{Flight, by_moment, flights};
 use following::Moments;
+pub use parabola::FreeFlight;
+use parabola::smoothed;
 use path::Path;
 use silhouettes::{Silhouette, Taking, silhouettes};
 
@@ -48,6 +51,8 @@ pub struct Track {
     /// Median distance, world units, from where these images see it, of the path that they give: the texture
     /// may have corrected it since.
     pub median_miss: f32,
+    /// The flights over which it was seen apart from all else and followed a parabola, in the order found.
+    pub flights: Vec<FreeFlight>,
     /// Angular velocity in world axes, radians per unit of time, if the thing's texture tells it.
     pub spin: Option<[f32; 3]>,
 }
@@ -83,6 +88,20 @@ impl Track {
         Some(matrix_from_quat([half.cos(), axis[0], axis[1], axis[2]]))
     }
 
+    /// Takes over the places of a flight of the same thing, on its parabola if it follows one.
+    fn take_over(&mut self, flight: &Flight, times: &[f32]) {
+        let Path::Places(places) = &mut self.path else { return };
+        let Some(&first) = times.get(flight.first) else { return };
+        let start = places.partition_point(|(time, _)| *time < first);
+        if places.get(start).is_none_or(|place| place.0 > first) {
+            return;
+        }
+        let end = places.len().min(start + flight.things.len());
+        let own = &mut places[start..end];
+        own.iter_mut().zip(&flight.things).for_each(|(place, thing)| place.1 = thing.position);
+        self.flights.extend(smoothed(own, self.radius));
+    }
+
     /// A track through given positions, for tests.
     #[cfg(test)]
     pub(crate) fn through(moments: &[f32], positions: &[[f32; 3]], radius: f32) -> Option<Self> {
@@ -91,6 +110,7 @@ impl Track {
             radius,
             sightings: moments.len(),
             median_miss: 0.0,
+            flights: Vec::new(),
             spin: None,
         })
     }
@@ -160,8 +180,12 @@ pub fn find_flights(frames: &[Frame], background: [f32; 3]) -> Vec<Track> {
     let images = Moments::new(frames, &times, (background, taking));
     let mut tracks: Vec<Track> = Vec::new();
     for flight in flights(&moments) {
-        if tracks.len() < MAX_TRACKS && !tracks.iter().any(|track| passes(track, &flight, &times)) {
-            tracks.extend(flown(&flight, images.followed(&flight)));
+        if let Some(track) = tracks.iter_mut().find(|track| passes(track, &flight, &times)) {
+            track.take_over(&flight, &times);
+        } else if tracks.len() < MAX_TRACKS {
+            let mut track = flown(&flight, images.followed(&flight));
+            track.iter_mut().for_each(|track| track.take_over(&flight, &times));
+            tracks.extend(track);
         }
     }
     tracks
@@ -181,7 +205,8 @@ fn flown(flight: &Flight, places: Vec<(f32, [f32; 3])>) -> Option<Track> {
     let median_miss = median_of(flight.things.iter().map(|thing| thing.miss))?;
     let sightings = flight.things.iter().map(|thing| thing.views).sum();
     tracing::debug!(sightings, radius = flight.radius, median_miss, moments = places.len(), "flight");
-    Some(Track { path: Path::Places(places), radius: flight.radius, sightings, median_miss, spin: None })
+    let (path, radius, flights) = (Path::Places(places), flight.radius, Vec::new());
+    Some(Track { path, radius, sightings, median_miss, flights, spin: None })
 }
 
 /// The path as a track, if enough blobs confirm it.
@@ -199,7 +224,15 @@ fn confirmed(curve: Curve, sightings: &[Sighting], silhouettes: &[Silhouette]) -
         && gap <= LONGEST_GAP * (last - first)
         && median_miss <= LARGEST_MISS * radius;
     let path = Path::Curve(curve);
-    is_accepted.then_some(Track { path, radius, sightings: sightings.len(), median_miss, spin: None })
+    let flights = Vec::new();
+    is_accepted.then_some(Track {
+        path,
+        radius,
+        sightings: sightings.len(),
+        median_miss,
+        flights,
+        spin: None,
+    })
 }
 
 /// Removes the part of a silhouette that a track explains.

@@ -14,6 +14,8 @@ const TIMES: &str = "carried.times";
 const PLACES: &str = "carried.places";
 /// Name of the number of the path that each time belongs to, from 0.
 const PATHS: &str = "carried.paths";
+/// Name of the free flights: number of the path, from 0, first and last time.
+const FLIGHTS: &str = "carried.flights";
 /// Name of the number of the path that carries each Gaussian, from 1; 0: none does.
 const OWNERS: &str = "carried.owners";
 
@@ -70,12 +72,18 @@ fn read_paths(file: &TensorFile) -> Result<Vec<CarryingPath>, TensorFileError> {
     }
     for ((&time, &[x, y, z, reach]), &number) in times.iter().zip(&places).zip(numbers) {
         if number as usize == paths.len() {
-            paths.push(CarryingPath { places: Vec::new(), reach });
+            paths.push(CarryingPath { places: Vec::new(), flights: Vec::new(), reach });
         }
         let count = paths.len();
         match paths.last_mut() {
             Some(path) if number as usize + 1 == count => path.places.push((time, [x, y, z])),
             _ => return Err(file.field(PATHS, "numbers in order", format!("{number}"))),
+        }
+    }
+    for [number, first, last] in file.rows::<3>(FLIGHTS)? {
+        match paths.get_mut(number as usize) {
+            Some(path) if first < last => path.flights.push([first, last]),
+            _ => return Err(file.field(FLIGHTS, "flights of paths", format!("{number}, {first} to {last}"))),
         }
     }
     Ok(paths)
@@ -106,6 +114,11 @@ impl SourceModel for CarriedSource {
         &self.owners
     }
 
+    fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
+        let path = (thing as usize).checked_sub(1).and_then(|index| self.paths.get(index));
+        path.map_or(&[], |path| path.flights.as_slice())
+    }
+
     fn time_range(&self) -> Option<[f32; 2]> {
         self.moved.time_range()
     }
@@ -131,6 +144,11 @@ impl SourceModel for CarriedSource {
         }
         file.insert(TIMES, &[times.len()], &times);
         file.insert(PLACES, &[times.len(), 4], &places);
+        let numbered = (0_u16..).zip(&self.paths);
+        let flights: Vec<[f32; 3]> = numbered
+            .flat_map(|(number, path)| path.flights.iter().map(move |&[a, b]| [f32::from(number), a, b]))
+            .collect();
+        file.insert(FLIGHTS, &[flights.len(), 3], flights.as_flattened());
         file.insert_indices(PATHS, &[numbers.len()], &numbers);
         file.insert_indices(OWNERS, &[self.owners.len()], &self.owners);
         file

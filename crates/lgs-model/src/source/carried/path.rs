@@ -7,6 +7,8 @@ use lgs_core::linear::{add, norm, scale, sub};
 pub struct CarryingPath {
     /// Times, ascending, and places at these, world units; evenly on the way in between, at rest beyond.
     pub places: Vec<(f32, [f32; 3])>,
+    /// First and last time of each stretch over which nothing but a field acted on the thing.
+    pub flights: Vec<[f32; 2]>,
     /// Radius of the ball around the first place whose Gaussians it carries, world units.
     pub reach: f32,
 }

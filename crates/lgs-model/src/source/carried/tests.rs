@@ -12,7 +12,7 @@ use crate::source::motion::{Canonical, Captured, Learned, Moment, MotionConfig, 
 
 fn path() -> CarryingPath {
     let places = vec![(0.0, [0.0; 3]), (0.1, [1.0, 0.0, 0.0]), (0.2, [1.0, 2.0, 0.0])];
-    CarryingPath { places, reach: 0.3 }
+    CarryingPath { places, flights: vec![[0.0, 0.1]], reach: 0.3 }
 }
 
 /// Two Gaussians in the ball of the path, and one elsewhere, at constant velocities.
@@ -33,7 +33,7 @@ fn a_path_is_followed_evenly_and_left_at_its_end() {
     let near = |a: [f32; 3], b: [f32; 3]| norm(sub(a, b)) < 1e-5;
     assert!(near(path().displacement(0.05), [0.5, 0.0, 0.0]) && near(path().displacement(0.15), [1.0, 1.0, 0.0]));
     assert!(near(path().displacement(0.0), [0.0; 3]) && near(path().displacement(0.9), [1.0, 2.0, 0.0]));
-    assert_eq!(CarryingPath { places: Vec::new(), reach: 1.0 }.displacement(0.3), [0.0; 3]);
+    assert_eq!(CarryingPath { places: Vec::new(), flights: Vec::new(), reach: 1.0 }.displacement(0.3), [0.0; 3]);
 }
 
 #[test]
@@ -71,6 +71,7 @@ fn files_round_trip_and_defects_are_named() {
     let read = load_source(&path).expect("load");
     assert_eq!(read.cloud_at(0.13), model.cloud_at(0.13));
     assert_eq!(read.carried(), model.carried());
+    assert_eq!((read.free_flights(1), read.free_flights(0)), ([[0.0, 0.1]].as_slice(), [].as_slice()));
     let refused = |change: &dyn Fn(&mut crate::TensorFile)| {
         let mut file = model.to_tensors();
         change(&mut file);
@@ -81,6 +82,8 @@ fn files_round_trip_and_defects_are_named() {
     assert!(text.contains("`carried.owners`") && text.contains("source.safetensors"), "{text}");
     let text = refused(&|file| file.insert_indices("carried.paths", &[3], &[0, 2, 2]));
     assert!(text.contains("`carried.paths`"), "{text}");
+    let text = refused(&|file| file.insert("carried.flights", &[1, 3], &[1.0, 0.0, 0.1]));
+    assert!(text.contains("`carried.flights`"), "{text}");
     let text = refused(&|file| file.insert("carried.times", &[2], &[0.0, 0.1]));
     assert!(text.contains("`carried.places`"), "{text}");
 }
