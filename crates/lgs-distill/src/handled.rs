@@ -62,9 +62,10 @@ fn flight_laws(
     };
     let ranges = || flights.iter().map(samples).filter(|samples| samples.len() >= FEWEST_SAMPLES);
     let law_of = |samples: Range<usize>, law: &dyn Fn(&SharedMotion) -> Option<GeneralisedLaw>| {
+        // Those of the samples themselves: a recording knows no others.
+        let times = [samples.start, samples.end - 1].map(|sample| f64::from(times[sample]));
         let motion = denoise(&trajectories.part(samples), config).shared?.shared;
         let GeneralisedLaw { law, start, known, .. } = law(&motion)?;
-        let times = [motion.times[0], motion.times[motion.times.len() - 1]];
         tracing::debug!(?times, ?law, ?known, "a law of a flight");
         Some(PartLaw { times, law, start, known })
     };

@@ -53,10 +53,10 @@ fn psnr_of_thing(model: &dyn SourceModel, dataset: &Dataset, thing: &Track) -> f
         let camera = &frame.camera;
         let ([x, y], depth) = camera.pixel_from_world(thing.position(frame.time));
         let radius = camera.fx * thing.radius / depth;
-        let (shown, image) =
-            (drawn(model, frame, dataset.background), frame.composited(dataset.background));
+        let (shown, image) = (drawn(model, frame, dataset.background), frame.composited(dataset.background));
         for (i, (a, b)) in shown.pixels.iter().zip(&image.pixels).enumerate() {
-            let [dx, dy] = [(i as u32 % camera.width) as f32 + 0.5 - x, (i as u32 / camera.width) as f32 + 0.5 - y];
+            let [dx, dy] =
+                [(i as u32 % camera.width) as f32 + 0.5 - x, (i as u32 / camera.width) as f32 + 0.5 - y];
             if depth > 0.0 && dx * dx + dy * dy < radius * radius {
                 error += (0..3).map(|c| f64::from(a[c].clamp(0.0, 1.0) - b[c]).powi(2)).sum::<f64>();
                 count += 3.0;
@@ -207,7 +207,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 print!(", {object}: {mean:.4} {median:.4}");
             }
         }
-        things.iter().for_each(|thing| print!(", in flight {:.2} dB", psnr_of_thing(&*model, &dataset, thing)));
+        things
+            .iter()
+            .for_each(|thing| print!(", in flight {:.2} dB", psnr_of_thing(&*model, &dataset, thing)));
         println!();
         if let Some(folder) = &folder {
             std::fs::create_dir_all(folder)?;

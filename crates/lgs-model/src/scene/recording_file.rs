@@ -75,7 +75,8 @@ fn read_part(
         return Ok(None);
     }
     let times: [f64; 2] = file.metadata_json(&name)?;
-    if !(0.0 <= times[0] && times[0] < times[1] && times[1] <= end) {
+    // Times of samples are of single precision, and those of a law of double.
+    if !(0.0 <= times[0] && times[0] < times[1] && times[1] <= end + f64::from(f32::EPSILON)) {
         let expected = format!("two times of the recording, 0 to {end}, ascending");
         return Err(file.field(&name, &expected, format!("{times:?}")));
     }
@@ -124,7 +125,11 @@ mod tests {
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
         let recording = Recording::new(times, positions, rotations).expect("a recording");
         let last = Some(PartDynamics { times: [0.5, 1.0], dynamics });
-        recording.continued_by(Continuation::Rest).with_parts([None, last]).of_deforming(true).of_handled(true)
+        recording
+            .continued_by(Continuation::Rest)
+            .with_parts([None, last])
+            .of_deforming(true)
+            .of_handled(true)
     }
 
     #[test]

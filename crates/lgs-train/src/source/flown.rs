@@ -98,10 +98,7 @@ fn directions(count: usize) -> impl Iterator<Item = [f32; 3]> {
 }
 
 /// The colour of a point of a surface in the view that faces it most.
-fn color_at(
-    (frames, images): (&[&Frame], &[Image]),
-    (point, normal): ([f32; 3], [f32; 3]),
-) -> [f32; 3] {
+fn color_at((frames, images): (&[&Frame], &[Image]), (point, normal): ([f32; 3], [f32; 3])) -> [f32; 3] {
     let seen = |(index, frame): (usize, &&Frame)| {
         let camera = &frame.camera;
         let to_eye = sub(camera.center_in_world(), point);

@@ -28,8 +28,8 @@ mod recorded_bodies;
 mod recorder;
 mod spread;
 mod subset;
-mod thresholds;
 mod things;
+mod thresholds;
 mod tune_dynamics;
 mod tune_gaussians;
 

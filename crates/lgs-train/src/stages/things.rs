@@ -18,8 +18,9 @@ impl<'a> HandledThings<'a> {
     /// The handled things of a source in a window; none where the configuration asks for the paper's networks.
     pub(super) fn of(source: &'a dyn SourceModel, window: [f32; 2], config: &DistillConfig) -> Self {
         let all = 1..=source.carried().iter().copied().max().unwrap_or(0);
-        let is_one =
-            |number: &u32| source.carried().contains(number) && is_handled(source.free_flights(*number), window);
+        let is_one = |number: &u32| {
+            source.carried().contains(number) && is_handled(source.free_flights(*number), window)
+        };
         let has_networks = config.dynamics == DynamicsKind::Networks;
         let numbers = if has_networks { Vec::new() } else { all.filter(is_one).collect() };
         Self { source, numbers }
@@ -42,8 +43,13 @@ impl<'a> HandledThings<'a> {
             return distill_objects(trajectories, partition, config, seed, progress);
         }
         let others: Vec<usize> = (0..trajectories.len()).filter(|&row| !self.has(row)).collect();
-        let found =
-            distill_objects(&trajectories.select(&others), among(&partition, &others), config, seed, progress)?;
+        let found = distill_objects(
+            &trajectories.select(&others),
+            among(&partition, &others),
+            config,
+            seed,
+            progress,
+        )?;
         let of_all = |(members, distilled): (Vec<usize>, Distilled)| {
             (members.into_iter().map(|i| others[i]).collect::<Vec<usize>>(), distilled)
         };

@@ -60,10 +60,7 @@ fn level(color: [f32; 3]) -> usize {
 
 impl Colors {
     /// The colours of a ball where it is known to be, in looks at several moments.
-    pub(super) fn of<'a>(
-        looks: impl Iterator<Item = (&'a Look, [f32; 3])>,
-        radius: f32,
-    ) -> Self {
+    pub(super) fn of<'a>(looks: impl Iterator<Item = (&'a Look, [f32; 3])>, radius: f32) -> Self {
         let count = COLOR_LEVELS.pow(3);
         let (mut own, mut others) = (vec![0.0_f64; count], vec![0.0_f64; count]);
         for (Look { camera, image }, position) in looks {

@@ -59,8 +59,9 @@ pub(super) fn flights(moments: &[(f32, Vec<&Silhouette>)]) -> Vec<Flight> {
 }
 
 fn longest(times: &[f32], things: &[Vec<Isolated>]) -> Option<Flight> {
-    let starts = (0..things.len().saturating_sub(1))
-        .flat_map(|at| things[at].iter().flat_map(move |a| things[at + 1].iter().map(move |b| (at, [*a, *b]))));
+    let starts = (0..things.len().saturating_sub(1)).flat_map(|at| {
+        things[at].iter().flat_map(move |a| things[at + 1].iter().map(move |b| (at, [*a, *b])))
+    });
     let flights = starts.filter_map(|(at, pair)| Flight::new(at, followed(times, things, (at, pair))?));
     flights.reduce(|a, b| if b.things.len() > a.things.len() { b } else { a })
 }

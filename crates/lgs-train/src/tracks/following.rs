@@ -8,9 +8,9 @@ use lgs_data::dataset::Frame;
 use rayon::prelude::*;
 
 use super::colors::{Colors, Look};
+use super::curve::median_of;
 use super::flights::Flight;
 use super::silhouettes::Taking;
-use super::curve::median_of;
 use crate::thresholds::{FINEST_SEARCH, LEAST_CONTRAST_OF_COLORS, LEFT_OF_SCORE};
 
 /// Images of all moments of a set, reduced as they are asked for.
@@ -22,11 +22,7 @@ pub(super) struct Moments<'a> {
 
 impl<'a> Moments<'a> {
     /// The moments of frames at given times, ascending.
-    pub(super) fn new(
-        frames: &'a [Frame],
-        times: &[f32],
-        (background, taking): ([f32; 3], Taking),
-    ) -> Self {
+    pub(super) fn new(frames: &'a [Frame], times: &[f32], (background, taking): ([f32; 3], Taking)) -> Self {
         let mut by_time: BTreeMap<u32, Vec<&Frame>> = BTreeMap::new();
         frames.iter().for_each(|frame| by_time.entry(frame.time.to_bits()).or_default().push(frame));
         let of = |time: &f32| (*time, by_time.remove(&time.to_bits()).unwrap_or_default());

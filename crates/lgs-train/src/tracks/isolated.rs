@@ -1,9 +1,9 @@
 //! Things that stand apart from everything else that moves at a moment: blobs of several cameras that agree
 //! on a place and a size.
 
+use glam::{DMat3, DVec3};
 use lgs_core::geometry::{inverse, narrow, outer, wide};
 use lgs_core::linear::{dot, norm, scale, sub};
-use glam::{DMat3, DVec3};
 
 use super::curve::median_of;
 use super::silhouettes::{Blob, Silhouette};

@@ -247,8 +247,8 @@ fn remove_explained(track: &Track, silhouette: &mut Silhouette) {
 }
 
 #[cfg(test)]
-mod tests;
-#[cfg(test)]
 mod flight_tests;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(test)]
+mod tests;

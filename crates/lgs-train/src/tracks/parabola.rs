@@ -51,7 +51,8 @@ pub(super) fn free_flight(places: &[(f32, [f32; 3])]) -> Option<(FreeFlight, Vec
 /// of an accepted path; what acts on the thing is no uniform field otherwise.
 pub(super) fn smoothed(places: &mut [(f32, [f32; 3])], radius: f32) -> Option<FreeFlight> {
     let (flight, on_parabola) = free_flight(places)?;
-    let worst = places.iter().zip(&on_parabola).map(|(place, at)| norm(sub(place.1, *at))).fold(0.0, f32::max);
+    let worst =
+        places.iter().zip(&on_parabola).map(|(place, at)| norm(sub(place.1, *at))).fold(0.0, f32::max);
     if flight.miss > LARGEST_MISS * radius {
         tracing::debug!(?flight, worst, "a flight that is no parabola");
         return None;

@@ -24,7 +24,8 @@ pub(crate) fn thrown(step: f32) -> impl Fn(usize) -> Vec<Sphere> {
         let sway = 0.08 * (moment as f32 * 0.7).sin();
         let flown = (moment as f32).clamp(6.0, 16.0) - 6.0;
         let height = 0.3 + 0.05 * flown * (10.0 - flown) * step;
-        let ball = [-5.0 * step + step * flown, 0.0, height + if flown > 0.0 && flown < 10.0 { 0.0 } else { sway }];
+        let ball =
+            [-5.0 * step + step * flown, 0.0, height + if flown > 0.0 && flown < 10.0 { 0.0 } else { sway }];
         let person = |side: f32| Sphere {
             center: [side * (5.0 * step + 0.45), sway, 0.1 + sway],
             radius: 0.5,
@@ -40,7 +41,8 @@ pub(crate) fn seen(spheres: impl Fn(usize) -> Vec<Sphere>) -> Vec<Frame> {
         let (moment, camera_id) = (index / 12, index % 12);
         let angle = std::f32::consts::TAU * camera_id as f32 / 12.0;
         let height = if camera_id.is_multiple_of(2) { 1.0 } else { 2.5 };
-        let camera = Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), height], [0.0; 3], 1.0, SIZE, SIZE);
+        let camera =
+            Camera::look_at([4.0 * angle.cos(), 4.0 * angle.sin(), height], [0.0; 3], 1.0, SIZE, SIZE);
         let spheres = spheres(moment);
         let pixel = |p: usize| {
             let at = [(p as u32 % SIZE) as f32 + 0.5, (p as u32 / SIZE) as f32 + 0.5];

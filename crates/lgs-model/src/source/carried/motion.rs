@@ -37,8 +37,7 @@ impl CarriedMotion {
             let offset = means.clone() - row(&path.start());
             offset.square().sum_dim(1).sqrt().div_scalar(path.reach)
         };
-        let (nearest, owner) =
-            Tensor::cat(self.paths.iter().map(away).collect(), 1).min_dim_with_indices(1);
+        let (nearest, owner) = Tensor::cat(self.paths.iter().map(away).collect(), 1).min_dim_with_indices(1);
         let is_carried = nearest.lower_elem(1.0);
         let mut shifts = Tensor::zeros([means.dims()[0], DELTAS], &device);
         for (number, path) in (0..).zip(&self.paths) {

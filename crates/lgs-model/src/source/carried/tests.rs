@@ -18,8 +18,7 @@ fn path() -> CarryingPath {
 /// Two Gaussians in the ball of the path, and one elsewhere, at constant velocities.
 fn motion() -> (CarriedMotion, Learned) {
     let deformation = DeformationConfig::quick();
-    let config =
-        MotionConfig { deformation: &deformation, velocity: None, advection: None, nodes: None };
+    let config = MotionConfig { deformation: &deformation, velocity: None, advection: None, nodes: None };
     let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.4, seed: 1 };
     let moved = SourceKind::Linear.motion(&config, captured).expect("a kind that is trained");
     let means = vec![[0.1, 0.0, 0.0], [0.0, -0.1, 0.2], [1.0, 2.0, 0.0]];
@@ -31,9 +30,14 @@ fn motion() -> (CarriedMotion, Learned) {
 #[test]
 fn a_path_is_followed_evenly_and_left_at_its_end() {
     let near = |a: [f32; 3], b: [f32; 3]| norm(sub(a, b)) < 1e-5;
-    assert!(near(path().displacement(0.05), [0.5, 0.0, 0.0]) && near(path().displacement(0.15), [1.0, 1.0, 0.0]));
+    assert!(
+        near(path().displacement(0.05), [0.5, 0.0, 0.0]) && near(path().displacement(0.15), [1.0, 1.0, 0.0])
+    );
     assert!(near(path().displacement(0.0), [0.0; 3]) && near(path().displacement(0.9), [1.0, 2.0, 0.0]));
-    assert_eq!(CarryingPath { places: Vec::new(), flights: Vec::new(), reach: 1.0 }.displacement(0.3), [0.0; 3]);
+    assert_eq!(
+        CarryingPath { places: Vec::new(), flights: Vec::new(), reach: 1.0 }.displacement(0.3),
+        [0.0; 3]
+    );
 }
 
 #[test]
