@@ -1,5 +1,5 @@
-//! Things that fly freely for parts of the window and are handled else: no law is theirs for all of it, and those
-//! of its beginning and its end are sought where these are flights.
+//! Things that fly freely for parts of the window and are handled else: no law is theirs for all of it, and
+//! those of its beginning and its end are sought where these are flights.
 
 use std::ops::Range;
 
@@ -23,8 +23,9 @@ pub fn is_handled(flights: &[[f32; 2]], [first, last]: [f32; 2]) -> bool {
     f64::from(longest) < PART_SHARES[0] * f64::from(last - first)
 }
 
-/// Finds the dynamics behind the trajectories of a thing that is handled, given first and last time of each of its
-/// free flights: particles by themselves, and laws of the flights at either end of the window that explain these.
+/// Finds the dynamics behind the trajectories of a thing that is handled, given first and last time of each
+/// of its free flights: particles by themselves, and laws of the flights at either end of the window that
+/// explain these.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.

@@ -1,5 +1,5 @@
-//! Prints the paths that the silhouettes of a dataset give: `find_tracks DATA [flights]`, those of sets with few
-//! images of each moment, or of what flies in sets with many.
+//! Prints the paths that the silhouettes of a dataset give: `find_tracks DATA [flights]`, those of sets with
+//! few images of each moment, or of what flies in sets with many.
 
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! Trains a source model on a dataset and prints, eight times, what its training frames say, with the
-//! cameras as they are refined, and its held-out ones (`val`, else `test`), also of the discs of things that fly,
-//! and, if the dataset has a ground truth, how far each object's tracks are from it (mean, median), −1 being all
-//! that is static:
+//! cameras as they are refined, and its held-out ones (`val`, else `test`), also of the discs of things that
+//! fly, and, if the dataset has a ground truth, how far each object's tracks are from it (mean, median), −1
+//! being all that is static:
 //! `train_source DATA [quick|standard|paper] [key=value]… [pictures=FOLDER]`. Into the folder go, whenever
 //! figures are printed, three held-out frames beside their images, one above the other.
 

@@ -60,8 +60,8 @@ impl Recording {
         self.deforms
     }
 
-    /// The same of a thing that is made to do what it does outside of its free flights, so that no law is to be
-    /// sought for all of it, or of none.
+    /// The same of a thing that is made to do what it does outside of its free flights, so that no law is to
+    /// be sought for all of it, or of none.
     #[must_use]
     pub fn of_handled(mut self, is_handled: bool) -> Self {
         self.is_handled = is_handled;

@@ -42,8 +42,8 @@ pub trait SourceModel: Send + Sync {
         &[]
     }
 
-    /// First and last time of each stretch over which the thing that a path carries, by its number from 1, flew
-    /// freely; what it did else it was made to do.
+    /// First and last time of each stretch over which the thing that a path carries, by its number from 1,
+    /// flew freely; what it did else it was made to do.
     fn free_flights(&self, _thing: u32) -> &[[f32; 2]] {
         &[]
     }

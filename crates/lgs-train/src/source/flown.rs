@@ -1,5 +1,5 @@
-//! Things in flight (method §3.7): where many cameras see every moment, the paths that carry Gaussians of what
-//! goes far for its size, and first Gaussians for these.
+//! Things in flight (method §3.7): where many cameras see every moment, the paths that carry Gaussians of
+//! what goes far for its size, and first Gaussians for these.
 
 use lgs_core::Image;
 use lgs_core::linear::{add, dot, norm, scale, sub};

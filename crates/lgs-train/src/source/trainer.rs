@@ -75,9 +75,8 @@ impl<'a> SourceTrainer<'a> {
         let frame = if is_normalised { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let order = FrameOrder::new(frames, &config, seed);
         let captured = Captured { frame, time_window: order.span().1, seed };
-        let motion = config.kind.motion(&config.motion(), captured);
-        let motion = carried(motion.ok_or(TrainError::NotTrained(config.kind))?, &things);
-        let network = motion.init(seed);
+        let moved = config.kind.motion(&config.motion(), captured);
+        let motion = carried(moved.ok_or(TrainError::NotTrained(config.kind))?, &things);
         let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
         let shading = ShadingSchedule::new(&config, order.span().into());
         let times = shading.as_ref().map_or(0, ShadingSchedule::columns);
@@ -88,7 +87,7 @@ impl<'a> SourceTrainer<'a> {
             background: Background::new(dataset, config.random_background, seed),
             clock: Clock::new(config.iterations),
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
-            network: AdamGroup::new(network, [motion.parameters()], device),
+            network: AdamGroup::new(motion.init(seed), [motion.parameters()], device),
             proposals: Proposals::new(dataset, seed),
             smoothing,
             shading,

@@ -15,7 +15,8 @@ pub(super) struct HandledThings<'a> {
 }
 
 impl<'a> HandledThings<'a> {
-    /// The handled things of a source in a window; none where the configuration asks for the paper's networks.
+    /// The handled things of a source in a window; none where the configuration asks for the paper's
+    /// networks.
     pub(super) fn of(source: &'a dyn SourceModel, window: [f32; 2], config: &DistillConfig) -> Self {
         let all = 1..=source.carried().iter().copied().max().unwrap_or(0);
         let is_one = |number: &u32| {

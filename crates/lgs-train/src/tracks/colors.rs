@@ -3,7 +3,7 @@
 
 use lgs_core::{Camera, Image};
 
-use crate::thresholds::{COLOR_LEVELS, INNER_RADII, OUTER_RADII};
+use super::thresholds::{COLOR_LEVELS, INNER_RADII, OUTER_RADII};
 
 /// A view of a moment: a reduced image and its camera.
 pub(super) struct Look {

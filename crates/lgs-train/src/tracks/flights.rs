@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::curve::median_of;
 use super::isolated::{Isolated, are_alike, isolated};
 use super::silhouettes::Silhouette;
-use crate::thresholds::{FEWEST_OF_FLIGHT, FLIGHT_STEP, LONGEST_STEP, SWERVE};
+use super::thresholds::{FEWEST_OF_FLIGHT, FLIGHT_STEP, LONGEST_STEP, SWERVE};
 
 /// A thing in flight.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use super::colors::{Colors, Look};
 use super::curve::median_of;
 use super::flights::Flight;
 use super::silhouettes::Taking;
-use crate::thresholds::{FINEST_SEARCH, LEAST_CONTRAST_OF_COLORS, LEFT_OF_SCORE};
+use super::thresholds::{FINEST_SEARCH, LEAST_CONTRAST_OF_COLORS, LEFT_OF_SCORE};
 
 /// Images of all moments of a set, reduced as they are asked for.
 pub(super) struct Moments<'a> {

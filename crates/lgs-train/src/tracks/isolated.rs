@@ -7,7 +7,7 @@ use lgs_core::linear::{dot, norm, scale, sub};
 
 use super::curve::median_of;
 use super::silhouettes::{Blob, Silhouette};
-use crate::thresholds::{
+use super::thresholds::{
     AGREEING_RADII, COVERING_VIEWS, FEWEST_VIEWS, LEAST_SINE, MOST_BLOBS_OF_VIEW, MOST_VIEWS_OF_MOMENT,
     SIZE_RATIO,
 };

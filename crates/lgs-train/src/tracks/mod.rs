@@ -22,15 +22,12 @@ mod path;
 mod silhouettes;
 mod spin;
 mod texture;
+mod thresholds;
 
 use lgs_core::Camera;
 use lgs_core::linear::{Mat3, dot, matrix_from_quat, norm, scale, sub};
 use lgs_data::dataset::{Frame, SceneBox};
 
-use crate::thresholds::{
-    CLOSING_RADIUS, EXPLAINED_RADII, FEWEST_BLOBS, FIRST_RADIUS, FLIGHT_CLOSING_RADIUS, FLIGHT_WIDTH,
-    LARGEST_MISS, LONGEST_GAP, MAX_TRACKS, MOMENTS, SILHOUETTE_WIDTH,
-};
 use carving::Votes;
 use curve::{Curve, Sighting, median_of};
 use flights::{Flight, by_moment, flights};
@@ -39,6 +36,10 @@ pub use parabola::FreeFlight;
 use parabola::smoothed;
 use path::Path;
 use silhouettes::{Silhouette, Taking, silhouettes};
+use thresholds::{
+    CLOSING_RADIUS, EXPLAINED_RADII, FEWEST_BLOBS, FIRST_RADIUS, FLIGHT_CLOSING_RADIUS, FLIGHT_WIDTH,
+    LARGEST_MISS, LONGEST_GAP, MAX_TRACKS, MOMENTS, SILHOUETTE_WIDTH,
+};
 
 /// The path of a moving thing.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +71,8 @@ impl Track {
         self.path.span()
     }
 
-    /// Times, ascending, and places at these, world units, of a thing that was found in flight; none of others.
+    /// Times, ascending, and places at these, world units, of a thing that was found in flight; none of
+    /// others.
     #[must_use]
     pub fn places(&self) -> &[(f32, [f32; 3])] {
         match &self.path {

@@ -4,7 +4,7 @@ use lgs_core::geometry::solve_positive;
 use lgs_core::linear::{norm, sub};
 use nalgebra::DMatrix;
 
-use crate::thresholds::LARGEST_MISS;
+use super::thresholds::LARGEST_MISS;
 
 /// A stretch of time over which a thing flew, and the parabola that it followed there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +47,8 @@ pub(super) fn free_flight(places: &[(f32, [f32; 3])]) -> Option<(FreeFlight, Vec
     Some((flight, on_parabola))
 }
 
-/// Puts the places of a flight where its parabola has them, if that leaves no more of them than what rays leave
-/// of an accepted path; what acts on the thing is no uniform field otherwise.
+/// Puts the places of a flight where its parabola has them, if that leaves no more of them than what rays
+/// leave of an accepted path; what acts on the thing is no uniform field otherwise.
 pub(super) fn smoothed(places: &mut [(f32, [f32; 3])], radius: f32) -> Option<FreeFlight> {
     let (flight, on_parabola) = free_flight(places)?;
     let worst =

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::thresholds::{FEWEST_IMAGES, FEWEST_PIXELS, SILHOUETTE_DIFFERENCE};
+use super::thresholds::{FEWEST_IMAGES, FEWEST_PIXELS, SILHOUETTE_DIFFERENCE};
 use lgs_core::{Camera, Image};
 use lgs_data::dataset::Frame;
 use rayon::prelude::*;

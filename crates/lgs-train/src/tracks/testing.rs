@@ -18,7 +18,8 @@ pub(crate) struct Sphere {
 }
 
 /// Two large things that sway, and a small one of another colour that the first holds until the sixth moment
-/// and the second catches at the sixteenth, the first of the spheres; `step` is its way from moment to moment.
+/// and the second catches at the sixteenth, the first of the spheres; `step` is its way from moment to
+/// moment.
 pub(crate) fn thrown(step: f32) -> impl Fn(usize) -> Vec<Sphere> {
     move |moment| {
         let sway = 0.08 * (moment as f32 * 0.7).sin();

@@ -7,7 +7,6 @@ use crate::source::config::{DELTAS, DeformationConfig};
 use crate::source::input::InputFrame;
 use crate::source::kind::SourceKind;
 use crate::source::load_source;
-use crate::source::model::SourceModel;
 use crate::source::motion::{Canonical, Captured, Learned, Moment, MotionConfig, SourceMotion};
 
 fn path() -> CarryingPath {
