@@ -24,6 +24,7 @@
 mod config;
 mod distilled;
 mod error;
+mod handled;
 mod laws;
 mod motion;
 mod networks;
@@ -46,6 +47,7 @@ pub use config::{
 };
 pub use distilled::{Distilled, DistilledLaw, DistilledParticles};
 pub use error::DistillError;
+pub use handled::{distill_handled, is_handled};
 pub use laws::linear::law::Law;
 pub use laws::linear::part::LinearPart;
 pub use laws::linear::terms::{Stiffness, Terms};
@@ -56,6 +58,6 @@ pub use progress::{DistillProgress, DistillStage};
 pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;
-pub use segmentation::{find_objects, partition};
+pub use segmentation::{find_objects, find_objects_beside, partition};
 pub use thresholds::{FEWEST_SAMPLES, MOST_REACH};
 pub use trajectories::Trajectories;

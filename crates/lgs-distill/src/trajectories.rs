@@ -58,6 +58,16 @@ impl Trajectories {
         }
     }
 
+    /// All particles at some of the samples.
+    #[must_use]
+    pub(crate) fn part(&self, samples: std::ops::Range<usize>) -> Self {
+        Self {
+            times: self.times[samples.clone()].to_vec(),
+            positions: self.positions[samples].to_vec(),
+            weights: self.weights.clone(),
+        }
+    }
+
     /// Checks lengths, spacing and finiteness.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! Trains a source model on a dataset and prints, eight times, what its training frames say, with the
-//! cameras as they are refined, and its held-out ones (`val`, else `test`) and, if the dataset has a ground
-//! truth, how far each object's tracks are from it (mean, median), −1 being all that is static:
+//! cameras as they are refined, and its held-out ones (`val`, else `test`), also of the discs of things that
+//! fly, and, if the dataset has a ground truth, how far each object's tracks are from it (mean, median), −1
+//! being all that is static:
 //! `train_source DATA [quick|standard|paper] [key=value]… [pictures=FOLDER]`. Into the folder go, whenever
 //! figures are printed, three held-out frames beside their images, one above the other.
 
@@ -17,6 +18,7 @@ use lgs_model::source::SourceModel;
 use lgs_render::{Splats, psnr, rasterize};
 use lgs_train::config::{Preset, TrainConfig};
 use lgs_train::source::SourceTrainer;
+use lgs_train::tracks::{Track, find_flights};
 use lgs_train::{DeviceName, Trainer};
 
 /// Times that results are printed.
@@ -42,6 +44,26 @@ fn mean_psnr(model: &dyn SourceModel, frames: &[Frame], every: usize, background
     let chosen = frames.iter().step_by(every);
     let count = chosen.len().max(1) as f32;
     chosen.map(|f| psnr(&drawn(model, f, background), &f.composited(background))).sum::<f32>() / count
+}
+
+/// PSNR of the held-out frames within the discs of a thing in flight, dB.
+fn psnr_of_thing(model: &dyn SourceModel, dataset: &Dataset, thing: &Track) -> f32 {
+    let (mut error, mut count) = (0.0_f64, 0.0_f64);
+    for frame in dataset.split(held_out(dataset)) {
+        let camera = &frame.camera;
+        let ([x, y], depth) = camera.pixel_from_world(thing.position(frame.time));
+        let radius = camera.fx * thing.radius / depth;
+        let (shown, image) = (drawn(model, frame, dataset.background), frame.composited(dataset.background));
+        for (i, (a, b)) in shown.pixels.iter().zip(&image.pixels).enumerate() {
+            let [dx, dy] =
+                [(i as u32 % camera.width) as f32 + 0.5 - x, (i as u32 / camera.width) as f32 + 0.5 - y];
+            if depth > 0.0 && dx * dx + dy * dy < radius * radius {
+                error += (0..3).map(|c| f64::from(a[c].clamp(0.0, 1.0) - b[c]).powi(2)).sum::<f64>();
+                count += 3.0;
+            }
+        }
+    }
+    (-10.0 * (error / count.max(1.0)).log10()) as f32
 }
 
 /// Frames spread over a split, as a model shows them (left) and as they are.
@@ -166,6 +188,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = configured(settings)?;
     let dataset = loaded(Path::new(&data), &config)?;
     let truth = GroundTruth::load(Path::new(&data))?;
+    let things = find_flights(dataset.split("train"), dataset.background);
     let last = dataset.split("train").iter().map(|frame| frame.time).fold(0.0, f32::max);
     let mut trainer = SourceTrainer::new(&dataset, &config.source, config.seed, &DeviceName::Auto.device())?;
     let mut spent = Duration::ZERO;
@@ -184,6 +207,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 print!(", {object}: {mean:.4} {median:.4}");
             }
         }
+        things
+            .iter()
+            .for_each(|thing| print!(", in flight {:.2} dB", psnr_of_thing(&*model, &dataset, thing)));
         println!();
         if let Some(folder) = &folder {
             std::fs::create_dir_all(folder)?;

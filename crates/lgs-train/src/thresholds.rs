@@ -1,5 +1,5 @@
 //! Every constant of training that decides something and is no configuration key, with its reason. Those of
-//! stages 2 and 3 are in `stages/thresholds.rs`.
+//! stages 2 and 3 are in `stages/thresholds.rs`, those of paths in `tracks/thresholds.rs`.
 
 // Checkpoints
 
@@ -191,110 +191,7 @@ pub(crate) const TRACKED_FRACTION: f32 = 0.6;
 /// tenth for Gaussians that reach beyond it.
 pub(crate) const GUIDED_RADII: f32 = 1.1;
 
-// Silhouettes
-
-/// Width that images are reduced to about, pixels: blobs need no detail, and finer texture closes up.
-pub(crate) const SILHOUETTE_WIDTH: u32 = 100;
-/// Difference of a channel from the camera's median image from which a pixel counts as moving: twenty of 255
-/// levels, above the noise of compression.
-pub(crate) const SILHOUETTE_DIFFERENCE: f32 = 0.08;
-/// Fewest images of a camera whose median shows its surroundings: of six, something may pass in two.
-pub(crate) const FEWEST_IMAGES: usize = 6;
-/// Gaps of up to twice this many pixels in a silhouette are closed.
-pub(crate) const CLOSING_RADIUS: usize = 2;
-/// Fewest pixels of a blob: fewer have no radius to speak of.
-pub(crate) const FEWEST_PIXELS: usize = 8;
-
-// Voxels that silhouettes agree on
-
-/// Voxels along an edge of the scene's box: each is about two pixels of a silhouette wide.
-pub(crate) const VOXELS: usize = 48;
-/// Time over which a silhouette counts for a moment, as a fraction of the whole: two steps of [`MOMENTS`] to
-/// either side.
-pub(crate) const VOTE_REACH: f32 = 0.04;
-/// Weight of a silhouette that misses a voxel, over that of one that covers it: a miss excludes the voxel, a
-/// cover leaves a whole cone.
-pub(crate) const MISS_WEIGHT: f32 = 2.0;
-/// Voxels considered per moment: the volume of a ball with a radius of four and a half voxels.
-pub(crate) const CANDIDATES: usize = 400;
-/// Distance between moments, as a fraction of the box's half side, that costs [`STRIDE_COST`].
-pub(crate) const STRIDE: f32 = 0.06;
-/// Cost of one stride, as a fraction of all votes; costs grow with the square, so that a jump of a quarter of
-/// the half side costs nearly all votes.
-pub(crate) const STRIDE_COST: f32 = 0.05;
-
-// Tracks
-
-/// Moments at which a path is first looked for, in steps of a fiftieth of the whole.
-pub(crate) const MOMENTS: usize = 51;
-/// Degree of a path's polynomials, which resolve a wavelength per π degrees: two and a half oscillations.
-pub(crate) const CURVE_DEGREE: usize = 8;
-/// Turns of finding the blobs and fitting the path; most of them with the second gate.
-pub(crate) const CURVE_TURNS: usize = 20;
-/// Distance from the path, in radii of the thing, up to which a blob is taken to be its own: at first, and
-/// once the path is near.
-pub(crate) const GATES: [f32; 2] = [1.5, 0.7];
-/// Turns with the first gate.
-pub(crate) const WIDE_TURNS: usize = 5;
-/// Distance, in radii, at which a ray's weight has halved: half a pixel for a thing of twenty pixels.
-pub(crate) const RAY_SCALE: f32 = 0.05;
-/// Ridge of the coefficient of degree n: this times n⁶, per ray. It decides only what no ray determines.
-pub(crate) const CURVE_RIDGE: f64 = 1e-9;
-/// Most tracks of a scene.
-pub(crate) const MAX_TRACKS: usize = 6;
-/// Fewest blobs that a path must pass through: more than it has coefficients per coordinate.
-pub(crate) const FEWEST_BLOBS: usize = 12;
-/// Longest stretch without a blob, as a fraction of the whole, that a path may bridge.
-pub(crate) const LONGEST_GAP: f32 = 0.25;
-/// Largest median distance of an accepted path from the rays of its blobs, in radii.
-pub(crate) const LARGEST_MISS: f32 = 0.1;
-/// First guess of a radius, as a fraction of the box's half side.
-pub(crate) const FIRST_RADIUS: f32 = 0.2;
-/// Radii around a path within which it explains a silhouette: the radius is that of a disc of the same area,
-/// and things are not round.
-pub(crate) const EXPLAINED_RADII: f32 = 1.3;
-
-// Spin of a tracked ball
-
-/// Radius of the ball in reduced images, pixels: a pixel is a degree and a half of its surface.
-pub(crate) const TEXTURE_RADIUS: f32 = 40.0;
-/// Fewest pixels of the ball in an image that counts: an eighth of its disc at half that radius.
-pub(crate) const FEWEST_TEXTURED: usize = 150;
-/// Half of the window whose mean contrasts are taken against, in radii: wider than a texture's patches,
-/// narrower than its shading.
-pub(crate) const CONTRAST_RADII: f32 = 0.45;
-/// Noise of an image, added to the spread within a window: five of 255 levels.
-pub(crate) const CONTRAST_NOISE: f32 = 0.02;
-/// Least mean square of the contrasts of an image: the spread of its pixels is that of the noise.
-pub(crate) const LEAST_CONTRAST: f32 = 0.25;
-/// Most images that are compared.
-pub(crate) const MOST_VIEWS: usize = 300;
-/// Least cosine between a surface and the view of it: rays that graze are off by many pixels.
-pub(crate) const LEAST_FACING: f32 = 0.35;
-/// Points of the surface that are compared, about eleven degrees apart.
-pub(crate) const SURFACE_POINTS: usize = 250;
-/// Pairs of images per image that the first search compares.
-pub(crate) const PAIRS_PER_VIEW: usize = 4;
-/// Most pairs compared: more cost time and say the same.
-pub(crate) const MOST_PAIRS: usize = 600;
-/// Largest turn between the first pairs, radians: half of what one image shows is still in the other.
-pub(crate) const SPIN_RANGE: f32 = 1.0;
-/// Step of the search, as the turn between the first pairs, radians: half of a texture's patch of seven
-/// degrees.
-pub(crate) const SPIN_STEP: f32 = 0.06;
-/// Smallest step of the refinement.
-pub(crate) const SPIN_FINEST: f32 = 0.004;
-/// Gain of agreement by a round of the refinement from which its steps stay as they are.
-pub(crate) const LEAST_GAIN: f32 = 1e-3;
-/// Spins of the grid that are refined.
-pub(crate) const SPIN_CANDIDATES: usize = 6;
-/// Growth of the time between pairs from turn to turn: the error that one leaves is small in the next.
-pub(crate) const SPIN_WIDENING: f32 = 1.6;
-/// Least agreement of all pairs: half of the texture's variance is common.
-pub(crate) const LEAST_AGREEMENT: f32 = 0.5;
-/// Largest correction of path and radius, in radii: silhouettes that others cut are off by a quarter.
-pub(crate) const LARGEST_CORRECTION: f32 = 0.5;
-/// Other spins, [`SPIN_RANGE`] away by the mean time between images, that tell what agreement is chance.
-pub(crate) const OTHER_SPINS: usize = 100;
-/// Standard deviations of these above their mean that are no chance.
-pub(crate) const CHANCE_DEVIATIONS: f32 = 6.0;
+/// Fewest first Gaussians of a thing in flight: the corners of a cube.
+pub(crate) const FEWEST_OF_THING: usize = 8;
+/// Gaussians for every pixel of its surface where there is no budget: the one that presets take.
+pub(crate) const SHARE_OF_PIXELS: f32 = 0.25;

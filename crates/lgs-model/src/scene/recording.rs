@@ -21,6 +21,8 @@ pub struct Recording {
     parts: [Option<PartDynamics>; 2],
     /// Whether it is that of a body that deforms as a whole, whose Gaussians are stretched with it.
     deforms: bool,
+    /// Whether it is that of a thing that is made to do what it does outside of its free flights.
+    is_handled: bool,
 }
 
 impl Recording {
@@ -40,7 +42,8 @@ impl Recording {
             && rotations.iter().all(|row| row.len() == n);
         let continuation = Continuation::default();
         let parts = [None, None];
-        let recording = Self { times, positions, rotations, continuation, parts, deforms: false };
+        let (deforms, is_handled) = (false, false);
+        let recording = Self { times, positions, rotations, continuation, parts, deforms, is_handled };
         (recording.times.len() > 1 && ascends && is_whole).then_some(recording)
     }
 
@@ -55,6 +58,20 @@ impl Recording {
     #[must_use]
     pub fn deforms(&self) -> bool {
         self.deforms
+    }
+
+    /// The same of a thing that is made to do what it does outside of its free flights, so that no law is to
+    /// be sought for all of it, or of none.
+    #[must_use]
+    pub fn of_handled(mut self, is_handled: bool) -> Self {
+        self.is_handled = is_handled;
+        self
+    }
+
+    /// Whether it is the recording of a thing that is made to do what it does outside of its free flights.
+    #[must_use]
+    pub fn is_handled(&self) -> bool {
+        self.is_handled
     }
 
     /// The same with laws of its beginning and its end.
@@ -116,7 +133,9 @@ impl Recording {
             self.positions[first.clone()].to_vec(),
             self.rotations[first].to_vec(),
         );
-        begun.map(|begun| begun.continued_by(self.continuation).of_deforming(self.deforms))
+        begun.map(|begun| {
+            begun.continued_by(self.continuation).of_deforming(self.deforms).of_handled(self.is_handled)
+        })
     }
 
     /// Positions at t = 0.
@@ -259,40 +278,4 @@ fn between(a: &[f32; 4], b: &[f32; 4], part: f32) -> [f32; 4] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_goes_on_after_a_recording_begins_where_it_ends() {
-        let still = [1.0, 0.0, 0.0, 0.0];
-        let rows = |x: f32| vec![[x, 0.0, 0.0]];
-        let recording =
-            Recording::new(vec![0.0, 1.0], vec![rows(0.0), rows(1.0)], vec![vec![still]; 2]).expect("whole");
-        let state = |x: f32| State { q: rows(x), v: rows(2.0), rotation: vec![still] };
-        let mut later = [state(1.4), state(1.5), state(1.8)];
-        recording.hand_over([&state(1.0), &state(1.4)], &mut later, &[1.0, 1.0 + 0.5 * HANDOVER, 1.3]);
-        let places: Vec<f32> = later.iter().map(|state| state.q[0][0]).collect();
-        assert!((places[0] - 1.0).abs() < 1e-6 && (places[1] - 1.3).abs() < 1e-6, "{places:?}");
-        assert_eq!(places[2], 1.8, "the motion by itself");
-    }
-
-    #[test]
-    fn a_recording_is_played_between_its_times_alone() {
-        let turned = [0.0, 0.0, 0.0, 1.0];
-        let still = [1.0, 0.0, 0.0, 0.0];
-        let recording = Recording::new(
-            vec![0.0, 0.5],
-            vec![vec![[0.0; 3]], vec![[1.0, 0.0, 0.0]]],
-            vec![vec![still], vec![turned]],
-        )
-        .expect("a recording");
-        let middle = recording.at(0.25).expect("a state");
-        assert_eq!((middle.q[0], middle.v[0]), ([0.5, 0.0, 0.0], [2.0, 0.0, 0.0]));
-        assert!((middle.rotation[0][0] - middle.rotation[0][3]).abs() < 1e-6, "half of half a turn");
-        assert!(recording.at(0.6).is_none() && recording.at(-0.1).is_none());
-        let moved = recording.played(&[[0.0, 0.2, 0.0]], &[0.5, 0.6]);
-        assert_eq!(moved.len(), 1, "as many as there are");
-        assert!((moved[0].q[0][1] + 0.2).abs() < 1e-6, "a particle apart turns with the others");
-        assert!(Recording::new(vec![0.0], vec![vec![[0.0; 3]]], vec![vec![still]]).is_none());
-    }
-}
+mod tests;

@@ -18,6 +18,7 @@ pub(super) fn insert_recording(file: &mut TensorFile, prefix: &str, recording: &
     file.insert(format!("{prefix}.rotations"), &[samples * n, 4], rotations.as_flattened());
     file.set_metadata(&format!("{prefix}.continuation"), json(&recording.continuation()));
     file.set_metadata(&format!("{prefix}.deforms"), json(&recording.deforms()));
+    file.set_metadata(&format!("{prefix}.handled"), json(&recording.is_handled()));
     for (part, name) in recording.parts().iter().zip(PARTS) {
         let Some(part) = part else { continue };
         file.set_metadata(&format!("{prefix}.{name}.times"), json(&part.times));
@@ -42,11 +43,16 @@ pub(super) fn read_recording(
     let (found, end) = (times.len(), times.last().copied().map_or(0.0, f64::from));
     let continuation = said(file, &format!("{prefix}.continuation"))?;
     let deforms = said(file, &format!("{prefix}.deforms"))?;
+    let is_handled = said(file, &format!("{prefix}.handled"))?;
     let [first, last] = PARTS.map(|name| read_part(file, &format!("{prefix}.{name}"), (n, end)));
     let parts = [first?, last?];
     let recording = Recording::new(times, positions, rotations);
+    let whole = |recording: Recording| {
+        let recording = recording.continued_by(continuation).with_parts(parts);
+        Some(recording.of_deforming(deforms).of_handled(is_handled))
+    };
     recording
-        .map(|recording| Some(recording.continued_by(continuation).with_parts(parts).of_deforming(deforms)))
+        .map(whole)
         .ok_or_else(|| file.field(&name, "two or more times that ascend from 0", found.to_string()))
 }
 
@@ -69,7 +75,8 @@ fn read_part(
         return Ok(None);
     }
     let times: [f64; 2] = file.metadata_json(&name)?;
-    if !(0.0 <= times[0] && times[0] < times[1] && times[1] <= end) {
+    // Times of samples are of single precision, and those of a law of double.
+    if !(0.0 <= times[0] && times[0] < times[1] && times[1] <= end + f64::from(f32::EPSILON)) {
         let expected = format!("two times of the recording, 0 to {end}, ascending");
         return Err(file.field(&name, &expected, format!("{times:?}")));
     }
@@ -118,7 +125,11 @@ mod tests {
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
         let recording = Recording::new(times, positions, rotations).expect("a recording");
         let last = Some(PartDynamics { times: [0.5, 1.0], dynamics });
-        recording.continued_by(Continuation::Rest).with_parts([None, last]).of_deforming(true)
+        recording
+            .continued_by(Continuation::Rest)
+            .with_parts([None, last])
+            .of_deforming(true)
+            .of_handled(true)
     }
 
     #[test]

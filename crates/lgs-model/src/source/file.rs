@@ -4,6 +4,7 @@ use std::path::Path;
 
 use lgs_data::frames::read_frames;
 
+use super::carried::CarriedSource;
 use super::error::SourceError;
 use super::imported::ImportedFrames;
 use super::kind::SourceKind;
@@ -38,7 +39,7 @@ pub fn import_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
 pub fn load_source(path: &Path) -> Result<Box<dyn SourceModel>, SourceError> {
     let file = TensorFile::load_one_of(path, &SourceKind::ALL.map(SourceKind::format))?;
     let kind = SourceKind::ALL.into_iter().find(|kind| kind.format() == file.format()).unwrap_or_default();
-    let model = kind.read(&file, path)?;
+    let model = CarriedSource::read_over(kind.read(&file, path)?, &file)?;
     Ok(match Shading::read_from(&file, model.len())? {
         Some(shading) => Box::new(ShadedSource::new(model, shading)),
         None => model,

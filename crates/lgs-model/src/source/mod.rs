@@ -9,6 +9,7 @@
 //! Burn, and [`mod@reference`] is its twin in plain tensor operations.
 
 mod blocks;
+mod carried;
 mod config;
 #[cfg(feature = "gpu")]
 mod cube;
@@ -35,6 +36,7 @@ pub mod tensor;
 mod testing;
 mod time_part;
 
+pub use carried::{CarriedMotion, CarryingPath};
 pub use config::{
     AdvectionConfig, DELTAS, DeformationConfig, HeadInit, MotionHead, NetworkLayout, NodesConfig,
     RotationForm, ScaleMode, VelocityConfig,

@@ -36,6 +36,18 @@ pub trait SourceModel: Send + Sync {
         None
     }
 
+    /// The number of the path that carries each Gaussian as a thing of its own, from 1, and 0 for the others;
+    /// empty where none does.
+    fn carried(&self) -> &[u32] {
+        &[]
+    }
+
+    /// First and last time of each stretch over which the thing that a path carries, by its number from 1,
+    /// flew freely; what it did else it was made to do.
+    fn free_flights(&self, _thing: u32) -> &[[f32; 2]] {
+        &[]
+    }
+
     /// The Gaussians' centres at a time, `[n]`, world units.
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]>;
 

@@ -48,6 +48,14 @@ impl SourceModel for ShadedSource {
         Some(&self.shading)
     }
 
+    fn carried(&self) -> &[u32] {
+        self.moved.carried()
+    }
+
+    fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
+        self.moved.free_flights(thing)
+    }
+
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         self.moved.positions_at(time)
     }

@@ -228,4 +228,7 @@ pub struct GuideConfig {
     pub rotations: bool,
     /// Paths are looked for in sets with fewer training images than this per distinct time.
     pub below_images_per_time: f32,
+    /// Whether, in sets with as many or more, Gaussians of what flies apart from everything else, and far for
+    /// its size, are carried along its path.
+    pub flights: bool,
 }

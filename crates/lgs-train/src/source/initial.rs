@@ -11,24 +11,28 @@ use rand::RngExt;
 
 use super::config::SourceConfig;
 use super::config_groups::InitialPoints;
+use super::flown::points_of;
 use crate::data_summary::DataSummary;
 use crate::thresholds::{
     FIRST_OPACITY, FIRST_SHARE, LEAST_CARVED_FRACTION, MIN_SQUARED_DISTANCE, MOST_CELLS, TRACKED_FRACTION,
 };
 use crate::tracks::Track;
 
-/// The Gaussians that training starts from, with balls of them where the tracks begin; the same for the same
-/// seed.
+/// The Gaussians that training starts from, with balls of them where the tracks begin and on the surfaces of
+/// things in flight; the same for the same seed.
 pub(super) fn initial_cloud(
     dataset: &Dataset,
     config: &SourceConfig,
-    tracks: &[Track],
+    (tracks, things): (&[Track], &[Track]),
     seed: u64,
 ) -> GaussianCloud {
     let mut points = thinned(initial_points(dataset, config, seed), config.densify.max_gaussians);
     if !tracks.is_empty() {
         points = with_tracked(dataset, &points, tracks, seed);
     }
+    let own = points_of(dataset, config, things);
+    points.positions.extend(own.positions);
+    points.colors.extend(own.colors);
     let squared = mean_squared_neighbor_distance(&points.positions, 3);
     let log_scales: Vec<f32> = squared.iter().map(|&d| 0.5 * d.max(MIN_SQUARED_DISTANCE).ln()).collect();
     gaussians_at(points.positions, &points.colors, &log_scales, config.sh_degree)

@@ -12,6 +12,7 @@ use lgs_model::{TensorFile, TensorFileError};
 use super::background::Background;
 use super::config::SourceConfig;
 use super::density::DensityControl;
+use super::flown::{carried, things_in_flight};
 use super::guide::Guide;
 use super::image_levels::ImageLevels;
 use super::initial::initial_cloud;
@@ -68,14 +69,14 @@ impl<'a> SourceTrainer<'a> {
         let data = DataSummary::of(dataset).ok_or_else(|| TrainError::NoFrames(dataset.root.clone()))?;
         let config = config.resolved(&data);
         let guide = Guide::new(dataset, &config.guide);
-        let cloud = initial_cloud(dataset, &config, guide.tracks(), seed);
+        let things = things_in_flight(dataset, &config.guide);
+        let cloud = initial_cloud(dataset, &config, (guide.tracks(), &things), seed);
         let is_normalised = config.deformation.normalised_positions;
         let frame = if is_normalised { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
         let order = FrameOrder::new(frames, &config, seed);
         let captured = Captured { frame, time_window: order.span().1, seed };
-        let motion = config.kind.motion(&config.motion(), captured);
-        let motion = motion.ok_or(TrainError::NotTrained(config.kind))?;
-        let network = motion.init(seed);
+        let moved = config.kind.motion(&config.motion(), captured);
+        let motion = carried(moved.ok_or(TrainError::NotTrained(config.kind))?, &things);
         let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
         let shading = ShadingSchedule::new(&config, order.span().into());
         let times = shading.as_ref().map_or(0, ShadingSchedule::columns);
@@ -86,7 +87,7 @@ impl<'a> SourceTrainer<'a> {
             background: Background::new(dataset, config.random_background, seed),
             clock: Clock::new(config.iterations),
             density: DensityControl::new(dataset, &config.densify, &cloud, seed),
-            network: AdamGroup::new(network, [motion.parameters()], device),
+            network: AdamGroup::new(motion.init(seed), [motion.parameters()], device),
             proposals: Proposals::new(dataset, seed),
             smoothing,
             shading,

@@ -12,7 +12,7 @@ use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
     DistillConfig, DistillProgress, DistillReport, Distilled, DistilledLaw, DistilledParticles,
-    PartitionConfig, SceneDistillation, Trajectories, distill_objects, find_objects,
+    PartitionConfig, SceneDistillation, Trajectories, find_objects_beside,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
@@ -24,6 +24,7 @@ use super::continuation::{Known, carried_on};
 use super::motion_options::MotionOptions;
 use super::observed_motion::{TrainingFrames, observed_to_move};
 use super::recorder::{Recorder, SourceTracks};
+use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
 
@@ -84,13 +85,20 @@ pub fn initialise_scene(
         device: request.device.clone(),
         ..request.distill.resolving(request.pixel_size)
     };
-    let found = find_objects(&trajectories, request.partition)?;
+    let things = source.carried();
+    let found = find_objects_beside(things, &trajectories, request.partition)?;
     let training = TrainingFrames { frames: request.frames, background: request.background };
-    let seen = observed_to_move(source, &found, training, request.partition.unseen_motion);
+    let mut seen = observed_to_move(source, &found, training, request.partition.unseen_motion);
+    // What silhouettes have found to fly is seen to move.
+    for (object, _) in found.object.iter().zip(things).filter(|(_, thing)| **thing > 0) {
+        seen[*object as usize] = true;
+    }
     let partition = found.with_only(&seen);
-    let distilled = distill_objects(&trajectories, partition, &object, request.seed, progress)?;
+    let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
+    let handled = HandledThings::of(source, window, &object);
+    let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), progress)?;
     let tracks = SourceTracks { source, times: &trajectories.times };
-    let recorder = Recorder { tracks, trajectories: &trajectories, config: &object };
+    let recorder = Recorder { tracks, trajectories: &trajectories, config: &object, handled: &handled };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
 }
 

@@ -28,6 +28,7 @@ mod recorded_bodies;
 mod recorder;
 mod spread;
 mod subset;
+mod things;
 mod thresholds;
 mod tune_dynamics;
 mod tune_gaussians;

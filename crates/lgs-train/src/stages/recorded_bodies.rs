@@ -25,7 +25,10 @@ pub(super) fn has_law(object: &ObjectModel) -> bool {
 pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, Vec<Part>)> {
     let poses = ImagePoses::new(scene, times);
     let of_object = |(index, object): (usize, &ObjectModel)| {
-        let is_settled = object.recording.as_ref().is_some_and(Recording::has_parts);
+        let is_settled = object
+            .recording
+            .as_ref()
+            .is_some_and(|recording| recording.has_parts() || recording.is_handled());
         let is_body = has_law(object) || (!is_settled && object.members.len() >= FEWEST_OF_BODY);
         let part = |rows| Part { rows, deforms: object.deforms() };
         let mut parts: Vec<Part> = rows_of_parts(object).into_iter().map(part).collect();

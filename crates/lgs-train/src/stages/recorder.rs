@@ -6,6 +6,8 @@ use lgs_mechanics::coordinates::Bodies;
 use lgs_model::source::SourceModel;
 use lgs_model::{GeneralisedDynamics, PartDynamics, Recording};
 
+use super::things::HandledThings;
+
 /// The motion of the source at some times.
 #[derive(Clone, Copy)]
 pub(super) struct SourceTracks<'a> {
@@ -19,6 +21,8 @@ pub(super) struct Recorder<'a> {
     /// Positions at the times of the tracks.
     pub(super) trajectories: &'a Trajectories,
     pub(super) config: &'a DistillConfig,
+    /// Things of which no law of all the window is sought.
+    pub(super) handled: &'a HandledThings<'a>,
 }
 
 impl Recorder<'_> {
@@ -32,7 +36,8 @@ impl Recorder<'_> {
         }
         tracing::debug!(gaussians = rows.len(), "no law describes an object: it plays its source's tracks");
         let recording = self.tracks.recording(rows, &self.trajectories.positions);
-        recording.map(|recording| recording.with_parts(parts(&report.parts)))
+        let is_handled = rows.first().is_some_and(|&row| self.handled.has(row));
+        recording.map(|recording| recording.with_parts(parts(&report.parts)).of_handled(is_handled))
     }
 }
 

@@ -5,7 +5,7 @@ use lgs_data::dataset::SceneBox;
 use rayon::prelude::*;
 
 use super::silhouettes::Silhouette;
-use crate::thresholds::{CANDIDATES, MISS_WEIGHT, STRIDE, STRIDE_COST, VOTE_REACH, VOXELS};
+use super::thresholds::{CANDIDATES, MISS_WEIGHT, STRIDE, STRIDE_COST, VOTE_REACH, VOXELS};
 
 /// Votes of every silhouette on every voxel: 1 covered, −1 missed, 0 out of view.
 pub(super) struct Votes {

@@ -7,7 +7,7 @@ use lgs_core::median;
 use nalgebra::DMatrix;
 
 use super::silhouettes::Silhouette;
-use crate::thresholds::{CURVE_DEGREE, CURVE_RIDGE, CURVE_TURNS, GATES, RAY_SCALE, WIDE_TURNS};
+use super::thresholds::{CURVE_DEGREE, CURVE_RIDGE, CURVE_TURNS, GATES, RAY_SCALE, WIDE_TURNS};
 
 const TERMS: usize = CURVE_DEGREE + 1;
 

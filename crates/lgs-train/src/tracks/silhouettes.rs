@@ -3,12 +3,26 @@
 
 use std::collections::BTreeMap;
 
-use crate::thresholds::{
-    CLOSING_RADIUS, FEWEST_IMAGES, FEWEST_PIXELS, SILHOUETTE_DIFFERENCE, SILHOUETTE_WIDTH,
-};
+use super::thresholds::{FEWEST_IMAGES, FEWEST_PIXELS, SILHOUETTE_DIFFERENCE};
 use lgs_core::{Camera, Image};
 use lgs_data::dataset::Frame;
 use rayon::prelude::*;
+
+/// How silhouettes are taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taking {
+    /// Width that images are reduced to about, pixels.
+    pub(super) width: u32,
+    /// Gaps of up to twice this many pixels are closed.
+    pub(super) closing: usize,
+}
+
+impl Taking {
+    /// Factor by which an image of a width is reduced.
+    pub(super) fn factor(self, width: u32) -> u32 {
+        (width / self.width).max(1)
+    }
+}
 
 /// The moving pixels of an image.
 pub(super) struct Silhouette {
@@ -31,35 +45,31 @@ pub(super) struct Blob {
 }
 
 /// The silhouettes of all frames of cameras with enough images.
-pub(super) fn silhouettes(frames: &[Frame], background: [f32; 3]) -> Vec<Silhouette> {
+pub(super) fn silhouettes(frames: &[Frame], background: [f32; 3], taking: Taking) -> Vec<Silhouette> {
     let mut by_camera: BTreeMap<usize, Vec<&Frame>> = BTreeMap::new();
     frames.iter().for_each(|frame| by_camera.entry(frame.camera_id).or_default().push(frame));
     let cameras: Vec<Vec<&Frame>> =
         by_camera.into_values().filter(|frames| frames.len() >= FEWEST_IMAGES).collect();
-    cameras.par_iter().flat_map_iter(|frames| of_camera(frames, background)).collect()
+    cameras.par_iter().flat_map_iter(|frames| of_camera(frames, background, taking)).collect()
 }
 
-fn of_camera(frames: &[&Frame], background: [f32; 3]) -> Vec<Silhouette> {
-    let factor = factor_of(frames[0].camera.width);
+fn of_camera(frames: &[&Frame], background: [f32; 3], taking: Taking) -> Vec<Silhouette> {
+    let factor = taking.factor(frames[0].camera.width);
     let images: Vec<Image> =
         frames.iter().map(|frame| frame.composited(background).reduced(factor)).collect();
     let still = median(&images);
-    frames.iter().zip(&images).map(|(frame, image)| silhouette(frame, image, &still)).collect()
+    frames.iter().zip(&images).map(|(frame, image)| silhouette(frame, image, (&still, taking))).collect()
 }
 
-fn silhouette(frame: &Frame, image: &Image, still: &[[f32; 3]]) -> Silhouette {
+fn silhouette(frame: &Frame, image: &Image, (still, taking): (&[[f32; 3]], Taking)) -> Silhouette {
     let differs =
         |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (a[c] - b[c]).abs() > SILHOUETTE_DIFFERENCE);
     let (width, height) = (image.width as usize, image.height as usize);
-    let inside = closed(image.pixels.iter().zip(still).map(differs).collect(), width, height);
-    let camera = frame.camera.reduced(factor_of(frame.camera.width));
+    let mask = image.pixels.iter().zip(still).map(differs).collect();
+    let inside = closed(mask, taking.closing, [width, height]);
+    let camera = frame.camera.reduced(taking.factor(frame.camera.width));
     let blobs = blobs(&inside, &camera);
     Silhouette { camera, time: frame.time, inside, blobs }
-}
-
-/// Factor by which an image of a width is reduced.
-fn factor_of(width: u32) -> u32 {
-    (width / SILHOUETTE_WIDTH).max(1)
 }
 
 /// The median image, channel by channel.
@@ -73,9 +83,9 @@ fn median(images: &[Image]) -> Vec<[f32; 3]> {
     (0..images[0].pixels.len()).map(|pixel| std::array::from_fn(|c| channel(pixel, c))).collect()
 }
 
-/// Closes small gaps: the mask is grown by [`CLOSING_RADIUS`] pixels and shrunk by as many. Beyond the image
-/// everything is taken to be as its border.
-fn closed(mask: Vec<bool>, width: usize, height: usize) -> Vec<bool> {
+/// Closes small gaps: the mask is grown by `radius` pixels and shrunk by as many. Beyond the image everything
+/// is taken to be as its border.
+fn closed(mask: Vec<bool>, radius: usize, [width, height]: [usize; 2]) -> Vec<bool> {
     let spread = |mask: Vec<bool>, value: bool| -> Vec<bool> {
         let at = |i: usize| {
             let (x, y) = (i % width, i / width);
@@ -87,8 +97,8 @@ fn closed(mask: Vec<bool>, width: usize, height: usize) -> Vec<bool> {
         };
         (0..mask.len()).map(|i| if at(i) { value } else { !value }).collect()
     };
-    let grown = (0..CLOSING_RADIUS).fold(mask, |mask, _| spread(mask, true));
-    (0..CLOSING_RADIUS).fold(grown, |mask, _| spread(mask, false))
+    let grown = (0..radius).fold(mask, |mask, _| spread(mask, true));
+    (0..radius).fold(grown, |mask, _| spread(mask, false))
 }
 
 /// The connected parts that do not touch the border.

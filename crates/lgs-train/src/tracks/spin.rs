@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::curve::{Curve, median_of};
 use super::texture::{Surface, TexturedView, TurningBall, spread, textured_views};
-use crate::thresholds::{
+use super::thresholds::{
     CHANCE_DEVIATIONS, FEWEST_BLOBS, LARGEST_CORRECTION, LEAST_AGREEMENT, LEAST_GAIN, MOMENTS, MOST_PAIRS,
     OTHER_SPINS, PAIRS_PER_VIEW, SPIN_CANDIDATES, SPIN_FINEST, SPIN_RANGE, SPIN_STEP, SPIN_WIDENING,
 };

@@ -8,7 +8,7 @@ use lgs_data::dataset::Frame;
 use rayon::prelude::*;
 
 use super::curve::Curve;
-use crate::thresholds::{
+use super::thresholds::{
     CONTRAST_NOISE, CONTRAST_RADII, FEWEST_TEXTURED, LEAST_CONTRAST, LEAST_FACING, MOST_VIEWS,
     SURFACE_POINTS, TEXTURE_RADIUS,
 };

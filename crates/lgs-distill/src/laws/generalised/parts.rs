@@ -42,10 +42,18 @@ impl PartSearch {
 
     /// The same at its beginning, of a law whose forecast is trusted as far backward.
     pub(crate) fn first(&self, motion: &SharedMotion) -> Option<PartOfWindow> {
-        let explains = |law: &GeneralisedLaw, duration: f64| {
-            law.known.verdict != Verdict::Outside && law.known.trusted[0] <= -BACKWARD * duration
-        };
-        self.best(motion, |count| 0..count, explains)
+        self.best(motion, |count| 0..count, is_carried_back)
+    }
+
+    /// The law of a part that is known, which the motion is of, if it explains it as that of the end of the
+    /// window has to.
+    pub(crate) fn last_part(&self, part: &SharedMotion) -> Option<GeneralisedLaw> {
+        self.law(part).filter(|law| law.known.verdict == Verdict::Explained)
+    }
+
+    /// The same as that of its beginning has to.
+    pub(crate) fn first_part(&self, part: &SharedMotion) -> Option<GeneralisedLaw> {
+        self.law(part).filter(|law| is_carried_back(law, part.duration()))
     }
 
     fn best(
@@ -76,4 +84,9 @@ impl PartSearch {
         }
         smooth(&rated, (&[motion], &[]), self.seed)
     }
+}
+
+/// Whether a law of a part of some duration is trusted half as far backward.
+fn is_carried_back(law: &GeneralisedLaw, duration: f64) -> bool {
+    law.known.verdict != Verdict::Outside && law.known.trusted[0] <= -BACKWARD * duration
 }

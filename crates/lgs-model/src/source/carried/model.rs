@@ -1,0 +1,156 @@
+//! A trained model some of whose Gaussians paths carry, and its part of a file.
+
+use lgs_core::GaussianCloud;
+use lgs_core::linear::add;
+
+use super::path::CarryingPath;
+use crate::source::kind::SourceKind;
+use crate::source::model::SourceModel;
+use crate::tensor_file::{TensorFile, TensorFileError};
+
+/// Name of the times of all paths, one after the other, in a file.
+const TIMES: &str = "carried.times";
+/// Name of the places at these.
+const PLACES: &str = "carried.places";
+/// Name of the number of the path that each time belongs to, from 0.
+const PATHS: &str = "carried.paths";
+/// Name of the free flights: number of the path, from 0, first and last time.
+const FLIGHTS: &str = "carried.flights";
+/// Name of the number of the path that carries each Gaussian, from 1; 0: none does.
+const OWNERS: &str = "carried.owners";
+
+/// A model of any kind, some of whose Gaussians paths carry.
+pub(in crate::source) struct CarriedSource {
+    moved: Box<dyn SourceModel>,
+    paths: Vec<CarryingPath>,
+    owners: Vec<u32>,
+}
+
+impl CarriedSource {
+    /// A model with paths, and the number of the path that carries each of its Gaussians, from 1.
+    pub(super) fn new(moved: Box<dyn SourceModel>, paths: Vec<CarryingPath>, owners: Vec<u32>) -> Self {
+        Self { moved, paths, owners }
+    }
+
+    /// The model with the paths that a file has beside it; the model itself where it has none.
+    ///
+    /// # Errors
+    /// If an array is absent, not finite or of another shape, or names a path that there is not.
+    pub(in crate::source) fn read_over(
+        moved: Box<dyn SourceModel>,
+        file: &TensorFile,
+    ) -> Result<Box<dyn SourceModel>, TensorFileError> {
+        if !file.names().any(|name| name == OWNERS) {
+            return Ok(moved);
+        }
+        let paths = read_paths(file)?;
+        let owners = file.indices(OWNERS)?.1.to_vec();
+        if owners.len() != moved.len() || owners.iter().any(|&owner| owner as usize > paths.len()) {
+            let expected = format!("{} numbers of up to {} paths", moved.len(), paths.len());
+            return Err(file.field(OWNERS, &expected, format!("{} numbers", owners.len())));
+        }
+        Ok(Box::new(Self { moved, paths, owners }))
+    }
+
+    fn shift(&self, positions: &mut [[f32; 3]], time: f32) {
+        let shifts: Vec<[f32; 3]> = self.paths.iter().map(|path| path.displacement(time)).collect();
+        for (position, &owner) in positions.iter_mut().zip(&self.owners) {
+            if owner > 0 {
+                *position = add(*position, shifts[owner as usize - 1]);
+            }
+        }
+    }
+}
+
+fn read_paths(file: &TensorFile) -> Result<Vec<CarryingPath>, TensorFileError> {
+    let (times, places) = (file.values(TIMES)?.1, file.rows::<4>(PLACES)?);
+    let numbers = file.indices(PATHS)?.1;
+    let mut paths: Vec<CarryingPath> = Vec::new();
+    if times.len() != places.len() || numbers.len() != places.len() {
+        let expected = format!("{} rows", times.len());
+        return Err(file.field(PLACES, &expected, format!("{} rows", places.len())));
+    }
+    for ((&time, &[x, y, z, reach]), &number) in times.iter().zip(&places).zip(numbers) {
+        if number as usize == paths.len() {
+            paths.push(CarryingPath { places: Vec::new(), flights: Vec::new(), reach });
+        }
+        let count = paths.len();
+        match paths.last_mut() {
+            Some(path) if number as usize + 1 == count => path.places.push((time, [x, y, z])),
+            _ => return Err(file.field(PATHS, "numbers in order", format!("{number}"))),
+        }
+    }
+    for [number, first, last] in file.rows::<3>(FLIGHTS)? {
+        match paths.get_mut(number as usize) {
+            Some(path) if first < last => path.flights.push([first, last]),
+            _ => return Err(file.field(FLIGHTS, "flights of paths", format!("{number}, {first} to {last}"))),
+        }
+    }
+    Ok(paths)
+}
+
+impl SourceModel for CarriedSource {
+    fn kind(&self) -> SourceKind {
+        self.moved.kind()
+    }
+
+    fn len(&self) -> usize {
+        self.moved.len()
+    }
+
+    fn cloud_at(&self, time: f32) -> GaussianCloud {
+        let mut cloud = self.moved.cloud_at(time);
+        self.shift(&mut cloud.means, time);
+        cloud
+    }
+
+    fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
+        let mut positions = self.moved.positions_at(time);
+        self.shift(&mut positions, time);
+        positions
+    }
+
+    fn carried(&self) -> &[u32] {
+        &self.owners
+    }
+
+    fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
+        let path = (thing as usize).checked_sub(1).and_then(|index| self.paths.get(index));
+        path.map_or(&[], |path| path.flights.as_slice())
+    }
+
+    fn time_range(&self) -> Option<[f32; 2]> {
+        self.moved.time_range()
+    }
+
+    fn known_times(&self) -> Option<&[f32]> {
+        self.moved.known_times()
+    }
+
+    fn before(&self, time: f32) -> Option<Box<dyn SourceModel>> {
+        let moved = self.moved.before(time)?;
+        Some(Box::new(Self { moved, paths: self.paths.clone(), owners: self.owners.clone() }))
+    }
+
+    fn to_tensors(&self) -> TensorFile {
+        let mut file = self.moved.to_tensors();
+        let (mut times, mut places, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, path) in (0..).zip(&self.paths) {
+            for &(time, [x, y, z]) in &path.places {
+                times.push(time);
+                places.extend([x, y, z, path.reach]);
+                numbers.push(number);
+            }
+        }
+        file.insert(TIMES, &[times.len()], &times);
+        file.insert(PLACES, &[times.len(), 4], &places);
+        let numbered = (0_u16..).zip(&self.paths);
+        let flights: Vec<[f32; 3]> = numbered
+            .flat_map(|(number, path)| path.flights.iter().map(move |&[a, b]| [f32::from(number), a, b]))
+            .collect();
+        file.insert(FLIGHTS, &[flights.len(), 3], flights.as_flattened());
+        file.insert_indices(PATHS, &[numbers.len()], &numbers);
+        file.insert_indices(OWNERS, &[self.owners.len()], &self.owners);
+        file
+    }
+}
