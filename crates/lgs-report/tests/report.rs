@@ -31,7 +31,7 @@ fn scene(blocks: usize) -> LagrangianScene {
         recording: None,
         dynamics: Dynamics::Particles(ParticleDynamics {
             system: quadratic([0.0, 0.0, GRAVITY], [0.0; 6]),
-            supports: Some(Supports::nearest(&means[27 * b..27 * (b + 1)], 8)),
+            supports: Some(Supports::nearest(&means[27 * b..27 * (b + 1)], 8).into()),
             velocity_policy: VelocityPolicy::Keep,
         }),
     };

@@ -9,7 +9,7 @@ use std::path::Path;
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_model::source::load_source;
 use lgs_train::stages::{InitialSceneRequest, initialise_scene};
-use lgs_train::{RunFolder, TrainConfig};
+use lgs_train::{DeviceName, RunFolder, TrainConfig};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     tracing_subscriber::fmt()
@@ -35,6 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         background: dataset.background,
         frames: dataset.split("train"),
         seed: config.seed,
+        device: &DeviceName::Cpu.device(),
     };
     let initial = initialise_scene(&*source, &request, &mut |_, _, _| {})?;
     println!("{}", serde_json::to_string_pretty(&initial.reports)?);

@@ -48,7 +48,7 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
             recording: None,
             dynamics: Dynamics::Particles(ParticleDynamics {
                 system,
-                supports: Some(supports),
+                supports: Some(supports.into()),
                 velocity_policy: VelocityPolicy::Rigid,
             }),
         }],
@@ -163,7 +163,7 @@ fn refined_gaussians_leave_the_motion_under_a_rigid_constraint_as_it_is() {
     let (frames, device) = (images(&truth), DeviceName::Cpu.device());
     let mut begun = truth.clone();
     let particles = begun.objects[0].dynamics.particles_mut().expect("particles");
-    particles.supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok();
+    particles.supports = Supports::from_rows([0, 5, 10, 15, 20, 23].repeat(24), 6).ok().map(Into::into);
     begun.dynamic_gaussians.means.iter_mut().enumerate().for_each(|(i, q)| q[2] += 0.02 * (i as f32).sin());
     begun.velocities = begun.dynamic_gaussians.means.iter().map(|&q| cross(SPIN, q)).collect();
     let config = TuneGaussiansConfig {
