@@ -82,8 +82,8 @@ impl Stretch {
 }
 
 impl ParticleDynamics {
-    /// The states after each step from `start`; the velocity scale of the edit is not applied. They are rolled
-    /// on a device if they go forwards in time.
+    /// The states after each step from `start`; the velocity scale of the edit is not applied. Those that go
+    /// forwards in time are rolled on a device.
     pub(super) fn advance(
         &self,
         start: &State,
