@@ -9,7 +9,7 @@ use crate::error::DistillError;
 use crate::laws::generalised::{GeneralisedLaw, PartSearch};
 use crate::motion::denoise::denoise;
 use crate::motion::shared_motion::SharedMotion;
-use crate::object::laws;
+use crate::object::{check, laws};
 use crate::particles::distill_particles;
 use crate::progress::DistillProgress;
 use crate::report::{PartLaw, PartLaws};
@@ -35,11 +35,7 @@ pub fn distill_handled(
     (config, seed): (&DistillConfig, u64),
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<Distilled, DistillError> {
-    config.validate()?;
-    trajectories.validate()?;
-    if trajectories.is_empty() {
-        return Err(DistillError::Empty);
-    }
+    check(trajectories, config)?;
     // Networks would learn what hands do.
     let alone = DistillConfig { neural_remainder: false, ..config.clone() };
     let mut particles = distill_particles(denoise(trajectories, &alone), &alone, seed, progress)?;

@@ -38,6 +38,13 @@ pub fn distill(
     prepared.distilled(config, seed, progress)
 }
 
+/// Checks what an object is distilled from: well-formed trajectories, of one particle at least.
+pub(crate) fn check(trajectories: &Trajectories, config: &DistillConfig) -> Result<(), DistillError> {
+    config.validate()?;
+    trajectories.validate()?;
+    if trajectories.is_empty() { Err(DistillError::Empty) } else { Ok(()) }
+}
+
 /// An object before it is known whether it moves by itself.
 pub(crate) enum Prepared {
     /// The paper's networks.
@@ -53,11 +60,7 @@ impl Prepared {
         (config, seed): (&DistillConfig, u64),
         progress: &mut dyn FnMut(DistillProgress),
     ) -> Result<Self, DistillError> {
-        config.validate()?;
-        trajectories.validate()?;
-        if trajectories.is_empty() {
-            return Err(DistillError::Empty);
-        }
+        check(trajectories, config)?;
         if config.dynamics == DynamicsKind::Networks {
             let found = distill_networks(trajectories, config, seed, progress)?;
             return Ok(Self::Networks(Box::new(Distilled::Particles(Box::new(found)))));

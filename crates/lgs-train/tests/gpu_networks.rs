@@ -8,6 +8,7 @@ use lgs_core::testing::assert_values_close;
 use lgs_distill::{
     Alignment, DistillConfig, Distilled, DistilledParticles, RolloutConfig, Trajectories, distill,
 };
+use lgs_dynamics::tensor::processor;
 use lgs_dynamics::{Edit, Reversal, Supports, System, VelocityPolicy};
 use lgs_model::Motion;
 use lgs_model::testing::particles;
@@ -41,7 +42,7 @@ fn distilled(device: &Device) -> DistilledParticles {
 #[test]
 fn stage_1_of_the_networks_is_that_of_the_processor() {
     let Some(device) = device_for_tests() else { return };
-    let [found, expected] = [device, Device::flex()].map(|device| distilled(&device));
+    let [found, expected] = [device, processor()].map(|device| distilled(&device));
     let [v0, expected_v0] = [&found, &expected].map(|of| of.v0.as_flattened().to_vec());
     assert_values_close("starting velocities", &v0, &expected_v0, 1e-2, 1e-2);
     let [error, expected_error] = [&found, &expected].map(|of| of.report.window_error);
@@ -51,7 +52,7 @@ fn stage_1_of_the_networks_is_that_of_the_processor() {
 #[test]
 fn the_motion_of_a_scene_is_that_of_the_processor() {
     let Some(device) = device_for_tests() else { return };
-    let DistilledParticles { q0, v0, system, .. } = distilled(&Device::flex());
+    let DistilledParticles { q0, v0, system, .. } = distilled(&processor());
     let system = System { params: system.params.iter().map(|p| 1.5 * p).collect(), ..system };
     let supports = Some(Supports::nearest(&q0, 5));
     let cloud = GaussianCloud::isotropic(q0, 0.05, [0.9, 0.3, 0.1], 0.9);
@@ -59,7 +60,7 @@ fn the_motion_of_a_scene_is_that_of_the_processor() {
     let edit = Edit { velocity_scale: 0.5, potential_scale: 2.0, force_scale: 0.5 };
     // More steps than are rolled at once, and a part of one.
     for time in [0.004, 0.4999, -0.1] {
-        let [found, expected] = [device.clone(), Device::flex()]
+        let [found, expected] = [device.clone(), processor()]
             .map(|device| Motion::new(&scene, edit, Reversal::Exact).on(&device).state_at(time));
         assert_values_close("positions", found.q.as_flattened(), expected.q.as_flattened(), 1e-4, 1e-5);
         assert_values_close("velocities", found.v.as_flattened(), expected.v.as_flattened(), 1e-3, 1e-4);

@@ -9,6 +9,7 @@ pub use partition::{PartitionConfig, PartitionMethod};
 use crate::error::DistillError;
 use crate::thresholds::{HIGHEST_DEGREE, UNRESOLVED_ERRORS, UNRESOLVED_FRACTION};
 use burn::tensor::Device;
+use lgs_dynamics::tensor::processor;
 use lgs_dynamics::{ForceKind, PotentialKind};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
@@ -138,7 +139,7 @@ impl Default for DistillConfig {
             matching: MatchingConfig::default(),
             rollout: RolloutConfig::default(),
             alignment: None,
-            device: Device::flex(),
+            device: processor(),
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::system::SystemConfig;
 use burn::tensor::Tensor;
 use std::sync::Arc;
 
+pub use on_device::processor;
 pub use ops::{AccelerationCall, AlignCall, DynamicsKernels, DynamicsOps, rollout};
 
 /// The constants of a rollout; the fields are those of [`crate::RolloutSpec`] and [`crate::System`].

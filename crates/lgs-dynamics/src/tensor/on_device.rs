@@ -9,6 +9,12 @@ use crate::rollout;
 use crate::state::State;
 use crate::system::System;
 
+/// The processor as a device: where rollouts need no tensors.
+#[must_use]
+pub fn processor() -> Device {
+    Device::flex()
+}
+
 impl State {
     /// The states that a system with these parameters brings this one to, itself among them: those of
     /// [`crate::rollout`], rolled on a device and read back once.
@@ -18,7 +24,7 @@ impl State {
     /// device fails.
     #[must_use]
     pub fn rolled_on(&self, device: &Device, params: &[f32], call: RolloutCall) -> Vec<Self> {
-        if *device == Device::flex() || self.is_empty() {
+        if *device == processor() || self.is_empty() {
             let system = System { config: call.config, params: params.to_vec() };
             return rollout(&system, self, &call.spec());
         }

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use burn::tensor::Device;
+use lgs_dynamics::tensor::processor;
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 use lgs_mechanics::Law;
 
@@ -57,7 +58,7 @@ impl<'a> Motion<'a> {
         };
         let laws = scene.objects.iter().zip(&edits).map(resolved).collect();
         let (forward, backward) = (vec![start.clone()], vec![start]);
-        Self { scene, edits, laws, reversal, device: Device::flex(), forward, backward }
+        Self { scene, edits, laws, reversal, device: processor(), forward, backward }
     }
 
     /// The same, with particles that are rolled forwards by a device.

@@ -36,7 +36,7 @@ pub mod tensor;
 mod testing;
 mod time_part;
 
-pub use carried::{CarriedMotion, CarryingPath};
+pub use carried::{CarriedMotion, CarryingPath, place_at};
 pub use config::{
     AdvectionConfig, DELTAS, DeformationConfig, HeadInit, MotionHead, NetworkLayout, NodesConfig,
     RotationForm, ScaleMode, VelocityConfig,

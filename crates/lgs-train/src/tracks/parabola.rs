@@ -1,7 +1,6 @@
 //! The parabola through the places of a flight: what nothing but a uniform field acts on follows one.
 
 use lgs_core::geometry::solve_positive;
-use lgs_core::linear::{norm, sub};
 use nalgebra::DMatrix;
 
 use super::thresholds::LARGEST_MISS;
@@ -51,10 +50,8 @@ pub(super) fn free_flight(places: &[(f32, [f32; 3])]) -> Option<(FreeFlight, Vec
 /// leave of an accepted path; what acts on the thing is no uniform field otherwise.
 pub(super) fn smoothed(places: &mut [(f32, [f32; 3])], radius: f32) -> Option<FreeFlight> {
     let (flight, on_parabola) = free_flight(places)?;
-    let worst =
-        places.iter().zip(&on_parabola).map(|(place, at)| norm(sub(place.1, *at))).fold(0.0, f32::max);
     if flight.miss > LARGEST_MISS * radius {
-        tracing::debug!(?flight, worst, "a flight that is no parabola");
+        tracing::debug!(?flight, "a flight that is no parabola");
         return None;
     }
     places.iter_mut().zip(on_parabola).for_each(|(place, at)| place.1 = at);
@@ -64,6 +61,7 @@ pub(super) fn smoothed(places: &mut [(f32, [f32; 3])], radius: f32) -> Option<Fr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lgs_core::linear::{norm, sub};
 
     fn places(wobble: f32) -> Vec<(f32, [f32; 3])> {
         let at = |i: usize| {

@@ -1,7 +1,7 @@
 //! Where a tracked thing is over time: a smooth curve over the whole of the captured window, or places at
 //! successive moments of a part of it.
 
-use lgs_core::linear::{add, scale, sub};
+use lgs_model::source::place_at;
 
 use super::curve::Curve;
 
@@ -29,21 +29,9 @@ impl Path {
     pub(super) fn at(&self, time: f32) -> [f32; 3] {
         match self {
             Self::Curve(curve) => curve.at(time),
-            Self::Places(places) => between(places, time),
+            Self::Places(places) => place_at(places, time),
         }
     }
-}
-
-/// The place at a time, evenly on the way from one given place to the next.
-fn between(places: &[(f32, [f32; 3])], time: f32) -> [f32; 3] {
-    let after = places.partition_point(|(t, _)| *t < time);
-    let (Some(&(start, from)), Some(&(end, to))) =
-        (places.get(after.saturating_sub(1)), places.get(after.min(places.len().saturating_sub(1))))
-    else {
-        return [0.0; 3];
-    };
-    let part = ((time - start) / (end - start).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-    add(from, scale(sub(to, from), part))
 }
 
 #[cfg(test)]

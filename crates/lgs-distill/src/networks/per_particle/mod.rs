@@ -20,6 +20,7 @@ use burn::tensor::Device;
 use gradient::gradient;
 use learner::Learner;
 use lesson::Lesson;
+use lgs_dynamics::tensor::processor;
 use on_device::LessonOnDevice;
 
 /// Learns the networks and starting velocities of an object; an error if they left the finite numbers.
@@ -64,7 +65,7 @@ fn teach(lesson: &Lesson<'_>, learner: &mut Learner, tick: &mut dyn FnMut(Tick))
     let parameters = learner.system.params.len();
     let mut of_system = Descent::new(parameters, config.learning_rate, config.steps);
     let mut of_velocities = Descent::new(learner.changes.len(), config.velocity_learning_rate, config.steps);
-    let on_device = (*lesson.device != Device::flex()).then(|| LessonOnDevice::new(lesson));
+    let on_device = (*lesson.device != processor()).then(|| LessonOnDevice::new(lesson));
     let mut exercise = lesson.exercise(0);
     for step in 0..config.steps {
         let (gradient, next) = std::thread::scope(|scope| {

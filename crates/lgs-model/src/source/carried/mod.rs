@@ -13,4 +13,4 @@ mod tests;
 
 pub(super) use model::CarriedSource;
 pub use motion::CarriedMotion;
-pub use path::CarryingPath;
+pub use path::{CarryingPath, place_at};

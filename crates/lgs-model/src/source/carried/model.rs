@@ -76,6 +76,9 @@ fn read_paths(file: &TensorFile) -> Result<Vec<CarryingPath>, TensorFileError> {
         }
         let count = paths.len();
         match paths.last_mut() {
+            Some(path) if path.places.last().is_some_and(|before| before.0 >= time) => {
+                return Err(file.field(TIMES, "times of each path that ascend", time.to_string()));
+            }
             Some(path) if number as usize + 1 == count => path.places.push((time, [x, y, z])),
             _ => return Err(file.field(PATHS, "numbers in order", format!("{number}"))),
         }

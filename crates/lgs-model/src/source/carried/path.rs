@@ -21,16 +21,23 @@ impl CarryingPath {
     /// The way from the first place by a time.
     #[must_use]
     pub fn displacement(&self, time: f32) -> [f32; 3] {
-        let after = self.places.partition_point(|(t, _)| *t < time);
-        let last = self.places.len().saturating_sub(1);
-        let (Some(&(t0, from)), Some(&(t1, to))) =
-            (self.places.get(after.saturating_sub(1)), self.places.get(after.min(last)))
-        else {
-            return [0.0; 3];
-        };
-        let part = ((time - t0) / (t1 - t0).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-        sub(add(from, scale(sub(to, from), part)), self.start())
+        sub(place_at(&self.places, time), self.start())
     }
+}
+
+/// The place at a time, evenly on the way from one given place to the next, given their times, which ascend;
+/// beyond these the nearest, and the origin where none is given.
+#[must_use]
+pub fn place_at(places: &[(f32, [f32; 3])], time: f32) -> [f32; 3] {
+    let after = places.partition_point(|(t, _)| *t < time);
+    let last = places.len().saturating_sub(1);
+    let (Some(&(start, from)), Some(&(end, to))) =
+        (places.get(after.saturating_sub(1)), places.get(after.min(last)))
+    else {
+        return [0.0; 3];
+    };
+    let part = ((time - start) / (end - start).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+    add(from, scale(sub(to, from), part))
 }
 
 /// The number of the path that carries each of some canonical centres, from 1; 0: none does.

@@ -87,6 +87,8 @@ fn files_round_trip_and_defects_are_named() {
     assert!(text.contains("`carried.paths`"), "{text}");
     let text = refused(&|file| file.insert("carried.flights", &[1, 3], &[1.0, 0.0, 0.1]));
     assert!(text.contains("`carried.flights`"), "{text}");
+    let text = refused(&|file| file.insert("carried.times", &[3], &[0.0, 0.2, 0.1]));
+    assert!(text.contains("`carried.times`"), "{text}");
     let text = refused(&|file| file.insert("carried.times", &[2], &[0.0, 0.1]));
     assert!(text.contains("`carried.places`"), "{text}");
 }
