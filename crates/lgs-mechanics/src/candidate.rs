@@ -2,10 +2,9 @@
 
 use crate::coordinates::{Coordinates, State};
 use crate::error::MechanicsError;
-use crate::integrate;
+use crate::integrate::{self, Design};
 use crate::law::{Law, check_term, parameter_count, parameter_table, ranges, space_of, unknown_count};
 use crate::terms::{Entry, Scales, Term};
-use nalgebra::DMatrix;
 
 /// Coordinates and terms without values of their parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,11 +113,11 @@ impl Candidate {
         starts
     }
 
-    /// Columns of linear regression at a state, `[n, columns]`: with coefficients they add up to the
-    /// [inertial force](Self::inertial_force). Parameters that do not enter linearly have the values in `p`.
+    /// The columns of linear regression: with coefficients they add up to the
+    /// [inertial force](Self::inertial_force).
     #[must_use]
-    pub fn design(&self, p: &[f64], state: &State) -> DMatrix<f64> {
-        integrate::design((&self.coordinates, &self.terms), p, state)
+    pub fn design(&self) -> Design<'_> {
+        Design::new(&self.coordinates, &self.terms)
     }
 
     /// The left side of the equation of motion, `M a + ∂(M v)/∂x v − ½ ∂(v·M v)/∂x`, for an acceleration `a`

@@ -76,6 +76,7 @@ mod thresholds;
 pub use candidate::{Candidate, FreeParameter};
 pub use edit::Edit;
 pub use error::MechanicsError;
+pub use integrate::Design;
 pub use law::Law;
 pub use system::{Sensitivity, System};
 pub use thresholds::{FAILS, FORECAST_ERROR, TRUSTED_FRACTION};

@@ -31,7 +31,7 @@ fn regression_on_an_exact_motion_finds_its_law() {
         let (mut rows, mut right) = (Vec::new(), Vec::new());
         let mut columns = 0;
         for (state, acceleration) in observed(&law, &start) {
-            let design = candidate.design(&law.parameters, &state);
+            let design = candidate.design().at(&law.parameters, &state);
             columns = design.ncols();
             rows.extend(design.transpose().iter().copied());
             right.extend(candidate.inertial_force(&law.parameters, &state, &acceleration));

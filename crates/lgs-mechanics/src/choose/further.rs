@@ -6,6 +6,7 @@ use crate::candidate::Candidate;
 use crate::fit::{Track, regressions};
 use crate::terms::Scales;
 use crate::thresholds::{NEARLY_PROMISING_LEFT, PROMISING, PROMISING_LEFT};
+use rayon::prelude::*;
 
 /// The choice among some candidates, and among further ones if none of the first explains the track, or if
 /// one more term betters the likeliest: what is left may be within the scatter of χ² and tell of a term all
@@ -56,7 +57,7 @@ fn with_one_more(
     let is_longer = |other: &Candidate| {
         other.terms.len() == terms.len() + 1 && terms.iter().all(|term| other.terms.contains(term))
     };
-    let longer = further.iter().enumerate().filter(|(_, other)| is_longer(other));
+    let longer = further.par_iter().enumerate().filter(|(_, other)| is_longer(other));
     longer.filter_map(|(i, other)| judge(list.len() + i, other, track, Effort::Rival)).collect()
 }
 
@@ -65,7 +66,7 @@ fn with_one_more(
 /// these.
 fn promising(list: &[Candidate], track: &Track, scales: &Scales) -> Vec<usize> {
     let left = |candidate: &Candidate| regressions(candidate, track, scales).first().map(|first| first.left);
-    let left: Vec<f64> = list.iter().map(|candidate| left(candidate).unwrap_or(f64::INFINITY)).collect();
+    let left: Vec<f64> = list.par_iter().map(|candidate| left(candidate).unwrap_or(f64::INFINITY)).collect();
     let least = left.iter().copied().fold(f64::INFINITY, f64::min);
     let mut order: Vec<usize> = (0..list.len()).collect();
     order.sort_by_key(|&index| simplicity(&list[index]));

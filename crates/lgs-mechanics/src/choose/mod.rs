@@ -15,6 +15,7 @@ use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};
 use crate::terms::Scales;
 use crate::thresholds::{FAR, GOOD, SHOTS};
+use rayon::prelude::*;
 
 /// Prior odds against a law, in units of χ², for each half of an unknown that it has more than another one:
 /// a law with one unknown more is, before anything is seen, `e` times less likely.
@@ -166,7 +167,8 @@ fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effor
     best
 }
 
-/// Fits all candidates to a track, the simplest first, and chooses; `None` if none could be fitted.
+/// Fits all candidates to a track, the simplest first and those as simple as each other side by side, and
+/// chooses; `None` if none could be fitted.
 #[must_use]
 pub fn choose(list: &[Candidate], track: &Track, scales: &Scales) -> Option<Choice> {
     choose_beside(list, track, scales, usize::MAX)
@@ -181,14 +183,16 @@ pub fn choose_beside(list: &[Candidate], track: &Track, scales: &Scales, known: 
     order.sort_by_key(|&index| simplicity(&list[index]));
     let mut judged: Vec<Judged> = Vec::new();
     let mut simplest = known;
-    for index in order {
-        let own = simplicity(&list[index]);
+    for alike in order.chunk_by(|&a, &b| simplicity(&list[a]) == simplicity(&list[b])) {
+        let own = simplicity(&list[alike[0]]);
         let effort = if own > simplest { Effort::Rival } else { Effort::Full };
-        let Some(found) = judge(index, &list[index], (track, scales), effort) else { continue };
-        if found.fitted.loss <= explained(samples, unknowns(&list[index])) {
+        let fitted = |&index: &usize| judge(index, &list[index], (track, scales), effort);
+        let found: Vec<Judged> = alike.par_iter().filter_map(fitted).collect();
+        let explains = |found: &Judged| found.fitted.loss <= explained(samples, unknowns(&list[found.index]));
+        if found.iter().any(explains) {
             simplest = simplest.min(own);
         }
-        judged.push(found);
+        judged.extend(found);
     }
     among(judged, samples)
 }

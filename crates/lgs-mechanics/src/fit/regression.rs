@@ -51,18 +51,17 @@ pub fn regress(candidate: &Candidate, track: &Track, start: &[f64]) -> Option<Re
     let n = candidate.coordinates.freedoms();
     let bumps = Bump::all();
     let (first, last) = (*track.times.first()?, *track.times.last()?);
-    let mut rows = DMatrix::zeros(0, 0);
+    let design = candidate.design();
+    let mut rows = DMatrix::<f64>::zeros(n * bumps.len(), design.columns());
     let mut right = DVector::zeros(n * bumps.len());
     for (time, (state, acceleration)) in track.times.iter().zip(&track.smooth) {
-        let design = candidate.design(start, state);
+        let columns = design.at(start, state);
         let force = candidate.inertial_force(start, state, acceleration);
-        if rows.is_empty() {
-            rows = DMatrix::zeros(n * bumps.len(), design.ncols());
-        }
         for (bump, weight) in bumps.iter().map(|b| b.weight((time - first) / (last - first))).enumerate() {
             if weight > 0.0 {
-                let mut block = rows.rows_mut(n * bump, n);
-                block += &design * weight;
+                for (to, from) in rows.rows_mut(n * bump, n).iter_mut().zip(columns.iter()) {
+                    *to += weight * from;
+                }
                 (0..n).for_each(|i| right[n * bump + i] += weight * force[i]);
             }
         }

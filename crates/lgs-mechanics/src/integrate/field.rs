@@ -58,13 +58,7 @@ impl KickField for VectorField<'_> {
                 let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
                 let w = read(site, (v, None), term.dimension, &mut self.w);
                 term.kind.force(p, At { y, w }, &mut self.force);
-                let reaction = site.mass.map_or(1.0, |mass| 1.0 / self.parameters[mass]);
-                for (axis, force) in self.force.iter().enumerate() {
-                    a[site.plus + axis] += term.factor * force;
-                    if let Some(minus) = site.minus {
-                        a[minus + axis] -= term.factor * reaction * force;
-                    }
-                }
+                push(term, site, (&self.force, self.parameters), a);
             }
         }
         if self.tree {
@@ -75,6 +69,7 @@ impl KickField for VectorField<'_> {
     fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised) {
         let n = self.freedoms;
         out.reset(n, self.parameters.len());
+        out.a.fill(0.0);
         for term in &self.terms {
             for site in &term.sites {
                 let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
@@ -86,10 +81,11 @@ impl KickField for VectorField<'_> {
                 term.kind.force(p, At { y, w }, &mut self.force);
                 let inverse_mass = site.mass.map(|mass| (mass, 1.0 / self.parameters[mass]));
                 scatter(term, site, inverse_mass, (&self.derivatives, &self.force), out);
+                push(term, site, (&self.force, self.parameters), &mut out.a);
             }
         }
-        self.acceleration(x, v, &mut out.a);
         if self.tree {
+            tree_acceleration(self.parameters, x, v, &mut out.a);
             tree_derivatives(self.parameters, x, v, out);
         }
     }
@@ -118,6 +114,17 @@ fn read<'b>(
     buffer.clear();
     buffer.extend(apart.map(|(axis, (a, b))| a - b - offset(axis)));
     buffer
+}
+
+/// Adds one application of a term, whose force is known, to an acceleration.
+fn push(term: &Applied, site: &Site, (force, parameters): (&[f64], &[f64]), a: &mut [f64]) {
+    let reaction = site.mass.map_or(1.0, |mass| 1.0 / parameters[mass]);
+    for (axis, force) in force.iter().enumerate() {
+        a[site.plus + axis] += term.factor * force;
+        if let Some(minus) = site.minus {
+            a[minus + axis] -= term.factor * reaction * force;
+        }
+    }
 }
 
 /// Adds the derivatives of one application of a term.

@@ -12,7 +12,8 @@ use super::kick_field::{KickField, Linearised};
 use super::solve::{self, add_scaled, finite, norm};
 use super::stepper::{NoSolution, Solved, Stepper, Tangent};
 use crate::coordinates::State;
-use crate::thresholds::{KICK_STEPS, LEAST_DECREASE, SOLVED_STEP};
+use crate::terms::Block;
+use crate::thresholds::{FAST_DECREASE, KICK_STEPS, LEAST_DECREASE, SOLVED_STEP};
 
 /// The scheme for constant kinetic energy, and for rotations with a drift of their own.
 #[derive(Debug)]
@@ -20,18 +21,35 @@ pub(crate) struct KickDrift<F> {
     field: F,
     at: Linearised,
     a: Vec<f64>,
+    /// Memory of the implicit kick.
+    kicked: Vec<f64>,
+    from: Vec<f64>,
+    change: Vec<f64>,
+    /// Memory of a tangent's kick and of its matrix.
+    kicks: Vec<f64>,
+    matrix: Block,
 }
 
 impl<F: KickField> KickDrift<F> {
     pub(crate) fn new(field: F) -> Self {
         let a = vec![0.0; field.freedoms()];
-        Self { field, at: Linearised::default(), a }
+        let [kicked, from, change] = [a.clone(), a.clone(), a.clone()];
+        Self {
+            field,
+            at: Linearised::default(),
+            a,
+            kicked,
+            from,
+            change,
+            kicks: Vec::new(),
+            matrix: Block::default(),
+        }
     }
 
     /// Solves `(I − s ∂a/∂v) u = r` for all columns of `r`, in place.
-    fn solve_velocity(&self, s: f64, r: &mut [f64]) -> Solved {
+    fn solve_velocity(&mut self, s: f64, r: &mut [f64]) -> Solved {
         match self.field.depends_on_velocity() {
-            true => solve::shifted(&self.at.v, s, self.field.freedoms(), r),
+            true => solve::shifted(&self.at.v, s, &mut self.matrix, r),
             false => Ok(()),
         }
     }
@@ -39,28 +57,40 @@ impl<F: KickField> KickDrift<F> {
     /// `v⁺ = u + s a(x, v⁺)`, where `v` holds `u` at first.
     fn implicit_kick(&mut self, state: &mut State, s: f64) -> Solved {
         self.field.acceleration(&state.x, &state.v, &mut self.a);
-        let kicked = state.v.clone();
-        state.v.iter_mut().zip(&self.a).for_each(|(v, a)| *v += s * a);
+        self.kicked.copy_from_slice(&state.v);
+        add_scaled(&mut state.v, &self.a, s);
         if !self.field.depends_on_velocity() {
             return finite(&state.v);
         }
-        let (mut last, mut from, mut change) = (f64::INFINITY, state.v.clone(), state.v.clone());
+        let mut change = std::mem::take(&mut self.change);
+        let solved = self.solve_kick(state, s, &mut change);
+        self.change = change;
+        solved
+    }
+
+    /// Newton's method, with derivatives that are kept while what is left falls fast.
+    fn solve_kick(&mut self, state: &mut State, s: f64, change: &mut [f64]) -> Solved {
+        self.from.copy_from_slice(&state.v);
+        let mut last = f64::INFINITY;
         for _ in 0..KICK_STEPS {
-            self.field.linearise(&state.x, &state.v, &mut self.at);
+            self.field.acceleration(&state.x, &state.v, &mut self.a);
             for (i, change) in change.iter_mut().enumerate() {
-                *change = kicked[i] + s * self.at.a[i] - state.v[i];
+                *change = self.kicked[i] + s * self.a[i] - state.v[i];
             }
-            let size = norm(&change);
+            let size = norm(change);
             if size > LEAST_DECREASE * last {
                 // Beyond a kink of dry friction, half of the way is tried.
-                state.v.iter_mut().zip(&from).for_each(|(v, from)| *v = 0.5 * (*v + from));
+                state.v.iter_mut().zip(&self.from).for_each(|(v, from)| *v = 0.5 * (*v + from));
                 continue;
             }
+            if last.is_infinite() || size > FAST_DECREASE * last {
+                self.field.linearise(&state.x, &state.v, &mut self.at);
+            }
             last = size;
-            from.copy_from_slice(&state.v);
-            self.solve_velocity(s, &mut change)?;
-            add_scaled(&mut state.v, &change, 1.0);
-            if norm(&change) <= SOLVED_STEP * norm(&state.v) + f64::MIN_POSITIVE {
+            self.from.copy_from_slice(&state.v);
+            self.solve_velocity(s, change)?;
+            add_scaled(&mut state.v, change, 1.0);
+            if norm(change) <= SOLVED_STEP * norm(&state.v) + f64::MIN_POSITIVE {
                 return finite(&state.v);
             }
         }
@@ -78,10 +108,11 @@ impl<F: KickField> Stepper for KickDrift<F> {
 
     fn step_with_tangent(&mut self, state: &mut State, tangent: &mut Tangent, h: f64) -> Solved {
         self.field.linearise(&state.x, &state.v, &mut self.at);
-        let mut kicks = vec![0.0; tangent.v.len()];
-        self.at.add_by_position(tangent, 0.5 * h, &mut kicks);
-        self.at.add_by_velocity(tangent, 0.5 * h, &mut kicks);
-        add_scaled(&mut tangent.v, &kicks, 1.0);
+        self.kicks.clear();
+        self.kicks.resize(tangent.v.len(), 0.0);
+        self.at.add_by_position(tangent, 0.5 * h, &mut self.kicks);
+        self.at.add_by_velocity(tangent, 0.5 * h, &mut self.kicks);
+        add_scaled(&mut tangent.v, &self.kicks, 1.0);
         state.v.iter_mut().zip(&self.at.a).for_each(|(v, a)| *v += 0.5 * h * a);
         self.field.drift_tangent(state, tangent, h);
         self.field.drift(state, h);

@@ -22,11 +22,13 @@ pub(crate) struct Midpoint<'a> {
     at: Linearised,
     /// `h/2 A_x + A_v`: derivative of the acceleration by the mean velocity.
     by_mean: Block,
+    /// Memory of a matrix.
+    matrix: Block,
 }
 
 impl<'a> Midpoint<'a> {
     pub(crate) fn new(field: VectorField<'a>) -> Self {
-        Self { field, at: Linearised::default(), by_mean: Block::default() }
+        Self { field, at: Linearised::default(), by_mean: Block::default(), matrix: Block::default() }
     }
 
     /// The mean velocity of a step; leaves the linearisation at the middle behind.
@@ -44,7 +46,7 @@ impl<'a> Midpoint<'a> {
             }
             let mut change: Vec<f64> =
                 (0..n).map(|i| state.v[i] + 0.5 * h * self.at.a[i] - mean[i]).collect();
-            solve::shifted(&self.by_mean, 0.5 * h, n, &mut change)?;
+            solve::shifted(&self.by_mean, 0.5 * h, &mut self.matrix, &mut change)?;
             add_scaled(&mut mean, &change, 1.0);
             finite(&mean)?;
             if norm(&change) <= SOLVED_STEP * (norm(&mean) + norm(&state.v)) + f64::MIN_POSITIVE {
@@ -73,7 +75,7 @@ impl Stepper for Midpoint<'_> {
         // (I − h/2 (h/2 A_x + A_v)) V̄ = V + h/2 (A_x X + A_p).
         let mut by_mean = tangent.v.clone();
         self.at.add_by_position(tangent, 0.5 * h, &mut by_mean);
-        solve::shifted(&self.by_mean, 0.5 * h, self.field.freedoms(), &mut by_mean)?;
+        solve::shifted(&self.by_mean, 0.5 * h, &mut self.matrix, &mut by_mean)?;
         add_scaled(&mut tangent.x, &by_mean, h);
         tangent.v.iter_mut().zip(&by_mean).for_each(|(v, mean)| *v = 2.0 * mean - *v);
         finish(state, &mean, h);

@@ -21,6 +21,7 @@ mod solve;
 mod stepper;
 
 pub(crate) use composition::{advance, advance_with_tangent};
-pub(crate) use design::{design, inertial_force};
+pub use design::Design;
+pub(crate) use design::inertial_force;
 pub(crate) use scheme::{acceleration, stepper};
 pub(crate) use stepper::{NoSolution, Solved, Stepper, Tangent};

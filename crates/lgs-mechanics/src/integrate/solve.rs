@@ -3,15 +3,17 @@
 use super::stepper::{NoSolution, Solved};
 use crate::terms::Block;
 
-/// Solves `(I − s A) u = r` for all columns of `r` (`[n, columns]`, row by row), in place.
-pub(crate) fn shifted(a: &Block, s: f64, n: usize, r: &mut [f64]) -> Solved {
-    let mut matrix = Block::zeros(n, n);
+/// Solves `(I − s A) u = r` for a square `A` and all columns of `r` (`[n, columns]`, row by row), in place, with
+/// the memory of a matrix.
+pub(crate) fn shifted(a: &Block, s: f64, matrix: &mut Block, r: &mut [f64]) -> Solved {
+    let n = a.columns();
+    matrix.reset(n, n);
     for i in 0..n {
         for j in 0..n {
             matrix[(i, j)] = f64::from(u8::from(i == j)) - s * a[(i, j)];
         }
     }
-    in_place(&mut matrix, n, r)
+    in_place(matrix, n, r)
 }
 
 /// Solves `A u = r` for all columns of `r` by elimination with row exchange, in place; `A` is overwritten.

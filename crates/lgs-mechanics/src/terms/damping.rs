@@ -47,9 +47,9 @@ impl TermKind for Damping {
         self.form.regressed().parameters("", space, -1).len()
     }
 
-    fn design(&self, _p: &[f64], at: At<'_>, space: Space, out: &mut Block) {
-        let mut unused = Block::zeros(space.dimension, space.dimension);
-        let zero = vec![0.0; self.columns(space)];
+    fn design(&self, _p: &[f64], at: At<'_>, _linear: &[usize], out: &mut Block) {
+        let mut unused = Block::zeros(at.w.len(), at.w.len());
+        let zero = vec![0.0; out.columns()];
         self.form.regressed().derivatives(&zero, at.w, &mut unused, out);
     }
 

@@ -139,7 +139,7 @@ impl TermKind for Swirl {
         6
     }
 
-    fn design(&self, _p: &[f64], at: At<'_>, _space: Space, out: &mut Block) {
+    fn design(&self, _p: &[f64], at: At<'_>, _linear: &[usize], out: &mut Block) {
         for (j, axis) in DVec3::AXES.into_iter().enumerate() {
             let around = axis.cross(DVec3::from_slice(at.y));
             (0..3).for_each(|i| out[(i, j)] = around[i]);

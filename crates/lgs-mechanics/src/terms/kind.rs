@@ -165,14 +165,14 @@ pub trait TermKind: Debug + Send + Sync {
         self.parameters(space).iter().filter(|parameter| parameter.entry == Entry::Linear).count()
     }
 
-    /// Writes the columns of linear regression, `[d, columns]`, whose combination is the force; parameters
-    /// that do not enter linearly have the values in `p`.
-    fn design(&self, p: &[f64], at: At<'_>, space: Space, out: &mut Block) {
+    /// Writes the columns of linear regression into zeros `[d, columns]`; their combination is the force, and
+    /// parameters that do not enter linearly have the values in `p`. The indices of those that do are `linear`.
+    fn design(&self, p: &[f64], at: At<'_>, linear: &[usize], out: &mut Block) {
         let mut derivatives = Derivatives::default();
-        derivatives.reset(space.dimension, p.len());
+        derivatives.reset(at.y.len(), p.len());
         self.derivatives(p, at, &mut derivatives);
-        for (column, index) in linear_entries(&self.parameters(space)).enumerate() {
-            for row in 0..space.dimension {
+        for (column, &index) in linear.iter().enumerate() {
+            for row in 0..at.y.len() {
                 out[(row, column)] = derivatives.p[(row, index)];
             }
         }
@@ -190,7 +190,7 @@ pub trait TermKind: Debug + Send + Sync {
 }
 
 /// Indices of the linear parameters.
-fn linear_entries(parameters: &[Parameter]) -> impl Iterator<Item = usize> {
+pub(crate) fn linear_entries(parameters: &[Parameter]) -> impl Iterator<Item = usize> {
     parameters.iter().enumerate().filter(|(_, p)| p.entry == Entry::Linear).map(|(index, _)| index)
 }
 

@@ -26,6 +26,7 @@ mod spring;
 mod tests;
 
 pub use crate::parameter::{Entry, Parameter, Quantity, Scales, Space, Unit};
+pub(crate) use kind::linear_entries;
 pub use kind::{At, Block, Derivatives, Label, Role, TermKind};
 pub use placed::Term;
 

@@ -159,8 +159,8 @@ impl TermKind for Axis {
         4 + space.dimension
     }
 
-    fn design(&self, p: &[f64], at: At<'_>, space: Space, out: &mut Block) {
-        let (_, _, u, center) = Self::split(p, space.dimension);
+    fn design(&self, p: &[f64], at: At<'_>, _linear: &[usize], out: &mut Block) {
+        let (_, _, u, center) = Self::split(p, at.y.len());
         let (axis, _) = axis_of(u);
         let o = offset(center, at.y);
         let along = dot(&axis, &o);

@@ -75,7 +75,7 @@ impl TermKind for RestLength {
         2
     }
 
-    fn design(&self, p: &[f64], at: At<'_>, _space: Space, out: &mut Block) {
+    fn design(&self, p: &[f64], at: At<'_>, _linear: &[usize], out: &mut Block) {
         let (offset, r) = offset(p, at.y);
         for (row, o) in offset.iter().enumerate() {
             out[(row, 0)] = -o;

@@ -90,13 +90,14 @@ impl TermKind for Spring {
         self.form.regressed().parameters("", space, -2).len() + space.dimension
     }
 
-    fn design(&self, _p: &[f64], at: At<'_>, space: Space, out: &mut Block) {
-        let mut unused = Block::zeros(space.dimension, space.dimension);
+    fn design(&self, _p: &[f64], at: At<'_>, _linear: &[usize], out: &mut Block) {
+        let d = at.y.len();
+        let mut unused = Block::zeros(d, d);
         let form = self.form.regressed();
-        let zero = vec![0.0; self.columns(space)];
+        let zero = vec![0.0; out.columns()];
         form.derivatives(&zero, at.y, &mut unused, out);
-        let first = self.columns(space) - space.dimension;
-        (0..space.dimension).for_each(|axis| out[(axis, first + axis)] = 1.0);
+        let first = out.columns() - d;
+        (0..d).for_each(|axis| out[(axis, first + axis)] = 1.0);
     }
 
     fn regressed(&self, p: &[f64], coefficients: &[f64], space: Space) -> Vec<f64> {

@@ -139,6 +139,7 @@ fn a_force_that_ignores_the_velocity_says_so() {
 fn parameters_give_back_themselves_from_the_coefficients_of_their_force() {
     each(|kind, space, arguments| {
         let columns = kind.columns(space);
+        let linear: Vec<usize> = linear_entries(&kind.parameters(space)).collect();
         let mut numbers = Numbers(11);
         let samples: Vec<[Vec<f64>; 2]> =
             (0..8 * (columns + 1)).map(|_| [0, 1].map(|_| numbers.many(space.dimension))).collect();
@@ -147,7 +148,7 @@ fn parameters_give_back_themselves_from_the_coefficients_of_their_force() {
         let mut forces = nalgebra::DVector::zeros(samples.len() * d);
         for (index, [y, w]) in samples.iter().enumerate() {
             let mut block = Block::zeros(d, columns);
-            kind.design(arguments[0], At { y, w }, space, &mut block);
+            kind.design(arguments[0], At { y, w }, &linear, &mut block);
             for (row, f) in force(kind, [arguments[0], y, w]).into_iter().enumerate() {
                 forces[index * d + row] = f;
                 (0..columns).for_each(|c| design[(index * d + row, c)] = block[(row, c)]);
