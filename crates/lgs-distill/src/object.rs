@@ -146,7 +146,8 @@ pub(crate) fn parts_of(
             known,
         }
     };
-    PartLaws { first: search.first(motion).map(told), last: search.last(motion).map(told) }
+    let (first, last) = rayon::join(|| search.first(motion), || search.last(motion));
+    PartLaws { first: first.map(told), last: last.map(told) }
 }
 
 /// The law in generalised coordinates of one body, or of two that act on each other, where the configuration

@@ -140,17 +140,13 @@ fn scatter(
     let rows = [Some((site.plus, term.factor)), site.minus.map(|minus| (minus, -term.factor * reaction))];
     for (first, weight) in rows.into_iter().flatten() {
         for i in 0..d {
-            for j in 0..d {
-                out.x[(first + i, site.plus + j)] += weight * from.y[(i, j)];
-                out.v[(first + i, site.plus + j)] += weight * from.w[(i, j)];
-                if let Some(minus) = site.minus {
-                    out.x[(first + i, minus + j)] -= weight * from.y[(i, j)];
-                    out.v[(first + i, minus + j)] -= weight * from.w[(i, j)];
-                }
+            for (place, weight) in
+                [Some((site.plus, weight)), site.minus.map(|minus| (minus, -weight))].into_iter().flatten()
+            {
+                add_scaled(&mut out.x.row_mut(first + i)[place..place + d], from.y.row(i), weight);
+                add_scaled(&mut out.v.row_mut(first + i)[place..place + d], from.w.row(i), weight);
             }
-            for (j, column) in term.parameters.clone().enumerate() {
-                out.p[(first + i, column)] += weight * from.p[(i, j)];
-            }
+            add_scaled(&mut out.p.row_mut(first + i)[term.parameters.clone()], from.p.row(i), weight);
             for (offset, j) in site.offset.iter().flat_map(|offset| (0..d).map(move |j| (offset + j, j))) {
                 out.p[(first + i, offset)] -= weight * from.y[(i, j)];
             }

@@ -27,28 +27,37 @@ pub(crate) fn in_place(a: &mut Block, n: usize, r: &mut [f64]) -> Solved {
             return Err(NoSolution);
         }
         if best != pivot {
-            (0..n).for_each(|j| {
-                let kept = a[(pivot, j)];
-                a[(pivot, j)] = a[(best, j)];
-                a[(best, j)] = kept;
-            });
-            (0..columns).for_each(|j| r.swap(pivot * columns + j, best * columns + j));
+            swap_rows(a.values_mut(), n, [pivot, best]);
+            swap_rows(r, columns, [pivot, best]);
         }
         for i in pivot + 1..n {
             let factor = a[(i, pivot)] / a[(pivot, pivot)];
-            if factor != 0.0 {
-                (pivot..n).for_each(|j| a[(i, j)] -= factor * a[(pivot, j)]);
-                (0..columns).for_each(|j| r[i * columns + j] -= factor * r[pivot * columns + j]);
-            }
+            subtract_row(a.values_mut(), n, [i, pivot], factor);
+            subtract_row(r, columns, [i, pivot], factor);
         }
     }
     for i in (0..n).rev() {
-        for j in 0..columns {
-            let known: f64 = (i + 1..n).map(|k| a[(i, k)] * r[k * columns + j]).sum();
-            r[i * columns + j] = (r[i * columns + j] - known) / a[(i, i)];
-        }
+        (i + 1..n).for_each(|k| subtract_row(r, columns, [i, k], a[(i, k)]));
+        let own = a[(i, i)];
+        r[i * columns..(i + 1) * columns].iter_mut().for_each(|value| *value /= own);
     }
     Ok(())
+}
+
+/// Exchanges two rows, the first of them before the second.
+fn swap_rows(rows: &mut [f64], columns: usize, [first, second]: [usize; 2]) {
+    let (before, after) = rows.split_at_mut(second * columns);
+    before[first * columns..(first + 1) * columns].swap_with_slice(&mut after[..columns]);
+}
+
+/// Subtracts a multiple of another row from a row.
+fn subtract_row(rows: &mut [f64], columns: usize, [row, other]: [usize; 2], factor: f64) {
+    let (before, after) = rows.split_at_mut(row.max(other) * columns);
+    let (own, other) = match row > other {
+        true => (&mut after[..columns], &before[other * columns..(other + 1) * columns]),
+        false => (&mut before[row * columns..(row + 1) * columns], &after[..columns]),
+    };
+    add_scaled(own, other, -factor);
 }
 
 /// `to += s from`.

@@ -20,11 +20,12 @@ pub(super) struct Central {
     exponent: Option<f64>,
 }
 
-/// The offset from the centre, its length, the strength and the exponent.
+/// The offset from the centre, its length, the exponent, and `rⁿ⁻¹`.
 struct Pull {
-    offset: Vec<f64>,
+    offset: [f64; 3],
     r: f64,
     n: f64,
+    part: f64,
 }
 
 impl Central {
@@ -36,12 +37,13 @@ impl Central {
     fn pull(&self, p: &[f64], y: &[f64]) -> Pull {
         let center = &p[self.first_place()..];
         // Between two points there is no centre to fit.
-        let offset: Vec<f64> = match center.is_empty() {
-            true => y.to_vec(),
-            false => y.iter().zip(center).map(|(y, c)| y - c).collect(),
-        };
+        let offset: [f64; 3] = std::array::from_fn(|axis| y[axis] - center.get(axis).unwrap_or(&0.0));
         let r = dot(&offset, &offset).sqrt().max(f64::MIN_POSITIVE.sqrt());
-        Pull { offset, r, n: self.exponent.unwrap_or_else(|| p[1]) }
+        let (n, part) = match self.exponent {
+            Some(n) => (n, r.powi(n as i32 - 1)),
+            None => (p[1], r.powf(p[1] - 1.0)),
+        };
+        Pull { offset, r, n, part }
     }
 }
 
@@ -75,14 +77,12 @@ impl TermKind for Central {
     }
 
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
-        let Pull { offset, r, n } = self.pull(p, at.y);
-        let part = -p[0] * r.powf(n - 1.0);
-        force.iter_mut().zip(&offset).for_each(|(f, o)| *f = part * o);
+        let Pull { offset, part, .. } = self.pull(p, at.y);
+        force.iter_mut().zip(&offset).for_each(|(f, o)| *f = -p[0] * part * o);
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
-        let Pull { offset, r, n } = self.pull(p, at.y);
-        let part = r.powf(n - 1.0);
+        let Pull { offset, r, n, part } = self.pull(p, at.y);
         let along = (n - 1.0) / (r * r);
         for i in 0..offset.len() {
             for j in 0..offset.len() {

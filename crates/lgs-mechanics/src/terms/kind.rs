@@ -69,6 +69,11 @@ impl Block {
         &self.values[row * self.columns..(row + 1) * self.columns]
     }
 
+    /// All values, row by row, to be written.
+    pub(crate) fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
     /// One row, to be written.
     pub fn row_mut(&mut self, row: usize) -> &mut [f64] {
         &mut self.values[row * self.columns..(row + 1) * self.columns]

@@ -9,6 +9,7 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BACKWARD, FEWEST_OF_PART, PART_SHARES};
 use lgs_mechanics::FORECAST_ERROR;
 use lgs_mechanics::bands::Verdict;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A law that explains some of the samples.
@@ -59,19 +60,20 @@ impl PartSearch {
     fn best(
         &self,
         motion: &SharedMotion,
-        part: impl Fn(usize) -> Range<usize>,
-        explains: impl Fn(&GeneralisedLaw, f64) -> bool,
+        part: impl Fn(usize) -> Range<usize> + Sync,
+        explains: impl Fn(&GeneralisedLaw, f64) -> bool + Sync,
     ) -> Option<PartOfWindow> {
-        let counts = PART_SHARES.iter().map(|share| (motion.times.len() as f64 * share).round() as usize);
+        let counts = PART_SHARES.map(|share| (motion.times.len() as f64 * share).round() as usize);
         let of_count = |count: usize| {
             let samples = part(count);
             let part = motion.part(samples.clone());
             let law = self.law(&part).filter(|law| explains(law, part.duration()))?;
             Some(PartOfWindow { samples, law })
         };
-        let found = counts.filter(|count| *count >= FEWEST_OF_PART).filter_map(of_count);
+        let counts = counts.into_par_iter().filter(|count| *count >= FEWEST_OF_PART);
+        let found: Vec<PartOfWindow> = counts.filter_map(of_count).collect();
         let error = |part: &PartOfWindow| part.law.known.forecast_error.unwrap_or(f64::INFINITY);
-        found.min_by(|a, b| error(a).total_cmp(&error(b)))
+        found.into_iter().min_by(|a, b| error(a).total_cmp(&error(b)))
     }
 
     /// The likeliest smooth law of a motion.
