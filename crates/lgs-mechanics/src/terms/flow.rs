@@ -7,7 +7,7 @@
 //!   along the velocity near a centre and a drag far from it (Van der Pol), so that motions end on a cycle.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind, default_start};
-use super::quadratic::dot;
+use super::quadratic::{dot, offset};
 use crate::parameter::{Parameter, Quantity, Scales, Space, axis_name};
 use crate::thresholds::STARTING_WIND;
 use glam::DVec3;
@@ -42,10 +42,6 @@ fn is_place(space: Space) -> bool {
     space.dimension == 3 && space.quantity == Quantity::Place
 }
 
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
 impl TermKind for Wind {
     fn label(&self) -> Label {
         Label { name: "wind-drag", role: Role::Drives }
@@ -66,13 +62,13 @@ impl TermKind for Wind {
     }
 
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
-        let against = difference(at.w, &p[1..]);
+        let against = offset(&p[1..], at.w);
         let speed = dot(&against, &against).sqrt();
         force.iter_mut().zip(&against).for_each(|(f, a)| *f = -p[0] * speed * a);
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
-        let against = difference(at.w, &p[1..]);
+        let against = offset(&p[1..], at.w);
         let speed = dot(&against, &against).sqrt();
         // The derivative in still air is zero, whatever the direction.
         let slope = if speed > 0.0 { p[0] / speed } else { 0.0 };

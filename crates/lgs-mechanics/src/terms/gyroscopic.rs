@@ -12,11 +12,10 @@ pub(super) const GYROSCOPIC: Gyroscopic = Gyroscopic;
 pub(super) struct Gyroscopic;
 
 /// The entries of `G` that the parameters are: `G[row, column] = p` and its mirror image `−p`.
-fn entries(d: usize) -> Vec<(usize, usize)> {
-    match d {
-        3 => vec![(2, 1), (0, 2), (1, 0)],
-        _ => (0..d).flat_map(|i| (i + 1..d).map(move |j| (j, i))).collect(),
-    }
+fn entries(d: usize) -> impl Iterator<Item = (usize, usize)> {
+    let (of_rotation, rows) = if d == 3 { (3, 0) } else { (0, d) };
+    let below = (0..rows).flat_map(move |i| (i + 1..rows).map(move |j| (j, i)));
+    [(2, 1), (0, 2), (1, 0)].into_iter().take(of_rotation).chain(below)
 }
 
 impl TermKind for Gyroscopic {
@@ -33,7 +32,7 @@ impl TermKind for Gyroscopic {
             3 => format!("rate-{}", axis_name(3, index)),
             d => format!("rate-{}{}", axis_name(d, row), axis_name(d, column)),
         };
-        let entries = entries(space.dimension).into_iter().enumerate();
+        let entries = entries(space.dimension).enumerate();
         entries.map(|(index, entry)| Parameter::linear(name(index, entry), 0, -1)).collect()
     }
 
@@ -43,14 +42,14 @@ impl TermKind for Gyroscopic {
             return;
         }
         force.fill(0.0);
-        for ((row, column), rate) in entries(at.w.len()).into_iter().zip(p) {
+        for ((row, column), rate) in entries(at.w.len()).zip(p) {
             force[row] += rate * at.w[column];
             force[column] -= rate * at.w[row];
         }
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
-        for (index, (row, column)) in entries(at.w.len()).into_iter().enumerate() {
+        for (index, (row, column)) in entries(at.w.len()).enumerate() {
             out.w[(row, column)] = p[index];
             out.w[(column, row)] = -p[index];
             out.p[(row, index)] = at.w[column];

@@ -4,6 +4,7 @@ use super::kind::Block;
 use crate::parameter::{Parameter, Space, axis_name};
 use crate::thresholds::SMALLEST_EIGENVALUE;
 use nalgebra::{DMatrix, SymmetricEigen};
+use smallvec::SmallVec;
 
 /// Form of a symmetric matrix `K`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,11 +81,8 @@ impl Form {
     /// Writes `−K` and `−∂(K r)/∂p`, the latter into the columns from 0.
     pub(crate) fn derivatives(self, p: &[f64], r: &[f64], by_r: &mut Block, by_p: &mut Block) {
         let d = r.len();
-        let matrix = self.matrix(p, d);
         for i in 0..d {
-            for j in 0..d {
-                by_r[(i, j)] = -matrix[(i, j)];
-            }
+            by_r.row_mut(i)[..d].iter_mut().enumerate().for_each(|(j, k)| *k = -self.entry(p, d, [i, j]));
         }
         match self {
             Self::Isotropic => (0..d).for_each(|i| by_p[(i, 0)] = -r[i]),
@@ -113,18 +111,19 @@ impl Form {
 
     /// The matrix.
     pub(crate) fn matrix(self, p: &[f64], d: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(d, d, |i, j| self.entry(p, d, [i, j]))
+    }
+
+    /// An entry of the matrix.
+    fn entry(self, p: &[f64], d: usize, [i, j]: [usize; 2]) -> f64 {
+        let (first, last) = (i.min(j), i.max(j));
         match self {
-            Self::Isotropic => DMatrix::identity(d, d) * p[0],
-            Self::Diagonal => DMatrix::from_fn(d, d, |i, j| if i == j { p[i] } else { 0.0 }),
-            Self::Axial => {
-                let square = dot(p, p);
-                DMatrix::from_fn(3, 3, |i, j| if i == j { square } else { 0.0 } - p[i] * p[j])
-            }
-            Self::Full => full_matrix(p, d),
-            Self::Positive => {
-                let root = DMatrix::from_fn(d, d, |i, j| if j <= i { p[lower_index(i, j)] } else { 0.0 });
-                &root * root.transpose()
-            }
+            Self::Isotropic | Self::Diagonal if i != j => 0.0,
+            Self::Isotropic => p[0],
+            Self::Diagonal => p[i],
+            Self::Axial => (if i == j { dot(p, p) } else { 0.0 }) - p[i] * p[j],
+            Self::Full => p[upper_index(first, last, d)],
+            Self::Positive => (0..=first).map(|k| p[lower_index(i, k)] * p[lower_index(j, k)]).sum(),
         }
     }
 
@@ -188,9 +187,19 @@ fn lower(d: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..d).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }
 
+/// Place of an entry in the upper triangle of a matrix of `d` rows.
+fn upper_index(i: usize, j: usize, d: usize) -> usize {
+    i * (2 * d - i + 1) / 2 + j - i
+}
+
 /// Place of an entry in the lower triangle.
 fn lower_index(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
+}
+
+/// A place from a centre, `y − c`.
+pub(crate) fn offset(center: &[f64], y: &[f64]) -> SmallVec<[f64; 6]> {
+    y.iter().zip(center).map(|(y, c)| y - c).collect()
 }
 
 /// Inner product.

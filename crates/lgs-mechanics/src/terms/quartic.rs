@@ -2,7 +2,7 @@
 //! `U = ½ k |o|² + ½ a (ê · o)² + ¼ (u · o)⁴` with `o = y − c` and `ê = u/|u|`, the double well of `a < −k`.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind, default_start};
-use super::quadratic::dot;
+use super::quadratic::{dot, offset};
 use crate::parameter::{Parameter, Quantity, Scales, Space, axis_name};
 
 /// The kind `quartic-radial`.
@@ -17,10 +17,6 @@ pub(super) struct Radial;
 /// A quartic potential along an axis.
 #[derive(Debug)]
 pub(super) struct Axis;
-
-fn offset(center: &[f64], y: &[f64]) -> Vec<f64> {
-    y.iter().zip(center).map(|(y, c)| y - c).collect()
-}
 
 fn place_parameters(space: Space) -> impl Iterator<Item = Parameter> {
     (0..space.dimension).map(move |axis| Parameter::place("center", axis, space))

@@ -13,9 +13,8 @@ pub(super) const REST_LENGTH: RestLength = RestLength;
 pub(super) struct RestLength;
 
 /// The offset from the fixed point and its length.
-fn offset(p: &[f64], y: &[f64]) -> (Vec<f64>, f64) {
-    let center = p[2..].iter().copied().chain(std::iter::repeat(0.0));
-    let offset: Vec<f64> = y.iter().zip(center).map(|(y, c)| y - c).collect();
+fn offset(p: &[f64], y: &[f64]) -> ([f64; 3], f64) {
+    let offset: [f64; 3] = std::array::from_fn(|axis| y[axis] - p.get(2 + axis).unwrap_or(&0.0));
     let r = dot(&offset, &offset).sqrt().max(f64::MIN_POSITIVE.sqrt());
     (offset, r)
 }

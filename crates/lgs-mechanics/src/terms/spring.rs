@@ -5,7 +5,7 @@
 //! stiffness with its equilibrium.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind};
-use super::quadratic::{Form, full_matrix};
+use super::quadratic::{Form, full_matrix, offset};
 use crate::parameter::{Parameter, Scales, Space};
 use nalgebra::DVector;
 
@@ -32,11 +32,6 @@ impl Spring {
     fn split<'a>(&self, p: &'a [f64], d: usize) -> (&'a [f64], &'a [f64]) {
         p.split_at(p.len() - d)
     }
-
-    /// `y − c`.
-    fn offset(center: &[f64], y: &[f64]) -> Vec<f64> {
-        y.iter().zip(center).map(|(y, c)| y - c).collect()
-    }
 }
 
 impl TermKind for Spring {
@@ -56,19 +51,19 @@ impl TermKind for Spring {
 
     fn energy(&self, p: &[f64], y: &[f64]) -> f64 {
         let (stiffness, center) = self.split(p, y.len());
-        self.form.half_square(stiffness, &Self::offset(center, y))
+        self.form.half_square(stiffness, &offset(center, y))
     }
 
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
         let (stiffness, center) = self.split(p, at.y.len());
         force.fill(0.0);
-        self.form.subtract(stiffness, &Self::offset(center, at.y), force);
+        self.form.subtract(stiffness, &offset(center, at.y), force);
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
         let d = at.y.len();
         let (stiffness, center) = self.split(p, d);
-        self.form.derivatives(stiffness, &Self::offset(center, at.y), &mut out.y, &mut out.p);
+        self.form.derivatives(stiffness, &offset(center, at.y), &mut out.y, &mut out.p);
         for i in 0..d {
             for j in 0..d {
                 out.p[(i, stiffness.len() + j)] = -out.y[(i, j)];
