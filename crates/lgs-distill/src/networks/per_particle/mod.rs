@@ -16,7 +16,6 @@ use crate::motion::denoise::denoise;
 use crate::progress::{DistillProgress, DistillStage};
 use crate::report::DistillReport;
 use crate::trajectories::Trajectories;
-use burn::tensor::Device;
 use gradient::gradient;
 use learner::Learner;
 use lesson::Lesson;
