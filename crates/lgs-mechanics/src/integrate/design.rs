@@ -50,8 +50,8 @@ impl<'a> Design<'a> {
         self.terms.iter().map(|term| term.columns).sum()
     }
 
-    /// The columns at a state, `[n, columns]`: with coefficients they add up to the inertial force. Parameters
-    /// that do not enter linearly have the values in `p`.
+    /// The columns at a state, `[n, columns]`: with coefficients they add up to the inertial force.
+    /// Parameters that do not enter linearly have the values in `p`.
     #[must_use]
     pub fn at(&self, p: &[f64], state: &State) -> DMatrix<f64> {
         let mut found = DMatrix::zeros(self.coordinates.freedoms(), self.columns());

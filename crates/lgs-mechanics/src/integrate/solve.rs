@@ -3,8 +3,8 @@
 use super::stepper::{NoSolution, Solved};
 use crate::terms::Block;
 
-/// Solves `(I − s A) u = r` for a square `A` and all columns of `r` (`[n, columns]`, row by row), in place, with
-/// the memory of a matrix.
+/// Solves `(I − s A) u = r` for a square `A` and all columns of `r` (`[n, columns]`, row by row), in place,
+/// with the memory of a matrix.
 pub(crate) fn shifted(a: &Block, s: f64, matrix: &mut Block, r: &mut [f64]) -> Solved {
     let n = a.columns();
     matrix.reset(n, n);

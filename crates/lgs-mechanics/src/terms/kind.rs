@@ -171,7 +171,7 @@ pub trait TermKind: Debug + Send + Sync {
     }
 
     /// Writes the columns of linear regression into zeros `[d, columns]`; their combination is the force, and
-    /// parameters that do not enter linearly have the values in `p`. The indices of those that do are `linear`.
+    /// parameters that do not enter linearly have the values in `p`. Those that do have the indices `linear`.
     fn design(&self, p: &[f64], at: At<'_>, linear: &[usize], out: &mut Block) {
         let mut derivatives = Derivatives::default();
         derivatives.reset(at.y.len(), p.len());
