@@ -148,8 +148,8 @@ pub(crate) const KICK_STEPS: usize = 50;
 /// Part of what the equation of the kick left before, above which a step of Newton's method is halved: where
 /// it converges it leaves far less, and about a kink it may go back and forth.
 pub(crate) const LEAST_DECREASE: f64 = 0.75;
-/// Part of what was left before, up to which derivatives serve for the next step as well: with them, each step
-/// leaves a tenth at most, and Newton's own convergence is not needed.
+/// Part of what was left before, up to which derivatives serve for the next step as well: with them, each
+/// step leaves a tenth at most, and Newton's own convergence is not needed.
 pub(crate) const FAST_DECREASE: f64 = 0.1;
 /// Relative change at which the velocity counts as solved: a few units of rounding.
 pub(crate) const SOLVED_STEP: f64 = 4.0 * f64::EPSILON;
